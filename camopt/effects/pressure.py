@@ -1,0 +1,37 @@
+"""Pressure angle: its largest magnitude over rises, returns and dwells, and the pitch point."""
+
+from typing import Any
+
+import numpy as np
+
+from camopt.effects.case import Case, Effect, Subject
+from camopt.motion.table import DWELL, RETURN, RISE
+from camopt.numerics.extremes import LARGEST_MAGNITUDE
+
+KINDS = {"rise": RISE, "return": RETURN, "dwell": DWELL}
+
+
+def offers(subject: Subject) -> tuple[str, ...]:
+    names = ["pressure_angle_max_deg", *(f"pressure_angle_max_{kind}_deg" for kind in KINDS)]
+    names.append("pressure_angle_max_at_deg")
+    return (*names, *(() if subject.mechanism.grooved else ("pitch_circle_radius_mm",)))
+
+
+def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
+    kinds = {name: bit for name, bit in KINDS.items() if any(s.kind == bit for s in case.programme.strokes)}
+    questions = [(bit, LARGEST_MAGNITUDE) for bit in kinds.values()]
+    tangents, where = case.extremes(case.subject.mechanism.pressure, questions)
+    columns: dict[str, Any] = {f"pressure_angle_max_{kind}_deg": 0.0 for kind in KINDS}
+    for name, tangent in zip(kinds, tangents, strict=True):
+        columns[f"pressure_angle_max_{name}_deg"] = np.degrees(np.arctan(tangent))
+    columns["pressure_angle_max_deg"] = np.degrees(np.arctan(tangents.max(axis=0)))
+    if wanted & {"pressure_angle_max_at_deg", "pitch_circle_radius_mm"}:
+        pitch_point = np.take_along_axis(where, tangents.argmax(axis=0)[None], axis=0)[0]
+        columns["pressure_angle_max_at_deg"] = np.degrees(pitch_point)
+        if "pitch_circle_radius_mm" in wanted:
+            travel = case.subject.mechanism.travel(case.designs, case.programme, pitch_point)
+            columns["pitch_circle_radius_mm"] = np.abs(travel.trace)
+    return columns
+
+
+EFFECT = Effect("pressure", offers, run)

@@ -1,0 +1,47 @@
+"""Sizes: what a design is made of, and its clearance of the shaft.
+
+No point of a profile is nearer to the cam centre than the base circle (the trace point is never nearer than
+the prime circle), so the clearance is base radius minus shaft radius, exactly.
+"""
+
+from typing import Any
+
+from camopt.effects.case import Case, Effect, Subject
+from camopt.motion.table import RETURN, RISE
+
+
+def offers(subject: Subject) -> tuple[str, ...]:
+    mechanism = subject.mechanism
+    names = ["law_rise", "law_return"]
+    names += ["mean_radius_mm"] if mechanism.grooved else ["base_radius_mm"]
+    if mechanism.curvature is not None:
+        names += ["roller_radius_mm"]
+        names += [] if mechanism.grooved else ["prime_radius_mm"]
+        names += ["arm_length_mm"] if subject.angular else []
+    elif subject.angular:
+        names += ["face_offset_mm"]
+    if not mechanism.grooved:
+        names += ["centre_distance_mm"] if subject.angular else ["offset_mm"]
+    if subject.shaft_radius is not None:
+        names += ["shaft_clearance_mm"]
+    return tuple(names)
+
+
+def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
+    designs = case.designs
+    return {
+        "law_rise": case.programme.law_names(RISE),
+        "law_return": case.programme.law_names(RETURN),
+        "base_radius_mm": designs.size,
+        "mean_radius_mm": designs.size,
+        "roller_radius_mm": designs.roller_radius,
+        "prime_radius_mm": designs.prime_radius,
+        "offset_mm": designs.offset,
+        "arm_length_mm": designs.arm_length,
+        "centre_distance_mm": designs.centre_distance,
+        "face_offset_mm": designs.face_offset,
+        "shaft_clearance_mm": designs.size - (case.subject.shaft_radius or 0.0),
+    }
+
+
+EFFECT = Effect("sizes", offers, run)

@@ -1,0 +1,59 @@
+"""Cylindrical cam, translating follower, developed at the mean radius R_m: the curve (R_m·θ, y).
+
+    tan β = y'/R_m,    κ = (y''/R_m²) / (1 + (y'/R_m)²)^{3/2};    both flanks of the groove touch the roller
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from camopt.mechanisms.design import BoolArray, Designs, Mechanism, Travel
+from camopt.motion.programme import Programme
+from camopt.numerics import FloatArray
+from camopt.numerics.curves import formula
+
+
+class CylindricalPressureAngle(NamedTuple):
+    """tan β; R_m in mm."""
+
+    mean_radius: FloatArray
+
+
+class CylindricalPitchCurvature(NamedTuple):
+    """κ of the developed pitch curve, 1/mm; R_m in mm."""
+
+    mean_radius: FloatArray
+
+
+@formula(CylindricalPressureAngle)
+def pressure_angle(f, i, y, y1, y2, y3):  # type: ignore[no-untyped-def]
+    return y1 / f.mean_radius[i], y2 / f.mean_radius[i]
+
+
+@formula(CylindricalPitchCurvature)
+def pitch_curvature(f, i, y, y1, y2, y3):  # type: ignore[no-untyped-def]
+    r = f.mean_radius[i]
+    square = 1.0 + (y1 / r) * (y1 / r)
+    cube = square * np.sqrt(square) * r * r
+    curvature = y2 / cube
+    return curvature, y3 / cube - 3.0 * curvature * (y1 / r) * (y2 / r) / square
+
+
+def _exists(designs: Designs, programme: Programme) -> BoolArray:
+    return designs.size > 0.0
+
+
+def _travel(design: Designs, programme: Programme, angles: FloatArray) -> Travel:
+    motion = programme.at(angles)
+    along = design.size + 1j * motion[1]
+    return Travel(design.size * angles + 1j * motion[0], 1j * along / np.abs(along))
+
+
+MECHANISM = Mechanism(
+    name="cylindrical cam, translating follower",
+    pressure=lambda designs, programme: CylindricalPressureAngle(designs.size),
+    curvature=lambda designs, programme: CylindricalPitchCurvature(designs.size),
+    exists=_exists,
+    travel=_travel,
+    grooved=True,
+)

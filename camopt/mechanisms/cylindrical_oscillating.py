@@ -1,0 +1,92 @@
+"""Cylindrical cam, oscillating follower, developed at the mean radius R_m.
+
+The arm of length l is square to the cam's axis at mid-swing and carries the roller on an arc, here laid on the
+developed (tangent) plane. With ψ = y − h/2 and the upper sign for a ccw cam the curve is
+
+    (R_m·θ ∓ l·(cos ψ − cos ψ_end), l·sin ψ)
+
+so that, with σ = +1 for ccw and −1 for cw,
+
+    tan β = (l·ψ' + σ·R_m·sin ψ)/(R_m·cos ψ),    N² = R_m² + 2σR_m·l·sin ψ·ψ' + l²ψ'²
+    κ = (R_m·l·(cos ψ·ψ'' − sin ψ·ψ'²) − σl²ψ'³)/N³
+
+Known deviation: the true arc leaves the cylinder. At its ends it stands x = l(1 − cos ½h) off the plane's line
+of contact, and lies x²/(2R_m) above the cylinder; wrapping it instead of laying it flat shifts a point by about
+x³/(6R_m²) round the cylinder (for l = 100, h = 20°, R_m = 60 mm: x = 1.5 mm, 0.02 mm and 0.0002 mm).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from camopt.mechanisms.design import BoolArray, Designs, Mechanism, Travel
+from camopt.motion.programme import Programme
+from camopt.numerics import FloatArray
+from camopt.numerics.curves import formula
+
+
+class CylindricalOscillatingPressureAngle(NamedTuple):
+    """tan β; R_m and l in mm, half the swing in rad, and the sense of rotation."""
+
+    mean_radius: FloatArray
+    arm_length: FloatArray
+    half_swing: FloatArray
+    sense: FloatArray
+
+
+class CylindricalOscillatingPitchCurvature(NamedTuple):
+    """κ of the developed pitch curve, 1/mm; fields as in CylindricalOscillatingPressureAngle."""
+
+    mean_radius: FloatArray
+    arm_length: FloatArray
+    half_swing: FloatArray
+    sense: FloatArray
+
+
+@formula(CylindricalOscillatingPressureAngle)
+def pressure_angle(f, i, y, y1, y2, y3):  # type: ignore[no-untyped-def]
+    r, l = f.mean_radius[i], f.arm_length[i]  # noqa: E741
+    sine, cosine = np.sin(y - f.half_swing[i]), np.cos(y - f.half_swing[i])
+    tangent = (l * y1 / r + f.sense[i] * sine) / cosine
+    return tangent, (l * y2 / r + f.sense[i] * cosine * y1 + tangent * sine * y1) / cosine
+
+
+@formula(CylindricalOscillatingPitchCurvature)
+def pitch_curvature(f, i, y, y1, y2, y3):  # type: ignore[no-untyped-def]
+    r, l = f.mean_radius[i], f.arm_length[i]  # noqa: E741
+    sine, cosine = np.sin(y - f.half_swing[i]), np.cos(y - f.half_swing[i])
+    turn = f.sense[i] * l * l
+    square = r * r + 2.0 * f.sense[i] * r * l * sine * y1 + l * l * y1 * y1
+    cube = square * np.sqrt(square)
+    curvature = (r * l * (cosine * y2 - sine * y1 * y1) - turn * y1 * y1 * y1) / cube
+    rise = r * l * (cosine * (y3 - y1 * y1 * y1) - 3.0 * sine * y1 * y2) - 3.0 * turn * y1 * y1 * y2
+    half_square = f.sense[i] * r * l * (cosine * y1 * y1 + sine * y2) + l * l * y1 * y2
+    return curvature, rise / cube - 3.0 * curvature * half_square / square
+
+
+def _fields(designs: Designs, programme: Programme) -> tuple[FloatArray, ...]:
+    ones = np.ones(len(designs))
+    return designs.size, designs.arm_length, ones * (programme.lift / 2), ones * designs.sense
+
+
+def _exists(designs: Designs, programme: Programme) -> BoolArray:
+    return (designs.size > 0.0) & (programme.lift < np.pi)
+
+
+def _travel(design: Designs, programme: Programme, angles: FloatArray) -> Travel:
+    motion = programme.at(angles)
+    half = programme.lift / 2
+    psi, l, sense = motion[0] - half, design.arm_length, design.sense  # noqa: E741
+    trace = design.size * angles - sense * l * (np.cos(psi) - np.cos(half)) + 1j * l * np.sin(psi)
+    along = design.size + l * motion[1] * (sense * np.sin(psi) + 1j * np.cos(psi))
+    return Travel(trace, 1j * along / np.abs(along))
+
+
+MECHANISM = Mechanism(
+    name="cylindrical cam, oscillating follower",
+    pressure=lambda designs, programme: CylindricalOscillatingPressureAngle(*_fields(designs, programme)),
+    curvature=lambda designs, programme: CylindricalOscillatingPitchCurvature(*_fields(designs, programme)),
+    exists=_exists,
+    travel=_travel,
+    grooved=True,
+)

@@ -1,0 +1,76 @@
+"""Designs as a structure of arrays, and what a mechanism has to say about them."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camopt.motion.programme import Programme
+from camopt.numerics import FloatArray
+
+ComplexArray = NDArray[np.complex128]
+BoolArray = NDArray[np.bool_]
+
+
+class Designs(NamedTuple):
+    """Sizes of n designs that share a programme; lengths in mm, each an array (n,).
+
+    ``size`` is the base radius of a disc cam, or the mean radius of a cylindrical one. ``roller_radius`` is the
+    radius of whatever round body touches the cam: 0 for a knife edge, the face radius of a spherical face.
+    ``sense`` is +1 for a cam that turns ccw, −1 for cw. Sizes that a mechanism has not are 0.
+    """
+
+    size: FloatArray
+    roller_radius: FloatArray
+    offset: FloatArray
+    arm_length: FloatArray
+    centre_distance: FloatArray
+    face_offset: FloatArray
+    sense: float
+
+    def __len__(self) -> int:  # of designs, not of fields
+        return int(self.size.size)
+
+    def take(self, index: Any) -> "Designs":
+        """The designs at an index, mask or slice."""
+        return Designs(*(field[index] for field in self[:-1]), self.sense)
+
+    @property
+    def prime_radius(self) -> FloatArray:
+        return self.size + self.roller_radius
+
+    @property
+    def lead(self) -> FloatArray:
+        """The offset as it enters the formulas: positive where it lowers the pressure angle of the rise."""
+        return self.sense * self.offset
+
+
+class Travel(NamedTuple):
+    """Where the trace point is in the ground frame, as complex x + iy, and the cam's outward normal there."""
+
+    trace: ComplexArray
+    normal: ComplexArray
+
+
+@dataclass(frozen=True)
+class Mechanism:
+    """A pairing of cam and follower: which curves its quantities are, and where its points lie.
+
+    Curves are NamedTuples with a registered formula (``numerics.curves``). A mechanism with a trace point has
+    ``curvature`` (of the pitch curve), a flat-faced one ``profile_radius`` and ``reach``.
+    """
+
+    name: str
+    pressure: Callable[[Designs, Programme], Any]
+    """Curve tan β."""
+    exists: Callable[[Designs, Programme], BoolArray]
+    """Which designs can be assembled at every cam angle."""
+    travel: Callable[[Designs, Programme, FloatArray], Travel]
+    """Trace point (flat faces: contact point) of one design at cam angles (m,)."""
+    curvature: Callable[[Designs, Programme], Any] | None = None
+    profile_radius: Callable[[Designs, Programme], Any] | None = None
+    reach: Callable[[Designs, Programme], Any] | None = None
+    grooved: bool = False
+    """Both flanks of the pitch curve touch the follower, as in a cylindrical cam."""

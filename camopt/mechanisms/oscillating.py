@@ -1,0 +1,101 @@
+"""Disc cam, oscillating follower with a trace point at the end of its arm.
+
+Pivot at distance c to the right of the cam centre, arm of length l above; ψ is the angle at the pivot between
+the line to the cam centre and the arm, ψ = ψ₀ + y and cos ψ₀ = (c² + l² − R_p²)/(2cl). With q = 1 + p, where
+p = ψ' for a ccw cam and −ψ' for a cw one:
+
+    tan β = (l·q − c·cos ψ)/(c·sin ψ),    N² = l²q² + c² − 2clq·cos ψ
+    κ_pitch = (l²q³ + c² − cl·(q(1+q)·cos ψ + ψ''·sin ψ)) / N³
+
+Source: Norton, Cam Design and Manufacturing Handbook, ch. 7.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from camopt.mechanisms.design import BoolArray, Designs, Mechanism, Travel
+from camopt.motion.programme import Programme
+from camopt.numerics import FloatArray
+from camopt.numerics.curves import formula
+
+
+class OscillatingPressureAngle(NamedTuple):
+    """tan β; c and l in mm, the direction of ψ₀, and the sense of rotation."""
+
+    centre_distance: FloatArray
+    arm_length: FloatArray
+    cosine: FloatArray
+    sine: FloatArray
+    sense: FloatArray
+
+
+class OscillatingPitchCurvature(NamedTuple):
+    """κ of the pitch curve, 1/mm; fields as in OscillatingPressureAngle."""
+
+    centre_distance: FloatArray
+    arm_length: FloatArray
+    cosine: FloatArray
+    sine: FloatArray
+    sense: FloatArray
+
+
+@formula(OscillatingPressureAngle)
+def pressure_angle(f, i, y, y1, y2, y3):  # type: ignore[no-untyped-def]
+    c, l = f.centre_distance[i], f.arm_length[i]  # noqa: E741
+    cosine = f.cosine[i] * np.cos(y) - f.sine[i] * np.sin(y)
+    sine = f.sine[i] * np.cos(y) + f.cosine[i] * np.sin(y)
+    tangent = (l * (1.0 + f.sense[i] * y1) - c * cosine) / (c * sine)
+    return tangent, (l * f.sense[i] * y2 / c + (sine - tangent * cosine) * y1) / sine
+
+
+@formula(OscillatingPitchCurvature)
+def pitch_curvature(f, i, y, y1, y2, y3):  # type: ignore[no-untyped-def]
+    c, l = f.centre_distance[i], f.arm_length[i]  # noqa: E741
+    cosine = f.cosine[i] * np.cos(y) - f.sine[i] * np.sin(y)
+    sine = f.sine[i] * np.cos(y) + f.cosine[i] * np.sin(y)
+    q, q1 = 1.0 + f.sense[i] * y1, f.sense[i] * y2
+    square = l * l * q * q + c * c - 2.0 * c * l * q * cosine
+    cube = square * np.sqrt(square)
+    curvature = (l * l * q * q * q + c * c - c * l * (q * (1.0 + q) * cosine + y2 * sine)) / cube
+    bracket = (1.0 + 2.0 * q) * q1 * cosine - q * (1.0 + q) * sine * y1 + y3 * sine + y2 * y1 * cosine
+    rise = 3.0 * l * l * q * q * q1 - c * l * bracket
+    half_square = l * l * q * q1 - c * l * (q1 * cosine - q * sine * y1)
+    return curvature, rise / cube - 3.0 * curvature * half_square / square
+
+
+def first_angle(designs: Designs) -> FloatArray:
+    """ψ₀ in rad, by half-angles: full digits where the triangle is nearly flat; NaN-free, clipped to [0, π]."""
+    c, l, r = designs.centre_distance, designs.arm_length, designs.prime_radius  # noqa: E741
+    near = np.maximum((r - c + l) * (r + c - l), 0.0)
+    far = np.maximum((c + l - r) * (c + l + r), 0.0)
+    angle: FloatArray = 2.0 * np.arctan2(np.sqrt(near), np.sqrt(far))
+    return angle
+
+
+def _fields(designs: Designs) -> tuple[FloatArray, ...]:
+    start = first_angle(designs)
+    sense = np.full(len(designs), designs.sense)
+    return designs.centre_distance, designs.arm_length, np.cos(start), np.sin(start), sense
+
+
+def _exists(designs: Designs, programme: Programme) -> BoolArray:
+    c, l, r = designs.centre_distance, designs.arm_length, designs.prime_radius  # noqa: E741
+    return (np.abs(c - l) < r) & (r < c + l) & (first_angle(designs) + programme.lift < np.pi)
+
+
+def _travel(design: Designs, programme: Programme, angles: FloatArray) -> Travel:
+    motion = programme.at(angles)
+    arm = -design.arm_length * np.exp(-1j * (first_angle(design) + motion[0]))
+    trace = design.centre_distance + arm
+    along = -1j * motion[1] * arm - 1j * design.sense * trace
+    return Travel(trace, 1j * design.sense * along / np.abs(along))
+
+
+MECHANISM = Mechanism(
+    name="disc cam, oscillating follower with a trace point",
+    pressure=lambda designs, programme: OscillatingPressureAngle(*_fields(designs)),
+    curvature=lambda designs, programme: OscillatingPitchCurvature(*_fields(designs)),
+    exists=_exists,
+    travel=_travel,
+)

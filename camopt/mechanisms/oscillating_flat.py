@@ -1,0 +1,117 @@
+"""Disc cam, oscillating flat-faced follower.
+
+The face is a line at distance f from the pivot; ψ is the angle at the pivot between the line to the cam centre
+and the face, R_b = f + c·sin ψ₀. With q = 1 + p, p = ψ' for a ccw cam and −ψ' for a cw one, q > 0 needed:
+
+    contact at t = c·cos ψ / q along the face,    tan β = f / t
+    ρ = f + c·(sin ψ·(2q − 1)/q² + cos ψ·ψ''/q³)
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from camopt.mechanisms.design import BoolArray, Designs, Mechanism, Travel
+from camopt.motion.programme import Programme, span
+from camopt.motion.table import TURN
+from camopt.numerics import FloatArray
+from camopt.numerics.curves import formula
+
+
+class OscillatingFlatPressureAngle(NamedTuple):
+    """tan β; f and c in mm, the direction of ψ₀, and the sense of rotation."""
+
+    face_offset: FloatArray
+    centre_distance: FloatArray
+    cosine: FloatArray
+    sine: FloatArray
+    sense: FloatArray
+
+
+class OscillatingFlatProfileRadius(NamedTuple):
+    """ρ of the profile, mm; fields as in OscillatingFlatPressureAngle."""
+
+    face_offset: FloatArray
+    centre_distance: FloatArray
+    cosine: FloatArray
+    sine: FloatArray
+    sense: FloatArray
+
+
+class OscillatingFlatReach(NamedTuple):
+    """Distance t of the contact from the pivot along the face, mm; fields as in OscillatingFlatPressureAngle."""
+
+    face_offset: FloatArray
+    centre_distance: FloatArray
+    cosine: FloatArray
+    sine: FloatArray
+    sense: FloatArray
+
+
+@formula(OscillatingFlatPressureAngle)
+def pressure_angle(f, i, y, y1, y2, y3):  # type: ignore[no-untyped-def]
+    cosine = f.cosine[i] * np.cos(y) - f.sine[i] * np.sin(y)
+    sine = f.sine[i] * np.cos(y) + f.cosine[i] * np.sin(y)
+    ratio = f.face_offset[i] / (f.centre_distance[i] * cosine)
+    q = 1.0 + f.sense[i] * y1
+    return ratio * q, ratio * (f.sense[i] * y2 + q * y1 * sine / cosine)
+
+
+@formula(OscillatingFlatProfileRadius)
+def profile_radius(f, i, y, y1, y2, y3):  # type: ignore[no-untyped-def]
+    c = f.centre_distance[i]
+    cosine = f.cosine[i] * np.cos(y) - f.sine[i] * np.sin(y)
+    sine = f.sine[i] * np.cos(y) + f.cosine[i] * np.sin(y)
+    q, q1 = 1.0 + f.sense[i] * y1, f.sense[i] * y2
+    a, b = (2.0 * q - 1.0) / (q * q), y2 / (q * q * q)
+    a1, b1 = 2.0 * q1 * (1.0 - q) / (q * q * q), (y3 - 3.0 * y2 * q1 / q) / (q * q * q)
+    value = f.face_offset[i] + c * (sine * a + cosine * b)
+    return value, c * ((cosine * a - sine * b) * y1 + sine * a1 + cosine * b1)
+
+
+@formula(OscillatingFlatReach)
+def reach(f, i, y, y1, y2, y3):  # type: ignore[no-untyped-def]
+    c = f.centre_distance[i]
+    cosine = f.cosine[i] * np.cos(y) - f.sine[i] * np.sin(y)
+    sine = f.sine[i] * np.cos(y) + f.cosine[i] * np.sin(y)
+    q = 1.0 + f.sense[i] * y1
+    return c * cosine / q, -c * (sine * y1 + cosine * f.sense[i] * y2 / q) / q
+
+
+def first_sine(designs: Designs) -> FloatArray:
+    """sin ψ₀."""
+    return (designs.size - designs.face_offset) / designs.centre_distance
+
+
+def _fields(designs: Designs) -> tuple[FloatArray, ...]:
+    sine = np.clip(first_sine(designs), -1.0, 1.0)
+    cosine = np.sqrt((1.0 - sine) * (1.0 + sine))
+    sense = np.full(len(designs), designs.sense)
+    return designs.face_offset, designs.centre_distance, cosine, sine, sense
+
+
+def _exists(designs: Designs, programme: Programme) -> BoolArray:
+    sine = first_sine(designs)
+    inside = (sine > -1.0) & (sine < 1.0)
+    last = np.arcsin(np.where(inside, sine, 0.0)) + programme.lift
+    slowest = min(designs.sense * speed for speed in span(programme, 1, TURN))
+    return inside & (last < np.pi / 2) & (1.0 + slowest > 0.0)
+
+
+def _travel(design: Designs, programme: Programme, angles: FloatArray) -> Travel:
+    motion = programme.at(angles)
+    psi = np.arcsin(first_sine(design)) + motion[0]
+    normal = 1j * np.exp(-1j * psi)
+    along = -np.exp(-1j * psi)
+    t = design.centre_distance * np.cos(psi) / (1.0 + design.sense * motion[1])
+    return Travel(design.centre_distance + design.face_offset * normal + t * along, normal)
+
+
+MECHANISM = Mechanism(
+    name="disc cam, oscillating flat-faced follower",
+    pressure=lambda designs, programme: OscillatingFlatPressureAngle(*_fields(designs)),
+    profile_radius=lambda designs, programme: OscillatingFlatProfileRadius(*_fields(designs)),
+    reach=lambda designs, programme: OscillatingFlatReach(*_fields(designs)),
+    exists=_exists,
+    travel=_travel,
+)

@@ -1,0 +1,74 @@
+"""Disc cam, translating follower with a trace point: knife edge, roller or spherical face.
+
+The trace point is (offset, s) with s = s₀ + y and s₀ = √(R_p² − e²). With w = y' − e:
+
+    tan β = w / s,    N² = s² + w²,    κ_pitch = (N² + w·y' − s·y'') / N³   (> 0 convex)
+
+Source: Norton, Cam Design and Manufacturing Handbook, ch. 7; numerator regrouped.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from camopt.mechanisms.design import BoolArray, Designs, Mechanism, Travel
+from camopt.motion.programme import Programme
+from camopt.numerics import FloatArray
+from camopt.numerics.curves import formula
+from camopt.numerics.stable import difference_of_squares_root
+
+
+class TranslatingPressureAngle(NamedTuple):
+    """tan β; ``lead`` is e, ``height`` is s₀, both in mm."""
+
+    lead: FloatArray
+    height: FloatArray
+
+
+@formula(TranslatingPressureAngle)
+def pressure_angle(f, i, y, y1, y2, y3):  # type: ignore[no-untyped-def]
+    s = f.height[i] + y
+    tangent = (y1 - f.lead[i]) / s
+    return tangent, (y2 - tangent * y1) / s
+
+
+class TranslatingPitchCurvature(NamedTuple):
+    """κ of the pitch curve, 1/mm; ``lead`` is e, ``height`` is s₀, both in mm."""
+
+    lead: FloatArray
+    height: FloatArray
+
+
+@formula(TranslatingPitchCurvature)
+def pitch_curvature(f, i, y, y1, y2, y3):  # type: ignore[no-untyped-def]
+    s = f.height[i] + y
+    w = y1 - f.lead[i]
+    square = s * s + w * w
+    cube = square * np.sqrt(square)
+    curvature = (square + w * y1 - s * y2) / cube
+    slope = (2.0 * s * y1 + 3.0 * w * y2 - s * y3) / cube - 3.0 * curvature * (s * y1 + w * y2) / square
+    return curvature, slope
+
+
+def height(designs: Designs) -> FloatArray:
+    """s₀, the trace point's least height above the cam centre, mm."""
+    return difference_of_squares_root(designs.prime_radius, designs.offset)
+
+
+def _exists(designs: Designs, programme: Programme) -> BoolArray:
+    return np.abs(designs.offset) < designs.prime_radius
+
+
+def _travel(design: Designs, programme: Programme, angles: FloatArray) -> Travel:
+    motion = programme.at(angles)
+    s, w = height(design) + motion[0], motion[1] - design.lead
+    return Travel(design.offset + 1j * s, (-design.sense * w + 1j * s) / np.hypot(s, w))
+
+
+MECHANISM = Mechanism(
+    name="disc cam, translating follower with a trace point",
+    pressure=lambda designs, programme: TranslatingPressureAngle(designs.lead, height(designs)),
+    curvature=lambda designs, programme: TranslatingPitchCurvature(designs.lead, height(designs)),
+    exists=_exists,
+    travel=_travel,
+)

@@ -1,0 +1,38 @@
+"""Disc cam, translating flat-faced follower, the face square to the motion.
+
+    ρ = R_b + y + y'',    contact at y' from the cam centre along the face,    β = 0
+
+Source: Norton, Cam Design and Manufacturing Handbook, ch. 7.
+"""
+
+import numpy as np
+
+from camopt.mechanisms.design import BoolArray, Designs, Mechanism, Travel
+from camopt.motion.programme import Programme
+from camopt.numerics import FloatArray
+from camopt.numerics.curves import Linear
+
+
+def _linear(designs: Designs, y: float, y1: float, y2: float, constant: FloatArray) -> Linear:
+    zeros = np.zeros(len(designs))
+    return Linear(zeros + y, zeros + y1, zeros + y2, zeros + constant)
+
+
+def _exists(designs: Designs, programme: Programme) -> BoolArray:
+    return designs.size > 0.0
+
+
+def _travel(design: Designs, programme: Programme, angles: FloatArray) -> Travel:
+    motion = programme.at(angles)
+    contact = design.sense * motion[1] + 1j * (design.size + motion[0])
+    return Travel(contact, np.full(angles.shape, 1j))
+
+
+MECHANISM = Mechanism(
+    name="disc cam, translating flat-faced follower",
+    pressure=lambda designs, programme: _linear(designs, 0, 0, 0, np.zeros(1)),
+    profile_radius=lambda designs, programme: _linear(designs, 1, 0, 1, designs.size),
+    reach=lambda designs, programme: _linear(designs, 0, 1, 0, -designs.lead),
+    exists=_exists,
+    travel=_travel,
+)

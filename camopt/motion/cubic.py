@@ -1,0 +1,33 @@
+"""Cubic (2-3 polynomial): s = x²(3 − 2x).
+
+Zero velocity at both ends; peaks: velocity 1.5 (the least with smooth ends), acceleration 6, with jumps at the ends.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from camopt.motion.law import folded
+from camopt.numerics import FloatArray
+
+TITLE = "cubic (2-3 polynomial)"
+SOURCE = "Rothbart, Cam Design Handbook, ch. 3"
+BREAKS = (0.0, 1.0)
+
+
+def displacement(x: ArrayLike) -> FloatArray:
+    near, mirrored = folded(x)
+    s = near**2 * (3.0 - 2.0 * near)
+    return np.where(mirrored, 1.0 - s, s)
+
+
+def velocity(x: ArrayLike) -> FloatArray:
+    x = np.asarray(x, dtype=float)
+    return 6.0 * x * (1.0 - x)
+
+
+def acceleration(x: ArrayLike) -> FloatArray:
+    return 12.0 * (0.5 - np.asarray(x, dtype=float))
+
+
+def jerk(x: ArrayLike) -> FloatArray:
+    return np.full_like(np.asarray(x, dtype=float), -12.0)

@@ -1,0 +1,36 @@
+"""What a motion law is: a module with four verbs, on the unit stroke.
+
+``displacement(x)`` runs from s(0) = 0 to s(1) = 1; ``velocity``, ``acceleration`` and ``jerk`` are its first
+three derivatives by x. ``BREAKS`` are the points between which all four are smooth, 0 and 1 included; *at* a
+break a verb may return either one-sided value, so the motion tables evaluate strictly between breaks.
+"""
+
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from camopt.numerics import FloatArray
+
+
+class Law(Protocol):
+    """The verbs and facts that every law module has."""
+
+    TITLE: str
+    SOURCE: str
+    BREAKS: tuple[float, ...]
+
+    def displacement(self, x: ArrayLike, /) -> FloatArray: ...
+    def velocity(self, x: ArrayLike, /) -> FloatArray: ...
+    def acceleration(self, x: ArrayLike, /) -> FloatArray: ...
+    def jerk(self, x: ArrayLike, /) -> FloatArray: ...
+
+
+def folded(x: ArrayLike) -> tuple[FloatArray, Any]:
+    """x mirrored into the first half of the stroke, and where it was mirrored.
+
+    A symmetric law, s(1−x) = 1 − s(x), is evaluated from the nearer end, where its formulas keep their digits.
+    """
+    x = np.asarray(x, dtype=float)
+    mirrored = x > 0.5
+    return np.where(mirrored, 1.0 - x, x), mirrored

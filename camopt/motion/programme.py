@@ -1,0 +1,194 @@
+"""A programme: rises, dwells and returns in the order of one turn."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+from math import inf, pi, radians
+
+import numpy as np
+from numpy.polynomial import Polynomial
+
+from camopt.motion import LAWS
+from camopt.motion.table import DEGREE, DWELL, RETURN, RISE, MotionTable, fill_nodes, stroke_coefficients
+from camopt.numerics import FloatArray
+
+PANELS = 32  # the least number of panels in a stroke
+KINDS = {"rise": RISE, "return": RETURN, "dwell": DWELL}
+SAME = 1e-9  # jumps below this share of the largest value in the turn are rounding
+
+
+@dataclass(frozen=True)
+class Stroke:
+    """One segment of a turn: cam angle in rad, displacements at its ends in mm (rad when oscillating)."""
+
+    kind: int
+    law: str | None
+    start: float
+    angle: float
+    low: float  # displacement at its start
+    high: float  # and at its end
+
+    @property
+    def end(self) -> float:
+        return self.start + self.angle
+
+
+@dataclass(frozen=True)
+class Jump:
+    """A discontinuity of y' (a corner) or y'' between two smooth pieces."""
+
+    order: int  # of the derivative that jumps
+    at: float  # cam angle, rad
+    size: float  # right value minus left value
+    kinds: int  # of the two strokes that meet there
+
+
+@dataclass(frozen=True)
+class Programme:
+    """The motion of one turn. Hashable; its tables are made once and shared."""
+
+    strokes: tuple[Stroke, ...]
+
+    @classmethod
+    def from_segments(cls, segments: Sequence[tuple[str, float, float, str | None]], *, angular: bool) -> "Programme":
+        """From (segment, angle in deg, lift in mm, or in deg if ``angular``, law); zero-length dwells drop out."""
+        strokes, start, y = [], 0.0, 0.0
+        for segment, angle, lift, law in segments:
+            if angle == 0.0:
+                continue
+            kind = KINDS[segment]
+            change = {RISE: lift, RETURN: -lift, DWELL: 0.0}[kind] * (pi / 180 if angular else 1.0)
+            end = 0.0 if abs(y + change) <= SAME * abs(change) else y + change
+            strokes.append(Stroke(kind, law, start, radians(angle), y, end))
+            start, y = start + radians(angle), end
+        return cls(tuple(strokes))
+
+    def with_laws(self, rise: str | None, fall: str | None) -> "Programme":
+        """The same turn with other laws on its rises and returns (None keeps them)."""
+        chosen = {RISE: rise, RETURN: fall, DWELL: None}
+        return Programme(tuple(replace(s, law=chosen[s.kind] or s.law) for s in self.strokes))
+
+    def law_names(self, kind: int) -> str:
+        """The laws of the strokes of a kind, in order, joined by '+' where they differ."""
+        return "+".join(dict.fromkeys(s.law for s in self.strokes if s.kind == kind and s.law))
+
+    @property
+    def lift(self) -> float:
+        return max(s.high for s in self.strokes)
+
+    def table(self, refinement: int = 1) -> MotionTable:
+        """The programme as panel polynomials, with ``refinement`` times the usual number of panels."""
+        return _table(self, refinement)
+
+    @cached_property
+    def jumps(self) -> tuple[Jump, ...]:
+        """Where y' or y'' is discontinuous, the end of the turn joined to its start."""
+        return tuple(_jumps(self))
+
+    @property
+    def corners(self) -> tuple[Jump, ...]:
+        """Jumps of y': the acceleration there is an impulse, the pitch curve has a corner."""
+        return tuple(j for j in self.jumps if j.order == 1)
+
+    def at(self, angles: FloatArray) -> FloatArray:
+        """(y, y', y'', y''') at the given cam angles (rad), one row each, from the laws themselves."""
+        angles = np.asarray(angles, dtype=float)
+        out = np.zeros((4, *angles.shape))
+        edges = np.array([s.start for s in self.strokes])
+        index = np.searchsorted(edges, angles, side="right") - 1
+        for k, stroke in enumerate(self.strokes):
+            here = index == k
+            out[:, here] = _stroke_motion(stroke, angles[here])
+        return out
+
+
+def _stroke_motion(stroke: Stroke, angles: FloatArray) -> FloatArray:
+    if stroke.law is None:
+        return np.stack([np.full_like(angles, stroke.low), *np.zeros((3, angles.size))])
+    law, b, h = LAWS[stroke.law], stroke.angle, stroke.high - stroke.low
+    x = np.clip((angles - stroke.start) / b, 0.0, 1.0)
+    verbs = (law.displacement, law.velocity, law.acceleration, law.jerk)
+    rows = np.stack([h * verb(x) / b**order for order, verb in enumerate(verbs)])
+    rows[0] += stroke.low
+    return rows
+
+
+@lru_cache(maxsize=512)
+def _table(programme: Programme, refinement: int) -> MotionTable:
+    rows, centres, halves, pieces, kinds = [], [], [], [0], []
+    for stroke in programme.strokes:
+        if stroke.law is None:
+            coefficients, ends, counts = np.zeros((1, DEGREE + 1)), np.array([0.0, 1.0]), (1,)
+        else:
+            coefficients, ends, counts = stroke_coefficients(LAWS[stroke.law], PANELS * refinement)
+        row = coefficients * (stroke.high - stroke.low)
+        row[:, 0] += stroke.low
+        rows.append(row)
+        centres.append(stroke.start + stroke.angle * (ends[1:] + ends[:-1]) / 2)
+        halves.append(stroke.angle * np.diff(ends) / 2)
+        for count in counts:
+            pieces.append(pieces[-1] + count)
+            kinds.append(stroke.kind)
+    table = MotionTable(
+        np.concatenate(rows),
+        np.concatenate(centres),
+        np.concatenate(halves),
+        np.array(pieces),
+        np.array(kinds),
+        np.empty((pieces[-1] + len(kinds), 4)),
+    )
+    fill_nodes(table)
+    return table
+
+
+def _jumps(programme: Programme) -> list[Jump]:
+    table = programme.table()
+    pieces = np.arange(table.kind.size)
+    first = table.nodes[table.first_panel[:-1] + pieces]
+    last = table.nodes[table.first_panel[1:] + pieces]
+    scale = np.max(np.abs(table.nodes), axis=0)
+    start = table.centre[table.first_panel[:-1]] - table.half_width[table.first_panel[:-1]]
+    found = []
+    for q in pieces:
+        change = first[q] - last[q - 1]
+        for order in (1, 2):
+            if abs(change[order]) > SAME * scale[order]:
+                kinds = int(table.kind[q] | table.kind[q - 1])
+                found.append(Jump(order, float(start[q]), float(change[order]), kinds))
+                break
+    return found
+
+
+def peak(programme: Programme, order: int, kinds: int) -> float:
+    """Largest |derivative of that order| over the strokes of the given kinds, by cam angle.
+
+    Infinite where a lower derivative jumps in one of them or at its ends.
+    """
+    if any(j.order < order and j.kinds & kinds for j in programme.jumps):
+        return inf
+    least, largest = span(programme, order, kinds)
+    return max(-least, largest, 0.0)
+
+
+def span(programme: Programme, order: int, kinds: int) -> tuple[float, float]:
+    """Least and largest one-sided value of a derivative over the strokes of the given kinds.
+
+    Exact: the extremes of each panel polynomial, found from the roots of its derivative.
+    """
+    table = programme.table()
+    pieces = [q for q in range(table.kind.size) if table.kind[q] & kinds]
+    panels = [p for q in pieces for p in range(table.first_panel[q], table.first_panel[q + 1])]
+    values = [value for p in panels for value in _stationary_values(table, p, order)]
+    return min(values, default=0.0), max(values, default=0.0)
+
+
+def _stationary_values(table: MotionTable, panel: int, order: int) -> FloatArray:
+    """Values of a derivative at the ends of a panel and where it is stationary inside."""
+    series = Polynomial(table.coefficients[panel]).deriv(order)
+    slope = series.deriv()
+    u = np.array([-1.0, 1.0])
+    if slope(-1.0) * slope(1.0) < 0:
+        roots = slope.roots()
+        u = np.append(u, roots.real[(np.abs(roots.imag) < 1e-6) & (np.abs(roots.real) <= 1)])
+    values: FloatArray = series(u) / table.half_width[panel] ** order
+    return values

@@ -1,0 +1,63 @@
+"""The one compile decorator of the package, each flag with its reason."""
+
+import hashlib
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numba
+from numba.core import config
+from platformdirs import user_cache_path
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+FLAGS = {
+    "nogil": True,  # blocks of designs run on threads
+    "error_model": "numpy",  # 1/0 is inf, as in the formulas; Python's model would add a branch to each division
+    "fastmath": False,  # inf and signed zeros decide feasibility; and no reordering: results are bit-identical
+}
+
+
+def _source_digest() -> str:
+    """Fingerprint of the package's sources.
+
+    numba renews a cached kernel only when the kernel's own file changes, not when a formula that it
+    inlines does. A cache folder per state of the sources closes that hole.
+    """
+    package = Path(__file__).resolve().parents[1]
+    digest = hashlib.sha256(numba.__version__.encode())
+    for path in sorted(package.rglob("*.py")):
+        status = path.stat()
+        digest.update(f"{path.relative_to(package)}:{status.st_mtime_ns}:{status.st_size}".encode())
+    return digest.hexdigest()[:16]
+
+
+def _cache_folder() -> str | None:
+    """Folder for compiled kernels, or None where nothing can be written."""
+    if config.CACHE_DIR:
+        return str(config.CACHE_DIR)
+    folder = user_cache_path("camopt") / _source_digest()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return None
+    return str(folder) if os.access(folder, os.W_OK) else None
+
+
+CACHE_FOLDER = _cache_folder()
+
+
+def is_warm() -> bool:
+    """Whether compiled kernels of this state of the sources are on disk (the first run has to compile)."""
+    return CACHE_FOLDER is not None and any(Path(CACHE_FOLDER).rglob("*.nbc"))
+
+
+def compiled(function: F) -> F:
+    """Compile a kernel with numba, cached on disk."""
+    previous = config.CACHE_DIR
+    config.CACHE_DIR = CACHE_FOLDER or previous
+    try:
+        return numba.njit(function, cache=CACHE_FOLDER is not None, **FLAGS)  # type: ignore[no-any-return]
+    finally:
+        config.CACHE_DIR = previous

@@ -1,0 +1,55 @@
+"""Quantities as curves over the cam angle, and the formulas that a kernel compiles into itself.
+
+A curve is a NamedTuple of arrays, one entry a design, such as ``PressureAngle(offset, height)``. Its formula
+gives, for design ``i`` and the motion ``(y, y', y'', y''')`` at one cam angle, the pair (value, slope by the
+cam angle). Names of curve types are unique
+in the package (numba names machine code after them). Kernels are written once, for any curve: numba compiles them anew for each NamedTuple type, so a
+formula costs what it would cost written inside the loop, and the compiled result is cached on disk.
+(Closures over compiled functions, and compiled functions as arguments, are not: numba issue 6264.)
+"""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple, TypeVar
+
+from numba.extending import overload
+
+from camopt.numerics import FloatArray
+
+Formula = TypeVar("Formula", bound=Callable[..., tuple[Any, Any]])
+
+FORMULAS: dict[type, Callable[..., tuple[Any, Any]]] = {}
+
+
+def curve(f: Any, i: Any, y: Any, y1: Any, y2: Any, y3: Any) -> tuple[Any, Any]:
+    """Value and slope of curve ``f`` for design ``i``; uncompiled, and resolved by type inside kernels."""
+    return FORMULAS[type(f)](f, i, y, y1, y2, y3)
+
+
+def formula(owner: type) -> Callable[[Formula], Formula]:
+    """Register a function as the formula of the curve type ``owner``."""
+
+    def register(function: Formula) -> Formula:
+        FORMULAS[owner] = function
+
+        @overload(curve)
+        def _resolve(f, i, y, y1, y2, y3):  # type: ignore[no-untyped-def]
+            return function if getattr(f, "instance_class", None) is owner else None
+
+        return function
+
+    return register
+
+
+class Linear(NamedTuple):
+    """a·y + b·y' + c·y'' + d·y''' + constant: peaks, support lines, radius of a flat-faced cam."""
+
+    displacement: FloatArray
+    velocity: FloatArray
+    acceleration: FloatArray
+    constant: FloatArray
+
+
+@formula(Linear)
+def linear(f, i, y, y1, y2, y3):  # type: ignore[no-untyped-def]
+    value = f.constant[i] + f.displacement[i] * y + f.velocity[i] * y1 + f.acceleration[i] * y2
+    return value, f.displacement[i] * y1 + f.velocity[i] * y2 + f.acceleration[i] * y3

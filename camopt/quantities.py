@@ -1,0 +1,99 @@
+"""The list of quantities: everything camopt can report, with name, symbol, unit, origin and one sentence.
+
+Table columns, JSON keys, documentation and checks of names all come from here. The unit is the suffix.
+"""
+
+from dataclasses import dataclass
+from itertools import product
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """One reportable quantity. ``effect`` names the effect that computes it; ``kind`` is its column type."""
+
+    name: str
+    symbol: str
+    unit: str
+    effect: str
+    sentence: str
+    kind: type = float
+
+
+STROKES = {"rise": " over the rises", "return": " over the returns", "": " over the turn"}
+DERIVATIVES = {
+    "velocity": ("v", {"m_s": "m/s", "rad_s": "rad/s", "mm_per_rad": "mm/rad", "deg_per_rad": "deg/rad"}),
+    "acceleration": (
+        "a",
+        {"m_s2": "m/s²", "rad_s2": "rad/s²", "mm_per_rad2": "mm/rad²", "deg_per_rad2": "deg/rad²"},
+    ),
+    "jerk": ("j", {"m_s3": "m/s³", "rad_s3": "rad/s³", "mm_per_rad3": "mm/rad³", "deg_per_rad3": "deg/rad³"}),
+}
+
+
+def motion_quantity(derivative: str, stroke: str, *, angular: bool, timed: bool) -> str:
+    """Name of a motion quantity: ``timed`` by time (the scene has an rpm), else by cam angle."""
+    position = 2 * (not timed) + angular  # the order of the units in DERIVATIVES
+    suffix = list(DERIVATIVES[derivative][1])[position]
+    return "_".join(part for part in (derivative, "max", stroke, suffix) if part)
+
+
+def _motion_quantities() -> list[Quantity]:
+    return [
+        Quantity(
+            motion_quantity(derivative, stroke, angular=angular, timed=timed),
+            f"{DERIVATIVES[derivative][0]}_max",
+            list(DERIVATIVES[derivative][1].values())[2 * (not timed) + angular],
+            "motion",
+            f"Largest |{derivative}| of the follower{words}; infinite where a lower derivative jumps.",
+        )
+        for derivative, (stroke, words), angular, timed in product(
+            DERIVATIVES, STROKES.items(), (False, True), (True, False)
+        )
+    ]
+
+
+_ALL = [
+    Quantity("law_rise", "", "", "sizes", "Motion law of the rises.", str),
+    Quantity("law_return", "", "", "sizes", "Motion law of the returns.", str),
+    Quantity("base_radius_mm", "R_b", "mm", "sizes", "Least radius of the profile of a disc cam."),
+    Quantity("mean_radius_mm", "R_m", "mm", "sizes", "Radius at which a cylindrical cam is developed."),
+    Quantity("roller_radius_mm", "R_r", "mm", "sizes", "Radius of the roller; of the face if spherical."),
+    Quantity("prime_radius_mm", "R_p", "mm", "sizes", "Least radius of the pitch curve, R_b + R_r."),
+    Quantity("offset_mm", "e", "mm", "sizes", "Offset of the follower's axis, positive to the right."),
+    Quantity("arm_length_mm", "l", "mm", "sizes", "Distance from the pivot to the trace point."),
+    Quantity("centre_distance_mm", "c", "mm", "sizes", "Distance from the pivot to the cam centre."),
+    Quantity("face_offset_mm", "f", "mm", "sizes", "Distance of an oscillating flat face from its pivot."),
+    Quantity("shaft_clearance_mm", "", "mm", "sizes", "Least gap between the profile and the shaft."),
+    *_motion_quantities(),
+    Quantity("pressure_angle_max_deg", "β_max", "deg", "pressure", "Largest |β| over the turn."),
+    Quantity("pressure_angle_max_rise_deg", "β_max", "deg", "pressure", "Largest |β| over the rises."),
+    Quantity("pressure_angle_max_return_deg", "β_max", "deg", "pressure", "Largest |β| over the returns."),
+    Quantity("pressure_angle_max_dwell_deg", "β_max", "deg", "pressure", "Largest |β| over the dwells."),
+    Quantity("pressure_angle_max_at_deg", "θ_p", "deg", "pressure", "Cam angle of the pitch point (largest |β|)."),
+    Quantity("pitch_circle_radius_mm", "", "mm", "pressure", "Radius of the circle through the pitch point."),
+    Quantity("pitch_curvature_max_per_mm", "κ", "1/mm", "curvature", "Largest curvature of the pitch curve."),
+    Quantity("pitch_curvature_min_per_mm", "κ", "1/mm", "curvature", "Least (most concave) curvature of it."),
+    Quantity(
+        "profile_radius_min_mm",
+        "ρ_min",
+        "mm",
+        "curvature",
+        "Least convex radius of curvature of the profile; 0 or less where the cam is undercut.",
+    ),
+    Quantity(
+        "cutter_radius_max_mm",
+        "R_c",
+        "mm",
+        "curvature",
+        "Largest cutter or grinding wheel that reaches every concave flank of the profile.",
+    ),
+    Quantity("undercut", "", "", "curvature", "Whether a part of the profile is cut away by its neighbour.", bool),
+    Quantity("self_crossing", "", "", "crossing", "Whether far parts of the profile cross each other.", bool),
+    Quantity("face_reach_max_mm", "", "mm", "reach", "Furthest contact on a flat face, one way."),
+    Quantity("face_reach_min_mm", "", "mm", "reach", "Furthest contact on a flat face, the other way."),
+    Quantity("feasible", "", "", "limits", "Whether every limit of the scene is held.", bool),
+    Quantity("violated", "", "", "limits", "The limits that are not held, separated by commas.", str),
+]
+
+QUANTITIES: dict[str, Quantity] = {quantity.name: quantity for quantity in _ALL}
+"""Every quantity by name, in the order of the columns."""
