@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 from camopt.mechanisms.design import Designs, Mechanism
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
-from camopt.numerics.extremes import extremes, turning
+from camopt.numerics.extremes import extremes, turns_far
 
 REFINEMENTS = (1, 8, 64, 512)  # times the usual number of panels
+MARGIN = 1e-3  # of the tolerance, spent on following a maximum
 LARGEST_TURN = 0.25  # tangent of the angle that the normal may turn within a panel
 
 
@@ -50,13 +51,12 @@ class Case:
         index = np.arange(len(self.designs))
         for refinement in REFINEMENTS:
             some = self.designs.take(index)
-            turn = np.empty(len(some))
-            pressure = self.subject.mechanism.pressure(some, self.programme)
-            turning(pressure, len(some), self.programme.table(refinement), turn)
-            last = refinement == REFINEMENTS[-1]
-            resolved = np.full(turn.shape, True) if last else turn <= LARGEST_TURN
-            groups.append((refinement, index[resolved]))
-            index = index[~resolved]
+            far = np.zeros(len(some), dtype=bool)
+            if refinement != REFINEMENTS[-1]:
+                pressure = self.subject.mechanism.pressure(some, self.programme)
+                turns_far(pressure, len(some), self.programme.table(refinement), LARGEST_TURN, far)
+            groups.append((refinement, index[~far]))
+            index = index[far]
             if not index.size:
                 break
         return groups
@@ -72,7 +72,7 @@ class Case:
             some = self.designs.take(index)
             v, w = np.empty((len(questions), index.size)), np.empty((len(questions), index.size))
             table = self.programme.table(refinement)
-            extremes(curve(some, self.programme), len(some), table, asked, v, w)
+            extremes(curve(some, self.programme), len(some), table, asked, self.subject.tolerance * MARGIN, v, w)
             value[:, index], where[:, index] = v, w
         return value, where
 
