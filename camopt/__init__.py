@@ -1,0 +1,70 @@
+"""camopt: the design-space optimiser for cams and followers.
+
+The public names below are imported when first used, so that ``import camopt`` costs nothing.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from camopt.version import VERSION as __version__
+
+if TYPE_CHECKING:
+    from camopt.evaluation import Evaluation, evaluate
+    from camopt.mistakes import BadInput
+    from camopt.motion import LAWS
+    from camopt.figures import plot
+    from camopt.points import cam_points
+    from camopt.quantities import QUANTITIES
+    from camopt.scene import Scene, find_scene, shipped_scenes
+    from camopt.search.optimise import Optimum, optimise
+    from camopt.search.sweep import Sweep, sweep
+    from camopt.table import load
+
+_HOMES = {
+    "BadInput": "mistakes",
+    "Evaluation": "evaluation",
+    "LAWS": "motion",
+    "Optimum": "search.optimise",
+    "QUANTITIES": "quantities",
+    "Scene": "scene",
+    "Sweep": "search.sweep",
+    "cam_points": "points",
+    "evaluate": "evaluation",
+    "find_scene": "scene",
+    "load": "table",
+    "optimise": "search.optimise",
+    "plot": "figures",
+    "shipped_scenes": "scene",
+    "sweep": "search.sweep",
+}
+
+__all__ = [
+    "LAWS",
+    "QUANTITIES",
+    "BadInput",
+    "Evaluation",
+    "Optimum",
+    "Scene",
+    "Sweep",
+    "__version__",
+    "cam_points",
+    "evaluate",
+    "find_scene",
+    "load",
+    "optimise",
+    "plot",
+    "shipped_scenes",
+    "sweep",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module 'camopt' has no attribute {name!r}")
+    value = getattr(import_module(f"camopt.{_HOMES[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -84,7 +84,7 @@ def first_sine(designs: Designs) -> FloatArray:
 
 
 def _fields(designs: Designs) -> tuple[FloatArray, ...]:
-    sine = np.clip(first_sine(designs), -1.0, 1.0)
+    sine = np.minimum(np.maximum(first_sine(designs), -1.0), 1.0)
     cosine = np.sqrt((1.0 - sine) * (1.0 + sine))
     sense = np.full(len(designs), designs.sense)
     return designs.face_offset, designs.centre_distance, cosine, sine, sense
@@ -94,7 +94,7 @@ def _exists(designs: Designs, programme: Programme) -> BoolArray:
     sine = first_sine(designs)
     inside = (sine > -1.0) & (sine < 1.0)
     last = np.arcsin(np.where(inside, sine, 0.0)) + programme.lift
-    slowest = min(designs.sense * speed for speed in span(programme, 1, TURN))
+    slowest = min(designs.sense * speed for speed in span(programme, (0, 1), TURN))
     return inside & (last < np.pi / 2) & (1.0 + slowest > 0.0)
 
 

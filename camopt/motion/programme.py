@@ -166,29 +166,43 @@ def peak(programme: Programme, order: int, kinds: int) -> float:
     """
     if any(j.order < order and j.kinds & kinds for j in programme.jumps):
         return inf
-    least, largest = span(programme, order, kinds)
+    least, largest = span(programme, [0.0] * order + [1.0], kinds)
     return max(-least, largest, 0.0)
 
 
-def span(programme: Programme, order: int, kinds: int) -> tuple[float, float]:
-    """Least and largest one-sided value of a derivative over the strokes of the given kinds.
+def span(programme: Programme, weights: Sequence[float], kinds: int) -> tuple[float, float]:
+    """Least and largest value of w₀·y + w₁·y' + w₂·y'' + … over the strokes of the given kinds.
 
-    Exact: the extremes of each panel polynomial, found from the roots of its derivative.
+    Exact: the extremes of each panel's polynomial, found from the roots of its derivative; one-sided values at
+    jumps. (inf, -inf) if there is no such stroke.
     """
     table = programme.table()
     pieces = [q for q in range(table.kind.size) if table.kind[q] & kinds]
     panels = [p for q in pieces for p in range(table.first_panel[q], table.first_panel[q + 1])]
-    values = [value for p in panels for value in _stationary_values(table, p, order)]
-    return min(values, default=0.0), max(values, default=0.0)
+    values = [value for p in panels for value in _stationary_values(table, p, weights)]
+    return min(values, default=inf), max(values, default=-inf)
 
 
-def _stationary_values(table: MotionTable, panel: int, order: int) -> FloatArray:
-    """Values of a derivative at the ends of a panel and where it is stationary inside."""
-    series = Polynomial(table.coefficients[panel]).deriv(order)
+def _stationary_values(table: MotionTable, panel: int, weights: Sequence[float]) -> FloatArray:
+    """Values of a combination at the ends of a panel and where it is stationary inside."""
+    y, h = Polynomial(table.coefficients[panel]), table.half_width[panel]
+    series = sum((w / h**order * y.deriv(order) for order, w in enumerate(weights)), Polynomial([0.0]))
     slope = series.deriv()
     u = np.array([-1.0, 1.0])
     if slope(-1.0) * slope(1.0) < 0:
         roots = slope.roots()
         u = np.append(u, roots.real[(np.abs(roots.imag) < 1e-6) & (np.abs(roots.real) <= 1)])
-    values: FloatArray = series(u) / table.half_width[panel] ** order
+    values: FloatArray = series(u)
     return values
+
+
+def law_peaks(law: str) -> dict[str, float | str]:
+    """Peak velocity, acceleration and jerk of a law's unit stroke between dwells, and which derivative jumps."""
+    rest = Stroke(DWELL, None, 1.0, 1.0, 1.0, 1.0)
+    rise = Stroke(RISE, law, 0.0, 1.0, 0.0, 1.0)
+    fall = Stroke(RETURN, law, 2.0, 1.0, 1.0, 0.0)
+    turn = Programme((rise, rest, fall, replace(rest, start=3.0, low=0.0, high=0.0)))
+    orders = {"peak_velocity": 1, "peak_acceleration": 2, "peak_jerk": 3}
+    jumps = {1: "velocity", 2: "acceleration"}
+    lowest = min((jump.order for jump in turn.jumps if jump.kinds & RISE), default=0)
+    return {**{n: peak(turn, k, RISE) for n, k in orders.items()}, "jumps": jumps.get(lowest, "")}

@@ -1,0 +1,208 @@
+"""The command line. Each command is one call of the library, and a printer of its result."""
+
+import sys
+from collections.abc import Callable
+from functools import wraps
+from pathlib import Path
+from typing import Any
+
+import click
+
+from camopt.version import VERSION
+
+DEFAULT_SCENE = "roller-1000rpm"
+NOTHING_FEASIBLE, BAD_INPUT, FILE_TROUBLE, INTERRUPTED = 1, 2, 3, 130
+
+
+class Aliased(click.Group):
+    """A group that also takes the American spelling."""
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        return super().get_command(ctx, "optimise" if cmd_name == "optimize" else cmd_name)
+
+
+@click.group(cls=Aliased, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(VERSION, prog_name="camopt")
+def camopt() -> None:
+    """Find the smallest cam that does a motion within your limits, and what you trade for it.
+
+    SCENE is a TOML file or the name of a shipped scene (see `camopt scenes`); without one, roller-1000rpm.
+
+    Exit codes: 0 done, 1 no feasible design, 2 bad input, 3 file or resource trouble, 130 interrupted.
+    """
+
+
+def _output_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Options common to all commands."""
+    command = click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output.")(command)
+    return click.option("--quiet", is_flag=True, help="No progress and no messages.")(command)
+
+
+OVERRIDES = {
+    "rpm": ("cam.rpm",),
+    "max_pressure": ("limits.pressure_angle", "limits.pressure_angle_return"),
+    "max_pressure_return": ("limits.pressure_angle_return",),
+    "min_curvature": ("limits.curvature_radius",),
+    "tolerance": ("accuracy.tolerance",),
+}
+
+
+def _scene_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Options that override the scene; the command gets the scene itself."""
+
+    @wraps(command)
+    def with_scene(scene: str, **options: Any) -> Any:
+        from camopt.scene import find_scene
+
+        given = {name: options.pop(name) for name in OVERRIDES}
+        changes = {key: v for name, v in given.items() if v is not None for key in OVERRIDES[name]}
+        found = find_scene(scene)
+        return command(scene=found.replace(**changes) if changes else found, **options)
+
+    decorated: Any = with_scene
+    for option in (
+        click.option("--tolerance", type=float, help="Relative error of each reported value."),
+        click.option("--min-curvature", type=float, help="Least convex radius of the profile, mm."),
+        click.option("--max-pressure-return", type=float, help="Pressure angle on returns, deg."),
+        click.option("--max-pressure", type=float, help="Pressure angle on rise and return, deg."),
+        click.option("--rpm", type=float, help="Speed of the cam, rev/min."),
+    ):
+        decorated = option(decorated)
+    return decorated  # type: ignore[no-any-return]
+
+
+class Axis(click.ParamType):
+    """START:STOP:STEP, or one value."""
+
+    name = "START:STOP:STEP"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        try:
+            numbers = [float(part) for part in str(value).split(":")]
+        except ValueError:
+            numbers = []
+        if len(numbers) == 1:
+            return numbers
+        if len(numbers) != 3:
+            self.fail(f"{value!r} is neither START:STOP:STEP nor one number", param, ctx)
+        return dict(zip(("start", "stop", "step"), numbers, strict=True))
+
+
+@camopt.command()
+@click.argument("scene", default=DEFAULT_SCENE)
+@_scene_options
+@_output_options
+@click.option("--base-radius", type=Axis(), help="Base radii to sweep, mm.")
+@click.option("--offset", type=Axis(), help="Offsets to sweep, mm, positive to the right.")
+@click.option("--roller-radius", type=Axis(), help="Roller radii to sweep, mm.")
+@click.option("--law", multiple=True, help="Motion law to try; repeat for several.")
+@click.option("--out", default="camopt-out", show_default=True, help="Folder for the tables.")
+@click.option(
+    "--keep", type=click.Choice(("pareto", "feasible", "all")), default="feasible", show_default=True,
+    help="Which designs go to designs.parquet.",
+)  # fmt: skip
+@click.option("--workers", type=click.IntRange(1), help="Threads; one a core if not given.")
+def sweep(
+    scene: Any, as_json: bool, quiet: bool, out: str, keep: str, workers: int | None, law: tuple[str, ...], **axes: Any
+) -> int:
+    """Evaluate a design space and write its Pareto table."""
+    from camopt import reports
+    from camopt.search.sweep import sweep as run
+
+    changes = {f"search.{key}": value for key, value in axes.items() if value is not None}
+    if law:
+        changes |= {"search.law": list(law), "search.law_rise": None, "search.law_return": None}
+    with reports.progress(quiet, "designs") as advance:
+        result = run(scene.replace(**changes) if changes else scene, out, keep, workers, advance)
+    reports.show_sweep(result, as_json)
+    return 0 if result.feasible else NOTHING_FEASIBLE
+
+
+@camopt.command()
+@click.argument("scene", default=DEFAULT_SCENE)
+@_scene_options
+@_output_options
+def optimise(scene: Any, as_json: bool, quiet: bool) -> int:
+    """Find the smallest cam that meets the limits."""
+    from camopt import reports
+    from camopt.search.optimise import optimise as run
+
+    with reports.progress(quiet, "laws") as advance:
+        result = run(scene, advance)
+    reports.show_optimum(result, as_json)
+    return 0 if result.best else NOTHING_FEASIBLE
+
+
+@camopt.command()
+@click.argument("scene")
+@_scene_options
+@_output_options
+@click.option("--plot", "picture", type=click.Path(dir_okay=False), help="Draw to a PNG, SVG or PDF file.")
+@click.option("--points", type=click.Path(dir_okay=False), help="Write the cam's curves to a CSV or Parquet file.")
+@click.option("--cutter-radius", type=float, help="With --points: also the path of a cutter of this radius, mm.")
+def evaluate(
+    scene: Any, as_json: bool, quiet: bool, picture: str | None, points: str | None, cutter_radius: float | None
+) -> int:
+    """Compute every quantity of one design."""
+    from camopt import reports
+    from camopt.evaluation import evaluate as run
+
+    with reports.progress(quiet, ""):
+        result = run(scene)
+    if picture:
+        from camopt.figures import plot
+
+        plot(scene, picture)
+    if points:
+        from camopt.points import write_points
+
+        write_points(scene, points, cutter_radius)
+    reports.show_evaluation(result, as_json)
+    return 0
+
+
+@camopt.command()
+@_output_options
+def laws(as_json: bool, quiet: bool) -> int:
+    """List the motion laws with their peak factors."""
+    from camopt import reports
+
+    with reports.progress(quiet, ""):
+        reports.show_laws(as_json)
+    return 0
+
+
+@camopt.command()
+@click.argument("name", required=False)
+@_output_options
+def scenes(name: str | None, as_json: bool, quiet: bool) -> int:
+    """List the shipped scenes; with a NAME, print it as TOML."""
+    from camopt import reports
+
+    reports.show_scenes(name, as_json)
+    return 0
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run a command; the exit code. A user's mistake is a message, never a traceback."""
+    from camopt.mistakes import BadInput
+
+    try:
+        return camopt.main(arguments, prog_name="camopt", standalone_mode=False) or 0
+    except click.ClickException as mistake:
+        mistake.show()
+        return mistake.exit_code
+    except BadInput as mistakes:
+        click.echo(f"camopt: {mistakes}", err=True)
+        return BAD_INPUT
+    except (KeyboardInterrupt, click.Abort):
+        click.echo("camopt: interrupted, nothing written", err=True)
+        return INTERRUPTED
+    except (OSError, MemoryError) as trouble:
+        where = f"{Path(trouble.filename)}: " if getattr(trouble, "filename", None) else ""
+        click.echo(f"camopt: {where}{getattr(trouble, 'strerror', None) or trouble}", err=True)
+        return FILE_TROUBLE
+
+
+if __name__ == "__main__":
+    sys.exit(main())

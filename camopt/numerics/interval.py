@@ -1,0 +1,116 @@
+"""Intervals: the same formulas that kernels run on numbers, run on ranges of them.
+
+``Interval`` is an array of closed intervals that formulas and numpy's functions accept in place of an array of
+numbers. The result encloses every value that the formula takes over the box of its arguments (natural interval
+extension: never too narrow, and exact in the limit of narrow boxes), up to rounding, for which a user of the
+bounds leaves a margin.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from camopt.numerics import FloatArray
+
+
+def _hull(*candidates: FloatArray) -> "Interval":
+    stacked = np.array(np.broadcast_arrays(*candidates))
+    low, high = np.min(stacked, axis=0), np.max(stacked, axis=0)
+    return Interval(np.where(np.isnan(low), -np.inf, low), np.where(np.isnan(high), np.inf, high))
+
+
+def _add(a: "Interval", b: "Interval") -> "Interval":
+    return Interval(a.low + b.low, a.high + b.high)
+
+
+def _subtract(a: "Interval", b: "Interval") -> "Interval":
+    return Interval(a.low - b.high, a.high - b.low)
+
+
+def _multiply(a: "Interval", b: "Interval") -> "Interval":
+    if a is b:
+        return _square(a)
+    return _hull(a.low * b.low, a.low * b.high, a.high * b.low, a.high * b.high)
+
+
+def _square(a: "Interval") -> "Interval":
+    return Interval(a.least_magnitude**2, np.maximum(a.low**2, a.high**2))
+
+
+def _divide(a: "Interval", b: "Interval") -> "Interval":
+    through_zero = (b.low <= 0.0) & (b.high >= 0.0)
+    inverse = Interval(
+        np.where(through_zero, -np.inf, 1.0 / b.high), np.where(through_zero, np.inf, 1.0 / b.low)
+    )
+    return _multiply(a, inverse)
+
+
+def _sine(a: "Interval") -> "Interval":
+    """Ends of the range, and ±1 where a crest or trough lies inside."""
+
+    def holds(phase: float) -> Any:
+        return np.floor((a.high - phase) / (2 * np.pi)) >= np.ceil((a.low - phase) / (2 * np.pi))
+
+    ends = _hull(np.sin(a.low), np.sin(a.high))
+    return Interval(
+        np.where(holds(-np.pi / 2), -1.0, ends.low), np.where(holds(np.pi / 2), 1.0, ends.high)
+    )
+
+
+def _arctan2(y: "Interval", x: "Interval") -> "Interval":
+    """For y ≥ 0 and x ≥ 0 only, where it rises with y and falls with x."""
+    return Interval(np.arctan2(y.low, x.high), np.arctan2(y.high, x.low))
+
+
+def _rising(function: Any) -> Callable[..., "Interval"]:
+    """A function that rises with each of its arguments."""
+    return lambda *a: Interval(function(*(x.low for x in a)), function(*(x.high for x in a)))
+
+
+RULES: dict[np.ufunc, Callable[..., "Interval"]] = {
+    np.add: _add,
+    np.subtract: _subtract,
+    np.multiply: _multiply,
+    np.true_divide: _divide,
+    np.negative: lambda a: Interval(-a.high, -a.low),
+    np.sqrt: lambda a: _rising(np.sqrt)(Interval(np.maximum(a.low, 0.0), np.maximum(a.high, 0.0))),
+    np.sin: _sine,
+    np.cos: lambda a: _sine(a + np.pi / 2),
+    np.arcsin: _rising(np.arcsin),
+    np.arctan2: _arctan2,
+    np.maximum: _rising(np.maximum),
+    np.minimum: _rising(np.minimum),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Interval(np.lib.mixins.NDArrayOperatorsMixin):
+    """Closed intervals [low, high]; the two arrays have one shape."""
+
+    low: FloatArray
+    high: FloatArray
+
+    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> Any:
+        if method != "__call__" or kwargs or ufunc not in RULES:
+            return NotImplemented
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            return RULES[ufunc](*(as_interval(x) for x in inputs))
+
+    def __getitem__(self, index: Any) -> "Interval":
+        return Interval(self.low[index], self.high[index])
+
+    @property
+    def size(self) -> int:
+        return self.low.size
+
+    @property
+    def least_magnitude(self) -> FloatArray:
+        """The least |x| in each interval."""
+        return np.maximum(np.maximum(self.low, -self.high), 0.0)
+
+
+def as_interval(x: Any) -> Interval:
+    """A number or array as intervals of no width."""
+    return x if isinstance(x, Interval) else Interval(np.asarray(x, dtype=float), np.asarray(x, dtype=float))

@@ -1,0 +1,205 @@
+"""What the commands print: tables for people, one JSON document for programs."""
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from math import inf, isinf
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from camopt.evaluation import Evaluation
+from camopt.motion import LAWS
+from camopt.quantities import QUANTITIES
+from camopt.search.optimise import Optimum
+from camopt.search.sweep import Sweep
+from camopt.table import to_json
+
+Advance = Callable[[int, int], None]
+
+
+@contextmanager
+def progress(quiet: bool, unit: str) -> Iterator[Advance]:
+    """A progress bar on standard error if that is a terminal, and a word when kernels are compiled."""
+    from numba.core import event
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    console = Console(stderr=True, quiet=quiet)
+    told = []
+
+    class Listener(event.Listener):
+        """Says once that the first run compiles."""
+
+        def on_start(self, happening: Any) -> None:
+            if not told:
+                told.append(True)
+                console.print("camopt: compiling kernels, this first time only …", style="dim")
+
+        def on_end(self, happening: Any) -> None:
+            pass
+
+    columns = (TextColumn(unit), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    bar = Progress(*columns, console=console, disable=quiet or not unit or not sys.stderr.isatty(), transient=True)
+    with event.install_listener("numba:compile", Listener()), bar:
+        task = bar.add_task(unit, total=None)
+        yield lambda done, total: bar.update(task, completed=done, total=total)
+
+
+def _print_json(document: Any) -> None:
+    sys.stdout.write(to_json(document) + "\n")
+
+
+def _finite(record: dict[str, Any]) -> dict[str, Any]:
+    """A record with None for what is infinite, named under ``unbounded``."""
+    unbounded = [name for name, value in record.items() if isinstance(value, float) and isinf(value)]
+    clean = {name: None if name in unbounded else value for name, value in record.items()}
+    return {**clean, **({"unbounded": unbounded} if unbounded else {})}
+
+
+def _number(value: Any) -> str:
+    """Six significant digits, no exponent where a reader would not want one."""
+    if isinstance(value, bool) or not isinstance(value, float):
+        return {True: "yes", False: "no"}.get(value, str(value)) if isinstance(value, bool) else str(value)
+    return "∞" if value == inf else "−∞" if value == -inf else f"{value:.6g}"
+
+
+def _heading(name: str) -> str:
+    """A quantity's name without its unit, and the unit."""
+    quantity = QUANTITIES[name]
+    if not quantity.unit:
+        return name.replace("_", " ")
+    stem = name.removesuffix(_suffix(quantity.unit))
+    return f"{stem.replace('_', ' ')}\n{quantity.unit}"
+
+
+def _suffix(unit: str) -> str:
+    """A unit as it is written in names."""
+    plain = unit.replace("²", "2").replace("³", "3")
+    return "_per_mm" if unit == "1/mm" else "_" + plain.replace("mm/rad", "mm_per_rad").replace(
+        "deg/rad", "deg_per_rad"
+    ).replace("/", "_")
+
+
+def _table(title: str, records: list[dict[str, Any]], names: list[str]) -> Table:
+    table = Table(title=title, title_justify="left", header_style="bold", show_edge=False, pad_edge=False)
+    for name in names:
+        text = name in QUANTITIES and QUANTITIES[name].kind is str
+        table.add_column(_heading(name) if name in QUANTITIES else name.replace("_", " "), justify="left" if text else "right")
+    for record in records:
+        table.add_row(*(_number(record.get(name, "")) for name in names))
+    return table
+
+
+def _print(*things: Any) -> None:
+    console = Console(width=None if sys.stdout.isatty() else 160, highlight=False, soft_wrap=False)
+    for thing in things:
+        console.print(thing)
+
+
+def show_evaluation(result: Evaluation, as_json: bool) -> None:
+    """Every quantity of a design, one a line."""
+    if as_json:
+        return _print_json(result.to_json())
+    table = Table(title=result.scene.name, title_justify="left", show_header=False, show_edge=False, pad_edge=False)
+    table.add_column()
+    table.add_column(justify="right")
+    table.add_column()
+    table.add_column(style="dim")
+    for name, value in result.items():
+        reason = result.unbounded.get(name)
+        table.add_row(name, _number(value), QUANTITIES[name].unit, reason or QUANTITIES[name].sentence)
+    return _print(table)
+
+
+def show_sweep(result: Sweep, as_json: bool) -> None:
+    """Counts, the best design of each law, and the files."""
+    if as_json:
+        best = {law: _finite(row) for law, row in result.best.items()}
+        return _print_json(
+            {
+                "scene": result.scene.name,
+                "designs": result.designs,
+                "impossible": result.impossible,
+                "feasible": result.feasible,
+                "pareto": result.pareto,
+                "files": [str(file) for file in result.files],
+                "best": next(iter(best.values()), None),
+                "by_law": best,
+                "nearest_miss": _finite(result.nearest_miss) if result.nearest_miss else None,
+            }
+        )
+    _print(
+        f"{result.scene.name}: {result.designs:,} designs, {result.impossible:,} impossible, "
+        f"{result.feasible:,} feasible, {result.pareto:,} on the Pareto front"
+    )
+    if result.best:
+        names = _shown(result.best)
+        _print("", _table("Best design of each law", list(result.best.values()), [*names, "held_by"]), "")
+    elif result.nearest_miss:
+        _show_miss(result.nearest_miss)
+    for file in result.files:
+        _print(f"wrote {file}")
+    return None
+
+
+def _shown(rows: dict[str, dict[str, Any]]) -> list[str]:
+    """The columns worth a place on the screen: not the verdict, and no law twice."""
+    records = list(rows.values())
+    hidden = {"feasible", "violated", "pitch_curvature_max_per_mm", "pitch_curvature_min_per_mm", "undercut"}
+    if all(r["law_rise"] == r["law_return"] for r in records):
+        hidden.add("law_return")
+    return [name for name in QUANTITIES if name in records[0] and name not in hidden]
+
+
+def _show_miss(miss: dict[str, Any]) -> None:
+    names = _shown({"": miss})
+    _print("", _table("No feasible design. The nearest miss", [miss], [*names, "violated"]), "")
+
+
+def show_optimum(result: Optimum, as_json: bool) -> None:
+    """The smallest cam of each law, with what binds it."""
+    if as_json:
+        by_law = {law: _finite(row) for law, row in result.by_law.items()}
+        best = next(iter(by_law.values()), {})
+        return _print_json({**best, "by_law": by_law, "obstacles": result.obstacles})
+    if result.by_law:
+        rows = {law: {**row, "binding": ", ".join(row["binding"])} for law, row in result.by_law.items()}
+        _print(_table(f"{result.scene.name}: the smallest cam of each law", list(rows.values()), _optimum_columns(rows)))
+    for law, obstacle in result.obstacles.items():
+        _print(f"{law}: no feasible design; stopped by {obstacle}")
+    return None
+
+
+def _optimum_columns(rows: dict[str, dict[str, Any]]) -> list[str]:
+    sizes = [name for name in _shown(rows) if QUANTITIES[name].effect == "sizes"]
+    reached = ["pressure_angle_max_rise_deg", "pressure_angle_max_return_deg", "profile_radius_min_mm"]
+    first = next(iter(rows.values()))
+    return [*sizes, *(name for name in reached if name in first), "binding", "clear_above_mm", "proved"]
+
+
+def show_laws(as_json: bool) -> None:
+    """The motion laws with the peaks of their unit stroke."""
+    from camopt.motion.programme import law_peaks
+
+    records = [
+        {"law": name, "title": law.TITLE, **law_peaks(name), "source": law.SOURCE} for name, law in LAWS.items()
+    ]
+    if as_json:
+        return _print_json([_finite(record) for record in records])
+    names = ["law", "title", "peak_velocity", "peak_acceleration", "peak_jerk", "jumps"]
+    return _print(_table("Motion laws (between dwells; stroke 1, angle 1)", records, names))
+
+
+def show_scenes(name: str | None, as_json: bool) -> None:
+    """The shipped scenes, or one of them as TOML."""
+    from camopt.scene import find_scene, shipped_scenes, shipped_toml
+
+    if name is not None:
+        find_scene(name)
+        text = shipped_toml(name)
+        return _print_json({"name": name, "toml": text}) if as_json else sys.stdout.write(text) and None
+    records = [{"name": each, "title": find_scene(each).name} for each in shipped_scenes()]
+    if as_json:
+        return _print_json(records)
+    return _print(_table("Shipped scenes", records, ["name", "title"]))

@@ -1,0 +1,126 @@
+"""Optimise: the smallest cam of a scene over its laws and sizes, with what holds it."""
+
+from dataclasses import dataclass
+from itertools import product
+from math import inf
+from typing import Any
+
+import numpy as np
+
+from camopt.evaluation import Question, excesses, judged, resolve
+from camopt.motion.programme import Programme
+from camopt.quantities import QUANTITIES
+from camopt.scene import Range, Scene
+from camopt.search.smallest import Bounds, Smallest, feasible, smallest
+from camopt.search.space import FIELDS, axis_values, programmes_of
+from camopt.search.sweep import Progress, size_name
+
+BINDS = 1e-6  # a limit within this relative distance of its bound holds the optimum
+RADII = 4096  # sizes above the optimum at which feasibility is looked at
+
+
+@dataclass(frozen=True)
+class Optimum:
+    """The smallest cam of each law, and the smallest of all.
+
+    Each design is a mapping from quantity to value, with ``binding`` (the limits that hold it), ``proved``
+    (no feasible design of that law is smaller by more than 1e-7 mm) and ``clear_above_mm`` (the least size
+    above which all are feasible; larger than the optimum where feasibility is not monotone).
+    """
+
+    scene: Scene
+    best: dict[str, Any] | None
+    by_law: dict[str, dict[str, Any]]
+    obstacles: dict[str, str]
+    """For each law without a feasible design, the limits that stop it."""
+
+
+def optimise(scene: Scene, progress: Progress | None = None) -> Optimum:
+    """The least base radius (mean radius of a cylindrical cam) that holds every limit of a scene.
+
+    The base radius is free, within the range that ``[search]`` gives it, if any. Other sizes: a range is a
+    closed interval, a list a choice; what ``[search]`` does not name stays as the scene has it.
+
+    ``progress`` is called with (laws done, laws in all).
+
+    Raises
+    ------
+    BadInput
+        If nothing limits the size from below, so that there is no smallest cam.
+    """
+    question = resolve(scene)
+    found: dict[str, dict[str, Any]] = {}
+    obstacles: dict[str, str] = {}
+    programmes = programmes_of(question)
+    for done, programme in enumerate(programmes):
+        if progress:
+            progress(done, len(programmes))
+        laws = " / ".join(dict.fromkeys((programme.law_names(1), programme.law_names(2))))
+        answers = [smallest(question, programme, bounds) for bounds in _choices(question)]
+        designs = [answer for answer in answers if answer.design is not None]
+        if not designs:
+            obstacles[laws] = answers[0].obstacle
+            continue
+        least = min(designs, key=lambda answer: float(answer.design.size[0]))  # type: ignore[union-attr]
+        found[laws] = _described(question, programme, least)
+    size = size_name(question)
+    ranked = dict(sorted(found.items(), key=lambda item: float(item[1][size])))
+    return Optimum(scene, next(iter(ranked.values()), None), ranked, obstacles)
+
+
+def _choices(question: Question) -> list[Bounds]:
+    """The boxes to search: every combination of listed sizes, with an interval for every range."""
+    scene, fixed = question.scene, question.design
+    cam = scene.cam.form
+    size_key = "base_radius" if cam == "disc" else "mean_radius"
+    options: dict[str, list[tuple[float, float]]] = {"size": [(0.0, inf)]}
+    for field in fixed._fields[:-1]:
+        if field != "size":
+            value = float(getattr(fixed, field)[0])
+            options[field] = [(value, value)]
+    for key, field in FIELDS.items():
+        choice = getattr(scene.search, key)
+        if choice is None:
+            continue
+        if isinstance(choice, Range):
+            options[field] = [(choice.start, choice.stop)]
+        elif key == size_key:
+            options[field] = [(float(min(choice)), float(max(choice)))]
+        else:
+            options[field] = [(float(v), float(v)) for v in axis_values(choice)]
+    return [dict(zip(options, pick, strict=True)) for pick in product(*options.values())]
+
+
+def _described(question: Question, programme: Programme, answer: Smallest) -> dict[str, Any]:
+    """The quantities of an optimum, the limits that bind it, and where feasibility is clear above it."""
+    design = answer.design
+    assert design is not None
+    rows = judged(question, programme, design, question.wanted)
+    excess = excesses(question.limits, rows.columns, design)[:, 0]
+    values = rows.records()[0]
+    quantities = {name: values[name] for name in QUANTITIES if name in values}
+    binding = [lim.name for lim, over in zip(question.limits, excess, strict=True) if over > -BINDS]
+    clear = _clear_above(question, programme, answer)
+    return {**quantities, "binding": binding, "proved": answer.proved, "clear_above_mm": clear}
+
+
+def _clear_above(question: Question, programme: Programme, answer: Smallest) -> float:
+    """The least size above which all sizes looked at are feasible, the other sizes being the optimum's.
+
+    Feasibility is looked at on a geometric grid up to ten times the prime radius, and the last change found
+    is bisected; an infeasible gap narrower than the grid can be missed.
+    """
+    design = answer.design
+    assert design is not None
+    size, prime = float(design.size[0]), float(design.prime_radius[0])
+    sizes = size + prime * np.geomspace(1e-6, 10.0, RADII)
+    grid = type(design)(*(np.broadcast_to(f, sizes.shape) for f in design[:-1]), design.sense)
+    bad = np.flatnonzero(~feasible(question, programme, grid._replace(size=sizes)))
+    if not bad.size:
+        return size
+    low, high = sizes[bad[-1]], sizes[min(bad[-1] + 1, RADII - 1)]
+    for _ in range(60):
+        middle = (low + high) / 2
+        held = feasible(question, programme, design._replace(size=np.array([middle])))[0]
+        low, high = (low, middle) if held else (middle, high)
+    return float(high)

@@ -1,0 +1,319 @@
+"""The smallest cam: the least size that holds every limit, proved.
+
+Closed forms first. For a follower with a trace point the limits on the pressure angle are lines in (e, s₀):
+
+    e + T·s₀ ≥ max (y' − T·y),    −e + T·s₀ ≥ max (−y' − T·y)
+
+so the smallest prime radius √(s₀² + e²) is the point of a convex polygon nearest to the origin; a flat face's
+radius and a cylindrical cam's pressure angle are linear in the size. If that cam holds all other limits too, it
+is the answer. Otherwise curvature decides, and feasibility need not be monotone in the size: a branch-and-bound
+over boxes of designs discards a box when one of the limits is exceeded throughout it, at one cam angle, by the
+limit's own formula in interval arithmetic. What is left when it ends is the least feasible size to within GAP.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import combinations
+from math import radians, tan
+from typing import Any
+
+import numpy as np
+
+from camopt.effects import Case
+from camopt.evaluation import Question, excesses, judged
+from camopt.mechanisms import Designs, translating, translating_flat
+from camopt.motion.programme import Programme, span
+from camopt.motion.table import DWELL, RETURN, RISE, TURN
+from camopt.numerics import FloatArray
+from camopt.numerics.curves import curve
+from camopt.numerics.extremes import LARGEST, LARGEST_MAGNITUDE, LEAST
+from camopt.numerics.interval import Interval
+
+GAP = 1e-7  # mm: the size found exceeds the least feasible size by no more
+MARGIN = 1e-11  # relative: far above the rounding of an interval, far below any tolerance
+LARGEST_SIZE = 1e9  # mm
+FIRST_BOXES = 32
+MOST_BOXES = 1_000_000
+NARROW = 1e-3 * GAP  # a box this narrow that is not excluded stays undecided
+
+Bounds = dict[str, tuple[float, float]]
+"""Closed intervals of the sizes of a design, by field of Designs; equal ends where a size is fixed."""
+
+
+@dataclass(frozen=True)
+class Smallest:
+    """The answer for one programme: the design, or why there is none."""
+
+    design: Designs | None
+    proved: bool
+    """Whether no feasible design of these bounds is smaller by more than GAP."""
+    obstacle: str = ""
+    """Without a design: the limits that stop it."""
+
+
+@dataclass(frozen=True)
+class Constraint:
+    """A limit as a curve over the turn, with a lower bound of its relative excess over a box of designs."""
+
+    curve: Callable[[Designs, Programme], Any]
+    kinds: int
+    goal: int
+    floor: Callable[[Interval, Designs], FloatArray]
+
+
+def constraints_of(question: Question) -> list[Constraint]:
+    """The limits that depend on the size of the cam."""
+    mechanism = question.subject.mechanism
+    found = []
+    for limit in question.limits:
+        if limit.name in ("pressure_angle", "pressure_angle_return"):
+            kinds = RETURN if limit.name.endswith("return") else RISE | DWELL
+            bound = tan(radians(limit.bound))
+            found.append(Constraint(mechanism.pressure, kinds, LARGEST_MAGNITUDE, _magnitude(bound)))
+        elif limit.name == "face_reach" and mechanism.reach:
+            found.append(Constraint(mechanism.reach, TURN, LARGEST_MAGNITUDE, _magnitude(limit.bound)))
+        elif limit.name in ("curvature_radius", "undercut"):
+            if mechanism.profile_radius:
+                found.append(Constraint(mechanism.profile_radius, TURN, LEAST, _radius(limit.bound)))
+            elif mechanism.curvature:
+                goal = LARGEST_MAGNITUDE if mechanism.grooved else LARGEST
+                found.append(Constraint(mechanism.curvature, TURN, goal, _curvature(limit.bound, goal)))
+    return found
+
+
+def _magnitude(bound: float) -> Callable[[Interval, Designs], FloatArray]:
+    return lambda value, designs: value.least_magnitude / bound - 1.0
+
+
+def _radius(bound: float) -> Callable[[Interval, Designs], FloatArray]:
+    return lambda value, designs: (bound - value.high) / np.maximum(np.abs(value.high), 1.0)
+
+
+def _curvature(bound: float, goal: int) -> Callable[[Interval, Designs], FloatArray]:
+    def floor(value: Interval, designs: Designs) -> FloatArray:
+        least = value.least_magnitude if goal == LARGEST_MAGNITUDE else value.low
+        return least * (designs.roller_radius.low + bound) - 1.0  # type: ignore[attr-defined, no-any-return]
+
+    return floor
+
+
+def smallest(question: Question, programme: Programme, bounds: Bounds) -> Smallest:
+    """The design of least size within bounds that holds every limit of the question."""
+    least = max(bounds["size"][0], question.subject.shaft_radius or 0.0)
+    bounds = {**bounds, "size": (least, bounds["size"][1])}
+    start = _closed_form(question, programme, bounds)
+    if start is not None:
+        start = _nudged(question, programme, start, bounds["size"][1])
+        if start is not None:
+            return Smallest(start, proved=True)
+    return _branch_and_bound(question, programme, bounds)
+
+
+def feasible(question: Question, programme: Programme, designs: Designs) -> Any:
+    """Which designs can be assembled and hold every limit."""
+    held = question.subject.mechanism.exists(designs, programme) & (designs.size > 0.0)
+    held[held] = judged(question, programme, designs.take(held), frozenset()).column("feasible")
+    return held
+
+
+def _nudged(question: Question, programme: Programme, design: Designs, most: float) -> Designs | None:
+    """The design made larger by a few units in the last place, until rounding leaves it feasible."""
+    for step in (0.0, 1e-15, 4e-15, 1.6e-14, 6.4e-14, 2.6e-13, 1e-12, 4e-12):
+        larger = design._replace(size=design.size + step * design.prime_radius)
+        if larger.size[0] <= most and feasible(question, programme, larger)[0]:
+            return larger
+    return None
+
+
+def _closed_form(question: Question, programme: Programme, bounds: Bounds) -> Designs | None:
+    """A design that no feasible one undercuts in size, from the linear limits; None if there is no such form."""
+    mechanism, limits = question.subject.mechanism, {lim.name: lim.bound for lim in question.limits}
+    slopes = [
+        (tan(radians(limits[name])), kinds)
+        for name, kinds in (("pressure_angle", RISE | DWELL), ("pressure_angle_return", RETURN))
+        if name in limits and any(s.kind & kinds for s in programme.strokes)
+    ]
+    low, high = bounds["size"]
+    middle = {name: a for name, (a, b) in bounds.items() if a == b}
+    if mechanism is translating.MECHANISM:
+        roller = bounds["roller_radius"][1]
+        lead, prime = _nearest_in_polygon(question, programme, bounds["offset"], slopes, low + roller)
+        size = max(prime - roller, low)
+        middle |= {"offset": lead * question.design.sense, "roller_radius": roller}
+    elif mechanism is translating_flat.MECHANISM:
+        radius = max(limits.get("curvature_radius", 0.0), limits.get("undercut", 0.0))
+        size = max(low, radius - span(programme, (1, 0, 1), TURN)[0])
+        middle.setdefault("offset", question.design.offset[0])
+    elif mechanism.grooved and not question.subject.angular and slopes:
+        steepest = [max(map(abs, span(programme, (0, 1), kinds))) / tangent for tangent, kinds in slopes]
+        size = max(low, *steepest)
+        middle.setdefault("roller_radius", bounds["roller_radius"][1])
+    else:
+        return None
+    if not 0.0 < size <= high:
+        return None
+    fields = {name: np.array([middle.get(name, bounds[name][0])]) for name in bounds}
+    return Designs(**{**fields, "size": np.array([size])}, sense=question.design.sense)
+
+
+def _nearest_in_polygon(
+    question: Question,
+    programme: Programme,
+    offset: tuple[float, float],
+    slopes: list[tuple[float, int]],
+    least: float,
+) -> tuple[float, float]:
+    """The lead e and prime radius of the smallest cam that holds the pressure angle, within the offsets.
+
+    s₀(e) is the largest of a few lines, so R_p² = e² + s₀² is convex in e: its least value lies at e = 0, at the
+    projection of the origin on a line, where two lines cross, or at an end of the interval.
+    """
+    ends = sorted(question.design.sense * e for e in offset)
+    lines = []  # s₀ ≥ a + b·e
+    for tangent, kinds in slopes:
+        lines.append((span(programme, (-tangent, 1), kinds)[1] / tangent, -1 / tangent))
+        lines.append((-span(programme, (tangent, 1), kinds)[0] / tangent, 1 / tangent))
+    candidates = [0.0, *(-a * b / (1 + b * b) for a, b in lines)]
+    candidates += [(a2 - a1) / (b1 - b2) for (a1, b1), (a2, b2) in combinations(lines, 2) if b1 != b2]
+    leads = np.clip([*ends, *candidates], *ends)
+    heights = np.max([np.zeros_like(leads), *(a + b * leads for a, b in lines)], axis=0)
+    primes = np.maximum(np.hypot(leads, heights), least)
+    best = np.lexsort((np.abs(leads), primes))[0]
+    return float(leads[best]), float(primes[best])
+
+
+def _branch_and_bound(question: Question, programme: Programme, bounds: Bounds) -> Smallest:
+    """Least feasible size over a box of designs, by bisection of boxes, all boxes of a level at once."""
+    incumbent, obstacle = _first_feasible(question, programme, bounds)
+    if incumbent is None:
+        return Smallest(None, proved=False, obstacle=obstacle)
+    constraints = constraints_of(question)
+    ends = {**bounds, "size": (bounds["size"][0], float(incumbent.size[0]))}
+    width = {name: high - low for name, (low, high) in ends.items() if high > low}
+    cuts = np.linspace(*ends["size"], FIRST_BOXES + 1)
+    low = {n: np.full(FIRST_BOXES, a) for n, (a, _) in ends.items()} | {"size": cuts[:-1]}
+    high = {n: np.full(FIRST_BOXES, b) for n, (_, b) in ends.items()} | {"size": cuts[1:]}
+    boxes, proved = 0, True
+    while low["size"].size and boxes < MOST_BOXES:
+        boxes += low["size"].size
+        incumbent = _better(question, programme, incumbent, low, high)
+        narrow = np.all([high[n] - low[n] < NARROW for n in width], axis=0)
+        excluded = low["size"] >= incumbent.size - GAP
+        index = np.flatnonzero(~excluded)
+        box = Designs(
+            **{n: Interval(low[n][index], high[n][index]) for n in low},  # type: ignore[arg-type]
+            sense=question.design.sense,
+        )
+        excluded[index] = _excluded(question, programme, constraints, box)
+        proved &= not np.any(narrow & ~excluded)
+        keep = ~(excluded | narrow)
+        low, high = _halved({n: v[keep] for n, v in low.items()}, {n: v[keep] for n, v in high.items()}, width)
+    return Smallest(incumbent, proved=proved and boxes < MOST_BOXES)
+
+
+def _better(
+    question: Question,
+    programme: Programme,
+    incumbent: Designs,
+    low: dict[str, FloatArray],
+    high: dict[str, FloatArray],
+) -> Designs:
+    """The least feasible of the incumbent, the middles of boxes, and their middles at the largest size."""
+    for share in (0.5, 1.0):
+        points = _points(question, low, high, share)
+        points = points.take(points.size < incumbent.size)
+        points = points.take(feasible(question, programme, points))
+        if len(points):
+            incumbent = points.take(np.argmin(points.size, keepdims=True))
+    return incumbent
+
+
+def _points(
+    question: Question, low: dict[str, FloatArray], high: dict[str, FloatArray], share: float
+) -> Designs:
+    """One design of each box: its middle, but at a given share of the way from least to largest size."""
+    middle = {name: (low[name] + high[name]) / 2 for name in low}
+    size = low["size"] + share * (high["size"] - low["size"])
+    return Designs(**{**middle, "size": size}, sense=question.design.sense)
+
+
+def _first_feasible(
+    question: Question, programme: Programme, bounds: Bounds
+) -> tuple[Designs | None, str]:
+    """The smallest feasible design of a coarse grid; or the limits that stop the nearest one."""
+    points = _coarse_grid(question, programme, bounds)
+    found = points.take(feasible(question, programme, points))
+    if len(found):
+        return found.take(np.argmin(found.size, keepdims=True)), ""
+    points = points.take(question.subject.mechanism.exists(points, programme))
+    if not len(points):
+        return None, "assembly"
+    rows = judged(question, programme, points, frozenset())
+    worst = excesses(question.limits, rows.columns, points).max(axis=0)
+    return None, str(rows.column("violated")[int(np.argmin(worst))])
+
+
+def _coarse_grid(question: Question, programme: Programme, bounds: Bounds) -> Designs:
+    """Sizes even near the least and geometric beyond, at a few values of each other free size."""
+    low, high = bounds["size"][0], min(bounds["size"][1], LARGEST_SIZE)
+    lengths = [*(b for n, (_, b) in bounds.items() if n != "size"), low]
+    scale = max([abs(length) for length in lengths] + [programme.lift])
+    near, far = np.linspace(low, min(high, low + 20 * scale), 400), np.geomspace(scale, max(high, scale), 400)
+    sizes = np.unique(np.concatenate([near, far]))
+    sizes = sizes[(sizes >= low) & (sizes <= high) & (sizes > 0.0)]
+    others = {n: np.linspace(a, b, 9 if b > a else 1) for n, (a, b) in bounds.items() if n != "size"}
+    mesh = np.meshgrid(*others.values(), sizes, indexing="ij")
+    fields = dict(zip([*others, "size"], (m.ravel() for m in mesh), strict=True))
+    return Designs(**fields, sense=question.design.sense)
+
+
+def _excluded(question: Question, programme: Programme, constraints: list[Constraint], box: Designs) -> Any:
+    """Which boxes hold no feasible design: some limit is exceeded throughout, at one cam angle.
+
+    The angle is where the limit is worst for one design of the box; a box without any is excluded.
+    """
+    inside, exists = _representatives(question, programme, box)
+    excluded = ~exists
+    index = np.flatnonzero(exists)
+    case, box = Case(question.subject, programme, inside.take(index)), box.take(index)
+    for constraint in constraints:
+        _, where = case.extremes(constraint.curve, [(constraint.kinds, constraint.goal)])
+        for side in (-1e-9, 1e-9):  # both one-sided values where the worst angle is a jump
+            motion = programme.at(np.mod(where[0] + side, 2 * np.pi))
+            value, _ = curve(constraint.curve(box, programme), ..., *motion)
+            excluded[index] |= constraint.floor(value, box) > MARGIN
+    return excluded
+
+
+def _representatives(question: Question, programme: Programme, box: Designs) -> tuple[Designs, Any]:
+    """A design of each box that can be assembled, and whether there is one.
+
+    Tried in turn: the middle; the largest size with the offset nearest to zero; the least size.
+    """
+    low = {n: getattr(box, n).low for n in box._fields[:-1]}
+    high = {n: getattr(box, n).high for n in box._fields[:-1]}
+    chosen = _points(question, low, high, 0.5)
+    nearest = np.minimum(np.maximum(low["offset"], 0.0), high["offset"])
+    largest = _points(question, low, high, 1.0)._replace(offset=nearest)
+    exists = question.subject.mechanism.exists(chosen, programme)
+    for other in (largest, _points(question, low, high, 0.0)):
+        better = ~exists & question.subject.mechanism.exists(other, programme)
+        columns = [np.where(better, b, a) for a, b in zip(chosen[:-1], other[:-1], strict=True)]
+        chosen, exists = Designs(*columns, chosen.sense), exists | better
+    return chosen, exists
+
+
+def _halved(
+    low: dict[str, FloatArray], high: dict[str, FloatArray], width: dict[str, float]
+) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
+    """Every box cut in two across its relatively longest side."""
+    names = list(width)
+    longest = np.argmax([(high[n] - low[n]) / width[n] for n in names], axis=0)
+    below, above = dict(high), dict(low)
+    for k, name in enumerate(names):
+        middle = (low[name] + high[name]) / 2
+        below[name] = np.where(longest == k, middle, high[name])
+        above[name] = np.where(longest == k, middle, low[name])
+    lows = {n: np.concatenate([low[n], above[n]]) for n in low}
+    highs = {n: np.concatenate([below[n], high[n]]) for n in high}
+    return lows, highs

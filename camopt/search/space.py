@@ -1,0 +1,110 @@
+"""The design space of a sweep: the product of a few axes, indexed and never materialised."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import product
+from math import floor, prod
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camopt.evaluation import Question
+from camopt.mechanisms import Designs
+from camopt.mistakes import BadInput, Mistake
+from camopt.motion.programme import Programme
+from camopt.numerics import FloatArray
+from camopt.scene import Range, Scene
+
+FIELDS = {  # keys of [search] and the sizes that they vary, slowest first
+    "face_offset": "face_offset",
+    "centre_distance": "centre_distance",
+    "arm_length": "arm_length",
+    "face_radius": "roller_radius",
+    "roller_radius": "roller_radius",
+    "offset": "offset",
+    "mean_radius": "size",
+    "base_radius": "size",
+}
+
+
+@dataclass(frozen=True)
+class Space:
+    """Programmes × sizes. Designs are numbered with the programme slowest and the cam's radius fastest."""
+
+    question: Question
+    programmes: tuple[Programme, ...]
+    axes: dict[str, FloatArray]
+
+    @property
+    def designs_each(self) -> int:
+        """Designs for each programme."""
+        return prod(values.size for values in self.axes.values())
+
+    def __len__(self) -> int:
+        return len(self.programmes) * self.designs_each
+
+    def blocks(self, size: int) -> Iterator[tuple[Programme, int, int]]:
+        """The space in order, as (programme, first, last) of at most ``size`` designs of one programme."""
+        for programme in self.programmes:
+            for first in range(0, self.designs_each, size):
+                yield programme, first, min(first + size, self.designs_each)
+
+    def designs(self, index: NDArray[np.int64]) -> Designs:
+        """The designs of a programme by number."""
+        shape = tuple(values.size for values in self.axes.values())
+        where = np.unravel_index(index, shape) if shape else ()
+        sizes = {
+            FIELDS[key]: values[i] for (key, values), i in zip(self.axes.items(), where, strict=True)
+        }
+        fixed = self.question.design._asdict()
+        sense = fixed.pop("sense")
+        columns = {n: sizes.get(n, np.broadcast_to(v, index.shape)) for n, v in fixed.items()}
+        return Designs(**{n: np.ascontiguousarray(v) for n, v in columns.items()}, sense=sense)
+
+
+def programmes_of(question: Question) -> tuple[Programme, ...]:
+    """The scene's programme under every choice of laws in ``[search]``."""
+    search = question.scene.search
+    if search.law:
+        pairs: list[tuple[str | None, str | None]] = [(law, law) for law in search.law]
+    else:
+        pairs = list(product(search.law_rise or (None,), search.law_return or (None,)))
+    chosen = [question.programme.with_laws(rise, fall) for rise, fall in pairs]
+    return tuple(dict.fromkeys(chosen))
+
+
+def space_of(question: Question) -> Space:
+    """The space that a scene's ``[search]`` spans; a range without a step is a mistake here."""
+    mistakes: list[Mistake] = []
+    axes = {}
+    for key in FIELDS:
+        choice = getattr(question.scene.search, key)
+        if choice is None:
+            continue
+        if isinstance(choice, Range) and choice.step is None and choice.start != choice.stop:
+            mistakes.append(
+                Mistake(question.scene.name, f"search.{key}.step", None, "a step above 0, for a sweep")
+            )
+            continue
+        axes[key] = axis_values(choice)
+    if mistakes:
+        raise BadInput(mistakes)
+    return Space(question, programmes_of(question), axes)
+
+
+def axis_values(choice: Range | tuple[float, ...]) -> FloatArray:
+    """The values of a list, or of a range with both its ends (the last step may fall short)."""
+    if not isinstance(choice, Range):
+        return np.array(choice, dtype=float)
+    if choice.step is None:
+        return np.array([choice.start])
+    steps = floor((choice.stop - choice.start) / choice.step + 1e-9)
+    return choice.start + choice.step * np.arange(steps + 1)
+
+
+def choice_bounds(scene: Scene, key: str, fixed: float) -> tuple[float, float]:
+    """The closed interval of a range in ``[search]``, or the scene's own value."""
+    choice = getattr(scene.search, key)
+    if isinstance(choice, Range):
+        return choice.start, choice.stop
+    return fixed, fixed

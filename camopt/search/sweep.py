@@ -1,0 +1,233 @@
+"""The sweep: every design of a space through the kernels, block by block, and its Pareto set."""
+
+import os
+from collections import deque
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from camopt.effects import offered
+from camopt.evaluation import Question, excesses, judged, resolve, screened
+from camopt.mistakes import BadInput, Mistake
+from camopt.motion.programme import Programme
+from camopt.quantities import QUANTITIES, motion_quantity
+from camopt.rows import Rows, joined
+from camopt.scene import Scene
+from camopt.search.pareto import non_dominated, objectives
+from camopt.search.space import Space, space_of
+from camopt.table import TableFile, schema, write_text
+
+BLOCK = 32768  # designs: Python's share is small, and memory stays bounded
+KEEP = ("feasible", "pareto", "all")
+Progress = Callable[[int, int], None]
+Block = tuple[Programme, int, int]
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """The outcome of a sweep; rows are mappings from quantity to value."""
+
+    scene: Scene
+    designs: int
+    impossible: int
+    """Designs that cannot be assembled, such as an offset beyond the prime radius; they are in no table."""
+    feasible: int
+    pareto: int
+    files: tuple[Path, ...]
+    best: dict[str, dict[str, Any]]
+    """The best feasible design of each law: least first objective, ties by the next. ``held_by`` names the
+    limits that the next smaller cam of the space would exceed."""
+    nearest_miss: dict[str, Any] | None
+    """Where nothing is feasible: the design with the least excess, and what it exceeds under ``violated``."""
+
+
+@dataclass(frozen=True)
+class Batch:
+    """What one block gave: rows for the designs file, and rows that may be on the Pareto front."""
+
+    designs: int
+    existing: int
+    feasible: int
+    kept: Rows
+    front: Rows
+
+
+def sweep(
+    scene: Scene,
+    out: str | os.PathLike[str] | None = None,
+    keep: str = "feasible",
+    workers: int | None = None,
+    progress: Progress | None = None,
+    block: int = BLOCK,
+) -> Sweep:
+    """Evaluate the space that a scene's ``[search]`` spans, and keep its Pareto set.
+
+    Parameters
+    ----------
+    out : folder for ``pareto.parquet``, ``designs.parquet`` and ``scene.toml``; None writes nothing.
+    keep : which designs go to ``designs.parquet``: "feasible", "pareto", or "all" that can be assembled.
+    workers : threads; None takes one a core. Rows are the same for any number, and for any ``block``.
+    progress : called with (designs done, designs in all).
+
+    Raises
+    ------
+    BadInput
+        If the space cannot be swept: a range without a step, an objective that the mechanism has not.
+    OSError
+        If a file cannot be written.
+    """
+    question = with_objectives(resolve(scene))
+    space = space_of(question)
+    work = partial(_batch, space, column_names(question), keep)
+    designs, existing, feasible, fronts = 0, 0, 0, []
+    with ExitStack() as stack:
+        table = None
+        if out is not None:
+            Path(out).mkdir(parents=True, exist_ok=True)
+            layout = schema(column_names(question), question.scene.to_toml())
+            table = stack.enter_context(TableFile(Path(out) / "designs.parquet", layout))
+        for batch in _in_order(space, work, workers or os.cpu_count() or 1, block):
+            designs += batch.designs
+            existing += batch.existing
+            feasible += batch.feasible
+            fronts.append(batch.front)
+            if table and keep != "pareto":
+                table.append(batch.kept)
+            if progress:
+                progress(designs, len(space))
+        front = non_dominated(joined(fronts), question.scene.search)
+        if table:
+            if keep == "pareto":
+                table.append(front)
+            with TableFile(Path(out or "") / "pareto.parquet", layout) as pareto:
+                pareto.append(front)
+            write_text(Path(out or "") / "scene.toml", question.scene.to_toml())
+    return Sweep(
+        scene=question.scene,
+        designs=designs,
+        impossible=designs - existing,
+        feasible=feasible,
+        pareto=front.count,
+        files=() if out is None else tuple(Path(out) / f for f in ("designs.parquet", "pareto.parquet", "scene.toml")),
+        best=best_of_each_law(space, front),
+        nearest_miss=None if feasible else nearest_miss(space, block),
+    )
+
+
+def with_objectives(question: Question) -> Question:
+    """The question with objectives: the scene's, or else size, peak acceleration and pressure angle."""
+    search, subject = question.scene.search, question.subject
+    if not (search.minimise or search.maximise):
+        timed = subject.omega is not None
+        acceleration = motion_quantity("acceleration", "", angular=subject.angular, timed=timed)
+        names = [size_name(question), acceleration, "pressure_angle_max_deg"]
+        return replace(question, scene=question.scene.replace(**{"search.minimise": names}))
+    known = offered(subject)
+    mistakes = [
+        Mistake(question.scene.name, f"search.{key}", name, f"a quantity of this scene: {', '.join(known)}")
+        for key in ("minimise", "maximise")
+        for name in getattr(search, key)
+        if name not in known or QUANTITIES[name].kind is str
+    ]
+    if mistakes:
+        raise BadInput(tuple(mistakes))
+    return question
+
+
+def size_name(question: Question) -> str:
+    """The quantity that says how large the cam is."""
+    return "mean_radius_mm" if question.subject.mechanism.grooved else "base_radius_mm"
+
+
+def column_names(question: Question) -> tuple[str, ...]:
+    """The columns of a sweep: sizes, what limits and objectives need, named outputs, and the verdict."""
+    sizes = {name for name in offered(question.subject) if QUANTITIES[name].effect == "sizes"}
+    names = sizes | question.needed | set(question.scene.outputs) | {"feasible", "violated"}
+    return tuple(name for name in QUANTITIES if name in names)
+
+
+def _batch(space: Space, names: tuple[str, ...], keep: str, block: Block) -> Batch:
+    """Evaluate one block of a space."""
+    question, (programme, first, last) = space.question, block
+    designs = space.designs(np.arange(first, last))
+    designs = designs.take(question.subject.mechanism.exists(designs, programme))
+    evaluated = (judged if keep == "all" else screened)(question, programme, designs, frozenset(names))
+    feasible = evaluated.take(evaluated.column("feasible").astype(bool))
+    front = non_dominated(feasible, question.scene.search)
+    return Batch(last - first, len(designs), feasible.count, evaluated, front)
+
+
+def _in_order(
+    space: Space, work: Callable[[Block], Batch], workers: int, block: int
+) -> Iterator[Batch]:
+    """Batches in the order of the space from a few threads, never far ahead of the reader."""
+    blocks = space.blocks(block)
+    with ThreadPoolExecutor(workers) as pool:
+        running: deque[Future[Batch]] = deque()
+        try:
+            for item in islice(blocks, workers + 1):
+                running.append(pool.submit(work, item))
+            while running:
+                yield running.popleft().result()
+                for item in islice(blocks, 1):
+                    running.append(pool.submit(work, item))
+        finally:
+            pool.shutdown(cancel_futures=True)
+
+
+def best_of_each_law(space: Space, front: Rows) -> dict[str, dict[str, Any]]:
+    """The first row of each pair of laws when sorted by the objectives in turn; the smallest cam first."""
+    order = np.lexsort(objectives(front, space.question.scene.search).T[::-1]) if front.count else []
+    best: dict[str, dict[str, Any]] = {}
+    for row in front.take(np.asarray(order, dtype=int)).records():
+        laws = dict.fromkeys((row["law_rise"], row["law_return"]))
+        best.setdefault(" / ".join(laws), {**row, "held_by": held_by(space, row)})
+    return best
+
+
+def held_by(space: Space, row: dict[str, Any]) -> str:
+    """What the next smaller cam of the space would exceed; "edge of the space" if there is none."""
+    question = space.question
+    key = "mean_radius" if question.subject.mechanism.grooved else "base_radius"
+    smaller = space.axes.get(key, np.array([]))
+    smaller = smaller[smaller < row[size_name(question)]]
+    if not smaller.size:
+        return "edge of the space"
+    programme = next(
+        p for p in space.programmes if (p.law_names(1), p.law_names(2)) == (row["law_rise"], row["law_return"])
+    )
+    design = question.design._replace(
+        size=smaller.max(keepdims=True),
+        **{
+            name: np.array([row[f"{name}_mm"]])
+            for name in question.design._fields
+            if f"{name}_mm" in row
+        },
+    )
+    if not question.subject.mechanism.exists(design, programme)[0]:
+        return "assembly"
+    return str(judged(question, programme, design, frozenset()).column("violated")[0])
+
+
+def nearest_miss(space: Space, block: int) -> dict[str, Any] | None:
+    """The design of the space whose largest relative excess is least, with its quantities."""
+    question = space.question
+    best: tuple[float, dict[str, Any]] | None = None
+    for programme, first, last in space.blocks(block):
+        designs = space.designs(np.arange(first, last))
+        designs = designs.take(question.subject.mechanism.exists(designs, programme))
+        if not len(designs):
+            continue
+        rows = judged(question, programme, designs, frozenset(column_names(question)))
+        worst = excesses(question.limits, rows.columns, designs).max(axis=0)
+        i = int(np.argmin(worst))
+        if best is None or worst[i] < best[0]:
+            best = float(worst[i]), rows.take(np.array([i])).records()[0]
+    return best[1] if best else None

@@ -1,0 +1,134 @@
+"""Tables on disk: Parquet with units, symbols, the scene and the version in its metadata; pandas at the door."""
+
+import json
+import os
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from camopt.quantities import QUANTITIES
+from camopt.rows import Rows
+from camopt.version import VERSION
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+TYPES = {float: pa.float64(), bool: pa.bool_(), str: pa.string()}
+ROWS_IN_GROUP = 1 << 17
+
+
+def schema(names: tuple[str, ...], scene: str) -> pa.Schema:
+    """The schema of some quantities, with the scene (TOML text) and the version that made the table."""
+    fields = []
+    for name in names:
+        quantity = QUANTITIES[name]
+        about = {"unit": quantity.unit, "symbol": quantity.symbol, "description": quantity.sentence}
+        fields.append(pa.field(name, TYPES[quantity.kind], nullable=False, metadata=about))
+    return pa.schema(fields, metadata={"camopt_version": VERSION, "camopt_scene": scene})
+
+
+def to_table(rows: Rows, layout: pa.Schema) -> pa.Table:
+    """Rows as an arrow table."""
+    arrays = []
+    for column in layout:
+        value = rows.columns[column.name]
+        single = pa.scalar(value, type=column.type) if not np.ndim(value) else None
+        arrays.append(pa.array(value, type=column.type) if single is None else pa.repeat(single, rows.count))
+    return pa.table(arrays, schema=layout)
+
+
+class TableFile:
+    """A Parquet file that grows by batches and takes its final name only when whole.
+
+    Use as a context manager: on an error or an interrupt nothing is left behind.
+    """
+
+    def __init__(self, path: Path, layout: pa.Schema) -> None:
+        self.path, self.layout = path, layout
+        self._partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
+        self._writer: pq.ParquetWriter | None = None
+        self._pending: list[pa.Table] = []
+        self._waiting = 0
+
+    def __enter__(self) -> "TableFile":
+        self._writer = pq.ParquetWriter(
+            self._partial, self.layout, compression="zstd", compression_level=1, write_page_checksum=True
+        )
+        return self
+
+    def append(self, rows: Rows) -> None:
+        """Add rows; they are written in groups of a fixed size, so that files do not depend on the batches."""
+        if not rows.count:
+            return
+        self._pending.append(to_table(rows, self.layout))
+        self._waiting += rows.count
+        if self._waiting >= ROWS_IN_GROUP:
+            merged = pa.concat_tables(self._pending)
+            whole = merged.num_rows - merged.num_rows % ROWS_IN_GROUP
+            self._write(merged.slice(0, whole))
+            self._pending = [merged.slice(whole)]
+            self._waiting = merged.num_rows - whole
+
+    def _write(self, table: pa.Table) -> None:
+        assert self._writer is not None
+        self._writer.write_table(table, row_group_size=ROWS_IN_GROUP)
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        assert self._writer is not None
+        try:
+            if kind is None and self._pending:
+                self._write(pa.concat_tables(self._pending))
+            self._writer.close()
+            if kind is None:
+                os.replace(self._partial, self.path)
+        finally:
+            self._partial.unlink(missing_ok=True)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a small file that appears only when whole."""
+    partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
+    try:
+        partial.write_text(text, encoding="utf-8")
+        os.replace(partial, path)
+    finally:
+        partial.unlink(missing_ok=True)
+
+
+def load(path: str | os.PathLike[str]) -> "pd.DataFrame":
+    """A table that camopt wrote, as a pandas DataFrame.
+
+    ``attrs`` holds ``units``, ``symbols`` and ``descriptions`` (by column), ``scene`` (TOML) and ``version``.
+
+    Raises
+    ------
+    FileNotFoundError, pyarrow.ArrowInvalid
+        If there is no such file, or it is not Parquet or damaged (page checksums are verified).
+    """
+    table = pq.read_table(os.fspath(path), page_checksum_verification=True)
+    frame = table.to_pandas()
+    about = {field.name: _decoded(field.metadata) for field in table.schema}
+    whole = _decoded(table.schema.metadata)
+    frame.attrs = {
+        "units": {name: facts.get("unit", "") for name, facts in about.items()},
+        "symbols": {name: facts.get("symbol", "") for name, facts in about.items()},
+        "descriptions": {name: facts.get("description", "") for name, facts in about.items()},
+        "scene": whole.get("camopt_scene", ""),
+        "version": whole.get("camopt_version", ""),
+    }
+    return frame
+
+
+def _decoded(metadata: dict[bytes, bytes] | None) -> dict[str, str]:
+    return {key.decode(): value.decode() for key, value in (metadata or {}).items()}
+
+
+def to_json(document: Any) -> str:
+    """Strict JSON text (no NaN or Infinity)."""
+    return json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False)
