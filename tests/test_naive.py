@@ -336,9 +336,9 @@ def test_no_sample_beats_an_extreme(name: str) -> None:
             size = max(abs(sampled), abs(found.get(key.replace("_min_", "_max_"), 0.0)))
             assert sampled == pytest.approx(float(expected[key]), rel=0, abs=1e-4 * size + 1e-9), key
             if "min" in key:
-                assert sampled >= float(expected[key]) - 1e-11 * abs(sampled), key
+                assert sampled >= float(expected[key]) - 1e-11 * abs(sampled) - 1e-12, key
             else:
-                assert sampled <= float(expected[key]) + 1e-11 * abs(sampled), key
+                assert sampled <= float(expected[key]) + 1e-11 * abs(sampled) + 1e-12, key
 
 
 @pytest.mark.parametrize(
@@ -405,4 +405,5 @@ def test_profile_starts_on_the_base_circle(name: str) -> None:
     entry = REFERENCE[name]
     if not entry["expected"]["undercut"]:
         least = float(np.abs(profile(entry["scene"])).min())
-        assert least == pytest.approx(entry["scene"]["cam"]["base_radius"], rel=1e-9)
+        # with no dwell at the bottom, a sample only comes near to it
+        assert least == pytest.approx(entry["scene"]["cam"]["base_radius"], rel=1e-6)

@@ -14,7 +14,11 @@ ComplexArray = NDArray[np.complex128]
 BoolArray = NDArray[np.bool_]
 
 
-class Designs(NamedTuple):
+SIZES = ("size", "roller_radius", "offset", "arm_length", "centre_distance", "face_offset")
+
+
+@dataclass(frozen=True)
+class Designs:
     """Sizes of n designs that share a programme; lengths in mm, each an array (n,).
 
     ``size`` is the base radius of a disc cam, or the mean radius of a cylindrical one. ``roller_radius`` is the
@@ -30,12 +34,17 @@ class Designs(NamedTuple):
     face_offset: FloatArray
     sense: float
 
-    def __len__(self) -> int:  # of designs, not of fields
+    def __len__(self) -> int:
         return int(self.size.size)
 
     def take(self, index: Any) -> "Designs":
         """The designs at an index, mask or slice."""
-        return Designs(*(field[index] for field in self[:-1]), self.sense)
+        return Designs(**{name: values[index] for name, values in self.sizes.items()}, sense=self.sense)
+
+    @property
+    def sizes(self) -> dict[str, FloatArray]:
+        """The arrays by name."""
+        return {name: getattr(self, name) for name in SIZES}
 
     @property
     def prime_radius(self) -> FloatArray:

@@ -1,6 +1,6 @@
 """Optimise: the smallest cam of a scene over its laws and sizes, with what holds it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from math import inf
 from typing import Any
@@ -73,11 +73,8 @@ def _choices(question: Question) -> list[Bounds]:
     scene, fixed = question.scene, question.design
     cam = scene.cam.form
     size_key = "base_radius" if cam == "disc" else "mean_radius"
-    options: dict[str, list[tuple[float, float]]] = {"size": [(0.0, inf)]}
-    for field in fixed._fields[:-1]:
-        if field != "size":
-            value = float(getattr(fixed, field)[0])
-            options[field] = [(value, value)]
+    options = {name: [(float(value[0]), float(value[0]))] for name, value in fixed.sizes.items()}
+    options["size"] = [(0.0, inf)]
     for key, field in FIELDS.items():
         choice = getattr(scene.search, key)
         if choice is None:
@@ -114,13 +111,13 @@ def _clear_above(question: Question, programme: Programme, answer: Smallest) -> 
     assert design is not None
     size, prime = float(design.size[0]), float(design.prime_radius[0])
     sizes = size + prime * np.geomspace(1e-6, 10.0, RADII)
-    grid = type(design)(*(np.broadcast_to(f, sizes.shape) for f in design[:-1]), design.sense)
-    bad = np.flatnonzero(~feasible(question, programme, grid._replace(size=sizes)))
+    grid = replace(design.take(np.zeros(RADII, dtype=int)), size=sizes)
+    bad = np.flatnonzero(~feasible(question, programme, grid))
     if not bad.size:
         return size
     low, high = sizes[bad[-1]], sizes[min(bad[-1] + 1, RADII - 1)]
     for _ in range(60):
         middle = (low + high) / 2
-        held = feasible(question, programme, design._replace(size=np.array([middle])))[0]
+        held = feasible(question, programme, replace(design, size=np.array([middle])))[0]
         low, high = (low, middle) if held else (middle, high)
     return float(high)

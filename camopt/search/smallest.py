@@ -12,7 +12,7 @@ limit's own formula in interval arithmetic. What is left when it ends is the lea
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from math import radians, tan
 from typing import Any
@@ -119,7 +119,7 @@ def feasible(question: Question, programme: Programme, designs: Designs) -> Any:
 def _nudged(question: Question, programme: Programme, design: Designs, most: float) -> Designs | None:
     """The design made larger by a few units in the last place, until rounding leaves it feasible."""
     for step in (0.0, 1e-15, 4e-15, 1.6e-14, 6.4e-14, 2.6e-13, 1e-12, 4e-12):
-        larger = design._replace(size=design.size + step * design.prime_radius)
+        larger = replace(design, size=design.size + step * design.prime_radius)
         if larger.size[0] <= most and feasible(question, programme, larger)[0]:
             return larger
     return None
@@ -290,16 +290,17 @@ def _representatives(question: Question, programme: Programme, box: Designs) -> 
 
     Tried in turn: the middle; the largest size with the offset nearest to zero; the least size.
     """
-    low = {n: getattr(box, n).low for n in box._fields[:-1]}
-    high = {n: getattr(box, n).high for n in box._fields[:-1]}
+    intervals: dict[str, Any] = box.sizes
+    low = {name: interval.low for name, interval in intervals.items()}
+    high = {name: interval.high for name, interval in intervals.items()}
     chosen = _points(question, low, high, 0.5)
     nearest = np.minimum(np.maximum(low["offset"], 0.0), high["offset"])
-    largest = _points(question, low, high, 1.0)._replace(offset=nearest)
+    largest = replace(_points(question, low, high, 1.0), offset=nearest)
     exists = question.subject.mechanism.exists(chosen, programme)
     for other in (largest, _points(question, low, high, 0.0)):
         better = ~exists & question.subject.mechanism.exists(other, programme)
-        columns = [np.where(better, b, a) for a, b in zip(chosen[:-1], other[:-1], strict=True)]
-        chosen, exists = Designs(*columns, chosen.sense), exists | better
+        sizes = {name: np.where(better, other.sizes[name], a) for name, a in chosen.sizes.items()}
+        chosen, exists = Designs(**sizes, sense=chosen.sense), exists | better
     return chosen, exists
 
 

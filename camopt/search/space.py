@@ -56,10 +56,10 @@ class Space:
         sizes = {
             FIELDS[key]: values[i] for (key, values), i in zip(self.axes.items(), where, strict=True)
         }
-        fixed = self.question.design._asdict()
-        sense = fixed.pop("sense")
+        fixed = self.question.design.sizes
         columns = {n: sizes.get(n, np.broadcast_to(v, index.shape)) for n, v in fixed.items()}
-        return Designs(**{n: np.ascontiguousarray(v) for n, v in columns.items()}, sense=sense)
+        arrays = {n: np.ascontiguousarray(v) for n, v in columns.items()}
+        return Designs(**arrays, sense=self.question.design.sense)
 
 
 def programmes_of(question: Question) -> tuple[Programme, ...]:

@@ -15,6 +15,7 @@ import numpy as np
 
 from camopt.effects import offered
 from camopt.evaluation import Question, excesses, judged, resolve, screened
+from camopt.mechanisms import SIZES
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion.programme import Programme
 from camopt.quantities import QUANTITIES, motion_quantity
@@ -203,14 +204,8 @@ def held_by(space: Space, row: dict[str, Any]) -> str:
     programme = next(
         p for p in space.programmes if (p.law_names(1), p.law_names(2)) == (row["law_rise"], row["law_return"])
     )
-    design = question.design._replace(
-        size=smaller.max(keepdims=True),
-        **{
-            name: np.array([row[f"{name}_mm"]])
-            for name in question.design._fields
-            if f"{name}_mm" in row
-        },
-    )
+    named = {name: np.array([row[f"{name}_mm"]]) for name in SIZES if f"{name}_mm" in row}
+    design = replace(question.design, **{**named, "size": smaller.max(keepdims=True)})
     if not question.subject.mechanism.exists(design, programme)[0]:
         return "assembly"
     return str(judged(question, programme, design, frozenset()).column("violated")[0])
