@@ -36,7 +36,7 @@ def _multiply(a: "Interval", b: "Interval") -> "Interval":
 
 
 def _square(a: "Interval") -> "Interval":
-    return Interval(a.least_magnitude**2, np.maximum(a.low**2, a.high**2))
+    return Interval(a.least_magnitude**2, a.largest_magnitude**2)
 
 
 def _divide(a: "Interval", b: "Interval") -> "Interval":
@@ -109,6 +109,11 @@ class Interval(np.lib.mixins.NDArrayOperatorsMixin):
     def least_magnitude(self) -> FloatArray:
         """The least |x| in each interval."""
         return np.maximum(np.maximum(self.low, -self.high), 0.0)
+
+    @property
+    def largest_magnitude(self) -> FloatArray:
+        """The largest |x| in each interval."""
+        return np.maximum(-self.low, self.high)
 
 
 def as_interval(x: Any) -> Interval:

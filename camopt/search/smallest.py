@@ -99,14 +99,25 @@ def _curvature(bound: float, goal: int) -> Callable[[Interval, Designs], FloatAr
 
 def smallest(question: Question, programme: Programme, bounds: Bounds) -> Smallest:
     """The design of least size within bounds that holds every limit of the question."""
-    least = max(bounds["size"][0], question.subject.shaft_radius or 0.0)
-    bounds = {**bounds, "size": (least, bounds["size"][1])}
+    bounds = {**bounds, "size": (_least_size(question, programme, bounds), bounds["size"][1])}
     start = _closed_form(question, programme, bounds)
     if start is not None:
         start = _nudged(question, programme, start, bounds["size"][1])
         if start is not None:
             return Smallest(start, proved=True)
     return _branch_and_bound(question, programme, bounds)
+
+
+def _least_size(question: Question, programme: Programme, bounds: Bounds) -> float:
+    """A lower bound of the size that needs no search: the given one, the shaft's radius, and the base circle.
+
+    A disc cam that dwells at its lowest is an arc of the base circle there, which has to hold the curvature.
+    """
+    least = max(bounds["size"][0], question.subject.shaft_radius or 0.0, GAP)
+    rests = any(stroke.kind == DWELL and stroke.low == 0.0 for stroke in programme.strokes)
+    if rests and not question.subject.mechanism.grooved:
+        least = max([least, *(lim.bound for lim in question.limits if lim.name == "curvature_radius")])
+    return least
 
 
 def feasible(question: Question, programme: Programme, designs: Designs) -> Any:
@@ -187,6 +198,8 @@ def _branch_and_bound(question: Question, programme: Programme, bounds: Bounds) 
     incumbent, obstacle = _first_feasible(question, programme, bounds)
     if incumbent is None:
         return Smallest(None, proved=False, obstacle=obstacle)
+    if incumbent.size[0] <= bounds["size"][0]:
+        return Smallest(incumbent, proved=True)
     constraints = constraints_of(question)
     ends = {**bounds, "size": (bounds["size"][0], float(incumbent.size[0]))}
     width = {name: high - low for name, (low, high) in ends.items() if high > low}
@@ -204,10 +217,11 @@ def _branch_and_bound(question: Question, programme: Programme, bounds: Bounds) 
             **{n: Interval(low[n][index], high[n][index]) for n in low},  # type: ignore[arg-type]
             sense=question.design.sense,
         )
-        excluded[index] = _excluded(question, programme, constraints, box)
+        longest = np.zeros(low["size"].size, dtype=int)
+        excluded[index], longest[index] = _examined(question, programme, constraints, box, list(width))
         proved &= not np.any(narrow & ~excluded)
         keep = ~(excluded | narrow)
-        low, high = _halved({n: v[keep] for n, v in low.items()}, {n: v[keep] for n, v in high.items()}, width)
+        low, high = _halved(low, high, list(width), longest, keep)
     return Smallest(incumbent, proved=proved and boxes < MOST_BOXES)
 
 
@@ -267,22 +281,37 @@ def _coarse_grid(question: Question, programme: Programme, bounds: Bounds) -> De
     return Designs(**fields, sense=question.design.sense)
 
 
-def _excluded(question: Question, programme: Programme, constraints: list[Constraint], box: Designs) -> Any:
-    """Which boxes hold no feasible design: some limit is exceeded throughout, at one cam angle.
+def _examined(
+    question: Question, programme: Programme, constraints: list[Constraint], box: Designs, free: list[str]
+) -> tuple[Any, Any]:
+    """Which boxes hold no feasible design, and the side of each that is best cut.
 
-    The angle is where the limit is worst for one design of the box; a box without any is excluded.
+    A box is excluded if some limit is exceeded throughout it at one cam angle: where the limit is worst for one
+    design of the box. The side to cut is the one whose length loosens the bound of the worst limit the most.
     """
     inside, exists = _representatives(question, programme, box)
-    excluded = ~exists
+    excluded, side = ~exists, np.zeros(exists.shape, dtype=int)
     index = np.flatnonzero(exists)
-    case, box = Case(question.subject, programme, inside.take(index)), box.take(index)
+    inside, box = inside.take(index), box.take(index)
+    case = Case(question.subject, programme, inside)
+    points: dict[str, Any] = {n: Interval(v, v) for n, v in inside.sizes.items()}
+    worst = np.full(index.size, -np.inf)
     for constraint in constraints:
         _, where = case.extremes(constraint.curve, [(constraint.kinds, constraint.goal)])
-        for side in (-1e-9, 1e-9):  # both one-sided values where the worst angle is a jump
-            motion = programme.at(np.mod(where[0] + side, 2 * np.pi))
-            value, _ = curve(constraint.curve(box, programme), ..., *motion)
-            excluded[index] |= constraint.floor(value, box) > MARGIN
-    return excluded
+        for offset in (-1e-9, 1e-9):  # both one-sided values where the worst angle is a jump
+            motion = programme.at(np.mod(where[0] + offset, 2 * np.pi))
+
+            def floor(designs: Designs, constraint: Constraint = constraint, motion: FloatArray = motion) -> Any:
+                value, _ = curve(constraint.curve(designs, programme), ..., *motion)
+                return constraint.floor(value, designs)
+
+            excluded[index] |= floor(box) > MARGIN
+            alone = [replace(box, **{**points, n: getattr(box, n)}) for n in free]
+            here = floor(replace(box, **points))
+            loosest = np.argmin([floor(designs) for designs in alone], axis=0)
+            side[index] = np.where(here > worst, loosest, side[index])
+            worst = np.maximum(worst, here)
+    return excluded, side
 
 
 def _representatives(question: Question, programme: Programme, box: Designs) -> tuple[Designs, Any]:
@@ -305,16 +334,15 @@ def _representatives(question: Question, programme: Programme, box: Designs) -> 
 
 
 def _halved(
-    low: dict[str, FloatArray], high: dict[str, FloatArray], width: dict[str, float]
+    low: dict[str, FloatArray], high: dict[str, FloatArray], free: list[str], side: Any, keep: Any
 ) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
-    """Every box cut in two across its relatively longest side."""
-    names = list(width)
-    longest = np.argmax([(high[n] - low[n]) / width[n] for n in names], axis=0)
+    """The boxes to keep, each cut in two across the given side."""
+    low, high, side = {n: v[keep] for n, v in low.items()}, {n: v[keep] for n, v in high.items()}, side[keep]
     below, above = dict(high), dict(low)
-    for k, name in enumerate(names):
+    for k, name in enumerate(free):
         middle = (low[name] + high[name]) / 2
-        below[name] = np.where(longest == k, middle, high[name])
-        above[name] = np.where(longest == k, middle, low[name])
+        below[name] = np.where(side == k, middle, high[name])
+        above[name] = np.where(side == k, middle, low[name])
     lows = {n: np.concatenate([low[n], above[n]]) for n in low}
     highs = {n: np.concatenate([below[n], high[n]]) for n in high}
     return lows, highs
