@@ -6,7 +6,7 @@ from functools import cached_property, lru_cache
 from math import inf, pi, radians
 
 import numpy as np
-from numpy.polynomial import Polynomial
+from numpy.polynomial import polynomial
 
 from camopt.motion import LAWS
 from camopt.motion.table import DEGREE, DWELL, RETURN, RISE, MotionTable, fill_nodes, stroke_coefficients
@@ -166,34 +166,37 @@ def peak(programme: Programme, order: int, kinds: int) -> float:
     """
     if any(j.order < order and j.kinds & kinds for j in programme.jumps):
         return inf
-    least, largest = span(programme, [0.0] * order + [1.0], kinds)
+    least, largest = span(programme, (0.0,) * order + (1.0,), kinds)
     return max(-least, largest, 0.0)
 
 
-def span(programme: Programme, weights: Sequence[float], kinds: int) -> tuple[float, float]:
+@lru_cache(maxsize=4096)
+def span(programme: Programme, weights: tuple[float, ...], kinds: int) -> tuple[float, float]:
     """Least and largest value of w₀·y + w₁·y' + w₂·y'' + … over the strokes of the given kinds.
 
     Exact: the extremes of each panel's polynomial, found from the roots of its derivative; one-sided values at
     jumps. (inf, -inf) if there is no such stroke.
     """
     table = programme.table()
-    pieces = [q for q in range(table.kind.size) if table.kind[q] & kinds]
-    panels = [p for q in pieces for p in range(table.first_panel[q], table.first_panel[q + 1])]
-    values = [value for p in panels for value in _stationary_values(table, p, weights)]
-    return min(values, default=inf), max(values, default=-inf)
+    chosen = np.repeat((table.kind & kinds) != 0, np.diff(table.first_panel))
+    if not chosen.any():
+        return inf, -inf
+    y, h = table.coefficients[chosen].T, table.half_width[chosen]
+    series = np.zeros_like(y)
+    for order, weight in enumerate(weights):
+        series[: len(y) - order] += weight * polynomial.polyder(y, order) / h**order
+    slope = polynomial.polyder(series)
+    values = polynomial.polyval(np.array([-1.0, 1.0]), series)
+    turning = np.flatnonzero(np.prod(polynomial.polyval(np.array([-1.0, 1.0]), slope), axis=-1) < 0)
+    inside = [v for k in turning for v in _stationary_values(series[:, k], slope[:, k])]
+    return min([float(values.min()), *inside]), max([float(values.max()), *inside])
 
 
-def _stationary_values(table: MotionTable, panel: int, weights: Sequence[float]) -> FloatArray:
-    """Values of a combination at the ends of a panel and where it is stationary inside."""
-    y, h = Polynomial(table.coefficients[panel]), table.half_width[panel]
-    series = sum((w / h**order * y.deriv(order) for order, w in enumerate(weights)), Polynomial([0.0]))
-    slope = series.deriv()
-    u = np.array([-1.0, 1.0])
-    if slope(-1.0) * slope(1.0) < 0:
-        roots = slope.roots()
-        u = np.append(u, roots.real[(np.abs(roots.imag) < 1e-6) & (np.abs(roots.real) <= 1)])
-    values: FloatArray = series(u)
-    return values
+def _stationary_values(series: FloatArray, slope: FloatArray) -> list[float]:
+    """Values of a polynomial where it is stationary in [−1, 1]."""
+    roots = polynomial.polyroots(np.trim_zeros(slope, "b"))
+    real = roots.real[(np.abs(roots.imag) < 1e-6) & (np.abs(roots.real) <= 1)]
+    return [float(v) for v in polynomial.polyval(real, series)]
 
 
 def law_peaks(law: str) -> dict[str, float | str]:

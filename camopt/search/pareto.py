@@ -13,6 +13,11 @@ def objectives(rows: Rows, search: Search) -> NDArray[np.float64]:
     return np.column_stack([sign * rows.column(name) for name, sign in signed])
 
 
+def ranked(rows: Rows, search: Search) -> Rows:
+    """The rows sorted by the first objective, ties by the next, and so on."""
+    return rows.take(np.lexsort(objectives(rows, search).T[::-1])) if rows.count else rows
+
+
 def non_dominated(rows: Rows, search: Search) -> Rows:
     """The rows that no other row betters in one objective without losing in another.
 

@@ -21,7 +21,7 @@ from camopt.motion.programme import Programme
 from camopt.quantities import QUANTITIES, motion_quantity
 from camopt.rows import Rows, joined
 from camopt.scene import Scene
-from camopt.search.pareto import non_dominated, objectives
+from camopt.search.pareto import non_dominated, ranked
 from camopt.search.space import Space, space_of
 from camopt.table import TableFile, schema, write_text
 
@@ -58,6 +58,8 @@ class Batch:
     feasible: int
     kept: Rows
     front: Rows
+    best: Rows
+    """Its best feasible row, or none."""
 
 
 def sweep(
@@ -87,7 +89,7 @@ def sweep(
     question = with_objectives(resolve(scene))
     space = space_of(question)
     work = partial(_batch, space, column_names(question), keep)
-    designs, existing, feasible, fronts = 0, 0, 0, []
+    designs, existing, feasible, fronts, firsts = 0, 0, 0, [], []
     with ExitStack() as stack:
         table = None
         if out is not None:
@@ -99,6 +101,7 @@ def sweep(
             existing += batch.existing
             feasible += batch.feasible
             fronts.append(batch.front)
+            firsts.append(batch.best)
             if table and keep != "pareto":
                 table.append(batch.kept)
             if progress:
@@ -117,7 +120,7 @@ def sweep(
         feasible=feasible,
         pareto=front.count,
         files=() if out is None else tuple(Path(out) / f for f in ("designs.parquet", "pareto.parquet", "scene.toml")),
-        best=best_of_each_law(space, front),
+        best=best_of_each_law(space, joined(firsts)),
         nearest_miss=None if feasible else nearest_miss(space, block),
     )
 
@@ -162,7 +165,8 @@ def _batch(space: Space, names: tuple[str, ...], keep: str, block: Block) -> Bat
     evaluated = (judged if keep == "all" else screened)(question, programme, designs, frozenset(names))
     feasible = evaluated.take(evaluated.column("feasible").astype(bool))
     front = non_dominated(feasible, question.scene.search)
-    return Batch(last - first, len(designs), feasible.count, evaluated, front)
+    best = ranked(front, question.scene.search).take(np.arange(min(front.count, 1)))
+    return Batch(last - first, len(designs), feasible.count, evaluated, front, best)
 
 
 def _in_order(
@@ -183,13 +187,13 @@ def _in_order(
             pool.shutdown(cancel_futures=True)
 
 
-def best_of_each_law(space: Space, front: Rows) -> dict[str, dict[str, Any]]:
-    """The first row of each pair of laws when sorted by the objectives in turn; the smallest cam first."""
-    order = np.lexsort(objectives(front, space.question.scene.search).T[::-1]) if front.count else []
+def best_of_each_law(space: Space, rows: Rows) -> dict[str, dict[str, Any]]:
+    """The first row of each pair of laws when sorted by the objectives in turn, the best law first."""
     best: dict[str, dict[str, Any]] = {}
-    for row in front.take(np.asarray(order, dtype=int)).records():
-        laws = dict.fromkeys((row["law_rise"], row["law_return"]))
-        best.setdefault(" / ".join(laws), {**row, "held_by": held_by(space, row)})
+    for row in ranked(rows, space.question.scene.search).records():
+        laws = " / ".join(dict.fromkeys((row["law_rise"], row["law_return"])))
+        if laws not in best:
+            best[laws] = {**row, "held_by": held_by(space, row)}
     return best
 
 
