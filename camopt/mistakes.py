@@ -1,0 +1,36 @@
+"""Mistakes of a user: each one line that names the file, the key, the value and what is allowed."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from difflib import get_close_matches
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Mistake:
+    """One mistake. ``allowed`` completes the sentence "must be …", or says what is wrong if ``bare``."""
+
+    file: str
+    key: str
+    value: Any
+    allowed: str
+    bare: bool = False
+
+    def __str__(self) -> str:
+        shown = "" if self.value is None else f" = {self.value!r}"
+        return f"{self.file}: {self.key}{shown}: {'' if self.bare else 'must be '}{self.allowed}"
+
+
+class BadInput(ValueError):
+    """One or more mistakes of a user, all at once."""
+
+    def __init__(self, mistakes: Iterable[Mistake]) -> None:
+        self.mistakes = tuple(mistakes)
+        super().__init__("\n".join(str(mistake) for mistake in self.mistakes))
+
+
+def nearest(word: str, known: Iterable[str]) -> str:
+    """What may have been meant, as the end of a message; and what is known."""
+    known = list(known)
+    close = get_close_matches(word, known, n=1, cutoff=0.5)
+    return (f"did you mean {close[0]}? " if close else "") + f"known: {', '.join(known)}"

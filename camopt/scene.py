@@ -1,0 +1,332 @@
+"""The scene: the question a user asks, validated when made. TOML in and out.
+
+Keys, units (mm, deg, rev/min) and meaning are those of the scene file. Whatever is wrong with a scene is said
+at once, a line for each mistake, as a BadInput.
+"""
+
+import os
+import tomllib
+from functools import cache
+from importlib import resources
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+import tomli_w
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+
+from camopt.mistakes import BadInput, Mistake, nearest
+from camopt.motion import LAWS
+from camopt.quantities import QUANTITIES
+from camopt.scene_checks import check
+
+
+def _is_number(value: Any) -> Any:
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise ValueError("a number")
+    return float(value)
+
+
+LONGEST = 1e9
+LATER = ("contact_stress", "contact_force_min", "side_thrust", "torque", "jamming_margin", "power")
+Number = Annotated[float, BeforeValidator(_is_number), Field(allow_inf_nan=False)]
+Length = Annotated[Number, Field(ge=1e-9, le=LONGEST)]
+Anywhere = Annotated[Number, Field(ge=-LONGEST, le=LONGEST)]
+Positive = Annotated[Number, Field(gt=0, le=1e15)]
+NotNegative = Annotated[Number, Field(ge=0, le=1e15)]
+Acute = Annotated[Number, Field(gt=0, lt=90)]
+
+
+def _known(names: Any, what: str) -> Any:
+    def validate(value: Any) -> Any:
+        if value not in names:
+            raise ValueError(f"{what}; {nearest(str(value), names)}")
+        return value
+
+    return BeforeValidator(validate)
+
+
+LawName = Annotated[str, _known(LAWS, "a motion law")]
+QuantityName = Annotated[str, _known(QUANTITIES, "a quantity")]
+
+
+class Table(BaseModel):
+    """A table of a scene: unknown keys are mistakes, and nothing changes once made."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    def __init__(self, **values: Any) -> None:
+        try:
+            super().__init__(**values)
+        except ValidationError as error:
+            raise BadInput(mistakes_of(error, type(self), type(self).__name__.lower())) from None
+
+
+class Cam(Table):
+    """The cam: form, sense of rotation, speed (rev/min) and size (mm)."""
+
+    form: Literal["disc", "cylindrical"]
+    rotation: Literal["ccw", "cw"] = "ccw"
+    rpm: Positive | None = None
+    base_radius: Length | None = None
+    mean_radius: Length | None = None
+    shaft_diameter: Length | None = None
+
+
+class Dynamics(Table):
+    """What moves with the follower: kg, N/mm, N, N·s/mm, mm."""
+
+    mass: Positive | None = None
+    spring_rate: NotNegative | None = None
+    preload: NotNegative | None = None
+    damping: NotNegative | None = None
+    load: Anywhere | None = None
+    guide_length: Length | None = None
+    overhang: NotNegative | None = None
+    friction: NotNegative | None = None
+
+
+class Follower(Table):
+    """The follower: how it moves, what touches the cam, and its sizes (mm)."""
+
+    motion: Literal["translating", "oscillating"]
+    contact: Literal["knife", "roller", "flat", "spherical"]
+    roller_radius: Length | None = None
+    face_radius: Length | None = None
+    face_offset: Anywhere | None = None
+    arm_length: Length | None = None
+    centre_distance: Length | None = None
+    offset: Anywhere = 0.0
+    dynamics: Dynamics | None = None
+
+
+class Segment(Table):
+    """One segment of the turn: cam angle in deg, lift in mm (deg when oscillating), motion law."""
+
+    segment: Literal["rise", "dwell", "return"]
+    angle: Annotated[Number, Field(ge=0, le=360 * (1 + 1e-9))]
+    lift: Annotated[Number, Field(ge=0, le=LONGEST)] = 0.0
+    law: LawName | None = None
+
+
+class Limits(Table):
+    """What the cam must hold; each key is optional. deg, mm, m/s, m/s², m/s³ (oscillating: rad)."""
+
+    pressure_angle: Acute | None = None
+    pressure_angle_return: Acute | None = None
+    curvature_radius: Length | None = None
+    face_reach: Length | None = None
+    velocity: Positive | None = None
+    acceleration: Positive | None = None
+    jerk: Positive | None = None
+
+
+class Range(Table):
+    """A closed interval; the step matters to a sweep alone."""
+
+    start: Anywhere
+    stop: Anywhere
+    step: Annotated[Number, Field(gt=0)] | None = None
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        if self.stop < self.start:
+            raise ValueError("a range whose stop is not below its start")
+        return self
+
+
+def _as_list(value: Any) -> Any:
+    return [value] if isinstance(value, (int, float, str)) and not isinstance(value, bool) else value
+
+
+Values = Annotated[tuple[Anywhere, ...], Field(min_length=1), BeforeValidator(_as_list)]
+Laws = Annotated[tuple[LawName, ...], BeforeValidator(_as_list)]
+Quantities = Annotated[tuple[QuantityName, ...], BeforeValidator(_as_list)]
+Choice = Range | Values | None
+
+
+class Search(Table):
+    """What a sweep or an optimisation may vary, and its objectives. A size is a Range or a list of values."""
+
+    base_radius: Choice = None
+    mean_radius: Choice = None
+    offset: Choice = None
+    roller_radius: Choice = None
+    face_radius: Choice = None
+    arm_length: Choice = None
+    centre_distance: Choice = None
+    face_offset: Choice = None
+    law: Laws = ()
+    law_rise: Laws = ()
+    law_return: Laws = ()
+    minimise: Quantities = ()
+    maximise: Quantities = ()
+
+
+class Materials(Table):
+    """Bodies in contact: moduli in GPa, Poisson's ratios, face width in mm."""
+
+    cam_modulus: Positive | None = None
+    cam_poisson: Annotated[Number, Field(ge=0, lt=0.5)] | None = None
+    follower_modulus: Positive | None = None
+    follower_poisson: Annotated[Number, Field(ge=0, lt=0.5)] | None = None
+    face_width: Length | None = None
+
+
+class Accuracy(Table):
+    """Relative error allowed in each reported value."""
+
+    tolerance: Annotated[Number, Field(ge=1e-14, le=1e-2)] = 1e-9
+
+
+class Scene(Table):
+    """A whole question. Made from tables, from TOML (``from_toml``) or from a mapping (``from_dict``).
+
+    Raises
+    ------
+    BadInput
+        With every mistake, when the scene is made.
+    """
+
+    name: str = "scene"
+    cam: Cam
+    follower: Follower
+    motion: tuple[Segment, ...]
+    limits: Limits = Limits()
+    search: Search = Search()
+    materials: Materials = Materials()
+    accuracy: Accuracy = Accuracy()
+    outputs: Quantities = ()
+
+    def __init__(self, **values: Any) -> None:
+        plain = {key: _plain(value) for key, value in values.items()}
+        file = str(plain.pop("__file__", plain.get("name", "scene")))
+        found: list[Mistake] = []
+        try:
+            BaseModel.__init__(self, **plain)
+        except ValidationError as error:
+            found = mistakes_of(error, Scene, "", file)
+        keys = {mistake.key for mistake in found}
+        found += [Mistake(file, *fault, bare=True) for fault in check(plain) if fault[0] not in keys]
+        if found:
+            raise BadInput(found)
+
+    @classmethod
+    def from_dict(cls, data: dict[str, Any], file: str = "scene") -> "Scene":
+        """A scene from nested mappings with the keys of a scene file; ``file`` is named in messages."""
+        if not isinstance(data, dict) or not all(isinstance(key, str) for key in data):
+            raise BadInput([Mistake(file, "scene", data, "a mapping of tables")])
+        return cls(**{**data, "__file__": file})
+
+    @classmethod
+    def from_toml(cls, path: str | os.PathLike[str]) -> "Scene":
+        """A scene from a TOML file."""
+        try:
+            data = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+            raise BadInput([Mistake(os.fspath(path), "TOML", None, f"not valid: {error}", bare=True)]) from None
+        return cls.from_dict({"name": Path(path).stem, **data}, os.fspath(path))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Nested plain mappings without what was left at its default; ``from_dict`` gives an equal scene."""
+        data = self.model_dump(mode="json", exclude_none=True, exclude_defaults=True)
+        return {"name": self.name, **{key: value for key, value in data.items() if value not in ({}, [])}}
+
+    def to_toml(self) -> str:
+        """The scene as TOML text; parsed, it gives an equal scene."""
+        return tomli_w.dumps(self.to_dict())
+
+    def replace(self, **changes: Any) -> "Scene":
+        """The scene with changes by dotted key, such as ``replace(**{"cam.rpm": 1000})``; None clears a key."""
+        data = self.to_dict()
+        for key, value in changes.items():
+            *tables, last = key.split(".")
+            table = data
+            for name in tables:
+                table = table.setdefault(name, {})
+            if value is None:
+                table.pop(last, None)
+            else:
+                table[last] = _plain(value)
+        return Scene.from_dict(data, self.name)
+
+
+def _plain(value: Any) -> Any:
+    """Tables as mappings and tuples as lists, so that Python and TOML input are checked alike."""
+    if isinstance(value, BaseModel):
+        return value.model_dump(exclude_none=True, exclude_defaults=True)
+    if isinstance(value, dict):
+        return {key: _plain(each) for key, each in value.items()}
+    return [_plain(each) for each in value] if isinstance(value, (list, tuple)) else value
+
+
+def mistakes_of(error: ValidationError, model: type[BaseModel], prefix: str, file: str = "scene") -> list[Mistake]:
+    """Pydantic's errors as mistakes: one for each key, in plain words."""
+    found: dict[str, Mistake] = {}
+    for each in error.errors():
+        where = tuple(part for part in each["loc"] if part not in ("Range", "float") and "[" not in str(part))
+        key = ".".join(str(part + 1) if isinstance(part, int) else part for part in ((prefix, *where) if prefix else where))
+        mistake = _mistake(each, where, model, key, file)
+        if key not in found or "range" in found[key].allowed:
+            found[key] = mistake
+    return list(found.values())
+
+
+def _mistake(each: Any, where: tuple[str | int, ...], model: type[BaseModel], key: str, file: str) -> Mistake:
+    kind, value, context = each["type"], each["input"], each.get("ctx", {})
+    if kind == "extra_forbidden" and where[-1] in LATER:
+        return Mistake(file, key, value, "this version does not compute it", bare=True)
+    if kind == "extra_forbidden":
+        known = list(_table_at(model, where[:-1]).model_fields)
+        return Mistake(file, key, None, f"not a known key; {nearest(str(where[-1]), known)}", bare=True)
+    if kind == "missing":
+        return Mistake(file, key, None, "missing", bare=True)
+    if kind == "literal_error":
+        return Mistake(file, key, value, f"one of {context['expected']}")
+    if kind == "value_error":
+        return Mistake(file, key, value, str(context["error"]))
+    words = {"greater_than": "above", "greater_than_equal": "at least", "less_than": "below", "less_than_equal": "at most"}
+    if kind in words:
+        bound = next(iter(context.values()))
+        return Mistake(file, key, value, f"{words[kind]} {bound:g}")
+    plain = {
+        "finite_number": "a finite number",
+        "model_type": "a table",
+        "model_attributes_type": "a table",
+        "tuple_type": "a list",
+        "string_type": "a text",
+        "too_short": "a list of at least one value",
+    }
+    return Mistake(file, key, value, plain.get(kind, each["msg"].lower()))
+
+
+def _table_at(model: type[BaseModel], where: tuple[str | int, ...]) -> type[BaseModel]:
+    """The table that a path of keys leads to."""
+    for part in where:
+        if isinstance(part, int):
+            continue
+        annotation: Any = model.model_fields[part].annotation
+        candidates = [annotation, *getattr(annotation, "__args__", ())]
+        model = next(c for c in candidates if isinstance(c, type) and issubclass(c, BaseModel))
+    return model
+
+
+@cache
+def shipped_scenes() -> tuple[str, ...]:
+    """The names of the scenes that come with the package."""
+    folder = resources.files("camopt") / "scenes"
+    return tuple(sorted(entry.name.removesuffix(".toml") for entry in folder.iterdir() if entry.name.endswith(".toml")))
+
+
+def shipped_toml(name: str) -> str:
+    """The text of a shipped scene."""
+    return (resources.files("camopt") / "scenes" / f"{name}.toml").read_text(encoding="utf-8")
+
+
+def find_scene(name: str) -> Scene:
+    """A scene by the path of its file, or by the name of a shipped one."""
+    if name in shipped_scenes():
+        return Scene.from_dict(tomllib.loads(shipped_toml(name)), name)
+    if Path(name).is_file():
+        return Scene.from_toml(name)
+    allowed = f"a TOML file or a shipped scene; {nearest(name, shipped_scenes())}"
+    raise BadInput([Mistake("camopt", "SCENE", name, allowed)])
