@@ -6,6 +6,7 @@ from contextlib import contextmanager
 from math import inf, isinf
 from typing import Any
 
+from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
@@ -82,17 +83,18 @@ def _suffix(unit: str) -> str:
 
 
 def _table(title: str, records: list[dict[str, Any]], names: list[str]) -> Table:
-    table = Table(title=title, title_justify="left", header_style="bold", show_edge=False, pad_edge=False)
+    table = Table(title=title, title_justify="left", box=SIMPLE_HEAD, pad_edge=False)
     for name in names:
-        text = name in QUANTITIES and QUANTITIES[name].kind is str
-        table.add_column(_heading(name) if name in QUANTITIES else name.replace("_", " "), justify="left" if text else "right")
+        text = all(isinstance(record.get(name, ""), str) for record in records)
+        heading = _heading(name) if name in QUANTITIES else name.replace("_", " ")
+        table.add_column(heading, justify="left" if text else "right", overflow="fold", vertical="bottom")
     for record in records:
         table.add_row(*(_number(record.get(name, "")) for name in names))
     return table
 
 
 def _print(*things: Any) -> None:
-    console = Console(width=None if sys.stdout.isatty() else 160, highlight=False, soft_wrap=False)
+    console = Console(width=None if sys.stdout.isatty() else 110, highlight=False)
     for thing in things:
         console.print(thing)
 
@@ -101,14 +103,12 @@ def show_evaluation(result: Evaluation, as_json: bool) -> None:
     """Every quantity of a design, one a line."""
     if as_json:
         return _print_json(result.to_json())
-    table = Table(title=result.scene.name, title_justify="left", show_header=False, show_edge=False, pad_edge=False)
-    table.add_column()
-    table.add_column(justify="right")
-    table.add_column()
-    table.add_column(style="dim")
+    table = Table(title=result.scene.name, title_justify="left", show_header=False, box=None, pad_edge=False)
+    for style, justify in (("", "left"), ("bold", "right"), ("", "left"), ("dim", "left")):
+        table.add_column(style=style, justify=justify)  # type: ignore[arg-type]
     for name, value in result.items():
-        reason = result.unbounded.get(name)
-        table.add_row(name, _number(value), QUANTITIES[name].unit, reason or QUANTITIES[name].sentence)
+        about = result.unbounded.get(name) or QUANTITIES[name].sentence
+        table.add_row(name, _number(value), QUANTITIES[name].unit, about)
     return _print(table)
 
 
@@ -134,8 +134,10 @@ def show_sweep(result: Sweep, as_json: bool) -> None:
         f"{result.feasible:,} feasible, {result.pareto:,} on the Pareto front"
     )
     if result.best:
-        names = _shown(result.best)
-        _print("", _table("Best design of each law", list(result.best.values()), [*names, "held_by"]), "")
+        search = result.scene.search
+        names = [*_sizes(result.best), *search.minimise, *search.maximise, "profile_radius_min_mm"]
+        names = list(dict.fromkeys(name for name in names if name in next(iter(result.best.values()))))
+        _print("", _table("The best design of each law", list(result.best.values()), [*names, "held_by"]))
     elif result.nearest_miss:
         _show_miss(result.nearest_miss)
     for file in result.files:
@@ -143,18 +145,19 @@ def show_sweep(result: Sweep, as_json: bool) -> None:
     return None
 
 
-def _shown(rows: dict[str, dict[str, Any]]) -> list[str]:
-    """The columns worth a place on the screen: not the verdict, and no law twice."""
+def _sizes(rows: dict[str, dict[str, Any]]) -> list[str]:
+    """The sizes worth a column: no law twice, and no sum of two others."""
     records = list(rows.values())
-    hidden = {"feasible", "violated", "pitch_curvature_max_per_mm", "pitch_curvature_min_per_mm", "undercut"}
-    if all(r["law_rise"] == r["law_return"] for r in records):
+    hidden = {"prime_radius_mm", "shaft_clearance_mm"}
+    if all(record["law_rise"] == record["law_return"] for record in records):
         hidden.add("law_return")
-    return [name for name in QUANTITIES if name in records[0] and name not in hidden]
+    return [n for n in records[0] if n in QUANTITIES and QUANTITIES[n].effect == "sizes" and n not in hidden]
 
 
 def _show_miss(miss: dict[str, Any]) -> None:
-    names = _shown({"": miss})
-    _print("", _table("No feasible design. The nearest miss", [miss], [*names, "violated"]), "")
+    reached = [n for n in miss if n.startswith(("pressure_angle_max", "profile_radius", "face_reach"))]
+    names = [*_sizes({"": miss}), *reached, "violated"]
+    _print("", _table("No feasible design. The nearest miss:", [miss], names))
 
 
 def show_optimum(result: Optimum, as_json: bool) -> None:
@@ -165,17 +168,21 @@ def show_optimum(result: Optimum, as_json: bool) -> None:
         return _print_json({**best, "by_law": by_law, "obstacles": result.obstacles})
     if result.by_law:
         rows = {law: {**row, "binding": ", ".join(row["binding"])} for law, row in result.by_law.items()}
-        _print(_table(f"{result.scene.name}: the smallest cam of each law", list(rows.values()), _optimum_columns(rows)))
+        title = f"{result.scene.name}: the smallest cam of each law"
+        _print(_table(title, list(rows.values()), _optimum_columns(rows)))
     for law, obstacle in result.obstacles.items():
         _print(f"{law}: no feasible design; stopped by {obstacle}")
     return None
 
 
 def _optimum_columns(rows: dict[str, dict[str, Any]]) -> list[str]:
-    sizes = [name for name in _shown(rows) if QUANTITIES[name].effect == "sizes"]
+    """Sizes, what they reach, and what holds them; whether proved, and clear above, only where it matters."""
     reached = ["pressure_angle_max_rise_deg", "pressure_angle_max_return_deg", "profile_radius_min_mm"]
-    first = next(iter(rows.values()))
-    return [*sizes, *(name for name in reached if name in first), "binding", "clear_above_mm", "proved"]
+    names = [*_sizes(rows), *(n for n in reached if n in next(iter(rows.values()))), "binding"]
+    size = "base_radius_mm" if "base_radius_mm" in names else "mean_radius_mm"
+    if any(row["clear_above_mm"] > row[size] for row in rows.values()):
+        names.append("clear_above_mm")
+    return names if all(row["proved"] for row in rows.values()) else [*names, "proved"]
 
 
 def show_laws(as_json: bool) -> None:

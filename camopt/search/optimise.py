@@ -25,7 +25,8 @@ class Optimum:
 
     Each design is a mapping from quantity to value, with ``binding`` (the limits that hold it), ``proved``
     (no feasible design of that law is smaller by more than 1e-7 mm) and ``clear_above_mm`` (the least size
-    above which all are feasible; larger than the optimum where feasibility is not monotone).
+    above which all are feasible: larger than the optimum where feasibility is not monotone, and infinite where
+    large cams fail, as with oscillating followers).
     """
 
     scene: Scene
@@ -115,6 +116,8 @@ def _clear_above(question: Question, programme: Programme, answer: Smallest) -> 
     bad = np.flatnonzero(~feasible(question, programme, grid))
     if not bad.size:
         return size
+    if bad[-1] == RADII - 1:
+        return inf
     low, high = sizes[bad[-1]], sizes[min(bad[-1] + 1, RADII - 1)]
     for _ in range(60):
         middle = (low + high) / 2

@@ -212,7 +212,7 @@ def held_by(space: Space, row: dict[str, Any]) -> str:
     design = replace(question.design, **{**named, "size": smaller.max(keepdims=True)})
     if not question.subject.mechanism.exists(design, programme)[0]:
         return "assembly"
-    return str(judged(question, programme, design, frozenset()).column("violated")[0])
+    return str(judged(question, programme, design, frozenset()).column("violated")[0]).replace(",", ", ")
 
 
 def nearest_miss(space: Space, block: int) -> dict[str, Any] | None:
