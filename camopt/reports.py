@@ -66,12 +66,10 @@ def _number(value: Any) -> str:
 
 
 def _heading(name: str) -> str:
-    """A quantity's name without its unit, and the unit."""
-    quantity = QUANTITIES[name]
-    if not quantity.unit:
-        return name.replace("_", " ")
-    stem = name.removesuffix(_suffix(quantity.unit))
-    return f"{stem.replace('_', ' ')}\n{quantity.unit}"
+    """A quantity's name without its unit, a word a line, and the unit."""
+    unit = QUANTITIES[name].unit
+    stem = name.removesuffix(_suffix(unit)) if unit else name
+    return "\n".join([*stem.split("_"), *([unit] if unit else [])])
 
 
 def _suffix(unit: str) -> str:
@@ -83,11 +81,15 @@ def _suffix(unit: str) -> str:
 
 
 def _table(title: str, records: list[dict[str, Any]], names: list[str]) -> Table:
-    table = Table(title=title, title_justify="left", box=SIMPLE_HEAD, pad_edge=False)
+    table = Table(title=title, title_justify="left", box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1))
     for name in names:
-        text = all(isinstance(record.get(name, ""), str) for record in records)
-        heading = _heading(name) if name in QUANTITIES else name.replace("_", " ")
-        table.add_column(heading, justify="left" if text else "right", overflow="fold", vertical="bottom")
+        texts = [record.get(name, "") for record in records]
+        heading = _heading(name) if name in QUANTITIES else name.replace("_", "\n")
+        if all(isinstance(text, str) for text in texts):
+            longest = max((len(word) for text in texts for word in text.split(" ")), default=0)
+            table.add_column(heading, overflow="fold", min_width=longest, vertical="bottom")
+        else:
+            table.add_column(heading, justify="right", no_wrap=True, vertical="bottom")
     for record in records:
         table.add_row(*(_number(record.get(name, "")) for name in names))
     return table
@@ -146,7 +148,7 @@ def show_sweep(result: Sweep, as_json: bool) -> None:
 
 
 def _sizes(rows: dict[str, dict[str, Any]]) -> list[str]:
-    """The sizes worth a column: no law twice, and no sum of two others."""
+    """The sizes worth a column: no law twice, no sum or difference of others."""
     records = list(rows.values())
     hidden = {"prime_radius_mm", "shaft_clearance_mm"}
     if all(record["law_rise"] == record["law_return"] for record in records):
@@ -157,6 +159,7 @@ def _sizes(rows: dict[str, dict[str, Any]]) -> list[str]:
 def _show_miss(miss: dict[str, Any]) -> None:
     reached = [n for n in miss if n.startswith(("pressure_angle_max", "profile_radius", "face_reach"))]
     names = [*_sizes({"": miss}), *reached, "violated"]
+    miss = {**miss, "violated": miss["violated"].replace(",", ", ")}
     _print("", _table("No feasible design. The nearest miss:", [miss], names))
 
 

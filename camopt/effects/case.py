@@ -14,7 +14,7 @@ from camopt.numerics import FloatArray
 from camopt.numerics.extremes import extremes, turns_far
 
 REFINEMENTS = (1, 8, 64, 512)  # times the usual number of panels
-MARGIN = 1e-3  # of the tolerance, spent on following a maximum
+MARGIN = 1e-4  # of the tolerance, spent on following a maximum: its cam angle, too, is then that good
 LARGEST_TURN = 0.25  # tangent of the angle that the normal may turn within a panel
 
 

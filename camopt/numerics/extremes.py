@@ -126,8 +126,7 @@ def follow(f, i, table, node, goal, tolerance):  # type: ignore[no-untyped-def]
             u = 0.5 * (low + high)
         y, y1, y2, y3 = motion(table, panel, u)
         value, slope = oriented_slope(f, i, y, y1, y2, y3, goal)
-        if value > best:
-            best, at = value, table.centre[panel] + u * half_width
+        best, at = max(value, best), table.centre[panel] + u * half_width
         if abs(slope) * half_width * (high - low) <= tolerance * abs(value) or not low < u < high:
             break
         if slope > 0.0:
