@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 
 from camopt.evaluation import Question, excesses, judged, resolve
+from camopt.mistakes import BadInput, Mistake
 from camopt.motion.programme import Programme
 from camopt.quantities import QUANTITIES
 from camopt.scene import Range, Scene
-from camopt.search.smallest import Bounds, Smallest, feasible, smallest
+from camopt.search.smallest import GAP, Bounds, Smallest, feasible, smallest
 from camopt.search.space import FIELDS, axis_values, programmes_of
 from camopt.search.sweep import Progress, size_name
 
@@ -65,6 +66,9 @@ def optimise(scene: Scene, progress: Progress | None = None) -> Optimum:
         least = min(designs, key=lambda answer: float(answer.design.size[0]))  # type: ignore[union-attr]
         found[laws] = _described(question, programme, least)
     size = size_name(question)
+    if any(row[size] <= 2 * GAP for row in found.values()):
+        wanted = "a limit that holds the size from below, such as pressure_angle or curvature_radius"
+        raise BadInput([Mistake(scene.name, "limits", None, f"nothing limits the size: name {wanted}", bare=True)])
     ranked = dict(sorted(found.items(), key=lambda item: float(item[1][size])))
     return Optimum(scene, next(iter(ranked.values()), None), ranked, obstacles)
 

@@ -254,7 +254,7 @@ def _points(
 def _first_feasible(
     question: Question, programme: Programme, bounds: Bounds
 ) -> tuple[Designs | None, str]:
-    """The smallest feasible design of a coarse grid; or the limits that stop the nearest one."""
+    """The smallest feasible design of a coarse grid; or the limits that stop all, or else the nearest one."""
     points = _coarse_grid(question, programme, bounds)
     found = points.take(feasible(question, programme, points))
     if len(found):
@@ -262,9 +262,11 @@ def _first_feasible(
     points = points.take(question.subject.mechanism.exists(points, programme))
     if not len(points):
         return None, "assembly"
-    rows = judged(question, programme, points, frozenset())
-    worst = excesses(question.limits, rows.columns, points).max(axis=0)
-    return None, str(rows.column("violated")[int(np.argmin(worst))])
+    excess = excesses(question.limits, judged(question, programme, points, frozenset()).columns, points)
+    stopped = np.all(excess > 0.0, axis=1)
+    if not stopped.any():
+        stopped = excess[:, np.argmin(excess.max(axis=0))] > 0.0
+    return None, ", ".join(limit.name for limit, stops in zip(question.limits, stopped, strict=True) if stops)
 
 
 def _coarse_grid(question: Question, programme: Programme, bounds: Bounds) -> Designs:

@@ -1,0 +1,193 @@
+"""The cam drawn to scale: a disc cam at cam angle 0, or the developed groove of a cylindrical cam."""
+
+from typing import Any
+
+import numpy as np
+
+from camopt.drawing_follower import draw_arm, draw_follower
+from camopt.geometry import CamCurves, cam_curves
+from camopt.mechanisms.design import ComplexArray
+from camopt.motion.table import DWELL
+from camopt.picture import (
+    BODY,
+    COLOURS,
+    FAINT,
+    FILL,
+    INK,
+    MUTED,
+    NAMES,
+    PITCH,
+    REFERENCE,
+    Picture,
+    area,
+    circle,
+    line,
+)
+
+
+def draw_disc(axes: Any, picture: Picture) -> None:
+    """A disc cam at cam angle 0 with its follower, which is then at its lowest; into square axes."""
+    pitch = np.concatenate([c.pitch for c in picture.curves])
+    size = float(np.abs(pitch).max())
+    _draw_body(axes, picture)
+    _draw_circles(axes, picture, size)
+    _draw_strokes(axes, picture, size)
+    _draw_sense(axes, picture, size)
+    parts = [pitch, size * np.array([-1, 1, -1j, -1.12j]), *draw_follower(axes, picture, size)]
+    _frame(axes, np.concatenate(parts))
+
+
+def _fan(before: CamCurves, after: CamCurves, radius: float) -> ComplexArray:
+    """The round body's own arc where the normal jumps at a corner of the pitch curve."""
+    turn = np.angle(after.normal[0] / before.normal[-1])
+    steps = np.linspace(0.0, turn, max(2, int(abs(np.degrees(turn)))))
+    arc: ComplexArray = after.pitch[0] - radius * before.normal[-1] * np.exp(1j * steps)
+    return arc
+
+
+def _draw_body(axes: Any, picture: Picture) -> None:
+    """The profile, coloured by stroke, on the cam that is left when all has been cut away that the follower needs."""
+    design, pieces = picture.question.design, picture.curves
+    radius = float(design.roller_radius[0])
+    solid = _remaining(picture) if picture.undercut else np.concatenate([c.profile[0] for c in pieces])
+    area(axes, solid, facecolor=FILL, edgecolor=INK if picture.undercut else "none", lw=1.4, zorder=1)
+    thin = {"lw": 0.9, "alpha": 0.9} if picture.undercut else {"lw": 2.2}
+    named = set()
+    for number, (kind, curves) in enumerate(zip(picture.kinds, pieces, strict=True)):
+        label = f"profile, {NAMES[kind]}" if kind not in named else None
+        line(axes, curves.profile[0], color=COLOURS[kind], label=label, zorder=4, solid_capstyle="round", **thin)
+        line(axes, _fan(pieces[number - 1], curves, radius), color=COLOURS[DWELL], zorder=3.9, **thin)
+        named.add(kind)
+    if radius > 0.0:
+        pitch = np.concatenate([c.pitch for c in pieces])
+        style = {"color": PITCH, "lw": 1.0, "ls": (0, (9, 2.5, 1.5, 2.5)), "zorder": 3}
+        line(axes, np.append(pitch, pitch[0]), label="pitch curve", **style)
+
+
+def _remaining(picture: Picture) -> ComplexArray:
+    """The outline of an undercut cam: what lies outside of every position of the follower."""
+    pitch = np.concatenate([c.pitch for c in picture.curves])
+    if picture.question.subject.mechanism.curvature is None:
+        from scipy.spatial import HalfspaceIntersection
+
+        normal = np.concatenate([c.normal for c in picture.curves])
+        support = (pitch * normal.conj()).real
+        corners = HalfspaceIntersection(
+            np.column_stack([normal.real, normal.imag, -support]), np.zeros(2)
+        ).intersections
+        outline = corners[:, 0] + 1j * corners[:, 1]
+        return np.asarray(outline[np.argsort(np.angle(outline))])
+    from shapely import Point, Polygon, make_valid
+
+    cut = make_valid(Polygon(np.column_stack([pitch.real, pitch.imag])))
+    cut = cut.buffer(-float(picture.question.design.roller_radius[0]), quad_segs=64)
+    parts = [part for part in getattr(cut, "geoms", [cut]) if not part.is_empty]
+    if not parts:
+        return np.zeros(1, dtype=complex)
+    around = min(parts, key=lambda part: part.distance(Point(0, 0)))
+    x, y = np.asarray(around.exterior.coords.xy)
+    return np.asarray(x + 1j * y)
+
+
+def _draw_circles(axes: Any, picture: Picture, size: float) -> None:
+    """Base, prime, pitch, offset and shaft circles, the centre and the follower's axis."""
+    values, question = picture.values, picture.question
+    base, radius = float(question.design.size[0]), float(question.design.roller_radius[0])
+    thin = {"lw": 0.8, "zorder": 2.5}
+    circle(axes, base, color=MUTED, label=f"base circle, R {base:.4g}", **thin)
+    if radius > 0.0:
+        label = f"prime circle, R {base + radius:.4g}"
+        circle(axes, base + radius, color=MUTED, ls=(0, (5, 3)), label=label, **thin)
+    if question.subject.mechanism.curvature is not None:
+        label = f"pitch circle, R {values['pitch_circle_radius_mm']:.4g}"
+        circle(axes, values["pitch_circle_radius_mm"], color=REFERENCE, ls=(0, (1.5, 2.5)), label=label, **thin)
+        _mark_pitch_point(axes, picture)
+    shaft = question.subject.shaft_radius
+    if shaft is not None:
+        circle(axes, shaft, color=INK, lw=1.0, zorder=2.6)
+        area(axes, shaft * np.exp(1j * np.linspace(0, 2 * np.pi, 181)), facecolor="white", zorder=2.2)
+    mark = 0.06 * size
+    line(axes, [-mark, mark], color=INK, lw=0.8, zorder=5)
+    line(axes, [-mark * 1j, mark * 1j], color=INK, lw=0.8, zorder=5)
+    circle(axes, 0.012 * size, color=INK, lw=0.8, zorder=5)
+    if not question.subject.angular:
+        _draw_offset(axes, float(question.design.offset[0]), size)
+
+
+def _mark_pitch_point(axes: Any, picture: Picture) -> None:
+    question, at = picture.question, np.radians([picture.values["pressure_angle_max_at_deg"]])
+    point = cam_curves(question.subject.mechanism, question.design, question.programme, at).pitch
+    style = {"ls": "none", "marker": "o", "ms": 5, "mfc": "white", "mec": REFERENCE, "zorder": 6}
+    line(axes, point, label="pitch point", **style)
+
+
+def _draw_offset(axes: Any, offset: float, size: float) -> None:
+    """The offset circle, the follower's axis, and the offset as a dimension below the cam."""
+    dashes = {"color": MUTED, "lw": 0.7, "ls": (0, (12, 3, 2, 3)), "zorder": 2}
+    line(axes, [-1.12j * size, 0.4j * size], **dashes)
+    if offset == 0.0:
+        return
+    circle(axes, abs(offset), color=REFERENCE, lw=0.8, zorder=2.5, label=f"offset circle, R {abs(offset):.4g}")
+    line(axes, [offset - 1.12j * size, offset + 0.9j * size], **dashes)
+    level = -1.09 * size
+    arrow = {"arrowstyle": "<|-|>", "color": MUTED, "lw": 0.7, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 7}
+    axes.annotate("", (0.0, level), (offset, level), arrowprops=arrow)
+    side = 1.0 if offset > 0 else -1.0
+    place = {"ha": "left" if offset > 0 else "right", "va": "center", "fontsize": 8, "color": INK}
+    axes.text(offset + side * 0.03 * size, level, f"offset {offset:g}", **place)
+
+
+def _draw_strokes(axes: Any, picture: Picture, size: float) -> None:
+    """Where strokes begin: a ray of the construction, and the cam angle inside the profile."""
+    question = picture.question
+    starts = np.array([s.start for s in question.programme.strokes])
+    found = cam_curves(question.subject.mechanism, question.design, question.programme, starts)
+    turn = np.exp(-1j * question.design.sense * starts)
+    for angle, point, foot in zip(starts, found.profile[0], turn * question.design.offset, strict=True):
+        line(axes, [foot, point], color=FAINT, lw=0.7, zorder=2)
+        inward = (foot - point) / max(abs(foot - point), 1e-300)
+        place = point + 0.085 * size * inward
+        box = {"boxstyle": "round,pad=0.15", "fc": FILL, "ec": "none"}
+        text = f"{np.degrees(angle):.4g}°"
+        style = {"ha": "center", "va": "center", "fontsize": 7, "color": MUTED, "bbox": box, "zorder": 4.5}
+        axes.text(place.real, place.imag, text, **style)
+
+
+def _draw_sense(axes: Any, picture: Picture, size: float) -> None:
+    """An arrow for the sense of rotation, inside the cam where most room is left."""
+    design = picture.question.design
+    marks = [np.pi / 2, *(np.pi / 2 - design.sense * s.start for s in picture.question.programme.strokes)]
+    places = np.radians(np.arange(0, 360, 15))
+    room = np.min(np.abs(np.angle(np.exp(1j * (places[:, None] - np.array(marks))))), axis=1)
+    middle, half = places[int(np.argmax(room))], np.radians(32.0)
+    taken = max(picture.question.subject.shaft_radius or 0.0, abs(float(design.offset[0])) * 0.0)
+    radius = max(0.6 * float(design.size[0]), (taken + float(design.size[0])) / 2)
+    arc = radius * np.exp(1j * (middle + design.sense * np.linspace(-half, half, 41)))
+    line(axes, arc, color=INK, lw=1.3, zorder=5)
+    ends = [(point.real, point.imag) for point in (arc[-1], arc[-3])]
+    axes.annotate("", *ends, arrowprops={"arrowstyle": "-|>", "color": INK, "mutation_scale": 13}, zorder=5)
+    label = radius * 0.8 * np.exp(1j * middle)
+    axes.text(label.real, label.imag, "ω", ha="center", va="center", fontsize=10, color=INK, zorder=5)
+
+
+def _frame(axes: Any, points: ComplexArray, margin: float = 0.03) -> None:
+    """Equal scales, limits round the points, and a bar of round length for scale."""
+    box = axes.get_position()
+    width, height = axes.figure.get_size_inches() * (box.width, box.height)
+    points = points[np.isfinite(points)]
+    low, high = complex(points.real.min(), points.imag.min()), complex(points.real.max(), points.imag.max())
+    middle, extent = (low + high) / 2, (high - low) * (1 + 2 * margin)
+    unit = max(extent.real / width, extent.imag / height)
+    axes.set_aspect("equal", adjustable="box")
+    axes.set_xlim(middle.real - unit * width / 2, middle.real + unit * width / 2)
+    axes.set_ylim(middle.imag - unit * height / 2, middle.imag + unit * height / 2)
+    axes.set_axis_off()
+    length = _round_length(unit * width / 6)
+    x, y = middle.real - unit * width / 2, middle.imag - unit * height / 2
+    axes.plot([x, x + length], [y, y], color=INK, lw=2.5, solid_capstyle="butt", clip_on=False)
+    axes.text(x, y + unit * 0.07, f"{length:g} mm", fontsize=8, color=INK, ha="left", va="bottom")
+
+
+def _round_length(length: float) -> float:
+    power = 10.0 ** np.floor(np.log10(length))
+    return float(max(step * power for step in (1, 2, 5) if step * power <= length))

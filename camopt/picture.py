@@ -1,0 +1,100 @@
+"""What a picture shows: the question sampled piece by piece, its exact values, and the colours and pens."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from camopt.effects import Case, offered
+from camopt.evaluation import Question, run_effects
+from camopt.geometry import CamCurves, cam_curves
+from camopt.motion.table import DWELL, RETURN, RISE
+from camopt.numerics import FloatArray
+from camopt.numerics.curves import curve
+
+INK, MUTED, FAINT, FILL, BODY, ALARM = "#22303c", "#6b7783", "#c3cad1", "#eef2f5", "#dbe1e7", "#b3261e"
+PITCH, REFERENCE = "#3f7d58", "#8a6fae"
+COLOURS = {RISE: "#2a6ca3", RETURN: "#c0632a", DWELL: "#45525e"}
+NAMES = {RISE: "rise", RETURN: "return", DWELL: "dwell"}
+INSIDE = 1e-9  # share of a piece that samples keep from its ends, to be on its side of a jump
+PER_DEGREE = 4
+
+
+@dataclass(frozen=True)
+class Picture:
+    """What is drawn: a question, sampled piece by piece so that no sample lies on a jump."""
+
+    question: Question
+
+    @cached_property
+    def pieces(self) -> list[FloatArray]:
+        """Cam angles (rad) of each smooth piece of the motion."""
+        table = self.question.programme.table()
+        first, last = table.first_panel[:-1], table.first_panel[1:] - 1
+        starts = table.centre[first] - table.half_width[first]
+        ends = table.centre[last] + table.half_width[last]
+        counts = np.maximum(25, np.degrees(ends - starts) * PER_DEGREE).astype(int)
+        return [
+            a + (b - a) * np.clip(np.linspace(0.0, 1.0, n), INSIDE, 1.0 - INSIDE)
+            for a, b, n in zip(starts, ends, counts, strict=True)
+        ]
+
+    @cached_property
+    def kinds(self) -> list[int]:
+        """RISE, RETURN or DWELL of each piece."""
+        return [int(kind) for kind in self.question.programme.table().kind]
+
+    @cached_property
+    def motion(self) -> list[FloatArray]:
+        """(y, y', y'', y''') of each piece, (4, samples)."""
+        return [self.question.programme.at(angles) for angles in self.pieces]
+
+    @cached_property
+    def values(self) -> dict[str, Any]:
+        """Every quantity of the design, exact."""
+        subject, design = self.question.subject, self.question.design
+        with np.errstate(all="ignore"):
+            rows = run_effects(Case(subject, self.question.programme, design), offered(subject))
+        return rows.records()[0]
+
+    @cached_property
+    def exists(self) -> bool:
+        """Whether the mechanism can be put together at every cam angle."""
+        return bool(self.question.subject.mechanism.exists(self.question.design, self.question.programme)[0])
+
+    @cached_property
+    def curves(self) -> list[CamCurves]:
+        """The cam's curves of each piece, in the cam's own frame."""
+        question = self.question
+        with np.errstate(all="ignore"):
+            return [
+                cam_curves(question.subject.mechanism, question.design, question.programme, angles)
+                for angles in self.pieces
+            ]
+
+    def curve_values(self, record: Any) -> list[FloatArray]:
+        """One of the mechanism's curves on each piece."""
+        with np.errstate(all="ignore"):
+            return [np.broadcast_to(curve(record, 0, *rows)[0], rows[0].shape) for rows in self.motion]
+
+    @property
+    def undercut(self) -> bool:
+        """Whether a part of the theoretical profile is cut away; a knife edge leaves every corner as it is."""
+        return not self.question.subject.pointed and bool(
+            self.values["undercut"] or self.values.get("self_crossing", False)
+        )
+
+
+def line(axes: Any, points: Any, **style: Any) -> None:
+    points = np.asarray(points, dtype=complex)
+    axes.plot(points.real, points.imag, **style)
+
+
+def area(axes: Any, points: Any, **style: Any) -> None:
+    points = np.asarray(points, dtype=complex)
+    axes.fill(points.real, points.imag, **style)
+
+
+def circle(axes: Any, radius: float, centre: complex = 0.0, **style: Any) -> None:
+    line(axes, centre + radius * np.exp(1j * np.linspace(0.0, 2 * np.pi, 361)), **style)

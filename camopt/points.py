@@ -1,0 +1,165 @@
+"""The cam as points for a machine or another program: displacement, pitch curve, profile and cutter path."""
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from camopt.evaluation import Question, resolve
+from camopt.geometry import cam_curves
+from camopt.mechanisms.design import ComplexArray
+from camopt.mistakes import BadInput, Mistake
+from camopt.numerics import FloatArray
+from camopt.scene import Scene
+
+ABOUT = {
+    "cam_angle_deg": ("deg", "Cam angle."),
+    "displacement_mm": ("mm", "Displacement of the follower."),
+    "displacement_deg": ("deg", "Swing of the follower."),
+    "pitch": ("mm", "Pitch curve: the trace point."),
+    "profile": ("mm", "Profile."),
+    "profile_left": ("mm", "Flank of the groove to the left, seen along the motion of the roller in it."),
+    "profile_right": ("mm", "Flank of the groove to the right."),
+    "cutter": ("mm", "Path of the cutter's centre."),
+    "cutter_left": ("mm", "Path of the cutter's centre that makes the left flank."),
+    "cutter_right": ("mm", "Path of the cutter's centre that makes the right flank."),
+}
+
+
+def cam_points(
+    scene: Scene, angles: ArrayLike | None = None, cutter_radius: float | None = None
+) -> dict[str, FloatArray]:
+    """Points of a scene's cam: columns by name, each an array (n,) with one value for each cam angle.
+
+    Columns: ``cam_angle_deg``; ``displacement_mm`` (``displacement_deg`` when oscillating); and the x and y
+    in mm of each curve, as ``profile_x_mm``, ``profile_y_mm``: ``pitch`` (not for a flat face, which has no
+    trace point), ``profile``, and ``cutter`` if a cutter radius is given. The groove of a cylindrical cam has
+    ``profile_left`` and ``profile_right`` in place of ``profile``, and likewise two cutter paths.
+
+    A disc cam is in its own frame, which is the ground frame at cam angle 0: cam centre at the origin,
+    follower above it. A cylindrical cam is developed: x runs round it at the mean radius, y along its axis.
+    Where the velocity of the follower jumps, the normal is that after the jump.
+
+    Parameters
+    ----------
+    scene
+        A validated scene.
+    angles
+        Cam angles in deg, from 0 to 360, in any order; without them 0, 1, … 360.
+    cutter_radius
+        Radius of a cutter or grinding wheel in mm. One larger than the quantity ``cutter_radius_max_mm``
+        cannot reach the concave flanks: its path is given all the same.
+
+    Raises
+    ------
+    BadInput
+        For a cutter radius that is not above 0, or larger than the groove; for cam angles outside 0 to 360.
+    """
+    question = resolve(scene)
+    degrees = _checked_angles(angles)
+    _check_cutter(question, cutter_radius)
+    radians = np.radians(degrees)
+    displacement = question.programme.at(radians)[0]
+    unit = "deg" if question.subject.angular else "mm"
+    columns = {"cam_angle_deg": degrees}
+    columns[f"displacement_{unit}"] = np.degrees(displacement) if unit == "deg" else displacement
+    for name, points in _curves(question, radians, cutter_radius).items():
+        columns |= {f"{name}_x_mm": points.real.copy(), f"{name}_y_mm": points.imag.copy()}
+    return columns
+
+
+def write_points(scene: Scene, path: str | os.PathLike[str], cutter_radius: float | None = None) -> None:
+    """Write ``cam_points`` in steps of 1 deg to a CSV or Parquet file, as its suffix says.
+
+    The file appears only when whole. Parquet carries units, descriptions, the scene and the version in its
+    metadata (``camopt.load`` reads it); CSV has a line of column names, and every digit.
+
+    Raises
+    ------
+    BadInput
+        For another suffix, or as ``cam_points``.
+    OSError
+        If the file cannot be written.
+    """
+    import pyarrow as pa
+    from pyarrow import csv, parquet
+
+    from camopt.version import VERSION
+
+    suffix = checked_suffix(path, "--points", (".csv", ".parquet"))
+    columns = cam_points(scene, None, cutter_radius)
+    fields = [pa.field(name, pa.float64(), nullable=False, metadata=_about(name)) for name in columns]
+    layout = pa.schema(fields, metadata={"camopt_version": VERSION, "camopt_scene": scene.to_toml()})
+    arrays = [  # from their bytes: pa.array would import pandas
+        pa.Array.from_buffers(pa.float64(), values.size, [None, pa.py_buffer(np.ascontiguousarray(values))])
+        for values in columns.values()
+    ]
+    table = pa.table(arrays, schema=layout)
+    with whole_file(path) as partial:
+        if suffix == ".csv":
+            csv.write_csv(table, partial, csv.WriteOptions(quoting_style="none"))
+        else:
+            parquet.write_table(table, partial, compression="zstd", write_page_checksum=True)
+
+
+def checked_suffix(path: str | os.PathLike[str], key: str, known: tuple[str, ...]) -> str:
+    """The suffix of a path in lower case; BadInput unless it is one of the known."""
+    suffix = Path(path).suffix.lower()
+    if suffix not in known:
+        listed = f"{', '.join(known[:-1])} or {known[-1]}"
+        raise BadInput([Mistake("camopt", key, os.fspath(path), f"a file that ends in {listed}")])
+    return suffix
+
+
+@contextmanager
+def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
+    """A temporary path beside ``path``, which takes its name if the block ends well, and goes if not."""
+    path = Path(path)
+    partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
+    try:
+        yield partial
+        os.replace(partial, path)
+    except OSError as trouble:
+        reason = os.strerror(trouble.errno) if trouble.errno else str(trouble)
+        raise OSError(trouble.errno or 0, reason, os.fspath(path)) from None
+    finally:
+        partial.unlink(missing_ok=True)
+
+
+def _checked_angles(angles: ArrayLike | None) -> FloatArray:
+    degrees = np.arange(361.0) if angles is None else np.array(angles, dtype=float).reshape(-1)
+    outside = degrees[~((degrees >= 0.0) & (degrees <= 360.0))]
+    if outside.size:
+        raise BadInput([Mistake("camopt", "angles", float(outside[0]), "from 0 to 360 deg")])
+    return degrees
+
+
+def _check_cutter(question: Question, radius: float | None) -> None:
+    if radius is None:
+        return
+    widest = float(question.design.roller_radius[0]) if question.subject.mechanism.grooved else np.inf
+    allowed = "above 0 mm" if np.isinf(widest) else f"above 0 and at most the roller radius ({widest:g} mm)"
+    if not (0.0 < radius <= widest and np.isfinite(radius)):
+        raise BadInput([Mistake("camopt", "--cutter-radius", radius, allowed)])
+
+
+def _curves(question: Question, angles: FloatArray, cutter_radius: float | None) -> dict[str, ComplexArray]:
+    mechanism, design = question.subject.mechanism, question.design
+    found = cam_curves(mechanism, design, question.programme, angles, cutter_radius)
+    curves = {} if mechanism.curvature is None else {"pitch": found.pitch}
+    if not mechanism.grooved:
+        cutter = {} if found.cutter is None else {"cutter": found.cutter}
+        return {**curves, "profile": found.profile[0], **cutter}
+    curves |= {"profile_left": found.profile[1], "profile_right": found.profile[0]}
+    if found.cutter is not None:
+        curves |= {"cutter_left": 2.0 * found.pitch - found.cutter, "cutter_right": found.cutter}
+    return curves
+
+
+def _about(column: str) -> dict[str, str]:
+    curve = column.removesuffix("_x_mm").removesuffix("_y_mm")
+    unit, description = ABOUT[curve]
+    return {"unit": unit, "symbol": "", "description": description}

@@ -1,0 +1,143 @@
+"""Motion laws against 50 digits, and the programme that joins them."""
+
+import json
+from math import inf, isinf, radians
+from pathlib import Path
+
+import mpmath
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from camopt.motion import LAWS
+from camopt.motion.programme import Programme, law_peaks, peak
+from camopt.motion.table import RETURN, RISE, motion
+
+REFERENCE = json.loads((Path(__file__).parent / "data" / "laws.json").read_text())
+VERBS = {"s": "displacement", "v": "velocity", "a": "acceleration", "j": "jerk"}
+
+
+@pytest.mark.parametrize("law", REFERENCE)
+@pytest.mark.parametrize("letter", VERBS)
+def test_laws_against_fifty_digits(law, letter):
+    points = REFERENCE[law]["points"]
+    found = getattr(LAWS[law], VERBS[letter])(np.array([p["x"] for p in points]))
+    expected = np.array([float(p[letter]) for p in points])
+    # near a zero inside the stroke (mid-stroke acceleration) the argument's rounding limits the digits
+    room = 1e-14 * np.abs(expected) + (1e-14 if letter in "aj" else 1e-300)
+    assert np.all(np.abs(found - expected) <= room)
+
+
+@pytest.mark.parametrize("law", REFERENCE)
+def test_peaks_against_fifty_digits(law):
+    found = law_peaks(law)
+    for letter, name in (("v", "peak_velocity"), ("a", "peak_acceleration"), ("j", "peak_jerk")):
+        expected = float(REFERENCE[law]["peaks"][letter])
+        assert found[name] == (expected if isinf(expected) else pytest.approx(expected, rel=1e-12))
+
+
+CLOSED_PEAKS = {
+    "cubic": (1.5, 6.0, inf),
+    "double-harmonic": (3 * np.sqrt(3) * np.pi / 8, np.pi**2, inf),
+    "poly56789": (315 / 128, None, 78.75),
+}
+
+
+@pytest.mark.parametrize("law", CLOSED_PEAKS)
+def test_peaks_in_closed_form(law):
+    found = law_peaks(law)
+    for name, expected in zip(("peak_velocity", "peak_acceleration", "peak_jerk"), CLOSED_PEAKS[law], strict=True):
+        if expected is not None:
+            assert found[name] == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_a_law_runs_from_0_to_1_and_its_verbs_are_derivatives(law):
+    module = LAWS[law]
+    assert list(module.displacement([0.0, 1.0])) == [0.0, 1.0]
+    x = np.linspace(0.0007, 0.9993, 1001)
+    x = x[np.min(np.abs(x[:, None] - np.array(module.BREAKS)), axis=1) > 2e-4]
+    verbs = [module.displacement, module.velocity, module.acceleration, module.jerk]
+    for lower, higher in zip(verbs, verbs[1:], strict=False):
+        step = 1e-4
+        slope = (8 * (lower(x + step / 2) - lower(x - step / 2)) - (lower(x + step) - lower(x - step))) / (6 * step)
+        assert slope == pytest.approx(higher(x), abs=1e-9 * max(1.0, np.abs(higher(x)).max()))
+
+
+@pytest.mark.parametrize("law", [law for law in LAWS if law not in ("double-harmonic",)])
+@given(x=st.floats(0.0, 1.0))
+def test_symmetric_laws_mirror(law, x):
+    module = LAWS[law]
+    assert module.displacement(1.0 - x) + module.displacement(x) == pytest.approx(1.0, abs=4e-16)
+    assert module.velocity(1.0 - x) == pytest.approx(module.velocity(x), rel=1e-14, abs=1e-15)
+
+
+@pytest.mark.parametrize("law", ["harmonic", "cycloidal", "poly345", "poly4567", "modified-trapezoid", "modified-sine"])
+@pytest.mark.parametrize("x", [1e-3, 1e-8, 1e-60, 1e-100])
+def test_the_start_of_a_stroke_keeps_its_digits(law, x):
+    with mpmath.workdps(400):
+        exact = mpmath.mpf(x)
+        w = 4 * mpmath.pi
+        value = {
+            "harmonic": lambda t: mpmath.sin(mpmath.pi * t / 2) ** 2,
+            "cycloidal": lambda t: t - mpmath.sin(2 * mpmath.pi * t) / (2 * mpmath.pi),
+            "poly345": lambda t: t**3 * (10 - 15 * t + 6 * t**2),
+            "poly4567": lambda t: t**4 * (35 - 84 * t + 70 * t**2 - 20 * t**3),
+            "modified-trapezoid": lambda t: 8 * mpmath.pi / (2 + mpmath.pi) * (w * t - mpmath.sin(w * t)) / w**2,
+            "modified-sine": lambda t: 4 * mpmath.pi**2 / (4 + mpmath.pi) * (w * t - mpmath.sin(w * t)) / w**2,
+        }[law](exact)
+        found = mpmath.mpf(float(LAWS[law].displacement(x)))
+        if float(value) > 1e-300:
+            assert abs(found - value) <= 8 * mpmath.mpf(2) ** -53 * value
+
+
+def turn(law, other=None):
+    return Programme.from_segments(
+        [("rise", 100, 25, law), ("dwell", 80, 0, None), ("return", 70, 25, other or law), ("dwell", 110, 0, None)],
+        angular=False,
+    )
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("refinement", [1, 8])
+def test_tables_are_the_laws(law, refinement):
+    programme = turn(law)
+    table = programme.table(refinement)
+    u = np.random.default_rng(1).uniform(-1, 1, table.centre.size)
+    exact = programme.at(table.centre + u * table.half_width)
+    found = np.array([motion(table, k, u[k]) for k in range(table.centre.size)]).T
+    scale = np.abs(exact).max(axis=1, keepdims=True) + 1e-300
+    assert np.all(np.abs(found - exact) <= scale * np.array([[1e-14], [1e-13], [1e-12], [1e-10]]))
+
+
+def test_jumps_are_known_as_such():
+    assert [(j.order, round(np.degrees(j.at))) for j in turn("harmonic").jumps] == [(2, 0), (2, 100), (2, 180), (2, 250)]
+    assert [(j.order, round(np.degrees(j.at))) for j in turn("uniform").corners] == [(1, 0), (1, 100), (1, 180), (1, 250)]
+    assert turn("cycloidal").jumps == ()
+
+
+def test_a_jump_that_cancels_is_none():
+    eccentric = Programme.from_segments([("rise", 180, 10, "harmonic"), ("return", 180, 10, "harmonic")], angular=False)
+    assert eccentric.jumps == ()
+    assert peak(eccentric, 3, RISE) == pytest.approx(5.0)
+
+
+def test_peaks_are_infinite_only_where_a_lower_derivative_jumps():
+    mixed = turn("cycloidal", "uniform")
+    assert peak(mixed, 2, RISE) < inf
+    assert peak(mixed, 2, RETURN) == inf
+    assert peak(mixed, 1, RETURN) == pytest.approx(25 / radians(70))
+
+
+def test_zero_length_dwells_drop_out():
+    segments = [("rise", 180, 10, "cycloidal"), ("dwell", 0, 0, None), ("return", 180, 10, "cycloidal")]
+    assert len(Programme.from_segments(segments, angular=False).strokes) == 2
+
+
+@pytest.mark.parametrize(("angle", "lift"), [(0.01, 1e-9), (0.01, 1e6), (359.98, 1e6), (359.98, 1e-9)])
+def test_extreme_strokes_have_exact_peaks(angle, lift):
+    programme = Programme.from_segments(
+        [("rise", angle, lift, "cycloidal"), ("return", 360 - angle, lift, "cycloidal")], angular=False
+    )
+    assert peak(programme, 2, RISE) == pytest.approx(2 * np.pi * lift / radians(angle) ** 2, rel=1e-12)
