@@ -6,13 +6,13 @@ The public names below are imported when first used, so that ``import camopt`` c
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from camopt.version import VERSION as __version__
+from camopt.version import VERSION as __version__  # noqa: N811
 
 if TYPE_CHECKING:
     from camopt.evaluation import Evaluation, evaluate
+    from camopt.figures import plot
     from camopt.mistakes import BadInput
     from camopt.motion import LAWS
-    from camopt.figures import plot
     from camopt.points import cam_points
     from camopt.quantities import QUANTITIES
     from camopt.scene import Scene, find_scene, shipped_scenes

@@ -3,7 +3,6 @@
 import sys
 from collections.abc import Callable
 from functools import wraps
-from pathlib import Path
 from typing import Any
 
 import click
@@ -71,7 +70,7 @@ def _scene_options(command: Callable[..., Any]) -> Callable[..., Any]:
     return decorated  # type: ignore[no-any-return]
 
 
-class Axis(click.ParamType):
+class Axis(click.ParamType[Any]):
     """START:STOP:STEP, or one value."""
 
     name = "START:STOP:STEP"
@@ -103,7 +102,14 @@ class Axis(click.ParamType):
 )  # fmt: skip
 @click.option("--workers", type=click.IntRange(1), help="Threads; one a core if not given.")
 def sweep(
-    scene: Any, as_json: bool, quiet: bool, out: str, keep: str, workers: int | None, law: tuple[str, ...], **axes: Any
+    scene: Any,
+    as_json: bool,
+    quiet: bool,
+    out: str,
+    keep: str,
+    workers: int | None,
+    law: tuple[str, ...],
+    **axes: Any,
 ) -> int:
     """Evaluate a design space and write its Pareto table."""
     from camopt import reports
@@ -141,7 +147,12 @@ def optimise(scene: Any, as_json: bool, quiet: bool) -> int:
 @click.option("--points", type=click.Path(dir_okay=False), help="Write the cam's curves to a CSV or Parquet file.")
 @click.option("--cutter-radius", type=float, help="With --points: also the path of a cutter of this radius, mm.")
 def evaluate(
-    scene: Any, as_json: bool, quiet: bool, picture: str | None, points: str | None, cutter_radius: float | None
+    scene: Any,
+    as_json: bool,
+    quiet: bool,
+    picture: str | None,
+    points: str | None,
+    cutter_radius: float | None,
 ) -> int:
     """Compute every quantity of one design."""
     from camopt import reports
@@ -198,9 +209,12 @@ def main(arguments: list[str] | None = None) -> int:
     except (KeyboardInterrupt, click.Abort):
         click.echo("camopt: interrupted, nothing written", err=True)
         return INTERRUPTED
-    except (OSError, MemoryError) as trouble:
-        where = f"{Path(trouble.filename)}: " if getattr(trouble, "filename", None) else ""
-        click.echo(f"camopt: {where}{getattr(trouble, 'strerror', None) or trouble}", err=True)
+    except MemoryError:
+        click.echo("camopt: out of memory", err=True)
+        return FILE_TROUBLE
+    except OSError as trouble:
+        where = f"{trouble.filename}: " if trouble.filename else ""
+        click.echo(f"camopt: {where}{trouble.strerror or trouble}", err=True)
         return FILE_TROUBLE
 
 

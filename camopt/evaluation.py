@@ -1,6 +1,6 @@
 """From a scene to numbers: resolve it, run the effects that are called for, judge the limits."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from math import inf, isinf, pi
 from typing import Any
@@ -130,21 +130,21 @@ class Evaluation(Mapping[str, Any]):
     """
 
     scene: Scene
-    values: dict[str, float | bool | str]
+    quantities: dict[str, float | bool | str]
     unbounded: dict[str, str] = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> Any:
-        return self.values[name]
+        return self.quantities[name]
 
-    def __iter__(self) -> Any:
-        return iter(self.values)
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.quantities)
 
     def __len__(self) -> int:
-        return len(self.values)
+        return len(self.quantities)
 
     def to_json(self) -> dict[str, Any]:
         """Values with None for what is infinite, and the reasons under ``unbounded``."""
-        finite = {n: None if isinstance(v, float) and isinf(v) else v for n, v in self.values.items()}
+        finite = {n: None if isinstance(v, float) and isinf(v) else v for n, v in self.quantities.items()}
         return {**finite, **({"unbounded": self.unbounded} if self.unbounded else {})}
 
 

@@ -43,9 +43,7 @@ def cam_curves(
     return CamCurves(pitch, normal, profile, cutter)
 
 
-def profile_points(
-    mechanism: Mechanism, design: Designs, programme: Programme, angles: FloatArray
-) -> ComplexArray:
+def profile_points(mechanism: Mechanism, design: Designs, programme: Programme, angles: FloatArray) -> ComplexArray:
     """The profile of a disc cam at cam angles in rad."""
     points: ComplexArray = cam_curves(mechanism, design, programme, angles).profile[0]
     return points

@@ -75,8 +75,10 @@ def _implied(subject: Subject) -> list[Limit]:
 def _undercut_excess(columns: Columns, designs: Designs) -> FloatArray:
     """Relative to the roller: how far the profile is cut away; positive exactly where it is undercut."""
     size = np.where(designs.roller_radius > 0.0, designs.roller_radius, designs.size)
-    depth = np.maximum(-columns["profile_radius_min_mm"] / size, 1e-300)
-    return np.where(columns["undercut"], depth, np.minimum(-columns["profile_radius_min_mm"] / size, -1e-300))
+    depth = -columns["profile_radius_min_mm"] / size
+    tiny = np.finfo(float).tiny  # the verdict keeps its sign where the depth has rounded to zero
+    result: FloatArray = np.where(columns["undercut"], np.maximum(depth, tiny), np.minimum(depth, -tiny))
+    return result
 
 
 def limits_of(scene: Scene, subject: Subject) -> tuple[Limit, ...]:
@@ -89,11 +91,11 @@ def limits_of(scene: Scene, subject: Subject) -> tuple[Limit, ...]:
             quantity = motion_quantity(derivative, "", angular=subject.angular, timed=True)
             limits.append(_at_most(derivative, bound, quantity))
     if asked.pressure_angle is not None:
-        needs = ("pressure_angle_max_rise_deg", "pressure_angle_max_dwell_deg")
-        limits.append(_at_most("pressure_angle", asked.pressure_angle, *needs))
+        rises = ("pressure_angle_max_rise_deg", "pressure_angle_max_dwell_deg")
+        limits.append(_at_most("pressure_angle", asked.pressure_angle, *rises))
     if asked.pressure_angle_return is not None:
-        needs = ("pressure_angle_max_return_deg",)
-        limits.append(_at_most("pressure_angle_return", asked.pressure_angle_return, *needs))
+        returns = "pressure_angle_max_return_deg"
+        limits.append(_at_most("pressure_angle_return", asked.pressure_angle_return, returns))
     if asked.face_reach is not None:
         limits.append(_at_most("face_reach", asked.face_reach, "face_reach_max_mm", "face_reach_min_mm"))
     if asked.curvature_radius is not None:

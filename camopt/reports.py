@@ -11,6 +11,7 @@ from rich.console import Console
 from rich.table import Table
 
 from camopt.evaluation import Evaluation
+from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.motion import LAWS
 from camopt.quantities import QUANTITIES
 from camopt.search.optimise import Optimum
@@ -27,7 +28,7 @@ def progress(quiet: bool, unit: str) -> Iterator[Advance]:
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
     console = Console(stderr=True, quiet=quiet)
-    told = []
+    told: list[bool] = []
 
     class Listener(event.Listener):
         """Says once that the first run compiles."""
@@ -75,9 +76,11 @@ def _heading(name: str) -> str:
 def _suffix(unit: str) -> str:
     """A unit as it is written in names."""
     plain = unit.replace("²", "2").replace("³", "3")
-    return "_per_mm" if unit == "1/mm" else "_" + plain.replace("mm/rad", "mm_per_rad").replace(
-        "deg/rad", "deg_per_rad"
-    ).replace("/", "_")
+    return (
+        "_per_mm"
+        if unit == "1/mm"
+        else "_" + plain.replace("mm/rad", "mm_per_rad").replace("deg/rad", "deg_per_rad").replace("/", "_")
+    )
 
 
 def _table(title: str, records: list[dict[str, Any]], names: list[str]) -> Table:
@@ -206,9 +209,13 @@ def show_scenes(name: str | None, as_json: bool) -> None:
     from camopt.scene import find_scene, shipped_scenes, shipped_toml
 
     if name is not None:
-        find_scene(name)
+        if name not in shipped_scenes():
+            raise BadInput([Mistake("camopt", "NAME", name, f"a shipped scene; {nearest(name, shipped_scenes())}")])
         text = shipped_toml(name)
-        return _print_json({"name": name, "toml": text}) if as_json else sys.stdout.write(text) and None
+        if as_json:
+            return _print_json({"name": name, "toml": text})
+        sys.stdout.write(text)
+        return None
     records = [{"name": each, "title": find_scene(each).name} for each in shipped_scenes()]
     if as_json:
         return _print_json(records)

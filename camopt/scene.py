@@ -264,7 +264,9 @@ def mistakes_of(error: ValidationError, model: type[BaseModel], prefix: str, fil
     found: dict[str, Mistake] = {}
     for each in error.errors():
         where = tuple(part for part in each["loc"] if part not in ("Range", "float") and "[" not in str(part))
-        key = ".".join(str(part + 1) if isinstance(part, int) else part for part in ((prefix, *where) if prefix else where))
+        key = ".".join(
+            str(part + 1) if isinstance(part, int) else part for part in ((prefix, *where) if prefix else where)
+        )
         mistake = _mistake(each, where, model, key, file)
         if key not in found or "range" in found[key].allowed:
             found[key] = mistake
@@ -284,7 +286,12 @@ def _mistake(each: Any, where: tuple[str | int, ...], model: type[BaseModel], ke
         return Mistake(file, key, value, f"one of {context['expected']}")
     if kind == "value_error":
         return Mistake(file, key, value, str(context["error"]))
-    words = {"greater_than": "above", "greater_than_equal": "at least", "less_than": "below", "less_than_equal": "at most"}
+    words = {
+        "greater_than": "above",
+        "greater_than_equal": "at least",
+        "less_than": "below",
+        "less_than_equal": "at most",
+    }
     if kind in words:
         bound = next(iter(context.values()))
         return Mistake(file, key, value, f"{words[kind]} {bound:g}")
@@ -314,7 +321,9 @@ def _table_at(model: type[BaseModel], where: tuple[str | int, ...]) -> type[Base
 def shipped_scenes() -> tuple[str, ...]:
     """The names of the scenes that come with the package."""
     folder = resources.files("camopt") / "scenes"
-    return tuple(sorted(entry.name.removesuffix(".toml") for entry in folder.iterdir() if entry.name.endswith(".toml")))
+    return tuple(
+        sorted(entry.name.removesuffix(".toml") for entry in folder.iterdir() if entry.name.endswith(".toml"))
+    )
 
 
 def shipped_toml(name: str) -> str:

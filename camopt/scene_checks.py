@@ -79,7 +79,11 @@ def _programme(data: Mapping[str, Any]) -> Iterator[Fault]:
     for number, (kind, lift) in enumerate(zip(kinds, lifts, strict=True), start=1):
         y += {"rise": 1.0, "return": -1.0}.get(str(kind), 0.0) * (lift or 0.0)
         if y < -largest * CLOSE:
-            yield f"motion.{number}", None, "the follower goes below the start of the turn, its lowest position"
+            yield (
+                f"motion.{number}",
+                None,
+                "the follower goes below the start of the turn, its lowest position",
+            )
             return
     if abs(y) > largest * CLOSE:
         yield "motion.lift", None, f"the follower ends {y:g} above its start: rises and returns must cancel"
@@ -158,11 +162,19 @@ def _arm_swing(data: Mapping[str, Any], prime: float, lift: float) -> Iterator[F
         return
     if not abs(centre - arm) < prime < centre + arm:
         between = f"{abs(centre - arm):g} and {centre + arm:g}"
-        yield "follower.arm_length", arm, f"no triangle: the prime radius ({prime:g}) must lie between {between}"
+        yield (
+            "follower.arm_length",
+            arm,
+            f"no triangle: the prime radius ({prime:g}) must lie between {between}",
+        )
         return
     start = degrees(acos((centre**2 + arm**2 - prime**2) / (2 * centre * arm)))
     if start + lift >= 180.0:
-        yield "motion.lift", None, f"the arm starts at {start:g} deg and rises {lift:g}: it stays below 180 deg"
+        yield (
+            "motion.lift",
+            None,
+            f"the arm starts at {start:g} deg and rises {lift:g}: it stays below 180 deg",
+        )
 
 
 def _flat_swing(data: Mapping[str, Any], base: float, lift: float) -> Iterator[Fault]:
@@ -174,7 +186,11 @@ def _flat_swing(data: Mapping[str, Any], base: float, lift: float) -> Iterator[F
         return
     start = degrees(asin((base - face) / centre))
     if start + lift >= 90.0:
-        yield "motion.lift", None, f"the face starts at {start:g} deg and rises {lift:g}: it stays below 90 deg"
+        yield (
+            "motion.lift",
+            None,
+            f"the face starts at {start:g} deg and rises {lift:g}: it stays below 90 deg",
+        )
 
 
 def _highest(data: Mapping[str, Any]) -> float | None:

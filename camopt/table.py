@@ -128,7 +128,7 @@ def load(path: str | os.PathLike[str]) -> "pd.DataFrame":
         If there is no such file, or it is not Parquet or damaged (page checksums are verified).
     """
     table = pq.read_table(os.fspath(path), page_checksum_verification=True)
-    frame = table.to_pandas()
+    frame: pd.DataFrame = table.to_pandas()
     about = {field.name: _decoded(field.metadata) for field in table.schema}
     whole = _decoded(table.schema.metadata)
     frame.attrs = {

@@ -21,7 +21,12 @@ CURVES = ("pressure", "curvature", "profile_radius", "reach")
 def programme(law: str, *, angular: bool) -> Programme:
     lift = 15.0 if angular else 30.0
     return Programme.from_segments(
-        [("rise", 110, lift, law), ("dwell", 50, 0, None), ("return", 95, lift, law), ("dwell", 105, 0, None)],
+        [
+            ("rise", 110, lift, law),
+            ("dwell", 50, 0, None),
+            ("return", 95, lift, law),
+            ("dwell", 105, 0, None),
+        ],
         angular=angular,
     )
 
@@ -55,7 +60,9 @@ def test_extremes_are_those_of_dense_sampling(mechanism, angular, name, sense, l
     turn, some = programme(law, angular=angular), designs(angular, sense)
     case = Case(Subject(mechanism, angular, False, None, None), turn, some)
     make = getattr(mechanism, name)
-    value, where = case.extremes(make, [(TURN, LARGEST), (TURN, LEAST), (RISE, LARGEST_MAGNITUDE), (RETURN, LARGEST)])
+    value, where = case.extremes(
+        make, [(TURN, LARGEST), (TURN, LEAST), (RISE, LARGEST_MAGNITUDE), (RETURN, LARGEST)]
+    )
     angles = np.concatenate([np.linspace(s.start, s.end, 20001)[1:-1] for s in turn.strokes])
     motion = turn.at(angles)
     on_rise = angles < turn.strokes[0].end
@@ -83,7 +90,8 @@ def test_interval_formulas_enclose_every_design_of_a_box(mechanism, angular, nam
     half = {n: data.draw(st.floats(0, 2)) for n in ("size", "offset", "roller_radius")}
     half["offset"] = 0.0 if angular else half["offset"]
     box = Designs(
-        **{n: Interval(v - half.get(n, 0.0), v + half.get(n, 0.0)) for n, v in middle.sizes.items()}, sense=1.0
+        **{n: Interval(v - half.get(n, 0.0), v + half.get(n, 0.0)) for n, v in middle.sizes.items()},
+        sense=1.0,
     )
     motion = turn.at(np.array([data.draw(st.floats(0, 6.28))]))
     value, slope = curve(getattr(mechanism, name)(box, turn), ..., *motion)
@@ -91,7 +99,9 @@ def test_interval_formulas_enclose_every_design_of_a_box(mechanism, angular, nam
     inside = Designs(**{n: v + share.get(n, 0.0) * half.get(n, 0.0) for n, v in middle.sizes.items()}, sense=1.0)
     point, point_slope = curve(getattr(mechanism, name)(inside, turn), 0, *motion)
     for interval, number in ((value, point), (slope, point_slope)):
-        interval = interval if isinstance(interval, Interval) else Interval(np.asarray(interval), np.asarray(interval))
+        interval = (
+            interval if isinstance(interval, Interval) else Interval(np.asarray(interval), np.asarray(interval))
+        )
         room = 1e-9 * (1 + np.abs(number))
         assert np.all(interval.low <= number + room)
         assert np.all(number <= interval.high + room)
@@ -118,7 +128,9 @@ def test_an_answer_does_not_depend_on_its_place_in_a_block(rows):
     subject = Subject(mechanism, False, False, None, None)
     many = designs(False, 1.0, 1000)
     whole, _ = Case(subject, turn, many).extremes(mechanism.curvature, [(TURN, LARGEST)])
-    part, _ = Case(subject, turn, many.take(slice(1000 - rows, None))).extremes(mechanism.curvature, [(TURN, LARGEST)])
+    part, _ = Case(subject, turn, many.take(slice(1000 - rows, None))).extremes(
+        mechanism.curvature, [(TURN, LARGEST)]
+    )
     assert np.array_equal(whole[:, 1000 - rows :], part)
 
 

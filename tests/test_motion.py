@@ -1,6 +1,7 @@
 """Motion laws against 50 digits, and the programme that joins them."""
 
 import json
+from itertools import pairwise
 from math import inf, isinf, radians
 from pathlib import Path
 
@@ -59,7 +60,7 @@ def test_a_law_runs_from_0_to_1_and_its_verbs_are_derivatives(law):
     x = np.linspace(0.0007, 0.9993, 1001)
     x = x[np.min(np.abs(x[:, None] - np.array(module.BREAKS)), axis=1) > 2e-4]
     verbs = [module.displacement, module.velocity, module.acceleration, module.jerk]
-    for lower, higher in zip(verbs, verbs[1:], strict=False):
+    for lower, higher in pairwise(verbs):
         step = 1e-4
         slope = (8 * (lower(x + step / 2) - lower(x - step / 2)) - (lower(x + step) - lower(x - step))) / (6 * step)
         assert slope == pytest.approx(higher(x), abs=1e-9 * max(1.0, np.abs(higher(x)).max()))
@@ -73,7 +74,9 @@ def test_symmetric_laws_mirror(law, x):
     assert module.velocity(1.0 - x) == pytest.approx(module.velocity(x), rel=1e-14, abs=1e-15)
 
 
-@pytest.mark.parametrize("law", ["harmonic", "cycloidal", "poly345", "poly4567", "modified-trapezoid", "modified-sine"])
+@pytest.mark.parametrize(
+    "law", ["harmonic", "cycloidal", "poly345", "poly4567", "modified-trapezoid", "modified-sine"]
+)
 @pytest.mark.parametrize("x", [1e-3, 1e-8, 1e-60, 1e-100])
 def test_the_start_of_a_stroke_keeps_its_digits(law, x):
     with mpmath.workdps(400):
@@ -94,7 +97,12 @@ def test_the_start_of_a_stroke_keeps_its_digits(law, x):
 
 def turn(law, other=None):
     return Programme.from_segments(
-        [("rise", 100, 25, law), ("dwell", 80, 0, None), ("return", 70, 25, other or law), ("dwell", 110, 0, None)],
+        [
+            ("rise", 100, 25, law),
+            ("dwell", 80, 0, None),
+            ("return", 70, 25, other or law),
+            ("dwell", 110, 0, None),
+        ],
         angular=False,
     )
 
@@ -112,13 +120,25 @@ def test_tables_are_the_laws(law, refinement):
 
 
 def test_jumps_are_known_as_such():
-    assert [(j.order, round(np.degrees(j.at))) for j in turn("harmonic").jumps] == [(2, 0), (2, 100), (2, 180), (2, 250)]
-    assert [(j.order, round(np.degrees(j.at))) for j in turn("uniform").corners] == [(1, 0), (1, 100), (1, 180), (1, 250)]
+    assert [(j.order, round(np.degrees(j.at))) for j in turn("harmonic").jumps] == [
+        (2, 0),
+        (2, 100),
+        (2, 180),
+        (2, 250),
+    ]
+    assert [(j.order, round(np.degrees(j.at))) for j in turn("uniform").corners] == [
+        (1, 0),
+        (1, 100),
+        (1, 180),
+        (1, 250),
+    ]
     assert turn("cycloidal").jumps == ()
 
 
 def test_a_jump_that_cancels_is_none():
-    eccentric = Programme.from_segments([("rise", 180, 10, "harmonic"), ("return", 180, 10, "harmonic")], angular=False)
+    eccentric = Programme.from_segments(
+        [("rise", 180, 10, "harmonic"), ("return", 180, 10, "harmonic")], angular=False
+    )
     assert eccentric.jumps == ()
     assert peak(eccentric, 3, RISE) == pytest.approx(5.0)
 

@@ -315,9 +315,7 @@ def test_no_sample_beats_an_extreme(name: str) -> None:
             jet = p.jet(t)
             rows.append((p.kind, state(t, jet) | naive.motion_state(t, jet)))
     beta = {kind: max(abs(r["beta"]) for k, r in rows if kind in (k, "")) for kind in ("rise", "return", "")}
-    found = {
-        f"pressure_angle_max_{kind}_deg".replace("__", "_"): np.degrees(value) for kind, value in beta.items()
-    }
+    found = {f"pressure_angle_max_{kind}_deg".replace("__", "_"): np.degrees(value) for kind, value in beta.items()}
     if "pitch_curvature_max_per_mm" in expected:
         found["pitch_curvature_max_per_mm"] = max(r["kappa"] for _, r in rows)
         found["pitch_curvature_min_per_mm"] = min(r["kappa"] for _, r in rows)
@@ -341,9 +339,7 @@ def test_no_sample_beats_an_extreme(name: str) -> None:
                 assert sampled <= float(expected[key]) + 1e-11 * abs(sampled) + 1e-12, key
 
 
-@pytest.mark.parametrize(
-    "name", [n for n in REFERENCE if "pressure_angle_max_at_deg" in REFERENCE[n]["expected"]]
-)
+@pytest.mark.parametrize("name", [n for n in REFERENCE if "pressure_angle_max_at_deg" in REFERENCE[n]["expected"]])
 def test_pitch_point_has_the_largest_pressure_angle(name: str) -> None:
     """At the reported cam angle, on one side of it at least, |beta| is the maximum over the turn."""
     scene, expected = REFERENCE[name]["scene"], REFERENCE[name]["expected"]

@@ -55,7 +55,9 @@ def test_the_radius_of_a_radial_roller_cam(law, radius):
     from mechanism import Cam
 
     peer = Cam(
-        [("Rise", 50, 120), ("Dwell", 60), ("Fall", 50, 90), ("Dwell", 90)], degrees=True, omega=1000 * np.pi / 30
+        [("Rise", 50, 120), ("Dwell", 60), ("Fall", 50, 90), ("Dwell", 90)],
+        degrees=True,
+        omega=1000 * np.pi / 30,
     )
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -65,7 +67,9 @@ def test_the_radius_of_a_radial_roller_cam(law, radius):
 
 def test_free_offset_gives_the_vertex_of_the_pressure_lines():
     """Issue tables of the field: prime radii 68.9 (3-4-5), 74.5 (cycloidal), 83.4 (4-5-6-7) at β ≤ 30°."""
-    free = scene(**{"search.offset": {"start": -40, "stop": 40}, "search.law": ["poly345", "cycloidal", "poly4567"]})
+    free = scene(
+        **{"search.offset": {"start": -40, "stop": 40}, "search.law": ["poly345", "cycloidal", "poly4567"]}
+    )
     by_law = optimise(free).by_law
     found = {law: row["prime_radius_mm"] for law, row in by_law.items()}
     assert found == {
@@ -93,12 +97,21 @@ CASES = {
         },
     ),
     "undercut binds": scene(motion=VALVE, **{"follower.roller_radius": 20, "limits": None}),
-    "shaft binds": scene(**{"cam.shaft_diameter": 118, "limits.pressure_angle": 60, "limits.pressure_angle_return": 60}),
+    "shaft binds": scene(
+        **{"cam.shaft_diameter": 118, "limits.pressure_angle": 60, "limits.pressure_angle_return": 60}
+    ),
     "flat": scene(
         motion=VALVE,
-        **{"follower.contact": "flat", "follower.roller_radius": None, "cam.base_radius": 300, "limits": {"curvature_radius": 2}},
+        **{
+            "follower.contact": "flat",
+            "follower.roller_radius": None,
+            "cam.base_radius": 300,
+            "limits": {"curvature_radius": 2},
+        },
     ),
-    "spherical": scene(**{"follower.contact": "spherical", "follower.roller_radius": None, "follower.face_radius": 30}),
+    "spherical": scene(
+        **{"follower.contact": "spherical", "follower.roller_radius": None, "follower.face_radius": 30}
+    ),
     "knife": scene(**{"follower.contact": "knife", "follower.roller_radius": None}),
     "cylindrical": scene(cam={"form": "cylindrical", "mean_radius": 60}),
     "cylindrical, undercut": scene(
@@ -127,10 +140,13 @@ CASES = {
     ),
     "oscillating flat": scene(
         motion=SWING,
-        **{
-            "follower": {"motion": "oscillating", "contact": "flat", "centre_distance": 120, "face_offset": 8},
-            "limits": {"curvature_radius": 3},
+        follower={
+            "motion": "oscillating",
+            "contact": "flat",
+            "centre_distance": 120,
+            "face_offset": 8,
         },
+        limits={"curvature_radius": 3},
     ),
 }
 
@@ -168,6 +184,7 @@ def test_never_larger_than_scipy_finds(name):
     question, case = resolve(CASES[name]), CASES[name]
     best = size_of(optimise(case).best)
     free = [key for key in ("offset", "roller_radius") if getattr(case.search, key) is not None]
+
     def cost(x):
         sizes = {n: np.array([v[0]]) for n, v in question.design.sizes.items()}
         sizes |= {"size": x[:1]} | {field: x[k + 1 : k + 2] for k, field in enumerate(free)}

@@ -52,7 +52,10 @@ def test_every_row_is_what_evaluate_says(scene, tables):
                 "follower.roller_radius": row["roller_radius_mm"],
                 "follower.offset": row["offset_mm"] or None,
                 "motion": [
-                    {**s.model_dump(exclude_none=True, exclude_defaults=True), **({"law": row["law_rise"]} if s.law else {})}
+                    {
+                        **s.model_dump(exclude_none=True, exclude_defaults=True),
+                        **({"law": row["law_rise"]} if s.law else {}),
+                    }
                     for s in scene.motion
                 ],
             }
@@ -149,7 +152,10 @@ def test_nothing_feasible_names_the_nearest_miss(scene):
 
 
 def test_other_objectives_and_a_maximised_one(scene, tmp_path):
-    chosen = {"search.minimise": ["base_radius_mm", "jerk_max_m_s3"], "search.maximise": ["profile_radius_min_mm"]}
+    chosen = {
+        "search.minimise": ["base_radius_mm", "jerk_max_m_s3"],
+        "search.maximise": ["profile_radius_min_mm"],
+    }
     result = sweep(scene.replace(**chosen), tmp_path)
     pareto = load(tmp_path / "pareto.parquet")
     assert {"jerk_max_m_s3", "profile_radius_min_mm"} <= set(pareto.columns)
@@ -176,5 +182,7 @@ def test_a_scene_without_search_sweeps_its_one_design(name, tmp_path):
 
 
 def test_rise_and_return_laws_vary_on_their_own(scene):
-    free = scene.replace(**{"search.law": None, "search.law_rise": ["harmonic", "cycloidal"], "search.law_return": ["poly345"]})
+    free = scene.replace(
+        **{"search.law": None, "search.law_rise": ["harmonic", "cycloidal"], "search.law_return": ["poly345"]}
+    )
     assert set(sweep(free).best) <= {"harmonic / poly345", "cycloidal / poly345"}

@@ -1,6 +1,6 @@
 """Cylindrical cam, translating follower, developed at the mean radius R_m: the curve (R_m·θ, y).
 
-    tan β = y'/R_m,    κ = (y''/R_m²) / (1 + (y'/R_m)²)^{3/2};    both flanks of the groove touch the roller
+tan β = y'/R_m,    κ = (y''/R_m²) / (1 + (y'/R_m)²)^{3/2};    both flanks of the groove touch the roller
 """
 
 from typing import NamedTuple
@@ -26,12 +26,12 @@ class CylindricalPitchCurvature(NamedTuple):
 
 
 @formula(CylindricalPressureAngle)
-def pressure_angle(f, i, y, y1, y2, y3):  # type: ignore[no-untyped-def]
+def pressure_angle(f, i, y, y1, y2, y3):
     return y1 / f.mean_radius[i], y2 / f.mean_radius[i]
 
 
 @formula(CylindricalPitchCurvature)
-def pitch_curvature(f, i, y, y1, y2, y3):  # type: ignore[no-untyped-def]
+def pitch_curvature(f, i, y, y1, y2, y3):
     r = f.mean_radius[i]
     square = 1.0 + (y1 / r) * (y1 / r)
     cube = square * np.sqrt(square) * r * r

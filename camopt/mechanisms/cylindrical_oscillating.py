@@ -44,7 +44,7 @@ class CylindricalOscillatingPitchCurvature(NamedTuple):
 
 
 @formula(CylindricalOscillatingPressureAngle)
-def pressure_angle(f, i, y, y1, y2, y3):  # type: ignore[no-untyped-def]
+def pressure_angle(f, i, y, y1, y2, y3):
     r, l = f.mean_radius[i], f.arm_length[i]  # noqa: E741
     sine, cosine = np.sin(y - f.half_swing[i]), np.cos(y - f.half_swing[i])
     tangent = (l * y1 / r + f.sense[i] * sine) / cosine
@@ -52,7 +52,7 @@ def pressure_angle(f, i, y, y1, y2, y3):  # type: ignore[no-untyped-def]
 
 
 @formula(CylindricalOscillatingPitchCurvature)
-def pitch_curvature(f, i, y, y1, y2, y3):  # type: ignore[no-untyped-def]
+def pitch_curvature(f, i, y, y1, y2, y3):
     r, l = f.mean_radius[i], f.arm_length[i]  # noqa: E741
     sine, cosine = np.sin(y - f.half_swing[i]), np.cos(y - f.half_swing[i])
     turn = f.sense[i] * l * l

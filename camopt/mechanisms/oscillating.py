@@ -41,7 +41,7 @@ class OscillatingPitchCurvature(NamedTuple):
 
 
 @formula(OscillatingPressureAngle)
-def pressure_angle(f, i, y, y1, y2, y3):  # type: ignore[no-untyped-def]
+def pressure_angle(f, i, y, y1, y2, y3):
     c, l = f.centre_distance[i], f.arm_length[i]  # noqa: E741
     cosine = f.cosine[i] * np.cos(y) - f.sine[i] * np.sin(y)
     sine = f.sine[i] * np.cos(y) + f.cosine[i] * np.sin(y)
@@ -50,7 +50,7 @@ def pressure_angle(f, i, y, y1, y2, y3):  # type: ignore[no-untyped-def]
 
 
 @formula(OscillatingPitchCurvature)
-def pitch_curvature(f, i, y, y1, y2, y3):  # type: ignore[no-untyped-def]
+def pitch_curvature(f, i, y, y1, y2, y3):
     c, l = f.centre_distance[i], f.arm_length[i]  # noqa: E741
     cosine = f.cosine[i] * np.cos(y) - f.sine[i] * np.sin(y)
     sine = f.sine[i] * np.cos(y) + f.cosine[i] * np.sin(y)

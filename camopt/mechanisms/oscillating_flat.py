@@ -49,7 +49,7 @@ class OscillatingFlatReach(NamedTuple):
 
 
 @formula(OscillatingFlatPressureAngle)
-def pressure_angle(f, i, y, y1, y2, y3):  # type: ignore[no-untyped-def]
+def pressure_angle(f, i, y, y1, y2, y3):
     cosine = f.cosine[i] * np.cos(y) - f.sine[i] * np.sin(y)
     sine = f.sine[i] * np.cos(y) + f.cosine[i] * np.sin(y)
     ratio = f.face_offset[i] / (f.centre_distance[i] * cosine)
@@ -58,7 +58,7 @@ def pressure_angle(f, i, y, y1, y2, y3):  # type: ignore[no-untyped-def]
 
 
 @formula(OscillatingFlatProfileRadius)
-def profile_radius(f, i, y, y1, y2, y3):  # type: ignore[no-untyped-def]
+def profile_radius(f, i, y, y1, y2, y3):
     c = f.centre_distance[i]
     cosine = f.cosine[i] * np.cos(y) - f.sine[i] * np.sin(y)
     sine = f.sine[i] * np.cos(y) + f.cosine[i] * np.sin(y)
@@ -70,7 +70,7 @@ def profile_radius(f, i, y, y1, y2, y3):  # type: ignore[no-untyped-def]
 
 
 @formula(OscillatingFlatReach)
-def reach(f, i, y, y1, y2, y3):  # type: ignore[no-untyped-def]
+def reach(f, i, y, y1, y2, y3):
     c = f.centre_distance[i]
     cosine = f.cosine[i] * np.cos(y) - f.sine[i] * np.sin(y)
     sine = f.sine[i] * np.cos(y) + f.cosine[i] * np.sin(y)

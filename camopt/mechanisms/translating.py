@@ -26,7 +26,7 @@ class TranslatingPressureAngle(NamedTuple):
 
 
 @formula(TranslatingPressureAngle)
-def pressure_angle(f, i, y, y1, y2, y3):  # type: ignore[no-untyped-def]
+def pressure_angle(f, i, y, y1, y2, y3):
     s = f.height[i] + y
     tangent = (y1 - f.lead[i]) / s
     return tangent, (y2 - tangent * y1) / s
@@ -40,7 +40,7 @@ class TranslatingPitchCurvature(NamedTuple):
 
 
 @formula(TranslatingPitchCurvature)
-def pitch_curvature(f, i, y, y1, y2, y3):  # type: ignore[no-untyped-def]
+def pitch_curvature(f, i, y, y1, y2, y3):
     s = f.height[i] + y
     w = y1 - f.lead[i]
     square = s * s + w * w
@@ -52,7 +52,8 @@ def pitch_curvature(f, i, y, y1, y2, y3):  # type: ignore[no-untyped-def]
 
 def height(designs: Designs) -> FloatArray:
     """s₀, the trace point's least height above the cam centre, mm."""
-    return difference_of_squares_root(designs.prime_radius, designs.offset)
+    root: FloatArray = difference_of_squares_root(designs.prime_radius, designs.offset)
+    return root
 
 
 def _exists(designs: Designs, programme: Programme) -> BoolArray:

@@ -1,6 +1,6 @@
 """Cubic (2-3 polynomial): s = x²(3 − 2x).
 
-Zero velocity at both ends; peaks: velocity 1.5 (the least with smooth ends), acceleration 6, with jumps at the ends.
+Zero velocity at both ends. Peaks: velocity 1.5, acceleration 6 (at the ends, where it jumps).
 """
 
 import numpy as np

@@ -16,10 +16,14 @@ from camopt.numerics import FloatArray
 class Law(Protocol):
     """The verbs and facts that every law module has."""
 
-    TITLE: str
-    SOURCE: str
-    BREAKS: tuple[float, ...]
+    @property
+    def TITLE(self) -> str: ...  # noqa: N802
+    @property
+    def SOURCE(self) -> str: ...  # noqa: N802
+    @property
+    def BREAKS(self) -> tuple[float, ...]: ...  # noqa: N802
 
+    def __hash__(self) -> int: ...
     def displacement(self, x: ArrayLike, /) -> FloatArray: ...
     def velocity(self, x: ArrayLike, /) -> FloatArray: ...
     def acceleration(self, x: ArrayLike, /) -> FloatArray: ...

@@ -50,7 +50,9 @@ class Programme:
     strokes: tuple[Stroke, ...]
 
     @classmethod
-    def from_segments(cls, segments: Sequence[tuple[str, float, float, str | None]], *, angular: bool) -> "Programme":
+    def from_segments(
+        cls, segments: Sequence[tuple[str, float, float, str | None]], *, angular: bool
+    ) -> "Programme":
         """From (segment, angle in deg, lift in mm, or in deg if ``angular``, law); zero-length dwells drop out."""
         strokes, start, y = [], 0.0, 0.0
         for segment, angle, lift, law in segments:
@@ -118,7 +120,8 @@ def _table(programme: Programme, refinement: int) -> MotionTable:
     rows, centres, halves, pieces, kinds = [], [], [], [0], []
     for stroke in programme.strokes:
         if stroke.law is None:
-            coefficients, ends, counts = np.zeros((1, DEGREE + 1)), np.array([0.0, 1.0]), (1,)
+            coefficients, ends = np.zeros((1, DEGREE + 1)), np.array([0.0, 1.0])
+            counts: tuple[int, ...] = (1,)
         else:
             coefficients, ends, counts = stroke_coefficients(LAWS[stroke.law], PANELS * refinement)
         row = coefficients * (stroke.high - stroke.low)

@@ -13,8 +13,8 @@ from numpy.polynomial import chebyshev, polynomial
 from numpy.typing import NDArray
 
 from camopt.motion.law import Law
-from camopt.numerics.compile import compiled
 from camopt.numerics import FloatArray
+from camopt.numerics.compile import compiled
 
 RISE, RETURN, DWELL = 1, 2, 4  # bits, so that a question can ask for several kinds at once
 TURN = RISE | RETURN | DWELL
@@ -69,7 +69,7 @@ def stroke_coefficients(law: Law, panels: int) -> tuple[FloatArray, FloatArray, 
     return series, np.append(low, 1.0), tuple(counts)
 
 
-def motion(table, panel, u):  # type: ignore[no-untyped-def]
+def motion(table, panel, u):
     """(y, y', y'', y''') by cam angle on a panel, by Horner's scheme for a polynomial and its derivatives."""
     y = table.coefficients[panel, DEGREE]
     d1 = d2 = d3 = 0.0
@@ -86,7 +86,7 @@ motion = compiled(motion)
 
 
 @compiled
-def fill_nodes(table):  # type: ignore[no-untyped-def]
+def fill_nodes(table):
     """Tabulate the motion at the ends of all panels."""
     for q in range(table.kind.size):
         for p in range(table.first_panel[q], table.first_panel[q + 1]):

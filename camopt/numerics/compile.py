@@ -4,15 +4,14 @@ import hashlib
 import os
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numba
-from numba.core import config
+from numba.core import config as numba_config
 from platformdirs import user_cache_path
 
-F = TypeVar("F", bound=Callable[..., Any])
-
-FLAGS = {
+config: Any = numba_config
+FLAGS: dict[str, Any] = {
     "nogil": True,  # blocks of designs run on threads
     "error_model": "numpy",  # 1/0 is inf, as in the formulas; Python's model would add a branch to each division
     "fastmath": False,  # inf and signed zeros decide feasibility; and no reordering: results are bit-identical
@@ -53,11 +52,11 @@ def is_warm() -> bool:
     return CACHE_FOLDER is not None and any(Path(CACHE_FOLDER).rglob("*.nbc"))
 
 
-def compiled(function: F) -> F:
+def compiled(function: Callable[..., Any]) -> Any:
     """Compile a kernel with numba, cached on disk."""
     previous = config.CACHE_DIR
     config.CACHE_DIR = CACHE_FOLDER or previous
     try:
-        return numba.njit(function, cache=CACHE_FOLDER is not None, **FLAGS)  # type: ignore[no-any-return]
+        return numba.njit(cache=CACHE_FOLDER is not None, **FLAGS)(function)
     finally:
         config.CACHE_DIR = previous

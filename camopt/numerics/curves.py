@@ -32,7 +32,7 @@ def formula(owner: type) -> Callable[[Formula], Formula]:
         FORMULAS[owner] = function
 
         @overload(curve)
-        def _resolve(f, i, y, y1, y2, y3):  # type: ignore[no-untyped-def]
+        def _resolve(f, i, y, y1, y2, y3):
             return function if getattr(f, "instance_class", None) is owner else None
 
         return function
@@ -50,6 +50,6 @@ class Linear(NamedTuple):
 
 
 @formula(Linear)
-def linear(f, i, y, y1, y2, y3):  # type: ignore[no-untyped-def]
+def linear(f, i, y, y1, y2, y3):
     value = f.constant[i] + f.displacement[i] * y + f.velocity[i] * y1 + f.acceleration[i] * y2
     return value, f.displacement[i] * y1 + f.velocity[i] * y2 + f.acceleration[i] * y3

@@ -19,7 +19,7 @@ MOST_STEPS = 60
 
 
 @compiled
-def node_values(f, first, count, table, values):  # type: ignore[no-untyped-def]
+def node_values(f, first, count, table, values):
     """values[t, i] = curve of design first + i at node t."""
     for t in range(table.nodes.shape[0]):
         y, y1, y2, y3 = table.nodes[t, 0], table.nodes[t, 1], table.nodes[t, 2], table.nodes[t, 3]
@@ -29,7 +29,7 @@ def node_values(f, first, count, table, values):  # type: ignore[no-untyped-def]
 
 
 @compiled
-def orient(value, goal):  # type: ignore[no-untyped-def]
+def orient(value, goal):
     """The number whose maximum is the extreme asked for."""
     if goal == LARGEST_MAGNITUDE:
         return abs(value)
@@ -37,7 +37,7 @@ def orient(value, goal):  # type: ignore[no-untyped-def]
 
 
 @compiled
-def best_nodes(values, count, table, kinds, goal, best, node):  # type: ignore[no-untyped-def]
+def best_nodes(values, count, table, kinds, goal, best, node):
     """Largest oriented node value of each design over the pieces of the given kinds, and its node."""
     for i in range(count):
         best[i] = -np.inf
@@ -53,7 +53,7 @@ def best_nodes(values, count, table, kinds, goal, best, node):  # type: ignore[n
 
 
 @compiled
-def is_candidate(left, value, right, best):  # type: ignore[no-untyped-def]
+def is_candidate(left, value, right, best):
     """Whether a node is a local maximum that could lead beyond the best node.
 
     A smooth maximum exceeds its nearest node by at most an eighth of the fall to both neighbours, to leading
@@ -63,7 +63,7 @@ def is_candidate(left, value, right, best):  # type: ignore[no-untyped-def]
 
 
 @compiled
-def count_candidates(values, count, table, kinds, goal, best, candidates):  # type: ignore[no-untyped-def]
+def count_candidates(values, count, table, kinds, goal, best, candidates):
     """How many candidate nodes each design has."""
     for i in range(count):
         candidates[i] = 0
@@ -78,7 +78,7 @@ def count_candidates(values, count, table, kinds, goal, best, candidates):  # ty
 
 
 @compiled
-def piece_of(table, node):  # type: ignore[no-untyped-def]
+def piece_of(table, node):
     """The piece that a node belongs to."""
     q = 0
     while table.first_panel[q + 1] + q < node:
@@ -87,7 +87,7 @@ def piece_of(table, node):  # type: ignore[no-untyped-def]
 
 
 @compiled
-def oriented_slope(f, i, y, y1, y2, y3, goal):  # type: ignore[no-untyped-def]
+def oriented_slope(f, i, y, y1, y2, y3, goal):
     """Oriented value and slope of design i."""
     value, slope = curve(f, i, y, y1, y2, y3)
     flip = goal == LEAST or (goal == LARGEST_MAGNITUDE and value < 0.0)
@@ -95,14 +95,14 @@ def oriented_slope(f, i, y, y1, y2, y3, goal):  # type: ignore[no-untyped-def]
 
 
 @compiled
-def node_slope(f, i, table, node, goal):  # type: ignore[no-untyped-def]
+def node_slope(f, i, table, node, goal):
     """Slope of the oriented curve of design i at a node."""
     m = table.nodes[node]
     return oriented_slope(f, i, m[0], m[1], m[2], m[3], goal)[1]
 
 
 @compiled
-def follow(f, i, table, node, goal, tolerance):  # type: ignore[no-untyped-def]
+def follow(f, i, table, node, goal, tolerance):
     """Largest value in the panel that the curve climbs into from a node, and its cam angle.
 
     Illinois false position on the slope. Stops when slope × bracket, which bounds what is still to be gained
@@ -141,7 +141,7 @@ def follow(f, i, table, node, goal, tolerance):  # type: ignore[no-untyped-def]
 
 
 @compiled
-def node_angle(table, node):  # type: ignore[no-untyped-def]
+def node_angle(table, node):
     """Cam angle of a node."""
     q = piece_of(table, node)
     panel = min(node - q, table.first_panel[q + 1] - 1)
@@ -150,7 +150,7 @@ def node_angle(table, node):  # type: ignore[no-untyped-def]
 
 
 @compiled
-def follow_all(f, i, column, table, values, kinds, goal, tolerance, best, at):  # type: ignore[no-untyped-def]
+def follow_all(f, i, column, table, values, kinds, goal, tolerance, best, at):
     """The best of all candidate nodes of a design, followed to their maxima."""
     bound = best
     for q in range(table.kind.size):
@@ -167,7 +167,7 @@ def follow_all(f, i, column, table, values, kinds, goal, tolerance, best, at):  
 
 
 @compiled
-def extremes(f, designs, table, questions, tolerance, value, where):  # type: ignore[no-untyped-def]
+def extremes(f, designs, table, questions, tolerance, value, where):
     """Answer questions about a curve for designs 0 … designs − 1.
 
     questions (K, 2): the kinds of stroke to look at and the goal; value, where (K, designs): the extremes and
@@ -185,9 +185,7 @@ def extremes(f, designs, table, questions, tolerance, value, where):  # type: ig
             for i in range(count):
                 top, at = best[i], node_angle(table, node[i])
                 if candidates[i] > 1:
-                    top, at = follow_all(
-                        f, first + i, i, table, values, kinds, goal, tolerance, top, at
-                    )
+                    top, at = follow_all(f, first + i, i, table, values, kinds, goal, tolerance, top, at)
                 else:
                     followed, angle = follow(f, first + i, table, node[i], goal, tolerance)
                     if followed > top:
@@ -197,7 +195,7 @@ def extremes(f, designs, table, questions, tolerance, value, where):  # type: ig
 
 
 @compiled
-def turns_far(f, designs, table, limit, out):  # type: ignore[no-untyped-def]
+def turns_far(f, designs, table, limit, out):
     """Whether the direction (1, f) turns by more than a limit (tangent of the angle) between two nodes.
 
     With f = tan β that is the normal of the pitch curve: where it turns far within a panel, the curve has

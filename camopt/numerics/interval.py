@@ -41,9 +41,7 @@ def _square(a: "Interval") -> "Interval":
 
 def _divide(a: "Interval", b: "Interval") -> "Interval":
     through_zero = (b.low <= 0.0) & (b.high >= 0.0)
-    inverse = Interval(
-        np.where(through_zero, -np.inf, 1.0 / b.high), np.where(through_zero, np.inf, 1.0 / b.low)
-    )
+    inverse = Interval(np.where(through_zero, -np.inf, 1.0 / b.high), np.where(through_zero, np.inf, 1.0 / b.low))
     return _multiply(a, inverse)
 
 
@@ -54,9 +52,7 @@ def _sine(a: "Interval") -> "Interval":
         return np.floor((a.high - phase) / (2 * np.pi)) >= np.ceil((a.low - phase) / (2 * np.pi))
 
     ends = _hull(np.sin(a.low), np.sin(a.high))
-    return Interval(
-        np.where(holds(-np.pi / 2), -1.0, ends.low), np.where(holds(np.pi / 2), 1.0, ends.high)
-    )
+    return Interval(np.where(holds(-np.pi / 2), -1.0, ends.low), np.where(holds(np.pi / 2), 1.0, ends.high))
 
 
 def _arctan2(y: "Interval", x: "Interval") -> "Interval":

@@ -186,7 +186,7 @@ def _nearest_in_polygon(
         lines.append((-span(programme, (tangent, 1), kinds)[0] / tangent, 1 / tangent))
     candidates = [0.0, *(-a * b / (1 + b * b) for a, b in lines)]
     candidates += [(a2 - a1) / (b1 - b2) for (a1, b1), (a2, b2) in combinations(lines, 2) if b1 != b2]
-    leads = np.clip([*ends, *candidates], *ends)
+    leads = np.clip(np.array([*ends, *candidates]), ends[0], ends[1])
     heights = np.max([np.zeros_like(leads), *(a + b * leads for a, b in lines)], axis=0)
     primes = np.maximum(np.hypot(leads, heights), least)
     best = np.lexsort((np.abs(leads), primes))[0]
@@ -242,18 +242,14 @@ def _better(
     return incumbent
 
 
-def _points(
-    question: Question, low: dict[str, FloatArray], high: dict[str, FloatArray], share: float
-) -> Designs:
+def _points(question: Question, low: dict[str, FloatArray], high: dict[str, FloatArray], share: float) -> Designs:
     """One design of each box: its middle, but at a given share of the way from least to largest size."""
     middle = {name: (low[name] + high[name]) / 2 for name in low}
     size = low["size"] + share * (high["size"] - low["size"])
     return Designs(**{**middle, "size": size}, sense=question.design.sense)
 
 
-def _first_feasible(
-    question: Question, programme: Programme, bounds: Bounds
-) -> tuple[Designs | None, str]:
+def _first_feasible(question: Question, programme: Programme, bounds: Bounds) -> tuple[Designs | None, str]:
     """The smallest feasible design of a coarse grid; or the limits that stop all, or else the nearest one."""
     points = _coarse_grid(question, programme, bounds)
     found = points.take(feasible(question, programme, points))

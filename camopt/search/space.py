@@ -53,9 +53,7 @@ class Space:
         """The designs of a programme by number."""
         shape = tuple(values.size for values in self.axes.values())
         where = np.unravel_index(index, shape) if shape else ()
-        sizes = {
-            FIELDS[key]: values[i] for (key, values), i in zip(self.axes.items(), where, strict=True)
-        }
+        sizes = {FIELDS[key]: values[i] for (key, values), i in zip(self.axes.items(), where, strict=True)}
         fixed = self.question.design.sizes
         columns = {n: sizes.get(n, np.broadcast_to(v, index.shape)) for n, v in fixed.items()}
         arrays = {n: np.ascontiguousarray(v) for n, v in columns.items()}
@@ -82,9 +80,7 @@ def space_of(question: Question) -> Space:
         if choice is None:
             continue
         if isinstance(choice, Range) and choice.step is None and choice.start != choice.stop:
-            mistakes.append(
-                Mistake(question.scene.name, f"search.{key}.step", None, "a step above 0, for a sweep")
-            )
+            mistakes.append(Mistake(question.scene.name, f"search.{key}.step", None, "a step above 0, for a sweep"))
             continue
         axes[key] = axis_values(choice)
     if mistakes:
@@ -99,7 +95,7 @@ def axis_values(choice: Range | tuple[float, ...]) -> FloatArray:
     if choice.step is None:
         return np.array([choice.start])
     steps = floor((choice.stop - choice.start) / choice.step + 1e-9)
-    return choice.start + choice.step * np.arange(steps + 1)
+    return np.asarray(choice.start + choice.step * np.arange(steps + 1), dtype=float)
 
 
 def choice_bounds(scene: Scene, key: str, fixed: float) -> tuple[float, float]:

@@ -119,7 +119,9 @@ def sweep(
         impossible=designs - existing,
         feasible=feasible,
         pareto=front.count,
-        files=() if out is None else tuple(Path(out) / f for f in ("designs.parquet", "pareto.parquet", "scene.toml")),
+        files=()
+        if out is None
+        else tuple(Path(out) / f for f in ("designs.parquet", "pareto.parquet", "scene.toml")),
         best=best_of_each_law(space, joined(firsts)),
         nearest_miss=None if feasible else nearest_miss(space, block),
     )
@@ -169,9 +171,7 @@ def _batch(space: Space, names: tuple[str, ...], keep: str, block: Block) -> Bat
     return Batch(last - first, len(designs), feasible.count, evaluated, front, best)
 
 
-def _in_order(
-    space: Space, work: Callable[[Block], Batch], workers: int, block: int
-) -> Iterator[Batch]:
+def _in_order(space: Space, work: Callable[[Block], Batch], workers: int, block: int) -> Iterator[Batch]:
     """Batches in the order of the space from a few threads, never far ahead of the reader."""
     blocks = space.blocks(block)
     with ThreadPoolExecutor(workers) as pool:

@@ -149,9 +149,7 @@ def extra_scenes() -> dict[str, Scene]:
             {"base_radius": 16, "rotation": "cw", "rpm": 500},
             {"roller_radius": 37, "offset": -7},
         ),
-        "undercut-flat": of(
-            "disc-translating-flat", turn, {"base_radius": 40, "rotation": "cw"}, {"offset": 4}
-        ),
+        "undercut-flat": of("disc-translating-flat", turn, {"base_radius": 40, "rotation": "cw"}, {"offset": 4}),
         "undercut-oscillating-flat": of(
             "disc-oscillating-flat",
             [stroke("rise", 75, 12, "poly345"), dwell(60), stroke("return", 90, 12, "harmonic"), dwell(135)],
