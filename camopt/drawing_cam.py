@@ -46,7 +46,7 @@ def _fan(before: CamCurves, after: CamCurves, radius: float) -> ComplexArray:
 
 
 def _draw_body(axes: Any, picture: Picture) -> None:
-    """The profile, coloured by stroke, on the cam that is left when all has been cut away that the follower needs."""
+    """The profile, coloured by stroke, on the body of the cam: what the follower leaves of it, if undercut."""
     design, pieces = picture.question.design, picture.curves
     radius = float(design.roller_radius[0])
     solid = _remaining(picture) if picture.undercut else np.concatenate([c.profile[0] for c in pieces])

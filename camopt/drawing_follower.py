@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from camopt.mechanisms import oscillating, oscillating_flat
+from camopt.mechanisms import oscillating_flat
 from camopt.mechanisms.design import ComplexArray
 from camopt.picture import BODY, INK, MUTED, Picture, area, circle, line
 
@@ -42,12 +42,14 @@ def _sliding_face(axes: Any, picture: Picture, size: float) -> list[ComplexArray
 def _draw_stem(axes: Any, picture: Picture, seat: complex, size: float) -> list[ComplexArray]:
     """The stem above its seat, in a guide that the follower never reaches."""
     half, lift = 0.035 * size, picture.question.programme.lift
-    guide, top = 0.22 * size + lift, 0.42 * size + lift
+    roller = float(picture.question.design.roller_radius[0]) * (seat == complex(_start(picture)[0]))
+    guide = 0.05 * size + roller + lift
+    top = guide + 0.16 * size
     stem = seat + np.array([-half, half, half + 1j * top, -half + 1j * top])
     area(axes, stem, zorder=4.8, **EDGE)
     for side in (-1.0, 1.0):
         block = seat + side * half + np.array([0, side * 0.07 * size])
-        block = np.concatenate([block + 1j * guide, block[::-1] + 1j * (guide + 0.12 * size)])
+        block = np.concatenate([block + 1j * guide, block[::-1] + 1j * (guide + 0.1 * size)])
         area(axes, block, facecolor="white", edgecolor=MUTED, hatch="//////", lw=0.8, zorder=4.7)
     return [stem]
 

@@ -2,20 +2,15 @@
 
 import os
 import warnings
-from collections.abc import Sequence
-from math import floor, isfinite, log10
 from typing import Any
 
 import numpy as np
 
+from camopt import diagrams
 from camopt.drawing_cam import draw_disc, draw_groove
-from camopt.effects.motion import scale
 from camopt.evaluation import excesses, resolve, violations
-from camopt.motion.table import DWELL, RETURN, RISE
-from camopt.numerics import FloatArray
-from camopt.picture import ALARM, COLOURS, FAINT, INK, MUTED, NAMES, PITCH, REFERENCE, Picture
+from camopt.picture import ALARM, FAINT, INK, MUTED, Picture
 from camopt.points import checked_suffix, whole_file
-from camopt.quantities import DERIVATIVES
 from camopt.scene import Scene
 
 STYLE: dict[str, Any] = {
@@ -35,12 +30,6 @@ STYLE: dict[str, Any] = {
     "hatch.linewidth": 0.6,
     "hatch.color": MUTED,
 }
-SHADES = {RISE: "#e9f1f8", RETURN: "#faefe6", DWELL: "white"}
-DEGREES_A_LETTER = 3.6  # that a letter above the diagrams takes
-SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-CLIP = 4.0  # times the largest pitch curvature, or 1/R_r: where the diagram of curvature is cut off
-
-Values = Sequence[FloatArray]
 
 
 def plot(scene: Scene, path: str | os.PathLike[str]) -> None:
@@ -74,16 +63,86 @@ def _figure(picture: Picture) -> Any:
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(15.5, 10.0), facecolor="white")
-    diagrams, cam = _layout(figure, picture.question.subject.mechanism.grooved)
+    grooved = picture.question.subject.mechanism.grooved
+    panels, cam = _layout(figure, grooved)
     _header(figure, picture)
-    for axes, draw in zip(diagrams, (_displacement, *[_derivative] * 3, _pressure, _curvature), strict=True):
-        draw(axes, picture)
+    diagrams.draw(panels, picture, heads=(0, 3) if grooved else (0,), feet=(2, 5) if grooved else (5,))
     if not picture.exists:
         cam.set_axis_off()
         cam.text(0.5, 0.5, "this mechanism cannot be put together", ha="center", color=ALARM, fontsize=11)
         return figure
-    (draw_groove if picture.question.subject.mechanism.grooved else draw_disc)(cam, picture)
+    (draw_groove if grooved else draw_disc)(cam, picture)
     handles, labels = cam.get_legend_handles_labels()
-    place = {"loc": "lower center", "bbox_to_anchor": _legend_place(picture), "frameon": False}
-    figure.legend(handles, labels, ncols=min(len(labels), 4), fontsize=8, columnspacing=1.8, **place)
+    place = {"loc": "lower center", "bbox_to_anchor": (0.5, 0.525) if grooved else (0.755, 0.02)}
+    columns = len(labels) if grooved else min(len(labels), 4)
+    figure.legend(handles, labels, ncols=columns, fontsize=8, columnspacing=1.8, frameon=False, **place)
     return figure
+
+
+def _layout(figure: Any, grooved: bool) -> tuple[list[Any], Any]:
+    """Axes of the six diagrams, and of the cam: beside them, or above them if it is a long groove."""
+    rows, top, height, gap = (3, 0.46, 0.4, 0.045) if grooved else (6, 0.85, 0.79, 0.034)
+    each = (height - (rows - 1) * gap) / rows
+    panels = []
+    for number in range(6):
+        left, row = (0.045 + 0.495 * (number // rows), number % rows) if grooved else (0.045, number)
+        panels.append(figure.add_axes((left, top - each - row * (each + gap), 0.44, each)))
+    cam = (0.045, 0.6, 0.935, 0.25) if grooved else (0.53, 0.125, 0.45, 0.745)
+    return panels, figure.add_axes(cam)
+
+
+def _header(figure: Any, picture: Picture) -> None:
+    """The scene's name, its mechanism and sizes, and what came out."""
+    name = picture.question.scene.name
+    shown = name if len(name) <= 90 else name[:89] + "…"
+    figure.text(0.045, 0.958, shown, fontsize=15, fontweight="bold")
+    figure.text(0.045, 0.934, _sizes(picture), fontsize=9, color=MUTED)
+    figure.text(0.045, 0.913, _results(picture), fontsize=9, color=INK)
+    if picture.exists:
+        figure.text(0.98, 0.958, _faults(picture), fontsize=10, color=ALARM, ha="right", fontweight="bold")
+
+
+def _sizes(picture: Picture) -> str:
+    scene, values = picture.question.scene, picture.values
+    words = [f"{scene.cam.form} cam, {scene.follower.motion} {scene.follower.contact} follower", scene.cam.rotation]
+    words += [] if scene.cam.rpm is None else [f"{scene.cam.rpm:g} rpm"]
+    round_body = "face radius" if scene.follower.contact == "spherical" else "roller radius"
+    names = {
+        "base_radius_mm": "base radius",
+        "mean_radius_mm": "mean radius",
+        "roller_radius_mm": round_body,
+        "offset_mm": "offset",
+        "arm_length_mm": "arm",
+        "centre_distance_mm": "pivot at",
+        "face_offset_mm": "face offset",
+    }
+    sizes = [f"{words} {values[key]:.5g} mm" for key, words in names.items() if values.get(key)]
+    laws = [f"{kind} {values[f'law_{kind}']}" for kind in ("rise", "return") if values[f"law_{kind}"]]
+    return "  ·  ".join([*words, *sizes, *laws])
+
+
+def _results(picture: Picture) -> str:
+    values = picture.values
+    names = {"pressure_angle_max_rise_deg": "rise", "pressure_angle_max_return_deg": "return"}
+    angles = [f"{word} {values[key]:.4g}°" for key, word in names.items()]
+    words = [f"largest pressure angle: {', '.join(angles)}"]
+    least = values["profile_radius_min_mm"]
+    if np.isfinite(least) and picture.exists and not picture.undercut:
+        words.append(f"least convex radius of the profile {least:.4g} mm")
+    reach = values.get("face_reach_min_mm"), values.get("face_reach_max_mm")
+    if reach[0] is not None:
+        words.append(f"contact on the face from {reach[0]:.4g} to {reach[1]:.4g} mm")
+    if "shaft_clearance_mm" in values:
+        words.append(f"clear of the shaft by {values['shaft_clearance_mm']:.4g} mm")
+    return "  ·  ".join(words)
+
+
+def _faults(picture: Picture) -> str:
+    """Undercut, and the limits that the design exceeds."""
+    question = picture.question
+    columns = {name: np.atleast_1d(value) for name, value in picture.values.items()}
+    excess = excesses(question.limits, columns, question.design)
+    broken = str(violations(question.limits, excess)[0]) if question.limits else ""
+    names = [name.replace("_", " ") for name in broken.split(",") if name and name != "undercut"]
+    faults = ["undercut"] if picture.undercut else []
+    return "  ·  ".join([*faults, *([f"exceeds: {', '.join(names)}"] if names else [])])

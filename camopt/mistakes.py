@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import Any
 
+LONGEST_SHOWN = 100  # characters of a value
+
 
 @dataclass(frozen=True)
 class Mistake:
@@ -17,8 +19,14 @@ class Mistake:
     bare: bool = False
 
     def __str__(self) -> str:
-        shown = "" if self.value is None else f" = {self.value!r}"
+        shown = "" if self.value is None else f" = {_short(self.value)}"
         return f"{self.file}: {self.key}{shown}: {'' if self.bare else 'must be '}{self.allowed}"
+
+
+def _short(value: Any) -> str:
+    """A value as Python writes it, in a part of a line."""
+    text = repr(value)
+    return text if len(text) <= LONGEST_SHOWN else f"{text[:LONGEST_SHOWN]}…"
 
 
 class BadInput(ValueError):

@@ -6,13 +6,24 @@ at once, a line for each mistake, as a BadInput.
 
 import os
 import tomllib
+from dataclasses import replace
 from functools import cache
 from importlib import resources
+from numbers import Real
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 import tomli_w
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Discriminator,
+    Field,
+    Tag,
+    ValidationError,
+    model_validator,
+)
 
 from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.motion import LAWS
@@ -21,9 +32,12 @@ from camopt.scene_checks import check
 
 
 def _is_number(value: Any) -> Any:
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
+    if isinstance(value, bool) or not isinstance(value, Real):
         raise ValueError("a number")
-    return float(value)
+    try:
+        return float(value)
+    except OverflowError:
+        raise ValueError("a finite number") from None
 
 
 LONGEST = 1e9
@@ -38,7 +52,7 @@ Acute = Annotated[Number, Field(gt=0, lt=90)]
 
 def _known(names: Any, what: str) -> Any:
     def validate(value: Any) -> Any:
-        if value not in names:
+        if not isinstance(value, str) or value not in names:
             raise ValueError(f"{what}; {nearest(str(value), names)}")
         return value
 
@@ -54,7 +68,7 @@ class Table(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    def __init__(self, **values: Any) -> None:
+    def __init__(self, /, **values: Any) -> None:
         try:
             super().__init__(**values)
         except ValidationError as error:
@@ -135,13 +149,20 @@ class Range(Table):
 
 
 def _as_list(value: Any) -> Any:
-    return [value] if isinstance(value, (int, float, str)) and not isinstance(value, bool) else value
+    return [value] if isinstance(value, (Real, str)) and not isinstance(value, bool) else value
 
 
 Values = Annotated[tuple[Anywhere, ...], Field(min_length=1), BeforeValidator(_as_list)]
-Laws = Annotated[tuple[LawName, ...], BeforeValidator(_as_list)]
+Laws = Annotated[tuple[LawName, ...], Field(min_length=1), BeforeValidator(_as_list)]
 Quantities = Annotated[tuple[QuantityName, ...], BeforeValidator(_as_list)]
-Choice = Range | Values | None
+TAGS = ("range", "values")  # parts of a location in pydantic's errors that are no keys
+Choice = (
+    Annotated[
+        Annotated[Range, Tag("range")] | Annotated[Values, Tag("values")],
+        Discriminator(lambda value: "range" if isinstance(value, (dict, Range)) else "values"),
+    ]
+    | None
+)
 
 
 class Search(Table):
@@ -190,16 +211,18 @@ class Scene(Table):
     name: str = "scene"
     cam: Cam
     follower: Follower
-    motion: tuple[Segment, ...]
+    motion: Annotated[tuple[Segment, ...], Field(min_length=1)]
     limits: Limits = Limits()
     search: Search = Search()
     materials: Materials = Materials()
     accuracy: Accuracy = Accuracy()
     outputs: Quantities = ()
 
-    def __init__(self, **values: Any) -> None:
-        plain = {key: _plain(value) for key, value in values.items()}
-        file = str(plain.pop("__file__", plain.get("name", "scene")))
+    def __init__(self, /, **values: Any) -> None:
+        self._fill(values, str(values.get("name", "scene")))
+
+    def _fill(self, values: dict[str, Any], file: str) -> None:
+        plain = _plain(values)
         found: list[Mistake] = []
         try:
             BaseModel.__init__(self, **plain)
@@ -213,16 +236,18 @@ class Scene(Table):
     @classmethod
     def from_dict(cls, data: dict[str, Any], file: str = "scene") -> "Scene":
         """A scene from nested mappings with the keys of a scene file; ``file`` is named in messages."""
-        if not isinstance(data, dict) or not all(isinstance(key, str) for key in data):
+        if not isinstance(data, dict):
             raise BadInput([Mistake(file, "scene", data, "a mapping of tables")])
-        return cls(**{**data, "__file__": file})
+        scene = cls.__new__(cls)
+        scene._fill(data, file)
+        return scene
 
     @classmethod
     def from_toml(cls, path: str | os.PathLike[str]) -> "Scene":
         """A scene from a TOML file."""
         try:
             data = tomllib.loads(Path(path).read_text(encoding="utf-8"))
-        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        except (ValueError, RecursionError) as error:  # not TOML, not UTF-8, numbers or nesting without end
             raise BadInput([Mistake(os.fspath(path), "TOML", None, f"not valid: {error}", bare=True)]) from None
         return cls.from_dict({"name": Path(path).stem, **data}, os.fspath(path))
 
@@ -243,6 +268,10 @@ class Scene(Table):
             table = data
             for name in tables:
                 table = table.setdefault(name, {})
+                if not isinstance(table, dict):
+                    raise BadInput(
+                        [Mistake(self.name, key, value, f"{name} is no table: give it whole", bare=True)]
+                    )
             if value is None:
                 table.pop(last, None)
             else:
@@ -255,7 +284,7 @@ def _plain(value: Any) -> Any:
     if isinstance(value, BaseModel):
         return value.model_dump(exclude_none=True, exclude_defaults=True)
     if isinstance(value, dict):
-        return {key: _plain(each) for key, each in value.items()}
+        return {str(key): _plain(each) for key, each in value.items()}
     return [_plain(each) for each in value] if isinstance(value, (list, tuple)) else value
 
 
@@ -263,13 +292,18 @@ def mistakes_of(error: ValidationError, model: type[BaseModel], prefix: str, fil
     """Pydantic's errors as mistakes: one for each key, in plain words."""
     found: dict[str, Mistake] = {}
     for each in error.errors():
-        where = tuple(part for part in each["loc"] if part not in ("Range", "float") and "[" not in str(part))
-        key = ".".join(
-            str(part + 1) if isinstance(part, int) else part for part in ((prefix, *where) if prefix else where)
-        )
-        mistake = _mistake(each, where, model, key, file)
-        if key not in found or "range" in found[key].allowed:
-            found[key] = mistake
+        *tables, last = each["loc"] or ("range",)
+        unknown = each["type"] == "extra_forbidden"  # then the last part is a key of the user, whatever it says
+        where = (*(p for p in tables if p not in TAGS), *([last] if unknown or last not in TAGS else []))
+        parts = [str(p + 1) if isinstance(p, int) else p for p in where]
+        key = ".".join([prefix, *parts] if prefix else parts)
+        within = each.get("ctx", {}).get("error")
+        if isinstance(within, BadInput):  # of a table inside this one, which gave its keys its own name
+            for mistake in within.mistakes:
+                name = ".".join([key, *mistake.key.split(".")[1:]])
+                found.setdefault(name, replace(mistake, file=file, key=name))
+        elif each["type"] != "too_short" or not each["input"]:  # a list of mistakes is not empty
+            found.setdefault(key, _mistake(each, where, model, key, file))
     return list(found.values())
 
 
@@ -279,7 +313,7 @@ def _mistake(each: Any, where: tuple[str | int, ...], model: type[BaseModel], ke
         return Mistake(file, key, value, "this version does not compute it", bare=True)
     if kind == "extra_forbidden":
         known = list(_table_at(model, where[:-1]).model_fields)
-        return Mistake(file, key, None, f"not a known key; {nearest(str(where[-1]), known)}", bare=True)
+        return Mistake(file, key, value, f"not a known key; {nearest(str(where[-1]), known)}", bare=True)
     if kind == "missing":
         return Mistake(file, key, None, "missing", bare=True)
     if kind == "literal_error":
@@ -301,6 +335,7 @@ def _mistake(each: Any, where: tuple[str | int, ...], model: type[BaseModel], ke
         "model_attributes_type": "a table",
         "tuple_type": "a list",
         "string_type": "a text",
+        "string_unicode": "a text",
         "too_short": "a list of at least one value",
     }
     return Mistake(file, key, value, plain.get(kind, each["msg"].lower()))

@@ -6,9 +6,8 @@ numbers says nothing (that mistake is reported on its own). Each fault is (key, 
 
 from collections.abc import Iterator, Mapping
 from math import acos, asin, degrees, hypot, isfinite
+from numbers import Real
 from typing import Any
-
-from camopt.mistakes import nearest
 
 Fault = tuple[str, Any, str]
 CLOSE = 1e-9  # relative, of the sums of angles and lifts
@@ -46,17 +45,27 @@ def _text(data: Mapping[str, Any], key: str) -> str | None:
 
 
 def _number(value: Any) -> float | None:
-    number = isinstance(value, (int, float)) and not isinstance(value, bool) and isfinite(value)
-    return float(value) if number else None
+    if isinstance(value, bool) or not isinstance(value, Real):
+        return None
+    try:
+        return float(value) if isfinite(value) else None
+    except OverflowError:
+        return None
 
 
 def _size(data: Mapping[str, Any], key: str) -> float | None:
     return _number(_at(data, key))
 
 
+def _length(data: Mapping[str, Any], key: str) -> float | None:
+    size = _size(data, key)
+    return size if size and size > 0.0 else None
+
+
 def _segments(data: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    """The segments; what is no table there has no keys."""
     motion = data.get("motion")
-    return [s for s in motion if isinstance(s, Mapping)] if isinstance(motion, list) else []
+    return [s if isinstance(s, Mapping) else {} for s in motion] if isinstance(motion, list) else []
 
 
 def _programme(data: Mapping[str, Any]) -> Iterator[Fault]:
@@ -65,25 +74,23 @@ def _programme(data: Mapping[str, Any]) -> Iterator[Fault]:
     for number, segment in enumerate(segments, start=1):
         yield from _segment(segment, f"motion.{number}")
     angles = [_number(s.get("angle")) for s in segments]
-    if None not in angles and "motion" in data:
+    if segments and None not in angles:
         total = sum(a for a in angles if a is not None)
         if not abs(total - 360.0) <= 360.0 * CLOSE:
             yield "motion.angle", None, f"the angles add up to {total:g} deg, not to 360"
     lifts = [_number(s.get("lift", 0.0)) for s in segments]
     kinds = [s.get("segment") for s in segments]
-    if None in lifts or not set(kinds) <= {"rise", "dwell", "return"}:
+    if not segments or None in lifts or not all(kind in ("rise", "dwell", "return") for kind in kinds):
         return
-    if segments and "rise" not in kinds:
+    if "rise" not in kinds:
         yield "motion", None, "has no rise"
     y, largest = 0.0, max([abs(v) for v in lifts if v is not None], default=0.0)
     for number, (kind, lift) in enumerate(zip(kinds, lifts, strict=True), start=1):
+        before = y
         y += {"rise": 1.0, "return": -1.0}.get(str(kind), 0.0) * (lift or 0.0)
         if y < -largest * CLOSE:
-            yield (
-                f"motion.{number}",
-                None,
-                "the follower goes below the start of the turn, its lowest position",
-            )
+            below = f"must be at most {before:g}: the follower never goes below the start of the turn"
+            yield f"motion.{number}.lift", lift, below
             return
     if abs(y) > largest * CLOSE:
         yield "motion.lift", None, f"the follower ends {y:g} above its start: rises and returns must cancel"
@@ -118,10 +125,14 @@ def _allowed(form: str, motion: str, contact: str) -> tuple[str, ...]:
     return (*_needed(form, motion, contact), *(("offset",) if radial else ()))
 
 
+def _named(form: str, motion: str, contact: str) -> str:
+    return f"{form} cam with {'an' if motion == 'oscillating' else 'a'} {motion} {contact} follower"
+
+
 def _keys(data: Mapping[str, Any], form: str, motion: str, contact: str) -> Iterator[Fault]:
-    what = f"{form} cam with a {motion} {contact} follower"
+    what = _named(form, motion, contact)
     if form == "cylindrical" and contact == "flat":
-        yield "follower.contact", contact, "a cylindrical cam takes a knife, roller or spherical contact"
+        yield "follower.contact", contact, "must be 'knife', 'roller' or 'spherical' on a cylindrical cam"
         return
     size, other = ("base_radius", "mean_radius") if form == "disc" else ("mean_radius", "base_radius")
     if _at(data, f"cam.{size}") is None:
@@ -138,27 +149,28 @@ def _keys(data: Mapping[str, Any], form: str, motion: str, contact: str) -> Iter
 
 def _fit(data: Mapping[str, Any], form: str, motion: str, contact: str) -> Iterator[Fault]:
     """Whether the design can be put together, at its lowest and its highest position."""
-    base, shaft = _size(data, "cam.base_radius"), _size(data, "cam.shaft_diameter")
+    base, shaft = _length(data, "cam.base_radius"), _length(data, "cam.shaft_diameter")
     if base and shaft and shaft / 2 > base:
-        yield "cam.shaft_diameter", shaft, f"at most twice the base radius ({2 * base:g})"
+        yield "cam.shaft_diameter", shaft, f"must be at most twice the base radius ({2 * base:g})"
     lift = _highest(data)
     if form == "cylindrical":
         if motion == "oscillating" and lift is not None and lift >= 180.0:
             yield "motion.lift", None, f"the arm swings {lift:g} deg; a swing stays below 180"
         return
-    if base is None:
+    radii = [_length(data, f"follower.{name}") for name in TRACE.get(contact, ())]
+    if base is None or None in radii:
         return
-    radius = (_size(data, "follower.roller_radius") or 0.0) + (_size(data, "follower.face_radius") or 0.0)
+    radius = sum(radius for radius in radii if radius is not None)
     offset = _size(data, "follower.offset") or 0.0
     if motion == "translating" and contact != "flat" and abs(offset) >= base + radius:
-        yield "follower.offset", offset, f"smaller than the prime radius ({base + radius:g})"
+        yield "follower.offset", offset, f"must be smaller than the prime radius ({base + radius:g})"
     if motion == "oscillating" and lift is not None:
         yield from (_flat_swing if contact == "flat" else _arm_swing)(data, base + radius, lift)
 
 
 def _arm_swing(data: Mapping[str, Any], prime: float, lift: float) -> Iterator[Fault]:
-    arm, centre = _size(data, "follower.arm_length"), _size(data, "follower.centre_distance")
-    if not (arm and centre and arm > 0 and centre > 0):
+    arm, centre = _length(data, "follower.arm_length"), _length(data, "follower.centre_distance")
+    if arm is None or centre is None:
         return
     if not abs(centre - arm) < prime < centre + arm:
         between = f"{abs(centre - arm):g} and {centre + arm:g}"
@@ -178,11 +190,12 @@ def _arm_swing(data: Mapping[str, Any], prime: float, lift: float) -> Iterator[F
 
 
 def _flat_swing(data: Mapping[str, Any], base: float, lift: float) -> Iterator[Fault]:
-    face, centre = _size(data, "follower.face_offset"), _size(data, "follower.centre_distance")
-    if face is None or not centre or centre <= 0:
+    face, centre = _size(data, "follower.face_offset"), _length(data, "follower.centre_distance")
+    if face is None or centre is None:
         return
     if not abs(base - face) < centre:
-        yield "follower.centre_distance", centre, f"above base radius minus face offset ({base - face:g})"
+        between = f"between base radius and face offset ({abs(base - face):g})"
+        yield "follower.centre_distance", centre, f"must be above the difference {between}"
         return
     start = degrees(asin((base - face) / centre))
     if start + lift >= 90.0:
@@ -212,12 +225,16 @@ def _search(data: Mapping[str, Any], form: str, motion: str, contact: str) -> It
     own = (*_allowed(form, motion, contact), "base_radius" if form == "disc" else "mean_radius")
     for key in (*SIZES, "base_radius", "mean_radius"):
         if search.get(key) is not None and key not in own:
-            yield f"search.{key}", search[key], f"not a size of this mechanism; {nearest(key, own)}"
+            yield (
+                f"search.{key}",
+                search[key],
+                f"a {_named(form, motion, contact)} has none; known: {', '.join(own)}",
+            )
     for key in set(own) - {"offset", "face_offset"}:
         if any(v is not None and v <= 0 for v in _values(search.get(key))):
             yield f"search.{key}", search[key], "must be above 0"
     if search.get("law") and (search.get("law_rise") or search.get("law_return")):
-        yield "search.law", search["law"], "either law, or law_rise and law_return"
+        yield "search.law", search["law"], "name either law, or law_rise and law_return"
 
 
 def _values(choice: Any) -> list[float | None]:

@@ -61,7 +61,8 @@ def optimise(scene: Scene, progress: Progress | None = None) -> Optimum:
         answers = [smallest(question, programme, bounds) for bounds in _choices(question)]
         designs = [answer for answer in answers if answer.design is not None]
         if not designs:
-            obstacles[laws] = answers[0].obstacle
+            proofs = "" if all(answer.proved for answer in answers) else " (not proved)"
+            obstacles[laws] = answers[0].obstacle + proofs
             continue
         least = min(designs, key=lambda answer: float(answer.design.size[0]))  # type: ignore[union-attr]
         found[laws] = _described(question, programme, least)

@@ -14,7 +14,7 @@ limit's own formula in interval arithmetic. What is left when it ends is the lea
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import combinations
-from math import radians, tan
+from math import inf, radians, tan
 from typing import Any
 
 import numpy as np
@@ -196,46 +196,76 @@ def _nearest_in_polygon(
 def _branch_and_bound(question: Question, programme: Programme, bounds: Bounds) -> Smallest:
     """Least feasible size over a box of designs, by bisection of boxes, all boxes of a level at once."""
     incumbent, obstacle = _first_feasible(question, programme, bounds)
+    least, most = bounds["size"][0], _size_of(incumbent, _largest_size(question, bounds))
+    if most <= least or most >= LARGEST_SIZE:  # nothing left to search, or no size at all is feasible
+        return Smallest(incumbent, proved=True, obstacle=obstacle)
     if incumbent is None:
-        return Smallest(None, proved=False, obstacle=obstacle)
-    if incumbent.size[0] <= bounds["size"][0]:
-        return Smallest(incumbent, proved=True)
+        most = _last_assembled(question, programme, bounds, most)
     constraints = constraints_of(question)
-    ends = {**bounds, "size": (bounds["size"][0], float(incumbent.size[0]))}
-    width = {name: high - low for name, (low, high) in ends.items() if high > low}
-    cuts = np.linspace(*ends["size"], FIRST_BOXES + 1)
+    ends = {**bounds, "size": (least, most)}
+    free = [name for name, (low, high) in ends.items() if high > low]
+    cuts = np.linspace(least, most, FIRST_BOXES + 1)
     low = {n: np.full(FIRST_BOXES, a) for n, (a, _) in ends.items()} | {"size": cuts[:-1]}
     high = {n: np.full(FIRST_BOXES, b) for n, (_, b) in ends.items()} | {"size": cuts[1:]}
     boxes, proved = 0, True
     while low["size"].size and boxes < MOST_BOXES:
         boxes += low["size"].size
         incumbent = _better(question, programme, incumbent, low, high)
-        narrow = np.all([high[n] - low[n] < NARROW for n in width], axis=0)
-        excluded = low["size"] >= incumbent.size - GAP
+        narrow = np.all([high[n] - low[n] < NARROW for n in free], axis=0)
+        excluded = low["size"] >= _size_of(incumbent, inf) - GAP
         index = np.flatnonzero(~excluded)
         box = Designs(
             **{n: Interval(low[n][index], high[n][index]) for n in low},  # type: ignore[arg-type]
             sense=question.design.sense,
         )
         longest = np.zeros(low["size"].size, dtype=int)
-        excluded[index], longest[index] = _examined(question, programme, constraints, box, list(width))
+        excluded[index], longest[index] = _examined(question, programme, constraints, box, free)
         proved &= not np.any(narrow & ~excluded)
         keep = ~(excluded | narrow)
-        low, high = _halved(low, high, list(width), longest, keep)
-    return Smallest(incumbent, proved=proved and boxes < MOST_BOXES)
+        low, high = _halved(low, high, free, longest, keep)
+    return Smallest(incumbent, proved=proved and boxes < MOST_BOXES, obstacle=obstacle)
+
+
+def _size_of(design: Designs | None, otherwise: float) -> float:
+    return otherwise if design is None else float(design.size[0])
+
+
+def _largest_size(question: Question, bounds: Bounds) -> float:
+    """The largest size worth a look: the given one, or what the triangle of an oscillating follower allows."""
+    reach = bounds["centre_distance"][1] + bounds["arm_length"][1] + max(bounds["face_offset"][1], 0.0)
+    triangle = question.subject.angular and not question.subject.mechanism.grooved
+    return min(bounds["size"][1], reach if triangle else inf, LARGEST_SIZE)
+
+
+def _last_assembled(question: Question, programme: Programme, bounds: Bounds, most: float) -> float:
+    """The largest size, to 1e-12, at which some design of a coarse grid of the other sizes can be assembled.
+
+    A box across that border would hold a dead position, where tan β takes every value.
+    """
+    grid = _coarse_grid(question, programme, bounds)
+    grid = grid.take(question.subject.mechanism.exists(grid, programme))
+    if not len(grid):
+        return most
+    design = grid.take(np.argmax(grid.size, keepdims=True))
+    low, high = float(design.size[0]), most
+    while high - low > 1e-13 * high:
+        middle = (low + high) / 2
+        held = question.subject.mechanism.exists(replace(design, size=np.array([middle])), programme)[0]
+        low, high = (middle, high) if held else (low, middle)
+    return low * (1.0 - 1e-12)
 
 
 def _better(
     question: Question,
     programme: Programme,
-    incumbent: Designs,
+    incumbent: Designs | None,
     low: dict[str, FloatArray],
     high: dict[str, FloatArray],
-) -> Designs:
+) -> Designs | None:
     """The least feasible of the incumbent, the middles of boxes, and their middles at the largest size."""
     for share in (0.5, 1.0):
         points = _points(question, low, high, share)
-        points = points.take(points.size < incumbent.size)
+        points = points.take(points.size < _size_of(incumbent, inf))
         points = points.take(feasible(question, programme, points))
         if len(points):
             incumbent = points.take(np.argmin(points.size, keepdims=True))
@@ -267,7 +297,7 @@ def _first_feasible(question: Question, programme: Programme, bounds: Bounds) ->
 
 def _coarse_grid(question: Question, programme: Programme, bounds: Bounds) -> Designs:
     """Sizes even near the least and geometric beyond, at a few values of each other free size."""
-    low, high = bounds["size"][0], min(bounds["size"][1], LARGEST_SIZE)
+    low, high = bounds["size"][0], _largest_size(question, bounds)
     lengths = [*(b for n, (_, b) in bounds.items() if n != "size"), low]
     scale = max([abs(length) for length in lengths] + [programme.lift])
     near, far = np.linspace(low, min(high, low + 20 * scale), 400), np.geomspace(scale, max(high, scale), 400)
