@@ -159,9 +159,11 @@ def _sizes(rows: dict[str, dict[str, Any]]) -> list[str]:
     return [n for n in records[0] if n in QUANTITIES and QUANTITIES[n].effect == "sizes" and n not in hidden]
 
 
+REACHED = ("pressure_angle_max_rise_deg", "pressure_angle_max_return_deg", "profile_radius_min_mm")
+
+
 def _show_miss(miss: dict[str, Any]) -> None:
-    reached = [n for n in miss if n.startswith(("pressure_angle_max", "profile_radius", "face_reach"))]
-    names = [*_sizes({"": miss}), *reached, "violated"]
+    names = [*_sizes({"": miss}), *(name for name in REACHED if name in miss), "violated"]
     miss = {**miss, "violated": miss["violated"].replace(",", ", ")}
     _print("", _table("No feasible design. The nearest miss:", [miss], names))
 
@@ -171,20 +173,22 @@ def show_optimum(result: Optimum, as_json: bool) -> None:
     if as_json:
         by_law = {law: _finite(row) for law, row in result.by_law.items()}
         best = next(iter(by_law.values()), {})
-        return _print_json({**best, "by_law": by_law, "obstacles": result.obstacles})
+        miss = _finite(result.nearest_miss) if result.nearest_miss else None
+        return _print_json({**best, "by_law": by_law, "obstacles": result.obstacles, "nearest_miss": miss})
     if result.by_law:
         rows = {law: {**row, "binding": ", ".join(row["binding"])} for law, row in result.by_law.items()}
         title = f"{result.scene.name}: the smallest cam of each law"
         _print(_table(title, list(rows.values()), _optimum_columns(rows)))
     for law, obstacle in result.obstacles.items():
         _print(f"{law}: no feasible design; stopped by {obstacle}")
+    if result.nearest_miss:
+        _show_miss(result.nearest_miss)
     return None
 
 
 def _optimum_columns(rows: dict[str, dict[str, Any]]) -> list[str]:
     """Sizes, what they reach, and what holds them; whether proved, and clear above, only where it matters."""
-    reached = ["pressure_angle_max_rise_deg", "pressure_angle_max_return_deg", "profile_radius_min_mm"]
-    names = [*_sizes(rows), *(n for n in reached if n in next(iter(rows.values()))), "binding"]
+    names = [*_sizes(rows), *(name for name in REACHED if name in next(iter(rows.values()))), "binding"]
     size = "base_radius_mm" if "base_radius_mm" in names else "mean_radius_mm"
     if any(row["clear_above_mm"] > row[size] for row in rows.values()):
         names.append("clear_above_mm")

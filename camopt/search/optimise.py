@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from camopt.evaluation import Question, excesses, judged, resolve
+from camopt.mechanisms import Designs
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion.programme import Programme
 from camopt.quantities import QUANTITIES
@@ -35,6 +36,8 @@ class Optimum:
     by_law: dict[str, dict[str, Any]]
     obstacles: dict[str, str]
     """For each law without a feasible design, the limits that stop it."""
+    nearest_miss: dict[str, Any] | None
+    """Where no law has a feasible design: the one with the least excess, and what it exceeds (``violated``)."""
 
 
 def optimise(scene: Scene, progress: Progress | None = None) -> Optimum:
@@ -52,6 +55,7 @@ def optimise(scene: Scene, progress: Progress | None = None) -> Optimum:
     """
     question = resolve(scene)
     found: dict[str, dict[str, Any]] = {}
+    misses: list[tuple[float, dict[str, Any]]] = []
     obstacles: dict[str, str] = {}
     programmes = programmes_of(question)
     for done, programme in enumerate(programmes):
@@ -63,6 +67,7 @@ def optimise(scene: Scene, progress: Progress | None = None) -> Optimum:
         if not designs:
             proofs = "" if all(answer.proved for answer in answers) else " (not proved)"
             obstacles[laws] = answers[0].obstacle + proofs
+            misses += [_missed(question, programme, answer.nearest) for answer in answers if answer.nearest]
             continue
         least = min(designs, key=lambda answer: float(answer.design.size[0]))  # type: ignore[union-attr]
         found[laws] = _described(question, programme, least)
@@ -71,7 +76,19 @@ def optimise(scene: Scene, progress: Progress | None = None) -> Optimum:
         wanted = "a limit that holds the size from below, such as pressure_angle or curvature_radius"
         raise BadInput([Mistake(scene.name, "limits", None, f"nothing limits the size: name {wanted}", bare=True)])
     ranked = dict(sorted(found.items(), key=lambda item: float(item[1][size])))
-    return Optimum(scene, next(iter(ranked.values()), None), ranked, obstacles)
+    return Optimum(scene, next(iter(ranked.values()), None), ranked, obstacles, None if found else _least(misses))
+
+
+def _missed(question: Question, programme: Programme, design: Designs) -> tuple[float, dict[str, Any]]:
+    """The excess and the quantities of a design that holds not all limits."""
+    rows = judged(question, programme, design, question.wanted)
+    worst = float(excesses(question.limits, rows.columns, design).max())
+    values = rows.records()[0]
+    return worst, {name: values[name] for name in QUANTITIES if name in values}
+
+
+def _least(misses: list[tuple[float, dict[str, Any]]]) -> dict[str, Any] | None:
+    return min(misses, key=lambda miss: miss[0])[1] if misses else None
 
 
 def _choices(question: Question) -> list[Bounds]:

@@ -49,6 +49,8 @@ class Smallest:
     """Whether no feasible design of these bounds is smaller by more than GAP."""
     obstacle: str = ""
     """Without a design: the limits that stop it."""
+    nearest: Designs | None = None
+    """Without a design: the one of a coarse grid that exceeds its limits the least."""
 
 
 @dataclass(frozen=True)
@@ -195,10 +197,10 @@ def _nearest_in_polygon(
 
 def _branch_and_bound(question: Question, programme: Programme, bounds: Bounds) -> Smallest:
     """Least feasible size over a box of designs, by bisection of boxes, all boxes of a level at once."""
-    incumbent, obstacle = _first_feasible(question, programme, bounds)
+    incumbent, obstacle, nearest = _first_feasible(question, programme, bounds)
     least, most = bounds["size"][0], _size_of(incumbent, _largest_size(question, bounds))
     if most <= least or most >= LARGEST_SIZE:  # nothing left to search, or no size at all is feasible
-        return Smallest(incumbent, proved=True, obstacle=obstacle)
+        return Smallest(incumbent, True, obstacle, nearest)
     if incumbent is None:
         most = _last_assembled(question, programme, bounds, most)
     constraints = constraints_of(question)
@@ -223,7 +225,7 @@ def _branch_and_bound(question: Question, programme: Programme, bounds: Bounds) 
         proved &= not np.any(narrow & ~excluded)
         keep = ~(excluded | narrow)
         low, high = _halved(low, high, free, longest, keep)
-    return Smallest(incumbent, proved=proved and boxes < MOST_BOXES, obstacle=obstacle)
+    return Smallest(incumbent, proved and boxes < MOST_BOXES, obstacle, nearest)
 
 
 def _size_of(design: Designs | None, otherwise: float) -> float:
@@ -279,20 +281,27 @@ def _points(question: Question, low: dict[str, FloatArray], high: dict[str, Floa
     return Designs(**{**middle, "size": size}, sense=question.design.sense)
 
 
-def _first_feasible(question: Question, programme: Programme, bounds: Bounds) -> tuple[Designs | None, str]:
-    """The smallest feasible design of a coarse grid; or the limits that stop all, or else the nearest one."""
+def _first_feasible(
+    question: Question, programme: Programme, bounds: Bounds
+) -> tuple[Designs | None, str, Designs | None]:
+    """The smallest feasible design of a coarse grid.
+
+    Without one: the limits that stop all designs, or else the nearest one; and the nearest one.
+    """
     points = _coarse_grid(question, programme, bounds)
     found = points.take(feasible(question, programme, points))
     if len(found):
-        return found.take(np.argmin(found.size, keepdims=True)), ""
+        return found.take(np.argmin(found.size, keepdims=True)), "", None
     points = points.take(question.subject.mechanism.exists(points, programme))
     if not len(points):
-        return None, "assembly"
+        return None, "assembly", None
     excess = excesses(question.limits, judged(question, programme, points, frozenset()).columns, points)
+    nearest = np.argmin(excess.max(axis=0), keepdims=True)
     stopped = np.all(excess > 0.0, axis=1)
     if not stopped.any():
-        stopped = excess[:, np.argmin(excess.max(axis=0))] > 0.0
-    return None, ", ".join(limit.name for limit, stops in zip(question.limits, stopped, strict=True) if stops)
+        stopped = excess[:, nearest[0]] > 0.0
+    names = [limit.name for limit, stops in zip(question.limits, stopped, strict=True) if stops]
+    return None, ", ".join(names), points.take(nearest)
 
 
 def _coarse_grid(question: Question, programme: Programme, bounds: Bounds) -> Designs:
