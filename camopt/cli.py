@@ -204,7 +204,7 @@ def main(arguments: list[str] | None = None) -> int:
         mistake.show()
         return mistake.exit_code
     except BadInput as mistakes:
-        click.echo(f"camopt: {mistakes}", err=True)
+        click.echo(str(mistakes), err=True)
         return BAD_INPUT
     except (KeyboardInterrupt, click.Abort):
         click.echo("camopt: interrupted, nothing written", err=True)

@@ -10,7 +10,7 @@ import numpy as np
 from camopt.effects.motion import scale
 from camopt.motion.table import DWELL, RETURN, RISE, TURN
 from camopt.numerics import FloatArray
-from camopt.picture import ALARM, COLOURS, FAINT, INK, MUTED, NAMES, PITCH, REFERENCE, Picture
+from camopt.picture import ALARM, COLOURS, FAINT, INK, MUTED, NAMES, PITCH, REFERENCE, Picture, number
 from camopt.quantities import DERIVATIVES, QUANTITIES, motion_quantity
 
 SHADES = {RISE: "#e9f1f8", RETURN: "#faefe6", DWELL: "white"}
@@ -42,7 +42,8 @@ class Panel:
     peaks: list[Peak] = field(default_factory=list)
     limits: list[tuple[int, float]] = field(default_factory=list)
     impulses: list[tuple[float, float]] = field(default_factory=list)  # cam angle in deg, size
-    beside: list[Values] = field(default_factory=list)  # further curves, thin
+    pitch: Values | None = None  # of the pitch curve, dash-dot
+    other: Values | None = None  # of the other flank, thin
     note: str = ""
     alarm: Values | None = None  # where this is true, piece by piece, the cam is undercut
     span: tuple[float, float] | None = None
@@ -120,7 +121,7 @@ def _mark_pitch_point(panel: Panel, exact: dict[str, Any]) -> None:
             return
     every = np.concatenate(panel.values)
     value = float(every[np.argmax(np.abs(every))])
-    panel.peaks.append(Peak(at, value, f"pitch point {_number(np.copysign(largest, value))}°", REFERENCE))
+    panel.peaks.append(Peak(at, value, f"pitch point {number(np.copysign(largest, value))}°", REFERENCE))
 
 
 def _curvature(picture: Picture) -> Panel:
@@ -147,19 +148,19 @@ def _trace_curvature(picture: Picture, pitch: Values) -> Panel:
     cap = CLIP * float(np.percentile(every[np.isfinite(every)], 95))
     sides = (1.0, -1.0) if grooved and radius else (1.0,)
     profiles = [[_offset_curvature(k, side * radius, cap) for k in pitch] for side in sides]
-    if radius == 0.0:
-        return Panel("Curvature of the profile", "1/mm", profiles[0])
-    panel = Panel("Curvature of the profile" if not grooved else "Curvature of the flanks", "1/mm", profiles[0])
-    panel.beside = [pitch, *profiles[1:]]
-    panel.alarm = [(np.abs(k) if grooved else k) * radius >= 1.0 for k in pitch]
+    panel = Panel(f"Curvature of the {'flanks' if grooved else 'profile'}", "1/mm", profiles[0])
+    if radius > 0.0:
+        panel.pitch = pitch
+        panel.other = profiles[1] if grooved else None
+        panel.alarm = [(np.abs(k) if grooved else k) * radius >= 1.0 for k in pitch]
+        panel.note = "thin: left flank  ·  dash-dot: pitch curve" if grooved else "dash-dot: pitch curve"
     finite = np.concatenate([*pitch, *(values for side in profiles for values in side)])
     finite = finite[np.isfinite(finite) & (np.abs(finite) <= cap)]
     panel.span = (float(finite.min(initial=0.0)), float(finite.max(initial=0.0)))
-    panel.note = "dash-dot: pitch curve"
     least = picture.values["profile_radius_min_mm"]
     if isfinite(least) and least > 0.0 and not grooved:
-        panel.peaks = _extremes(picture, profiles[0], (1.0 / least, np.nan))
-        panel.peaks = [Peak(p.angle, p.value, f"ρ {least:.4g} mm") for p in panel.peaks if abs(p.value) <= cap]
+        peaks = _extremes(picture, profiles[0], (1.0 / least, np.nan))
+        panel.peaks = [Peak(p.angle, p.value, f"ρ {number(least)} mm") for p in peaks if abs(p.value) <= cap]
     panel.limits = _curvature_limit(picture, lambda bound: 1.0 / bound)
     return panel
 
@@ -187,7 +188,7 @@ def _peaks(picture: Picture, values: Values, exact: dict[int, float], sign: str 
             at = float(np.nanargmax(np.abs(every)))
             direction = np.sign(every[int(at)])
             angle = _middle_of_peak(np.concatenate([picture.pieces[k] for k in chosen]), every * direction)
-            found.append(Peak(angle, direction * largest, f"{_number(direction * largest)}{sign}"))
+            found.append(Peak(angle, direction * largest, f"{number(direction * largest)}{sign}"))
     return found
 
 
@@ -195,7 +196,7 @@ def _extremes(picture: Picture, values: Values, exact: tuple[float, float]) -> l
     """The greatest and the least value, where they are given."""
     angles, every = np.concatenate(picture.pieces), np.concatenate(values)
     sides = [(sign, value) for sign, value in zip((1.0, -1.0), exact, strict=True) if isfinite(value)]
-    return [Peak(_middle_of_peak(angles, every * sign), value, _number(value)) for sign, value in sides]
+    return [Peak(_middle_of_peak(angles, every * sign), value, number(value)) for sign, value in sides]
 
 
 def _middle_of_peak(angles: FloatArray, values: FloatArray) -> float:
@@ -207,19 +208,16 @@ def _middle_of_peak(angles: FloatArray, values: FloatArray) -> float:
     return float(np.degrees(angles[near[0]] + angles[last]) / 2)
 
 
-def _number(value: float) -> str:
-    return f"{value:.4g}".replace("-", "−")
-
-
 def _draw_panel(axes: Any, picture: Picture, panel: Panel) -> None:
     factor, unit = _power(panel)
     angles = [np.degrees(piece) for piece in picture.pieces]
     for stroke in picture.question.programme.strokes:
         axes.axvspan(*np.degrees([stroke.start, stroke.end]), color=SHADES[stroke.kind], lw=0, zorder=0)
     axes.axhline(0.0, color=FAINT, lw=0.8, zorder=1)
-    for values in panel.beside:
-        for angle, value in zip(angles, values, strict=True):
-            axes.plot(angle, value * factor, color=PITCH, lw=1.0, ls=(0, (9, 2.5, 1.5, 2.5)), zorder=2)
+    for angle, value in zip(angles, panel.pitch or [], strict=panel.pitch is not None):
+        axes.plot(angle, value * factor, color=PITCH, lw=1.0, ls=(0, (9, 2.5, 1.5, 2.5)), zorder=2)
+    for kind, angle, value in zip(picture.kinds, angles, panel.other or [], strict=panel.other is not None):
+        axes.plot(angle, value * factor, color=COLOURS[kind], lw=0.8, zorder=2.2)
     for kind, angle, value in zip(picture.kinds, angles, panel.values, strict=True):
         axes.plot(angle, value * factor, color=COLOURS[kind], lw=1.7, zorder=3, solid_capstyle="butt")
     span = _limits(axes, panel, factor)
@@ -245,7 +243,7 @@ def _power(panel: Panel) -> tuple[float, str]:
     power = 3 * floor(log10(largest) / 3)
     for peak in panel.peaks:
         if peak.text[-1:].isdigit():
-            peak.text = _number(peak.value / 10.0**power)
+            peak.text = number(peak.value / 10.0**power)
     return 10.0**-power, f"10{str(power).translate(SUPERSCRIPT)} {panel.unit}"
 
 
@@ -305,14 +303,16 @@ def _draw_impulses(axes: Any, panel: Panel) -> None:
 
 
 def _draw_alarm(axes: Any, angles: Values, panel: Panel) -> None:
-    """Where the cam is undercut."""
+    """Where the cam is undercut; said once."""
     low, high = axes.get_ylim()
-    for angle, bad in zip(angles, panel.alarm or [], strict=bool(panel.alarm)):
+    style = {"fontsize": 7.5, "color": ALARM, "ha": "center", "va": "top"}
+    found = []
+    for angle, bad in zip(angles, panel.alarm or [], strict=panel.alarm is not None):
         if np.any(bad):
-            axes.fill_between(angle, low, high, where=bad.astype(bool), color=ALARM, alpha=0.15, lw=0, zorder=0.5)
-            at = float(np.mean(angle[bad.astype(bool)]))
-            style = {"fontsize": 7.5, "color": ALARM, "ha": "center", "va": "top", "clip_on": True}
-            axes.text(at, high - 0.04 * (high - low), "undercut", **style)
+            axes.fill_between(angle, low, high, where=bad, color=ALARM, alpha=0.15, lw=0, zorder=0.5)
+            found.append(float(np.mean(angle[bad])))
+    if found:
+        axes.text(min(max(found[0], 18.0), 342.0), high - 0.04 * (high - low), "undercut", **style)
 
 
 def _draw_peak(axes: Any, peak: Peak, factor: float) -> None:
@@ -336,4 +336,4 @@ def _name_strokes(axes: Any, picture: Picture) -> None:
         lines = [text for text in lines if text and len(text) * DEGREES_A_LETTER <= angle * 1.15]
         style = {"ha": "center", "va": "top", "fontsize": 7.5, "color": COLOURS[stroke.kind]}
         place = {"textcoords": "offset points", "xycoords": ("data", "axes fraction")}
-        axes.annotate("\n".join(lines), (start + angle / 2, 1.0), (0, 36), **place, **style)
+        axes.annotate("\n".join(lines), (start + angle / 2, 1.0), (0, 34), **place, **style)

@@ -22,6 +22,7 @@ from camopt.picture import (
     area,
     circle,
     line,
+    number,
 )
 
 
@@ -30,10 +31,9 @@ def draw_disc(axes: Any, picture: Picture) -> None:
     pitch = np.concatenate([c.pitch for c in picture.curves])
     size = float(np.abs(pitch).max())
     _draw_body(axes, picture)
-    _draw_circles(axes, picture, size)
     _draw_strokes(axes, picture, size)
     _draw_sense(axes, picture, size)
-    parts = [pitch, size * np.array([-1, 1, -1j, -1.12j]), *draw_follower(axes, picture, size)]
+    parts = [pitch, *_draw_circles(axes, picture, pitch, size), *draw_follower(axes, picture, size)]
     _frame(axes, np.concatenate(parts))
 
 
@@ -50,7 +50,8 @@ def _draw_body(axes: Any, picture: Picture) -> None:
     design, pieces = picture.question.design, picture.curves
     radius = float(design.roller_radius[0])
     solid = _remaining(picture) if picture.undercut else np.concatenate([c.profile[0] for c in pieces])
-    area(axes, solid, facecolor=FILL, edgecolor=INK if picture.undercut else "none", lw=1.4, zorder=1)
+    edge = {"edgecolor": INK, "label": "what is left of the cam"} if picture.undercut else {"edgecolor": "none"}
+    area(axes, solid, facecolor=FILL, lw=1.4, zorder=1, **edge)
     thin = {"lw": 0.9, "alpha": 0.9} if picture.undercut else {"lw": 2.2}
     named = set()
     for number, (kind, curves) in enumerate(zip(picture.kinds, pieces, strict=True)):
@@ -97,8 +98,9 @@ def _remaining(picture: Picture) -> ComplexArray:
     return np.asarray(x + 1j * y)
 
 
-def _draw_circles(axes: Any, picture: Picture, size: float) -> None:
-    """Base, prime, pitch, offset and shaft circles, the centre and the follower's axis."""
+def _draw_circles(axes: Any, picture: Picture, pitch: ComplexArray, size: float) -> list[ComplexArray]:
+    """Base, prime, pitch, offset and shaft circles, the centre and the follower's axis; the points they span."""
+    spans, lowest = [], float(pitch.imag.min())
     values, question = picture.values, picture.question
     base, radius = float(question.design.size[0]), float(question.design.roller_radius[0])
     thin = {"lw": 0.8, "zorder": 2.5}
@@ -108,7 +110,10 @@ def _draw_circles(axes: Any, picture: Picture, size: float) -> None:
         circle(axes, base + radius, color=MUTED, ls=(0, (5, 3)), label=label, **thin)
     if question.subject.mechanism.curvature is not None:
         label = f"pitch circle, R {values['pitch_circle_radius_mm']:.4g}"
-        circle(axes, values["pitch_circle_radius_mm"], color=REFERENCE, ls=(0, (1.5, 2.5)), label=label, **thin)
+        through = values["pitch_circle_radius_mm"]
+        circle(axes, through, color=REFERENCE, ls=(0, (1.5, 2.5)), label=label, **thin)
+        spans.append(through * np.array([1, 1j, -1, -1j]))
+        lowest = min(lowest, -through)
         _mark_pitch_point(axes, picture)
     shaft = question.subject.shaft_radius
     if shaft is not None:
@@ -119,7 +124,8 @@ def _draw_circles(axes: Any, picture: Picture, size: float) -> None:
     line(axes, [-mark * 1j, mark * 1j], color=INK, lw=0.8, zorder=5)
     circle(axes, 0.012 * size, color=INK, lw=0.8, zorder=5)
     if not question.subject.angular:
-        _draw_offset(axes, float(question.design.offset[0]), size)
+        spans.append(_draw_offset(axes, float(question.design.offset[0]), lowest, size))
+    return spans
 
 
 def _mark_pitch_point(axes: Any, picture: Picture) -> None:
@@ -129,36 +135,32 @@ def _mark_pitch_point(axes: Any, picture: Picture) -> None:
     line(axes, point, label="pitch point", **style)
 
 
-def _draw_offset(axes: Any, offset: float, size: float) -> None:
+def _draw_offset(axes: Any, offset: float, lowest: float, size: float) -> ComplexArray:
     """The offset circle, the follower's axis, and the offset as a dimension below the cam."""
     dashes = {"color": MUTED, "lw": 0.7, "ls": (0, (12, 3, 2, 3)), "zorder": 2}
-    line(axes, [-1.12j * size, 0.4j * size], **dashes)
+    level = lowest - (0.1 * size if offset else 0.02 * size)
+    ends = 1j * np.array([level - 0.03 * size, 0.4 * size])
+    line(axes, ends, **dashes)
     if offset == 0.0:
-        return
+        return ends
     circle(axes, abs(offset), color=REFERENCE, lw=0.8, zorder=2.5, label=f"offset circle, R {abs(offset):.4g}")
-    line(axes, [offset - 1.12j * size, offset + 0.9j * size], **dashes)
-    level = -1.09 * size
-    arrow = {
-        "arrowstyle": "<|-|>",
-        "color": MUTED,
-        "lw": 0.7,
-        "shrinkA": 0,
-        "shrinkB": 0,
-        "mutation_scale": 7,
-    }
+    line(axes, offset + 1j * np.array([level - 0.03 * size, 0.9 * size]), **dashes)
+    arrow = {"arrowstyle": "<|-|>", "color": MUTED, "lw": 0.7, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 7}
     axes.annotate("", (0.0, level), (offset, level), arrowprops=arrow)
     side = 1.0 if offset > 0 else -1.0
     place = {"ha": "left" if offset > 0 else "right", "va": "center", "fontsize": 8, "color": INK}
-    axes.text(offset + side * 0.03 * size, level, f"offset {offset:g}", **place)
+    axes.text(offset + side * 0.03 * size, level, f"offset {number(offset)}", **place)
+    return ends
 
 
 def _draw_strokes(axes: Any, picture: Picture, size: float) -> None:
     """Where strokes begin: a ray of the construction, and the cam angle inside the profile."""
     question = picture.question
     starts = np.array([s.start for s in question.programme.strokes])
-    found = cam_curves(question.subject.mechanism, question.design, question.programme, starts)
-    turn = np.exp(-1j * question.design.sense * starts)
-    for angle, point, foot in zip(starts, found.profile[0], turn * question.design.offset, strict=True):
+    mechanism, design = question.subject.mechanism, question.design
+    found = cam_curves(mechanism, design, question.programme, starts)
+    feet = np.exp(-1j * design.sense * starts) * (0.0 if mechanism.curvature is None else design.offset[0])
+    for angle, point, foot in zip(starts, found.profile[0], feet, strict=True):
         line(axes, [foot, point], color=FAINT, lw=0.7, zorder=2)
         inward = (foot - point) / max(abs(foot - point), 1e-300)
         place = point + 0.085 * size * inward
@@ -202,6 +204,9 @@ def draw_groove(axes: Any, picture: Picture) -> None:
     spans = [sheet, *_draw_groove_follower(axes, picture)]
     _limits(axes, np.concatenate(spans), 0.02)
     axes.set(xlabel=f"round the cam at R {float(design.size[0]):g}, mm", ylabel="along its axis, mm")
+    axes.spines[:].set_visible(False)
+    axes.set_xticks([x for x in axes.get_xticks() if 0.0 <= x <= around])
+    axes.set_yticks([y for y in axes.get_yticks() if low - edge <= y <= high + edge])
 
 
 def _draw_channel(axes: Any, picture: Picture, around: float) -> None:
@@ -236,7 +241,7 @@ def _draw_boundaries(axes: Any, picture: Picture, sheet: ComplexArray) -> None:
         line(axes, size * angle + 1j * np.array([sheet.imag.min(), top]), color=FAINT, lw=0.7, zorder=1.5)
         style = {"ha": "center", "va": "bottom", "fontsize": 7.5, "color": MUTED}
         axes.annotate(f"{np.degrees(angle):.4g}°", (size * angle, top), (0, 2), textcoords="offset points", **style)
-    arrow = {"arrowstyle": "<|-", "color": INK, "lw": 1.2, "mutation_scale": 11}
+    arrow = {"arrowstyle": "-|>", "color": INK, "lw": 1.2, "mutation_scale": 11}
     axes.annotate("", (0.88, 1.07), (0.94, 1.07), xycoords="axes fraction", arrowprops=arrow)
     place = {"ha": "right", "va": "center", "fontsize": 8, "color": INK, "transform": axes.transAxes}
     axes.text(0.875, 1.07, "the surface moves", **place)
@@ -251,11 +256,10 @@ def _draw_groove_follower(axes: Any, picture: Picture) -> list[ComplexArray]:
     if angular:
         half = picture.question.programme.lift / 2
         pivot = complex(design.sense * float(design.arm_length[0]) * np.cos(half))
-        draw_arm(axes, pivot, start, 0.8 * size)
+        draw_arm(axes, pivot, start, 1.5 * size)
         spans.append(pivot + 0.1 * size * np.array([-1, 1]))
     else:
         reach = start - (radius + 0.25 * size)
-        line(axes, [reach, reach + 1j * picture.question.programme.lift], color=MUTED, lw=1.0)
         ends = reach + 1j * picture.question.programme.lift * np.array([0.0, 1.0])
         line(axes, ends, color=MUTED, lw=1.0, marker="_", ms=8)
         style = {"rotation": 90, "ha": "right", "va": "center", "fontsize": 7.5, "color": MUTED}

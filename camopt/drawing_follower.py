@@ -84,8 +84,8 @@ def _swinging_tip(axes: Any, picture: Picture, size: float) -> list[ComplexArray
     up = -1j * (trace - pivot) / abs(trace - pivot)
     seat = _draw_tip(axes, picture, trace, up, size)
     draw_arm(axes, pivot, seat, size)
-    _draw_swing(axes, picture, pivot, trace)
-    return [np.array([trace, pivot + 0.12 * size * (1 - 1j), seat + 0.12j * size])]
+    swing = _draw_swing(axes, picture, pivot, trace)
+    return [swing, np.array([pivot + 0.12 * size * (1 - 1j), seat + 0.12j * size])]
 
 
 def _swinging_face(axes: Any, picture: Picture, size: float) -> list[ComplexArray]:
@@ -100,8 +100,8 @@ def _swinging_face(axes: Any, picture: Picture, size: float) -> list[ComplexArra
     draw_arm(axes, pivot, complex(foot + along * near + normal * thick / 2), size)
     area(axes, blade, zorder=5, **EDGE)
     line(axes, [_start(picture)[0]], marker="o", ms=3.5, color=INK, zorder=7)
-    _draw_swing(axes, picture, pivot, complex(foot + along * far))
-    return [blade, np.array([pivot + 0.12 * size * (1 - 1j)])]
+    swing = _draw_swing(axes, picture, pivot, complex(foot + along * far))
+    return [swing, blade, np.array([pivot + 0.12 * size * (1 - 1j)])]
 
 
 def draw_arm(axes: Any, pivot: complex, end: complex, size: float) -> None:
@@ -119,10 +119,11 @@ def draw_arm(axes: Any, pivot: complex, end: complex, size: float) -> None:
     line(axes, [pivot], marker="o", ms=2.5, color=INK, zorder=6.1)
 
 
-def _draw_swing(axes: Any, picture: Picture, pivot: complex, tip: complex) -> None:
+def _draw_swing(axes: Any, picture: Picture, pivot: complex, tip: complex) -> ComplexArray:
     """The arc that the tip of an arm swings through."""
-    swing = np.exp(-1j * np.linspace(0.0, picture.question.programme.lift, 61))
-    line(axes, pivot + (tip - pivot) * swing, color=MUTED, lw=0.8, ls=(0, (2, 2)), zorder=4.4)
+    swing = pivot + (tip - pivot) * np.exp(-1j * np.linspace(0.0, picture.question.programme.lift, 61))
+    line(axes, swing, color=MUTED, lw=0.8, ls=(0, (2, 2)), zorder=4.4)
+    return np.asarray(swing)
 
 
 def _start(picture: Picture) -> tuple[complex, complex]:

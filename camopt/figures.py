@@ -9,7 +9,7 @@ import numpy as np
 from camopt import diagrams
 from camopt.drawing_cam import draw_disc, draw_groove
 from camopt.evaluation import excesses, resolve, violations
-from camopt.picture import ALARM, FAINT, INK, MUTED, Picture
+from camopt.picture import ALARM, FAINT, INK, MUTED, Picture, number
 from camopt.points import checked_suffix, whole_file
 from camopt.scene import Scene
 
@@ -116,7 +116,7 @@ def _sizes(picture: Picture) -> str:
         "centre_distance_mm": "pivot at",
         "face_offset_mm": "face offset",
     }
-    sizes = [f"{words} {values[key]:.5g} mm" for key, words in names.items() if values.get(key)]
+    sizes = [f"{words} {number(values[key])} mm" for key, words in names.items() if values.get(key)]
     laws = [f"{kind} {values[f'law_{kind}']}" for kind in ("rise", "return") if values[f"law_{kind}"]]
     return "  ·  ".join([*words, *sizes, *laws])
 
@@ -124,16 +124,17 @@ def _sizes(picture: Picture) -> str:
 def _results(picture: Picture) -> str:
     values = picture.values
     names = {"pressure_angle_max_rise_deg": "rise", "pressure_angle_max_return_deg": "return"}
-    angles = [f"{word} {values[key]:.4g}°" for key, word in names.items()]
-    words = [f"largest pressure angle: {', '.join(angles)}"]
+    angles = [f"{word} {number(values[key])}°" for key, word in names.items()]
+    square = values["pressure_angle_max_deg"] == 0.0
+    words = ["pressure angle 0" if square else f"largest pressure angle: {', '.join(angles)}"]
     least = values["profile_radius_min_mm"]
-    if np.isfinite(least) and picture.exists and not picture.undercut:
-        words.append(f"least convex radius of the profile {least:.4g} mm")
-    reach = values.get("face_reach_min_mm"), values.get("face_reach_max_mm")
-    if reach[0] is not None:
-        words.append(f"contact on the face from {reach[0]:.4g} to {reach[1]:.4g} mm")
+    if np.isfinite(least) and least > 0.0 and not picture.undercut:
+        words.append(f"least convex radius of the profile {number(least)} mm")
+    if "face_reach_min_mm" in values:
+        ends = [number(values[f"face_reach_{end}_mm"]) for end in ("min", "max")]
+        words.append(f"contact on the face from {' to '.join(ends)} mm")
     if "shaft_clearance_mm" in values:
-        words.append(f"clear of the shaft by {values['shaft_clearance_mm']:.4g} mm")
+        words.append(f"clear of the shaft by {number(values['shaft_clearance_mm'])} mm")
     return "  ·  ".join(words)
 
 

@@ -6,6 +6,7 @@ from difflib import get_close_matches
 from typing import Any
 
 LONGEST_SHOWN = 100  # characters of a value
+MOST_LISTED = 20  # known names
 
 
 @dataclass(frozen=True)
@@ -41,4 +42,6 @@ def nearest(word: str, known: Iterable[str]) -> str:
     """What may have been meant, as the end of a message; and what is known."""
     known = list(known)
     close = get_close_matches(word, known, n=1, cutoff=0.5)
-    return (f"did you mean {close[0]}? " if close else "") + f"known: {', '.join(known)}"
+    listed = known if len(known) <= MOST_LISTED else get_close_matches(word, known, n=MOST_LISTED, cutoff=0.0)
+    rest = f" and {len(known) - len(listed)} more" if len(listed) < len(known) else ""
+    return (f"did you mean {close[0]}? " if close else "") + f"known: {', '.join(listed)}{rest}"

@@ -98,3 +98,8 @@ def area(axes: Any, points: Any, **style: Any) -> None:
 
 def circle(axes: Any, radius: float, centre: complex = 0.0, **style: Any) -> None:
     line(axes, centre + radius * np.exp(1j * np.linspace(0.0, 2 * np.pi, 361)), **style)
+
+
+def number(value: float) -> str:
+    """A number in four digits, with a real minus sign."""
+    return f"{value:.4g}".replace("-", "−")

@@ -44,7 +44,7 @@ def _motion_quantities() -> list[Quantity]:
             f"{DERIVATIVES[derivative][0]}_max",
             list(DERIVATIVES[derivative][1].values())[2 * (not timed) + angular],
             "motion",
-            f"Largest |{derivative}| of the follower{words}; infinite where a lower derivative jumps.",
+            f"Largest |{derivative}| of the follower{words}.",
         )
         for derivative, (stroke, words), angular, timed in product(
             DERIVATIVES, STROKES.items(), (False, True), (True, False)

@@ -246,7 +246,7 @@ class Scene(Table):
     def from_toml(cls, path: str | os.PathLike[str]) -> "Scene":
         """A scene from a TOML file."""
         try:
-            data = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+            data = tomllib.loads(Path(path).read_text(encoding="utf-8-sig"))
         except (ValueError, RecursionError) as error:  # not TOML, not UTF-8, numbers or nesting without end
             raise BadInput([Mistake(os.fspath(path), "TOML", None, f"not valid: {error}", bare=True)]) from None
         return cls.from_dict({"name": Path(path).stem, **data}, os.fspath(path))

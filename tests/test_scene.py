@@ -73,14 +73,12 @@ def mistakes(data, file="cam.toml"):
 def test_a_shipped_scene_is_that_of_the_source(name):
     scene, expected = find_scene(name), WORKED[name]["scene"]
     segments = [[s.segment, s.angle, s.law, s.lift] for s in scene.motion]
-    assert segments == expected["segs"]
+    assert segments == [[kind, float(angle), law, float(lift)] for kind, angle, law, lift in expected["segs"]]
     assert f"{scene.follower.motion}-{scene.follower.contact}" == expected["follower"]
     sizes = {**scene.follower.model_dump(), **scene.cam.model_dump()}
-    names = {
-        key: "centre_distance" if key == "centre" else "arm_length" if key == "arm" else key for key in expected
-    }
+    names = {"arm": "arm_length", "centre": "centre_distance"}
     for key in expected.keys() - {"segs", "follower"}:
-        assert sizes[names[key]] == expected[key], key
+        assert sizes[names.get(key, key)] == float(expected[key]), key
 
 
 def test_every_worked_example_is_shipped():
@@ -157,13 +155,13 @@ NO_SEGMENT = {"segment": "rise", "angle": 90.0, "lift": 5.0, "law": "harmonic"}
 
 ONE_MISTAKE = [
     # keys
-    ("roller", {"cam.base_raduis": 50}, "cam.base_raduis = 50: not a known key; did you mean base_radius? known: form,"),
+    ("roller", {"cam.base_raduis": 50}, "cam.base_raduis = 50: not a known key; did you mean base_radius? known:"),
     ("roller", {"limts": {}}, "limts = {}: not a known key; did you mean limits? known: name, cam, follower"),
-    ("roller", {"motion.1.lfit": 3}, "motion.1.lfit = 3: not a known key; did you mean lift? known: segment, angle"),
+    ("roller", {"motion.1.lfit": 3}, "motion.1.lfit = 3: not a known key; did you mean lift? known: segment, angl"),
     ("roller", {"follower.dynamics.mas": 1}, "follower.dynamics.mas = 1: not a known key; did you mean mass?"),
-    ("roller", {"limits.presure_angle": 3}, "limits.presure_angle = 3: not a known key; did you mean pressure_angle?"),
+    ("roller", {"limits.presure_angle": 3}, "limits.presure_angle = 3: not a known key; did you mean pressure_ang"),
     ("roller", {"search.base_radios": [5]}, "search.base_radios = [5]: not a known key; did you mean base_radius?"),
-    ("roller", {"search.offset": {"start": 0, "stop": 1, "stpe": 1}}, "search.offset.stpe = 1: not a known key; did"),
+    ("roller", {"search.offset": {"start": 0, "stop": 1, "stpe": 1}}, "search.offset.stpe = 1: not a known key; d"),
     ("roller", {"accuracy.tol": 0}, "accuracy.tol = 0: not a known key; did you mean tolerance? known: tolerance"),
     ("roller", {"self": 1}, "self = 1: not a known key; known: name, cam,"),
     ("roller", {"cam.self": 1}, "cam.self = 1: not a known key; known: form,"),
@@ -210,11 +208,11 @@ ONE_MISTAKE = [
     ("roller", {"follower.motion": "rolling"}, "follower.motion = 'rolling': must be one of 'translating' or"),
     ("roller", {"motion.1.segment": "raise"}, "motion.1.segment = 'raise': must be one of 'rise', 'dwell' or"),
     ("roller", {"motion.1.segment": []}, "motion.1.segment = []: must be one of 'rise', 'dwell' or 'return'"),
-    ("roller", {"motion.1.law": "parabollic"}, "motion.1.law = 'parabollic': must be a motion law; did you mean para"),
+    ("roller", {"motion.1.law": "parabollic"}, "motion.1.law = 'parabollic': must be a motion law; did you mean p"),
     ("roller", {"motion.3.law": {}}, "motion.3.law = {}: must be a motion law; known: uniform, parabolic"),
-    ("roller", {"search.law": ["harmonik"]}, "search.law.1 = 'harmonik': must be a motion law; did you mean harmonic"),
+    ("roller", {"search.law": ["harmonik"]}, "search.law.1 = 'harmonik': must be a motion law; did you mean harmo"),
     ("roller", {"search.law": [[]]}, "search.law.1 = []: must be a motion law; known: "),
-    ("roller", {"search.minimise": ["base_radius"]}, "search.minimise.1 = 'base_radius': must be a quantity; did you"),
+    ("roller", {"search.minimise": ["base_radius"]}, "search.minimise.1 = 'base_radius': must be a quantity; did"),
     ("roller", {"outputs": ["undercutt"]}, "outputs.1 = 'undercutt': must be a quantity; did you mean undercut?"),
     # motion
     ("roller", {"motion": DELETED}, "motion: missing"),
@@ -231,19 +229,19 @@ ONE_MISTAKE = [
     ("roller", {"motion.1.law": DELETED}, "motion.1.law: missing; a rise or return needs a motion law"),
     ("roller", {"motion": [{"segment": "dwell", "angle": 360}]}, "motion: has no rise"),
     # mechanisms
-    ("roller", {"follower.roller_radius": DELETED}, "follower.roller_radius: missing; a disc cam with a translating "),
-    ("roller", {"follower.face_radius": 5}, "follower.face_radius = 5: a disc cam with a translating roller follower"),
-    ("roller", {"cam.mean_radius": 50}, "cam.mean_radius = 50: a disc cam with a translating roller follower has non"),
+    ("roller", {"follower.roller_radius": DELETED}, "follower.roller_radius: missing; a disc cam with a translati"),
+    ("roller", {"follower.face_radius": 5}, "follower.face_radius = 5: a disc cam with a translating roller follo"),
+    ("roller", {"cam.mean_radius": 50}, "cam.mean_radius = 50: a disc cam with a translating roller follower has"),
     ("roller", {"cam.base_radius": DELETED}, "cam.base_radius: missing; a disc cam needs it"),
     ("roller", {"follower.offset": 55}, "follower.offset = 55.0: must be smaller than the prime radius (55)"),
     ("roller", {"follower.offset": -60}, "follower.offset = -60.0: must be smaller than the prime radius (55)"),
-    ("roller", {"cam.shaft_diameter": 101}, "cam.shaft_diameter = 101.0: must be at most twice the base radius (100)"),
+    ("roller", {"cam.shaft_diameter": 101}, "cam.shaft_diameter = 101.0: must be at most twice the base radius (1"),
     ("arm", {"follower.offset": 3}, "follower.offset = 3: a disc cam with an oscillating roller follower has none"),
-    ("arm", {"follower.arm_length": 500}, "follower.arm_length = 500.0: no triangle: the prime radius (50) must lie "),
-    ("arm", {"motion.1.lift": 170.0, "motion.3.lift": 170.0}, "motion.lift: the arm starts at 22.6199 deg and rises"),
-    ("swinging face", {"follower.centre_distance": 25}, "follower.centre_distance = 25.0: must be above the differen"),
+    ("arm", {"follower.arm_length": 500}, "follower.arm_length = 500.0: no triangle: the prime radius (50) must l"),
+    ("arm", {"motion.1.lift": 170.0, "motion.2.lift": 170.0}, "motion.lift: the arm starts at 22.6199 deg and ris"),
+    ("swinging face", {"follower.centre_distance": 25}, "follower.centre_distance = 25.0: must be above the diffe"),
     ("swinging face", {"motion.1.lift": 80, "motion.2.lift": 80}, "motion.lift: the face starts at 18.2"),
-    ("groove", {"follower.contact": "flat", "follower.roller_radius": DELETED}, "follower.contact = 'flat': must be"),
+    ("groove", {"follower.contact": "flat", "follower.roller_radius": DELETED}, "follower.contact = 'flat': must"),
     ("groove", {"cam.shaft_diameter": 10}, "cam.shaft_diameter = 10: a cylindrical cam with an oscillating roller"),
     ("groove", {"motion.1.lift": 180, "motion.2.lift": 180}, "motion.lift: the arm swings 180 deg; a swing stays"),
     # limits
@@ -253,7 +251,7 @@ ONE_MISTAKE = [
     ("roller", {"limits.torque": 0}, "limits.torque = 0: this version does not compute it"),
     ("roller", {"limits.side_thrust": 9}, "limits.side_thrust = 9: this version does not compute it"),
     # search
-    ("roller", {"search.offset": {"start": 9, "stop": 2, "step": 1}}, "search.offset = {'start': 9, 'stop': 2, 'step'"),
+    ("roller", {"search.offset": {"start": 9, "stop": 2, "step": 1}}, "search.offset = {'start': 9, 'stop': 2, 's"),
     ("roller", {"search.offset": {"start": 0, "stop": 2, "step": 0}}, "search.offset.step = 0: must be above 0"),
     ("roller", {"search.offset": {"start": 0, "stop": 2, "step": -1}}, "search.offset.step = -1: must be above 0"),
     ("roller", {"search.offset": {"start": 0}}, "search.offset.stop: missing"),
@@ -263,11 +261,11 @@ ONE_MISTAKE = [
     ("roller", {"search.offset": [0, nan]}, "search.offset.2 = nan: must be a finite number"),
     ("roller", {"search.offset": True}, "search.offset = True: must be a list"),
     ("roller", {"search.base_radius": [-5]}, "search.base_radius = [-5]: must be above 0"),
-    ("roller", {"search.base_radius": {"start": 0, "stop": 9}}, "search.base_radius = {'start': 0, 'stop': 9}: must b"),
+    ("roller", {"search.base_radius": {"start": 0, "stop": 9}}, "search.base_radius = {'start': 0, 'stop': 9}: mu"),
     ("roller", {"search.law": []}, "search.law = []: must be a list of at least one value"),
     ("roller", {"search.law_rise": ["harmonic"]}, "search.law = ['parabolic', 'harmonic', "),
-    ("roller", {"search.arm_length": [50]}, "search.arm_length = [50]: a disc cam with a translating roller follower "),
-    ("roller", {"search.mean_radius": [50]}, "search.mean_radius = [50]: a disc cam with a translating roller follow"),
+    ("roller", {"search.arm_length": [50]}, "search.arm_length = [50]: a disc cam with a translating roller follo"),
+    ("roller", {"search.mean_radius": [50]}, "search.mean_radius = [50]: a disc cam with a translating roller fol"),
 ]  # fmt: skip
 
 
@@ -402,10 +400,11 @@ JUNK = st.one_of(
     ),
 )
 KEYS = st.sampled_from([
-    "name", "cam", "follower", "motion", "limits", "search", "materials", "accuracy", "outputs", "form", "rpm", "law",
+    "name", "cam", "follower", "motion", "limits", "search", "materials", "accuracy", "outputs", "form", "rpm",
     "base_radius", "mean_radius", "offset", "arm_length", "face_offset", "roller_radius", "face_radius", "start",
     "stop", "step", "lift", "angle", "segment", "law_rise", "minimise", "maximise", "dynamics", "self", "", "range",
-    "values", "__file__", "jerk", "face_reach", "torque", "shaft_diameter", "centre_distance", "tolerance", "0", "a.b",
+    "values", "__file__", "jerk", "face_reach", "torque", "shaft_diameter", "centre_distance", "tolerance", "0",
+    "a.b", "law",
 ])  # fmt: skip
 
 
@@ -441,11 +440,8 @@ def test_whatever_is_given_makes_a_scene_or_a_bad_input(data):
     before = copy.deepcopy(data)
     try:
         scene = Scene.from_dict(data, "cam.toml")
-    except BadInput as caught:
-        assert caught.mistakes
-        for line in str(caught).split("\n"):
-            assert line.startswith("cam.toml: ")
-            assert not [word for word in JARGON if word in line]
+    except BadInput:
+        mistakes(data)
     else:
         assert Scene.from_dict(scene.to_dict()) == scene
         assert Scene.from_dict(tomllib.loads(scene.to_toml())) == scene
