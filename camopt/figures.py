@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from camopt import diagrams
-from camopt.drawing_cam import draw_disc, draw_groove
+from camopt.drawing import diagrams
+from camopt.drawing.cam import draw_disc
+from camopt.drawing.groove import draw_groove
+from camopt.drawing.picture import ALARM, FAINT, INK, MUTED, Picture, number
 from camopt.evaluation import excesses, resolve, violations
-from camopt.picture import ALARM, FAINT, INK, MUTED, Picture, number
 from camopt.points import checked_suffix, whole_file
 from camopt.scene import Scene
 
@@ -73,9 +74,10 @@ def _figure(picture: Picture) -> Any:
         return figure
     (draw_groove if grooved else draw_disc)(cam, picture)
     handles, labels = cam.get_legend_handles_labels()
-    place = {"loc": "lower center", "bbox_to_anchor": (0.5, 0.525) if grooved else (0.755, 0.02)}
+    place: dict[str, Any] = {"bbox_to_anchor": (0.5, 0.525) if grooved else (0.755, 0.02)}
     columns = len(labels) if grooved else min(len(labels), 4)
-    figure.legend(handles, labels, ncols=columns, fontsize=8, columnspacing=1.8, frameon=False, **place)
+    place |= {"ncols": columns, "fontsize": 8, "columnspacing": 1.8, "frameon": False}
+    figure.legend(handles, labels, loc="lower center", **place)
     return figure
 
 
@@ -84,8 +86,8 @@ def _layout(figure: Any, grooved: bool) -> tuple[list[Any], Any]:
     rows, top, height, gap = (3, 0.46, 0.4, 0.045) if grooved else (6, 0.85, 0.79, 0.034)
     each = (height - (rows - 1) * gap) / rows
     panels = []
-    for number in range(6):
-        left, row = (0.045 + 0.495 * (number // rows), number % rows) if grooved else (0.045, number)
+    for place in range(6):
+        left, row = (0.045 + 0.495 * (place // rows), place % rows) if grooved else (0.045, place)
         panels.append(figure.add_axes((left, top - each - row * (each + gap), 0.44, each)))
     cam = (0.045, 0.6, 0.935, 0.25) if grooved else (0.53, 0.125, 0.45, 0.745)
     return panels, figure.add_axes(cam)

@@ -80,7 +80,7 @@ class Cam(Table):
 
     form: Literal["disc", "cylindrical"]
     rotation: Literal["ccw", "cw"] = "ccw"
-    rpm: Positive | None = None
+    rpm: Annotated[Number, Field(ge=1e-9, le=1e15)] | None = None
     base_radius: Length | None = None
     mean_radius: Length | None = None
     shaft_diameter: Length | None = None

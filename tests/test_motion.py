@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 
 from camopt.motion import LAWS
 from camopt.motion.programme import Programme, law_peaks, peak
-from camopt.motion.table import RETURN, RISE, motion
+from camopt.motion.table import RETURN, RISE
+from camopt.numerics.piecewise import motion
 
 REFERENCE = json.loads((Path(__file__).parent / "data" / "laws.json").read_text())
 VERBS = {"s": "displacement", "v": "velocity", "a": "acceleration", "j": "jerk"}

@@ -15,7 +15,7 @@ from camopt.mechanisms import Designs
 from camopt.motion import LAWS
 from camopt.motion.programme import span
 from camopt.motion.table import DWELL, RETURN, RISE
-from camopt.search.smallest import feasible
+from camopt.search.answer import feasible
 
 BASE = {
     "cam": {"form": "disc", "rotation": "cw", "rpm": 1000, "base_radius": 60},

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.polynomial import polynomial
 
 from camopt.motion import LAWS
-from camopt.motion.table import DEGREE, DWELL, RETURN, RISE, MotionTable, fill_nodes, stroke_coefficients
+from camopt.motion.table import DWELL, RETURN, RISE, stroke_coefficients
 from camopt.numerics import FloatArray
+from camopt.numerics.piecewise import DEGREE, MotionTable, fill_nodes
 
 PANELS = 32  # the least number of panels in a stroke
 KINDS = {"rise": RISE, "return": RETURN, "dwell": DWELL}

@@ -8,9 +8,9 @@ a bracketed root of the slope.
 
 import numpy as np
 
-from camopt.motion.table import motion
 from camopt.numerics.compile import compiled
 from camopt.numerics.curves import curve
+from camopt.numerics.piecewise import motion
 
 LARGEST, LEAST, LARGEST_MAGNITUDE = 0, 1, 2
 TILE = 256  # designs whose node values (about 70 × 256 × 8 bytes) stay in the second-level cache

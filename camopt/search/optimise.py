@@ -13,7 +13,8 @@ from camopt.mistakes import BadInput, Mistake
 from camopt.motion.programme import Programme
 from camopt.quantities import QUANTITIES
 from camopt.scene import Range, Scene
-from camopt.search.smallest import GAP, Bounds, Smallest, feasible, smallest
+from camopt.search.answer import GAP, Bounds, Smallest, feasible
+from camopt.search.smallest import smallest
 from camopt.search.space import FIELDS, axis_values, programmes_of
 from camopt.search.sweep import Progress, size_name
 

@@ -1,15 +1,11 @@
-"""The cam drawn to scale: a disc cam at cam angle 0, or the developed groove of a cylindrical cam."""
+"""A disc cam with its follower drawn to scale, at cam angle 0."""
 
 from typing import Any
 
 import numpy as np
 
-from camopt.drawing_follower import draw_arm, draw_follower
-from camopt.geometry import CamCurves, cam_curves
-from camopt.mechanisms.design import ComplexArray
-from camopt.motion.table import DWELL
-from camopt.picture import (
-    BODY,
+from camopt.drawing.follower import draw_follower
+from camopt.drawing.picture import (
     COLOURS,
     FAINT,
     FILL,
@@ -21,9 +17,14 @@ from camopt.picture import (
     Picture,
     area,
     circle,
+    fit,
     line,
     number,
+    round_length,
 )
+from camopt.geometry import CamCurves, cam_curves
+from camopt.mechanisms.design import ComplexArray
+from camopt.motion.table import DWELL
 
 
 def draw_disc(axes: Any, picture: Picture) -> None:
@@ -54,7 +55,7 @@ def _draw_body(axes: Any, picture: Picture) -> None:
     area(axes, solid, facecolor=FILL, lw=1.4, zorder=1, **edge)
     thin = {"lw": 0.9, "alpha": 0.9} if picture.undercut else {"lw": 2.2}
     named = set()
-    for number, (kind, curves) in enumerate(zip(picture.kinds, pieces, strict=True)):
+    for place, (kind, curves) in enumerate(zip(picture.kinds, pieces, strict=True)):
         label = f"profile, {NAMES[kind]}" if kind not in named else None
         line(
             axes,
@@ -65,7 +66,7 @@ def _draw_body(axes: Any, picture: Picture) -> None:
             solid_capstyle="round",
             **thin,
         )
-        line(axes, _fan(pieces[number - 1], curves, radius), color=COLOURS[DWELL], zorder=3.9, **thin)
+        line(axes, _fan(pieces[place - 1], curves, radius), color=COLOURS[DWELL], zorder=3.9, **thin)
         named.add(kind)
     if radius > 0.0:
         pitch = np.concatenate([c.pitch for c in pieces])
@@ -163,7 +164,7 @@ def _draw_strokes(axes: Any, picture: Picture, size: float) -> None:
     for angle, point, foot in zip(starts, found.profile[0], feet, strict=True):
         line(axes, [foot, point], color=FAINT, lw=0.7, zorder=2)
         inward = (foot - point) / max(abs(foot - point), 1e-300)
-        place = point + 0.085 * size * inward
+        place = point + 0.075 * size * inward
         box = {"boxstyle": "round,pad=0.15", "fc": FILL, "ec": "none"}
         text = f"{np.degrees(angle):.4g}°"
         style = {"ha": "center", "va": "center", "fontsize": 7, "color": MUTED, "bbox": box, "zorder": 4.5}
@@ -183,121 +184,17 @@ def _draw_sense(axes: Any, picture: Picture, size: float) -> None:
     line(axes, arc, color=INK, lw=1.3, zorder=5)
     ends = [(point.real, point.imag) for point in (arc[-1], arc[-3])]
     axes.annotate("", *ends, arrowprops={"arrowstyle": "-|>", "color": INK, "mutation_scale": 13}, zorder=5)
-    label = radius * 0.8 * np.exp(1j * middle)
+    circles = np.array([shaft, abs(float(design.offset[0])), base])
+    aside = max((0.78 * radius, 1.25 * radius), key=lambda r: float(np.abs(circles - r).min()))
+    label = aside * np.exp(1j * middle)
     axes.text(label.real, label.imag, "ω", ha="center", va="center", fontsize=10, color=INK, zorder=5)
-
-
-def draw_groove(axes: Any, picture: Picture) -> None:
-    """The developed groove of a cylindrical cam over one turn, with the roller at its start; equal scales."""
-    design = picture.question.design
-    around, radius = 2 * np.pi * float(design.size[0]), float(design.roller_radius[0])
-    pitch = np.concatenate([c.pitch for c in picture.curves])
-    low, high = float(pitch.imag.min()) - radius, float(pitch.imag.max()) + radius
-    edge = 0.1 * (high - low) + 0.005 * around
-    sheet = np.array([0, around, around + 1j * (high - low + 2 * edge), 1j * (high - low + 2 * edge)])
-    sheet = sheet + 1j * (low - edge)
-    (face,) = axes.fill(sheet.real, sheet.imag, facecolor=FILL, edgecolor=INK, lw=1.0, zorder=1)
-    _draw_channel(axes, picture, around)
-    for artist in [*axes.patches[1:], *axes.lines]:
-        artist.set_clip_path(face)
-    _draw_boundaries(axes, picture, sheet)
-    spans = [sheet, *_draw_groove_follower(axes, picture)]
-    _limits(axes, np.concatenate(spans), 0.02)
-    axes.set(xlabel=f"round the cam at R {float(design.size[0]):g}, mm", ylabel="along its axis, mm")
-    axes.spines[:].set_visible(False)
-    axes.set_xticks([x for x in axes.get_xticks() if 0.0 <= x <= around])
-    axes.set_yticks([y for y in axes.get_yticks() if low - edge <= y <= high + edge])
-
-
-def _draw_channel(axes: Any, picture: Picture, around: float) -> None:
-    """What the roller sweeps, its flanks coloured by stroke, and the pitch curve; also of the turns beside."""
-    radius = float(picture.question.design.roller_radius[0])
-    pitch = np.concatenate([c.pitch for c in picture.curves])
-    if radius > 0.0:
-        from shapely import LineString
-
-        turns = np.concatenate([pitch - around, pitch, pitch + around])
-        swept = LineString(np.column_stack([turns.real, turns.imag])).buffer(radius, quad_segs=32)
-        for part in getattr(swept, "geoms", [swept]):
-            for ring, colour in [(part.exterior, "white"), *((hole, FILL) for hole in part.interiors)]:
-                axes.fill(*np.asarray(ring.coords).T, facecolor=colour, edgecolor=INK, lw=0.6, zorder=2)
-    named = set()
-    for kind, curves in zip(picture.kinds, picture.curves, strict=True):
-        for side in curves.profile[: 2 if radius > 0.0 else 1]:
-            label = f"profile, {NAMES[kind]}" if kind not in named else None
-            named.add(kind)
-            for shift in (0.0, -around, around):
-                width = 0.9 if picture.undercut else 2.0
-                line(axes, side + shift, color=COLOURS[kind], lw=width, label=label, zorder=4)
-                label = None
-    if radius > 0.0:
-        line(axes, pitch, label="pitch curve", color=PITCH, lw=1.0, ls=(0, (9, 2.5, 1.5, 2.5)), zorder=3)
-
-
-def _draw_boundaries(axes: Any, picture: Picture, sheet: ComplexArray) -> None:
-    """Where strokes begin along the turn, and which way the surface moves."""
-    size, top = float(picture.question.design.size[0]), float(sheet.imag.max())
-    for angle in [*(s.start for s in picture.question.programme.strokes), 2 * np.pi]:
-        line(axes, size * angle + 1j * np.array([sheet.imag.min(), top]), color=FAINT, lw=0.7, zorder=1.5)
-        style = {"ha": "center", "va": "bottom", "fontsize": 7.5, "color": MUTED}
-        axes.annotate(f"{np.degrees(angle):.4g}°", (size * angle, top), (0, 2), textcoords="offset points", **style)
-    arrow = {"arrowstyle": "-|>", "color": INK, "lw": 1.2, "mutation_scale": 11}
-    axes.annotate("", (0.88, 1.07), (0.94, 1.07), xycoords="axes fraction", arrowprops=arrow)
-    place = {"ha": "right", "va": "center", "fontsize": 8, "color": INK, "transform": axes.transAxes}
-    axes.text(0.875, 1.07, "the surface moves", **place)
-
-
-def _draw_groove_follower(axes: Any, picture: Picture) -> list[ComplexArray]:
-    """The roller at the start of the turn, and its arm when it swings; the points they span."""
-    design, angular = picture.question.design, picture.question.subject.angular
-    start = complex(picture.curves[0].pitch[0])
-    radius, spans = float(design.roller_radius[0]), [np.array([start])]
-    size = max(picture.question.programme.lift * (float(design.arm_length[0]) if angular else 1.0), 2 * radius)
-    if angular:
-        half = picture.question.programme.lift / 2
-        pivot = complex(design.sense * float(design.arm_length[0]) * np.cos(half))
-        draw_arm(axes, pivot, start, 1.5 * size)
-        spans.append(pivot + 0.1 * size * np.array([-1, 1]))
-    else:
-        reach = start - (radius + 0.25 * size)
-        ends = reach + 1j * picture.question.programme.lift * np.array([0.0, 1.0])
-        line(axes, ends, color=MUTED, lw=1.0, marker="_", ms=8)
-        style = {"rotation": 90, "ha": "right", "va": "center", "fontsize": 7.5, "color": MUTED}
-        axes.annotate("travel", (reach.real, ends.imag.mean()), (-4, 0), textcoords="offset points", **style)
-        spans.append(np.array([reach - 0.3 * size]))
-    turn = np.exp(1j * np.linspace(0.0, 2 * np.pi, 181))
-    if radius > 0.0:
-        area(axes, start + radius * turn, facecolor=BODY, edgecolor=INK, lw=1.3, zorder=6)
-        spans.append(start + radius * turn)
-    line(axes, [start], marker="o", ms=3, color=INK, zorder=6.5)
-    return spans
-
-
-def _limits(axes: Any, points: ComplexArray, margin: float) -> tuple[complex, float]:
-    """Equal scales and limits round the points; the lower left corner and the mm to an inch."""
-    box = axes.get_position()
-    width, height = axes.figure.get_size_inches() * (box.width, box.height)
-    points = points[np.isfinite(points)]
-    low, high = complex(points.real.min(), points.imag.min()), complex(points.real.max(), points.imag.max())
-    middle, extent = (low + high) / 2, (high - low) * (1 + 2 * margin)
-    unit = max(extent.real / width, extent.imag / height)
-    corner = middle - unit * complex(width, height) / 2
-    axes.set_aspect("equal", adjustable="box")
-    axes.set_xlim(corner.real, corner.real + unit * width)
-    axes.set_ylim(corner.imag, corner.imag + unit * height)
-    return corner, unit
 
 
 def _frame(axes: Any, points: ComplexArray) -> None:
     """Limits round the points, no axes, and a bar of round length for scale."""
-    corner, unit = _limits(axes, points, 0.03)
+    corner, unit = fit(axes, points, 0.03)
     axes.set_axis_off()
-    length = _round_length(unit * axes.get_position().width * axes.figure.get_size_inches()[0] / 6)
+    length = round_length(unit * axes.get_position().width * axes.figure.get_size_inches()[0] / 6)
     line(axes, [corner, corner + length], color=INK, lw=2.5, solid_capstyle="butt", clip_on=False)
     place = corner + 0.07j * unit
     axes.text(place.real, place.imag, f"{length:g} mm", fontsize=8, color=INK, ha="left", va="bottom")
-
-
-def _round_length(length: float) -> float:
-    power = 10.0 ** np.floor(np.log10(length))
-    return float(max(step * power for step in (1, 2, 5) if step * power <= length))

@@ -9,6 +9,7 @@ import numpy as np
 from camopt.effects import Case, offered
 from camopt.evaluation import Question, run_effects
 from camopt.geometry import CamCurves, cam_curves
+from camopt.mechanisms.design import ComplexArray
 from camopt.motion.table import DWELL, RETURN, RISE
 from camopt.numerics import FloatArray
 from camopt.numerics.curves import curve
@@ -103,3 +104,24 @@ def circle(axes: Any, radius: float, centre: complex = 0.0, **style: Any) -> Non
 def number(value: float) -> str:
     """A number in four digits, with a real minus sign."""
     return f"{value:.4g}".replace("-", "−")
+
+
+def fit(axes: Any, points: ComplexArray, margin: float) -> tuple[complex, float]:
+    """Equal scales and limits round the points; the lower left corner and the mm to an inch."""
+    box = axes.get_position()
+    width, height = axes.figure.get_size_inches() * (box.width, box.height)
+    points = points[np.isfinite(points)]
+    low, high = complex(points.real.min(), points.imag.min()), complex(points.real.max(), points.imag.max())
+    middle, extent = (low + high) / 2, (high - low) * (1 + 2 * margin)
+    unit = max(extent.real / width, extent.imag / height)
+    corner = middle - unit * complex(width, height) / 2
+    axes.set_aspect("equal", adjustable="box")
+    axes.set_xlim(corner.real, corner.real + unit * width)
+    axes.set_ylim(corner.imag, corner.imag + unit * height)
+    return corner, unit
+
+
+def round_length(length: float) -> float:
+    """The largest of 1, 2, 5, 10, … that is no longer."""
+    power = 10.0 ** np.floor(np.log10(length))
+    return float(max(step * power for step in (1, 2, 5) if step * power <= length))

@@ -4,9 +4,9 @@ from typing import Any
 
 import numpy as np
 
+from camopt.drawing.picture import BODY, INK, MUTED, Picture, area, circle, line
 from camopt.mechanisms import oscillating_flat
 from camopt.mechanisms.design import ComplexArray
-from camopt.picture import BODY, INK, MUTED, Picture, area, circle, line
 
 EDGE = {"facecolor": BODY, "edgecolor": INK, "lw": 1.1}
 

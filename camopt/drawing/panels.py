@@ -1,21 +1,18 @@
-"""Diagrams over the cam angle: motion, pressure angle and curvature, with exact peaks, breaks and impulses."""
+"""What each diagram shows: values piece by piece, exact peaks, limits, impulses, and what is said about them."""
 
-from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from math import floor, isfinite, log10
+from math import isfinite
 from typing import Any
 
 import numpy as np
 
+from camopt.drawing.picture import INK, NAMES, REFERENCE, Picture, number
 from camopt.effects.motion import scale
+from camopt.mechanisms.design import BoolArray
 from camopt.motion.table import DWELL, RETURN, RISE, TURN
 from camopt.numerics import FloatArray
-from camopt.picture import ALARM, COLOURS, FAINT, INK, MUTED, NAMES, PITCH, REFERENCE, Picture, number
 from camopt.quantities import DERIVATIVES, QUANTITIES, motion_quantity
 
-SHADES = {RISE: "#e9f1f8", RETURN: "#faefe6", DWELL: "white"}
-DEGREES_A_LETTER = 4.0  # that a letter above the diagrams takes
-SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 SAME = 1e-6  # jumps below this share of the range are none, samples this near the peak are the peak
 CLIP = 4.0  # times the usual pitch curvature: where the diagram of curvature is cut off
 
@@ -45,22 +42,14 @@ class Panel:
     pitch: Values | None = None  # of the pitch curve, dash-dot
     other: Values | None = None  # of the other flank, thin
     note: str = ""
-    alarm: Values | None = None  # where this is true, piece by piece, the cam is undercut
+    alarm: list[BoolArray] | None = None  # where this is true, piece by piece, the cam is undercut
     span: tuple[float, float] | None = None
 
 
-def draw(axes: Sequence[Any], picture: Picture, heads: Iterable[int], feet: Iterable[int]) -> None:
-    """The six diagrams into six axes; stroke names above the ``heads``, cam angles below the ``feet``."""
+def panels(picture: Picture) -> list[Panel]:
+    """The six diagrams of a design: displacement and its derivatives, pressure angle, curvature."""
     motion = [_derivative(picture, name, order) for order, name in enumerate(DERIVATIVES, start=1)]
-    panels = [_displacement(picture), *motion, _pressure(picture), _curvature(picture)]
-    for number, (each, panel) in enumerate(zip(axes, panels, strict=True)):
-        _draw_panel(each, picture, panel)
-        if number in heads:
-            _name_strokes(each, picture)
-        if number in feet:
-            each.set_xlabel("cam angle, deg", labelpad=2)
-        else:
-            each.tick_params(labelbottom=False)
+    return [_displacement(picture), *motion, _pressure(picture), _curvature(picture)]
 
 
 def _displacement(picture: Picture) -> Panel:
@@ -206,134 +195,3 @@ def _middle_of_peak(angles: FloatArray, values: FloatArray) -> float:
     ends = np.flatnonzero(np.diff(near) > 1)
     last = near[ends[0]] if ends.size else near[-1]
     return float(np.degrees(angles[near[0]] + angles[last]) / 2)
-
-
-def _draw_panel(axes: Any, picture: Picture, panel: Panel) -> None:
-    factor, unit = _power(panel)
-    angles = [np.degrees(piece) for piece in picture.pieces]
-    for stroke in picture.question.programme.strokes:
-        axes.axvspan(*np.degrees([stroke.start, stroke.end]), color=SHADES[stroke.kind], lw=0, zorder=0)
-    axes.axhline(0.0, color=FAINT, lw=0.8, zorder=1)
-    for angle, value in zip(angles, panel.pitch or [], strict=panel.pitch is not None):
-        axes.plot(angle, value * factor, color=PITCH, lw=1.0, ls=(0, (9, 2.5, 1.5, 2.5)), zorder=2)
-    for kind, angle, value in zip(picture.kinds, angles, panel.other or [], strict=panel.other is not None):
-        axes.plot(angle, value * factor, color=COLOURS[kind], lw=0.8, zorder=2.2)
-    for kind, angle, value in zip(picture.kinds, angles, panel.values, strict=True):
-        axes.plot(angle, value * factor, color=COLOURS[kind], lw=1.7, zorder=3, solid_capstyle="butt")
-    span = _limits(axes, panel, factor)
-    _draw_risers(axes, angles, [v * factor for v in panel.values], span)
-    _draw_limits(axes, picture, panel, factor)
-    _draw_impulses(axes, panel)
-    _draw_alarm(axes, angles, panel)
-    for peak in panel.peaks:
-        _draw_peak(axes, peak, factor)
-    axes.set_title(f"{panel.title}, {unit}", loc="left", fontsize=8.5, pad=2.5, color=INK)
-    axes.set_title(panel.note, loc="right", fontsize=7.5, pad=2.5, color=MUTED)
-    axes.set(xlim=(0, 360), xticks=range(0, 361, 30))
-    axes.tick_params(length=2.5)
-    axes.spines[["top", "right"]].set_visible(False)
-
-
-def _power(panel: Panel) -> tuple[float, str]:
-    """A factor that keeps the numbers short, and the unit with its power of ten."""
-    every = np.abs(np.concatenate(panel.values))
-    largest = float(np.nanmax(np.append(every[np.isfinite(every)], 0.0)))
-    if largest == 0.0 or 1e-2 <= largest < 1e4:
-        return 1.0, panel.unit
-    power = 3 * floor(log10(largest) / 3)
-    for peak in panel.peaks:
-        if peak.text[-1:].isdigit():
-            peak.text = number(peak.value / 10.0**power)
-    return 10.0**-power, f"10{str(power).translate(SUPERSCRIPT)} {panel.unit}"
-
-
-def _limits(axes: Any, panel: Panel, factor: float) -> float:
-    """Limits of the vertical axis, with room for what is written at the peaks; the range of the values."""
-    every = np.concatenate(panel.values) * factor
-    every = every[np.isfinite(every)]
-    low, high = min(every.min(initial=0.0), 0.0), max(every.max(initial=0.0), 0.0)
-    if panel.span is not None:
-        low, high = panel.span[0] * factor, panel.span[1] * factor
-    reach = max(-low, high)
-    near = [bound * factor for kinds, bound in panel.limits if kinds and bound * factor <= 2.5 * reach]
-    low, high = min([low, *(-n for n in near)]), max([high, *near])
-    if panel.impulses or high == low:
-        high = max(high, -low) or 1.0
-        low = -high
-        axes.set_yticks([0.0]) if reach == 0.0 else None
-    room = 0.26 * (high - low)
-    axes.set_ylim(low - (room if low < 0 else room / 4), high + room)
-    axes.locator_params(axis="y", nbins=5) if reach else None
-    return float(high - low)
-
-
-def _draw_risers(axes: Any, angles: Values, values: Values, span: float) -> None:
-    """A dotted line where a value jumps, also from the end of the turn to its start."""
-    for k, value in enumerate(values):
-        before, after = values[k - 1][-1], value[0]
-        if abs(after - before) > SAME * span:
-            for at in {round(float(angles[k][0]), 6), round(float(angles[k - 1][-1]), 6)}:
-                axes.plot([at, at], [before, after], color=MUTED, lw=0.9, ls=(0, (1, 1.6)), zorder=2.5)
-
-
-def _draw_limits(axes: Any, picture: Picture, panel: Panel, factor: float) -> None:
-    low, high = axes.get_ylim()
-    for kinds, bound in panel.limits:
-        level = bound * factor
-        if kinds == 0 and low < level < high:
-            axes.axhline(level, color=ALARM, lw=0.9, ls=(0, (5, 3)), zorder=2)
-        for stroke in picture.question.programme.strokes:
-            if stroke.kind & kinds and level < high:
-                ends = np.degrees([stroke.start, stroke.end])
-                axes.hlines([level, -level], *ends, color=ALARM, lw=0.9, ls=(0, (5, 3)), zorder=2)
-    shown = [f"{bound:g}" for kinds, bound in panel.limits if kinds and bound * factor < high]
-    if shown:
-        words = f"red: limit {' and '.join(dict.fromkeys(shown))} {panel.unit}"
-        panel.note = f"{panel.note}  ·  {words}" if panel.note else words
-
-
-def _draw_impulses(axes: Any, panel: Panel) -> None:
-    """An arrow for each impulse, as long as its share of the largest."""
-    top = axes.get_ylim()[1]
-    largest = max([abs(size) for _, size in panel.impulses], default=0.0)
-    style = {"arrowstyle": "-|>", "color": INK, "lw": 1.2, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 9}
-    for at, size in panel.impulses:
-        length = (0.35 + 0.5 * abs(size) / largest) * top * np.sign(size)
-        axes.annotate("", (at, length), (at, 0.0), arrowprops=style, zorder=4, annotation_clip=False)
-
-
-def _draw_alarm(axes: Any, angles: Values, panel: Panel) -> None:
-    """Where the cam is undercut; said once."""
-    low, high = axes.get_ylim()
-    style = {"fontsize": 7.5, "color": ALARM, "ha": "center", "va": "top"}
-    found = []
-    for angle, bad in zip(angles, panel.alarm or [], strict=panel.alarm is not None):
-        if np.any(bad):
-            axes.fill_between(angle, low, high, where=bad, color=ALARM, alpha=0.15, lw=0, zorder=0.5)
-            found.append(float(np.mean(angle[bad])))
-    if found:
-        axes.text(min(max(found[0], 18.0), 342.0), high - 0.04 * (high - low), "undercut", **style)
-
-
-def _draw_peak(axes: Any, peak: Peak, factor: float) -> None:
-    value = peak.value * factor
-    above = value >= 0.0
-    axes.plot([peak.angle], [value], marker="o", ms=3.2, color=peak.colour, zorder=5, clip_on=False)
-    width = 2.0 * len(peak.text)
-    side = "left" if peak.angle < width else "right" if peak.angle > 360 - width else "center"
-    place = {"ha": side, "va": "bottom" if above else "top", "fontsize": 7.5, "color": peak.colour, "zorder": 5}
-    axes.annotate(peak.text, (peak.angle, value), (0, 3.5 if above else -3.5), textcoords="offset points", **place)
-
-
-def _name_strokes(axes: Any, picture: Picture) -> None:
-    """Name, angle and law of each stroke above a diagram, as far as there is room."""
-    for stroke in picture.question.programme.strokes:
-        start, angle = np.degrees([stroke.start, stroke.angle])
-        name, size = NAMES[stroke.kind], f"{angle:.4g}°"
-        lines = [f"{name} {size}", stroke.law or ""]
-        if len(lines[0]) * DEGREES_A_LETTER > angle:
-            lines = [name, size]
-        lines = [text for text in lines if text and len(text) * DEGREES_A_LETTER <= angle * 1.15]
-        style = {"ha": "center", "va": "top", "fontsize": 7.5, "color": COLOURS[stroke.kind]}
-        place = {"textcoords": "offset points", "xycoords": ("data", "axes fraction")}
-        axes.annotate("\n".join(lines), (start + angle / 2, 1.0), (0, 34), **place, **style)

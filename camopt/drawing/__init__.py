@@ -1,0 +1,1 @@
+"""Drawing: what a picture is made of. ``camopt.figures`` puts it together."""

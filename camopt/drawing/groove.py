@@ -1,0 +1,119 @@
+"""The groove of a cylindrical cam, developed at the mean radius, with its roller."""
+
+from typing import Any
+
+import numpy as np
+
+from camopt.drawing.follower import draw_arm
+from camopt.drawing.picture import (
+    BODY,
+    COLOURS,
+    FAINT,
+    FILL,
+    INK,
+    MUTED,
+    NAMES,
+    PITCH,
+    Picture,
+    area,
+    fit,
+    line,
+    round_length,
+)
+from camopt.mechanisms.design import ComplexArray
+
+
+def draw_groove(axes: Any, picture: Picture) -> None:
+    """The developed groove of a cylindrical cam over one turn, with the roller at its start; equal scales."""
+    design = picture.question.design
+    around, radius = 2 * np.pi * float(design.size[0]), float(design.roller_radius[0])
+    pitch = np.concatenate([c.pitch for c in picture.curves])
+    low, high = float(pitch.imag.min()) - radius, float(pitch.imag.max()) + radius
+    edge = 0.1 * (high - low) + 0.005 * around
+    sheet = np.array([0, around, around + 1j * (high - low + 2 * edge), 1j * (high - low + 2 * edge)])
+    sheet = sheet + 1j * (low - edge)
+    (face,) = axes.fill(sheet.real, sheet.imag, facecolor=FILL, edgecolor=INK, lw=1.0, zorder=1)
+    _draw_channel(axes, picture, around)
+    for artist in [*axes.patches[1:], *axes.lines]:
+        artist.set_clip_path(face)
+    _draw_boundaries(axes, picture, sheet)
+    spans = [sheet, *_draw_groove_follower(axes, picture)]
+    _narrow(axes, np.concatenate(spans))
+    fit(axes, np.concatenate(spans), 0.02)
+    axes.set(xlabel=f"round the cam at R {float(design.size[0]):g}, mm", ylabel="along its axis, mm")
+    axes.spines[:].set_visible(False)
+    axes.set_xticks(np.arange(0.0, around, round_length(around / 4)))
+    axes.set_yticks([y for y in axes.get_yticks() if low - edge <= y <= high + edge])
+
+
+def _narrow(axes: Any, points: ComplexArray) -> None:
+    """Make the axes no wider than the points need at equal scales, about their middle."""
+    box = axes.get_position()
+    page = axes.figure.get_size_inches()
+    wanted = box.height * page[1] / page[0] * np.ptp(points.real) / np.ptp(points.imag)
+    width = min(box.width, float(wanted))
+    axes.set_position((box.x0 + (box.width - width) / 2, box.y0, width, box.height))
+
+
+def _draw_channel(axes: Any, picture: Picture, around: float) -> None:
+    """What the roller sweeps, its flanks coloured by stroke, and the pitch curve; also of the turns beside."""
+    radius = float(picture.question.design.roller_radius[0])
+    pitch = np.concatenate([c.pitch for c in picture.curves])
+    if radius > 0.0:
+        from shapely import LineString
+
+        turns = np.concatenate([pitch - around, pitch, pitch + around])
+        swept = LineString(np.column_stack([turns.real, turns.imag])).buffer(radius, quad_segs=32)
+        for part in getattr(swept, "geoms", [swept]):
+            for ring, colour in [(part.exterior, "white"), *((hole, FILL) for hole in part.interiors)]:
+                axes.fill(*np.asarray(ring.coords).T, facecolor=colour, edgecolor=INK, lw=0.6, zorder=2)
+    named = set()
+    for kind, curves in zip(picture.kinds, picture.curves, strict=True):
+        for side in curves.profile[: 2 if radius > 0.0 else 1]:
+            label = f"profile, {NAMES[kind]}" if kind not in named else None
+            named.add(kind)
+            for shift in (0.0, -around, around):
+                width = 0.9 if picture.undercut else 2.0
+                line(axes, side + shift, color=COLOURS[kind], lw=width, label=label, zorder=4)
+                label = None
+    if radius > 0.0:
+        line(axes, pitch, label="pitch curve", color=PITCH, lw=1.0, ls=(0, (9, 2.5, 1.5, 2.5)), zorder=3)
+
+
+def _draw_boundaries(axes: Any, picture: Picture, sheet: ComplexArray) -> None:
+    """Where strokes begin along the turn, and which way the surface moves."""
+    size, top = float(picture.question.design.size[0]), float(sheet.imag.max())
+    for angle in [*(s.start for s in picture.question.programme.strokes), 2 * np.pi]:
+        line(axes, size * angle + 1j * np.array([sheet.imag.min(), top]), color=FAINT, lw=0.7, zorder=1.5)
+        style = {"ha": "center", "va": "bottom", "fontsize": 7.5, "color": MUTED}
+        axes.annotate(f"{np.degrees(angle):.4g}°", (size * angle, top), (0, 2), textcoords="offset points", **style)
+    arrow = {"arrowstyle": "-|>", "color": INK, "lw": 1.2, "mutation_scale": 11}
+    axes.annotate("", (0.91, 1.14), (0.97, 1.14), xycoords="axes fraction", arrowprops=arrow)
+    place = {"ha": "right", "va": "center", "fontsize": 8, "color": INK, "transform": axes.transAxes}
+    axes.text(0.905, 1.14, "the surface moves", **place)
+
+
+def _draw_groove_follower(axes: Any, picture: Picture) -> list[ComplexArray]:
+    """The roller at the start of the turn, and its arm when it swings; the points they span."""
+    design, angular = picture.question.design, picture.question.subject.angular
+    start = complex(picture.curves[0].pitch[0])
+    radius, spans = float(design.roller_radius[0]), [np.array([start])]
+    size = max(picture.question.programme.lift * (float(design.arm_length[0]) if angular else 1.0), 2 * radius)
+    if angular:
+        half = picture.question.programme.lift / 2
+        pivot = complex(design.sense * float(design.arm_length[0]) * np.cos(half))
+        draw_arm(axes, pivot, start, 1.5 * size)
+        spans.append(pivot + 0.1 * size * np.array([-1, 1]))
+    else:
+        reach = start - (radius + 0.25 * size)
+        ends = reach + 1j * picture.question.programme.lift * np.array([0.0, 1.0])
+        line(axes, ends, color=MUTED, lw=1.0, marker="_", ms=8)
+        style = {"rotation": 90, "ha": "right", "va": "center", "fontsize": 7.5, "color": MUTED}
+        axes.annotate("travel", (reach.real, ends.imag.mean()), (-4, 0), textcoords="offset points", **style)
+        spans.append(np.array([reach - 0.3 * size]))
+    turn = np.exp(1j * np.linspace(0.0, 2 * np.pi, 181))
+    if radius > 0.0:
+        area(axes, start + radius * turn, facecolor=BODY, edgecolor=INK, lw=1.3, zorder=6)
+        spans.append(start + radius * turn)
+    line(axes, [start], marker="o", ms=3, color=INK, zorder=6.5)
+    return spans

@@ -1,0 +1,33 @@
+"""What the search for the smallest cam is asked and answers."""
+
+from dataclasses import dataclass
+from typing import Any
+
+from camopt.evaluation import Question, judged
+from camopt.mechanisms import Designs
+from camopt.motion.programme import Programme
+
+GAP = 1e-7  # mm: the size found exceeds the least feasible size by no more
+
+Bounds = dict[str, tuple[float, float]]
+"""Closed intervals of the sizes of a design, by field of Designs; equal ends where a size is fixed."""
+
+
+@dataclass(frozen=True)
+class Smallest:
+    """The answer for one programme: the design, or why there is none."""
+
+    design: Designs | None
+    proved: bool
+    """Whether no feasible design of these bounds is smaller by more than GAP."""
+    obstacle: str = ""
+    """Without a design: the limits that stop it."""
+    nearest: Designs | None = None
+    """Without a design: the one of a coarse grid that exceeds its limits the least."""
+
+
+def feasible(question: Question, programme: Programme, designs: Designs) -> Any:
+    """Which designs can be assembled and hold every limit."""
+    held = question.subject.mechanism.exists(designs, programme) & (designs.size > 0.0)
+    held[held] = judged(question, programme, designs.take(held), frozenset()).column("feasible")
+    return held

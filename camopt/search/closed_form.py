@@ -1,0 +1,99 @@
+"""The smallest cam by closed forms: a design that no feasible one undercuts in size, from the linear limits.
+
+For a follower with a trace point the limits on the pressure angle are lines in (e, s₀):
+
+    e + T·s₀ ≥ max (y' − T·y),    −e + T·s₀ ≥ max (−y' − T·y)
+
+so the smallest prime radius √(s₀² + e²) is the point of a convex polygon nearest to the origin; a flat face's
+radius and a cylindrical cam's pressure angle are linear in the size.
+"""
+
+from dataclasses import replace
+from itertools import combinations
+from math import radians, tan
+
+import numpy as np
+
+from camopt.evaluation import Question
+from camopt.mechanisms import Designs, translating, translating_flat
+from camopt.motion.programme import Programme, span
+from camopt.motion.table import DWELL, RETURN, RISE, TURN
+from camopt.search.answer import GAP, Bounds, feasible
+
+
+def least_size(question: Question, programme: Programme, bounds: Bounds) -> float:
+    """A lower bound of the size that needs no search: the given one, the shaft's radius, and the base circle.
+
+    A disc cam that dwells at its lowest is an arc of the base circle there, which has to hold the curvature.
+    """
+    least = max(bounds["size"][0], question.subject.shaft_radius or 0.0, GAP)
+    rests = any(stroke.kind == DWELL and stroke.low == 0.0 for stroke in programme.strokes)
+    if rests and not question.subject.mechanism.grooved:
+        least = max([least, *(lim.bound for lim in question.limits if lim.name == "curvature_radius")])
+    return least
+
+
+def closed_form(question: Question, programme: Programme, bounds: Bounds) -> Designs | None:
+    """A design that no feasible one undercuts in size, from the linear limits; None if there is no such form."""
+    mechanism, limits = question.subject.mechanism, {lim.name: lim.bound for lim in question.limits}
+    slopes = [
+        (tan(radians(limits[name])), kinds)
+        for name, kinds in (("pressure_angle", RISE | DWELL), ("pressure_angle_return", RETURN))
+        if name in limits and any(s.kind & kinds for s in programme.strokes)
+    ]
+    low, high = bounds["size"]
+    middle = {name: a for name, (a, b) in bounds.items() if a == b}
+    if mechanism is translating.MECHANISM:
+        roller = bounds["roller_radius"][1]
+        lead, prime = _nearest_in_polygon(question, programme, bounds["offset"], slopes, low + roller)
+        size = max(prime - roller, low)
+        middle |= {"offset": lead * question.design.sense, "roller_radius": roller}
+    elif mechanism is translating_flat.MECHANISM:
+        radius = max(limits.get("curvature_radius", 0.0), limits.get("undercut", 0.0))
+        size = max(low, radius - span(programme, (1, 0, 1), TURN)[0])
+        middle.setdefault("offset", question.design.offset[0])
+    elif mechanism.grooved and not question.subject.angular and slopes:
+        steepest = [max(map(abs, span(programme, (0, 1), kinds))) / tangent for tangent, kinds in slopes]
+        size = max(low, *steepest)
+        middle.setdefault("roller_radius", bounds["roller_radius"][1])
+    else:
+        return None
+    if not 0.0 < size <= high:
+        return None
+    fields = {name: np.array([middle.get(name, bounds[name][0])]) for name in bounds}
+    return Designs(**{**fields, "size": np.array([size])}, sense=question.design.sense)
+
+
+def _nearest_in_polygon(
+    question: Question,
+    programme: Programme,
+    offset: tuple[float, float],
+    slopes: list[tuple[float, int]],
+    least: float,
+) -> tuple[float, float]:
+    """The lead e and prime radius of the smallest cam that holds the pressure angle, within the offsets.
+
+    s₀(e) is the largest of a few lines, so R_p² = e² + s₀² is convex in e: its least value lies at e = 0, at the
+    projection of the origin on a line, where two lines cross, or at an end of the interval.
+    """
+    ends = sorted(question.design.sense * e for e in offset)
+    lines = []  # s₀ ≥ a + b·e
+    for tangent, kinds in slopes:
+        lines.append((span(programme, (-tangent, 1), kinds)[1] / tangent, -1 / tangent))
+        lines.append((-span(programme, (tangent, 1), kinds)[0] / tangent, 1 / tangent))
+    candidates = [0.0, *(-a * b / (1 + b * b) for a, b in lines)]
+    candidates += [(a2 - a1) / (b1 - b2) for (a1, b1), (a2, b2) in combinations(lines, 2) if b1 != b2]
+    leads = np.clip(np.array([*ends, *candidates]), ends[0], ends[1])
+    heights = np.max([np.zeros_like(leads), *(a + b * leads for a, b in lines)], axis=0)
+    primes = np.maximum(np.hypot(leads, heights), least)
+    best = np.lexsort((np.abs(leads), primes))[0]
+    return float(leads[best]), float(primes[best])
+
+
+def nudged(question: Question, programme: Programme, design: Designs, most: float) -> Designs | None:
+    """The design made larger by a few units in the last place, until rounding leaves it feasible."""
+    for step in (0.0, 1e-15, 4e-15, 1.6e-14, 6.4e-14, 2.6e-13, 1e-12, 4e-12):
+        larger = replace(design, size=design.size + step * design.prime_radius)
+        if larger.size[0] <= most and feasible(question, programme, larger)[0]:
+            return larger
+    return None

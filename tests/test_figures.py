@@ -1,0 +1,220 @@
+"""The pictures and the points: every shipped scene draws, and the curves are where the follower touches them."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import camopt
+from camopt.figures import plot
+from camopt.mistakes import BadInput
+from camopt.points import cam_points, write_points
+from camopt.scene import Scene, find_scene, shipped_scenes
+
+SEGMENTS = [("rise", 120, "cycloidal"), ("dwell", 40, None), ("return", 100, "poly345"), ("dwell", 100, None)]
+DISC = {"form": "disc", "base_radius": 40.0, "rpm": 200}
+CYLINDER = {"form": "cylindrical", "mean_radius": 60.0}
+ARM = {"motion": "oscillating", "arm_length": 90.0, "centre_distance": 110.0}
+OTHERS: dict[str, tuple[dict[str, Any], dict[str, Any], float]] = {
+    "spherical": (DISC, {"motion": "translating", "contact": "spherical", "face_radius": 60.0, "offset": -10}, 15),
+    "swinging face": (
+        DISC | {"rotation": "cw"},
+        {"motion": "oscillating", "contact": "flat", "centre_distance": 120.0, "face_offset": 10.0},
+        12,
+    ),
+    "swinging knife": (DISC, ARM | {"contact": "knife"}, 15),
+    "swinging sphere": (DISC, ARM | {"contact": "spherical", "face_radius": 30.0}, 15),
+    "groove": (CYLINDER, {"motion": "translating", "contact": "roller", "roller_radius": 10.0}, 40),
+    "swinging groove": (
+        CYLINDER | {"rotation": "cw"},
+        {"motion": "oscillating", "contact": "roller", "roller_radius": 8.0, "arm_length": 100.0},
+        24,
+    ),
+    "undercut": (
+        DISC | {"base_radius": 12.0},
+        {"motion": "translating", "contact": "roller", "roller_radius": 30.0},
+        40,
+    ),
+    "undercut face": (DISC | {"base_radius": 10.0}, {"motion": "translating", "contact": "flat"}, 30),
+    "undercut groove": (
+        CYLINDER | {"mean_radius": 15.0},
+        {"motion": "translating", "contact": "roller", "roller_radius": 12.0},
+        50,
+    ),
+}
+CORNERED = (DISC, {"motion": "translating", "contact": "roller", "roller_radius": 8.0}, 30)
+
+
+def made(name: str, law: str | None = None) -> Scene:
+    cam, follower, lift = CORNERED if name == "cornered" else OTHERS[name]
+    moves = {"rise": {"lift": lift}, "return": {"lift": lift}, "dwell": {}}
+    motion = [
+        {"segment": kind, "angle": angle, **moves[kind], **({"law": law or own} if own else {})}
+        for kind, angle, own in SEGMENTS
+    ]
+    return Scene.from_dict({"name": "a cam", "cam": cam, "follower": follower, "motion": motion})
+
+
+def svg_text(scene: Scene, folder: Path) -> str:
+    plot(scene, folder / "cam.svg")
+    return (folder / "cam.svg").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("name", shipped_scenes())
+def test_shipped_scene_draws(name: str, tmp_path: Path) -> None:
+    scene = find_scene(name)
+    text = svg_text(scene, tmp_path)
+    assert scene.name in text
+    for label in ("Displacement", "Velocity", "Acceleration", "Jerk", "cam angle, deg", "base circle", "ω"):
+        assert label in text
+    plot(scene, tmp_path / "cam.PNG")
+    assert (tmp_path / "cam.PNG").read_bytes().startswith(b"\x89PNG")
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["cam.PNG", "cam.svg"]
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_other_mechanisms_draw(name: str, tmp_path: Path) -> None:
+    text = svg_text(made(name), tmp_path)
+    assert (">undercut<" in text) == name.startswith("undercut")
+    assert ("the surface moves" in text) == name.endswith("groove")
+
+
+def test_uniform_velocity_under_a_roller_shows_impulses_and_undercut(tmp_path: Path) -> None:
+    text = svg_text(made("cornered", "uniform"), tmp_path)
+    assert "arrows: impulses, where the velocity jumps" in text
+    assert "undercut" in text
+
+
+def test_picture_says_the_exact_values(tmp_path: Path) -> None:
+    text = svg_text(find_scene("roller-1000rpm"), tmp_path)
+    for label in ("pitch point 41.63°", "−29.8°", "6.667", "888.9", "ρ 35.66 mm", "exceeds: pressure angle"):
+        assert label in text
+    for label in ("prime circle, R 55", "pitch circle, R 78.81", "offset circle, R 20", "offset 20", "1000 rpm"):
+        assert label in text
+
+
+def test_same_scene_same_file_and_no_settings_left_behind(tmp_path: Path) -> None:
+    import matplotlib
+
+    settings = dict(matplotlib.rcParams)
+    for suffix in ("svg", "pdf", "png"):
+        files = [tmp_path / f"{turn}.{suffix}" for turn in "ab"]
+        for file in files:
+            plot(find_scene("oscillating-roller"), file)
+        assert files[0].read_bytes() == files[1].read_bytes()
+    assert dict(matplotlib.rcParams) == settings
+
+
+@pytest.mark.parametrize("name", ["a $ cam <&> $\\frac$", "カム", "x" * 300])
+def test_any_name_can_be_drawn(name: str, tmp_path: Path) -> None:
+    scene = find_scene("exhaust-valve").replace(name=name)
+    plot(scene, tmp_path / "a.png")
+    assert (tmp_path / "a.png").exists()
+
+
+def test_more_than_one_rise_and_no_dwell(tmp_path: Path) -> None:
+    moves = [("rise", 90, 10), ("return", 5, 2), ("rise", 85, 12), ("return", 180, 20)]
+    motion = [{"segment": s, "angle": a, "lift": h, "law": "modified-trapezoid"} for s, a, h in moves]
+    scene = Scene.from_dict({"cam": DISC, "follower": OTHERS["groove"][1], "motion": motion})
+    assert "Displacement" in svg_text(scene, tmp_path)
+
+
+def test_wrong_suffix_and_folder(tmp_path: Path) -> None:
+    scene = find_scene("exhaust-valve")
+    with pytest.raises(BadInput, match=r"--plot.*\.png, \.svg or \.pdf"):
+        plot(scene, tmp_path / "cam.bmp")
+    with pytest.raises(BadInput, match=r"--points.*\.csv or \.parquet"):
+        write_points(scene, tmp_path / "cam.xlsx")
+    for write, file in ((plot, "cam.svg"), (write_points, "cam.csv"), (write_points, "cam.parquet")):
+        with pytest.raises(FileNotFoundError) as trouble:
+            write(scene, tmp_path / "none" / file)
+        assert trouble.value.filename == str(tmp_path / "none" / file)
+    assert not list(tmp_path.iterdir())
+
+
+def curve(points: dict[str, Any], name: str) -> Any:
+    return points[f"{name}_x_mm"] + 1j * points[f"{name}_y_mm"]
+
+
+@pytest.mark.parametrize("name", shipped_scenes())
+def test_profile_is_a_roller_radius_from_the_pitch_curve_and_least_at_the_base_circle(name: str) -> None:
+    scene = find_scene(name)
+    points = cam_points(scene, np.linspace(0, 360, 1441))
+    profile = curve(points, "profile")
+    if scene.follower.contact == "flat":
+        assert "pitch_x_mm" not in points
+    else:
+        radius = scene.follower.roller_radius or 0.0
+        np.testing.assert_allclose(np.abs(profile - curve(points, "pitch")), radius, rtol=0, atol=1e-12)
+    assert abs(np.abs(profile).min() - (scene.cam.base_radius or 0.0)) < 1e-9
+
+
+@pytest.mark.parametrize("name", [n for n in shipped_scenes() if find_scene(n).follower.contact == "roller"])
+def test_profile_is_tangent_to_the_roller(name: str) -> None:
+    """Between corners the normal, from the profile to the pitch curve, is square to both of them."""
+    scene = find_scene(name)
+    start = sum(s.angle for s in scene.motion[:1]) * 0.3
+    angles = start + np.linspace(0.0, 1e-3, 3)
+    points = cam_points(scene, angles)
+    pitch, profile = curve(points, "pitch"), curve(points, "profile")
+    normal = (pitch - profile)[1]
+    for line in (pitch, profile):
+        along = line[2] - line[0]
+        assert abs((along * np.conj(normal)).real) < 1e-6 * abs(along) * abs(normal)
+
+
+@pytest.mark.parametrize("name", [n for n in shipped_scenes() if n != "oscillating-roller"])
+def test_turning_the_other_way_mirrors_a_translating_cam(name: str) -> None:
+    scene = find_scene(name)
+    other = "ccw" if scene.cam.rotation == "cw" else "cw"
+    mirrored = scene.replace(**{"cam.rotation": other, "follower.offset": -scene.follower.offset})
+    here, there = cam_points(scene), cam_points(mirrored)
+    np.testing.assert_allclose(curve(here, "profile"), -np.conj(curve(there, "profile")), rtol=0, atol=1e-12)
+
+
+def test_groove_has_two_flanks_and_two_cutter_paths() -> None:
+    points = cam_points(made("swinging groove"), cutter_radius=5.0)
+    pitch = curve(points, "pitch")
+    for side in ("left", "right"):
+        flank, cutter = curve(points, f"profile_{side}"), curve(points, f"cutter_{side}")
+        np.testing.assert_allclose(np.abs(flank - pitch), 8.0, atol=1e-12)
+        np.testing.assert_allclose(np.abs(flank - cutter), 5.0, atol=1e-12)
+        np.testing.assert_allclose(np.abs(cutter - pitch), 3.0, atol=1e-12)
+    assert np.all(points["profile_left_y_mm"] > points["profile_right_y_mm"])
+    assert points["displacement_deg"].max() == pytest.approx(24.0, abs=1e-12)
+
+
+def test_cutter_path_and_bad_requests() -> None:
+    scene = find_scene("roller-1000rpm")
+    points = cam_points(scene, [0, 10.5, 360], cutter_radius=7.5)
+    np.testing.assert_allclose(np.abs(curve(points, "cutter") - curve(points, "profile")), 7.5, atol=1e-12)
+    assert points["cam_angle_deg"].tolist() == [0, 10.5, 360]
+    for radius in (0.0, -1.0, float("nan"), float("inf")):
+        with pytest.raises(BadInput, match="--cutter-radius"):
+            cam_points(scene, cutter_radius=radius)
+    with pytest.raises(BadInput, match="at most the roller radius"):
+        cam_points(made("groove"), cutter_radius=10.5)
+    for angle in (-1.0, 360.5, float("nan")):
+        with pytest.raises(BadInput, match="angles"):
+            cam_points(scene, [angle])
+
+
+@pytest.mark.parametrize("name", ["roller-1000rpm", "flat-reciprocating", "oscillating-roller"])
+def test_points_come_back_from_both_files(name: str, tmp_path: Path) -> None:
+    import csv
+
+    scene = find_scene(name)
+    points = cam_points(scene, cutter_radius=4.0)
+    write_points(scene, tmp_path / "cam.csv", 4.0)
+    write_points(scene, tmp_path / "cam.parquet", 4.0)
+    with open(tmp_path / "cam.csv", newline="") as file:
+        head, *rows = csv.reader(file)
+    assert head == list(points)
+    np.testing.assert_array_equal(np.array(rows, dtype=float).T, np.array(list(points.values())))
+    frame = camopt.load(tmp_path / "cam.parquet")
+    assert list(frame) == list(points)
+    np.testing.assert_array_equal(frame.to_numpy().T, np.array(list(points.values())))
+    assert set(frame.attrs["units"].values()) <= {"deg", "mm"}
+    assert frame.attrs["scene"] == scene.to_toml()
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["cam.csv", "cam.parquet"]
