@@ -11,11 +11,14 @@ from numpy.typing import NDArray
 from camopt.effects import Case, Subject, offered, plan
 from camopt.limits import Limit, limits_of
 from camopt.mechanisms import Designs, mechanism_for
+from camopt.mistakes import BadInput, Mistake
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.quantities import QUANTITIES
 from camopt.rows import Columns, Rows
 from camopt.scene import Scene
+
+VERDICT = ("feasible", "violated")
 
 
 @dataclass(frozen=True)
@@ -27,6 +30,16 @@ class Question:
     programme: Programme
     design: Designs
     limits: tuple[Limit, ...]
+
+    @property
+    def size_name(self) -> str:
+        """The quantity that says how large the cam is."""
+        return "mean_radius_mm" if self.subject.mechanism.grooved else "base_radius_mm"
+
+    @property
+    def sizes(self) -> frozenset[str]:
+        """The quantities that a design is made of."""
+        return frozenset(n for n in offered(self.subject) if QUANTITIES[n].effect == "sizes")
 
     @property
     def needed(self) -> frozenset[str]:
@@ -61,8 +74,28 @@ def resolve(scene: Scene) -> Question:
         face_offset=_length(follower.face_offset),
         sense=1.0 if cam.rotation == "ccw" else -1.0,
     )
+    mistakes = _not_offered(scene, subject)
+    if mistakes:
+        raise BadInput(mistakes)
     programme = Programme.from_segments(segments, angular=subject.angular)
     return Question(scene, subject, programme, design, limits_of(scene, subject))
+
+
+def _not_offered(scene: Scene, subject: Subject) -> list[Mistake]:
+    """Quantities that a scene names and its mechanism has not; an objective has to be a number."""
+    offers = (*offered(subject), *VERDICT)
+    numbers = tuple(name for name in offers if QUANTITIES[name].kind is float)
+    named = {
+        "outputs": (scene.outputs, offers),
+        "search.minimise": (scene.search.minimise, numbers),
+        "search.maximise": (scene.search.maximise, numbers),
+    }
+    return [
+        Mistake(scene.name, key, name, f"a quantity of this scene: {', '.join(allowed)}")
+        for key, (names, allowed) in named.items()
+        for name in names
+        if name not in allowed
+    ]
 
 
 def _length(value: float | None) -> FloatArray:

@@ -45,9 +45,9 @@ LATER = ("contact_stress", "contact_force_min", "side_thrust", "torque", "jammin
 Number = Annotated[float, BeforeValidator(_is_number), Field(allow_inf_nan=False)]
 Length = Annotated[Number, Field(ge=1e-9, le=LONGEST)]
 Anywhere = Annotated[Number, Field(ge=-LONGEST, le=LONGEST)]
-Positive = Annotated[Number, Field(gt=0, le=1e15)]
+Positive = Annotated[Number, Field(ge=1e-15, le=1e15)]
 NotNegative = Annotated[Number, Field(ge=0, le=1e15)]
-Acute = Annotated[Number, Field(gt=0, lt=90)]
+Acute = Annotated[Number, Field(ge=1e-9, lt=90)]
 
 
 def _known(names: Any, what: str) -> Any:
@@ -139,7 +139,7 @@ class Range(Table):
 
     start: Anywhere
     stop: Anywhere
-    step: Annotated[Number, Field(gt=0)] | None = None
+    step: Length | None = None
 
     @model_validator(mode="after")
     def _ordered(self) -> Self:

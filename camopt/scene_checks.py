@@ -11,6 +11,7 @@ from typing import Any
 
 Fault = tuple[str, Any, str]
 CLOSE = 1e-9  # relative, of the sums of angles and lifts
+LEAST = {"angle": 1e-6, "lift": 1e-9}  # of a rise or return, deg and mm or deg
 
 SIZES = ("roller_radius", "face_radius", "face_offset", "arm_length", "centre_distance", "offset")
 TRACE = {"knife": (), "roller": ("roller_radius",), "spherical": ("face_radius",)}
@@ -77,7 +78,7 @@ def _programme(data: Mapping[str, Any]) -> Iterator[Fault]:
     if segments and None not in angles:
         total = sum(a for a in angles if a is not None)
         if not abs(total - 360.0) <= 360.0 * CLOSE:
-            yield "motion.angle", None, f"the angles add up to {total:g} deg, not to 360"
+            yield "motion.angle", None, f"the angles add up to {total:.10g} deg, not to 360"
     lifts = [_number(s.get("lift", 0.0)) for s in segments]
     kinds = [s.get("segment") for s in segments]
     if not segments or None in lifts or not all(kind in ("rise", "dwell", "return") for kind in kinds):
@@ -104,10 +105,10 @@ def _segment(segment: Mapping[str, Any], key: str) -> Iterator[Fault]:
     elif segment.get("segment") in ("rise", "return"):
         if segment.get("law") is None:
             yield f"{key}.law", None, "missing; a rise or return needs a motion law"
-        for name in ("angle", "lift"):
+        for name, least in LEAST.items():
             value = _number(segment.get(name, 0.0))
-            if value is not None and value == 0.0:
-                yield f"{key}.{name}", segment.get(name), "must be above 0"
+            if value is not None and 0.0 <= value < least:
+                yield f"{key}.{name}", segment.get(name), f"must be at least {least:g} in a rise or return"
 
 
 def _needed(form: str, motion: str, contact: str) -> tuple[str, ...]:

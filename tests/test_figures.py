@@ -32,8 +32,8 @@ OTHERS: dict[str, tuple[dict[str, Any], dict[str, Any], float]] = {
         24,
     ),
     "undercut": (
-        DISC | {"base_radius": 12.0},
-        {"motion": "translating", "contact": "roller", "roller_radius": 30.0},
+        DISC | {"base_radius": 3.0},
+        {"motion": "translating", "contact": "roller", "roller_radius": 60.0},
         40,
     ),
     "undercut face": (DISC | {"base_radius": 10.0}, {"motion": "translating", "contact": "flat"}, 30),

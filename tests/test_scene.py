@@ -194,7 +194,7 @@ ONE_MISTAKE = [
     ("roller", {"cam.rpm": 0}, "cam.rpm = 0: must be at least 1e-09"),
     ("roller", {"cam.rpm": 1e300}, "cam.rpm = 1e+300: must be at most 1e+15"),
     ("roller", {"limits.pressure_angle": 90}, "limits.pressure_angle = 90: must be below 90"),
-    ("roller", {"limits.pressure_angle": 0}, "limits.pressure_angle = 0: must be above 0"),
+    ("roller", {"limits.pressure_angle": 0}, "limits.pressure_angle = 0: must be at least 1e-09"),
     ("roller", {"limits.curvature_radius": 0}, "limits.curvature_radius = 0: must be at least 1e-09"),
     ("roller", {"materials.cam_poisson": 0.5}, "materials.cam_poisson = 0.5: must be below 0.5"),
     ("roller", {"accuracy.tolerance": 1e-20}, "accuracy.tolerance = 1e-20: must be at least 1e-14"),
@@ -228,6 +228,9 @@ ONE_MISTAKE = [
     ("roller", {"motion.2.law": "harmonic"}, "motion.2.law = 'harmonic': a dwell has none"),
     ("roller", {"motion.1.law": DELETED}, "motion.1.law: missing; a rise or return needs a motion law"),
     ("roller", {"motion": [{"segment": "dwell", "angle": 360}]}, "motion: has no rise"),
+    ("roller", {"motion.1.angle": 0, "motion.2.angle": 180}, "motion.1.angle = 0: must be at least 1e-06 in a rise"),
+    ("roller", {"motion.1.angle": 1e-9, "motion.2.angle": 180}, "motion.1.angle = 1e-09: must be at least 1e-06 in"),
+    ("roller", {"motion.4.angle": 90.000001}, "motion.angle: the angles add up to 360.000001 deg, not to 360"),
     # mechanisms
     ("roller", {"follower.roller_radius": DELETED}, "follower.roller_radius: missing; a disc cam with a translati"),
     ("roller", {"follower.face_radius": 5}, "follower.face_radius = 5: a disc cam with a translating roller follo"),
@@ -252,8 +255,8 @@ ONE_MISTAKE = [
     ("roller", {"limits.side_thrust": 9}, "limits.side_thrust = 9: this version does not compute it"),
     # search
     ("roller", {"search.offset": {"start": 9, "stop": 2, "step": 1}}, "search.offset = {'start': 9, 'stop': 2, 's"),
-    ("roller", {"search.offset": {"start": 0, "stop": 2, "step": 0}}, "search.offset.step = 0: must be above 0"),
-    ("roller", {"search.offset": {"start": 0, "stop": 2, "step": -1}}, "search.offset.step = -1: must be above 0"),
+    ("roller", {"search.offset": {"start": 0, "stop": 2, "step": 0}}, "search.offset.step = 0: must be at least 1e-09"),
+    ("roller", {"search.offset": {"start": 0, "stop": 2, "step": -1}}, "search.offset.step = -1: must be at least 1e-09"),
     ("roller", {"search.offset": {"start": 0}}, "search.offset.stop: missing"),
     ("roller", {"search.offset": {"start": "a", "stop": 1}}, "search.offset.start = 'a': must be a number"),
     ("roller", {"search.offset": []}, "search.offset = []: must be a list of at least one value"),
@@ -283,6 +286,13 @@ def test_all_mistakes_are_told_at_once():
     assert lines[0].startswith("cam.toml: cam.rmp = 900: not a known key; did you mean rpm?")
     assert lines[1] == "cam.toml: follower.roller_radius = -5: must be at least 1e-09"
     assert lines[2] == "cam.toml: motion.angle: the angles add up to 350 deg, not to 360"
+
+
+def test_lifts_too_small_to_compute_with_are_told():
+    lines = mistakes(changed(BASES["roller"], {"motion.1.lift": 1e-12, "motion.3.lift": 1e-12}))
+    assert lines == [
+        f"cam.toml: motion.{n}.lift = 1e-12: must be at least 1e-09 in a rise or return" for n in (1, 3)
+    ]
 
 
 def test_mistakes_in_every_table_are_told_at_once():

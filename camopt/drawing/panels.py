@@ -133,9 +133,8 @@ def _curvature(picture: Picture) -> Panel:
 
 def _trace_curvature(picture: Picture, pitch: Values) -> Panel:
     radius, grooved = float(picture.question.design.roller_radius[0]), picture.question.subject.mechanism.grooved
-    every = np.abs(np.concatenate(pitch))
-    cap = CLIP * float(np.percentile(every[np.isfinite(every)], 95))
     sides = (1.0, -1.0) if grooved and radius else (1.0,)
+    cap = _cap(np.concatenate(pitch), radius)
     profiles = [[_offset_curvature(k, side * radius, cap) for k in pitch] for side in sides]
     panel = Panel(f"Curvature of the {'flanks' if grooved else 'profile'}", "1/mm", profiles[0])
     if radius > 0.0:
@@ -152,6 +151,15 @@ def _trace_curvature(picture: Picture, pitch: Values) -> Panel:
         panel.peaks = [Peak(p.angle, p.value, f"ρ {number(least)} mm") for p in peaks if abs(p.value) <= cap]
     panel.limits = _curvature_limit(picture, lambda bound: 1.0 / bound)
     return panel
+
+
+def _cap(pitch: FloatArray, radius: float) -> float:
+    """Where the diagram is cut off, so that a cusp does not flatten all the rest."""
+    profile = _offset_curvature(pitch, radius, np.inf)
+    usual = [
+        np.percentile(np.abs(k[np.isfinite(k)]), q) for k, q in ((pitch, 95), (profile, 50)) if np.isfinite(k).any()
+    ]
+    return CLIP * float(max(usual, default=1.0))
 
 
 def _offset_curvature(pitch: FloatArray, radius: float, cap: float) -> FloatArray:
@@ -184,6 +192,8 @@ def _peaks(picture: Picture, values: Values, exact: dict[int, float], sign: str 
 def _extremes(picture: Picture, values: Values, exact: tuple[float, float]) -> list[Peak]:
     """The greatest and the least value, where they are given."""
     angles, every = np.concatenate(picture.pieces), np.concatenate(values)
+    if not np.isfinite(every).any():
+        return []
     sides = [(sign, value) for sign, value in zip((1.0, -1.0), exact, strict=True) if isfinite(value)]
     return [Peak(_middle_of_peak(angles, every * sign), value, number(value)) for sign, value in sides]
 

@@ -11,6 +11,7 @@ from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.numerics.interval import Interval
+from camopt.quantities import QUANTITIES
 from camopt.search.answer import GAP, Bounds, Smallest, feasible
 from camopt.search.enclosure import constraints_of, examined, points_of
 
@@ -24,7 +25,8 @@ def branch_and_bound(question: Question, programme: Programme, bounds: Bounds) -
     """Least feasible size over a box of designs, by bisection of boxes, all boxes of a level at once."""
     incumbent, obstacle, nearest = _first_feasible(question, programme, bounds)
     least, most = bounds["size"][0], size_of(incumbent, _largest_size(question, bounds))
-    if most <= least or most >= LARGEST_SIZE:  # nothing left to search, or no size at all is feasible
+    hopeless = incumbent is None and _stopped_at_any_size(question, obstacle)
+    if hopeless or most <= least or most >= LARGEST_SIZE:  # nothing to search, or no size at all is feasible
         return Smallest(incumbent, True, obstacle, nearest)
     if incumbent is None:
         most = _last_assembled(question, programme, bounds, most)
@@ -51,6 +53,13 @@ def branch_and_bound(question: Question, programme: Programme, bounds: Bounds) -
         keep = ~(excluded | narrow)
         low, high = _halved(low, high, free, longest, keep)
     return Smallest(incumbent, proved and boxes < MOST_BOXES, obstacle, nearest)
+
+
+def _stopped_at_any_size(question: Question, obstacle: str) -> bool:
+    """Whether one of the limits that stop every design looked at depends on the motion alone."""
+    stops = set(obstacle.split(", "))
+    needs = [lim.needs for lim in question.limits if lim.name in stops and lim.needs]
+    return any(all(QUANTITIES[name].effect == "motion" for name in each) for each in needs)
 
 
 def size_of(design: Designs | None, otherwise: float) -> float:

@@ -16,7 +16,7 @@ from camopt.scene import Range, Scene
 from camopt.search.answer import GAP, Bounds, Smallest, feasible
 from camopt.search.smallest import smallest
 from camopt.search.space import FIELDS, axis_values, programmes_of
-from camopt.search.sweep import Progress, size_name
+from camopt.search.sweep import Progress
 
 BINDS = 1e-6  # a limit within this relative distance of its bound holds the optimum
 RADII = 4096  # sizes above the optimum at which feasibility is looked at
@@ -72,7 +72,7 @@ def optimise(scene: Scene, progress: Progress | None = None) -> Optimum:
             continue
         least = min(designs, key=lambda answer: float(answer.design.size[0]))  # type: ignore[union-attr]
         found[laws] = _described(question, programme, least)
-    size = size_name(question)
+    size = question.size_name
     if any(row[size] <= 2 * GAP for row in found.values()):
         wanted = "a limit that holds the size from below, such as pressure_angle or curvature_radius"
         raise BadInput([Mistake(scene.name, "limits", None, f"nothing limits the size: name {wanted}", bare=True)])
@@ -82,7 +82,7 @@ def optimise(scene: Scene, progress: Progress | None = None) -> Optimum:
 
 def _missed(question: Question, programme: Programme, design: Designs) -> tuple[float, dict[str, Any]]:
     """The excess and the quantities of a design that holds not all limits."""
-    rows = judged(question, programme, design, question.wanted)
+    rows = judged(question, programme, design, question.wanted | question.sizes)
     worst = float(excesses(question.limits, rows.columns, design).max())
     values = rows.records()[0]
     return worst, {name: values[name] for name in QUANTITIES if name in values}
@@ -116,7 +116,7 @@ def _described(question: Question, programme: Programme, answer: Smallest) -> di
     """The quantities of an optimum, the limits that bind it, and where feasibility is clear above it."""
     design = answer.design
     assert design is not None
-    rows = judged(question, programme, design, question.wanted)
+    rows = judged(question, programme, design, question.wanted | question.sizes)
     excess = excesses(question.limits, rows.columns, design)[:, 0]
     values = rows.records()[0]
     quantities = {name: values[name] for name in QUANTITIES if name in values}

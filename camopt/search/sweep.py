@@ -13,10 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from camopt.effects import offered
-from camopt.evaluation import Question, excesses, judged, resolve, screened
+from camopt.evaluation import VERDICT, Question, excesses, judged, resolve, screened
 from camopt.mechanisms import SIZES
-from camopt.mistakes import BadInput, Mistake
 from camopt.motion.programme import Programme
 from camopt.quantities import QUANTITIES, motion_quantity
 from camopt.rows import Rows, joined
@@ -133,29 +131,14 @@ def with_objectives(question: Question) -> Question:
     if not (search.minimise or search.maximise):
         timed = subject.omega is not None
         acceleration = motion_quantity("acceleration", "", angular=subject.angular, timed=timed)
-        names = [size_name(question), acceleration, "pressure_angle_max_deg"]
+        names = [question.size_name, acceleration, "pressure_angle_max_deg"]
         return replace(question, scene=question.scene.replace(**{"search.minimise": names}))
-    known = offered(subject)
-    mistakes = [
-        Mistake(question.scene.name, f"search.{key}", name, f"a quantity of this scene: {', '.join(known)}")
-        for key in ("minimise", "maximise")
-        for name in getattr(search, key)
-        if name not in known or QUANTITIES[name].kind is str
-    ]
-    if mistakes:
-        raise BadInput(tuple(mistakes))
     return question
-
-
-def size_name(question: Question) -> str:
-    """The quantity that says how large the cam is."""
-    return "mean_radius_mm" if question.subject.mechanism.grooved else "base_radius_mm"
 
 
 def column_names(question: Question) -> tuple[str, ...]:
     """The columns of a sweep: sizes, what limits and objectives need, named outputs, and the verdict."""
-    sizes = {name for name in offered(question.subject) if QUANTITIES[name].effect == "sizes"}
-    names = sizes | question.needed | set(question.scene.outputs) | {"feasible", "violated"}
+    names = question.sizes | question.needed | set(question.scene.outputs) | set(VERDICT)
     return tuple(name for name in QUANTITIES if name in names)
 
 
@@ -202,7 +185,7 @@ def held_by(space: Space, row: dict[str, Any]) -> str:
     question = space.question
     key = "mean_radius" if question.subject.mechanism.grooved else "base_radius"
     smaller = space.axes.get(key, np.array([]))
-    smaller = smaller[smaller < row[size_name(question)]]
+    smaller = smaller[smaller < row[question.size_name]]
     if not smaller.size:
         return "edge of the space"
     programme = next(

@@ -1,0 +1,145 @@
+"""The smallest cam with a pressure angle of at most 30°, against scipy and the package ``mechanism``.
+
+First the radial cam, where only the base radius is free; then with the offset free as well. A rival that samples
+the turn may return a cam that is too small: what its cam does between the samples is in ``rival_excess_deg``.
+"""
+
+import warnings
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from mechanism import Cam
+from pytest_benchmark.fixture import BenchmarkFixture
+from rival_numpy import Array, Cams, polished, turn_of
+from scipy import optimize
+from timing import least_seconds, measured, ratio, seconds
+
+from camopt import Scene, find_scene, optimise
+
+ROLLER, LIMIT = 5.0, 30.0  # mm, deg
+RADII, OFFSETS = (1.0, 300.0), (-40.0, 40.0)  # mm
+ANGLES = 3600
+KNOWN = {("cycloidal", "radial"): 82.5472265, ("harmonic", "radial"): 60.1387819}  # mm
+CLOSE = 1e-6  # mm
+Answer = tuple[float, float]
+"""Base radius and lead, mm."""
+
+
+def smallest_cam(law: str, offset: str) -> Scene:
+    """The 1000 rpm scene with the pressure angle as its only limit and one law."""
+    search = {
+        "law": [law],
+        **({"offset": dict(zip(("start", "stop"), OFFSETS, strict=True))} if offset == "free" else {}),
+    }
+    limits = {"pressure_angle": LIMIT, "pressure_angle_return": LIMIT}
+    sizes = {"follower.offset": 0, "follower.roller_radius": ROLLER}
+    return find_scene("roller-1000rpm").replace(**sizes, limits=limits, search=search)
+
+
+def sampled_turn(law: str) -> tuple[Array, Array]:
+    """y and y' at even cam angles of both strokes."""
+    x = np.linspace(0.0, 1.0, ANGLES // 2)
+    rows = [stroke.motion(x)[:2] for stroke in turn_of(law)]
+    y, y1 = (np.concatenate(each) for each in zip(*rows, strict=True))
+    return y, y1
+
+
+def sampled_tangents(law: str) -> Callable[[float, float], Array]:
+    """tan β over the turn as a function of base radius and lead."""
+    y, y1 = sampled_turn(law)
+
+    def tangents(radius: float, lead: float) -> Array:
+        height = np.sqrt(max((radius + ROLLER) ** 2 - lead**2, 0.0))
+        return (y1 - lead) / (height + y + 1e-12)
+
+    return tangents
+
+
+def by_brentq(law: str) -> Answer:
+    """A root of the largest sampled pressure angle."""
+    tangents, limit = sampled_tangents(law), np.tan(np.radians(LIMIT))
+    return float(
+        optimize.brentq(lambda radius: np.abs(tangents(radius, 0.0)).max() - limit, *RADII, xtol=1e-10)
+    ), 0.0
+
+
+def by_mechanism(law: str) -> Answer:
+    """The peer package: a root of the pressure angle at its own 1014 samples."""
+    motion = [("Rise", 50, 120), ("Dwell", 60), ("Fall", 50, 90), ("Dwell", 90)]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        peer = Cam(motion, degrees=True, omega=1000 * np.pi / 30, rotation="cw")
+        found = peer.get_base_circle(kind=law, follower="roller", roller_radius=ROLLER, max_pressure_angle=LIMIT)
+    return float(found["Rb"]), 0.0
+
+
+def by_slsqp(law: str) -> Answer:
+    """The least base radius with a constraint at every sample, by sequential quadratic programming."""
+    tangents, limit = sampled_tangents(law), np.tan(np.radians(LIMIT))
+
+    def room(x: Array) -> Array:
+        tangent = tangents(x[0], x[1])
+        return np.concatenate([limit - tangent, limit + tangent])
+
+    found = optimize.minimize(
+        lambda x: x[0],
+        (100.0, 0.0),
+        jac=lambda x: np.array([1.0, 0.0]),
+        bounds=(RADII, OFFSETS),
+        constraints={"type": "ineq", "fun": room},
+        method="SLSQP",
+        options={"ftol": 1e-10},
+    )
+    return float(found.x[0]), float(found.x[1])
+
+
+def by_differential_evolution(law: str) -> Answer:
+    """The least base radius with the excess of the sampled pressure angle as a constraint, by evolution."""
+    tangents, limit = sampled_tangents(law), np.tan(np.radians(LIMIT))
+    held = optimize.NonlinearConstraint(lambda x: np.abs(tangents(x[0], x[1])).max(), -np.inf, limit)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of its last, local step
+        found = optimize.differential_evolution(
+            lambda x: x[0], (RADII, OFFSETS), constraints=held, rng=1, tol=1e-10, maxiter=300
+        )
+    return float(found.x[0]), float(found.x[1])
+
+
+RIVALS: dict[tuple[str, str], Callable[[str], Answer]] = {
+    ("radial", "mechanism"): by_mechanism,
+    ("radial", "brentq"): by_brentq,
+    ("free", "slsqp"): by_slsqp,
+    ("free", "differential_evolution"): by_differential_evolution,
+}
+
+
+def excess_deg(law: str, answer: Answer) -> float:
+    """By how much a cam exceeds the limit on its continuous motion: by numpy, not by camopt."""
+    radius, lead = answer
+    cam = Cams(np.array([radius + ROLLER]), np.array([lead]))
+    return float(polished(cam, law, 720)["pressure_angle_max_deg"][0]) - LIMIT
+
+
+@pytest.mark.parametrize("law", ["cycloidal", "harmonic"])
+@pytest.mark.parametrize(("offset", "rival"), list(RIVALS))
+def bench_smallest(benchmark: BenchmarkFixture, law: str, offset: str, rival: str) -> None:
+    """camopt's radius is never above a rival's whose cam holds the limit."""
+    scene, run = smallest_cam(law, offset), RIVALS[offset, rival]
+    best = measured(benchmark, lambda: optimise(scene)).best
+    radius, answer = best["base_radius_mm"], run(law)
+    taken = least_seconds(lambda: run(law), 3)
+    benchmark.extra_info |= {
+        "radius_mm": radius,
+        "offset_mm": best["offset_mm"],
+        "excess_deg": excess_deg(law, (radius, -best["offset_mm"])),  # the cam turns cw
+        "proved": best["proved"],
+        "rival_radius_mm": answer[0],
+        "rival_excess_deg": excess_deg(law, answer),
+        "rival_seconds": taken,
+        "ratio": ratio(taken, seconds(benchmark)),
+    }
+    assert radius == pytest.approx(KNOWN.get((law, offset), radius), abs=CLOSE)
+    assert excess_deg(law, (radius, -best["offset_mm"])) <= 1e-9
+    if excess_deg(law, answer) <= 0.0:
+        assert radius <= answer[0] + CLOSE
