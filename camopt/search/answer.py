@@ -3,7 +3,10 @@
 from dataclasses import dataclass
 from typing import Any
 
-from camopt.evaluation import Question, judged
+import numpy as np
+
+from camopt.effects import Case
+from camopt.evaluation import Question, excesses, run_effects
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
 
@@ -29,5 +32,7 @@ class Smallest:
 def feasible(question: Question, programme: Programme, designs: Designs) -> Any:
     """Which designs can be assembled and hold every limit."""
     held = question.subject.mechanism.exists(designs, programme) & (designs.size > 0.0)
-    held[held] = judged(question, programme, designs.take(held), frozenset()).column("feasible")
+    assembled = designs.take(held)
+    columns = run_effects(Case(question.subject, programme, assembled), question.needed).columns
+    held[held] = np.all(excesses(question.limits, columns, assembled) <= 0.0, axis=0)
     return held

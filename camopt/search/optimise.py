@@ -19,7 +19,7 @@ from camopt.search.space import FIELDS, axis_values, programmes_of
 from camopt.search.sweep import Progress
 
 BINDS = 1e-6  # a limit within this relative distance of its bound holds the optimum
-RADII = 4096  # sizes above the optimum at which feasibility is looked at
+RADII = 1024  # sizes above the optimum at which feasibility is looked at
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ def optimise(scene: Scene, progress: Progress | None = None) -> Optimum:
         if progress:
             progress(done, len(programmes))
         laws = " / ".join(dict.fromkeys((programme.law_names(1), programme.law_names(2))))
-        answers = [smallest(question, programme, bounds) for bounds in _choices(question)]
+        answers = [smallest(question, programme, bounds) for bounds in boxes_of(question)]
         designs = [answer for answer in answers if answer.design is not None]
         if not designs:
             proofs = "" if all(answer.proved for answer in answers) else " (not proved)"
@@ -92,7 +92,7 @@ def _least(misses: list[tuple[float, dict[str, Any]]]) -> dict[str, Any] | None:
     return min(misses, key=lambda miss: miss[0])[1] if misses else None
 
 
-def _choices(question: Question) -> list[Bounds]:
+def boxes_of(question: Question) -> list[Bounds]:
     """The boxes to search: every combination of listed sizes, with an interval for every range."""
     scene, fixed = question.scene, question.design
     cam = scene.cam.form
