@@ -3,6 +3,8 @@
 import sys
 from collections.abc import Callable
 from functools import wraps
+from io import TextIOWrapper
+from pathlib import Path
 from typing import Any
 
 import click
@@ -46,6 +48,28 @@ OVERRIDES = {
 }
 
 
+def option_of(name: str) -> str:
+    """How a user writes an option."""
+    return f"--{name.replace('_', '-')}"
+
+
+def _changed(scene: Any, changes: dict[str, tuple[str, Any]]) -> Any:
+    """The scene with changes by key, each from an option; a mistake in one names the option."""
+    from dataclasses import replace
+
+    from camopt.mistakes import BadInput, Mistake
+
+    try:
+        return scene.replace(**{key: value for key, (_, value) in changes.items()}) if changes else scene
+    except BadInput as error:
+        found: dict[str, Mistake] = {}
+        for mistake in error.mistakes:
+            key = next((key for key in changes if f"{mistake.key}.".startswith(f"{key}.")), None)
+            named = replace(mistake, file="camopt", key=changes[key][0]) if key else mistake
+            found.setdefault(str(named), named)
+        raise BadInput(found.values()) from None
+
+
 def _scene_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Options that override the scene; the command gets the scene itself."""
 
@@ -54,9 +78,13 @@ def _scene_options(command: Callable[..., Any]) -> Callable[..., Any]:
         from camopt.scene import find_scene
 
         given = {name: options.pop(name) for name in OVERRIDES}
-        changes = {key: v for name, v in given.items() if v is not None for key in OVERRIDES[name]}
-        found = find_scene(scene)
-        return command(scene=found.replace(**changes) if changes else found, **options)
+        changes = {
+            key: (option_of(name), value)
+            for name, value in given.items()
+            if value is not None
+            for key in OVERRIDES[name]
+        }
+        return command(scene=_changed(find_scene(scene), changes), **options)
 
     decorated: Any = with_scene
     for option in (
@@ -87,6 +115,15 @@ class Axis(click.ParamType[Any]):
         return dict(zip(("start", "stop", "step"), numbers, strict=True))
 
 
+def _check_folder(scene: Any, out: str) -> None:
+    """A sweep writes the scene as resolved; never over the user's own."""
+    from camopt.mistakes import BadInput, Mistake
+
+    written = Path(out) / "scene.toml"
+    if written.exists() and Path(scene.file).exists() and written.samefile(scene.file):
+        raise BadInput([Mistake("camopt", "--out", out, "another folder: this one holds the scene being swept")])
+
+
 @camopt.command()
 @click.argument("scene", default=DEFAULT_SCENE)
 @_scene_options
@@ -115,12 +152,17 @@ def sweep(
     from camopt import reports
     from camopt.search.sweep import sweep as run
 
-    changes = {f"search.{key}": value for key, value in axes.items() if value is not None}
+    changes = {f"search.{key}": (option_of(key), value) for key, value in axes.items() if value is not None}
     if law:
-        changes |= {"search.law": list(law), "search.law_rise": None, "search.law_return": None}
+        changes |= {"search.law": ("--law", list(law))}
+        changes |= {f"search.law_{stroke}": ("--law", None) for stroke in ("rise", "return")}
+    scene = _changed(scene, changes)
+    _check_folder(scene, out)
     with reports.progress(quiet, "designs") as advance:
-        result = run(scene.replace(**changes) if changes else scene, out, keep, workers, advance)
+        result = run(scene, out, keep, workers, advance)
     reports.show_sweep(result, as_json)
+    if not quiet:
+        reports.say_written(result.files)
     return 0 if result.feasible else NOTHING_FEASIBLE
 
 
@@ -158,6 +200,11 @@ def evaluate(
     from camopt import reports
     from camopt.evaluation import evaluate as run
 
+    if cutter_radius is not None and not points:
+        from camopt.mistakes import BadInput, Mistake
+
+        message = "belongs to --points, which is not given"
+        raise BadInput([Mistake("camopt", "--cutter-radius", cutter_radius, message, bare=True)])
     with reports.progress(quiet, ""):
         result = run(scene)
     if picture:
@@ -169,6 +216,8 @@ def evaluate(
 
         write_points(scene, points, cutter_radius)
     reports.show_evaluation(result, as_json)
+    if not quiet:
+        reports.say_written([file for file in (picture, points) if file])
     return 0
 
 
@@ -198,10 +247,15 @@ def main(arguments: list[str] | None = None) -> int:
     """Run a command; the exit code. A user's mistake is a message, never a traceback."""
     from camopt.mistakes import BadInput
 
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a terminal without ∞ or ² shows ?, not a traceback
     try:
         return camopt.main(arguments, prog_name="camopt", standalone_mode=False) or 0
     except click.ClickException as mistake:
-        mistake.show()
+        context = getattr(mistake, "ctx", None)
+        command = context.command_path if context else "camopt"
+        click.echo(f"camopt: {mistake.format_message()} (see {command} --help)", err=True)
         return mistake.exit_code
     except BadInput as mistakes:
         click.echo(str(mistakes), err=True)

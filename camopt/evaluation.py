@@ -9,10 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camopt.effects import Case, Subject, offered, plan
+from camopt.effects.motion import KINDS
 from camopt.limits import Limit, limits_of
 from camopt.mechanisms import Designs, mechanism_for
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion.programme import Programme
+from camopt.motion.table import TURN
 from camopt.numerics import FloatArray
 from camopt.quantities import QUANTITIES
 from camopt.rows import Columns, Rows
@@ -55,6 +57,8 @@ class Question:
 
 def resolve(scene: Scene) -> Question:
     """Turn a validated scene into inside units: mm, s, rad."""
+    if not isinstance(scene, Scene):
+        raise BadInput([Mistake("camopt", "scene", scene, "a Scene, such as find_scene or Scene.from_toml give")])
     cam, follower = scene.cam, scene.follower
     subject = Subject(
         mechanism=mechanism_for(cam.form, follower.motion, follower.contact),
@@ -91,7 +95,7 @@ def _not_offered(scene: Scene, subject: Subject) -> list[Mistake]:
         "search.maximise": (scene.search.maximise, numbers),
     }
     return [
-        Mistake(scene.name, key, name, f"a quantity of this scene: {', '.join(allowed)}")
+        Mistake(scene.file, key, name, f"a quantity of this scene: {', '.join(allowed)}")
         for key, (names, allowed) in named.items()
         for name in names
         if name not in allowed
@@ -147,6 +151,21 @@ def excesses(limits: Iterable[Limit], columns: Columns, designs: Designs) -> Flo
     return np.array(rows).reshape(len(rows), len(designs))
 
 
+WORST = 1e6  # what counts as an infinite excess, so that designs can still be told apart by their other limits
+
+
+def by_excess(excess: FloatArray) -> tuple[float, float]:
+    """How badly a design (limits,) misses: its worst relative excess, and then the sum of all."""
+    over = np.clip(excess, 0.0, WORST)
+    return float(over.max(initial=0.0)), float(over.sum())
+
+
+def least_excess(excess: FloatArray) -> int:
+    """The design, of those in (limits, designs), that misses the least."""
+    over = np.clip(excess, 0.0, WORST)
+    return int(np.lexsort((over.sum(axis=0), over.max(axis=0)))[0])
+
+
 def violations(limits: Iterable[Limit], excess: FloatArray) -> NDArray[np.str_]:
     """The names of the limits that each design exceeds, joined by commas."""
     names = [limit.name for limit in limits]
@@ -200,8 +219,9 @@ def evaluate_design(question: Question) -> Evaluation:
 
 def _reason(name: str, programme: Programme) -> str:
     """Why a quantity is infinite."""
-    corners = ", ".join(f"{np.degrees(j.at):g}°" for j in programme.corners)
-    jumps = ", ".join(f"{np.degrees(j.at):g}°" for j in programme.jumps)
+    kinds = next((kind for stroke, kind in KINDS.items() if stroke and f"_{stroke}_" in name), TURN)
+    corners = ", ".join(f"{np.degrees(j.at):g}°" for j in programme.corners if j.kinds & kinds)
+    jumps = ", ".join(f"{np.degrees(j.at):g}°" for j in programme.jumps if j.kinds & kinds)
     if name.startswith("jerk") and not corners:
         return f"the acceleration jumps at {jumps}"
     if name.startswith(("acceleration", "jerk")):

@@ -11,7 +11,8 @@ from camopt.drawing.cam import draw_disc
 from camopt.drawing.groove import draw_groove
 from camopt.drawing.picture import ALARM, FAINT, INK, MUTED, Picture, number
 from camopt.evaluation import excesses, resolve, violations
-from camopt.points import checked_suffix, whole_file
+from camopt.files import whole_file
+from camopt.points import checked_suffix
 from camopt.scene import Scene
 
 STYLE: dict[str, Any] = {

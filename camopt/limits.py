@@ -37,48 +37,41 @@ def _at_most(name: str, bound: float, *needs: str) -> Limit:
     return Limit(name, bound, needs, excess)
 
 
-def _curvature(subject: Subject, bound: float) -> Limit:
-    """Least convex radius of the profile: κ_pitch·(R_r + ρ_min) ≤ 1, no difference of radii."""
-    if subject.mechanism.curvature is None:
-        return Limit(
-            "curvature_radius",
-            bound,
-            ("profile_radius_min_mm",),
-            lambda columns, designs: (bound - columns["profile_radius_min_mm"]) / bound,
-        )
+def _curvature(name: str, subject: Subject, bound: float) -> Limit:
+    """Least convex radius of the profile: κ_pitch·(R_r + ρ_min) ≤ 1, no difference of radii.
 
-    def excess(columns: Columns, designs: Designs) -> FloatArray:
+    Undercut is the same with ρ_min = 0, but at the bound itself it is not held.
+    """
+    at_bound = np.finfo(float).tiny if bound == 0.0 else 0.0
+
+    def flat(columns: Columns, designs: Designs) -> FloatArray:
+        result: FloatArray = (bound - columns["profile_radius_min_mm"]) / (bound or designs.size)
+        return np.where(result == 0.0, at_bound, result)
+
+    def trace(columns: Columns, designs: Designs) -> FloatArray:
         sharpest = columns["pitch_curvature_max_per_mm"]
         if subject.mechanism.grooved:
             sharpest = np.maximum(sharpest, -columns["pitch_curvature_min_per_mm"])
         result: FloatArray = sharpest * (designs.roller_radius + bound) - 1.0
-        return result
+        return np.where(result == 0.0, at_bound, result)
 
-    needs = ("pitch_curvature_max_per_mm", "pitch_curvature_min_per_mm")
-    return Limit("curvature_radius", bound, needs, excess)
+    if subject.mechanism.curvature is None:
+        return Limit(name, bound, ("profile_radius_min_mm",), flat)
+    needs = ("pitch_curvature_max_per_mm", "pitch_curvature_min_per_mm", "profile_radius_min_mm")
+    return Limit(name, bound, needs, trace)
 
 
 def _implied(subject: Subject) -> list[Limit]:
     """What every cam has to hold, asked or not: no undercut, and clear of its shaft."""
     limits = []
     if not subject.pointed:
-        needs = ("undercut", "profile_radius_min_mm")
-        limits.append(Limit("undercut", 0.0, needs, _undercut_excess))
+        limits.append(_curvature("undercut", subject, 0.0))
     if subject.shaft_radius is not None:
         radius = subject.shaft_radius
         limits.append(
             Limit("shaft_diameter", 2 * radius, (), lambda columns, designs: (radius - designs.size) / radius)
         )
     return limits
-
-
-def _undercut_excess(columns: Columns, designs: Designs) -> FloatArray:
-    """Relative to the roller: how far the profile is cut away; positive exactly where it is undercut."""
-    size = np.where(designs.roller_radius > 0.0, designs.roller_radius, designs.size)
-    depth = -columns["profile_radius_min_mm"] / size
-    tiny = np.finfo(float).tiny  # the verdict keeps its sign where the depth has rounded to zero
-    result: FloatArray = np.where(columns["undercut"], np.maximum(depth, tiny), np.minimum(depth, -tiny))
-    return result
 
 
 def limits_of(scene: Scene, subject: Subject) -> tuple[Limit, ...]:
@@ -93,11 +86,11 @@ def limits_of(scene: Scene, subject: Subject) -> tuple[Limit, ...]:
     if asked.pressure_angle is not None:
         rises = ("pressure_angle_max_rise_deg", "pressure_angle_max_dwell_deg")
         limits.append(_at_most("pressure_angle", asked.pressure_angle, *rises))
-    if asked.pressure_angle_return is not None:
-        returns = "pressure_angle_max_return_deg"
-        limits.append(_at_most("pressure_angle_return", asked.pressure_angle_return, returns))
+    on_return = asked.pressure_angle if asked.pressure_angle_return is None else asked.pressure_angle_return
+    if on_return is not None:
+        limits.append(_at_most("pressure_angle_return", on_return, "pressure_angle_max_return_deg"))
     if asked.face_reach is not None:
         limits.append(_at_most("face_reach", asked.face_reach, "face_reach_max_mm", "face_reach_min_mm"))
     if asked.curvature_radius is not None:
-        limits.append(_curvature(subject, asked.curvature_radius))
+        limits.append(_curvature("curvature_radius", subject, asked.curvature_radius))
     return (*limits, *_implied(subject))

@@ -1,14 +1,14 @@
 """The cam as points for a machine or another program: displacement, pitch curve, profile and cutter path."""
 
 import os
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from camopt.evaluation import Question, resolve
+from camopt.effects import Case
+from camopt.evaluation import Question, resolve, run_effects
+from camopt.files import whole_file
 from camopt.geometry import cam_curves
 from camopt.mechanisms.design import ComplexArray
 from camopt.mistakes import BadInput, Mistake
@@ -114,21 +114,6 @@ def checked_suffix(path: str | os.PathLike[str], key: str, known: tuple[str, ...
     return suffix
 
 
-@contextmanager
-def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """A temporary path beside ``path``, which takes its name if the block ends well, and goes if not."""
-    path = Path(path)
-    partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
-    try:
-        yield partial
-        os.replace(partial, path)
-    except OSError as trouble:
-        reason = os.strerror(trouble.errno) if trouble.errno else str(trouble)
-        raise OSError(trouble.errno or 0, reason, os.fspath(path)) from None
-    finally:
-        partial.unlink(missing_ok=True)
-
-
 def _checked_angles(angles: ArrayLike | None) -> FloatArray:
     degrees = np.arange(361.0) if angles is None else np.array(angles, dtype=float).reshape(-1)
     outside = degrees[~((degrees >= 0.0) & (degrees <= 360.0))]
@@ -140,10 +125,20 @@ def _checked_angles(angles: ArrayLike | None) -> FloatArray:
 def _check_cutter(question: Question, radius: float | None) -> None:
     if radius is None:
         return
-    widest = float(question.design.roller_radius[0]) if question.subject.mechanism.grooved else np.inf
-    allowed = "above 0 mm" if np.isinf(widest) else f"above 0 and at most the roller radius ({widest:g} mm)"
+    widest = float(question.design.roller_radius[0]) if question.subject.mechanism.grooved else _deepest(question)
+    allowed = (
+        "above 0 mm" if np.isinf(widest) else f"above 0 and at most {widest:g} mm, or it cuts into the profile"
+    )
     if not (0.0 < radius <= widest and np.isfinite(radius)):
         raise BadInput([Mistake("camopt", "--cutter-radius", radius, allowed)])
+
+
+def _deepest(question: Question) -> float:
+    """The largest cutter that reaches every concave flank."""
+    if question.subject.mechanism.curvature is None:
+        return np.inf  # a flat face leaves no concave flank
+    case = Case(question.subject, question.programme, question.design)
+    return float(run_effects(case, ["cutter_radius_max_mm"]).column("cutter_radius_max_mm")[0])
 
 
 def _curves(question: Question, angles: FloatArray, cutter_radius: float | None) -> dict[str, ComplexArray]:

@@ -1,7 +1,7 @@
 """What the commands print: tables for people, one JSON document for programs."""
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from math import inf, isinf
 from typing import Any
@@ -49,7 +49,8 @@ def progress(quiet: bool, unit: str) -> Iterator[Advance]:
 
 
 def _print_json(document: Any) -> None:
-    sys.stdout.write(to_json(document) + "\n")
+    if sys.stdout is not None:
+        sys.stdout.write(to_json(document) + "\n")
 
 
 def _finite(record: dict[str, Any]) -> dict[str, Any]:
@@ -90,7 +91,7 @@ def _table(title: str, records: list[dict[str, Any]], names: list[str]) -> Table
         heading = _heading(name) if name in QUANTITIES else name.replace("_", "\n")
         if all(isinstance(text, str) for text in texts):
             longest = max((len(word) for text in texts for word in text.split(" ")), default=0)
-            table.add_column(heading, overflow="fold", min_width=longest, vertical="bottom")
+            table.add_column(heading, min_width=longest, no_wrap=True, vertical="bottom")
         else:
             table.add_column(heading, justify="right", no_wrap=True, vertical="bottom")
     for record in records:
@@ -99,9 +100,40 @@ def _table(title: str, records: list[dict[str, Any]], names: list[str]) -> Table
 
 
 def _print(*things: Any) -> None:
-    console = Console(width=None if sys.stdout.isatty() else 110, highlight=False)
+    """Print to standard output. Nothing is cut off: a table wider than the screen is printed row by row."""
+    if sys.stdout is None:
+        return
+    screen = Console(highlight=False, markup=False)
     for thing in things:
-        console.print(thing)
+        if not isinstance(thing, Table):
+            screen.print(thing, soft_wrap=True)
+            continue
+        width = Console(width=UNBOUNDED).measure(thing)
+        narrow = screen.width if sys.stdout.isatty() else UNBOUNDED
+        if narrow < width.minimum:
+            screen.print(_row_by_row(thing), soft_wrap=True)
+        else:
+            Console(width=min(width.maximum, narrow), highlight=False, markup=False).print(thing, crop=False)
+
+
+UNBOUNDED = 10_000
+
+
+def _row_by_row(table: Table) -> str:
+    """A table as text for a narrow screen: each row as lines of heading and value."""
+    heads = [str(column.header).replace("\n", " ") for column in table.columns]
+    cells = [[str(cell) for cell in column.cells] for column in table.columns]
+    rows = [
+        "\n".join(f"{head:<24} {cell}".strip() for head, cell in zip(heads, row, strict=True) if cell)
+        for row in zip(*cells, strict=True)
+    ]
+    return "\n\n".join([str(table.title or ""), *rows])
+
+
+def say_written(files: Iterable[Any]) -> None:
+    """Name the files written, on standard error."""
+    for file in files:
+        print(f"wrote {file}", file=sys.stderr)
 
 
 def show_evaluation(result: Evaluation, as_json: bool) -> None:
@@ -109,11 +141,13 @@ def show_evaluation(result: Evaluation, as_json: bool) -> None:
     if as_json:
         return _print_json(result.to_json())
     table = Table(title=result.scene.name, title_justify="left", show_header=False, box=None, pad_edge=False)
-    for style, justify in (("", "left"), ("bold", "right"), ("", "left"), ("dim", "left")):
-        table.add_column(style=style, justify=justify)  # type: ignore[arg-type]
+    table.add_column(no_wrap=True)
+    table.add_column(style="bold", justify="right")
+    table.add_column(no_wrap=True)
+    table.add_column(style="dim")
     for name, value in result.items():
         about = result.unbounded.get(name) or QUANTITIES[name].sentence
-        table.add_row(name, _number(value), QUANTITIES[name].unit, about)
+        table.add_row(name, _number(value).replace(",", ", "), QUANTITIES[name].unit, about)
     return _print(table)
 
 
@@ -132,6 +166,7 @@ def show_sweep(result: Sweep, as_json: bool) -> None:
                 "best": next(iter(best.values()), None),
                 "by_law": best,
                 "nearest_miss": _finite(result.nearest_miss) if result.nearest_miss else None,
+                **({"obstacle": result.obstacle} if result.obstacle else {}),
             }
         )
     _print(
@@ -145,8 +180,8 @@ def show_sweep(result: Sweep, as_json: bool) -> None:
         _print("", _table("The best design of each law", list(result.best.values()), [*names, "held_by"]))
     elif result.nearest_miss:
         _show_miss(result.nearest_miss)
-    for file in result.files:
-        _print(f"wrote {file}")
+    elif result.obstacle:
+        _print(f"No design can be put together: {result.obstacle}.")
     return None
 
 

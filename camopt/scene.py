@@ -20,6 +20,7 @@ from pydantic import (
     ConfigDict,
     Discriminator,
     Field,
+    PrivateAttr,
     Tag,
     ValidationError,
     model_validator,
@@ -57,6 +58,12 @@ def _known(names: Any, what: str) -> Any:
         return value
 
     return BeforeValidator(validate)
+
+
+def _one_line(value: Any) -> Any:
+    if isinstance(value, str) and not value.isprintable():
+        raise ValueError("a text of one line, of printable characters")
+    return value
 
 
 LawName = Annotated[str, _known(LAWS, "a motion law")]
@@ -208,7 +215,7 @@ class Scene(Table):
         With every mistake, when the scene is made.
     """
 
-    name: str = "scene"
+    name: Annotated[str, BeforeValidator(_one_line)] = "scene"
     cam: Cam
     follower: Follower
     motion: Annotated[tuple[Segment, ...], Field(min_length=1)]
@@ -217,6 +224,18 @@ class Scene(Table):
     materials: Materials = Materials()
     accuracy: Accuracy = Accuracy()
     outputs: Quantities = ()
+    _file: str = PrivateAttr("scene")
+
+    @property
+    def file(self) -> str:
+        """Where the scene comes from, as messages call it."""
+        return self._file
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Scene) and self.__dict__ == other.__dict__
+
+    def __hash__(self) -> int:
+        return hash(self.to_toml())
 
     def __init__(self, /, **values: Any) -> None:
         self._fill(values, str(values.get("name", "scene")))
@@ -232,6 +251,7 @@ class Scene(Table):
         found += [Mistake(file, *fault, bare=True) for fault in check(plain) if fault[0] not in keys]
         if found:
             raise BadInput(found)
+        self._file = file
 
     @classmethod
     def from_dict(cls, data: dict[str, Any], file: str = "scene") -> "Scene":
@@ -270,13 +290,13 @@ class Scene(Table):
                 table = table.setdefault(name, {})
                 if not isinstance(table, dict):
                     raise BadInput(
-                        [Mistake(self.name, key, value, f"{name} is no table: give it whole", bare=True)]
+                        [Mistake(self.file, key, value, f"{name} is no table: give it whole", bare=True)]
                     )
             if value is None:
                 table.pop(last, None)
             else:
                 table[last] = _plain(value)
-        return Scene.from_dict(data, self.name)
+        return Scene.from_dict(data, self.file)
 
 
 def _plain(value: Any) -> Any:

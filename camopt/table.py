@@ -2,14 +2,16 @@
 
 import json
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from camopt.files import whole_file
 from camopt.quantities import QUANTITIES
 from camopt.rows import Rows
 from camopt.version import VERSION
@@ -51,36 +53,33 @@ def _array(value: Any, rows: int, kind: pa.DataType) -> pa.Array:
     return pa.Array.from_buffers(kind, rows, [None, pa.py_buffer(values)])
 
 
-class TableFile:
-    """A Parquet file that grows by batches and takes its final name only when whole.
+@contextmanager
+def table_file(path: Path, layout: pa.Schema) -> Iterator["TableWriter"]:
+    """A Parquet file that grows by batches and takes its final name only when whole."""
+    few_values = [c.name for c in layout if QUANTITIES[c.name].effect in ("sizes", "motion", "limits")]
+    options = {"compression": "zstd", "compression_level": 1, "write_page_checksum": True}
+    with (
+        whole_file(path) as partial,
+        pq.ParquetWriter(partial, layout, use_dictionary=few_values, **options) as parquet,
+    ):
+        writer = TableWriter(parquet, layout)
+        yield writer
+        writer.finish()
 
-    Use as a context manager: on an error or an interrupt nothing is left behind.
-    """
 
-    def __init__(self, path: Path, layout: pa.Schema) -> None:
-        self.path, self.layout = path, layout
-        self._partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
-        self._writer: pq.ParquetWriter | None = None
+class TableWriter:
+    """Collects rows and writes them in groups of a fixed size, so that files do not depend on the batches."""
+
+    def __init__(self, parquet: pq.ParquetWriter, layout: pa.Schema) -> None:
+        self._parquet, self._layout = parquet, layout
         self._pending: list[pa.Table] = []
         self._waiting = 0
 
-    def __enter__(self) -> "TableFile":
-        few_values = [c.name for c in self.layout if QUANTITIES[c.name].effect in ("sizes", "motion", "limits")]
-        self._writer = pq.ParquetWriter(
-            self._partial,
-            self.layout,
-            compression="zstd",
-            compression_level=1,
-            use_dictionary=few_values,
-            write_page_checksum=True,
-        )
-        return self
-
     def append(self, rows: Rows) -> None:
-        """Add rows; they are written in groups of a fixed size, so that files do not depend on the batches."""
+        """Add rows."""
         if not rows.count:
             return
-        self._pending.append(to_table(rows, self.layout))
+        self._pending.append(to_table(rows, self._layout))
         self._waiting += rows.count
         if self._waiting >= ROWS_IN_GROUP:
             merged = pa.concat_tables(self._pending)
@@ -89,32 +88,19 @@ class TableFile:
             self._pending = [merged.slice(whole)]
             self._waiting = merged.num_rows - whole
 
-    def _write(self, table: pa.Table) -> None:
-        assert self._writer is not None
-        self._writer.write_table(table, row_group_size=ROWS_IN_GROUP)
+    def finish(self) -> None:
+        """Write the rows that fill no group."""
+        if self._pending:
+            self._write(pa.concat_tables(self._pending))
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        assert self._writer is not None
-        try:
-            if kind is None and self._pending:
-                self._write(pa.concat_tables(self._pending))
-            self._writer.close()
-            if kind is None:
-                os.replace(self._partial, self.path)
-        finally:
-            self._partial.unlink(missing_ok=True)
+    def _write(self, table: pa.Table) -> None:
+        self._parquet.write_table(table, row_group_size=ROWS_IN_GROUP)
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a small file that appears only when whole."""
-    partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
-    try:
+    """Write a small file."""
+    with whole_file(path) as partial:
         partial.write_text(text, encoding="utf-8")
-        os.replace(partial, path)
-    finally:
-        partial.unlink(missing_ok=True)
 
 
 def load(path: str | os.PathLike[str]) -> "pd.DataFrame":
@@ -146,5 +132,5 @@ def _decoded(metadata: dict[bytes, bytes] | None) -> dict[str, str]:
 
 
 def to_json(document: Any) -> str:
-    """Strict JSON text (no NaN or Infinity)."""
-    return json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False)
+    """Strict JSON text (no NaN or Infinity), in ASCII: it passes any pipe."""
+    return json.dumps(document, indent=2, allow_nan=False)

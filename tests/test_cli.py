@@ -1,6 +1,7 @@
 """The command line: what it prints and writes, its exit codes, and that it never shows a traceback."""
 
 import json
+import os
 import subprocess
 import sys
 from math import isinf
@@ -47,7 +48,7 @@ def run_json(run):
 
     def call(*arguments):
         code, out, err = run(*arguments, "--json")
-        assert not err or err.startswith("camopt: compiling")
+        assert all(line.startswith(("camopt: compiling", "wrote ")) for line in err.splitlines())
         return code, json.loads(out, parse_constant=refuse)
 
     return call
@@ -313,24 +314,24 @@ BAD_INPUT = [
     (["frobnicate"], "No such command 'frobnicate'"),
     (["sweep", "--frob"], "No such option"),
     (["sweep", "--rpm", "fast"], "'fast' is not a valid float"),
-    (["sweep", "--rpm", "-1"], "1000 rpm roller cam: cam.rpm = -1.0: must be at least"),
-    (["sweep", "--rpm", "nan"], "cam.rpm = nan: must be a finite number"),
-    (["evaluate", "two-pauses", "--rpm", "inf"], "cam.rpm = inf: must be a finite number"),
-    (["sweep", "--max-pressure", "90"], "limits.pressure_angle = 90.0: must be below 90"),
-    (["sweep", "--max-pressure-return", "0"], "limits.pressure_angle_return = 0.0: must be at least 1e-09"),
-    (["optimise", "--min-curvature", "-1"], "limits.curvature_radius = -1.0: must be at least 1e-09"),
-    (["optimise", "--tolerance", "1"], "accuracy.tolerance = 1.0: must be at most 0.01"),
+    (["sweep", "--rpm", "-1"], "camopt: --rpm = -1.0: must be at least"),
+    (["sweep", "--rpm", "nan"], "--rpm = nan: must be a finite number"),
+    (["evaluate", "two-pauses", "--rpm", "inf"], "--rpm = inf: must be a finite number"),
+    (["sweep", "--max-pressure", "90"], "--max-pressure = 90.0: must be below 90"),
+    (["sweep", "--max-pressure-return", "0"], "--max-pressure-return = 0.0: must be at least 1e-09"),
+    (["optimise", "--min-curvature", "-1"], "--min-curvature = -1.0: must be at least 1e-09"),
+    (["optimise", "--tolerance", "1"], "--tolerance = 1.0: must be at most 0.01"),
     (["sweep", "--base-radius", "20:150"], "'20:150' is neither START:STOP:STEP nor one number"),
     (["sweep", "--base-radius", "a:b:c"], "'a:b:c' is neither START:STOP:STEP nor one number"),
     (["sweep", "--base-radius", ""], "'' is neither START:STOP:STEP nor one number"),
-    (["sweep", "--base-radius", "150:20:1"], "search.base_radius = {'start': 150.0, 'stop': 20.0, 'step': 1.0}: must"),
-    (["sweep", "--base-radius", "20:150:0"], "search.base_radius.step = 0.0: must be at least 1e-09"),
-    (["sweep", "--base-radius", "nan:1:1"], "search.base_radius.start = nan: must be a finite number"),
-    (["sweep", "--base-radius", "-5"], "search.base_radius = [-5.0]: must be above 0"),
-    (["sweep", "--law", "harmonik"], "search.law.1 = 'harmonik': must be a motion law; did you mean harmonic?"),
+    (["sweep", "--base-radius", "150:20:1"], "--base-radius = {'start': 150.0, 'stop': 20.0, 'step': 1.0}: must"),
+    (["sweep", "--base-radius", "20:150:0"], "--base-radius = 0.0: must be at least 1e-09"),
+    (["sweep", "--base-radius", "nan:1:1"], "--base-radius = nan: must be a finite number"),
+    (["sweep", "--base-radius", "-5"], "--base-radius = [-5.0]: must be above 0"),
+    (["sweep", "--law", "harmonik"], "--law = 'harmonik': must be a motion law; did you mean harmonic?"),
     (["sweep", "--keep", "some"], "'some' is not one of 'pareto', 'feasible', 'all'"),
     (["sweep", "--workers", "0"], "0 is not in the range x>=1"),
-    (["sweep", "flat-reciprocating", "--roller-radius", "5"], "search.roller_radius = [5.0]: a disc cam with a"),
+    (["sweep", "flat-reciprocating", "--roller-radius", "5"], "--roller-radius = [5.0]: a disc cam with a"),
     (["evaluate"], "Missing argument 'SCENE'"),
     (["evaluate", "roler-1000rpm"], "SCENE = 'roler-1000rpm': must be a TOML file or a shipped scene; did you mean ro"),
     (["sweep", "two_pauses"], "did you mean two-pauses?"),
@@ -338,6 +339,9 @@ BAD_INPUT = [
     (["evaluate", "."], "SCENE = '.': must be a TOML file"),
     (["scenes", "exaust-valve"], "did you mean exhaust-valve?"),
     (["evaluate", "two-pauses", "extra"], "unexpected extra argument"),
+    (["sweep", "--base-radius", "20:150:1e-9"], "a range of at most 10,000,000 values; this one has 130,000,000,000"),
+    (["evaluate", "two-pauses", "--cutter-radius", "5"], "--cutter-radius = 5.0: belongs to --points"),
+    (["evaluate", "exhaust-valve", "--points", "c.csv", "--cutter-radius", "90"], "above 0 and at most 66.8"),
     (["evaluate", "two-pauses", "--points", "curve.xyz"], "curve.xyz"),
     (["evaluate", "two-pauses", "--plot", "curve.xyz"], "curve.xyz"),
     (["evaluate", "two-pauses", "--points", "c.csv", "--cutter-radius", "-1"], "--cutter-radius = -1.0: must be above"),
@@ -436,7 +440,7 @@ def test_a_folder_in_place_of_a_table_is_told(run):
 
 def process(*arguments, **options):
     command = [sys.executable, "-m", "camopt.cli", *arguments]
-    return subprocess.run(command, capture_output=True, text=True, encoding="utf-8", timeout=300, **options)
+    return subprocess.run(command, capture_output=True, text=True, timeout=300, **{"encoding": "utf-8", **options})
 
 
 def test_a_process_gives_the_exit_code_and_one_document():
@@ -473,3 +477,43 @@ def test_a_reader_that_goes_away_is_no_trouble():
     done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, timeout=60)
     assert "Traceback" not in done.stderr
     assert "Exception" not in done.stderr
+
+
+def test_a_sweep_does_not_overwrite_the_scene_it_reads(run):
+    name = scene_file({}, name="scene.toml")
+    before = Path(name).read_text(encoding="utf-8")
+    code, out, err = run("sweep", name, *SMALL, "--out", ".")
+    assert (code, out, files_here()) == (2, "", ["scene.toml"])
+    assert "--out = '.': must be another folder" in err
+    assert Path(name).read_text(encoding="utf-8") == before
+
+
+def test_a_law_with_corners_stops_a_roller_at_any_size(run_json):
+    name = scene_file({"search.law": "uniform"})
+    code, found = run_json("optimise", name)
+    assert (code, found["obstacles"]) == (1, {"uniform": "curvature_radius, undercut"})
+    assert found["nearest_miss"]["violated"] == "curvature_radius,undercut"
+
+
+def test_a_pressure_angle_limits_the_return_too(run_json):
+    scene = {"limits": {"pressure_angle": 45}, "follower.offset": -20}
+    _, found = run_json("evaluate", scene_file(scene))
+    assert (found["violated"], found["pressure_angle_max_rise_deg"] < 45) == ("pressure_angle_return", True)
+    _, found = run_json("evaluate", scene_file(scene | {"limits.pressure_angle_return": 60}))
+    assert found["violated"] == ""
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "cp1252"])
+@pytest.mark.parametrize("arguments", [["laws"], ["evaluate", "exhaust-valve"]])
+def test_a_narrow_encoding_is_no_trouble(encoding, arguments):
+    environment = {**os.environ, "PYTHONIOENCODING": encoding}
+    done = process(*arguments, env=environment, encoding=encoding)
+    assert (done.returncode, "Traceback" in done.stderr) == (0, False)
+
+
+def test_nothing_is_cut_off_in_a_pipe():
+    environment = {**os.environ, "COLUMNS": "60"}
+    text = process("sweep", *SMALL, env=environment).stdout
+    assert "pressure_angle" in text
+    assert "held" in text
+    assert "acceleration_max_rise_deg_per_rad2" in process("evaluate", "oscillating-roller", env=environment).stdout

@@ -193,7 +193,7 @@ def test_cutter_path_and_bad_requests() -> None:
     for radius in (0.0, -1.0, float("nan"), float("inf")):
         with pytest.raises(BadInput, match="--cutter-radius"):
             cam_points(scene, cutter_radius=radius)
-    with pytest.raises(BadInput, match="at most the roller radius"):
+    with pytest.raises(BadInput, match="above 0 and at most 10 mm"):
         cam_points(made("groove"), cutter_radius=10.5)
     for angle in (-1.0, 360.5, float("nan")):
         with pytest.raises(BadInput, match="angles"):

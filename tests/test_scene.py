@@ -131,10 +131,10 @@ def test_replace_sets_adds_and_clears_by_dotted_key():
 @pytest.mark.parametrize(
     ("key", "value", "line"),
     [
-        ("cam.rmp", 5, "1000 rpm roller cam: cam.rmp = 5: not a known key; did you mean rpm?"),
-        ("name.first", 5, "1000 rpm roller cam: name.first = 5: name is no table: give it whole"),
+        ("cam.rmp", 5, "roller-1000rpm: cam.rmp = 5: not a known key; did you mean rpm?"),
+        ("name.first", 5, "roller-1000rpm: name.first = 5: name is no table: give it whole"),
         ("motion.1.law", "harmonic", "motion is no table: give it whole"),
-        ("cam.rpm", -1, "1000 rpm roller cam: cam.rpm = -1: must be at least 1e-09"),
+        ("cam.rpm", -1, "roller-1000rpm: cam.rpm = -1: must be at least 1e-09"),
     ],
 )
 def test_a_mistaken_replacement_is_told(key, value, line):

@@ -95,9 +95,8 @@ def _pressure(picture: Picture) -> Panel:
     bounds = {kind: exact[f"pressure_angle_max_{NAMES[kind]}_deg"] for kind in (RISE, RETURN)}
     panel = Panel("Pressure angle", "deg", values, _peaks(picture, values, bounds, "°"))
     _mark_pitch_point(panel, exact)
-    limits = picture.question.scene.limits
-    asked = {RISE | DWELL: limits.pressure_angle, RETURN: limits.pressure_angle_return}
-    panel.limits = [(kinds, bound) for kinds, bound in asked.items() if bound is not None]
+    kinds = {"pressure_angle": RISE | DWELL, "pressure_angle_return": RETURN}
+    panel.limits = [(kinds[lim.name], lim.bound) for lim in picture.question.limits if lim.name in kinds]
     return panel
 
 

@@ -54,6 +54,7 @@ MECHANISM = Mechanism(
     pressure=lambda designs, programme: CylindricalPressureAngle(designs.size),
     curvature=lambda designs, programme: CylindricalPitchCurvature(designs.size),
     exists=_exists,
+    assembly="the mean radius has to be above 0",
     travel=_travel,
     grooved=True,
 )

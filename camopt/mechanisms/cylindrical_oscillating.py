@@ -87,6 +87,7 @@ MECHANISM = Mechanism(
     pressure=lambda designs, programme: CylindricalOscillatingPressureAngle(*_fields(designs, programme)),
     curvature=lambda designs, programme: CylindricalOscillatingPitchCurvature(*_fields(designs, programme)),
     exists=_exists,
+    assembly="the mean radius has to be above 0, and the swing below 180 deg",
     travel=_travel,
     grooved=True,
 )

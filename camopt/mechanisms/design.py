@@ -76,6 +76,8 @@ class Mechanism:
     """Curve tan β."""
     exists: Callable[[Designs, Programme], BoolArray]
     """Which designs can be assembled at every cam angle."""
+    assembly: str
+    """That condition in words."""
     travel: Callable[[Designs, Programme, FloatArray], Travel]
     """Trace point (flat faces: contact point) of one design at cam angles (m,)."""
     curvature: Callable[[Designs, Programme], Any] | None = None

@@ -97,5 +97,6 @@ MECHANISM = Mechanism(
     pressure=lambda designs, programme: OscillatingPressureAngle(*_fields(designs)),
     curvature=lambda designs, programme: OscillatingPitchCurvature(*_fields(designs)),
     exists=_exists,
+    assembly="prime radius, arm and centre distance have to form a triangle that the lift leaves open",
     travel=_travel,
 )

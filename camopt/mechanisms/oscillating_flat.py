@@ -113,5 +113,6 @@ MECHANISM = Mechanism(
     profile_radius=lambda designs, programme: OscillatingFlatProfileRadius(*_fields(designs)),
     reach=lambda designs, programme: OscillatingFlatReach(*_fields(designs)),
     exists=_exists,
+    assembly="the face has to touch the base circle, and to swing by less than the cam turns",
     travel=_travel,
 )

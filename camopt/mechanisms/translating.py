@@ -71,5 +71,6 @@ MECHANISM = Mechanism(
     pressure=lambda designs, programme: TranslatingPressureAngle(designs.lead, height(designs)),
     curvature=lambda designs, programme: TranslatingPitchCurvature(designs.lead, height(designs)),
     exists=_exists,
+    assembly="the offset has to be smaller than the prime radius",
     travel=_travel,
 )

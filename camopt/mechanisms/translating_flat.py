@@ -34,5 +34,6 @@ MECHANISM = Mechanism(
     profile_radius=lambda designs, programme: _linear(designs, 1, 0, 1, designs.size),
     reach=lambda designs, programme: _linear(designs, 0, 1, 0, -designs.lead),
     exists=_exists,
+    assembly="the base radius has to be above 0",
     travel=_travel,
 )

@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from camopt.evaluation import Question, excesses, judged
+from camopt.effects import Case
+from camopt.evaluation import Question, excesses, judged, least_excess, run_effects
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
@@ -18,6 +19,7 @@ from camopt.search.enclosure import constraints_of, examined, points_of
 LARGEST_SIZE = 1e9  # mm
 FIRST_BOXES = 32
 MOST_BOXES = 1_000_000
+ZOOMS = 12  # each to two fifths of the last
 NARROW = 1e-3 * GAP  # a box this narrow that is not excluded stays undecided
 
 
@@ -25,7 +27,7 @@ def branch_and_bound(question: Question, programme: Programme, bounds: Bounds) -
     """Least feasible size over a box of designs, by bisection of boxes, all boxes of a level at once."""
     incumbent, obstacle, nearest = _first_feasible(question, programme, bounds)
     least, most = bounds["size"][0], size_of(incumbent, _largest_size(question, bounds))
-    hopeless = incumbent is None and _stopped_at_any_size(question, obstacle)
+    hopeless = incumbent is None and _stopped_at_any_size(question, programme, obstacle, nearest)
     if hopeless or most <= least or most >= LARGEST_SIZE:  # nothing to search, or no size at all is feasible
         return Smallest(incumbent, True, obstacle, nearest)
     if incumbent is None:
@@ -55,11 +57,20 @@ def branch_and_bound(question: Question, programme: Programme, bounds: Bounds) -
     return Smallest(incumbent, proved and boxes < MOST_BOXES, obstacle, nearest)
 
 
-def _stopped_at_any_size(question: Question, obstacle: str) -> bool:
-    """Whether one of the limits that stop every design looked at depends on the motion alone."""
-    stops = set(obstacle.split(", "))
-    needs = [lim.needs for lim in question.limits if lim.name in stops and lim.needs]
-    return any(all(QUANTITIES[name].effect == "motion" for name in each) for each in needs)
+def _stopped_at_any_size(question: Question, programme: Programme, obstacle: str, nearest: Designs | None) -> bool:
+    """Whether one of the limits that stop every design looked at does so whatever the size.
+
+    It depends on the motion alone, or a corner of the motion makes it infinite.
+    """
+    if nearest is None:
+        return False
+    columns = run_effects(Case(question.subject, programme, nearest), question.needed).columns
+    for limit in question.limits:
+        if limit.name in obstacle.split(", ") and limit.needs:
+            of_motion = all(QUANTITIES[name].effect == "motion" for name in limit.needs)
+            if of_motion or (programme.corners and np.isinf(limit.excess(columns, nearest)[0])):
+                return True
+    return False
 
 
 def size_of(design: Designs | None, otherwise: float) -> float:
@@ -123,12 +134,30 @@ def _first_feasible(
     if not len(points):
         return None, "assembly", None
     excess = excesses(question.limits, judged(question, programme, points, frozenset()).columns, points)
-    nearest = np.argmin(excess.max(axis=0), keepdims=True)
+    nearest = least_excess(excess)
     stopped = np.all(excess > 0.0, axis=1)
     if not stopped.any():
-        stopped = excess[:, nearest[0]] > 0.0
+        stopped = excess[:, nearest] > 0.0
     names = [limit.name for limit, stops in zip(question.limits, stopped, strict=True) if stops]
-    return None, ", ".join(names), points.take(nearest)
+    return None, ", ".join(names), _nearer(question, programme, bounds, points.take([nearest]))
+
+
+def _nearer(question: Question, programme: Programme, bounds: Bounds, design: Designs) -> Designs:
+    """A nearer miss than that of a coarse grid, by finer and finer grids around it."""
+    free = {name: ends for name, ends in bounds.items() if ends[1] > ends[0]}
+    spans = {name: (b - a) / 8 if np.isfinite(b - a) else np.inf for name, (a, b) in free.items()}
+    spans["size"] = min(spans.get("size", inf), float(design.prime_radius[0]) / 4)
+    for _ in range(ZOOMS):
+        steps = [np.linspace(-1, 1, 7) * spans[name] for name in free]
+        mesh = [m.ravel() for m in np.meshgrid(*steps, indexing="ij")]
+        moved = {n: np.clip(design.sizes[n] + m, *free[n]) for n, m in zip(free, mesh, strict=True)}
+        ones = np.ones(mesh[0].size if mesh else 1)
+        points = Designs(**{n: moved.get(n, v * ones) for n, v in design.sizes.items()}, sense=design.sense)
+        points = points.take(question.subject.mechanism.exists(points, programme) & (points.size > 0.0))
+        columns = run_effects(Case(question.subject, programme, points), question.needed).columns
+        design = points.take([least_excess(excesses(question.limits, columns, points))])
+        spans = {name: span / 2.5 for name, span in spans.items()}
+    return design
 
 
 def _coarse_grid(question: Question, programme: Programme, bounds: Bounds) -> Designs:

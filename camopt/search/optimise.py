@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from camopt.evaluation import Question, excesses, judged, resolve
+from camopt.evaluation import Question, by_excess, excesses, judged, resolve
 from camopt.mechanisms import Designs
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion.programme import Programme
@@ -56,7 +56,7 @@ def optimise(scene: Scene, progress: Progress | None = None) -> Optimum:
     """
     question = resolve(scene)
     found: dict[str, dict[str, Any]] = {}
-    misses: list[tuple[float, dict[str, Any]]] = []
+    misses: list[tuple[tuple[float, float], dict[str, Any]]] = []
     obstacles: dict[str, str] = {}
     programmes = programmes_of(question)
     for done, programme in enumerate(programmes):
@@ -75,20 +75,22 @@ def optimise(scene: Scene, progress: Progress | None = None) -> Optimum:
     size = question.size_name
     if any(row[size] <= 2 * GAP for row in found.values()):
         wanted = "a limit that holds the size from below, such as pressure_angle or curvature_radius"
-        raise BadInput([Mistake(scene.name, "limits", None, f"nothing limits the size: name {wanted}", bare=True)])
+        raise BadInput([Mistake(scene.file, "limits", None, f"nothing limits the size: name {wanted}", bare=True)])
     ranked = dict(sorted(found.items(), key=lambda item: float(item[1][size])))
     return Optimum(scene, next(iter(ranked.values()), None), ranked, obstacles, None if found else _least(misses))
 
 
-def _missed(question: Question, programme: Programme, design: Designs) -> tuple[float, dict[str, Any]]:
-    """The excess and the quantities of a design that holds not all limits."""
+def _missed(
+    question: Question, programme: Programme, design: Designs
+) -> tuple[tuple[float, float], dict[str, Any]]:
+    """How badly a design misses its limits, and its quantities."""
     rows = judged(question, programme, design, question.wanted | question.sizes)
-    worst = float(excesses(question.limits, rows.columns, design).max())
+    worst = by_excess(excesses(question.limits, rows.columns, design)[:, 0])
     values = rows.records()[0]
     return worst, {name: values[name] for name in QUANTITIES if name in values}
 
 
-def _least(misses: list[tuple[float, dict[str, Any]]]) -> dict[str, Any] | None:
+def _least(misses: list[tuple[tuple[float, float], dict[str, Any]]]) -> dict[str, Any] | None:
     return min(misses, key=lambda miss: miss[0])[1] if misses else None
 
 

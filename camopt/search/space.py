@@ -13,7 +13,7 @@ from camopt.mechanisms import Designs
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
-from camopt.scene import Range, Scene
+from camopt.scene import Range
 
 FIELDS = {  # keys of [search] and the sizes that they vary, slowest first
     "face_offset": "face_offset",
@@ -25,6 +25,9 @@ FIELDS = {  # keys of [search] and the sizes that they vary, slowest first
     "mean_radius": "size",
     "base_radius": "size",
 }
+
+
+MOST_VALUES = 10_000_000  # of one axis; a space may have far more designs, it is never materialised
 
 
 @dataclass(frozen=True)
@@ -73,14 +76,18 @@ def programmes_of(question: Question) -> tuple[Programme, ...]:
 
 def space_of(question: Question) -> Space:
     """The space that a scene's ``[search]`` spans; a range without a step is a mistake here."""
-    mistakes: list[Mistake] = []
+    file, mistakes = question.scene.file, []
     axes = {}
     for key in FIELDS:
         choice = getattr(question.scene.search, key)
         if choice is None:
             continue
         if isinstance(choice, Range) and choice.step is None and choice.start != choice.stop:
-            mistakes.append(Mistake(question.scene.name, f"search.{key}.step", None, "a step above 0, for a sweep"))
+            mistakes.append(Mistake(file, f"search.{key}.step", None, "a step above 0, for a sweep"))
+            continue
+        if value_count(choice) > MOST_VALUES:
+            allowed = f"a range of at most {MOST_VALUES:,} values; this one has {value_count(choice):,}"
+            mistakes.append(Mistake(file, f"search.{key}.step", choice.step, allowed))
             continue
         axes[key] = axis_values(choice)
     if mistakes:
@@ -91,16 +98,14 @@ def space_of(question: Question) -> Space:
 def axis_values(choice: Range | tuple[float, ...]) -> FloatArray:
     """The values of a list, or of a range with both its ends (the last step may fall short)."""
     if not isinstance(choice, Range):
-        return np.array(choice, dtype=float)
+        return np.array(list(dict.fromkeys(choice)), dtype=float)
     if choice.step is None:
         return np.array([choice.start])
-    steps = floor((choice.stop - choice.start) / choice.step + 1e-9)
-    return np.asarray(choice.start + choice.step * np.arange(steps + 1), dtype=float)
+    return np.asarray(choice.start + choice.step * np.arange(value_count(choice)), dtype=float)
 
 
-def choice_bounds(scene: Scene, key: str, fixed: float) -> tuple[float, float]:
-    """The closed interval of a range in ``[search]``, or the scene's own value."""
-    choice = getattr(scene.search, key)
-    if isinstance(choice, Range):
-        return choice.start, choice.stop
-    return fixed, fixed
+def value_count(choice: Range | tuple[float, ...]) -> int:
+    """How many values a list or range has."""
+    if not isinstance(choice, Range):
+        return len(set(choice))
+    return 1 + (floor((choice.stop - choice.start) / choice.step + 1e-9) if choice.step else 0)

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from camopt.evaluation import VERDICT, Question, excesses, judged, resolve, screened
+from camopt.evaluation import VERDICT, Question, by_excess, excesses, judged, least_excess, resolve, screened
 from camopt.mechanisms import SIZES
 from camopt.motion.programme import Programme
 from camopt.quantities import QUANTITIES, motion_quantity
@@ -21,7 +21,7 @@ from camopt.rows import Rows, joined
 from camopt.scene import Scene
 from camopt.search.pareto import non_dominated, ranked
 from camopt.search.space import Space, space_of
-from camopt.table import TableFile, schema, write_text
+from camopt.table import schema, table_file, write_text
 
 BLOCK = 32768  # designs: Python's share is small, and memory stays bounded
 KEEP = ("feasible", "pareto", "all")
@@ -45,6 +45,8 @@ class Sweep:
     limits that the next smaller cam of the space would exceed."""
     nearest_miss: dict[str, Any] | None
     """Where nothing is feasible: the design with the least excess, and what it exceeds under ``violated``."""
+    obstacle: str = ""
+    """Where no design can be put together: the condition that all of them break."""
 
 
 @dataclass(frozen=True)
@@ -93,7 +95,8 @@ def sweep(
         if out is not None:
             Path(out).mkdir(parents=True, exist_ok=True)
             layout = schema(column_names(question), question.scene.to_toml())
-            table = stack.enter_context(TableFile(Path(out) / "designs.parquet", layout))
+            pareto = stack.enter_context(table_file(Path(out) / "pareto.parquet", layout))
+            table = stack.enter_context(table_file(Path(out) / "designs.parquet", layout))
         for batch in _in_order(space, work, workers or os.cpu_count() or 1, block):
             designs += batch.designs
             existing += batch.existing
@@ -108,8 +111,7 @@ def sweep(
         if table:
             if keep == "pareto":
                 table.append(front)
-            with TableFile(Path(out or "") / "pareto.parquet", layout) as pareto:
-                pareto.append(front)
+            pareto.append(front)
             write_text(Path(out or "") / "scene.toml", question.scene.to_toml())
     return Sweep(
         scene=question.scene,
@@ -122,6 +124,7 @@ def sweep(
         else tuple(Path(out) / f for f in ("designs.parquet", "pareto.parquet", "scene.toml")),
         best=best_of_each_law(space, joined(firsts)),
         nearest_miss=None if feasible else nearest_miss(space, block),
+        obstacle="" if existing else question.subject.mechanism.assembly,
     )
 
 
@@ -199,17 +202,18 @@ def held_by(space: Space, row: dict[str, Any]) -> str:
 
 
 def nearest_miss(space: Space, block: int) -> dict[str, Any] | None:
-    """The design of the space whose largest relative excess is least, with its quantities."""
+    """The design of the space that misses its limits the least, with its quantities."""
     question = space.question
-    best: tuple[float, dict[str, Any]] | None = None
+    best: tuple[tuple[float, float], dict[str, Any]] | None = None
     for programme, first, last in space.blocks(block):
         designs = space.designs(np.arange(first, last))
         designs = designs.take(question.subject.mechanism.exists(designs, programme))
         if not len(designs):
             continue
         rows = judged(question, programme, designs, frozenset(column_names(question)))
-        worst = excesses(question.limits, rows.columns, designs).max(axis=0)
-        i = int(np.argmin(worst))
-        if best is None or worst[i] < best[0]:
-            best = float(worst[i]), rows.take(np.array([i])).records()[0]
+        excess = excesses(question.limits, rows.columns, designs)
+        i = least_excess(excess)
+        key = by_excess(excess[:, i])
+        if best is None or key < best[0]:
+            best = key, rows.take(np.array([i])).records()[0]
     return best[1] if best else None

@@ -1,0 +1,30 @@
+"""Files that appear under their final name only when whole."""
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from errno import EISDIR
+from pathlib import Path
+
+
+@contextmanager
+def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
+    """A temporary path beside ``path``, which takes its name if the block ends well, and goes if not.
+
+    Raises
+    ------
+    OSError
+        With ``path`` in it, if the file cannot be written or a folder has its name.
+    """
+    path = Path(path)
+    partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
+    try:
+        if path.is_dir():
+            raise IsADirectoryError(EISDIR, os.strerror(EISDIR))
+        yield partial
+        os.replace(partial, path)
+    except OSError as trouble:
+        reason = os.strerror(trouble.errno) if trouble.errno else str(trouble)
+        raise OSError(trouble.errno or 0, reason, os.fspath(path)) from None
+    finally:
+        partial.unlink(missing_ok=True)
