@@ -10,9 +10,10 @@ from camopt.drawing import diagrams
 from camopt.drawing.cam import draw_disc
 from camopt.drawing.groove import draw_groove
 from camopt.drawing.picture import ALARM, FAINT, INK, MUTED, Picture, number
-from camopt.evaluation import excesses, resolve, violations
 from camopt.files import whole_file
+from camopt.judging import excesses, violations
 from camopt.points import checked_suffix
+from camopt.question import resolve
 from camopt.scene import Scene
 
 STYLE: dict[str, Any] = {

@@ -7,12 +7,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from camopt.effects import Case
-from camopt.evaluation import Question, resolve, run_effects
 from camopt.files import whole_file
 from camopt.geometry import cam_curves
+from camopt.judging import run_effects
 from camopt.mechanisms.design import ComplexArray
 from camopt.mistakes import BadInput, Mistake
 from camopt.numerics import FloatArray
+from camopt.question import Question, resolve
 from camopt.scene import Scene
 
 ABOUT = {

@@ -161,6 +161,7 @@ def show_sweep(result: Sweep, as_json: bool) -> None:
                 "designs": result.designs,
                 "impossible": result.impossible,
                 "feasible": result.feasible,
+                "undecided": result.undecided,
                 "pareto": result.pareto,
                 "files": [str(file) for file in result.files],
                 "best": next(iter(best.values()), None),
@@ -169,9 +170,10 @@ def show_sweep(result: Sweep, as_json: bool) -> None:
                 **({"obstacle": result.obstacle} if result.obstacle else {}),
             }
         )
+    undecided = f"{result.undecided:,} undecided, " if result.undecided else ""
     _print(
         f"{result.scene.name}: {result.designs:,} designs, {result.impossible:,} impossible, "
-        f"{result.feasible:,} feasible, {result.pareto:,} on the Pareto front"
+        f"{result.feasible:,} feasible, {undecided}{result.pareto:,} on the Pareto front"
     )
     if result.best:
         search = result.scene.search

@@ -1,7 +1,7 @@
 """Rows: designs and their quantities inside the program, before they become a table."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -13,15 +13,41 @@ Columns = dict[str, Any]
 
 @dataclass(frozen=True)
 class Rows:
-    """A number of rows with their columns."""
+    """A number of rows with their columns.
+
+    The true value of a quantity lies between its column and that plus ``outward`` (absent: exact to rounding);
+    ``half_width`` is the largest width of an enclosure of each row, relative to the quantity.
+    """
 
     columns: Columns
     count: int
+    outward: Columns = field(default_factory=dict)
+    half_width: Any = 0.0
+
+    def shifted(self, share: float) -> Columns:
+        """The columns moved by a share of their widths: 1 for the far side, −1 for as much inwards."""
+        return self.columns | {name: self.columns[name] + share * width for name, width in self.outward.items()}
 
     def take(self, index: NDArray[Any]) -> "Rows":
         """The rows at an index or mask."""
         count = int(np.count_nonzero(index)) if index.dtype == bool else index.size
-        return Rows({n: v[index] if np.ndim(v) else v for n, v in self.columns.items()}, count)
+
+        def taken(columns: Columns) -> Columns:
+            return {n: v[index] if np.ndim(v) else v for n, v in columns.items()}
+
+        return Rows(taken(self.columns), count, taken(self.outward), taken({"": self.half_width})[""])
+
+    def with_rows(self, index: NDArray[np.intp], other: "Rows") -> "Rows":
+        """These columns with the rows at an index taken from others."""
+        columns = {}
+        for name, value in self.columns.items():
+            if not np.ndim(value) and not np.ndim(other.columns[name]) and value == other.columns[name]:
+                columns[name] = value
+                continue
+            here, there = self.column(name), other.column(name)
+            columns[name] = here.astype(np.promote_types(here.dtype, there.dtype))
+            columns[name][index] = there
+        return Rows(columns, self.count)
 
     def column(self, name: str) -> NDArray[Any]:
         """One column, repeated if it is a single value."""

@@ -39,13 +39,12 @@ def to_table(rows: Rows, layout: pa.Schema) -> pa.Table:
 
 
 def _array(value: Any, rows: int, kind: pa.DataType) -> pa.Array:
-    """A column as an arrow array, from its bytes: ``pa.array`` would import pandas, at 0.3 s, to look at it."""
-    if not np.ndim(value):
-        return pa.repeat(pa.scalar(value, type=kind), rows)
+    """A column as an arrow array, from its bytes: ``pa.array`` and ``pa.scalar`` would import pandas, at 0.3 s."""
     if kind == pa.string():
-        texts = [text.encode() for text in value.tolist()]
+        texts = [str(value).encode()] * rows if not np.ndim(value) else [text.encode() for text in value.tolist()]
         ends = np.cumsum([0, *map(len, texts)], dtype=np.int32)
         return pa.Array.from_buffers(kind, rows, [None, pa.py_buffer(ends), pa.py_buffer(b"".join(texts))])
+    value = np.broadcast_to(value, (rows,))
     if kind == pa.bool_():
         bits = np.packbits(value, bitorder="little")
         return pa.Array.from_buffers(kind, rows, [None, pa.py_buffer(bits)])
@@ -56,7 +55,8 @@ def _array(value: Any, rows: int, kind: pa.DataType) -> pa.Array:
 @contextmanager
 def table_file(path: Path, layout: pa.Schema) -> Iterator["TableWriter"]:
     """A Parquet file that grows by batches and takes its final name only when whole."""
-    few_values = [c.name for c in layout if QUANTITIES[c.name].effect in ("sizes", "motion", "limits")]
+    repeats = [q.name for q in QUANTITIES.values() if q.effect in ("sizes", "motion") or q.kind is not float]
+    few_values = [name for name in repeats if name in layout.names]
     options = {"compression": "zstd", "compression_level": 1, "write_page_checksum": True}
     with (
         whole_file(path) as partial,

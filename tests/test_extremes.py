@@ -58,11 +58,10 @@ def cases():
 @pytest.mark.parametrize(("mechanism", "angular", "name"), list(cases()))
 def test_extremes_are_those_of_dense_sampling(mechanism, angular, name, sense, law):
     turn, some = programme(law, angular=angular), designs(angular, sense)
-    case = Case(Subject(mechanism, angular, False, None, None), turn, some)
+    case = Case(Subject(mechanism, angular, False, None, None, tolerance=1e-13), turn, some)
     make = getattr(mechanism, name)
-    value, where = case.extremes(
-        make, [(TURN, LARGEST), (TURN, LEAST), (RISE, LARGEST_MAGNITUDE), (RETURN, LARGEST)]
-    )
+    questions = [(TURN, LARGEST), (TURN, LEAST), (RISE, LARGEST_MAGNITUDE), (RETURN, LARGEST)]
+    value, where, _ = case.extremes(make, questions, located=True)
     angles = np.concatenate([np.linspace(s.start, s.end, 20001)[1:-1] for s in turn.strokes])
     motion = turn.at(angles)
     on_rise = angles < turn.strokes[0].end
@@ -125,10 +124,10 @@ def test_span_of_a_combination_of_derivatives(law, weights):
 def test_an_answer_does_not_depend_on_its_place_in_a_block(rows):
     turn = programme("poly345", angular=False)
     mechanism = MECHANISMS["disc", "translating", False]
-    subject = Subject(mechanism, False, False, None, None)
+    subject = Subject(mechanism, False, False, None, None, tolerance=1e-13)
     many = designs(False, 1.0, 1000)
-    whole, _ = Case(subject, turn, many).extremes(mechanism.curvature, [(TURN, LARGEST)])
-    part, _ = Case(subject, turn, many.take(slice(1000 - rows, None))).extremes(
+    whole, _, _ = Case(subject, turn, many).extremes(mechanism.curvature, [(TURN, LARGEST)])
+    part, _, _ = Case(subject, turn, many.take(slice(1000 - rows, None))).extremes(
         mechanism.curvature, [(TURN, LARGEST)]
     )
     assert np.array_equal(whole[:, 1000 - rows :], part)
@@ -138,12 +137,12 @@ def test_a_peak_narrower_than_a_panel_is_found():
     """s₀ → 0: the pitch curve has a near-cusp far narrower than the table's panels."""
     turn = programme("harmonic", angular=False)
     mechanism = MECHANISMS["disc", "translating", False]
-    subject = Subject(mechanism, False, False, None, None)
+    subject = Subject(mechanism, False, False, None, None, tolerance=1e-13)
     zero = np.zeros(1)
     for height in (1.0, 0.1, 0.01):
         e = 10.0
         some = Designs(np.array([np.hypot(e, height)]), zero, np.array([e]), zero, zero, zero, 1.0)
-        value, where = Case(subject, turn, some).extremes(mechanism.curvature, [(TURN, LARGEST), (TURN, LEAST)])
+        value, where, _ = Case(subject, turn, some).extremes(mechanism.curvature, [(TURN, LARGEST), (TURN, LEAST)])
         f = mechanism.curvature(some, turn)
         for at, extreme, sign in zip(where[:, 0], value[:, 0], (1, -1), strict=True):
             near = np.concatenate([np.linspace(1e-9, 6.28, 400001), at + np.linspace(-1e-3, 1e-3, 20001)])

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy import optimize
 
 from camopt import BadInput, Scene, evaluate, find_scene, optimise
-from camopt.evaluation import judged, resolve
+from camopt.evaluation import exactly, judged, resolve
 from camopt.mechanisms import Designs
 from camopt.motion import LAWS
 from camopt.motion.programme import span
@@ -158,7 +158,7 @@ def size_of(row):
 @pytest.mark.parametrize("name", CASES)
 def test_no_grid_finds_a_smaller_cam(name):
     """The optimum is feasible, and a fine grid of smaller sizes (and free sizes) holds no feasible design."""
-    question = resolve(CASES[name])
+    question = exactly(resolve(CASES[name]))
     result = optimise(CASES[name])
     best = result.best
     assert best is not None, result.obstacles
@@ -181,7 +181,7 @@ def test_no_grid_finds_a_smaller_cam(name):
 @pytest.mark.parametrize("name", ["pressure binds, offset free", "curvature binds, offset free", "roller free"])
 def test_never_larger_than_scipy_finds(name):
     """Differential evolution on size with a penalty; feasibility by the same limits."""
-    question, case = resolve(CASES[name]), CASES[name]
+    question, case = exactly(resolve(CASES[name])), CASES[name]
     best = size_of(optimise(case).best)
     free = [key for key in ("offset", "roller_radius") if getattr(case.search, key) is not None]
 
@@ -211,7 +211,7 @@ def test_a_dense_scan_of_sizes_finds_the_same_least_radius(law, lift, radius):
     motion = [{**s, **({"lift": lift, "law": law} if "lift" in s else {})} for s in VALVE]
     sizes = {"follower.roller_radius": 10, "follower.offset": 4}
     case = scene(motion=motion, **sizes, limits={"curvature_radius": radius})
-    question = resolve(case)
+    question = exactly(resolve(case))
     fixed = {n: np.full(6000, v[0]) for n, v in question.design.sizes.items()}
     radii = np.linspace(0.05, 300, 6000)
     held = feasible(question, question.programme, Designs(**{**fixed, "size": radii}, sense=question.design.sense))
@@ -263,7 +263,7 @@ def test_the_closed_form_holds_its_limits_and_touches_one(law, limit, other, ris
     assert best["binding"]
     lead = -best["offset_mm"]  # cw
     s0 = np.sqrt(best["prime_radius_mm"] ** 2 - lead**2)
-    question = resolve(case)
+    question = exactly(resolve(case))
     for tangent, kinds in ((tan(radians(limit)), RISE | DWELL), (tan(radians(other)), RETURN)):
         rises = span(question.programme, (-tangent, 1.0), kinds)[1]
         falls = -span(question.programme, (tangent, 1.0), kinds)[0]
@@ -297,6 +297,6 @@ def test_default_scene_names_its_laws_best_first():
 
 
 def test_limits_are_judged_on_every_row_the_same_way():
-    question = resolve(CASES["pressure binds, offset free"])
+    question = exactly(resolve(CASES["pressure binds, offset free"]))
     rows = judged(question, question.programme, question.design, frozenset())
     assert rows.records()[0]["feasible"] is False

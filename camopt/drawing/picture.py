@@ -7,12 +7,13 @@ from typing import Any
 import numpy as np
 
 from camopt.effects import Case, offered
-from camopt.evaluation import Question, run_effects
 from camopt.geometry import CamCurves, cam_curves
+from camopt.judging import run_effects
 from camopt.mechanisms.design import ComplexArray
 from camopt.motion.table import DWELL, RETURN, RISE
 from camopt.numerics import FloatArray
 from camopt.numerics.curves import curve
+from camopt.question import Question
 
 INK, MUTED, FAINT, FILL, BODY, ALARM = "#22303c", "#6b7783", "#c3cad1", "#eef2f5", "#dbe1e7", "#b3261e"
 PITCH, REFERENCE = "#3f7d58", "#8a6fae"
@@ -31,7 +32,7 @@ class Picture:
     @cached_property
     def pieces(self) -> list[FloatArray]:
         """Cam angles (rad) of each smooth piece of the motion."""
-        table = self.question.programme.table()
+        table = self.question.programme.table
         first, last = table.first_panel[:-1], table.first_panel[1:] - 1
         starts = table.centre[first] - table.half_width[first]
         ends = table.centre[last] + table.half_width[last]
@@ -44,7 +45,7 @@ class Picture:
     @cached_property
     def kinds(self) -> list[int]:
         """RISE, RETURN or DWELL of each piece."""
-        return [int(kind) for kind in self.question.programme.table().kind]
+        return [int(kind) for kind in self.question.programme.table.kind]
 
     @cached_property
     def motion(self) -> list[FloatArray]:

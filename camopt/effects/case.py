@@ -2,20 +2,14 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from camopt.mechanisms.design import Designs, Mechanism
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
-from camopt.numerics.extremes import extremes, turns_far
-
-REFINEMENTS = (1, 8, 64, 512)  # times the usual number of panels
-MARGIN = 1e-4  # of the tolerance, spent on following a maximum: its cam angle, too, is then that good
-LARGEST_TURN = 0.25  # tangent of the angle that the normal may turn within a panel
+from camopt.numerics.extremes import extremes
 
 
 @dataclass(frozen=True)
@@ -32,6 +26,25 @@ class Subject:
     tolerance: float = 1e-9
 
 
+class Extremes(NamedTuple):
+    """Answers (questions, designs): values, their cam angles in rad, and half-widths of their enclosures."""
+
+    value: FloatArray
+    where: FloatArray
+    width: FloatArray
+
+
+class Bounded(NamedTuple):
+    """A quantity with its enclosure: the true value lies between ``value`` and ``value + outward``.
+
+    Up to rounding it is beyond ``value`` on the side of ``outward`` only. Relative errors refer to ``scale``.
+    """
+
+    value: Any
+    outward: Any
+    scale: Any
+
+
 @dataclass(frozen=True)
 class Case:
     """A block of designs that share a programme."""
@@ -40,41 +53,26 @@ class Case:
     programme: Programme
     designs: Designs
 
-    @cached_property
-    def resolution(self) -> list[tuple[int, NDArray[np.intp]]]:
-        """Which designs need which refinement of the motion table.
-
-        Where the pitch curve's normal turns far within a panel (s₀ → 0, sin ψ → 0: near a cusp) its curvature
-        has peaks narrower than a panel; those few designs are given finer tables until it does not.
-        """
-        groups = []
-        index = np.arange(len(self.designs))
-        for refinement in REFINEMENTS:
-            some = self.designs.take(index)
-            far = np.zeros(len(some), dtype=bool)
-            if refinement != REFINEMENTS[-1]:
-                pressure = self.subject.mechanism.pressure(some, self.programme)
-                turns_far(pressure, len(some), self.programme.table(refinement), LARGEST_TURN, far)
-            groups.append((refinement, index[~far]))
-            index = index[far]
-            if not index.size:
-                break
-        return groups
-
     def extremes(
-        self, curve: Callable[[Designs, Programme], Any], questions: list[tuple[int, int]]
-    ) -> tuple[FloatArray, FloatArray]:
-        """Extremes of one of the mechanism's curves: (values, cam angles in rad), each (questions, designs)."""
-        asked = np.array(questions, dtype=np.int64)
-        value = np.empty((len(questions), len(self.designs)))
-        where = np.empty_like(value)
-        for refinement, index in self.resolution:
-            some = self.designs.take(index)
-            v, w = np.empty((len(questions), index.size)), np.empty((len(questions), index.size))
-            table = self.programme.table(refinement)
-            extremes(curve(some, self.programme), len(some), table, asked, self.subject.tolerance * MARGIN, v, w)
-            value[:, index], where[:, index] = v, w
-        return value, where
+        self,
+        curve: Callable[[Designs, Programme], Any],
+        questions: list[tuple[int, int]],
+        *,
+        located: bool = False,
+    ) -> Extremes:
+        """Extremes of one of the mechanism's curves, for questions (kinds of stroke, goal).
+
+        Cam angles are as exact as values only if ``located``.
+        """
+        asked, count = np.array(questions, dtype=np.int64), len(self.designs)
+        value, where, width = np.empty((3, len(questions), count))
+        tolerance = self.subject.tolerance
+        location = tolerance if located else np.inf
+        extremes(
+            curve(self.designs, self.programme), count, self.programme.table, asked, tolerance, location,
+            value, where, width,
+        )  # fmt: skip
+        return Extremes(value, where, width)
 
 
 @dataclass(frozen=True)
@@ -84,4 +82,4 @@ class Effect:
     name: str
     offers: Callable[[Subject], tuple[str, ...]]
     run: Callable[[Case, frozenset[str]], dict[str, Any]]
-    """From a case and the wanted names to columns: arrays (designs,), or one value for all of them."""
+    """From a case and the wanted names to columns: arrays (designs,) or one value for all, Bounded if inexact."""

@@ -10,8 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from camopt.effects.case import Case, Effect, Subject
+from camopt.effects.case import Bounded, Case, Effect, Subject
 from camopt.motion.table import TURN
+from camopt.numerics import FloatArray
 from camopt.numerics.extremes import LARGEST, LEAST
 
 
@@ -28,33 +29,52 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
 
 def _flat(case: Case) -> dict[str, Any]:
     assert case.subject.mechanism.profile_radius is not None
-    (radius,), _ = case.extremes(case.subject.mechanism.profile_radius, [(TURN, LEAST)])
+    found = case.extremes(case.subject.mechanism.profile_radius, [(TURN, LEAST)])
+    radius, outward = found.value[0], -found.width[0]
     if any(corner.size < 0.0 for corner in case.programme.corners):
-        radius = np.full_like(radius, -np.inf)
-    return {"profile_radius_min_mm": radius, "undercut": radius <= 0.0}
+        radius, outward = np.full_like(radius, -np.inf), np.zeros_like(radius)
+    scale = np.maximum(np.abs(radius), case.designs.size)
+    return {"profile_radius_min_mm": Bounded(radius, outward, scale), "undercut": radius <= 0.0}
 
 
 def _trace_point(case: Case) -> dict[str, Any]:
     mechanism, roller = case.subject.mechanism, case.designs.roller_radius
     assert mechanism.curvature is not None
-    (most, least), _ = case.extremes(mechanism.curvature, [(TURN, LARGEST), (TURN, LEAST)])
+    found = case.extremes(mechanism.curvature, [(TURN, LARGEST), (TURN, LEAST)])
+    (most, least), (above, below) = found.value, found.width
     convex_sign = 1.0 if mechanism.grooved else -1.0  # of a jump of y' that makes a convex corner
     for corner in case.programme.corners:
         if corner.size * convex_sign > 0.0:
-            most = np.full_like(most, np.inf)
+            most, above = np.full_like(most, np.inf), np.zeros_like(most)
         else:
-            least = np.full_like(least, -np.inf)
-    sharpest = np.maximum(most, -least) if mechanism.grooved else most
-    concave = np.maximum(sharpest, 0.0) if mechanism.grooved else np.maximum(-least, 0.0)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        product = np.where(roller > 0.0, sharpest * roller, 0.0)
-        return {
-            "pitch_curvature_max_per_mm": most,
-            "pitch_curvature_min_per_mm": least,
-            "profile_radius_min_mm": np.where(sharpest > 0.0, 1.0 / sharpest - roller, np.inf),
-            "cutter_radius_max_mm": roller + 1.0 / concave,
-            "undercut": product >= 1.0,
-        }
+            least, below = np.full_like(least, -np.inf), np.zeros_like(most)
+    sharpest, sharper = most, most + above
+    concave, deeper = np.maximum(-least, 0.0), np.maximum(below - least, 0.0)
+    if mechanism.grooved:
+        sharpest, sharper = np.maximum(most, -least), np.maximum(sharper, deeper)
+        concave, deeper = np.maximum(sharpest, 0.0), np.maximum(sharper, 0.0)
+    scale = np.maximum(np.abs(most), np.abs(least))
+    radius = _inverse(np.maximum(sharpest, 0.0))
+    widest = _inverse(concave)
+    return {
+        "pitch_curvature_max_per_mm": Bounded(most, above, scale),
+        "pitch_curvature_min_per_mm": Bounded(least, -below, scale),
+        "profile_radius_min_mm": Bounded(radius - roller, _inwards(radius, sharper), radius),
+        "cutter_radius_max_mm": Bounded(roller + widest, _inwards(widest, deeper), roller + widest),
+        "undercut": np.where(roller > 0.0, sharpest, 0.0) * np.where(roller > 0.0, roller, 1.0) >= 1.0,
+    }
+
+
+def _inverse(curvature: FloatArray) -> FloatArray:
+    """Radius of a curvature ≥ 0."""
+    with np.errstate(divide="ignore"):
+        return np.asarray(1.0 / curvature)
+
+
+def _inwards(radius: FloatArray, curvature: FloatArray) -> FloatArray:
+    """From a finite radius to the smaller one of a larger curvature."""
+    finite = np.where(np.isfinite(radius), radius, 0.0)
+    return np.where(np.isfinite(radius), np.minimum(_inverse(np.maximum(curvature, 0.0)), finite) - finite, 0.0)
 
 
 EFFECT = Effect("curvature", offers, run)

@@ -4,10 +4,12 @@ from typing import Any
 
 import numpy as np
 
-from camopt.effects.case import Case, Effect, Subject
+from camopt.effects.case import Bounded, Case, Effect, Subject
 from camopt.motion.table import DWELL, RETURN, RISE
 from camopt.numerics.extremes import LARGEST_MAGNITUDE
 
+ROUNDED = 4e-16  # relative, of an angle from its tangent
+PITCH_POINT = {"pressure_angle_max_at_deg", "pitch_circle_radius_mm"}
 KINDS = {"rise": RISE, "return": RETURN, "dwell": DWELL}
 
 
@@ -20,13 +22,17 @@ def offers(subject: Subject) -> tuple[str, ...]:
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     kinds = {name: bit for name, bit in KINDS.items() if any(s.kind == bit for s in case.programme.strokes)}
     questions = [(bit, LARGEST_MAGNITUDE) for bit in kinds.values()]
-    tangents, where = case.extremes(case.subject.mechanism.pressure, questions)
+    pitch_point_wanted = bool(wanted & PITCH_POINT)
+    found = case.extremes(case.subject.mechanism.pressure, questions, located=pitch_point_wanted)
+    angles = np.degrees(np.arctan(found.value))
+    largest = angles.max(axis=0)
+    outer = np.degrees(np.arctan(found.value + found.width)) + ROUNDED * largest
     columns: dict[str, Any] = {f"pressure_angle_max_{kind}_deg": 0.0 for kind in KINDS}
-    for name, tangent in zip(kinds, tangents, strict=True):
-        columns[f"pressure_angle_max_{name}_deg"] = np.degrees(np.arctan(tangent))
-    columns["pressure_angle_max_deg"] = np.degrees(np.arctan(tangents.max(axis=0)))
-    if wanted & {"pressure_angle_max_at_deg", "pitch_circle_radius_mm"}:
-        pitch_point = np.take_along_axis(where, tangents.argmax(axis=0)[None], axis=0)[0]
+    for name, angle, top in zip(kinds, angles, outer, strict=True):
+        columns[f"pressure_angle_max_{name}_deg"] = Bounded(angle, top - angle, largest)
+    columns["pressure_angle_max_deg"] = Bounded(largest, outer.max(axis=0) - largest, largest)
+    if pitch_point_wanted:
+        pitch_point = np.take_along_axis(found.where, angles.argmax(axis=0)[None], axis=0)[0]
         columns["pressure_angle_max_at_deg"] = np.degrees(pitch_point)
         if "pitch_circle_radius_mm" in wanted:
             travel = case.subject.mechanism.travel(case.designs, case.programme, pitch_point)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from camopt.effects.case import Case, Effect, Subject
+from camopt.effects.case import Bounded, Case, Effect, Subject
 from camopt.motion.table import TURN
 from camopt.numerics.extremes import LARGEST, LEAST
 
@@ -19,8 +19,13 @@ def offers(subject: Subject) -> tuple[str, ...]:
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     assert case.subject.mechanism.reach is not None
-    (furthest, nearest), _ = case.extremes(case.subject.mechanism.reach, [(TURN, LARGEST), (TURN, LEAST)])
-    return {"face_reach_max_mm": np.asarray(furthest), "face_reach_min_mm": np.asarray(nearest)}
+    found = case.extremes(case.subject.mechanism.reach, [(TURN, LARGEST), (TURN, LEAST)])
+    (furthest, nearest), (above, below) = found.value, found.width
+    scale = np.maximum(np.abs(furthest), np.abs(nearest))
+    return {
+        "face_reach_max_mm": Bounded(furthest, above, scale),
+        "face_reach_min_mm": Bounded(nearest, -below, scale),
+    }
 
 
 EFFECT = Effect("reach", offers, run)

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from camopt.mechanisms.design import BoolArray, Designs, Mechanism, Travel
+from camopt.mechanisms.trace import trace_curvature
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.numerics.curves import formula
@@ -32,11 +33,7 @@ def pressure_angle(f, i, y, y1, y2, y3):
 
 @formula(CylindricalPitchCurvature)
 def pitch_curvature(f, i, y, y1, y2, y3):
-    r = f.mean_radius[i]
-    square = 1.0 + (y1 / r) * (y1 / r)
-    cube = square * np.sqrt(square) * r * r
-    curvature = y2 / cube
-    return curvature, y3 / cube - 3.0 * curvature * (y1 / r) * (y2 / r) / square
+    return trace_curvature(-y1, -y2, -y3, f.mean_radius[i], 0.0, 0.0, 0.0, 0.0)
 
 
 def _exists(designs: Designs, programme: Programme) -> BoolArray:

@@ -8,7 +8,7 @@ developed (tangent) plane. With ψ = y − h/2 and the upper sign for a ccw cam 
 so that, with σ = +1 for ccw and −1 for cw,
 
     tan β = (l·ψ' + σ·R_m·sin ψ)/(R_m·cos ψ),    N² = R_m² + 2σR_m·l·sin ψ·ψ' + l²ψ'²
-    κ = (R_m·l·(cos ψ·ψ'' − sin ψ·ψ'²) − σl²ψ'³)/N³
+    κ = (β' − σψ')/N = (R_m·l·(cos ψ·ψ'' − sin ψ·ψ'²) − σl²ψ'³)/N³
 
 Known deviation: the true arc leaves the cylinder. At its ends it stands x = l(1 − cos ½h) off the plane's line
 of contact, and lies x²/(2R_m) above the cylinder; wrapping it instead of laying it flat shifts a point by about
@@ -20,17 +20,19 @@ from typing import NamedTuple
 import numpy as np
 
 from camopt.mechanisms.design import BoolArray, Designs, Mechanism, Travel
+from camopt.mechanisms.trace import trace_curvature
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.numerics.curves import formula
 
 
 class CylindricalOscillatingPressureAngle(NamedTuple):
-    """tan β; R_m and l in mm, half the swing in rad, and the sense of rotation."""
+    """tan β; R_m and l in mm, the direction of the arm at the start, and the sense of rotation."""
 
     mean_radius: FloatArray
     arm_length: FloatArray
-    half_swing: FloatArray
+    cosine: FloatArray
+    sine: FloatArray
     sense: FloatArray
 
 
@@ -39,34 +41,34 @@ class CylindricalOscillatingPitchCurvature(NamedTuple):
 
     mean_radius: FloatArray
     arm_length: FloatArray
-    half_swing: FloatArray
+    cosine: FloatArray
+    sine: FloatArray
     sense: FloatArray
 
 
 @formula(CylindricalOscillatingPressureAngle)
 def pressure_angle(f, i, y, y1, y2, y3):
     r, l = f.mean_radius[i], f.arm_length[i]  # noqa: E741
-    sine, cosine = np.sin(y - f.half_swing[i]), np.cos(y - f.half_swing[i])
-    tangent = (l * y1 / r + f.sense[i] * sine) / cosine
-    return tangent, (l * y2 / r + f.sense[i] * cosine * y1 + tangent * sine * y1) / cosine
+    cosine = f.cosine[i] * np.cos(y) - f.sine[i] * np.sin(y)
+    sine = f.sine[i] * np.cos(y) + f.cosine[i] * np.sin(y)
+    tangent = (l / r * y1 + f.sense[i] * sine) / cosine
+    return tangent, (l / r * y2 + f.sense[i] * cosine * y1 + tangent * sine * y1) / cosine
 
 
 @formula(CylindricalOscillatingPitchCurvature)
 def pitch_curvature(f, i, y, y1, y2, y3):
-    r, l = f.mean_radius[i], f.arm_length[i]  # noqa: E741
-    sine, cosine = np.sin(y - f.half_swing[i]), np.cos(y - f.half_swing[i])
-    turn = f.sense[i] * l * l
-    square = r * r + 2.0 * f.sense[i] * r * l * sine * y1 + l * l * y1 * y1
-    cube = square * np.sqrt(square)
-    curvature = (r * l * (cosine * y2 - sine * y1 * y1) - turn * y1 * y1 * y1) / cube
-    rise = r * l * (cosine * (y3 - y1 * y1 * y1) - 3.0 * sine * y1 * y2) - 3.0 * turn * y1 * y1 * y2
-    half_square = f.sense[i] * r * l * (cosine * y1 * y1 + sine * y2) + l * l * y1 * y2
-    return curvature, rise / cube - 3.0 * curvature * half_square / square
+    r, l, sense = f.mean_radius[i], f.arm_length[i], f.sense[i]  # noqa: E741
+    s = r * (f.cosine[i] * np.cos(y) - f.sine[i] * np.sin(y))
+    across = r * (f.sine[i] * np.cos(y) + f.cosine[i] * np.sin(y))
+    w = -(l * y1 + sense * across)
+    w1, s1 = -(l * y2 + sense * s * y1), -(across * y1)
+    w2, s2 = -(l * y3 + sense * (s1 * y1 + s * y2)), -(s * np.square(y1) + across * y2)
+    return trace_curvature(w, w1, w2, s, s1, s2, -sense * y1, -sense * y2)
 
 
 def _fields(designs: Designs, programme: Programme) -> tuple[FloatArray, ...]:
-    ones = np.ones(len(designs))
-    return designs.size, designs.arm_length, ones * (programme.lift / 2), ones * designs.sense
+    ones, start = np.ones(len(designs)), -programme.lift / 2
+    return designs.size, designs.arm_length, ones * np.cos(start), ones * np.sin(start), ones * designs.sense
 
 
 def _exists(designs: Designs, programme: Programme) -> BoolArray:

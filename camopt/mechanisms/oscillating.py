@@ -5,7 +5,7 @@ the line to the cam centre and the arm, ψ = ψ₀ + y and cos ψ₀ = (c² + l�
 p = ψ' for a ccw cam and −ψ' for a cw one:
 
     tan β = (l·q − c·cos ψ)/(c·sin ψ),    N² = l²q² + c² − 2clq·cos ψ
-    κ_pitch = (l²q³ + c² − cl·(q(1+q)·cos ψ + ψ''·sin ψ)) / N³
+    κ_pitch = (q ∓ β') / N = (l²q³ + c² − cl·(q(1+q)·cos ψ + ψ''·sin ψ)) / N³   (− for a ccw cam)
 
 Source: Norton, Cam Design and Manufacturing Handbook, ch. 7.
 """
@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from camopt.mechanisms.design import BoolArray, Designs, Mechanism, Travel
+from camopt.mechanisms.trace import trace_curvature
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.numerics.curves import formula
@@ -54,14 +55,11 @@ def pitch_curvature(f, i, y, y1, y2, y3):
     c, l = f.centre_distance[i], f.arm_length[i]  # noqa: E741
     cosine = f.cosine[i] * np.cos(y) - f.sine[i] * np.sin(y)
     sine = f.sine[i] * np.cos(y) + f.cosine[i] * np.sin(y)
-    q, q1 = 1.0 + f.sense[i] * y1, f.sense[i] * y2
-    square = l * l * q * q + c * c - 2.0 * c * l * q * cosine
-    cube = square * np.sqrt(square)
-    curvature = (l * l * q * q * q + c * c - c * l * (q * (1.0 + q) * cosine + y2 * sine)) / cube
-    bracket = (1.0 + 2.0 * q) * q1 * cosine - q * (1.0 + q) * sine * y1 + y3 * sine + y2 * y1 * cosine
-    rise = 3.0 * l * l * q * q * q1 - c * l * bracket
-    half_square = l * l * q * q1 - c * l * (q1 * cosine - q * sine * y1)
-    return curvature, rise / cube - 3.0 * curvature * half_square / square
+    q, sense = 1.0 + f.sense[i] * y1, f.sense[i]
+    w, s, along = sense * (l * q - c * cosine), c * sine, c * cosine
+    w1, s1 = l * y2 + sense * s * y1, along * y1
+    w2, s2 = l * y3 + sense * (s1 * y1 + s * y2), along * y2 - s * np.square(y1)
+    return trace_curvature(w, w1, w2, s, s1, s2, q, sense * y2)
 
 
 def first_angle(designs: Designs) -> FloatArray:

@@ -2,9 +2,9 @@
 
 The trace point is (offset, s) with s = s₀ + y and s₀ = √(R_p² − e²). With w = y' − e:
 
-    tan β = w / s,    N² = s² + w²,    κ_pitch = (N² + w·y' − s·y'') / N³   (> 0 convex)
+    tan β = w / s,    N² = s² + w²,    κ_pitch = (1 − β') / N = (N² + w·y' − s·y'') / N³   (> 0 convex)
 
-Source: Norton, Cam Design and Manufacturing Handbook, ch. 7; numerator regrouped.
+Source: Norton, Cam Design and Manufacturing Handbook, ch. 7; regrouped.
 """
 
 from typing import NamedTuple
@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from camopt.mechanisms.design import BoolArray, Designs, Mechanism, Travel
+from camopt.mechanisms.trace import trace_curvature
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.numerics.curves import formula
@@ -43,11 +44,7 @@ class TranslatingPitchCurvature(NamedTuple):
 def pitch_curvature(f, i, y, y1, y2, y3):
     s = f.height[i] + y
     w = y1 - f.lead[i]
-    square = s * s + w * w
-    cube = square * np.sqrt(square)
-    curvature = (square + w * y1 - s * y2) / cube
-    slope = (2.0 * s * y1 + 3.0 * w * y2 - s * y3) / cube - 3.0 * curvature * (s * y1 + w * y2) / square
-    return curvature, slope
+    return trace_curvature(w, y2, y3, s, y1, y2, 1.0, 0.0)
 
 
 def height(designs: Designs) -> FloatArray:

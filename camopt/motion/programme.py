@@ -11,9 +11,9 @@ from numpy.polynomial import polynomial
 from camopt.motion import LAWS
 from camopt.motion.table import DWELL, RETURN, RISE, stroke_coefficients
 from camopt.numerics import FloatArray
-from camopt.numerics.piecewise import DEGREE, MotionTable, fill_nodes
+from camopt.numerics.piecewise import DEGREE, MotionTable, fill_nodes, ranges
 
-PANELS = 32  # the least number of panels in a stroke
+PANELS = 32
 KINDS = {"rise": RISE, "return": RETURN, "dwell": DWELL}
 SAME = 1e-9  # jumps below this share of the largest value in the turn are rounding
 
@@ -79,9 +79,10 @@ class Programme:
     def lift(self) -> float:
         return max(s.high for s in self.strokes)
 
-    def table(self, refinement: int = 1) -> MotionTable:
-        """The programme as panel polynomials, with ``refinement`` times the usual number of panels."""
-        return _table(self, refinement)
+    @property
+    def table(self) -> MotionTable:
+        """The programme as panel polynomials."""
+        return _table(self)
 
     @cached_property
     def jumps(self) -> tuple[Jump, ...]:
@@ -117,14 +118,14 @@ def _stroke_motion(stroke: Stroke, angles: FloatArray) -> FloatArray:
 
 
 @lru_cache(maxsize=512)
-def _table(programme: Programme, refinement: int) -> MotionTable:
+def _table(programme: Programme) -> MotionTable:
     rows, centres, halves, pieces, kinds = [], [], [], [0], []
     for stroke in programme.strokes:
         if stroke.law is None:
             coefficients, ends = np.zeros((1, DEGREE + 1)), np.array([0.0, 1.0])
             counts: tuple[int, ...] = (1,)
         else:
-            coefficients, ends, counts = stroke_coefficients(LAWS[stroke.law], PANELS * refinement)
+            coefficients, ends, counts = stroke_coefficients(LAWS[stroke.law], PANELS)
         row = coefficients * (stroke.high - stroke.low)
         row[:, 0] += stroke.low
         rows.append(row)
@@ -133,20 +134,22 @@ def _table(programme: Programme, refinement: int) -> MotionTable:
         for count in counts:
             pieces.append(pieces[-1] + count)
             kinds.append(stroke.kind)
+    coefficients, half_width = np.concatenate(rows), np.concatenate(halves)
     table = MotionTable(
-        np.concatenate(rows),
+        coefficients,
         np.concatenate(centres),
-        np.concatenate(halves),
+        half_width,
         np.array(pieces),
         np.array(kinds),
         np.empty((pieces[-1] + len(kinds), 4)),
+        *ranges(coefficients, half_width),
     )
     fill_nodes(table)
     return table
 
 
 def _jumps(programme: Programme) -> list[Jump]:
-    table = programme.table()
+    table = programme.table
     pieces = np.arange(table.kind.size)
     first = table.nodes[table.first_panel[:-1] + pieces]
     last = table.nodes[table.first_panel[1:] + pieces]
@@ -181,7 +184,7 @@ def span(programme: Programme, weights: tuple[float, ...], kinds: int) -> tuple[
     Exact: the extremes of each panel's polynomial, found from the roots of its derivative; one-sided values at
     jumps. (inf, -inf) if there is no such stroke.
     """
-    table = programme.table()
+    table = programme.table
     chosen = np.repeat((table.kind & kinds) != 0, np.diff(table.first_panel))
     if not chosen.any():
         return inf, -inf

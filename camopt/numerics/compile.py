@@ -18,6 +18,9 @@ FLAGS: dict[str, Any] = {
 }
 
 
+INLINE: Any = {"forceinline": True}  # a call left standing would keep a kernel's loop out of vectors
+
+
 def _source_digest() -> str:
     """Fingerprint of the package's sources.
 
@@ -50,6 +53,11 @@ CACHE_FOLDER = _cache_folder()
 def is_warm() -> bool:
     """Whether compiled kernels of this state of the sources are on disk (the first run has to compile)."""
     return CACHE_FOLDER is not None and any(Path(CACHE_FOLDER).rglob("*.nbc"))
+
+
+def inlined(function: Callable[..., Any]) -> Any:
+    """Compile a function into each kernel that calls it."""
+    return numba.njit(**INLINE, **FLAGS)(function)
 
 
 def compiled(function: Callable[..., Any]) -> Any:

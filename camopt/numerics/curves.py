@@ -13,11 +13,15 @@ Uncompiled, the same formulas run on arrays and on intervals (``numerics.interva
 from collections.abc import Callable
 from typing import Any, NamedTuple, TypeVar
 
-from numba.extending import overload
+from numba.extending import overload, register_jitable
 
 from camopt.numerics import FloatArray
+from camopt.numerics.compile import INLINE
 
 Formula = TypeVar("Formula", bound=Callable[..., tuple[Any, Any]])
+
+part_of_formulas = register_jitable(**INLINE)
+"""Marks a function that formulas share, whatever they run on."""
 
 FORMULAS: dict[type, Callable[..., tuple[Any, Any]]] = {}
 
@@ -33,7 +37,7 @@ def formula(owner: type) -> Callable[[Formula], Formula]:
     def register(function: Formula) -> Formula:
         FORMULAS[owner] = function
 
-        @overload(curve)
+        @overload(curve, jit_options=INLINE)
         def _resolve(f, i, y, y1, y2, y3):
             return function if getattr(f, "instance_class", None) is owner else None
 

@@ -1,34 +1,37 @@
-"""Extremes of a curve over the continuous turn, for many designs at once.
+"""Extremes of a curve over the continuous turn, enclosed from both sides, for many designs at once.
 
-Three steps for a tile of designs. All are evaluated at the table's nodes (designs innermost, so that the loop
-runs in vector registers). A scan finds each design's best node, and counts the nodes that are local maxima and
-could still lead to the largest value. Each of those is then followed to the true maximum inside its panel, by
-a bracketed root of the slope.
+For a tile of designs the curve is evaluated at the table's nodes, and jets bound its derivatives and the
+rounding error within each panel. Within a panel of width w a curve exceeds its end values by no more than
+|f''|·w²/8; a panel that stays below the best node by that is done with, and two or three are left. There,
+slopes at both ends and a bound of the third derivative say how far f'' may be from its mean. Where the curve is
+concave, its maximum is at an end or at a root of the slope, and a bracketed secant climbs to it until
+slope²/(2·|f''|), which bounds what is still to be gained, is below the tolerance. What is not concave is
+halved.
+
+Designs are innermost: all of this, but the last resort (``split``), runs in vector registers. Every answer is the
+largest value found, and a bound of what the true extreme may differ from it.
 """
 
 import numpy as np
 
-from camopt.numerics.compile import compiled
+from camopt.numerics.compile import compiled, inlined
 from camopt.numerics.curves import curve
-from camopt.numerics.piecewise import motion
+from camopt.numerics.piecewise import motion, panel_jets, part_jets
 
 LARGEST, LEAST, LARGEST_MAGNITUDE = 0, 1, 2
-TILE = 256  # designs whose node values (about 70 × 256 × 8 bytes) stay in the second-level cache
+TILE = (
+    256  # designs whose values at nodes and panels (about 70 × 256 × 8 bytes each) stay in the second-level cache
+)
 ROW = TILE + 8  # a row of a tile: not a power of two, whose columns would all share one cache set
+DEPTH = 50  # halvings of a panel
+MOST_PARTS = 4096  # looked at in one panel, before it stays undecided
 MOST_STEPS = 60
 
-
-@compiled
-def node_values(f, first, count, table, values):
-    """values[t, i] = curve of design first + i at node t."""
-    for t in range(table.nodes.shape[0]):
-        y, y1, y2, y3 = table.nodes[t, 0], table.nodes[t, 1], table.nodes[t, 2], table.nodes[t, 3]
-        row = values[t]
-        for i in range(count):
-            row[i] = curve(f, first + i, y, y1, y2, y3)[0]
+# rows of the scratch table, one column for each climb that goes on
+LOW, HIGH, RISING, FALLING, SIDE, BEST, AT, BOUND, CONCAVITY, GAIN, SLOPE, SCRATCH = range(12)
 
 
-@compiled
+@inlined
 def orient(value, goal):
     """The number whose maximum is the extreme asked for."""
     if goal == LARGEST_MAGNITUDE:
@@ -36,7 +39,34 @@ def orient(value, goal):
     return -value if goal == LEAST else value
 
 
-@compiled
+@inlined
+def node_values(f, first, count, table, values):
+    """values[t, i] = curve of design first + i at node t."""
+    for t in range(table.nodes.shape[0]):
+        y, y1, y2, y3 = table.nodes[t, 0], table.nodes[t, 1], table.nodes[t, 2], table.nodes[t, 3]
+        row = values[t]
+        for i in range(np.uint64(count)):  # unsigned: an index that may be negative would keep the loop scalar
+            row[i] = curve(f, np.uint64(first) + i, y, y1, y2, y3)[0]
+
+
+@inlined
+def panel_bounds(f, first, count, table, excess, third, error):
+    """What jets say of each panel p and design first + i.
+
+    excess[p, i]: by how much the curve may exceed both its end values; third[p, i]: bound of |f'''|; error[p, i]:
+    of rounding.
+    """
+    for p in range(table.half_width.size):
+        y, y1, y2, y3 = panel_jets(table, p)
+        eighth = 0.5 * table.half_width[p] * table.half_width[p]  # of the squared width
+        for i in range(np.uint64(count)):
+            jet = curve(f, np.uint64(first) + i, y, y1, y2, y3)[0]
+            excess[p, i] = eighth * jet.second + jet.error
+            third[p, i] = jet.third
+            error[p, i] = jet.error
+
+
+@inlined
 def best_nodes(values, count, table, kinds, goal, best, node):
     """Largest oriented node value of each design over the pieces of the given kinds, and its node."""
     for i in range(count):
@@ -53,164 +83,302 @@ def best_nodes(values, count, table, kinds, goal, best, node):
 
 
 @compiled
-def is_candidate(left, value, right, best):
-    """Whether a node is a local maximum that could lead beyond the best node.
-
-    A smooth maximum exceeds its nearest node by at most an eighth of the fall to both neighbours, to leading
-    order; the whole fall is allowed.
-    """
-    return (value >= left) & (value >= right) & (value + (2.0 * value - left - right) >= best)
-
-
-@compiled
-def count_candidates(values, count, table, kinds, goal, best, candidates):
-    """How many candidate nodes each design has."""
-    for i in range(count):
-        candidates[i] = 0
-    for q in range(table.kind.size):
-        if table.kind[q] & kinds:
-            first, last = table.first_panel[q] + q, table.first_panel[q + 1] + q
-            for t in range(first, last + 1):
-                before, here, after = values[max(t - 1, first)], values[t], values[min(t + 1, last)]
-                for i in range(count):
-                    left, right = orient(before[i], goal), orient(after[i], goal)
-                    candidates[i] += is_candidate(left, orient(here[i], goal), right, best[i])
-
-
-@compiled
-def piece_of(table, node):
-    """The piece that a node belongs to."""
+def node_angle(table, node):
+    """Cam angle of a node."""
     q = 0
     while table.first_panel[q + 1] + q < node:
         q += 1
-    return q
-
-
-@compiled
-def oriented_slope(f, i, y, y1, y2, y3, goal):
-    """Oriented value and slope of design i."""
-    value, slope = curve(f, i, y, y1, y2, y3)
-    flip = goal == LEAST or (goal == LARGEST_MAGNITUDE and value < 0.0)
-    return (-value, -slope) if flip else (value, slope)
-
-
-@compiled
-def node_slope(f, i, table, node, goal):
-    """Slope of the oriented curve of design i at a node."""
-    m = table.nodes[node]
-    return oriented_slope(f, i, m[0], m[1], m[2], m[3], goal)[1]
-
-
-@compiled
-def follow(f, i, table, node, goal, tolerance):
-    """Largest value in the panel that the curve climbs into from a node, and its cam angle.
-
-    Illinois false position on the slope. Stops when slope × bracket, which bounds what is still to be gained
-    under a concave maximum, is below the tolerance; -inf where the panel holds no stationary point.
-    """
-    q = piece_of(table, node)
-    slope = node_slope(f, i, table, node, goal)
-    other = node + 1 if slope > 0.0 else node - 1
-    if slope == 0.0 or other < table.first_panel[q] + q or other > table.first_panel[q + 1] + q:
-        return -np.inf, 0.0
-    panel = min(node, other) - q
-    rising = node_slope(f, i, table, min(node, other), goal)
-    falling = node_slope(f, i, table, max(node, other), goal)
-    low, high, side, best, at = -1.0, 1.0, 0, -np.inf, 0.0
-    if not (rising >= 0.0 and falling <= 0.0 and np.isfinite(rising) and np.isfinite(falling)):
-        return best, at
-    half_width = table.half_width[panel]
-    for _ in range(MOST_STEPS):
-        u = low + (high - low) * (rising / (rising - falling))
-        if not low < u < high:
-            u = 0.5 * (low + high)
-        y, y1, y2, y3 = motion(table, panel, u)
-        value, slope = oriented_slope(f, i, y, y1, y2, y3, goal)
-        best, at = max(value, best), table.centre[panel] + u * half_width
-        if abs(slope) * half_width * (high - low) <= tolerance * abs(value) or not low < u < high:
-            break
-        if slope > 0.0:
-            low, rising = u, slope
-            falling = 0.5 * falling if side == 1 else falling
-            side = 1
-        else:
-            high, falling = u, slope
-            rising = 0.5 * rising if side == -1 else rising
-            side = -1
-    return best, at
-
-
-@compiled
-def node_angle(table, node):
-    """Cam angle of a node."""
-    q = piece_of(table, node)
     panel = min(node - q, table.first_panel[q + 1] - 1)
     side = -1.0 if node - q == panel else 1.0
     return table.centre[panel] + side * table.half_width[panel]
 
 
-@compiled
-def follow_all(f, i, column, table, values, kinds, goal, tolerance, best, at):
-    """The best of all candidate nodes of a design, followed to their maxima."""
-    bound = best
-    for q in range(table.kind.size):
-        if table.kind[q] & kinds:
-            first, last = table.first_panel[q] + q, table.first_panel[q + 1] + q
-            for t in range(first, last + 1):
-                left = orient(values[max(t - 1, first), column], goal)
-                right = orient(values[min(t + 1, last), column], goal)
-                if is_candidate(left, orient(values[t, column], goal), right, bound):
-                    value, angle = follow(f, i, table, t, goal, tolerance)
-                    if value > best:
-                        best, at = value, angle
-    return best, at
+@inlined
+def may_exceed(before, after, excess, count, goal, best):
+    """Whether a panel may hold more than the best value of any of the designs."""
+    found = False
+    for i in range(count):
+        found |= max(orient(before[i], goal), orient(after[i], goal)) + excess[i] > best[i]
+    return found
+
+
+@inlined
+def candidates(before, after, excess, count, sign, best, index):
+    """Which designs may exceed their best value within a panel."""
+    many = 0
+    for i in range(count):
+        index[many] = i
+        many += max(sign * before[i], sign * after[i]) + excess[i] > best[i]
+    return many
+
+
+@inlined
+def slopes_at(f, first, index, many, y, y1, y2, y3, sign, slopes):
+    """Oriented slopes of some designs at one cam angle."""
+    for j in range(np.uint64(many)):
+        slopes[j] = sign * curve(f, np.uint64(first + index[j]), y, y1, y2, y3)[1]
+
+
+@inlined
+def oriented(f, i, y, y1, y2, y3, sign):
+    """Oriented value and slope of design i."""
+    value, slope = curve(f, i, y, y1, y2, y3)
+    return sign * value, sign * slope
+
+
+@inlined
+def allowed(best, tolerance, error):
+    """The gain that may be left: below it an extreme is exact enough. No less than rounding."""
+    return max(0.5 * tolerance * abs(best), error)
+
+
+CONCAVE, CLIMBS, SETTLED, OPEN = 0, 1, 2, 3
+
+
+@inlined
+def looked_at(low, high, left, rising, right, falling, third, half_width, enough):
+    """What end values, slopes and |f'''| say of a part: (verdict, bound of its values, lower bound of −f'')."""
+    width = (high - low) * half_width
+    bend = (falling - rising) / width  # a mean of f''
+    room = 0.5 * third * width  # and how far f'' may be from it
+    ends = max(left, right)
+    if bend + room <= 0.0:
+        return (CLIMBS if rising > 0.0 and falling < 0.0 else CONCAVE), ends, -(bend + room)
+    bound = ends + 0.125 * max(room - bend, 0.0) * width * width
+    return (SETTLED if bound <= enough else OPEN), bound, 0.0
+
+
+@inlined
+def begin_climb(scratch, j, low, high, rising, falling, concavity):
+    """Fill a column of the scratch table."""
+    scratch[LOW, j], scratch[HIGH, j] = low, high
+    scratch[RISING, j], scratch[FALLING, j], scratch[CONCAVITY, j] = rising, falling, concavity
+    scratch[SIDE, j], scratch[BEST, j], scratch[AT, j] = 0.0, -np.inf, 0.0
+    scratch[BOUND, j], scratch[SLOPE, j] = np.inf, np.inf
+
+
+@inlined
+def step_all(f, first, index, many, table, panel, sign, scratch):
+    """One step of every climb: Illinois false position on the slope, without branches."""
+    half_width = table.half_width[panel]
+    low, high, rising, falling = scratch[LOW], scratch[HIGH], scratch[RISING], scratch[FALLING]
+    side, best, at, bound = scratch[SIDE], scratch[BEST], scratch[AT], scratch[BOUND]
+    concavity, gain, steep = scratch[CONCAVITY], scratch[GAIN], scratch[SLOPE]
+    for j in range(np.uint64(many)):
+        u = low[j] + (high[j] - low[j]) * (rising[j] / (rising[j] - falling[j]))
+        y, y1, y2, y3 = motion(table, panel, u)
+        value, slope = oriented(f, np.uint64(first + index[j]), y, y1, y2, y3, sign)
+        grade = abs(slope)
+        gain[j] = grade * min((high[j] - low[j]) * half_width, 0.5 * grade / concavity[j])
+        bound[j] = min(bound[j], value + gain[j])
+        best[j] = max(value, best[j])
+        at[j] = u if grade < steep[j] else at[j]  # values no longer tell points apart where the slope still does
+        steep[j] = min(grade, steep[j])
+        up = slope > 0.0
+        low[j] = u if up else low[j]
+        high[j] = high[j] if up else u
+        rising_left = (
+            0.5 * rising[j] if side[j] < 0.0 else rising[j]
+        )  # twice the same side: the other's weight halves
+        falling_left = 0.5 * falling[j] if side[j] > 0.0 else falling[j]
+        rising[j] = slope if up else rising_left
+        falling[j] = falling_left if up else slope
+        side[j] = 1.0 if up else -1.0
+
+
+@inlined
+def climb_all(f, first, index, many, table, panel, error, sign, tolerance, location, best, at, top, scratch):
+    """Climb to the maximum of every concave part at once. ``index`` and the scratch table lose what has ended."""
+    for step in range(MOST_STEPS):
+        if many == 0:
+            break
+        step_all(f, first, index, many, table, panel, sign, scratch)
+        still = 0
+        for j in range(many):
+            i = index[j]
+            if scratch[BEST, j] >= best[i] - error[panel, i]:  # the place is better known than that of a node
+                best[i] = max(best[i], scratch[BEST, j])
+                at[i] = table.centre[panel] + table.half_width[panel] * scratch[AT, j]
+            near = scratch[SLOPE, j] <= location * scratch[CONCAVITY, j]
+            exact = scratch[GAIN, j] <= allowed(best[i], tolerance, error[panel, i])
+            lost = scratch[BOUND, j] < best[i] - error[panel, i]
+            if (exact and near) or lost or step == MOST_STEPS - 1:
+                top[i] = max(top[i], scratch[BOUND, j])
+            else:
+                for k in range(SCRATCH):
+                    scratch[k, still] = scratch[k, j]
+                index[still] = i
+                still += 1
+        many = still
+
+
+@inlined
+def search_panel(
+    f, first, index, many, table, panel, node, values, third, error, sign, tolerance, location, best, at, top,
+    rounding, climbing, slopes, scratch, stack,
+):  # fmt: skip
+    """Search one panel for all designs in ``index``."""
+    nodes, half_width = table.nodes, table.half_width[panel]
+    rising, falling = slopes[0], slopes[1]
+    slopes_at(f, first, index, many, nodes[node, 0], nodes[node, 1], nodes[node, 2], nodes[node, 3], sign, rising)
+    node += 1
+    slopes_at(f, first, index, many, nodes[node, 0], nodes[node, 1], nodes[node, 2], nodes[node, 3], sign, falling)
+    node -= 1
+    y, y1, y2, y3 = motion(table, panel, 0.0)
+    climbs = 0
+    for j in range(many):
+        i = index[j]
+        left, right = sign * values[node, i], sign * values[node + 1, i]
+        rounding[i] = max(rounding[i], error[panel, i])
+        enough = best[i] + allowed(best[i], tolerance, error[panel, i])
+        verdict, bound, concavity = looked_at(
+            -1.0, 1.0, left, rising[j], right, falling[j], third[panel, i], half_width, enough
+        )
+        if verdict == CLIMBS:
+            begin_climb(scratch, climbs, -1.0, 1.0, rising[j], falling[j], concavity)
+            climbing[climbs] = i
+            climbs += 1
+        elif verdict != OPEN:
+            top[i] = max(top[i], bound)
+        else:
+            middle, slope = oriented(f, np.uint64(first + i), y, y1, y2, y3, sign)
+            if middle > best[i]:
+                best[i], at[i] = middle, table.centre[panel]
+            for half in range(2):
+                low = half - 1.0
+                a, b = (left, middle) if half == 0 else (middle, right)
+                a1, b1 = (rising[j], slope) if half == 0 else (slope, falling[j])
+                verdict, bound, concavity = looked_at(
+                    low, low + 1.0, a, a1, b, b1, third[panel, i], half_width, enough
+                )
+                if verdict == CLIMBS:
+                    begin_climb(scratch, climbs, low, low + 1.0, a1, b1, concavity)
+                    climbing[climbs] = i
+                    climbs += 1
+                elif verdict == OPEN:
+                    part = (low, low + 1.0, a, a1, b, b1)
+                    found, u, bound = split(
+                        f, first + i, table, panel, part, error[panel, i], sign, tolerance, location, best[i], stack
+                    )
+                    top[i] = max(top[i], bound)
+                    if found > best[i]:
+                        best[i], at[i] = found, table.centre[panel] + half_width * u
+                else:
+                    top[i] = max(top[i], bound)
+    climb_all(f, first, climbing, climbs, table, panel, error, sign, tolerance, location, best, at, top, scratch)
 
 
 @compiled
-def extremes(f, designs, table, questions, tolerance, value, where):
+def climb(f, i, table, panel, part, concavity, sign, best, allowance, location):
+    """As ``climb_all``, for one design: (largest value, where in the panel, bound of the maximum)."""
+    low, high, _, rising, _, falling = part
+    side, largest, at, bound, flattest = 0, -np.inf, low, np.inf, np.inf
+    half_width = table.half_width[panel]
+    for _ in range(MOST_STEPS):
+        u = low + (high - low) * (rising / (rising - falling))
+        y, y1, y2, y3 = motion(table, panel, u)
+        value, slope = oriented(f, i, y, y1, y2, y3, sign)
+        largest = max(largest, value)
+        if abs(slope) < flattest:
+            flattest, at = abs(slope), u
+        gain = abs(slope) * min((high - low) * half_width, 0.5 * abs(slope) / concavity)
+        bound = min(bound, value + gain)
+        if bound < best or (gain <= allowance and abs(slope) <= location * concavity):
+            break
+        if slope > 0.0:
+            low, rising, falling = u, slope, 0.5 * falling if side == 1 else falling
+            side = 1
+        else:
+            high, falling, rising = u, slope, 0.5 * rising if side == -1 else rising
+            side = -1
+    return largest, at, max(bound, largest)
+
+
+@compiled
+def split(f, i, table, panel, part, error, sign, tolerance, location, best, stack):
+    """Largest value found in a part that is not settled at once, where, and a bound of all its values.
+
+    Jets of its own come first, then its halves, and theirs.
+    """
+    largest, at, top = -np.inf, 0.0, best
+    half_width = table.half_width[panel]
+    stack[0, 0], stack[0, 1], stack[0, 2], stack[0, 3], stack[0, 4], stack[0, 5] = part
+    depth, parts = 1, 0
+    while depth > 0:
+        depth -= 1
+        parts += 1
+        low, high, left, rising, right, falling = (
+            stack[depth, 0], stack[depth, 1], stack[depth, 2], stack[depth, 3], stack[depth, 4], stack[depth, 5],
+        )  # fmt: skip
+        middle, reach = 0.5 * (low + high), 0.5 * (high - low)
+        y, y1, y2, y3 = part_jets(table, panel, middle, reach)
+        jet = curve(f, i, y, y1, y2, y3)[0]
+        allowance = allowed(best, tolerance, error)
+        verdict, bound, concavity = looked_at(
+            low, high, left, rising, right, falling, jet.third, half_width, best + allowance
+        )
+        if verdict == CLIMBS:
+            part = (low, high, left, rising, right, falling)
+            value, u, bound = climb(f, i, table, panel, part, concavity, sign, best, allowance, location)
+            if value > best:
+                best, largest, at = value, value, u
+        elif verdict == OPEN:
+            bound = min(bound, max(left, right) + 0.5 * jet.second * (reach * half_width) ** 2)
+            if bound > best + allowance and parts < MOST_PARTS and depth + 2 <= DEPTH:
+                y, y1, y2, y3 = motion(table, panel, middle)
+                value, slope = oriented(f, i, y, y1, y2, y3, sign)
+                if value > best:
+                    best, largest, at = value, value, middle
+                one, two = stack[depth], stack[depth + 1]
+                one[0], one[1], one[2], one[3], one[4], one[5] = low, middle, left, rising, value, slope
+                two[0], two[1], two[2], two[3], two[4], two[5] = middle, high, value, slope, right, falling
+                depth += 2
+                continue
+        top = max(top, bound)
+    return largest, at, top
+
+
+@compiled
+def extremes(f, designs, table, questions, tolerance, location, value, where, width):
     """Answer questions about a curve for designs 0 … designs − 1.
 
     questions (K, 2): the kinds of stroke to look at and the goal; value, where (K, designs): the extremes and
-    their cam angles in rad. The largest magnitude is returned without its sign.
+    their cam angles in rad; width: by how much the true extreme may differ. ``tolerance`` is relative;
+    ``location`` is the error allowed in the cam angles, rad, or inf. The largest magnitude comes without its sign.
     """
-    values = np.empty((table.nodes.shape[0], ROW))
-    best, node, candidates = np.empty(TILE), np.empty(TILE, np.int64), np.empty(TILE, np.int64)
+    panels = table.half_width.size
+    values, excess = np.empty((table.nodes.shape[0], ROW)), np.empty((panels, ROW))
+    third, error = np.empty((panels, ROW)), np.empty((panels, ROW))
+    best, node, at = np.empty(TILE), np.empty(TILE, np.int64), np.empty(TILE)
+    top, rounding, stack = np.empty(TILE), np.empty(TILE), np.empty((DEPTH + 2, 6))
+    index, climbing = np.empty(TILE + 1, np.int64), np.empty(2 * TILE, np.int64)
+    slopes, scratch = np.empty((2, ROW)), np.empty((SCRATCH, 2 * ROW))
     for first in range(0, designs, TILE):
         count = min(TILE, designs - first)
         node_values(f, first, count, table, values)
+        panel_bounds(f, first, count, table, excess, third, error)
         for k in range(questions.shape[0]):
             kinds, goal = questions[k, 0], questions[k, 1]
             best_nodes(values, count, table, kinds, goal, best, node)
-            count_candidates(values, count, table, kinds, goal, best, candidates)
             for i in range(count):
-                top, at = best[i], node_angle(table, node[i])
-                if candidates[i] > 1:
-                    top, at = follow_all(f, first + i, i, table, values, kinds, goal, tolerance, top, at)
-                else:
-                    followed, angle = follow(f, first + i, table, node[i], goal, tolerance)
-                    if followed > top:
-                        top, at = followed, angle
-                value[k, first + i] = -top if goal == LEAST else top
-                where[k, first + i] = at
-
-
-@compiled
-def turns_far(f, designs, table, limit, out):
-    """Whether the direction (1, f) turns by more than a limit (tangent of the angle) between two nodes.
-
-    With f = tan β that is the normal of the pitch curve: where it turns far within a panel, the curve has
-    features narrower than a panel, and a finer table is called for.
-    """
-    values = np.empty((table.nodes.shape[0], ROW))
-    for first in range(0, designs, TILE):
-        count = min(TILE, designs - first)
-        node_values(f, first, count, table, values)
-        excess = np.full(TILE, -np.inf)
-        for q in range(table.kind.size):
-            for t in range(table.first_panel[q] + q, table.first_panel[q + 1] + q):
-                before, after = values[t], values[t + 1]
-                for i in range(count):
-                    turn = abs(after[i] - before[i]) - limit * (1.0 + before[i] * after[i])
-                    excess[i] = max(excess[i], turn)
-        for i in range(count):
-            out[first + i] = excess[i] > 0.0
+                top[i], rounding[i], at[i] = best[i], 0.0, node_angle(table, node[i])
+            for q in range(table.kind.size):
+                if table.kind[q] & kinds:
+                    for p in range(table.first_panel[q], table.first_panel[q + 1]):
+                        before, after, room = values[p + q], values[p + q + 1], excess[p]
+                        if not may_exceed(before, after, room, count, goal, best):
+                            continue
+                        for way in range(2):
+                            if goal != LARGEST_MAGNITUDE and (goal == LEAST) != (way == 1):
+                                continue
+                            sign = 1.0 - 2.0 * way
+                            many = candidates(before, after, room, count, sign, best, index)
+                            if many:
+                                search_panel(
+                                    f, first, index, many, table, p, p + q, values, third, error, sign, tolerance,
+                                    location, best, at, top, rounding, climbing, slopes, scratch, stack,
+                                )  # fmt: skip
+            for i in range(count):
+                value[k, first + i] = -best[i] if goal == LEAST else best[i]
+                where[k, first + i] = at[i]
+                width[k, first + i] = max(top[i] - best[i], 0.0) + 2.0 * rounding[i]

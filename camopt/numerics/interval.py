@@ -71,6 +71,7 @@ RULES: dict[np.ufunc, Callable[..., "Interval"]] = {
     np.multiply: _multiply,
     np.true_divide: _divide,
     np.negative: lambda a: Interval(-a.high, -a.low),
+    np.square: _square,
     np.sqrt: lambda a: _rising(np.sqrt)(Interval(np.maximum(a.low, 0.0), np.maximum(a.high, 0.0))),
     np.sin: _sine,
     np.cos: lambda a: _sine(a + np.pi / 2),

@@ -5,15 +5,19 @@ polynomial of degree 10 in u ∈ [−1, 1]. Jumps of any derivative lie between 
 are seen by construction. A piece of m panels has m + 1 nodes (panel ends) at which the motion is tabulated.
 """
 
+from math import comb
 from typing import NamedTuple
 
 import numpy as np
+from numpy.polynomial import polynomial
 from numpy.typing import NDArray
 
 from camopt.numerics import FloatArray
-from camopt.numerics.compile import compiled
+from camopt.numerics.compile import compiled, inlined
+from camopt.numerics.jet import UNIT, Jet
 
 DEGREE = 10
+ROUNDED = (8.0, 8.0, 8.0, 40.0)  # errors of y and its derivatives as tabulated, in roundings of the largest
 
 
 class MotionTable(NamedTuple):
@@ -25,6 +29,10 @@ class MotionTable(NamedTuple):
     first_panel: NDArray[np.int64]  # (Q + 1,) of each piece; its first node is first_panel + its number
     kind: NDArray[np.int64]  # (Q,) a bit that says what the piece is
     nodes: FloatArray  # (N, 4) y, y', y'', y''' at panel ends, one-sided at the ends of a piece
+    low: FloatArray  # (P, 3) least y, y', y'' in a panel
+    high: FloatArray  # (P, 3) and the largest
+    most: FloatArray  # (P, 6) largest magnitudes of y and its first five derivatives in a panel
+    error: FloatArray  # (P, 4) bounds of the error of y, y', y'', y''' anywhere in a panel
 
 
 def motion(table, panel, u):
@@ -40,7 +48,35 @@ def motion(table, panel, u):
     return y, d1 / h, 2.0 * d2 / (h * h), 6.0 * d3 / (h * h * h)
 
 
-motion = compiled(motion)
+motion = inlined(motion)
+
+
+@inlined
+def panel_jets(table, panel):
+    """Jets of y, y', y'', y''' over a whole panel."""
+    low, high, most, error = table.low[panel], table.high[panel], table.most[panel], table.error[panel]
+    return (
+        Jet(low[0], high[0], error[0], most[1], most[2], most[3]),
+        Jet(low[1], high[1], error[1], most[2], most[3], most[4]),
+        Jet(low[2], high[2], error[2], most[3], most[4], most[5]),
+        Jet(-most[3], most[3], error[3], most[4], most[5], np.inf),
+    )
+
+
+@inlined
+def part_jets(table, panel, u, r):
+    """Jets of y, y', y'', y''' over the part [u − r, u + r] of a panel: mean values from its middle."""
+    y, y1, y2, y3 = motion(table, panel, u)
+    most, error, w = table.most[panel], table.error[panel], r * table.half_width[panel]
+    d3 = min(abs(y3) + w * most[4], most[3])
+    d2 = min(abs(y2) + w * d3, most[2])
+    d1 = min(abs(y1) + w * d2, most[1])
+    return (
+        Jet(y - w * d1, y + w * d1, error[0], d1, d2, d3),
+        Jet(y1 - w * d2, y1 + w * d2, error[1], d2, d3, most[4]),
+        Jet(y2 - w * d3, y2 + w * d3, error[2], d3, most[4], most[5]),
+        Jet(-d3, d3, error[3], most[4], most[5], np.inf),
+    )
 
 
 @compiled
@@ -52,3 +88,30 @@ def fill_nodes(table):
                 y, y1, y2, y3 = motion(table, p, 2.0 * side - 1.0)
                 node = table.nodes[p + q + side]
                 node[0], node[1], node[2], node[3] = y, y1, y2, y3
+
+
+def bernstein(degree: int) -> FloatArray:
+    """Matrix from powers of u ∈ [−1, 1] to Bernstein coefficients, which enclose a polynomial's range."""
+    shift = np.array(
+        [[comb(k, i) * 2.0**i * (-1.0) ** (k - i) for k in range(degree + 1)] for i in range(degree + 1)]
+    )
+    blend = np.array([[comb(i, k) / comb(degree, k) for k in range(degree + 1)] for i in range(degree + 1)])
+    return np.asarray(blend @ shift)
+
+
+def ranges(
+    coefficients: FloatArray, half_width: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """The tables ``low``, ``high``, ``most`` and ``error`` of a MotionTable."""
+    low, high = np.empty((6, len(half_width))), np.empty((6, len(half_width)))
+    for order in range(6):
+        series = polynomial.polyder(coefficients.T, order)
+        values = bernstein(len(series) - 1) @ series / half_width**order
+        low[order], high[order] = values.min(axis=0), values.max(axis=0)
+    most = np.maximum(-low, high)
+    error = np.empty((4, len(half_width)))
+    brought = np.zeros(len(half_width))
+    for order in (3, 2, 1, 0):
+        brought = ROUNDED[order] * UNIT * most[order] + half_width * brought
+        error[order] = brought
+    return low[:3].T.copy(), high[:3].T.copy(), most.T.copy(), error.T.copy()

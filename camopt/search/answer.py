@@ -6,9 +6,10 @@ from typing import Any
 import numpy as np
 
 from camopt.effects import Case
-from camopt.evaluation import Question, excesses, run_effects
+from camopt.judging import excesses, run_effects
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
+from camopt.question import Question
 
 GAP = 1e-7  # mm: the size found exceeds the least feasible size by no more
 
@@ -30,9 +31,9 @@ class Smallest:
 
 
 def feasible(question: Question, programme: Programme, designs: Designs) -> Any:
-    """Which designs can be assembled and hold every limit."""
+    """Which designs can be assembled and are proved to hold every limit."""
     held = question.subject.mechanism.exists(designs, programme) & (designs.size > 0.0)
     assembled = designs.take(held)
-    columns = run_effects(Case(question.subject, programme, assembled), question.needed).columns
+    columns = run_effects(Case(question.subject, programme, assembled), question.needed).shifted(1.0)
     held[held] = np.all(excesses(question.limits, columns, assembled) <= 0.0, axis=0)
     return held

@@ -7,12 +7,13 @@ from typing import Any
 import numpy as np
 
 from camopt.effects import Case
-from camopt.evaluation import Question, excesses, judged, least_excess, run_effects
+from camopt.judging import excesses, judged, least_excess, run_effects
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.numerics.interval import Interval
 from camopt.quantities import QUANTITIES
+from camopt.question import Question
 from camopt.search.answer import GAP, Bounds, Smallest, feasible
 from camopt.search.enclosure import constraints_of, examined, points_of
 

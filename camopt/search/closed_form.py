@@ -14,10 +14,10 @@ from math import radians, tan
 
 import numpy as np
 
-from camopt.evaluation import Question
 from camopt.mechanisms import Designs, translating, translating_flat
 from camopt.motion.programme import Programme, span
 from camopt.motion.table import DWELL, RETURN, RISE, TURN
+from camopt.question import Question
 from camopt.search.answer import GAP, Bounds, feasible
 
 

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from camopt.effects import Case
-from camopt.evaluation import Question
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
 from camopt.motion.table import DWELL, RETURN, RISE, TURN
@@ -19,6 +18,7 @@ from camopt.numerics import FloatArray
 from camopt.numerics.curves import curve
 from camopt.numerics.extremes import LARGEST, LARGEST_MAGNITUDE, LEAST
 from camopt.numerics.interval import Interval
+from camopt.question import Question
 
 MARGIN = 1e-11  # relative: far above the rounding of an interval, far below any tolerance
 
@@ -92,7 +92,7 @@ def examined(
     points: dict[str, Any] = {n: Interval(v, v) for n, v in inside.sizes.items()}
     worst = np.full(index.size, -np.inf)
     for constraint in constraints:
-        _, where = case.extremes(constraint.curve, [(constraint.kinds, constraint.goal)])
+        where = case.extremes(constraint.curve, [(constraint.kinds, constraint.goal)]).where
         for offset in (-1e-9, 1e-9):  # both one-sided values where the worst angle is a jump
             motion = programme.at(np.mod(where[0] + offset, 2 * np.pi))
 

@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from camopt.evaluation import Question, by_excess, excesses, judged, resolve
+from camopt.judging import by_excess, excesses, judged
 from camopt.mechanisms import Designs
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion.programme import Programme
 from camopt.quantities import QUANTITIES
+from camopt.question import Question, exactly, resolve
 from camopt.scene import Range, Scene
 from camopt.search.answer import GAP, Bounds, Smallest, feasible
 from camopt.search.smallest import smallest
@@ -54,7 +55,7 @@ def optimise(scene: Scene, progress: Progress | None = None) -> Optimum:
     BadInput
         If nothing limits the size from below, so that there is no smallest cam.
     """
-    question = resolve(scene)
+    question = exactly(resolve(scene))
     found: dict[str, dict[str, Any]] = {}
     misses: list[tuple[tuple[float, float], dict[str, Any]]] = []
     obstacles: dict[str, str] = {}

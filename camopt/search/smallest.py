@@ -5,8 +5,8 @@ and feasibility need not be monotone in the size: a branch-and-bound over boxes 
 ends is the least feasible size to within GAP.
 """
 
-from camopt.evaluation import Question
 from camopt.motion.programme import Programme
+from camopt.question import Question
 from camopt.search.answer import Bounds, Smallest
 from camopt.search.branch_and_bound import branch_and_bound
 from camopt.search.closed_form import closed_form, least_size, nudged

@@ -8,11 +8,11 @@ from math import floor, prod
 import numpy as np
 from numpy.typing import NDArray
 
-from camopt.evaluation import Question
 from camopt.mechanisms import Designs
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
+from camopt.question import Question
 from camopt.scene import Range
 
 FIELDS = {  # keys of [search] and the sizes that they vary, slowest first

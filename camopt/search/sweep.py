@@ -13,10 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from camopt.evaluation import VERDICT, Question, by_excess, excesses, judged, least_excess, resolve, screened
+from camopt.judging import UNDECIDED, by_excess, excesses, judged, least_excess, screened
 from camopt.mechanisms import SIZES
 from camopt.motion.programme import Programme
 from camopt.quantities import QUANTITIES, motion_quantity
+from camopt.question import VERDICT, Question, resolve
 from camopt.rows import Rows, joined
 from camopt.scene import Scene
 from camopt.search.pareto import non_dominated, ranked
@@ -38,6 +39,8 @@ class Sweep:
     impossible: int
     """Designs that cannot be assembled, such as an offset beyond the prime radius; they are in no table."""
     feasible: int
+    undecided: int
+    """Designs so near a limit that rounding hides on which side; not feasible, and in no table but that of all."""
     pareto: int
     files: tuple[Path, ...]
     best: dict[str, dict[str, Any]]
@@ -56,6 +59,7 @@ class Batch:
     designs: int
     existing: int
     feasible: int
+    undecided: int
     kept: Rows
     front: Rows
     best: Rows
@@ -89,7 +93,7 @@ def sweep(
     question = with_objectives(resolve(scene))
     space = space_of(question)
     work = partial(_batch, space, column_names(question), keep)
-    designs, existing, feasible, fronts, firsts = 0, 0, 0, [], []
+    designs, existing, feasible, undecided, fronts, firsts = 0, 0, 0, 0, [], []
     with ExitStack() as stack:
         table = None
         if out is not None:
@@ -101,6 +105,7 @@ def sweep(
             designs += batch.designs
             existing += batch.existing
             feasible += batch.feasible
+            undecided += batch.undecided
             fronts.append(batch.front)
             firsts.append(batch.best)
             if table and keep != "pareto":
@@ -118,6 +123,7 @@ def sweep(
         designs=designs,
         impossible=designs - existing,
         feasible=feasible,
+        undecided=undecided,
         pareto=front.count,
         files=()
         if out is None
@@ -150,11 +156,15 @@ def _batch(space: Space, names: tuple[str, ...], keep: str, block: Block) -> Bat
     question, (programme, first, last) = space.question, block
     designs = space.designs(np.arange(first, last))
     designs = designs.take(question.subject.mechanism.exists(designs, programme))
-    evaluated = (judged if keep == "all" else screened)(question, programme, designs, frozenset(names))
+    if keep == "all":
+        evaluated = judged(question, programme, designs, frozenset(names))
+        undecided = int(np.count_nonzero(evaluated.column("status") == UNDECIDED))
+    else:
+        evaluated, undecided = screened(question, programme, designs, frozenset(names))
     feasible = evaluated.take(evaluated.column("feasible").astype(bool))
     front = non_dominated(feasible, question.scene.search)
     best = ranked(front, question.scene.search).take(np.arange(min(front.count, 1)))
-    return Batch(last - first, len(designs), feasible.count, evaluated, front, best)
+    return Batch(last - first, len(designs), feasible.count, undecided, evaluated, front, best)
 
 
 def _in_order(space: Space, work: Callable[[Block], Batch], workers: int, block: int) -> Iterator[Batch]:

@@ -1,0 +1,119 @@
+"""Verdicts: run the effects that are called for, and hold designs against their limits, proved or undecided.
+
+A limit is held if the far side of the quantity's enclosure holds it, and broken if the near side breaks it. Between
+the two a design is looked at again at a tolerance near rounding; what is undecided even then is no feasible design.
+"""
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camopt.effects import Case, plan
+from camopt.effects.case import Bounded
+from camopt.limits import Limit
+from camopt.mechanisms import Designs
+from camopt.motion.programme import Programme
+from camopt.numerics import FloatArray
+from camopt.question import EXACT, Question, exactly
+from camopt.rows import Columns, Rows
+
+CERTIFIED, UNDECIDED = "certified", "undecided"
+
+
+def run_effects(case: Case, wanted: Iterable[str]) -> Rows:
+    """The wanted quantities of a block of designs."""
+    wanted, rows = frozenset(wanted), Rows({}, len(case.designs))
+    for effect in plan(wanted):
+        rows = _with_found(rows, effect.run(case, wanted), wanted)
+    return rows
+
+
+def _with_found(rows: Rows, found: dict[str, Any], wanted: frozenset[str]) -> Rows:
+    """Rows with the wanted ones of an effect's quantities."""
+    columns, outward, half_width = dict(rows.columns), dict(rows.outward), rows.half_width
+    for name in (n for n in found if n in wanted):
+        columns[name] = found[name]
+        if isinstance(found[name], Bounded):
+            columns[name], outward[name], scale = found[name]
+            relative = np.abs(outward[name]) / np.where(scale > 0.0, scale, 1.0)
+            half_width = np.maximum(half_width, relative)
+    return Rows(columns, rows.count, outward, half_width)
+
+
+def judged(question: Question, programme: Programme, designs: Designs, wanted: frozenset[str]) -> Rows:
+    """The wanted quantities of all designs, with their verdict."""
+    rows = run_effects(Case(question.subject, programme, designs), wanted | question.needed)
+    outer = excesses(question.limits, rows.shifted(1.0), designs)
+    inner = excesses(question.limits, rows.shifted(-1.0), designs)
+    feasible = np.all(outer <= 0.0, axis=0)
+    undecided = ~feasible & ~np.any(inner > 0.0, axis=0)
+    verdict = {
+        "feasible": feasible,
+        "violated": violations(question.limits, outer),
+        "status": np.where(undecided, UNDECIDED, CERTIFIED) if undecided.any() else CERTIFIED,
+        "relative_half_width": rows.half_width,
+    }
+    rows = Rows(rows.columns | verdict, rows.count)
+    again = np.flatnonzero(undecided)
+    if not again.size or question.subject.tolerance <= EXACT:
+        return rows
+    return rows.with_rows(again, judged(exactly(question), programme, designs.take(again), wanted))
+
+
+def screened(
+    question: Question, programme: Programme, designs: Designs, wanted: frozenset[str]
+) -> tuple[Rows, int]:
+    """The wanted quantities of those designs that hold every limit, with their verdict; how many are undecided.
+
+    Effects run cheapest first, and a design that breaks a limit is dropped before the next effect runs.
+    """
+    wanted = wanted | question.needed
+    rows, pending, held = Rows({}, len(designs)), list(question.limits), np.ones(len(designs), dtype=bool)
+    for effect in plan(wanted):
+        rows = _with_found(rows, effect.run(Case(question.subject, programme, designs), wanted), wanted)
+        ready = [limit for limit in pending if rows.columns.keys() >= set(limit.needs)]
+        pending = [limit for limit in pending if limit not in ready]
+        possible = np.all(excesses(ready, rows.shifted(-1.0), designs) <= 0.0, axis=0)
+        held = (held & np.all(excesses(ready, rows.shifted(1.0), designs) <= 0.0, axis=0))[possible]
+        designs, rows = designs.take(possible), rows.take(possible)
+    verdict = {"feasible": True, "violated": "", "status": CERTIFIED}
+    rows = Rows({**rows.columns, "relative_half_width": rows.half_width}, rows.count)
+    if held.all():
+        return Rows(rows.columns | verdict, rows.count), 0
+    near = judged(exactly(question), programme, designs.take(~held), wanted)
+    undecided = np.count_nonzero(near.column("status") == UNDECIDED)
+    rows, kept = rows.with_rows(np.flatnonzero(~held), near), held.copy()
+    kept[~held] = near.column("feasible")
+    rows = rows.take(kept)
+    return Rows(rows.columns | verdict, rows.count), int(undecided)
+
+
+def excesses(limits: Iterable[Limit], columns: Columns, designs: Designs) -> FloatArray:
+    """Relative excess over each limit, (limits, designs)."""
+    rows = [limit.excess(columns, designs) + np.zeros(len(designs)) for limit in limits]
+    return np.array(rows).reshape(len(rows), len(designs))
+
+
+WORST = 1e6  # what counts as an infinite excess, so that designs can still be told apart by their other limits
+
+
+def by_excess(excess: FloatArray) -> tuple[float, float]:
+    """How badly a design (limits,) misses: its worst relative excess, and then the sum of all."""
+    over = np.clip(excess, 0.0, WORST)
+    return float(over.max(initial=0.0)), float(over.sum())
+
+
+def least_excess(excess: FloatArray) -> int:
+    """The design, of those in (limits, designs), that misses the least."""
+    over = np.clip(excess, 0.0, WORST)
+    return int(np.lexsort((over.sum(axis=0), over.max(axis=0)))[0])
+
+
+def violations(limits: Iterable[Limit], excess: FloatArray) -> NDArray[np.str_]:
+    """The names of the limits that each design exceeds, joined by commas."""
+    names = [limit.name for limit in limits]
+    kinds, which = np.unique(excess > 0.0, axis=1, return_inverse=True)
+    texts = [",".join(n for n, bad in zip(names, kind, strict=True) if bad) for kind in kinds.T]
+    return np.array(texts, dtype=str)[which.reshape(-1)]

@@ -1,0 +1,106 @@
+"""From a scene to a question in inside units (mm, s, rad): its subject, programme, design and limits."""
+
+from dataclasses import dataclass, replace
+from math import pi
+
+import numpy as np
+
+from camopt.effects import Subject, offered
+from camopt.limits import Limit, limits_of
+from camopt.mechanisms import Designs, mechanism_for
+from camopt.mistakes import BadInput, Mistake
+from camopt.motion.programme import Programme
+from camopt.numerics import FloatArray
+from camopt.quantities import QUANTITIES
+from camopt.scene import Scene
+
+VERDICT = ("feasible", "violated", "status", "relative_half_width")
+EXACT = 1e-13  # tolerance for single designs, whose digits people compare: it costs nothing there
+
+
+@dataclass(frozen=True)
+class Question:
+    """A scene resolved: its subject, programme and design in inside units, its limits, what it calls for."""
+
+    scene: Scene
+    subject: Subject
+    programme: Programme
+    design: Designs
+    limits: tuple[Limit, ...]
+
+    @property
+    def size_name(self) -> str:
+        """The quantity that says how large the cam is."""
+        return "mean_radius_mm" if self.subject.mechanism.grooved else "base_radius_mm"
+
+    @property
+    def sizes(self) -> frozenset[str]:
+        """The quantities that a design is made of."""
+        return frozenset(n for n in offered(self.subject) if QUANTITIES[n].effect == "sizes")
+
+    @property
+    def needed(self) -> frozenset[str]:
+        """The quantities that limits and objectives call for."""
+        objectives = (*self.scene.search.minimise, *self.scene.search.maximise)
+        return frozenset([*objectives, *(need for limit in self.limits for need in limit.needs)])
+
+    @property
+    def wanted(self) -> frozenset[str]:
+        """What the scene calls for: its named outputs, or else motion and geometry; and what limits need."""
+        return self.needed | frozenset(self.scene.outputs or offered(self.subject))
+
+
+def resolve(scene: Scene) -> Question:
+    """Turn a validated scene into inside units: mm, s, rad."""
+    if not isinstance(scene, Scene):
+        raise BadInput([Mistake("camopt", "scene", scene, "a Scene, such as find_scene or Scene.from_toml give")])
+    cam, follower = scene.cam, scene.follower
+    subject = Subject(
+        mechanism=mechanism_for(cam.form, follower.motion, follower.contact),
+        angular=follower.motion == "oscillating",
+        pointed=follower.contact == "knife",
+        omega=None if cam.rpm is None else cam.rpm * 2 * pi / 60,
+        shaft_radius=None if cam.shaft_diameter is None else cam.shaft_diameter / 2,
+        tolerance=scene.accuracy.tolerance,
+    )
+    segments = [(s.segment, s.angle, s.lift, s.law) for s in scene.motion]
+    design = Designs(
+        size=_length(cam.base_radius if cam.form == "disc" else cam.mean_radius),
+        roller_radius=_length(follower.roller_radius or follower.face_radius),
+        offset=_length(follower.offset),
+        arm_length=_length(follower.arm_length),
+        centre_distance=_length(follower.centre_distance),
+        face_offset=_length(follower.face_offset),
+        sense=1.0 if cam.rotation == "ccw" else -1.0,
+    )
+    mistakes = _not_offered(scene, subject)
+    if mistakes:
+        raise BadInput(mistakes)
+    programme = Programme.from_segments(segments, angular=subject.angular)
+    return Question(scene, subject, programme, design, limits_of(scene, subject))
+
+
+def exactly(question: Question) -> Question:
+    """The question at a tolerance near rounding, for the few designs whose digits count."""
+    return replace(question, subject=replace(question.subject, tolerance=min(question.subject.tolerance, EXACT)))
+
+
+def _not_offered(scene: Scene, subject: Subject) -> list[Mistake]:
+    """Quantities that a scene names and its mechanism has not; an objective has to be a number."""
+    offers = (*offered(subject), *VERDICT)
+    numbers = tuple(name for name in offers if QUANTITIES[name].kind is float)
+    named = {
+        "outputs": (scene.outputs, offers),
+        "search.minimise": (scene.search.minimise, numbers),
+        "search.maximise": (scene.search.maximise, numbers),
+    }
+    return [
+        Mistake(scene.file, key, name, f"a quantity of this scene: {', '.join(allowed)}")
+        for key, (names, allowed) in named.items()
+        for name in names
+        if name not in allowed
+    ]
+
+
+def _length(value: float | None) -> FloatArray:
+    return np.array([value or 0.0])
