@@ -55,9 +55,17 @@ def is_warm() -> bool:
     return CACHE_FOLDER is not None and any(Path(CACHE_FOLDER).rglob("*.nbc"))
 
 
+UNWRAPPED: Any = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}  # never called from Python: compiles faster
+
+
 def inlined(function: Callable[..., Any]) -> Any:
     """Compile a function into each kernel that calls it."""
-    return numba.njit(**INLINE, **FLAGS)(function)
+    return numba.njit(**INLINE, **UNWRAPPED, **FLAGS)(function)
+
+
+def called(function: Callable[..., Any]) -> Any:
+    """Compile a function that kernels call, but rarely."""
+    return numba.njit(**UNWRAPPED, **FLAGS)(function)
 
 
 def compiled(function: Callable[..., Any]) -> Any:

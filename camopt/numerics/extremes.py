@@ -14,7 +14,7 @@ largest value found, and a bound of what the true extreme may differ from it.
 
 import numpy as np
 
-from camopt.numerics.compile import compiled, inlined
+from camopt.numerics.compile import called, compiled, inlined
 from camopt.numerics.curves import curve
 from camopt.numerics.piecewise import motion, panel_jets, part_jets
 
@@ -82,7 +82,7 @@ def best_nodes(values, count, table, kinds, goal, best, node):
                     best[i] = max(value, best[i])
 
 
-@compiled
+@called
 def node_angle(table, node):
     """Cam angle of a node."""
     q = 0
@@ -225,7 +225,7 @@ def search_panel(
     slopes_at(f, first, index, many, nodes[node, 0], nodes[node, 1], nodes[node, 2], nodes[node, 3], sign, falling)
     node -= 1
     y, y1, y2, y3 = motion(table, panel, 0.0)
-    climbs = 0
+    climbs = np.int64(0)  # a literal would be compiled for as well
     for j in range(many):
         i = index[j]
         left, right = sign * values[node, i], sign * values[node + 1, i]
@@ -258,7 +258,17 @@ def search_panel(
                 elif verdict == OPEN:
                     part = (low, low + 1.0, a, a1, b, b1)
                     found, u, bound = split(
-                        f, first + i, table, panel, part, error[panel, i], sign, tolerance, location, best[i], stack
+                        f,
+                        np.uint64(first + i),
+                        table,
+                        panel,
+                        part,
+                        error[panel, i],
+                        sign,
+                        tolerance,
+                        location,
+                        best[i],
+                        stack,
                     )
                     top[i] = max(top[i], bound)
                     if found > best[i]:
@@ -268,7 +278,7 @@ def search_panel(
     climb_all(f, first, climbing, climbs, table, panel, error, sign, tolerance, location, best, at, top, scratch)
 
 
-@compiled
+@called
 def climb(f, i, table, panel, part, concavity, sign, best, allowance, location):
     """As ``climb_all``, for one design: (largest value, where in the panel, bound of the maximum)."""
     low, high, _, rising, _, falling = part
@@ -294,7 +304,7 @@ def climb(f, i, table, panel, part, concavity, sign, best, allowance, location):
     return largest, at, max(bound, largest)
 
 
-@compiled
+@called
 def split(f, i, table, panel, part, error, sign, tolerance, location, best, stack):
     """Largest value found in a part that is not settled at once, where, and a bound of all its values.
 
