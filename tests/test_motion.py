@@ -6,14 +6,15 @@ from math import inf, isinf, radians
 from pathlib import Path
 
 import mpmath
+import naive
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from camopt.motion import LAWS
-from camopt.motion.programme import Programme, law_peaks, peak
-from camopt.motion.table import RETURN, RISE
+from camopt.motion.programme import PANELS, Programme, law_peaks, peak
+from camopt.motion.table import RETURN, RISE, stroke_coefficients
 from camopt.numerics.compile import compiled
 from camopt.numerics.piecewise import motion
 
@@ -128,6 +129,34 @@ def test_tables_are_the_laws(law):
     found = all_motion(table, u)
     scale = np.abs(exact).max(axis=1, keepdims=True) + 1e-300
     assert np.all(np.abs(found - exact) <= scale * np.array([[1e-14], [1e-13], [1e-12], [1e-10]]))
+
+
+@pytest.mark.parametrize("law", [law for law in naive.LAWS if law in LAWS])
+@pytest.mark.parametrize("lift", [1e-6, 20.0, 1e6])
+def test_tables_are_as_good_as_they_say_and_lie_in_their_ranges(law, lift):
+    """Against 50 digits, at random points of every panel."""
+    strokes = [("rise", 77.7, lift, law), ("return", 123.4, lift, law)]
+    turn = [strokes[0], ("dwell", 50, 0, None), strokes[1], ("dwell", 108.9, 0, None)]
+    programme = Programme.from_segments(turn, angular=False)
+    table, rng = programme.table, np.random.default_rng(3)
+    _, ends, _ = stroke_coefficients(LAWS[law], PANELS)
+    count = ends.size - 1
+    places = rng.uniform(-1, 1, table.centre.size)
+    found = all_motion(table, places)
+    for stroke, first in ((programme.strokes[0], 0), (programme.strokes[2], count + 1)):
+        for k in range(count):
+            panel, b = first + k, mpmath.mpf(stroke.angle)
+            x = (ends[k + 1] + ends[k]) / 2 + mpmath.mpf(places[panel]) * ((ends[k + 1] - ends[k]) / 2)
+            level, lifted = mpmath.mpf(stroke.low), mpmath.mpf(stroke.high) - mpmath.mpf(stroke.low)
+            exact = [lifted * d / b**order for order, d in enumerate(naive.law_at(law, x)[:4])]
+            exact[0] += level
+            y, error = found[:, panel], table.error[panel]
+            for order in range(4):
+                assert abs(exact[order] - y[order]) <= error[order], (panel, order)
+                assert abs(exact[order]) <= table.most[panel, order] + error[order]
+            for order in range(3):
+                assert table.low[panel, order] - error[order] <= exact[order]
+                assert exact[order] <= table.high[panel, order] + error[order]
 
 
 def test_jumps_are_known_as_such():

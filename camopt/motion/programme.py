@@ -119,7 +119,7 @@ def _stroke_motion(stroke: Stroke, angles: FloatArray) -> FloatArray:
 
 @lru_cache(maxsize=512)
 def _table(programme: Programme) -> MotionTable:
-    rows, centres, halves, pieces, kinds = [], [], [], [0], []
+    rows, centres, halves, reaches, pieces, kinds = [], [], [], [], [0], []
     for stroke in programme.strokes:
         if stroke.law is None:
             coefficients, ends = np.zeros((1, DEGREE + 1)), np.array([0.0, 1.0])
@@ -131,6 +131,7 @@ def _table(programme: Programme) -> MotionTable:
         rows.append(row)
         centres.append(stroke.start + stroke.angle * (ends[1:] + ends[:-1]) / 2)
         halves.append(stroke.angle * np.diff(ends) / 2)
+        reaches.append(np.full(len(row), max(abs(stroke.low), abs(stroke.high))))
         for count in counts:
             pieces.append(pieces[-1] + count)
             kinds.append(stroke.kind)
@@ -142,7 +143,7 @@ def _table(programme: Programme) -> MotionTable:
         np.array(pieces),
         np.array(kinds),
         np.empty((pieces[-1] + len(kinds), 4)),
-        *ranges(coefficients, half_width),
+        *ranges(coefficients, half_width, np.concatenate(reaches)),
     )
     fill_nodes(table)
     return table

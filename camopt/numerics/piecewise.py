@@ -1,7 +1,7 @@
 """Piecewise polynomials: the only form of motion that kernels know.
 
 A turn is cut into *pieces* on which the motion is smooth, a piece into equal *panels*. On each panel y is a
-polynomial of degree 10 in u ∈ [−1, 1]. Jumps of any derivative lie between pieces, so both one-sided values
+polynomial of degree 12 in u ∈ [−1, 1]. Jumps of any derivative lie between pieces, so both one-sided values
 are seen by construction. A piece of m panels has m + 1 nodes (panel ends) at which the motion is tabulated.
 """
 
@@ -16,8 +16,9 @@ from camopt.numerics import FloatArray
 from camopt.numerics.compile import compiled, inlined
 from camopt.numerics.jet import UNIT, Jet
 
-DEGREE = 10
-ROUNDED = (8.0, 8.0, 8.0, 40.0)  # errors of y and its derivatives as tabulated, in roundings of the largest
+DEGREE = 12  # truncation of the trigonometric laws is then below rounding, in the jerk too
+CONVERTED = 1e-10  # relative, for rounding in the ranges below
+ROUNDED = (16.0, 32.0, 32.0, 1024.0)  # errors of y and its derivatives as tabulated, in roundings of the largest
 
 
 class MotionTable(NamedTuple):
@@ -99,19 +100,22 @@ def bernstein(degree: int) -> FloatArray:
     return np.asarray(blend @ shift)
 
 
-def ranges(
-    coefficients: FloatArray, half_width: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """The tables ``low``, ``high``, ``most`` and ``error`` of a MotionTable."""
+def ranges(coefficients: FloatArray, half_width: FloatArray, reach: FloatArray) -> tuple[FloatArray, ...]:
+    """The tables ``low``, ``high``, ``most`` and ``error`` of a MotionTable.
+
+    ``reach`` is the largest |y| of each panel's stroke: displacements are sums of a level and a part of the lift.
+    """
     low, high = np.empty((6, len(half_width))), np.empty((6, len(half_width)))
     for order in range(6):
         series = polynomial.polyder(coefficients.T, order)
         values = bernstein(len(series) - 1) @ series / half_width**order
-        low[order], high[order] = values.min(axis=0), values.max(axis=0)
+        room = CONVERTED * np.abs(values).max(axis=0)
+        low[order], high[order] = values.min(axis=0) - room, values.max(axis=0) + room
     most = np.maximum(-low, high)
     error = np.empty((4, len(half_width)))
     brought = np.zeros(len(half_width))
     for order in (3, 2, 1, 0):
         brought = ROUNDED[order] * UNIT * most[order] + half_width * brought
         error[order] = brought
+    error[0] += ROUNDED[0] * UNIT * reach
     return low[:3].T.copy(), high[:3].T.copy(), most.T.copy(), error.T.copy()
