@@ -133,6 +133,7 @@ def test_tables_are_the_laws(law):
 
 @pytest.mark.parametrize("law", [law for law in naive.LAWS if law in LAWS])
 @pytest.mark.parametrize("lift", [1e-6, 20.0, 1e6])
+@mpmath.workdps(50)
 def test_tables_are_as_good_as_they_say_and_lie_in_their_ranges(law, lift):
     """Against 50 digits, at random points of every panel."""
     strokes = [("rise", 77.7, lift, law), ("return", 123.4, lift, law)]

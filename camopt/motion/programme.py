@@ -7,6 +7,7 @@ from math import inf, pi, radians
 
 import numpy as np
 from numpy.polynomial import polynomial
+from numpy.typing import NDArray
 
 from camopt.motion import LAWS
 from camopt.motion.table import DWELL, RETURN, RISE, stroke_coefficients
@@ -119,7 +120,8 @@ def _stroke_motion(stroke: Stroke, angles: FloatArray) -> FloatArray:
 
 @lru_cache(maxsize=512)
 def _table(programme: Programme) -> MotionTable:
-    rows, centres, halves, reaches, pieces, kinds = [], [], [], [], [0], []
+    rows, centres, halves, pieces, kinds = [], [], [], [0], []
+    numbers: list[NDArray[np.int64]] = []
     for stroke in programme.strokes:
         if stroke.law is None:
             coefficients, ends = np.zeros((1, DEGREE + 1)), np.array([0.0, 1.0])
@@ -131,7 +133,7 @@ def _table(programme: Programme) -> MotionTable:
         rows.append(row)
         centres.append(stroke.start + stroke.angle * (ends[1:] + ends[:-1]) / 2)
         halves.append(stroke.angle * np.diff(ends) / 2)
-        reaches.append(np.full(len(row), max(abs(stroke.low), abs(stroke.high))))
+        numbers.append(np.full(len(row), len(numbers), dtype=np.int64))
         for count in counts:
             pieces.append(pieces[-1] + count)
             kinds.append(stroke.kind)
@@ -143,7 +145,7 @@ def _table(programme: Programme) -> MotionTable:
         np.array(pieces),
         np.array(kinds),
         np.empty((pieces[-1] + len(kinds), 4)),
-        *ranges(coefficients, half_width, np.concatenate(reaches)),
+        *ranges(coefficients, half_width, np.concatenate(numbers)),
     )
     fill_nodes(table)
     return table

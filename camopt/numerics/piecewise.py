@@ -18,7 +18,7 @@ from camopt.numerics.jet import UNIT, Jet
 
 DEGREE = 12  # truncation of the trigonometric laws is then below rounding, in the jerk too
 CONVERTED = 1e-10  # relative, for rounding in the ranges below
-ROUNDED = (16.0, 32.0, 32.0, 1024.0)  # errors of y and its derivatives as tabulated, in roundings of the largest
+ROUNDED = (4.0, 8.0, 32.0, 512.0)  # errors of y … as tabulated, in roundings of the largest in the stroke
 
 
 class MotionTable(NamedTuple):
@@ -100,10 +100,10 @@ def bernstein(degree: int) -> FloatArray:
     return np.asarray(blend @ shift)
 
 
-def ranges(coefficients: FloatArray, half_width: FloatArray, reach: FloatArray) -> tuple[FloatArray, ...]:
+def ranges(coefficients: FloatArray, half_width: FloatArray, stroke: NDArray[np.int64]) -> tuple[FloatArray, ...]:
     """The tables ``low``, ``high``, ``most`` and ``error`` of a MotionTable.
 
-    ``reach`` is the largest |y| of each panel's stroke: displacements are sums of a level and a part of the lift.
+    ``stroke`` numbers the stroke of each panel: a law's rounding is that of its largest value in the stroke.
     """
     low, high = np.empty((6, len(half_width))), np.empty((6, len(half_width)))
     for order in range(6):
@@ -115,7 +115,8 @@ def ranges(coefficients: FloatArray, half_width: FloatArray, reach: FloatArray) 
     error = np.empty((4, len(half_width)))
     brought = np.zeros(len(half_width))
     for order in (3, 2, 1, 0):
-        brought = ROUNDED[order] * UNIT * most[order] + half_width * brought
+        peak = np.zeros(stroke.max() + 1)
+        np.maximum.at(peak, stroke, most[order])
+        brought = ROUNDED[order] * UNIT * peak[stroke] + half_width * brought
         error[order] = brought
-    error[0] += ROUNDED[0] * UNIT * reach
     return low[:3].T.copy(), high[:3].T.copy(), most.T.copy(), error.T.copy()
