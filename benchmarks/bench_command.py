@@ -42,7 +42,7 @@ def bench_sweep(benchmark: BenchmarkFixture, tmp_path: Path) -> None:
     files = {path.name: path.stat().st_size for path in sorted(tmp_path.iterdir())}
     benchmark.extra_info |= {
         **counts,
-        "designs_per_second": round(counts["designs"] / seconds(benchmark)),
+        "designs_per_second": counts["designs"] / seconds(benchmark),
         "file_bytes": files,
     }
     against_numpy(benchmark, command)

@@ -8,8 +8,9 @@ from timing import least_seconds, measured, ratio, seconds
 
 from camopt import find_scene
 from camopt.effects import Case
-from camopt.evaluation import resolve, run_effects
+from camopt.judging import run_effects
 from camopt.mechanisms import Designs
+from camopt.question import resolve
 
 DESIGNS = 20_000
 POLISHED_ANGLES = 72  # the fewest, of those tried, that reach AGREEMENT for each law
@@ -55,7 +56,7 @@ def bench_extremes(benchmark: BenchmarkFixture, law: str) -> None:
     rival = least_seconds(lambda: polished(cams, law, POLISHED_ANGLES), 3)
     plain = least_seconds(lambda: sampled(cams, law, SAMPLED_ANGLES), 3)
     benchmark.extra_info |= {
-        "designs_per_second": round(DESIGNS / own),
+        "designs_per_second": DESIGNS / own,
         "largest_pressure_angle_deg": float(found["pressure_angle_max_deg"].max()),
         "largest_curvature_per_mm": float(found["pitch_curvature_max_per_mm"].max()),
         "numpy_polished_ns_per_design": round(rival / DESIGNS * 1e9),

@@ -16,7 +16,7 @@ from scipy import optimize
 from timing import least_seconds, measured, ratio, seconds
 
 from camopt import Scene, find_scene, optimise
-from camopt.evaluation import resolve
+from camopt.question import resolve
 from camopt.search.answer import Smallest
 from camopt.search.optimise import boxes_of
 from camopt.search.smallest import smallest

@@ -6,7 +6,7 @@ ends is the least feasible size to within GAP.
 """
 
 from camopt.motion.programme import Programme
-from camopt.question import Question
+from camopt.question import Question, exactly
 from camopt.search.answer import Bounds, Smallest
 from camopt.search.branch_and_bound import branch_and_bound
 from camopt.search.closed_form import closed_form, least_size, nudged
@@ -14,6 +14,7 @@ from camopt.search.closed_form import closed_form, least_size, nudged
 
 def smallest(question: Question, programme: Programme, bounds: Bounds) -> Smallest:
     """The design of least size within bounds that holds every limit of the question."""
+    question = exactly(question)
     bounds = {**bounds, "size": (least_size(question, programme, bounds), bounds["size"][1])}
     start = closed_form(question, programme, bounds)
     if start is not None:
