@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from camopt.mistakes import BadInput
     from camopt.motion import LAWS
     from camopt.points import cam_points
+    from camopt.proof.certify import certify
     from camopt.quantities import QUANTITIES
     from camopt.scene import Scene, find_scene, shipped_scenes
     from camopt.search.optimise import Optimum, optimise
@@ -29,6 +30,7 @@ _HOMES = {
     "Scene": "scene",
     "Sweep": "search.sweep",
     "cam_points": "points",
+    "certify": "proof.certify",
     "evaluate": "evaluation",
     "find_scene": "scene",
     "load": "table",
@@ -48,6 +50,7 @@ __all__ = [
     "Sweep",
     "__version__",
     "cam_points",
+    "certify",
     "evaluate",
     "find_scene",
     "load",

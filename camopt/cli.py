@@ -12,7 +12,7 @@ import click
 from camopt.version import VERSION
 
 DEFAULT_SCENE = "roller-1000rpm"
-NOTHING_FEASIBLE, BAD_INPUT, FILE_TROUBLE, INTERRUPTED = 1, 2, 3, 130
+NOTHING_FEASIBLE, BAD_INPUT, FILE_TROUBLE, NOT_REACHED, INTERRUPTED = 1, 2, 3, 4, 130
 
 
 class Aliased(click.Group):
@@ -29,7 +29,8 @@ def camopt() -> None:
 
     SCENE is a TOML file or the name of a shipped scene (see `camopt scenes`); without one, roller-1000rpm.
 
-    Exit codes: 0 done, 1 no feasible design, 2 bad input, 3 file or resource trouble, 130 interrupted.
+    Exit codes: 0 done, 1 no feasible design or a limit broken, 2 bad input, 3 file or resource trouble, 4 asked
+    tolerance not reached or a limit undecided, 130 interrupted.
     """
 
 
@@ -219,6 +220,33 @@ def evaluate(
     if not quiet:
         reports.say_written([file for file in (picture, points) if file])
     return 0
+
+
+@camopt.command()
+@click.argument("target")
+@_output_options
+def certify(target: str, as_json: bool, quiet: bool) -> int:
+    """Prove that limits hold at every cam angle, in ball arithmetic.
+
+    TARGET is a scene, or a table of a sweep, whose rows get a column with the verdict.
+    """
+    from camopt import reports
+
+    if target.endswith(".parquet"):
+        from camopt.proof.table import certify_table
+
+        with reports.progress(quiet, "rows") as advance:
+            counts = certify_table(target, advance)
+        reports.show_counts(counts, as_json)
+        verdicts = set(counts)
+    else:
+        from camopt.proof.certify import certify as prove
+        from camopt.scene import find_scene
+
+        found = prove(find_scene(target))
+        reports.show_verdicts(found, as_json)
+        verdicts = set(found.values())
+    return NOTHING_FEASIBLE if "broken" in verdicts else NOT_REACHED if "undecided" in verdicts else 0
 
 
 @camopt.command()

@@ -94,6 +94,7 @@ _ALL = [
     Quantity("feasible", "", "", "limits", "Whether every limit of the scene is held.", bool),
     Quantity("violated", "", "", "limits", "The limits that are not held, separated by commas.", str),
     Quantity("status", "", "", "limits", "certified: the verdict is proved; undecided: no feasible design.", str),
+    Quantity("proof", "", "", "proof", "held, broken or undecided: the limits, in ball arithmetic.", str),
     Quantity(
         "relative_half_width",
         "",

@@ -113,7 +113,8 @@ def _print(*things: Any) -> None:
         if narrow < width.minimum:
             screen.print(_row_by_row(thing), soft_wrap=True)
         else:
-            Console(width=min(width.maximum, narrow), highlight=False, markup=False).print(thing, crop=False)
+            room = max(width.maximum, len(str(thing.title or "")))
+            Console(width=min(room, narrow), highlight=False, markup=False).print(thing, crop=False)
 
 
 UNBOUNDED = 10_000
@@ -230,6 +231,22 @@ def _optimum_columns(rows: dict[str, dict[str, Any]]) -> list[str]:
     if any(row["clear_above_mm"] > row[size] for row in rows.values()):
         names.append("clear_above_mm")
     return names if all(row["proved"] for row in rows.values()) else [*names, "proved"]
+
+
+def show_verdicts(verdicts: dict[str, str], as_json: bool) -> None:
+    """The verdict on each limit."""
+    if as_json:
+        return _print_json(verdicts)
+    records = [{"limit": name, "verdict": verdict} for name, verdict in verdicts.items()]
+    return _print(_table("At every cam angle, in ball arithmetic", records, ["limit", "verdict"]))
+
+
+def show_counts(counts: dict[str, int], as_json: bool) -> None:
+    """How many rows of a table are held, broken and undecided."""
+    every = {verdict: counts.get(verdict, 0) for verdict in ("held", "broken", "undecided")}
+    if as_json:
+        return _print_json(every)
+    return _print(", ".join(f"{count:,} {verdict}" for verdict, count in every.items()))
 
 
 def show_laws(as_json: bool) -> None:

@@ -1,0 +1,1 @@
+"""Proofs in ball arithmetic: whether a design holds its limits at every cam angle, whatever rounding does."""

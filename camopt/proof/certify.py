@@ -1,0 +1,212 @@
+"""Certify: whether a design holds each of its limits at every cam angle, decided in ball arithmetic.
+
+A limit is a claim that a curve stays below a bound. Over a stretch of the turn the curve is below it if its ball
+is, or the ball of its mean-value form, or, where the slope keeps its sign, both its ends; above it if one point is.
+What is neither is halved. The formulas are those of the mechanisms, run on balls; the laws are exact
+(``proof.laws``).
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any, NamedTuple, cast
+
+from flint import arb
+
+from camopt.limits import Limit
+from camopt.mechanisms import Designs
+from camopt.motion.programme import Programme
+from camopt.motion.table import DWELL, RETURN, RISE, TURN
+from camopt.numerics.curves import curve
+from camopt.proof.ball import Ball, as_arb, between
+from camopt.proof.laws import Piece, pieces_of
+from camopt.quantities import DERIVATIVES
+from camopt.question import Question, resolve
+from camopt.scene import Scene
+
+HELD, BROKEN, UNDECIDED = "held", "broken", "undecided"
+FIRST_PARTS = 8  # of each piece of a law
+MOST_PARTS = 20_000
+NARROWEST = arb(2) ** -90
+
+
+class Stroke(NamedTuple):
+    """A segment of the turn in balls: cam angle in rad, displacement in mm or rad."""
+
+    kind: int
+    law: str | None
+    angle: arb
+    low: arb
+    change: arb
+
+
+@dataclass(frozen=True)
+class Motion:
+    """The exact turn; stands in for a Programme where formulas ask for the lift."""
+
+    strokes: tuple[Stroke, ...]
+
+    @property
+    def lift(self) -> Ball:
+        levels = [stroke.low + stroke.change for stroke in self.strokes]
+        return Ball(max(levels, key=lambda level: float(level.mid())))
+
+
+def motion_of(scene: Scene, programme: Programme) -> Motion:
+    """The turn of a scene, its numbers taken as exact, with the laws of a programme."""
+    degree = arb.pi() / 180
+    unit = degree if scene.follower.motion == "oscillating" else arb(1)
+    segments = [segment for segment in scene.motion if segment.angle > 0.0]
+    strokes, level = [], arb(0)
+    for segment, stroke in zip(segments, programme.strokes, strict=True):
+        change = arb(segment.lift) * unit * {RISE: 1, RETURN: -1, DWELL: 0}[stroke.kind]
+        strokes.append(Stroke(stroke.kind, stroke.law, arb(segment.angle) * degree, level, change))
+        level = level + change
+    return Motion(tuple(strokes))
+
+
+def motion_at(stroke: Stroke, piece: Piece | None, x: arb) -> list[Ball]:
+    """Balls of y and its first four derivatives by the cam angle over a ball of x."""
+    if piece is None:
+        return [Ball(stroke.low), *[Ball(0.0)] * 4]
+    rows = [stroke.change * piece.derivative(k, x) / stroke.angle**k for k in range(5)]
+    return [Ball(stroke.low + rows[0]), *map(Ball, rows[1:])]
+
+
+class Claim(NamedTuple):
+    """factor · value ≤ bound at every cam angle of some kinds of stroke.
+
+    ``values`` gives (value, slope by the cam angle) from the motion and its derivatives.
+    """
+
+    values: Callable[[list[Ball]], tuple[Any, Any]]
+    kinds: int
+    factor: arb
+    bound: arb
+
+
+def decide(claim: Claim, motion: Motion) -> str:
+    """Whether a claim holds."""
+    verdict = HELD
+    for stroke in motion.strokes:
+        if stroke.kind & claim.kinds:
+            for piece in pieces_of(stroke.law) if stroke.law else (None,):
+                found = _decide_piece(claim, stroke, piece)
+                if found == BROKEN:
+                    return BROKEN
+                verdict = found if found == UNDECIDED else verdict
+    return verdict
+
+
+def _decide_piece(claim: Claim, stroke: Stroke, piece: Piece | None) -> str:
+    def over(x: arb) -> tuple[arb, arb]:
+        """By how much the curve is above the bound, and its slope by x."""
+        value, slope = claim.values(motion_at(stroke, piece, x))
+        return as_arb(value) * claim.factor - claim.bound, as_arb(slope) * claim.factor * stroke.angle
+
+    if piece is None:
+        return _sign(over(arb(0))[0])
+    cuts = [piece.start + (piece.end - piece.start) * k / FIRST_PARTS for k in range(FIRST_PARTS + 1)]
+    stack, parts = list(pairwise(cuts)), 0
+    while stack:
+        parts += 1
+        low, high = stack.pop()
+        middle = (low + high) / 2
+        here, (whole, slope) = over(middle)[0], over(between(low, high))
+        if here > 0:
+            return BROKEN
+        if whole <= 0 or here + abs(slope) * (high - low) / 2 <= 0:
+            continue
+        if slope > 0 or slope < 0:
+            end = _sign(over(high if slope > 0 else low)[0])
+            if end == HELD:
+                continue
+            return end
+        if high - low < NARROWEST or parts > MOST_PARTS:
+            return UNDECIDED
+        stack += [(low, middle), (middle, high)]
+    return HELD
+
+
+def _sign(over: arb) -> str:
+    return HELD if over <= 0 else BROKEN if over > 0 else UNDECIDED
+
+
+def _of_curve(made: Any) -> Callable[[list[Ball]], tuple[Any, Any]]:
+    return lambda motion: curve(made, ..., *motion[:4])
+
+
+def _of_derivative(order: int) -> Callable[[list[Ball]], tuple[Any, Any]]:
+    return lambda motion: (motion[order], motion[order + 1])
+
+
+def _both(values: Callable[[list[Ball]], tuple[Any, Any]], kinds: int, factor: arb, bound: arb) -> list[Claim]:
+    """That a magnitude stays below a bound."""
+    return [Claim(values, kinds, factor, bound), Claim(values, kinds, -factor, bound)]
+
+
+def claims_of(question: Question, limit: Limit, design: Designs, motion: Motion) -> list[Claim]:
+    """What a limit claims of a design (in balls); nothing if it is no matter of curves."""
+    subject, mechanism, turn = question.subject, question.subject.mechanism, cast(Programme, motion)
+    name, bound, one = limit.name, arb(limit.bound), arb(1)
+    if name in ("pressure_angle", "pressure_angle_return"):
+        kinds = RETURN if name.endswith("return") else RISE | DWELL
+        return _both(_of_curve(mechanism.pressure(design, turn)), kinds, one, (bound * arb.pi() / 180).tan())
+    if name == "face_reach" and mechanism.reach:
+        return _both(_of_curve(mechanism.reach(design, turn)), TURN, one, bound)
+    if name in ("curvature_radius", "undercut") and mechanism.profile_radius:
+        return [Claim(_of_curve(mechanism.profile_radius(design, turn)), TURN, -one, -bound)]
+    if name in ("curvature_radius", "undercut") and mechanism.curvature:
+        claims = _both(
+            _of_curve(mechanism.curvature(design, turn)), TURN, as_arb(design.roller_radius) + bound, one
+        )
+        return claims if mechanism.grooved else claims[:1]
+    if name in DERIVATIVES:
+        order = list(DERIVATIVES).index(name) + 1
+        speed = arb(question.scene.cam.rpm or 0.0) * arb.pi() / 30
+        factor = speed**order * (one if subject.angular else one / 1000)
+        return _both(_of_derivative(order), RISE | RETURN, factor, bound)
+    return []
+
+
+def broken_by_jumps(question: Question, limit: Limit, programme: Programme) -> bool:
+    """Whether a jump of the motion makes infinite what a limit bounds."""
+    if limit.name in ("curvature_radius", "undercut"):
+        grooved = question.subject.mechanism.grooved
+        return any(grooved or corner.size < 0.0 for corner in programme.corners)
+    if limit.name in DERIVATIVES:
+        return any(jump.order <= list(DERIVATIVES).index(limit.name) for jump in programme.jumps)
+    return False
+
+
+def certify_design(question: Question, programme: Programme, design: Designs) -> dict[str, str]:
+    """The verdict on each limit of a question for one design: held, broken or undecided."""
+    if not question.subject.mechanism.exists(design, programme)[0]:
+        return {"assembly": BROKEN}
+    motion = motion_of(question.scene, programme)
+    balls: dict[str, Any] = {name: Ball(value) for name, value in design.sizes.items()}
+    exact, verdicts = Designs(**balls, sense=design.sense), {}
+    for limit in question.limits:
+        claims = claims_of(question, limit, exact, motion)
+        found = [decide(claim, motion) for claim in claims]
+        if not claims:
+            found = [HELD if limit.excess({}, design)[0] <= 0.0 else BROKEN]
+        if broken_by_jumps(question, limit, programme):
+            found = [BROKEN]
+        verdicts[limit.name] = next((v for v in (BROKEN, UNDECIDED) if v in found), HELD)
+    return verdicts
+
+
+def certify(scene: Scene) -> dict[str, str]:
+    """Prove or refute each limit of a scene for its design: held, broken or undecided, by the limit's name.
+
+    Numbers of the scene are taken as exact. Everything is decided at every cam angle of the continuous motion, in
+    ball arithmetic of 200 bits; undecided is what lies within about 1e-27 of its limit.
+    """
+    question = resolve(scene)
+    return certify_design(question, question.programme, question.design)
+
+
+def summary(verdicts: dict[str, str]) -> str:
+    """One word for a design: broken if any limit is, undecided if any is, else held."""
+    return next((v for v in (BROKEN, UNDECIDED) if v in verdicts.values()), HELD)

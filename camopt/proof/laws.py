@@ -1,0 +1,118 @@
+"""The motion laws as exact expressions: on each piece a polynomial and sine waves, in balls.
+
+Written apart from ``camopt.motion``, from the accelerations that define the laws, so that a proof does not rest on
+the tables it is to check.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+
+from flint import arb
+
+Wave = tuple[arb, arb, arb]
+"""A·sin(w·d + φ)."""
+
+
+@dataclass(frozen=True)
+class Piece:
+    """s(x) = Σ cₖ·dᵏ + Σ A·sin(w·d + φ) with d = x − start, up to ``end``."""
+
+    start: arb
+    end: arb
+    powers: tuple[arb, ...]
+    waves: tuple[Wave, ...] = ()
+
+    def derivative(self, order: int, x: arb) -> arb:
+        """A derivative of the unit stroke over a ball of x."""
+        d, total = x - self.start, arb(0)
+        for k in range(len(self.powers) - 1, order - 1, -1):
+            factor = 1
+            for j in range(order):
+                factor *= k - j
+            total = total * d + self.powers[k] * factor
+        for size, speed, phase in self.waves:
+            total += size * speed**order * (speed * d + phase + arb.pi() * order / 2).sin()
+        return total
+
+
+def _polynomial(*powers: int) -> tuple[Piece, ...]:
+    return (Piece(arb(0), arb(1), tuple(arb(c) for c in powers)),)
+
+
+def _from_accelerations(*pieces: tuple[arb, arb, arb, arb]) -> tuple[Piece, ...]:
+    """Pieces from (length, A, w, φ): a = A·sin(w·d + φ), or a = A where w is 0; integrated twice from rest."""
+    found, start, s, v = [], arb(0), arb(0), arb(0)
+    for length, size, speed, phase in pieces:
+        if speed == 0:
+            piece = Piece(start, start + length, (s, v, size / 2))
+        else:
+            swing = size / speed
+            powers = (s + swing / speed * phase.sin(), v + swing * phase.cos())
+            piece = Piece(start, start + length, powers, ((-swing / speed, speed, phase),))
+        found.append(piece)
+        start = start + length
+        s, v = piece.derivative(0, start), piece.derivative(1, start)
+    return tuple(found)
+
+
+def _modified_sine() -> tuple[Piece, ...]:
+    pi, eighth = arb.pi(), arb(1) / 8
+    size, slow = 4 * pi**2 / (4 + pi), 4 * pi / 3
+    return _from_accelerations(
+        (eighth, size, 4 * pi, arb(0)), (6 * eighth, size, slow, pi / 2), (eighth, size, 4 * pi, 3 * pi / 2)
+    )
+
+
+def _modified_trapezoid() -> tuple[Piece, ...]:
+    pi, eighth, none = arb.pi(), arb(1) / 8, arb(0)
+    size = 8 * pi / (2 + pi)
+    return _from_accelerations(
+        (eighth, size, 4 * pi, none),
+        (2 * eighth, size, none, none),
+        (2 * eighth, size, 4 * pi, pi / 2),
+        (2 * eighth, -size, none, none),
+        (eighth, size, 4 * pi, 3 * pi / 2),
+    )
+
+
+def _double_harmonic() -> tuple[Piece, ...]:
+    pi = arb.pi()
+    waves = ((arb(-1) / 2, pi, pi / 2), (arb(1) / 8, 2 * pi, pi / 2))
+    return (Piece(arb(0), arb(1), (arb(3) / 8,), waves),)
+
+
+def _parabolic() -> tuple[Piece, ...]:
+    half = arb(1) / 2
+    return Piece(arb(0), half, (arb(0), arb(0), arb(2))), Piece(half, arb(1), (half, arb(2), arb(-2)))
+
+
+def _harmonic() -> tuple[Piece, ...]:
+    half = arb(1) / 2
+    return (Piece(arb(0), arb(1), (half,), ((-half, arb.pi(), arb.pi() / 2),)),)
+
+
+def _cycloidal() -> tuple[Piece, ...]:
+    turn = 2 * arb.pi()
+    return (Piece(arb(0), arb(1), (arb(0), arb(1)), ((-1 / turn, turn, arb(0)),)),)
+
+
+EXACT: dict[str, Callable[[], tuple[Piece, ...]]] = {
+    "uniform": lambda: _polynomial(0, 1),
+    "parabolic": _parabolic,
+    "harmonic": _harmonic,
+    "cycloidal": _cycloidal,
+    "poly345": lambda: _polynomial(0, 0, 0, 10, -15, 6),
+    "poly4567": lambda: _polynomial(0, 0, 0, 0, 35, -84, 70, -20),
+    "modified-trapezoid": _modified_trapezoid,
+    "modified-sine": _modified_sine,
+    "cubic": lambda: _polynomial(0, 0, 3, -2),
+    "double-harmonic": _double_harmonic,
+    "poly56789": lambda: _polynomial(0, 0, 0, 0, 0, 126, -420, 540, -315, 70),
+}
+
+
+@cache
+def pieces_of(law: str) -> tuple[Piece, ...]:
+    """The pieces of a law."""
+    return EXACT[law]()

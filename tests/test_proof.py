@@ -1,0 +1,168 @@
+"""Proofs in ball arithmetic, against 50 digits, the laws, and the verdicts of the kernels."""
+
+import json
+from dataclasses import replace
+from itertools import pairwise
+from math import isfinite
+from pathlib import Path
+
+import mpmath
+import naive
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+from flint import arb
+
+import camopt
+from camopt import Scene, certify, evaluate, find_scene, optimise, shipped_scenes, sweep
+from camopt.cli import main
+from camopt.mistakes import BadInput
+from camopt.motion import LAWS
+from camopt.proof.ball import Ball, between
+from camopt.proof.certify import certify_design, summary
+from camopt.proof.laws import EXACT, pieces_of
+from camopt.proof.table import certify_table
+from camopt.question import resolve
+
+DATA = json.loads((Path(__file__).parent / "data" / "reference.json").read_text())
+REFERENCE = {cam["id"]: cam for cam in DATA}
+VERBS = ("displacement", "velocity", "acceleration", "jerk")
+
+
+def test_every_law_has_an_exact_form():
+    assert set(EXACT) == set(LAWS)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_exact_laws_join_and_are_the_laws(law):
+    pieces = pieces_of(law)
+    assert pieces[0].start == 0
+    assert pieces[0].derivative(0, arb(0)).contains(0)
+    assert abs(pieces[-1].derivative(0, pieces[-1].end) - 1) < arb("1e-50")
+    for left, right in pairwise(pieces):
+        for order in (0, 1):
+            assert left.derivative(order, left.end).overlaps(right.derivative(order, right.start))
+    for piece in pieces:
+        for share in (0.1, 0.5, 0.9):
+            x = piece.start + (piece.end - piece.start) * share
+            for order, verb in enumerate(VERBS):
+                exact, found = float(piece.derivative(order, x)), float(getattr(LAWS[law], verb)(float(x)))
+                assert found == pytest.approx(exact, rel=1e-12, abs=1e-12)
+
+
+@pytest.mark.parametrize("law", [law for law in naive.LAWS if law in LAWS])
+@mpmath.workdps(50)
+def test_exact_laws_against_fifty_digits(law):
+    for piece in pieces_of(law):
+        x = mpmath.mpf(float(piece.start + (piece.end - piece.start) * 0.3))
+        for order, expected in enumerate(naive.law_at(law, x)[:4]):
+            found = piece.derivative(order, arb(str(x)))
+            assert abs(mpmath.mpf(found.mid().str(45, radius=False)) - expected) <= mpmath.mpf("1e-40")
+
+
+@pytest.mark.parametrize("name", REFERENCE)
+def test_limits_on_either_side_of_a_fifty_digit_extreme(name):
+    scene, expected = Scene.from_dict(REFERENCE[name]["scene"]), REFERENCE[name]["expected"]
+    claims = {
+        "pressure_angle": ("pressure_angle_max_deg", 1.0),
+        "curvature_radius": ("profile_radius_min_mm", -1.0),
+    }
+    for limit, (quantity, side) in claims.items():
+        value = float(expected.get(quantity, "inf"))
+        if not (isfinite(value) and 1e-6 < value < 89):
+            continue
+        for share, verdict in ((1e-12 * side, "held"), (-1e-12 * side, "broken")):
+            found = certify(scene.replace(limits={limit: value * (1.0 + share)}))
+            either = [found[key] for key in (limit, f"{limit}_return") if key in found]
+            assert ("broken" if "broken" in either else "held") == verdict, (limit, share)
+            assert "undecided" not in either
+
+
+@pytest.mark.parametrize("name", shipped_scenes())
+@pytest.mark.parametrize("limits", [{"pressure_angle": 35}, {"curvature_radius": 12}])
+def test_proofs_agree_with_the_kernels(name, limits):
+    scene = find_scene(name).replace(limits=limits)
+    found, proofs = evaluate(scene), certify(scene)
+    assert {limit for limit, verdict in proofs.items() if verdict == "broken"} == set(
+        filter(None, found["violated"].split(","))
+    )
+    assert (summary(proofs) == "held") == found["feasible"]
+
+
+@pytest.mark.parametrize("name", ["roller-1000rpm", "two-pauses", "flat-reciprocating", "oscillating-roller"])
+def test_an_optimum_is_proved_and_a_hair_smaller_is_refused(name):
+    limits = {"pressure_angle": 35, "curvature_radius": 3}
+    scene = find_scene(name).replace(limits=limits, search=None)
+    best = optimise(scene).best["base_radius_mm"]
+    assert summary(certify(scene.replace(**{"cam.base_radius": best}))) == "held"
+    hair = 2e-7 if name == "oscillating-roller" else 1e-12 * (best + 30)  # where a search decides: its gap
+    assert summary(certify(scene.replace(**{"cam.base_radius": best - hair}))) == "broken"
+
+
+def test_speed_limits_are_proved():
+    scene = find_scene("roller-1000rpm")
+    fast = evaluate(scene)["velocity_max_m_s"]
+    for share, verdict in ((1 + 1e-12, "held"), (1 - 1e-12, "broken")):
+        assert certify(scene.replace(limits={"velocity": fast * share}))["velocity"] == verdict
+    assert certify(scene.replace(limits={"jerk": 1e15}))["jerk"] == "broken"  # the acceleration jumps
+
+
+def test_corners_break_curvature_limits():
+    scene = find_scene("uniform-knife-radial")
+    assert certify(scene.replace(limits={"curvature_radius": 1}))["curvature_radius"] == "broken"
+
+
+def test_a_design_that_cannot_be_assembled_is_broken():
+    question = resolve(find_scene("roller-1000rpm"))
+    design = replace(question.design, offset=np.array([80.0]))
+    assert certify_design(question, question.programme, design) == {"assembly": "broken"}
+
+
+def test_balls_enclose():
+    x = Ball(between(arb(1), arb(2)))
+    for function in (np.sqrt, np.square, np.sin, np.cos, np.negative):
+        found = function(x).arb
+        for point in np.linspace(1, 2, 17):
+            assert found.contains(arb(float(function(point)), 1e-15))
+
+
+@pytest.fixture
+def table(tmp_path):
+    scene = find_scene("roller-1000rpm").replace(
+        **{"search.base_radius": [60, 80, 100], "search.offset": [0, 10], "search.law": ["harmonic", "cycloidal"]}
+    )
+    sweep(scene, tmp_path, keep="all")
+    return tmp_path / "designs.parquet"
+
+
+def test_each_row_of_a_table_is_certified(table, capsys):
+    counts = certify_table(table)
+    rows = camopt.load(table)
+    assert counts["undecided"] == 0
+    assert ((rows["proof"] == "held") == rows["feasible"]).all()
+    assert counts["held"] == rows["feasible"].sum() > 0
+    assert rows.attrs["units"]["base_radius_mm"] == "mm"
+    assert main(["certify", str(table), "--json"]) == 1
+    assert json.loads(capsys.readouterr().out) == {
+        "held": counts["held"],
+        "broken": counts["broken"],
+        "undecided": 0,
+    }
+    assert list(camopt.load(table).columns).count("proof") == 1
+
+
+def test_what_is_no_table_of_a_sweep_is_told(tmp_path):
+    plain = tmp_path / "plain.parquet"
+    pq.write_table(pa.table({"a": [1]}), plain)
+    (tmp_path / "text.parquet").write_text("no table", encoding="utf-8")
+    for name in ("plain.parquet", "text.parquet", "missing.parquet"):
+        with pytest.raises(BadInput, match="a Parquet table that camopt sweep wrote"):
+            certify_table(tmp_path / name)
+
+
+def test_the_command_proves_a_scene(capsys):
+    assert main(["certify", "two-pauses", "--json"]) == 0
+    assert set(json.loads(capsys.readouterr().out).values()) == {"held"}
+    assert main(["certify", "roller-1000rpm"]) == 1
+    assert "broken" in capsys.readouterr().out
