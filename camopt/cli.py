@@ -223,6 +223,25 @@ def evaluate(
 
 
 @camopt.command()
+@click.argument("scene", default=DEFAULT_SCENE)
+@_scene_options
+@_output_options
+@click.option("--out", default="camopt-out", show_default=True, help="Folder for the table and the pictures.")
+def accuracy(scene: Any, as_json: bool, quiet: bool, out: str) -> int:
+    """Measure what accuracy costs in time: table and figure."""
+    from camopt import reports
+    from camopt.accuracy import measure, write
+
+    with reports.progress(quiet, "laws") as advance:
+        rows = measure(scene, advance)
+    files = write(rows, scene, out)
+    reports.show_accuracy(rows, scene, as_json)
+    if not quiet:
+        reports.say_written(files)
+    return 0
+
+
+@camopt.command()
 @click.argument("target")
 @_output_options
 def certify(target: str, as_json: bool, quiet: bool) -> int:

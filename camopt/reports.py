@@ -14,6 +14,7 @@ from camopt.evaluation import Evaluation
 from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.motion import LAWS
 from camopt.quantities import QUANTITIES
+from camopt.scene import Scene
 from camopt.search.optimise import Optimum
 from camopt.search.sweep import Sweep
 from camopt.table import to_json
@@ -247,6 +248,15 @@ def show_counts(counts: dict[str, int], as_json: bool) -> None:
     if as_json:
         return _print_json(every)
     return _print(", ".join(f"{count:,} {verdict}" for verdict, count in every.items()))
+
+
+def show_accuracy(rows: list[dict[str, Any]], scene: Scene, as_json: bool) -> None:
+    """Cost and error of each method."""
+    if as_json:
+        return _print_json({"scene": scene.name, "methods": rows})
+    names = list(rows[0])
+    shown = [{name: f"{row[name]:.2g}" if name in names[4:] else row[name] for name in names} for row in rows]
+    return _print(_table(f"{scene.name}: what accuracy costs", shown, names))
 
 
 def show_laws(as_json: bool) -> None:

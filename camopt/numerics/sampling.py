@@ -1,0 +1,40 @@
+"""Extremes by sampling: what everyone does, as fast as it can be done, for comparison with enclosures."""
+
+import numpy as np
+
+from camopt.numerics.compile import compiled, inlined
+from camopt.numerics.extremes import LEAST, ROW, TILE, best_nodes, node_values, orient
+
+
+@inlined
+def within_piece(table, t):
+    """Whether both neighbours of a sample are of the same piece."""
+    inside = False
+    for q in range(table.kind.size):
+        inside |= (table.first_panel[q] + q < t) & (t < table.first_panel[q + 1] + q)
+    return inside
+
+
+@compiled
+def sampled_extremes(f, designs, table, questions, polish, value):
+    """The largest sample for each question and design: (K, 2) questions as for ``extremes``, value (K, designs).
+
+    The nodes of the table are the samples. With ``polish``, the vertex of the parabola through the best sample and
+    its neighbours in the same stroke.
+    """
+    values = np.empty((table.nodes.shape[0], ROW))
+    best, node = np.empty(TILE), np.empty(TILE, np.int64)
+    for first in range(0, designs, TILE):
+        count = min(TILE, designs - first)
+        node_values(f, first, count, table, values)
+        for k in range(questions.shape[0]):
+            kinds, goal = questions[k, 0], questions[k, 1]
+            best_nodes(values, count, table, kinds, goal, best, node)
+            for i in range(count):
+                top, t = best[i], node[i]
+                if polish and within_piece(table, t):
+                    left, right = orient(values[t - 1, i], goal), orient(values[t + 1, i], goal)
+                    bend = left - 2.0 * top + right
+                    if left <= top and right <= top and bend < 0.0:
+                        top -= (left - right) ** 2 / (8.0 * bend)
+                value[k, first + i] = -top if goal == LEAST else top

@@ -1,0 +1,74 @@
+"""What accuracy costs: the command measures, draws and writes, and enclosures keep their promise."""
+
+import json
+
+import pandas as pd
+import pytest
+
+from camopt import Scene, accuracy, find_scene
+from camopt.cli import main
+
+TURN = [
+    {"segment": "rise", "angle": 120, "lift": 20, "law": "cycloidal"},
+    {"segment": "dwell", "angle": 50},
+    {"segment": "return", "angle": 110, "lift": 20, "law": "modified-sine"},
+    {"segment": "dwell", "angle": 80},
+]
+DISC, DRUM = {"form": "disc", "base_radius": 45}, {"form": "cylindrical", "mean_radius": 60}
+SCENES = {
+    "roller": (DISC, {"motion": "translating", "contact": "roller", "roller_radius": 8, "offset": 5}),
+    "flat": (DISC, {"motion": "translating", "contact": "flat"}),
+    "swinging roller": (
+        DISC,
+        {
+            "motion": "oscillating",
+            "contact": "roller",
+            "roller_radius": 8,
+            "arm_length": 90,
+            "centre_distance": 110,
+        },
+    ),
+    "swinging face": (DISC, {"motion": "oscillating", "contact": "flat", "centre_distance": 120, "face_offset": 5}),
+    "groove": (DRUM, {"motion": "translating", "contact": "roller", "roller_radius": 6}),
+    "swinging groove": (
+        DRUM,
+        {"motion": "oscillating", "contact": "roller", "roller_radius": 6, "arm_length": 90},
+    ),
+}
+
+
+@pytest.fixture(autouse=True)
+def _few_designs(monkeypatch):
+    monkeypatch.setattr(accuracy, "DESIGNS", 128)
+    monkeypatch.setattr(accuracy, "REFERENCED", 4)
+    monkeypatch.setattr(accuracy, "RUNS", 1)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_enclosures_keep_their_promise_for_every_mechanism(name):
+    cam, follower = SCENES[name]
+    rows = accuracy.measure(Scene.from_dict({"cam": cam, "follower": follower, "motion": TURN}))
+    enclosures = [row for row in rows if row["method"] == "enclosure"]
+    assert len(enclosures) == len(accuracy.TOLERANCES) * len({row["quantity"] for row in rows}) > 0
+    for row in enclosures:
+        assert row["false_accept"] == 0.0
+        assert row["error_max"] <= max(row["setting"], row["achieved"])
+        assert row["achieved"] <= row["setting"] or row["setting"] < 1e-9  # a radius near zero has few digits
+        assert row["undecided"] == 0.0 or row["setting"] > accuracy.NEAR / 2
+    coarse, fine = ([r for r in rows if r["method"] == "sampling" and r["setting"] == n] for n in (36, 3600))
+    for one, two in zip(coarse, fine, strict=True):
+        assert two["error_max"] <= max(one["error_max"], 1e-14)
+
+
+def test_the_command_writes_table_and_pictures(tmp_path, capsys):
+    scene = find_scene("roller-1000rpm").replace(**{"search.law": ["cycloidal"]})
+    (tmp_path / "scene.toml").write_text(scene.to_toml(), encoding="utf-8")
+    assert main(["accuracy", str(tmp_path / "scene.toml"), "--out", str(tmp_path), "--json", "--quiet"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    table = pd.read_parquet(tmp_path / "accuracy.parquet")
+    assert len(table) == len(found["methods"]) == 2 * (len(accuracy.METHODS) + 1)
+    assert {"sampling", "sampling, polished", "enclosure", "balls"} == set(table["method"])
+    assert (tmp_path / "accuracy.png").read_bytes().startswith(b"\x89PNG")
+    assert "enclosure" in (tmp_path / "accuracy.svg").read_text(encoding="utf-8")
+    assert main(["accuracy", str(tmp_path / "scene.toml"), "--out", str(tmp_path)]) == 0
+    assert "what accuracy costs" in capsys.readouterr().out
