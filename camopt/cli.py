@@ -49,6 +49,15 @@ OVERRIDES = {
 }
 
 
+def _reached(scene: Any, half_width: float) -> int:
+    """The exit code for what an evaluation reached; said where it is not what was asked."""
+    asked = scene.accuracy.tolerance
+    if half_width <= asked:
+        return 0
+    click.echo(f"camopt: tolerance {asked:g} not reached; values are good to {half_width:.2g}", err=True)
+    return NOT_REACHED
+
+
 def option_of(name: str) -> str:
     """How a user writes an option."""
     return f"--{name.replace('_', '-')}"
@@ -164,7 +173,7 @@ def sweep(
     reports.show_sweep(result, as_json)
     if not quiet:
         reports.say_written(result.files)
-    return 0 if result.feasible else NOTHING_FEASIBLE
+    return _reached(scene, result.reached) if result.feasible else NOTHING_FEASIBLE
 
 
 @camopt.command()
@@ -179,7 +188,7 @@ def optimise(scene: Any, as_json: bool, quiet: bool) -> int:
     with reports.progress(quiet, "laws") as advance:
         result = run(scene, advance)
     reports.show_optimum(result, as_json)
-    return 0 if result.best else NOTHING_FEASIBLE
+    return _reached(scene, result.best["relative_half_width"]) if result.best else NOTHING_FEASIBLE
 
 
 @camopt.command()
@@ -219,7 +228,7 @@ def evaluate(
     reports.show_evaluation(result, as_json)
     if not quiet:
         reports.say_written([file for file in (picture, points) if file])
-    return 0
+    return _reached(scene, result["relative_half_width"])
 
 
 @camopt.command()

@@ -517,3 +517,19 @@ def test_nothing_is_cut_off_in_a_pipe():
     assert "pressure_angle" in text
     assert "held" in text
     assert "acceleration_max_rise_deg_per_rad2" in process("evaluate", "oscillating-roller", env=environment).stdout
+
+
+@pytest.mark.parametrize("command", [["evaluate", "roller-1000rpm"], ["sweep", *SMALL]])
+def test_a_tolerance_out_of_reach_is_told(run, command):
+    code, out, err = run(*command, "--tolerance", "1e-14")
+    assert (code, bool(out)) == (4, True)
+    assert "tolerance 1e-14 not reached; values are good to" in err
+    assert run(*command)[0] == 0
+
+
+def test_rows_say_how_exact_they_are(run):
+    for tolerance in (1e-4, 1e-9, 1e-12):
+        run("sweep", *SMALL, "--keep", "all", "--tolerance", tolerance)
+        table = pd.read_parquet("camopt-out/designs.parquet")
+        assert (table["status"] == "certified").all()
+        assert (table["relative_half_width"] <= tolerance).all()

@@ -48,6 +48,8 @@ class Sweep:
     limits that the next smaller cam of the space would exceed."""
     nearest_miss: dict[str, Any] | None
     """Where nothing is feasible: the design with the least excess, and what it exceeds under ``violated``."""
+    reached: float = 0.0
+    """The largest relative half-width of an enclosure of any row kept."""
     obstacle: str = ""
     """Where no design can be put together: the condition that all of them break."""
 
@@ -60,6 +62,7 @@ class Batch:
     existing: int
     feasible: int
     undecided: int
+    reached: float
     kept: Rows
     front: Rows
     best: Rows
@@ -93,7 +96,8 @@ def sweep(
     question = with_objectives(resolve(scene))
     space = space_of(question)
     work = partial(_batch, space, column_names(question), keep)
-    designs, existing, feasible, undecided, fronts, firsts = 0, 0, 0, 0, [], []
+    designs, existing, feasible, undecided, reached = 0, 0, 0, 0, 0.0
+    fronts, firsts = [], []
     with ExitStack() as stack:
         table = None
         if out is not None:
@@ -106,6 +110,7 @@ def sweep(
             existing += batch.existing
             feasible += batch.feasible
             undecided += batch.undecided
+            reached = max(reached, batch.reached)
             fronts.append(batch.front)
             firsts.append(batch.best)
             if table and keep != "pareto":
@@ -124,6 +129,7 @@ def sweep(
         impossible=designs - existing,
         feasible=feasible,
         undecided=undecided,
+        reached=reached,
         pareto=front.count,
         files=()
         if out is None
@@ -164,7 +170,8 @@ def _batch(space: Space, names: tuple[str, ...], keep: str, block: Block) -> Bat
     feasible = evaluated.take(evaluated.column("feasible").astype(bool))
     front = non_dominated(feasible, question.scene.search)
     best = ranked(front, question.scene.search).take(np.arange(min(front.count, 1)))
-    return Batch(last - first, len(designs), feasible.count, undecided, evaluated, front, best)
+    reached = float(np.max(evaluated.columns["relative_half_width"], initial=0.0))
+    return Batch(last - first, len(designs), feasible.count, undecided, reached, evaluated, front, best)
 
 
 def _in_order(space: Space, work: Callable[[Block], Batch], workers: int, block: int) -> Iterator[Batch]:

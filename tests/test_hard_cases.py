@@ -1,0 +1,287 @@
+"""Hard cases, each by name, with the exact answer where there is one."""
+
+import json
+import os
+import subprocess
+import sys
+from math import cos, hypot, inf, pi, radians, sqrt
+
+import mpmath
+import naive
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from camopt import Scene, certify, evaluate, find_scene
+from camopt.effects import Case, Subject
+from camopt.mechanisms import MECHANISMS, Designs
+from camopt.mistakes import BadInput
+from camopt.motion import LAWS
+from camopt.motion.programme import Programme
+from camopt.motion.table import TURN
+from camopt.numerics.curves import curve
+from camopt.numerics.extremes import LARGEST, LEAST
+
+ULP = 2.0**-52
+
+
+def cam(*segments, base=40.0, contact="roller", roller=8.0, offset=0.0, **more) -> Scene:
+    """A translating follower; segments are (kind, angle, lift, law)."""
+    sizes = {"roller": {"roller_radius": roller}, "spherical": {"face_radius": roller}}.get(contact, {})
+    motion = [
+        {"segment": kind, "angle": angle, **({"lift": lift, "law": law} if lift else {})}
+        for kind, angle, lift, law in segments
+    ]
+    return Scene.from_dict(
+        {
+            "cam": {"form": "disc", "base_radius": base},
+            "follower": {"motion": "translating", "contact": contact, "offset": offset, **sizes},
+            "motion": motion,
+            **more,
+        }
+    )
+
+
+UP_DOWN = (
+    ("rise", 120, 20, "cycloidal"),
+    ("dwell", 60, 0, None),
+    ("return", 120, 20, "poly345"),
+    ("dwell", 60, 0, None),
+)
+
+
+@pytest.mark.parametrize("side", [1, -1])
+@pytest.mark.parametrize("gap", [1e-3, 1e-6, 1e-9])
+def test_offset_next_to_the_prime_radius(side, gap):
+    """s₀ → 0: on the dwell at the bottom tan β = −e/s₀ exactly."""
+    prime = 48.0
+    offset = side * (prime - gap)
+    found = evaluate(cam(*UP_DOWN, offset=offset))
+    height = sqrt((prime - abs(offset)) * (prime + abs(offset)))  # the difference is exact
+    exact = np.degrees(np.arctan2(abs(offset), height))
+    assert found["pressure_angle_max_dwell_deg"] == pytest.approx(exact, rel=1e-13)
+    assert found["relative_half_width"] < 1e-9
+    assert np.isfinite([v for v in found.values() if isinstance(v, float)]).sum() > 10
+
+
+@pytest.mark.parametrize("offset", [48.0, 48.000001, -48.0])
+def test_offset_at_or_beyond_the_prime_radius_is_refused(offset):
+    with pytest.raises(BadInput, match="must be smaller than the prime radius"):
+        cam(*UP_DOWN, offset=offset)
+
+
+def test_a_cusp_of_the_pitch_curve():
+    """s = 0 and y' = e at once: κ without bound next to it, and no NaN at it."""
+    rise = Programme.from_segments([("rise", 180, 20, "harmonic"), ("return", 180, 20, "harmonic")], angular=False)
+    zero, mechanism = np.zeros(4), MECHANISMS["disc", "translating", False]
+    size = np.array([1e-3, 1e-6, 1e-9, 1e-12])
+    designs = Designs(size, zero, zero, zero, zero, zero, 1.0)
+    found = Case(Subject(mechanism, False, True, None, None), rise, designs).extremes(
+        mechanism.curvature, [(TURN, LARGEST), (TURN, LEAST)]
+    )
+    assert not np.isnan(found.value).any()
+    assert not np.isnan(found.width).any()
+    assert np.all(np.diff(np.abs(found.value).max(axis=0)) >= 0.0)
+
+
+@pytest.mark.parametrize("k", range(1, 13))
+@pytest.mark.parametrize("law", ["harmonic", "cycloidal", "modified-sine"])
+def test_the_undercut_verdict_flips_on_the_right_side(law, k):
+    """R_r = ρ_min·(1 ± 10⁻ᵏ) on the same pitch curve."""
+    segments = [("rise", 60, 20, law), ("dwell", 10, 0, None), ("return", 60, 20, law), ("dwell", 230, 0, None)]
+    prime = 30.0
+    critical = 1.0 / evaluate(cam(*segments, base=prime - 1.0, roller=1.0))["pitch_curvature_max_per_mm"]
+    assert critical < prime
+    for side, cut in ((1, True), (-1, False)):
+        roller = critical * (1.0 + side * 10.0**-k)
+        scene = cam(*segments, base=prime - roller, roller=roller)
+        assert evaluate(scene)["undercut"] is cut
+        assert certify(scene)["undercut"] == ("broken" if cut else "held")
+
+
+@pytest.mark.parametrize("contact", ["knife", "roller", "flat", "spherical"])
+def test_uniform_velocity_has_corners_under_every_contact(contact):
+    segments = [
+        ("rise", 90, 10, "uniform"),
+        ("dwell", 90, 0, None),
+        ("return", 90, 10, "uniform"),
+        ("dwell", 90, 0, None),
+    ]
+    found = evaluate(cam(*segments, contact=contact))
+    assert found["velocity_max_rise_mm_per_rad"] == pytest.approx(10 / (pi / 2), rel=1e-15)
+    assert found["acceleration_max_rise_mm_per_rad2"] == inf
+    assert "jumps at 0°, 90°" in found.unbounded["acceleration_max_rise_mm_per_rad2"]
+    assert found["undercut"] is (contact != "knife")
+
+
+def test_accelerations_at_jumps_are_one_sided():
+    harmonic = evaluate(
+        cam(("rise", 120, 20, "harmonic"), ("dwell", 60, 0, None), ("return", 180, 20, "parabolic"))
+    )
+    assert harmonic["acceleration_max_rise_mm_per_rad2"] == pytest.approx(
+        20 * pi**2 / 2 / radians(120) ** 2, rel=1e-15
+    )
+    assert harmonic["acceleration_max_return_mm_per_rad2"] == pytest.approx(4 * 20 / pi**2, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("angle", "lift"), [(0.01, 1e-6), (0.01, 1.0), (359.98, 1e-9), (359.98, 1e6), (120.0, 1e6)]
+)
+@pytest.mark.parametrize("law", LAWS)
+def test_extreme_angles_and_lifts(law, angle, lift):
+    """Peaks scale with lift and angle, and nothing is NaN."""
+    found = evaluate(cam(("rise", angle, lift, law), ("return", 360 - angle, lift, law), base=max(40.0, lift)))
+    plain = evaluate(cam(("rise", 180, 1, law), ("return", 180, 1, law)))
+    ratio = lift * 180 / angle
+    assert found["velocity_max_rise_mm_per_rad"] == pytest.approx(
+        plain["velocity_max_rise_mm_per_rad"] * ratio, rel=1e-12
+    )
+    assert not any(isinstance(value, float) and np.isnan(value) for value in found.values())
+
+
+@pytest.mark.parametrize("base", [1e-6, 1.0, 1e9])
+def test_extreme_base_radii(base):
+    found = evaluate(cam(*UP_DOWN, base=base))
+    assert not any(isinstance(value, float) and np.isnan(value) for value in found.values())
+    assert found["status"] == "certified"
+
+
+@pytest.mark.parametrize("law", [law for law in naive.LAWS if law in LAWS])
+@pytest.mark.parametrize("exponent", [1, 3, 8, 16, 50, 100, 150])
+@mpmath.workdps(700)
+def test_laws_are_exact_at_the_very_ends(law, exponent):
+    """A few units in the last place at x = 10⁻ᵏ, against 700 digits."""
+    x = float(f"1e-{exponent}")
+    exact = naive.law_at(law, mpmath.mpf(x))
+    for order, verb in enumerate(("displacement", "velocity", "acceleration")):
+        found, expected = float(getattr(LAWS[law], verb)(x)), exact[order]
+        if abs(expected) > mpmath.mpf("1e-290"):
+            assert abs(found - expected) <= 12 * ULP * abs(expected), verb
+
+
+@pytest.mark.parametrize("gap", [1e-2, 1e-5, 1e-8])
+def test_an_oscillating_follower_next_to_a_flat_triangle(gap):
+    """|c − l| → R_p, where ψ → 0: tan β of the bottom dwell is (l − c·cos ψ₀)/(c·sin ψ₀)."""
+    arm, centre = 80.0, 120.0
+    prime = centre - arm + gap
+    motion = [{"segment": s, "angle": 120, **({"lift": 10, "law": "cycloidal"} if s != "dwell" else {})}
+              for s in ("rise", "return", "dwell")]  # fmt: skip
+    scene = Scene.from_dict(
+        {
+            "cam": {"form": "disc", "base_radius": prime},
+            "follower": {
+                "motion": "oscillating",
+                "contact": "knife",
+                "arm_length": arm,
+                "centre_distance": centre,
+            },
+            "motion": motion,
+        }
+    )
+    found = evaluate(scene)
+    p, c, l = mpmath.mpf(prime), mpmath.mpf(centre), mpmath.mpf(arm)  # noqa: E741
+    cosine = (c * c + l * l - p * p) / (2 * c * l)
+    exact = mpmath.degrees(mpmath.atan2(abs(l - c * cosine), c * mpmath.sqrt(1 - cosine**2)))
+    assert found["pressure_angle_max_dwell_deg"] == pytest.approx(float(exact), rel=1e-9)
+
+
+def test_angles_that_close_only_after_rounding():
+    third = 360 / 7
+    turn = [("rise", 3 * third, 10, "poly345"), ("return", 3 * third, 10, "poly345"), ("dwell", third, 0, None)]
+    assert evaluate(cam(*turn))["velocity_max_rise_mm_per_rad"] == pytest.approx(10 * 1.875 / radians(3 * third))
+
+
+def test_dwells_of_no_length_are_nothing():
+    plain = evaluate(cam(("rise", 180, 10, "cycloidal"), ("return", 180, 10, "cycloidal")))
+    padded = evaluate(
+        cam(
+            ("rise", 180, 10, "cycloidal"),
+            ("dwell", 0, 0, None),
+            ("return", 180, 10, "cycloidal"),
+            ("dwell", 0, 0, None),
+        )
+    )
+    assert dict(plain) == dict(padded)
+
+
+def test_a_turn_of_one_segment_is_refused():
+    for only in (("rise", 360, 10, "cycloidal"), ("dwell", 360, 0, None)):
+        with pytest.raises(BadInput):
+            cam(only)
+
+
+@pytest.mark.parametrize("k", [-20, -3, 1, 20])
+def test_lengths_scaled_by_powers_of_two_scale_exactly(k):
+    plain, scale = evaluate(cam(*UP_DOWN, offset=7.0)), 2.0**k
+    larger = [(kind, angle, lift * scale, law) for kind, angle, lift, law in UP_DOWN]
+    found = evaluate(cam(*larger, base=40.0 * scale, roller=8.0 * scale, offset=7.0 * scale))
+    assert found["pressure_angle_max_deg"] == plain["pressure_angle_max_deg"]
+    assert found["profile_radius_min_mm"] == plain["profile_radius_min_mm"] * scale
+    assert found["pitch_curvature_max_per_mm"] == plain["pitch_curvature_max_per_mm"] / scale
+
+
+@pytest.mark.parametrize("k", [-300, 300])
+def test_lengths_out_of_range_are_refused(k):
+    with pytest.raises(BadInput, match=r"cam\.base_radius = .*must be at"):
+        cam(*UP_DOWN, base=40.0 * 2.0**k)
+
+
+@pytest.mark.parametrize("name", ["roller-1000rpm", "oscillating-roller", "flat-reciprocating"])
+def test_compiled_and_uncompiled_agree_bit_for_bit(name):
+    command = [sys.executable, "-m", "camopt.cli", "evaluate", name, "--json"]
+    plain = subprocess.run(
+        command, capture_output=True, text=True, check=True, env={**os.environ, "NUMBA_DISABLE_JIT": "1"}
+    )
+    assert json.loads(plain.stdout) == evaluate(find_scene(name)).to_json()
+
+
+@settings(max_examples=60, deadline=None)
+@given(data=st.data(), key=st.sampled_from(list(MECHANISMS)), law=st.sampled_from(list(LAWS)))
+def test_no_point_of_a_curve_lies_outside_of_its_enclosure(data, key, law):
+    """Random cams of every mechanism and law: 2,000 points of the true motion each, against value ± half-width."""
+    mechanism, angular = MECHANISMS[key], key[1] == "oscillating"
+    lift = data.draw(st.floats(2, 20) if angular else st.floats(1, 60))
+    rise, fall = data.draw(st.floats(20, 170)), data.draw(st.floats(20, 170))
+    rest = (360 - rise - fall) / 2
+    turn = Programme.from_segments(
+        [
+            ("rise", rise, lift, law),
+            ("dwell", rest, 0, None),
+            ("return", fall, lift, law),
+            ("dwell", rest, 0, None),
+        ],
+        angular=angular,
+    )
+    sizes = {
+        "size": data.draw(st.floats(20, 90)),
+        "roller_radius": data.draw(st.floats(0, 20)),
+        "offset": 0.0 if angular else data.draw(st.floats(-15, 15)),
+        "arm_length": data.draw(st.floats(90, 130)),
+        "centre_distance": data.draw(st.floats(120, 160)),
+        "face_offset": data.draw(st.floats(-5, 15)),
+    }
+    design = Designs(**{n: np.array([v]) for n, v in sizes.items()}, sense=data.draw(st.sampled_from([1.0, -1.0])))
+    if not mechanism.exists(design, turn)[0]:
+        return
+    angles = np.concatenate([s.start + s.angle * np.linspace(1e-9, 1 - 1e-9, 500) for s in turn.strokes])
+    tolerance = data.draw(st.sampled_from([1e-3, 1e-6, 1e-9, 1e-12]))
+    case = Case(Subject(mechanism, angular, False, None, None, tolerance), turn, design)
+    for name in ("pressure", "curvature", "profile_radius", "reach"):
+        make = getattr(mechanism, name)
+        if make is None:
+            continue
+        found = case.extremes(make, [(TURN, LARGEST), (TURN, LEAST)])
+        points = np.broadcast_to(curve(make(design, turn), 0, *turn.at(angles))[0], angles.shape)
+        (most, least), (above, below) = found.value[:, 0], found.width[:, 0]
+        slack = 1e-13 * np.abs(points).max()  # of the points themselves, near steep places
+        assert points.max() <= most + above + slack
+        assert points.min() >= least - below - slack
+        assert above <= tolerance * max(abs(most), abs(least)) + 1e-10 * abs(most)
+
+
+def test_lead_and_height_of_a_right_triangle():
+    """3-4-5: offset 3 and prime radius 5 leave a height of 4, so β = atan 3/4 on the bottom dwell."""
+    found = evaluate(cam(*UP_DOWN, base=40.0, roller=10.0, offset=30.0))
+    assert hypot(30, 40) == 50
+    assert cos(radians(found["pressure_angle_max_dwell_deg"])) == pytest.approx(0.8, rel=1e-14)
