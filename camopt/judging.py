@@ -1,7 +1,8 @@
 """Verdicts: run the effects that are called for, and hold designs against their limits, proved or undecided.
 
-A limit is held if the far side of the quantity's enclosure holds it, and broken if the near side breaks it. Between
-the two a design is looked at again at a tolerance near rounding; what is undecided even then is no feasible design.
+A limit is held if the far side of the quantity's enclosure holds it, and broken if the near side breaks it.
+Between the two a design is looked at again at a tolerance near rounding, and then in ball arithmetic; what is
+undecided even then is no feasible design.
 """
 
 from collections.abc import Iterable
@@ -51,15 +52,32 @@ def judged(question: Question, programme: Programme, designs: Designs, wanted: f
     undecided = ~feasible & ~np.any(inner > 0.0, axis=0)
     verdict = {
         "feasible": feasible,
-        "violated": violations(question.limits, outer),
+        "violated": violations(question.limits, np.where(feasible | undecided, outer, inner)),
         "status": np.where(undecided, UNDECIDED, CERTIFIED) if undecided.any() else CERTIFIED,
         "relative_half_width": rows.half_width,
     }
     rows = Rows(rows.columns | verdict, rows.count)
     again = np.flatnonzero(undecided)
-    if not again.size or question.subject.tolerance <= EXACT:
+    if not again.size:
         return rows
-    return rows.with_rows(again, judged(exactly(question), programme, designs.take(again), wanted))
+    if question.subject.tolerance > EXACT:
+        return rows.with_rows(again, judged(exactly(question), programme, designs.take(again), wanted))
+    return rows.with_rows(again, _by_balls(question, programme, designs.take(again), rows.take(again)))
+
+
+def _by_balls(question: Question, programme: Programme, designs: Designs, rows: Rows) -> Rows:
+    """The rows with the verdicts of ball arithmetic: what rounding hides, 200 bits show."""
+    from camopt.proof.certify import BROKEN, HELD, certify_design
+
+    verdicts = [certify_design(question, programme, designs.take([i])) for i in range(len(designs))]
+    kept = [[name for name, verdict in found.items() if verdict != HELD] for found in verdicts]
+    settled = [not names or BROKEN in found.values() for names, found in zip(kept, verdicts, strict=True)]
+    verdict = {
+        "feasible": np.array([not names for names in kept]),
+        "violated": np.array([",".join(names) for names in kept]),
+        "status": np.where(settled, CERTIFIED, UNDECIDED),
+    }
+    return Rows(rows.columns | verdict, rows.count)
 
 
 def screened(

@@ -79,6 +79,21 @@ def test_limits_on_either_side_of_a_fifty_digit_extreme(name):
             assert "undecided" not in either
 
 
+@pytest.mark.parametrize("name", REFERENCE)
+@mpmath.workdps(50)
+def test_balls_decide_what_rounding_hides(name):
+    """A limit at the double next to the exact extreme: the verdict is that of 50 digits."""
+    scene = Scene.from_dict(REFERENCE[name]["scene"])
+    exact = mpmath.mpf(REFERENCE[name]["expected"].get("pressure_angle_max_deg", "inf"))
+    if not 1e-6 < exact < 89 or evaluate(scene.replace(limits=None))["violated"]:
+        return  # where another limit is broken anyway, the verdict needs no balls
+    for bound in (float(exact), np.nextafter(float(exact), 0), np.nextafter(float(exact), 90)):
+        if abs(exact - mpmath.mpf(float(bound))) < mpmath.mpf("1e-25"):
+            continue  # an angle that is the double itself, such as 30°
+        found = evaluate(scene.replace(limits={"pressure_angle": float(bound)}))
+        assert (found["feasible"], found["status"]) == (bool(exact <= mpmath.mpf(float(bound))), "certified")
+
+
 @pytest.mark.parametrize("name", shipped_scenes())
 @pytest.mark.parametrize("limits", [{"pressure_angle": 35}, {"curvature_radius": 12}])
 def test_proofs_agree_with_the_kernels(name, limits):
