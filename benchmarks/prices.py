@@ -1,0 +1,98 @@
+"""The price list: ns for each design, mechanism by mechanism, at several tolerances and proved in balls.
+
+``python benchmarks/prices.py`` prints a Markdown table: pressure angle on rise, return and dwell, and both extremes
+of curvature (of the radius and the reach for flat faces), of 4096 random cams with cycloidal rises and returns.
+"""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from camopt import Scene
+from camopt.effects import Case
+from camopt.mechanisms import Designs
+from camopt.motion.table import DWELL, RETURN, RISE, TURN
+from camopt.numerics.extremes import LARGEST, LARGEST_MAGNITUDE, LEAST
+from camopt.proof.certify import certify_design
+from camopt.question import Question, resolve
+
+DESIGNS, PROVED, RUNS = 4096, 20, 5
+TOLERANCES = (1e-3, 1e-6, 1e-9, 1e-12)
+DISC, DRUM = {"form": "disc", "base_radius": 45}, {"form": "cylindrical", "mean_radius": 60}
+ARM = {"motion": "oscillating", "arm_length": 90, "centre_distance": 110}
+ROLLER = {"contact": "roller", "roller_radius": 8}
+SCENES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
+    "disc, translating knife": (DISC, {"motion": "translating", "contact": "knife", "offset": 5}),
+    "disc, translating roller": (DISC, {"motion": "translating", **ROLLER, "offset": 5}),
+    "disc, translating spherical": (DISC, {"motion": "translating", "contact": "spherical", "face_radius": 40}),
+    "disc, translating flat": (DISC, {"motion": "translating", "contact": "flat"}),
+    "disc, oscillating roller": (DISC, {**ARM, **ROLLER}),
+    "disc, oscillating flat": (
+        DISC,
+        {"motion": "oscillating", "contact": "flat", "centre_distance": 120, "face_offset": 5},
+    ),
+    "cylindrical, translating": (DRUM, {"motion": "translating", **ROLLER}),
+    "cylindrical, oscillating": (DRUM, {"motion": "oscillating", **ROLLER, "arm_length": 90}),
+}
+MOTION = [
+    {"segment": "rise", "angle": 120, "lift": 20, "law": "cycloidal"},
+    {"segment": "dwell", "angle": 50},
+    {"segment": "return", "angle": 110, "lift": 20, "law": "cycloidal"},
+    {"segment": "dwell", "angle": 80},
+]
+
+
+def random_designs(question: Question) -> Designs:
+    """The scene's design with sizes varied by a tenth; those that can be assembled."""
+    rng = np.random.default_rng(0)
+    shares = {name: rng.uniform(0.95, 1.1, 2 * DESIGNS) for name in ("size", "roller_radius")}
+    sizes = {name: value * shares.get(name, np.ones(2 * DESIGNS)) for name, value in question.design.sizes.items()}
+    designs = Designs(**sizes, sense=question.design.sense)
+    return designs.take(question.subject.mechanism.exists(designs, question.programme)).take(slice(DESIGNS))
+
+
+def nanoseconds(question: Question, designs: Designs, tolerance: float) -> float:
+    """The least time for each design of all its geometric extremes."""
+    mechanism = question.subject.mechanism
+    both = [(TURN, LARGEST), (TURN, LEAST)]
+    asked = [(mechanism.pressure, [(kind, LARGEST_MAGNITUDE) for kind in (RISE, RETURN, DWELL)])]
+    asked += [(make, both) for make in (mechanism.curvature, mechanism.profile_radius, mechanism.reach) if make]
+    case = Case(replace(question.subject, tolerance=tolerance), question.programme, designs)
+    times = []
+    for _ in range(RUNS + 1):  # the first may compile
+        start = perf_counter()
+        for make, questions in asked:
+            case.extremes(make, questions)
+        times.append(perf_counter() - start)
+    return min(times) / len(designs) * 1e9
+
+
+def proof(question: Question, designs: Designs) -> float:
+    """Milliseconds for each design to prove or refute β ≤ 35° and no undercut in ball arithmetic."""
+    start = perf_counter()
+    for i in range(PROVED):
+        certify_design(question, question.programme, designs.take([i]))
+    return (perf_counter() - start) / PROVED * 1e3
+
+
+def lines() -> Iterator[str]:
+    """The table, a line at a time."""
+    heads = [f"to {tolerance:.0e}, ns" for tolerance in TOLERANCES]
+    yield "| mechanism | " + " | ".join([*heads, "proved in balls, ms"]) + " |"
+    yield "|---|" + "---:|" * (len(TOLERANCES) + 1)
+    for name, (cam, follower) in SCENES.items():
+        scene = Scene.from_dict(
+            {"cam": cam, "follower": follower, "motion": MOTION, "limits": {"pressure_angle": 35}}
+        )
+        question = resolve(scene)
+        designs = random_designs(question)
+        prices = [f"{nanoseconds(question, designs, tolerance):.0f}" for tolerance in TOLERANCES]
+        yield f"| {name} | " + " | ".join([*prices, f"{proof(question, designs):.1f}"]) + " |"
+
+
+if __name__ == "__main__":
+    for line in lines():
+        print(line, flush=True)
