@@ -15,7 +15,7 @@ from camopt import Scene
 from camopt.effects import Case
 from camopt.mechanisms import Designs
 from camopt.motion.table import DWELL, RETURN, RISE, TURN
-from camopt.numerics.extremes import LARGEST, LARGEST_MAGNITUDE, LEAST
+from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST
 from camopt.proof.certify import certify_design
 from camopt.question import Question, resolve
 

@@ -20,9 +20,9 @@ from camopt.files import whole_file
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
 from camopt.motion.table import DWELL, RETURN, RISE, TURN
-from camopt.numerics import FloatArray
+from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
 from camopt.numerics.curves import curve
-from camopt.numerics.extremes import LARGEST, LARGEST_MAGNITUDE, LEAST, extremes
+from camopt.numerics.extremes import extremes
 from camopt.numerics.piecewise import MotionTable
 from camopt.numerics.sampling import sampled_extremes
 from camopt.proof.ball import Ball, as_arb

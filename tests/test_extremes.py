@@ -10,8 +10,8 @@ from camopt.mechanisms import MECHANISMS, Designs
 from camopt.motion import LAWS
 from camopt.motion.programme import Programme, span
 from camopt.motion.table import RETURN, RISE, TURN
+from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST
 from camopt.numerics.curves import curve
-from camopt.numerics.extremes import LARGEST, LARGEST_MAGNITUDE, LEAST
 from camopt.numerics.interval import Interval
 
 SMOOTH = [law for law in LAWS if law != "uniform"]

@@ -20,8 +20,8 @@ from camopt.mistakes import BadInput
 from camopt.motion import LAWS
 from camopt.motion.programme import Programme
 from camopt.motion.table import TURN
+from camopt.numerics import LARGEST, LEAST
 from camopt.numerics.curves import curve
-from camopt.numerics.extremes import LARGEST, LEAST
 
 ULP = 2.0**-52
 

@@ -12,8 +12,7 @@ import numpy as np
 
 from camopt.effects.case import Bounded, Case, Effect, Subject
 from camopt.motion.table import TURN
-from camopt.numerics import FloatArray
-from camopt.numerics.extremes import LARGEST, LEAST
+from camopt.numerics import LARGEST, LEAST, FloatArray
 
 
 def offers(subject: Subject) -> tuple[str, ...]:

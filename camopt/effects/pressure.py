@@ -6,7 +6,7 @@ import numpy as np
 
 from camopt.effects.case import Bounded, Case, Effect, Subject
 from camopt.motion.table import DWELL, RETURN, RISE
-from camopt.numerics.extremes import LARGEST_MAGNITUDE
+from camopt.numerics import LARGEST_MAGNITUDE
 
 ROUNDED = 4e-16  # relative, of an angle from its tangent
 PITCH_POINT = {"pressure_angle_max_at_deg", "pitch_circle_radius_mm"}

@@ -10,7 +10,7 @@ import numpy as np
 
 from camopt.effects.case import Bounded, Case, Effect, Subject
 from camopt.motion.table import TURN
-from camopt.numerics.extremes import LARGEST, LEAST
+from camopt.numerics import LARGEST, LEAST
 
 
 def offers(subject: Subject) -> tuple[str, ...]:

@@ -4,3 +4,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
+
+LARGEST, LEAST, LARGEST_MAGNITUDE = 0, 1, 2
+"""Goals of a question about the extremes of a curve."""

@@ -14,29 +14,26 @@ largest value found, and a bound of what the true extreme may differ from it.
 
 import numpy as np
 
+from camopt.numerics import LARGEST_MAGNITUDE, LEAST
+from camopt.numerics.climbing import (
+    CLIMBS,
+    DEPTH,
+    OPEN,
+    SCRATCH,
+    allowed,
+    begin_climb,
+    climb_all,
+    looked_at,
+    orient,
+    oriented,
+    split,
+)
 from camopt.numerics.compile import called, compiled, inlined
 from camopt.numerics.curves import curve
-from camopt.numerics.piecewise import motion, panel_jets, part_jets
+from camopt.numerics.piecewise import motion, panel_jets
 
-LARGEST, LEAST, LARGEST_MAGNITUDE = 0, 1, 2
-TILE = (
-    256  # designs whose values at nodes and panels (about 70 × 256 × 8 bytes each) stay in the second-level cache
-)
+TILE = 256  # designs whose tables (about 70 × 256 × 8 bytes each) stay in the second-level cache
 ROW = TILE + 8  # a row of a tile: not a power of two, whose columns would all share one cache set
-DEPTH = 50  # halvings of a panel
-MOST_PARTS = 4096  # looked at in one panel, before it stays undecided
-MOST_STEPS = 60
-
-# rows of the scratch table, one column for each climb that goes on
-LOW, HIGH, RISING, FALLING, SIDE, BEST, AT, BOUND, CONCAVITY, GAIN, SLOPE, SCRATCH = range(12)
-
-
-@inlined
-def orient(value, goal):
-    """The number whose maximum is the extreme asked for."""
-    if goal == LARGEST_MAGNITUDE:
-        return abs(value)
-    return -value if goal == LEAST else value
 
 
 @inlined
@@ -120,99 +117,6 @@ def slopes_at(f, first, index, many, y, y1, y2, y3, sign, slopes):
 
 
 @inlined
-def oriented(f, i, y, y1, y2, y3, sign):
-    """Oriented value and slope of design i."""
-    value, slope = curve(f, i, y, y1, y2, y3)
-    return sign * value, sign * slope
-
-
-@inlined
-def allowed(best, tolerance, error):
-    """The gain that may be left: below it an extreme is exact enough. No less than rounding."""
-    return max(0.5 * tolerance * abs(best), error)
-
-
-CONCAVE, CLIMBS, SETTLED, OPEN = 0, 1, 2, 3
-
-
-@inlined
-def looked_at(low, high, left, rising, right, falling, third, half_width, enough):
-    """What end values, slopes and |f'''| say of a part: (verdict, bound of its values, lower bound of −f'')."""
-    width = (high - low) * half_width
-    bend = (falling - rising) / width  # a mean of f''
-    room = 0.5 * third * width  # and how far f'' may be from it
-    ends = max(left, right)
-    if bend + room <= 0.0:
-        return (CLIMBS if rising > 0.0 and falling < 0.0 else CONCAVE), ends, -(bend + room)
-    bound = ends + 0.125 * max(room - bend, 0.0) * width * width
-    return (SETTLED if bound <= enough else OPEN), bound, 0.0
-
-
-@inlined
-def begin_climb(scratch, j, low, high, rising, falling, concavity):
-    """Fill a column of the scratch table."""
-    scratch[LOW, j], scratch[HIGH, j] = low, high
-    scratch[RISING, j], scratch[FALLING, j], scratch[CONCAVITY, j] = rising, falling, concavity
-    scratch[SIDE, j], scratch[BEST, j], scratch[AT, j] = 0.0, -np.inf, 0.0
-    scratch[BOUND, j], scratch[SLOPE, j] = np.inf, np.inf
-
-
-@inlined
-def step_all(f, first, index, many, table, panel, sign, scratch):
-    """One step of every climb: Illinois false position on the slope, without branches."""
-    half_width = table.half_width[panel]
-    low, high, rising, falling = scratch[LOW], scratch[HIGH], scratch[RISING], scratch[FALLING]
-    side, best, at, bound = scratch[SIDE], scratch[BEST], scratch[AT], scratch[BOUND]
-    concavity, gain, steep = scratch[CONCAVITY], scratch[GAIN], scratch[SLOPE]
-    for j in range(np.uint64(many)):
-        u = low[j] + (high[j] - low[j]) * (rising[j] / (rising[j] - falling[j]))
-        y, y1, y2, y3 = motion(table, panel, u)
-        value, slope = oriented(f, np.uint64(first + index[j]), y, y1, y2, y3, sign)
-        grade = abs(slope)
-        gain[j] = grade * min((high[j] - low[j]) * half_width, 0.5 * grade / concavity[j])
-        bound[j] = min(bound[j], value + gain[j])
-        best[j] = max(value, best[j])
-        at[j] = u if grade < steep[j] else at[j]  # values no longer tell points apart where the slope still does
-        steep[j] = min(grade, steep[j])
-        up = slope > 0.0
-        low[j] = u if up else low[j]
-        high[j] = high[j] if up else u
-        rising_left = (
-            0.5 * rising[j] if side[j] < 0.0 else rising[j]
-        )  # twice the same side: the other's weight halves
-        falling_left = 0.5 * falling[j] if side[j] > 0.0 else falling[j]
-        rising[j] = slope if up else rising_left
-        falling[j] = falling_left if up else slope
-        side[j] = 1.0 if up else -1.0
-
-
-@inlined
-def climb_all(f, first, index, many, table, panel, error, sign, tolerance, location, best, at, top, scratch):
-    """Climb to the maximum of every concave part at once. ``index`` and the scratch table lose what has ended."""
-    for step in range(MOST_STEPS):
-        if many == 0:
-            break
-        step_all(f, first, index, many, table, panel, sign, scratch)
-        still = 0
-        for j in range(many):
-            i = index[j]
-            if scratch[BEST, j] >= best[i] - error[panel, i]:  # the place is better known than that of a node
-                best[i] = max(best[i], scratch[BEST, j])
-                at[i] = table.centre[panel] + table.half_width[panel] * scratch[AT, j]
-            near = scratch[SLOPE, j] <= location * scratch[CONCAVITY, j]
-            exact = scratch[GAIN, j] <= allowed(best[i], tolerance, error[panel, i])
-            lost = scratch[BOUND, j] < best[i] - error[panel, i]
-            if (exact and near) or lost or step == MOST_STEPS - 1:
-                top[i] = max(top[i], scratch[BOUND, j])
-            else:
-                for k in range(SCRATCH):
-                    scratch[k, still] = scratch[k, j]
-                index[still] = i
-                still += 1
-        many = still
-
-
-@inlined
 def search_panel(
     f, first, index, many, table, panel, node, values, third, error, sign, tolerance, location, best, at, top,
     rounding, climbing, slopes, scratch, stack,
@@ -276,76 +180,6 @@ def search_panel(
                 else:
                     top[i] = max(top[i], bound)
     climb_all(f, first, climbing, climbs, table, panel, error, sign, tolerance, location, best, at, top, scratch)
-
-
-@called
-def climb(f, i, table, panel, part, concavity, sign, best, allowance, location):
-    """As ``climb_all``, for one design: (largest value, where in the panel, bound of the maximum)."""
-    low, high, _, rising, _, falling = part
-    side, largest, at, bound, flattest = 0, -np.inf, low, np.inf, np.inf
-    half_width = table.half_width[panel]
-    for _ in range(MOST_STEPS):
-        u = low + (high - low) * (rising / (rising - falling))
-        y, y1, y2, y3 = motion(table, panel, u)
-        value, slope = oriented(f, i, y, y1, y2, y3, sign)
-        largest = max(largest, value)
-        if abs(slope) < flattest:
-            flattest, at = abs(slope), u
-        gain = abs(slope) * min((high - low) * half_width, 0.5 * abs(slope) / concavity)
-        bound = min(bound, value + gain)
-        if bound < best or (gain <= allowance and abs(slope) <= location * concavity):
-            break
-        if slope > 0.0:
-            low, rising, falling = u, slope, 0.5 * falling if side == 1 else falling
-            side = 1
-        else:
-            high, falling, rising = u, slope, 0.5 * rising if side == -1 else rising
-            side = -1
-    return largest, at, max(bound, largest)
-
-
-@called
-def split(f, i, table, panel, part, error, sign, tolerance, location, best, stack):
-    """Largest value found in a part that is not settled at once, where, and a bound of all its values.
-
-    Jets of its own come first, then its halves, and theirs.
-    """
-    largest, at, top = -np.inf, 0.0, best
-    half_width = table.half_width[panel]
-    stack[0, 0], stack[0, 1], stack[0, 2], stack[0, 3], stack[0, 4], stack[0, 5] = part
-    depth, parts = 1, 0
-    while depth > 0:
-        depth -= 1
-        parts += 1
-        low, high, left, rising, right, falling = (
-            stack[depth, 0], stack[depth, 1], stack[depth, 2], stack[depth, 3], stack[depth, 4], stack[depth, 5],
-        )  # fmt: skip
-        middle, reach = 0.5 * (low + high), 0.5 * (high - low)
-        y, y1, y2, y3 = part_jets(table, panel, middle, reach)
-        jet = curve(f, i, y, y1, y2, y3)[0]
-        allowance = allowed(best, tolerance, error)
-        verdict, bound, concavity = looked_at(
-            low, high, left, rising, right, falling, jet.third, half_width, best + allowance
-        )
-        if verdict == CLIMBS:
-            part = (low, high, left, rising, right, falling)
-            value, u, bound = climb(f, i, table, panel, part, concavity, sign, best, allowance, location)
-            if value > best:
-                best, largest, at = value, value, u
-        elif verdict == OPEN:
-            bound = min(bound, max(left, right) + 0.5 * jet.second * (reach * half_width) ** 2)
-            if bound > best + allowance and parts < MOST_PARTS and depth + 2 <= DEPTH:
-                y, y1, y2, y3 = motion(table, panel, middle)
-                value, slope = oriented(f, i, y, y1, y2, y3, sign)
-                if value > best:
-                    best, largest, at = value, value, middle
-                one, two = stack[depth], stack[depth + 1]
-                one[0], one[1], one[2], one[3], one[4], one[5] = low, middle, left, rising, value, slope
-                two[0], two[1], two[2], two[3], two[4], two[5] = middle, high, value, slope, right, falling
-                depth += 2
-                continue
-        top = max(top, bound)
-    return largest, at, top
 
 
 @compiled

@@ -2,8 +2,10 @@
 
 import numpy as np
 
+from camopt.numerics import LEAST
+from camopt.numerics.climbing import orient
 from camopt.numerics.compile import compiled, inlined
-from camopt.numerics.extremes import LEAST, ROW, TILE, best_nodes, node_values, orient
+from camopt.numerics.extremes import ROW, TILE, best_nodes, node_values
 
 
 @inlined

@@ -14,9 +14,8 @@ from camopt.effects import Case
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
 from camopt.motion.table import DWELL, RETURN, RISE, TURN
-from camopt.numerics import FloatArray
+from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
 from camopt.numerics.curves import curve
-from camopt.numerics.extremes import LARGEST, LARGEST_MAGNITUDE, LEAST
 from camopt.numerics.interval import Interval
 from camopt.question import Question
 
