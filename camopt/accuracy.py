@@ -21,12 +21,11 @@ from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
 from camopt.motion.table import DWELL, RETURN, RISE, TURN
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
-from camopt.numerics.curves import curve
 from camopt.numerics.extremes import extremes
 from camopt.numerics.piecewise import MotionTable
 from camopt.numerics.sampling import sampled_extremes
-from camopt.proof.ball import Ball, as_arb
-from camopt.proof.certify import HELD, Claim, decide, motion_at, motion_of
+from camopt.proof.ball import as_arb
+from camopt.proof.certify import HELD, Claim, decide, in_balls, motion_at, motion_of, of_curve
 from camopt.proof.laws import pieces_of
 from camopt.question import Question, resolve
 from camopt.scene import Scene
@@ -41,6 +40,7 @@ TOLERANCES = (1e-4, 1e-6, 1e-9, 1e-12)
 NEAR = 1e-9  # relative: how far beyond its limit a design is put, to see whether it is accepted
 STEPS = 40  # of the secant in balls
 ALIKE = arb(10) ** -25
+SIGNS = {LARGEST: (1,), LEAST: (-1,), LARGEST_MAGNITUDE: (1, -1)}  # of a curve whose largest value answers a goal
 Extremal = tuple[FloatArray, FloatArray]
 """Values and half-widths, (questions, designs)."""
 
@@ -161,36 +161,31 @@ def reference(
         If the proof that nothing is larger fails.
     """
     motion = motion_of(question.scene, programme)
-    made = subject.make(_in_balls(design), cast(Programme, motion))
+    made = subject.make(in_balls(design), cast(Programme, motion))
     best: arb | None = None
     for (kinds, goal), angle in zip(subject.questions, where, strict=True):
-        for sign in {LARGEST: (1,), LEAST: (-1,), LARGEST_MAGNITUDE: (1, -1)}[int(goal)]:
+        for sign in SIGNS[int(goal)]:
             for value in _candidates(made, motion, programme, int(kinds), float(angle), sign):
                 best = value if best is None or value > best else best
     assert best is not None
     for kinds, goal in subject.questions:
-        for sign in {LARGEST: (1,), LEAST: (-1,), LARGEST_MAGNITUDE: (1, -1)}[int(goal)]:
-            claim = Claim(lambda m: curve(made, ..., *m[:4]), int(kinds), arb(sign), best + abs(best) * ALIKE)
+        for sign in SIGNS[int(goal)]:
+            claim = Claim(of_curve(made), int(kinds), arb(sign), best + abs(best) * ALIKE)
             if decide(claim, motion) != HELD:
                 raise ArithmeticError(f"no proof of the {subject.name} of {design}")
     return best
 
 
-def _in_balls(design: Designs) -> Designs:
-    balls: dict[str, Any] = {name: Ball(value) for name, value in design.sizes.items()}
-    return Designs(**balls, sense=design.sense)
-
-
 def _candidates(made: Any, motion: Any, programme: Programme, kinds: int, angle: float, sign: int) -> list[arb]:
     """Oriented values at the ends of the pieces of a law around a cam angle, and where the slope is zero inside."""
-    found = []
+    found, values = [], of_curve(made)
     for stroke, plain in zip(motion.strokes, programme.strokes, strict=True):
         if not (stroke.kind & kinds and plain.start - 1e-6 <= angle <= plain.end + 1e-6):
             continue
         for piece in pieces_of(stroke.law) if stroke.law else (None,):
 
             def at(x: arb, stroke: Any = stroke, piece: Any = piece) -> tuple[arb, arb]:
-                value, slope = curve(made, ..., *motion_at(stroke, piece, x)[:4])
+                value, slope = values(motion_at(stroke, piece, x))
                 return as_arb(value) * sign, as_arb(slope).mid()
 
             if piece is None:

@@ -33,7 +33,7 @@ def draw_disc(axes: Any, picture: Picture) -> None:
     size = float(np.abs(pitch).max())
     _draw_body(axes, picture)
     _draw_strokes(axes, picture, size)
-    _draw_sense(axes, picture, size)
+    _draw_sense(axes, picture)
     parts = [pitch, *_draw_circles(axes, picture, pitch, size), *draw_follower(axes, picture, size)]
     _frame(axes, np.concatenate(parts))
 
@@ -171,7 +171,7 @@ def _draw_strokes(axes: Any, picture: Picture, size: float) -> None:
         axes.text(place.real, place.imag, text, **style)
 
 
-def _draw_sense(axes: Any, picture: Picture, size: float) -> None:
+def _draw_sense(axes: Any, picture: Picture) -> None:
     """An arrow for the sense of rotation, inside the cam where most room is left."""
     design = picture.question.design
     marks = [np.pi / 2, *(np.pi / 2 - design.sense * s.start for s in picture.question.programme.strokes)]

@@ -1,4 +1,4 @@
-"""The one compile decorator of the package, each flag with its reason."""
+"""The compile decorators of the package, each flag with its reason."""
 
 import hashlib
 import os
@@ -48,11 +48,6 @@ def _cache_folder() -> str | None:
 
 
 CACHE_FOLDER = _cache_folder()
-
-
-def is_warm() -> bool:
-    """Whether compiled kernels of this state of the sources are on disk (the first run has to compile)."""
-    return CACHE_FOLDER is not None and any(Path(CACHE_FOLDER).rglob("*.nbc"))
 
 
 UNWRAPPED: Any = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}  # never called from Python: compiles faster

@@ -132,7 +132,14 @@ def _sign(over: arb) -> str:
     return HELD if over <= 0 else BROKEN if over > 0 else UNDECIDED
 
 
-def _of_curve(made: Any) -> Callable[[list[Ball]], tuple[Any, Any]]:
+def in_balls(design: Designs) -> Designs:
+    """One design with its sizes as balls, taken as exact."""
+    balls: dict[str, Any] = {name: Ball(value) for name, value in design.sizes.items()}
+    return Designs(**balls, sense=design.sense)
+
+
+def of_curve(made: Any) -> Callable[[list[Ball]], tuple[Any, Any]]:
+    """Value and slope of a mechanism's curve, for claims."""
     return lambda motion: curve(made, ..., *motion[:4])
 
 
@@ -151,15 +158,13 @@ def claims_of(question: Question, limit: Limit, design: Designs, motion: Motion)
     name, bound, one = limit.name, arb(limit.bound), arb(1)
     if name in ("pressure_angle", "pressure_angle_return"):
         kinds = RETURN if name.endswith("return") else RISE | DWELL
-        return _both(_of_curve(mechanism.pressure(design, turn)), kinds, one, (bound * arb.pi() / 180).tan())
+        return _both(of_curve(mechanism.pressure(design, turn)), kinds, one, (bound * arb.pi() / 180).tan())
     if name == "face_reach" and mechanism.reach:
-        return _both(_of_curve(mechanism.reach(design, turn)), TURN, one, bound)
+        return _both(of_curve(mechanism.reach(design, turn)), TURN, one, bound)
     if name in ("curvature_radius", "undercut") and mechanism.profile_radius:
-        return [Claim(_of_curve(mechanism.profile_radius(design, turn)), TURN, -one, -bound)]
+        return [Claim(of_curve(mechanism.profile_radius(design, turn)), TURN, -one, -bound)]
     if name in ("curvature_radius", "undercut") and mechanism.curvature:
-        claims = _both(
-            _of_curve(mechanism.curvature(design, turn)), TURN, as_arb(design.roller_radius) + bound, one
-        )
+        claims = _both(of_curve(mechanism.curvature(design, turn)), TURN, as_arb(design.roller_radius) + bound, one)
         return claims if mechanism.grooved else claims[:1]
     if name in DERIVATIVES:
         order = list(DERIVATIVES).index(name) + 1
@@ -184,8 +189,7 @@ def certify_design(question: Question, programme: Programme, design: Designs) ->
     if not question.subject.mechanism.exists(design, programme)[0]:
         return {"assembly": BROKEN}
     motion = motion_of(question.scene, programme)
-    balls: dict[str, Any] = {name: Ball(value) for name, value in design.sizes.items()}
-    exact, verdicts = Designs(**balls, sense=design.sense), {}
+    exact, verdicts = in_balls(design), {}
     for limit in question.limits:
         claims = claims_of(question, limit, exact, motion)
         found = [decide(claim, motion) for claim in claims]

@@ -25,7 +25,6 @@ from camopt.search.space import Space, space_of
 from camopt.table import schema, table_file, write_text
 
 BLOCK = 32768  # designs: Python's share is small, and memory stays bounded
-KEEP = ("feasible", "pareto", "all")
 Progress = Callable[[int, int], None]
 Block = tuple[Programme, int, int]
 
