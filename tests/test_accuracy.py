@@ -39,9 +39,10 @@ SCENES = {
 
 @pytest.fixture(autouse=True)
 def _few_designs(monkeypatch):
-    monkeypatch.setattr(accuracy, "DESIGNS", 128)
-    monkeypatch.setattr(accuracy, "REFERENCED", 4)
-    monkeypatch.setattr(accuracy, "RUNS", 1)
+    for module in (accuracy.subjects, accuracy.table):
+        monkeypatch.setattr(module, "DESIGNS", 128)
+        monkeypatch.setattr(module, "REFERENCED", 4)
+    monkeypatch.setattr(accuracy.table, "RUNS", 1)
 
 
 @pytest.mark.parametrize("name", SCENES)
@@ -49,12 +50,12 @@ def test_enclosures_keep_their_promise_for_every_mechanism(name):
     cam, follower = SCENES[name]
     rows = accuracy.measure(Scene.from_dict({"cam": cam, "follower": follower, "motion": TURN}))
     enclosures = [row for row in rows if row["method"] == "enclosure"]
-    assert len(enclosures) == len(accuracy.TOLERANCES) * len({row["quantity"] for row in rows}) > 0
+    assert len(enclosures) == len(accuracy.methods.TOLERANCES) * len({row["quantity"] for row in rows}) > 0
     for row in enclosures:
         assert row["false_accept"] == 0.0
         assert row["error_max"] <= max(row["setting"], row["achieved"])
         assert row["achieved"] <= row["setting"] or row["setting"] < 1e-9  # a radius near zero has few digits
-        assert row["undecided"] == 0.0 or row["setting"] > accuracy.NEAR / 2
+        assert row["undecided"] == 0.0 or row["setting"] > accuracy.table.NEAR / 2
     coarse, fine = ([r for r in rows if r["method"] == "sampling" and r["setting"] == n] for n in (36, 3600))
     for one, two in zip(coarse, fine, strict=True):
         assert two["error_max"] <= max(one["error_max"], 1e-14)
@@ -66,7 +67,7 @@ def test_the_command_writes_table_and_pictures(tmp_path, capsys):
     assert main(["accuracy", str(tmp_path / "scene.toml"), "--out", str(tmp_path), "--json", "--quiet"]) == 0
     found = json.loads(capsys.readouterr().out)
     table = pd.read_parquet(tmp_path / "accuracy.parquet")
-    assert len(table) == len(found["methods"]) == 2 * (len(accuracy.METHODS) + 1)
+    assert len(table) == len(found["methods"]) == 3 * (len(accuracy.methods.METHODS) + 1)
     assert {"sampling", "sampling, polished", "enclosure", "balls"} == set(table["method"])
     assert (tmp_path / "accuracy.png").read_bytes().startswith(b"\x89PNG")
     assert "enclosure" in (tmp_path / "accuracy.svg").read_text(encoding="utf-8")

@@ -35,6 +35,7 @@ def plot_accuracy(rows: Sequence[dict[str, Any]], title: str, path: str | os.Pat
     panels = figure.subplots(1, len(names), squeeze=False, sharey=True)[0]
     for axes, name in zip(panels, names, strict=True):
         _draw(axes, name, [row for row in rows if row["quantity"] == name])
+    panels[-1].legend(loc="center right", fontsize=8.5, frameon=False)
     panels[0].set_ylabel("largest relative error, against ball arithmetic")
     with whole_file(path) as partial:
         figure.savefig(partial, format=Path(path).suffix[1:], dpi=150)
@@ -46,9 +47,7 @@ def _draw(axes: Any, name: str, rows: list[dict[str, Any]]) -> None:
     axes.axhspan(FLOOR / 3, 2.2e-16, color=FAINT, alpha=0.15, lw=0)
     axes.text(0.01, 0.01, "below a double's rounding", transform=axes.transAxes, fontsize=8, color=FAINT)
     for method, colour in COLOURS.items():
-        points = sorted(
-            (row for row in rows if row["method"] == method), key=lambda row: float(row["ns_per_design"])
-        )
+        points = sorted((row for row in rows if row["method"] == method), key=lambda row: float(row["setting"]))
         times = [row["ns_per_design"] for row in points]
         errors = [max(row["error_max"], FLOOR) for row in points]
         axes.plot(times, errors, "o-", color=colour, lw=1.4, ms=5, label=method)
@@ -56,7 +55,10 @@ def _draw(axes: Any, name: str, rows: list[dict[str, Any]]) -> None:
             words, (x, y), side = LABELS[method](row), *PLACES[method]
             style = {"ha": side, "va": "center", "fontsize": 7.5, "color": colour}
             axes.annotate(words, (time, error), (x, y), textcoords="offset points", **style)
-    axes.legend(loc="center right", fontsize=8.5, frameon=False)
+        if method == "enclosure":
+            asked = [row["setting"] for row in points]
+            axes.plot(times, asked, "o", mfc="white", color=colour, ms=5, label="enclosure, error asked for")
+            axes.vlines(times, errors, asked, color=colour, lw=0.8, alpha=0.6)
     axes.set_xlim(left=20)
     axes.grid(True, which="major", lw=0.4, color=FAINT, alpha=0.5)
     axes.spines[["top", "right"]].set_visible(False)

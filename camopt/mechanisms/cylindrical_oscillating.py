@@ -24,6 +24,7 @@ from camopt.mechanisms.trace import trace_curvature
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.numerics.curves import formula
+from camopt.numerics.trigonometry import turned
 
 
 class CylindricalOscillatingPressureAngle(NamedTuple):
@@ -49,8 +50,7 @@ class CylindricalOscillatingPitchCurvature(NamedTuple):
 @formula(CylindricalOscillatingPressureAngle)
 def pressure_angle(f, i, y, y1, y2, y3):
     r, l = f.mean_radius[i], f.arm_length[i]  # noqa: E741
-    cosine = f.cosine[i] * np.cos(y) - f.sine[i] * np.sin(y)
-    sine = f.sine[i] * np.cos(y) + f.cosine[i] * np.sin(y)
+    cosine, sine = turned(f.cosine[i], f.sine[i], y)
     tangent = (l / r * y1 + f.sense[i] * sine) / cosine
     return tangent, (l / r * y2 + f.sense[i] * cosine * y1 + tangent * sine * y1) / cosine
 
@@ -58,8 +58,8 @@ def pressure_angle(f, i, y, y1, y2, y3):
 @formula(CylindricalOscillatingPitchCurvature)
 def pitch_curvature(f, i, y, y1, y2, y3):
     r, l, sense = f.mean_radius[i], f.arm_length[i], f.sense[i]  # noqa: E741
-    s = r * (f.cosine[i] * np.cos(y) - f.sine[i] * np.sin(y))
-    across = r * (f.sine[i] * np.cos(y) + f.cosine[i] * np.sin(y))
+    cosine, sine = turned(f.cosine[i], f.sine[i], y)
+    s, across = r * cosine, r * sine
     w = -(l * y1 + sense * across)
     w1, s1 = -(l * y2 + sense * s * y1), -(across * y1)
     w2, s2 = -(l * y3 + sense * (s1 * y1 + s * y2)), -(s * np.square(y1) + across * y2)

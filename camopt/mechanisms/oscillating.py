@@ -19,6 +19,7 @@ from camopt.mechanisms.trace import trace_curvature
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.numerics.curves import formula
+from camopt.numerics.trigonometry import turned
 
 
 class OscillatingPressureAngle(NamedTuple):
@@ -44,8 +45,7 @@ class OscillatingPitchCurvature(NamedTuple):
 @formula(OscillatingPressureAngle)
 def pressure_angle(f, i, y, y1, y2, y3):
     c, l = f.centre_distance[i], f.arm_length[i]  # noqa: E741
-    cosine = f.cosine[i] * np.cos(y) - f.sine[i] * np.sin(y)
-    sine = f.sine[i] * np.cos(y) + f.cosine[i] * np.sin(y)
+    cosine, sine = turned(f.cosine[i], f.sine[i], y)
     tangent = (l * (1.0 + f.sense[i] * y1) - c * cosine) / (c * sine)
     return tangent, (l * f.sense[i] * y2 / c + (sine - tangent * cosine) * y1) / sine
 
@@ -53,8 +53,7 @@ def pressure_angle(f, i, y, y1, y2, y3):
 @formula(OscillatingPitchCurvature)
 def pitch_curvature(f, i, y, y1, y2, y3):
     c, l = f.centre_distance[i], f.arm_length[i]  # noqa: E741
-    cosine = f.cosine[i] * np.cos(y) - f.sine[i] * np.sin(y)
-    sine = f.sine[i] * np.cos(y) + f.cosine[i] * np.sin(y)
+    cosine, sine = turned(f.cosine[i], f.sine[i], y)
     q, sense = 1.0 + f.sense[i] * y1, f.sense[i]
     w, s, along = sense * (l * q - c * cosine), c * sine, c * cosine
     w1, s1 = l * y2 + sense * s * y1, along * y1

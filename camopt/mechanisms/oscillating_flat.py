@@ -16,6 +16,7 @@ from camopt.motion.programme import Programme, span
 from camopt.motion.table import TURN
 from camopt.numerics import FloatArray
 from camopt.numerics.curves import formula
+from camopt.numerics.trigonometry import turned
 
 
 class OscillatingFlatPressureAngle(NamedTuple):
@@ -50,8 +51,7 @@ class OscillatingFlatReach(NamedTuple):
 
 @formula(OscillatingFlatPressureAngle)
 def pressure_angle(f, i, y, y1, y2, y3):
-    cosine = f.cosine[i] * np.cos(y) - f.sine[i] * np.sin(y)
-    sine = f.sine[i] * np.cos(y) + f.cosine[i] * np.sin(y)
+    cosine, sine = turned(f.cosine[i], f.sine[i], y)
     ratio = f.face_offset[i] / (f.centre_distance[i] * cosine)
     q = 1.0 + f.sense[i] * y1
     return ratio * q, ratio * (f.sense[i] * y2 + q * y1 * sine / cosine)
@@ -60,8 +60,7 @@ def pressure_angle(f, i, y, y1, y2, y3):
 @formula(OscillatingFlatProfileRadius)
 def profile_radius(f, i, y, y1, y2, y3):
     c = f.centre_distance[i]
-    cosine = f.cosine[i] * np.cos(y) - f.sine[i] * np.sin(y)
-    sine = f.sine[i] * np.cos(y) + f.cosine[i] * np.sin(y)
+    cosine, sine = turned(f.cosine[i], f.sine[i], y)
     q, q1 = 1.0 + f.sense[i] * y1, f.sense[i] * y2
     a, b = (2.0 * q - 1.0) / (q * q), y2 / (q * q * q)
     a1, b1 = 2.0 * q1 * (1.0 - q) / (q * q * q), (y3 - 3.0 * y2 * q1 / q) / (q * q * q)
@@ -72,8 +71,7 @@ def profile_radius(f, i, y, y1, y2, y3):
 @formula(OscillatingFlatReach)
 def reach(f, i, y, y1, y2, y3):
     c = f.centre_distance[i]
-    cosine = f.cosine[i] * np.cos(y) - f.sine[i] * np.sin(y)
-    sine = f.sine[i] * np.cos(y) + f.cosine[i] * np.sin(y)
+    cosine, sine = turned(f.cosine[i], f.sine[i], y)
     q = 1.0 + f.sense[i] * y1
     return c * cosine / q, -c * (sine * y1 + cosine * f.sense[i] * y2 / q) / q
 

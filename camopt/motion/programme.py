@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from camopt.motion import LAWS
 from camopt.motion.table import DWELL, RETURN, RISE, stroke_coefficients
 from camopt.numerics import FloatArray
-from camopt.numerics.piecewise import DEGREE, MotionTable, fill_nodes, ranges
+from camopt.numerics.piecewise import DEGREE, MotionTable, fill_nodes, groups_of, ranges
 
-PANELS = 32
+PANELS = 24
 KINDS = {"rise": RISE, "return": RETURN, "dwell": DWELL}
 SAME = 1e-9  # jumps below this share of the largest value in the turn are rounding
 
@@ -138,6 +138,7 @@ def _table(programme: Programme) -> MotionTable:
             pieces.append(pieces[-1] + count)
             kinds.append(stroke.kind)
     coefficients, half_width = np.concatenate(rows), np.concatenate(halves)
+    group = groups_of(np.array(pieces))
     table = MotionTable(
         coefficients,
         np.concatenate(centres),
@@ -145,7 +146,8 @@ def _table(programme: Programme) -> MotionTable:
         np.array(pieces),
         np.array(kinds),
         np.empty((pieces[-1] + len(kinds), 4)),
-        *ranges(coefficients, half_width, np.concatenate(numbers)),
+        group,
+        *ranges(coefficients, half_width, np.concatenate(numbers), group),
     )
     fill_nodes(table)
     return table

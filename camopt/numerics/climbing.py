@@ -9,14 +9,14 @@ import numpy as np
 from camopt.numerics import LARGEST_MAGNITUDE, LEAST
 from camopt.numerics.compile import called, inlined
 from camopt.numerics.curves import curve
-from camopt.numerics.piecewise import motion, part_jets
+from camopt.numerics.piecewise import motion, part_jets, row_jets
 
 DEPTH = 50  # halvings of a panel
 MOST_PARTS = 4096  # looked at in one panel, before it stays undecided
 MOST_STEPS = 60
 
 # rows of the scratch table, one column for each climb that goes on
-LOW, HIGH, RISING, FALLING, SIDE, BEST, AT, BOUND, CONCAVITY, GAIN, SLOPE, SCRATCH = range(12)
+LOW, HIGH, RISING, FALLING, SIDE, BEST, AT, BOUND, CONCAVITY, GAIN, SLOPE, NEXT, SCRATCH = range(13)
 CONCAVE, CLIMBS, SETTLED, OPEN = 0, 1, 2, 3
 
 
@@ -42,6 +42,20 @@ def allowed(best, tolerance, error):
 
 
 @inlined
+def most_ascent(slope, bend, curl, width):
+    """The largest gain over an end of a part from which the slope is at most slope + bend·t − curl·t².
+
+    The slope of a curve leaves its chord by no more than |f'''|·t·(width − t)/2. Where a curve starts level, as
+    at the end of a dwell, this is far closer than what the second derivative says.
+    """
+    root = np.sqrt(max(bend * bend + 4.0 * curl * slope, 0.0))
+    t = 2.0 * slope / (root - bend) if bend < 0.0 else (bend + root) / (2.0 * curl)
+    t = min(max(t, 0.0), width)
+    gain = t * (slope + t * (0.5 * bend - t * curl / 3.0))
+    return max(gain, 0.0) if gain == gain else np.inf
+
+
+@inlined
 def looked_at(low, high, left, rising, right, falling, third, half_width, enough):
     """What end values, slopes and |f'''| say of a part: (verdict, bound of its values, lower bound of −f'')."""
     width = (high - low) * half_width
@@ -51,12 +65,29 @@ def looked_at(low, high, left, rising, right, falling, third, half_width, enough
     if bend + room <= 0.0:
         return (CLIMBS if rising > 0.0 and falling < 0.0 else CONCAVE), ends, -(bend + room)
     bound = ends + 0.125 * max(room - bend, 0.0) * width * width
+    if bound > enough:
+        ascent = most_ascent(rising, bend + room, 0.5 * third, width)
+        descent = most_ascent(-falling, bend + room, 0.5 * third, width)
+        bound = min(bound, max(ends, min(left + ascent, right + descent)))
     return (SETTLED if bound <= enough else OPEN), bound, 0.0
 
 
 @inlined
-def begin_climb(scratch, j, low, high, rising, falling, concavity):
+def cubic_peak(left, rising, right, falling, width):
+    """Where in [0, 1] the cubic through both ends and their slopes is largest, given rising > 0 > falling."""
+    mean = (right - left) / width
+    linear, square = 6.0 * mean - 4.0 * rising - 2.0 * falling, 3.0 * (rising + falling - 2.0 * mean)
+    return 2.0 * rising / (np.sqrt(max(linear * linear - 4.0 * square * rising, 0.0)) - linear)
+
+
+@inlined
+def begin_climb(scratch, j, part, half_width, concavity):
     """Fill a column of the scratch table."""
+    low, high, left, rising, right, falling = part
+    share = cubic_peak(left, rising, right, falling, (high - low) * half_width)
+    if not 0.0 < share < 1.0:  # rounding of the values hides the cubic
+        share = rising / (rising - falling)
+    scratch[NEXT, j] = low + (high - low) * share
     scratch[LOW, j], scratch[HIGH, j] = low, high
     scratch[RISING, j], scratch[FALLING, j], scratch[CONCAVITY, j] = rising, falling, concavity
     scratch[SIDE, j], scratch[BEST, j], scratch[AT, j] = 0.0, -np.inf, 0.0
@@ -65,13 +96,13 @@ def begin_climb(scratch, j, low, high, rising, falling, concavity):
 
 @inlined
 def step_all(f, first, index, many, table, panel, sign, scratch):
-    """One step of every climb: Illinois false position on the slope, without branches."""
+    """One step of every climb: to the peak of a cubic, then Illinois false position on the slope; no branches."""
     half_width = table.half_width[panel]
     low, high, rising, falling = scratch[LOW], scratch[HIGH], scratch[RISING], scratch[FALLING]
     side, best, at, bound = scratch[SIDE], scratch[BEST], scratch[AT], scratch[BOUND]
-    concavity, gain, steep = scratch[CONCAVITY], scratch[GAIN], scratch[SLOPE]
+    concavity, gain, steep, following = scratch[CONCAVITY], scratch[GAIN], scratch[SLOPE], scratch[NEXT]
     for j in range(np.uint64(many)):
-        u = low[j] + (high[j] - low[j]) * (rising[j] / (rising[j] - falling[j]))
+        u = following[j]
         y, y1, y2, y3 = motion(table, panel, u)
         value, slope = oriented(f, np.uint64(first + index[j]), y, y1, y2, y3, sign)
         grade = abs(slope)
@@ -90,6 +121,7 @@ def step_all(f, first, index, many, table, panel, sign, scratch):
         rising[j] = slope if up else rising_left
         falling[j] = falling_left if up else slope
         side[j] = 1.0 if up else -1.0
+        following[j] = low[j] + (high[j] - low[j]) * (rising[j] / (rising[j] - falling[j]))
 
 
 @inlined
@@ -144,12 +176,26 @@ def climb(f, i, table, panel, part, concavity, sign, best, allowance, location):
     return largest, at, max(bound, largest)
 
 
+@inlined
+def bound_by_slope(slope, part, sign, half_width):
+    """A bound of the values in a part from the range of the slope: close where the curve is level or monotone."""
+    low, high, left, _, right, _ = part
+    rise = sign * slope.high if sign > 0.0 else sign * slope.low
+    fall = sign * slope.low if sign > 0.0 else sign * slope.high
+    width = (high - low) * half_width
+    return min(max(left, right, left + rise * width), max(left, right, right - fall * width))
+
+
 @called
 def split(f, i, table, panel, part, error, sign, tolerance, location, best, stack):
     """Largest value found in a part that is not settled at once, where, and a bound of all its values.
 
-    Jets of its own come first, then its halves, and theirs.
+    The range of its slope comes first, then jets of its own, then its halves, and theirs.
     """
+    y, y1, y2, y3 = row_jets(table, panel)
+    bound = bound_by_slope(curve(f, i, y, y1, y2, y3)[1], part, sign, table.half_width[panel])
+    if bound <= best + allowed(best, tolerance, error):
+        return -np.inf, 0.0, bound
     largest, at, top = -np.inf, 0.0, best
     half_width = table.half_width[panel]
     stack[0, 0], stack[0, 1], stack[0, 2], stack[0, 3], stack[0, 4], stack[0, 5] = part

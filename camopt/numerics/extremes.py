@@ -1,12 +1,12 @@
 """Extremes of a curve over the continuous turn, enclosed from both sides, for many designs at once.
 
 For a tile of designs the curve is evaluated at the table's nodes, and jets bound its derivatives and the
-rounding error within each panel. Within a panel of width w a curve exceeds its end values by no more than
-|f''|·w²/8; a panel that stays below the best node by that is done with, and two or three are left. There,
-slopes at both ends and a bound of the third derivative say how far f'' may be from its mean. Where the curve is
-concave, its maximum is at an end or at a root of the slope, and a bracketed secant climbs to it until
-slope²/(2·|f''|), which bounds what is still to be gained, is below the tolerance. What is not concave is
-halved.
+rounding error: over groups of panels first, then within each panel that this leaves open. Within a panel of width
+w a curve exceeds its end values by no more than |f''|·w²/8; a panel that stays below the best node by that is done
+with, and two or three are left. There, slopes at both ends and a bound of the third derivative say how far f'' may
+be from its mean. Where the curve is concave, its maximum is at an end or at a root of the slope, and a bracketed
+secant climbs to it until slope²/(2·|f''|), which bounds what is still to be gained, is below the tolerance. What is
+not concave is halved.
 
 Designs are innermost: all of this, but the last resort (``split``), runs in vector registers. Every answer is the
 largest value found, and a bound of what the true extreme may differ from it.
@@ -30,7 +30,7 @@ from camopt.numerics.climbing import (
 )
 from camopt.numerics.compile import called, compiled, inlined
 from camopt.numerics.curves import curve
-from camopt.numerics.piecewise import motion, panel_jets
+from camopt.numerics.piecewise import motion, row_jets
 
 TILE = 256  # designs whose tables (about 70 × 256 × 8 bytes each) stay in the second-level cache
 ROW = TILE + 8  # a row of a tile: not a power of two, whose columns would all share one cache set
@@ -47,20 +47,19 @@ def node_values(f, first, count, table, values):
 
 
 @inlined
-def panel_bounds(f, first, count, table, excess, third, error):
-    """What jets say of each panel p and design first + i.
+def row_bounds(f, first, count, table, row, half_width, excess, third, error):
+    """What jets say of a row of the table, a panel or a group of panels, and design first + i.
 
-    excess[p, i]: by how much the curve may exceed both its end values; third[p, i]: bound of |f'''|; error[p, i]:
-    of rounding.
+    excess[row, i]: by how much the curve may exceed both its end values in a panel; third[row, i]: bound of
+    |f'''|; error[row, i]: of rounding.
     """
-    for p in range(table.half_width.size):
-        y, y1, y2, y3 = panel_jets(table, p)
-        eighth = 0.5 * table.half_width[p] * table.half_width[p]  # of the squared width
-        for i in range(np.uint64(count)):
-            jet = curve(f, np.uint64(first) + i, y, y1, y2, y3)[0]
-            excess[p, i] = eighth * jet.second + jet.error
-            third[p, i] = jet.third
-            error[p, i] = jet.error
+    y, y1, y2, y3 = row_jets(table, row)
+    eighth = 0.5 * half_width * half_width  # of the squared width
+    for i in range(np.uint64(count)):
+        jet = curve(f, np.uint64(first) + i, y, y1, y2, y3)[0]
+        excess[row, i] = eighth * jet.second + jet.error
+        third[row, i] = jet.third
+        error[row, i] = jet.error
 
 
 @inlined
@@ -100,12 +99,15 @@ def may_exceed(before, after, excess, count, goal, best):
 
 
 @inlined
-def candidates(before, after, excess, count, sign, best, index):
-    """Which designs may exceed their best value within a panel."""
+def candidates(before, after, excess, error, count, sign, tolerance, best, top, index):
+    """Which designs may exceed their best value within a panel by more than is allowed."""
     many = 0
     for i in range(count):
+        bound = max(sign * before[i], sign * after[i]) + excess[i]
+        more = bound > best[i] + allowed(best[i], tolerance, error[i])
         index[many] = i
-        many += max(sign * before[i], sign * after[i]) + excess[i] > best[i]
+        many += more
+        top[i] = top[i] if more else max(top[i], bound)
     return many
 
 
@@ -135,50 +137,35 @@ def search_panel(
         left, right = sign * values[node, i], sign * values[node + 1, i]
         rounding[i] = max(rounding[i], error[panel, i])
         enough = best[i] + allowed(best[i], tolerance, error[panel, i])
-        verdict, bound, concavity = looked_at(
-            -1.0, 1.0, left, rising[j], right, falling[j], third[panel, i], half_width, enough
-        )
-        if verdict == CLIMBS:
-            begin_climb(scratch, climbs, -1.0, 1.0, rising[j], falling[j], concavity)
-            climbing[climbs] = i
-            climbs += 1
-        elif verdict != OPEN:
+        part, middle, slope, parts = (-1.0, 1.0, left, rising[j], right, falling[j]), 0.0, 0.0, 1
+        for k in range(3):  # the panel, and if that settles nothing its halves
+            if k >= parts:
+                break
+            if k == 1:
+                part = (-1.0, 0.0, left, rising[j], middle, slope)
+            elif k == 2:
+                part = (0.0, 1.0, middle, slope, right, falling[j])
+            low, high, a, a1, b, b1 = part
+            verdict, bound, concavity = looked_at(low, high, a, a1, b, b1, third[panel, i], half_width, enough)
+            if verdict == CLIMBS:
+                begin_climb(scratch, climbs, part, half_width, concavity)
+                climbing[climbs] = i
+                climbs += 1
+                continue
+            if verdict == OPEN and k == 0:
+                parts = 3
+                middle, slope = oriented(f, np.uint64(first + i), y, y1, y2, y3, sign)
+                if middle > best[i]:
+                    best[i], at[i] = middle, table.centre[panel]
+                continue
+            if verdict == OPEN:
+                found, u, bound = split(
+                    f, np.uint64(first + i), table, panel, part, error[panel, i], sign, tolerance, location,
+                    best[i], stack,
+                )  # fmt: skip
+                if found > best[i]:
+                    best[i], at[i] = found, table.centre[panel] + half_width * u
             top[i] = max(top[i], bound)
-        else:
-            middle, slope = oriented(f, np.uint64(first + i), y, y1, y2, y3, sign)
-            if middle > best[i]:
-                best[i], at[i] = middle, table.centre[panel]
-            for half in range(2):
-                low = half - 1.0
-                a, b = (left, middle) if half == 0 else (middle, right)
-                a1, b1 = (rising[j], slope) if half == 0 else (slope, falling[j])
-                verdict, bound, concavity = looked_at(
-                    low, low + 1.0, a, a1, b, b1, third[panel, i], half_width, enough
-                )
-                if verdict == CLIMBS:
-                    begin_climb(scratch, climbs, low, low + 1.0, a1, b1, concavity)
-                    climbing[climbs] = i
-                    climbs += 1
-                elif verdict == OPEN:
-                    part = (low, low + 1.0, a, a1, b, b1)
-                    found, u, bound = split(
-                        f,
-                        np.uint64(first + i),
-                        table,
-                        panel,
-                        part,
-                        error[panel, i],
-                        sign,
-                        tolerance,
-                        location,
-                        best[i],
-                        stack,
-                    )
-                    top[i] = max(top[i], bound)
-                    if found > best[i]:
-                        best[i], at[i] = found, table.centre[panel] + half_width * u
-                else:
-                    top[i] = max(top[i], bound)
     climb_all(f, first, climbing, climbs, table, panel, error, sign, tolerance, location, best, at, top, scratch)
 
 
@@ -190,9 +177,9 @@ def extremes(f, designs, table, questions, tolerance, location, value, where, wi
     their cam angles in rad; width: by how much the true extreme may differ. ``tolerance`` is relative;
     ``location`` is the error allowed in the cam angles, rad, or inf. The largest magnitude comes without its sign.
     """
-    panels = table.half_width.size
-    values, excess = np.empty((table.nodes.shape[0], ROW)), np.empty((panels, ROW))
-    third, error = np.empty((panels, ROW)), np.empty((panels, ROW))
+    rows = table.low.shape[0]
+    values, excess = np.empty((table.nodes.shape[0], ROW)), np.empty((rows, ROW))
+    third, error, looked = np.empty((rows, ROW)), np.empty((rows, ROW)), np.empty(rows, np.bool_)
     best, node, at = np.empty(TILE), np.empty(TILE, np.int64), np.empty(TILE)
     top, rounding, stack = np.empty(TILE), np.empty(TILE), np.empty((DEPTH + 2, 6))
     index, climbing = np.empty(TILE + 1, np.int64), np.empty(2 * TILE, np.int64)
@@ -200,7 +187,7 @@ def extremes(f, designs, table, questions, tolerance, location, value, where, wi
     for first in range(0, designs, TILE):
         count = min(TILE, designs - first)
         node_values(f, first, count, table, values)
-        panel_bounds(f, first, count, table, excess, third, error)
+        looked[:] = False
         for k in range(questions.shape[0]):
             kinds, goal = questions[k, 0], questions[k, 1]
             best_nodes(values, count, table, kinds, goal, best, node)
@@ -210,13 +197,21 @@ def extremes(f, designs, table, questions, tolerance, location, value, where, wi
                 if table.kind[q] & kinds:
                     for p in range(table.first_panel[q], table.first_panel[q + 1]):
                         before, after, room = values[p + q], values[p + q + 1], excess[p]
-                        if not may_exceed(before, after, room, count, goal, best):
+                        open_ = True
+                        for row in (table.group[p], p):  # the bounds of its group settle most panels
+                            if open_ and not looked[row]:
+                                row_bounds(f, first, count, table, row, table.half_width[p], excess, third, error)
+                                looked[row] = True
+                            open_ = open_ and may_exceed(before, after, excess[row], count, goal, best)
+                        if not open_:
                             continue
                         for way in range(2):
                             if goal != LARGEST_MAGNITUDE and (goal == LEAST) != (way == 1):
                                 continue
                             sign = 1.0 - 2.0 * way
-                            many = candidates(before, after, room, count, sign, best, index)
+                            many = candidates(
+                                before, after, room, error[p], count, sign, tolerance, best, top, index
+                            )
                             if many:
                                 search_panel(
                                     f, first, index, many, table, p, p + q, values, third, error, sign, tolerance,

@@ -5,6 +5,7 @@ polynomial of degree 12 in u ∈ [−1, 1]. Jumps of any derivative lie between 
 are seen by construction. A piece of m panels has m + 1 nodes (panel ends) at which the motion is tabulated.
 """
 
+from itertools import pairwise
 from math import comb
 from typing import NamedTuple
 
@@ -16,6 +17,7 @@ from camopt.numerics import FloatArray
 from camopt.numerics.compile import compiled, inlined
 from camopt.numerics.jet import UNIT, Jet
 
+GROUPED = 4  # panels of a group
 DEGREE = 12  # truncation of the trigonometric laws is then below rounding, in the jerk too
 CONVERTED = 1e-10  # relative, for rounding in the ranges below
 ROUNDED = (4.0, 8.0, 32.0, 512.0)  # errors of y … as tabulated, in roundings of the largest in the stroke
@@ -30,10 +32,12 @@ class MotionTable(NamedTuple):
     first_panel: NDArray[np.int64]  # (Q + 1,) of each piece; its first node is first_panel + its number
     kind: NDArray[np.int64]  # (Q,) a bit that says what the piece is
     nodes: FloatArray  # (N, 4) y, y', y'', y''' at panel ends, one-sided at the ends of a piece
-    low: FloatArray  # (P, 3) least y, y', y'' in a panel
-    high: FloatArray  # (P, 3) and the largest
-    most: FloatArray  # (P, 6) largest magnitudes of y and its first five derivatives in a panel
-    error: FloatArray  # (P, 4) bounds of the error of y, y', y'', y''' anywhere in a panel
+    group: NDArray[np.int64]  # (P,) the row below of the neighbours that a panel is grouped with
+    # rows below: P panels, then G groups of a few neighbours in the same piece
+    low: FloatArray  # (P + G, 4) least y, y', y'', y'''
+    high: FloatArray  # (P + G, 4) and the largest
+    most: FloatArray  # (P + G, 6) largest magnitudes of y and its first five derivatives
+    error: FloatArray  # (P + G, 4) bounds of the error of y, y', y'', y'''
 
 
 def motion(table, panel, u):
@@ -53,14 +57,14 @@ motion = inlined(motion)
 
 
 @inlined
-def panel_jets(table, panel):
-    """Jets of y, y', y'', y''' over a whole panel."""
-    low, high, most, error = table.low[panel], table.high[panel], table.most[panel], table.error[panel]
+def row_jets(table, row):
+    """Jets of y, y', y'', y''' over a whole panel or group."""
+    low, high, most, error = table.low[row], table.high[row], table.most[row], table.error[row]
     return (
         Jet(low[0], high[0], error[0], most[1], most[2], most[3]),
         Jet(low[1], high[1], error[1], most[2], most[3], most[4]),
         Jet(low[2], high[2], error[2], most[3], most[4], most[5]),
-        Jet(-most[3], most[3], error[3], most[4], most[5], np.inf),
+        Jet(low[3], high[3], error[3], most[4], most[5], np.inf),
     )
 
 
@@ -100,7 +104,18 @@ def bernstein(degree: int) -> FloatArray:
     return np.asarray(blend @ shift)
 
 
-def ranges(coefficients: FloatArray, half_width: FloatArray, stroke: NDArray[np.int64]) -> tuple[FloatArray, ...]:
+def groups_of(first_panel: NDArray[np.int64]) -> NDArray[np.int64]:
+    """The group of each panel, numbered from the number of panels on; none reaches across pieces."""
+    found: list[int] = []
+    for first, last in pairwise(first_panel):
+        start = found[-1] + 1 if found else int(first_panel[-1])
+        found += [start + k // GROUPED for k in range(last - first)]
+    return np.array(found, dtype=np.int64)
+
+
+def ranges(
+    coefficients: FloatArray, half_width: FloatArray, stroke: NDArray[np.int64], group: NDArray[np.int64]
+) -> tuple[FloatArray, ...]:
     """The tables ``low``, ``high``, ``most`` and ``error`` of a MotionTable.
 
     ``stroke`` numbers the stroke of each panel: a law's rounding is that of its largest value in the stroke.
@@ -119,4 +134,8 @@ def ranges(coefficients: FloatArray, half_width: FloatArray, stroke: NDArray[np.
         np.maximum.at(peak, stroke, most[order])
         brought = ROUNDED[order] * UNIT * peak[stroke] + half_width * brought
         error[order] = brought
-    return low[:3].T.copy(), high[:3].T.copy(), most.T.copy(), error.T.copy()
+    starts = np.flatnonzero(np.diff(group, prepend=-1))  # a group's first panel
+    return (
+        np.vstack([low[:4].T, np.minimum.reduceat(low[:4].T, starts)]),
+        *(np.vstack([x.T, np.maximum.reduceat(x.T, starts)]) for x in (high[:4], most, error)),
+    )

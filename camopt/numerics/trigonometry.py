@@ -1,0 +1,59 @@
+"""Sine and cosine together, in vector registers.
+
+The library's functions are called one number at a time, which would keep a climb to a maximum out of vectors. The
+argument is reduced to |r| ≤ π/4 by a two-part π/2 (Cody and Waite, Software Manual for the Elementary Functions,
+1980); there Taylor's series leave less than a third of a unit in the last place. Errors stay below one unit of the
+last place of 1 for |y| ≤ 1000.
+"""
+
+from math import factorial
+from typing import Any
+
+import numpy as np
+from numba.extending import overload
+
+from camopt.numerics.compile import INLINE
+from camopt.numerics.curves import part_of_formulas
+from camopt.numerics.jet import JetType, cosine, sine
+
+QUARTER, QUARTER_REST = 1.5707963267341256, 6.077100506506192e-11  # π/2 in two parts, the first of 33 bits
+SINES = tuple((-1) ** k / factorial(2 * k + 1) for k in range(7, 0, -1))  # of r³·(r²)ᵏ, the highest first
+COSINES = tuple((-1) ** k / factorial(2 * k) for k in range(8, 1, -1))  # of r⁴·(r²)ᵏ
+
+
+@part_of_formulas
+def series(y):
+    """Sine and cosine of a number or an array."""
+    k = np.rint(y * (2.0 / np.pi))
+    r = (y - k * QUARTER) - k * QUARTER_REST
+    square = r * r
+    s, c = SINES[0], COSINES[0]
+    for j in range(1, 7):
+        s = s * square + SINES[j]
+        c = c * square + COSINES[j]
+    s = r + r * square * s
+    c = 1.0 + (square * square * c - 0.5 * square)
+    quadrant = k - 4.0 * np.floor(0.25 * k)
+    upper = np.floor(0.5 * quadrant)
+    odd = quadrant - 2.0 * upper
+    turn = odd + upper - 2.0 * odd * upper  # 1 in the second and third quadrant, where the cosine is negative
+    return ((1.0 - odd) * s + odd * c) * (1.0 - 2.0 * upper), ((1.0 - odd) * c + odd * s) * (1.0 - 2.0 * turn)
+
+
+def sine_cosine(y: Any) -> tuple[Any, Any]:
+    """Sine and cosine of a number, an array, or what stands for a number (a jet, an interval, a ball)."""
+    return series(y) if isinstance(y, (float, np.ndarray)) else (np.sin(y), np.cos(y))
+
+
+@overload(sine_cosine, jit_options=INLINE)
+def _compiled(y):
+    if isinstance(y, JetType):
+        return lambda y: (sine(y), cosine(y))
+    return lambda y: series(y)
+
+
+@part_of_formulas
+def turned(cosine, sine, y):
+    """Cosine and sine of an angle turned on by y."""
+    s, c = sine_cosine(y)
+    return cosine * c - sine * s, sine * c + cosine * s

@@ -1,0 +1,55 @@
+"""Sine and cosine in vector registers: to rounding, compiled and uncompiled alike, for all that stands for numbers."""
+
+import mpmath
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from camopt.numerics.compile import compiled
+from camopt.numerics.interval import Interval
+from camopt.numerics.jet import UNIT, number
+from camopt.numerics.trigonometry import sine_cosine, turned
+from camopt.proof.ball import Ball
+
+
+@compiled
+def in_a_kernel(y, sine, cosine):
+    for i in range(y.size):
+        sine[i], cosine[i] = sine_cosine(y[i])
+
+
+def test_against_fifty_digits_and_compiled_alike():
+    rng = np.random.default_rng(0)
+    y = np.concatenate([rng.uniform(-7, 7, 2000), rng.uniform(-1000, 1000, 2000), np.arange(-8, 9) * np.pi / 4])
+    sine, cosine = sine_cosine(y)
+    with mpmath.workdps(50):
+        for angle, s, c in zip(y.tolist(), sine.tolist(), cosine.tolist(), strict=True):
+            assert abs(mpmath.sin(angle) - s) <= 1.5 * UNIT
+            assert abs(mpmath.cos(angle) - c) <= 1.5 * UNIT
+    found = np.empty((2, y.size))
+    in_a_kernel(y, found[0], found[1])
+    assert found[0].tobytes() == sine.tobytes()
+    assert found[1].tobytes() == cosine.tobytes()
+
+
+@given(st.floats(1e-300, 1e-3))
+def test_small_angles_keep_their_digits(y):
+    assert sine_cosine(y)[0] == pytest.approx(np.sin(y), rel=4 * UNIT, abs=0)
+    assert sine_cosine(-y)[0] == -sine_cosine(y)[0]
+    assert sine_cosine(-y)[1] == sine_cosine(y)[1]
+
+
+@given(st.floats(-3, 3), st.floats(-3, 3))
+def test_an_angle_turned_on(start, y):
+    cosine, sine = turned(np.cos(start), np.sin(start), y)
+    assert cosine == pytest.approx(np.cos(start + y), abs=8 * UNIT)
+    assert sine == pytest.approx(np.sin(start + y), abs=8 * UNIT)
+
+
+def test_what_stands_for_a_number():
+    sine, cosine = sine_cosine(Interval(np.array([0.1]), np.array([0.2])))
+    assert sine.low <= np.sin(0.15) <= sine.high
+    assert cosine.low <= np.cos(0.15) <= cosine.high
+    assert abs(float(sine_cosine(Ball(0.3))[0].arb) - np.sin(0.3)) < UNIT
+    assert sine_cosine(number(0.3))[1].low <= np.cos(0.3) <= sine_cosine(number(0.3))[1].high
