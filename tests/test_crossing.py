@@ -88,8 +88,9 @@ def test_the_proof_agrees_with_a_polygon(case):
 
 
 @settings(max_examples=100, deadline=None)
-@given(case=cases(keys=ROUND, slimmest=2), share=st.lists(st.floats(-1, 1), min_size=20, max_size=20))
+@given(case=cases(keys=ROUND, slimmest=2), share=st.lists(st.floats(-0.999999, 0.999999), min_size=20, max_size=20))
 def test_parts_enclose_the_profile(case, share):
+    """Inside of them: at an end, a corner of the motion may already have turned the normal."""
     assume(not undercut(case))
     parts = first_parts(case.programme)
     found = cover(case.subject, case.designs, case.programme, parts)
