@@ -16,7 +16,7 @@ from camopt.effects import Case
 from camopt.mechanisms import Designs
 from camopt.motion.table import DWELL, RETURN, RISE, TURN
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST
-from camopt.proof.certify import certify_design
+from camopt.proof.certify import certify_limits
 from camopt.question import Question, resolve
 
 DESIGNS, PROVED, RUNS = 4096, 20, 5
@@ -74,7 +74,7 @@ def proof(question: Question, designs: Designs) -> float:
     """Milliseconds for each design to prove or refute β ≤ 35° and no undercut in ball arithmetic."""
     start = perf_counter()
     for i in range(PROVED):
-        certify_design(question, question.programme, designs.take([i]))
+        certify_limits(question, question.programme, designs.take([i]))
     return (perf_counter() - start) / PROVED * 1e3
 
 

@@ -254,7 +254,7 @@ def accuracy(scene: Any, as_json: bool, quiet: bool, out: str) -> int:
 @click.argument("target")
 @_output_options
 def certify(target: str, as_json: bool, quiet: bool) -> int:
-    """Prove that limits hold at every cam angle, in ball arithmetic.
+    """Prove that limits hold at every cam angle, in ball arithmetic, and that a disc cam crosses itself nowhere.
 
     TARGET is a scene, or a table of a sweep, whose rows get a column with the verdict.
     """

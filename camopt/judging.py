@@ -67,9 +67,9 @@ def judged(question: Question, programme: Programme, designs: Designs, wanted: f
 
 def _by_balls(question: Question, programme: Programme, designs: Designs, rows: Rows) -> Rows:
     """The rows with the verdicts of ball arithmetic: what rounding hides, 200 bits show."""
-    from camopt.proof.certify import BROKEN, HELD, certify_design
+    from camopt.proof.certify import BROKEN, HELD, certify_limits
 
-    verdicts = [certify_design(question, programme, designs.take([i])) for i in range(len(designs))]
+    verdicts = [certify_limits(question, programme, designs.take([i])) for i in range(len(designs))]
     kept = [[name for name, verdict in found.items() if verdict != HELD] for found in verdicts]
     settled = [not names or BROKEN in found.values() for names, found in zip(kept, verdicts, strict=True)]
     verdict = {

@@ -239,7 +239,7 @@ def show_verdicts(verdicts: dict[str, str], as_json: bool) -> None:
     if as_json:
         return _print_json(verdicts)
     records = [{"limit": name, "verdict": verdict} for name, verdict in verdicts.items()]
-    return _print(_table("At every cam angle, in ball arithmetic", records, ["limit", "verdict"]))
+    return _print(_table("At every cam angle", records, ["limit", "verdict"]))
 
 
 def show_counts(counts: dict[str, int], as_json: bool) -> None:

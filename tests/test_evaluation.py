@@ -139,7 +139,7 @@ def test_the_undercut_verdict_flips_at_the_critical_roller(k, side):
     assert evaluate(changed)["undercut"] is (side > 0)
 
 
-def test_self_crossing_is_seen_where_curvature_is_harmless():
+def test_an_undercut_profile_crosses_itself():
     """An undercut profile crosses itself; a plain one does not."""
     scene = find_scene("exhaust-valve")
     assert evaluate(scene)["self_crossing"] is False

@@ -285,3 +285,13 @@ def test_lead_and_height_of_a_right_triangle():
     found = evaluate(cam(*UP_DOWN, base=40.0, roller=10.0, offset=30.0))
     assert hypot(30, 40) == 50
     assert cos(radians(found["pressure_angle_max_dwell_deg"])) == pytest.approx(0.8, rel=1e-14)
+
+
+def test_global_self_crossing_with_harmless_curvature():
+    """Two flanks of a slim lobe cut each other off near the base circle; every radius of the profile is sound."""
+    segments = (("rise", 40, 160, "parabolic"), ("dwell", 6, 0, None), ("return", 40, 160, "parabolic"))
+    slim = evaluate(cam(*segments, ("dwell", 274, 0, None), base=2.4, roller=5.6))
+    assert slim["profile_radius_min_mm"] == pytest.approx(2.4, rel=1e-12)
+    assert (slim["undercut"], slim["self_crossing"]) == (False, True)
+    stout = evaluate(cam(*segments, ("dwell", 274, 0, None), base=2.8, roller=5.2))
+    assert (stout["undercut"], stout["self_crossing"]) == (False, False)

@@ -99,6 +99,8 @@ def test_balls_decide_what_rounding_hides(name):
 def test_proofs_agree_with_the_kernels(name, limits):
     scene = find_scene(name).replace(limits=limits)
     found, proofs = evaluate(scene), certify(scene)
+    crossing = proofs.pop("self_crossing", None)
+    assert crossing == {True: "broken", False: "held"}.get(found.get("self_crossing"))
     assert {limit for limit, verdict in proofs.items() if verdict == "broken"} == set(
         filter(None, found["violated"].split(","))
     )

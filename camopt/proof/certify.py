@@ -13,6 +13,7 @@ from typing import Any, NamedTuple, cast
 
 from flint import arb
 
+from camopt.effects.crossing import find_crossing
 from camopt.limits import Limit
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
@@ -184,7 +185,7 @@ def broken_by_jumps(question: Question, limit: Limit, programme: Programme) -> b
     return False
 
 
-def certify_design(question: Question, programme: Programme, design: Designs) -> dict[str, str]:
+def certify_limits(question: Question, programme: Programme, design: Designs) -> dict[str, str]:
     """The verdict on each limit of a question for one design: held, broken or undecided."""
     if not question.subject.mechanism.exists(design, programme)[0]:
         return {"assembly": BROKEN}
@@ -201,10 +202,25 @@ def certify_design(question: Question, programme: Programme, design: Designs) ->
     return verdicts
 
 
+def certify_design(question: Question, programme: Programme, design: Designs) -> dict[str, str]:
+    """As ``certify_limits``, and for a disc cam whether it is free of a self-crossing, under ``self_crossing``."""
+    verdicts, mechanism = certify_limits(question, programme, design), question.subject.mechanism
+    if mechanism.grooved or "assembly" in verdicts:
+        return verdicts
+    found = verdicts.get("undercut", HELD)  # a knife edge undercuts nothing
+    if found == HELD and mechanism.curvature:
+        shown = find_crossing(question.subject, design, programme).shown
+        found = UNDECIDED if shown is None else BROKEN if shown else HELD
+    return verdicts | {"self_crossing": found}
+
+
 def certify(scene: Scene) -> dict[str, str]:
     """Prove or refute each limit of a scene for its design: held, broken or undecided, by the limit's name.
 
-    Numbers of the scene are taken as exact. Everything is decided at every cam angle of the continuous motion, in
+    For a disc cam ``self_crossing`` is there too: held if the profile provably crosses itself nowhere, broken if it
+    does; decided in double precision with margins of 1e-12 for rounding (``effects.crossing``).
+
+    Numbers of the scene are taken as exact. Limits are decided at every cam angle of the continuous motion, in
     ball arithmetic of 200 bits; undecided is what lies within about 1e-27 of its limit.
     """
     question = resolve(scene)
