@@ -45,7 +45,7 @@ def test_laws_against_fifty_digits(law, letter):
 
 @pytest.mark.parametrize("law", REFERENCE)
 def test_peaks_against_fifty_digits(law):
-    found = law_peaks(law)
+    found = law_peaks(LAWS[law])
     for letter, name in (("v", "peak_velocity"), ("a", "peak_acceleration"), ("j", "peak_jerk")):
         expected = float(REFERENCE[law]["peaks"][letter])
         assert found[name] == (expected if isinf(expected) else pytest.approx(expected, rel=1e-12))
@@ -60,7 +60,7 @@ CLOSED_PEAKS = {
 
 @pytest.mark.parametrize("law", CLOSED_PEAKS)
 def test_peaks_in_closed_form(law):
-    found = law_peaks(law)
+    found = law_peaks(LAWS[law])
     for name, expected in zip(("peak_velocity", "peak_acceleration", "peak_jerk"), CLOSED_PEAKS[law], strict=True):
         if expected is not None:
             assert found[name] == pytest.approx(expected, rel=1e-12)

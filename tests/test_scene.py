@@ -209,9 +209,9 @@ ONE_MISTAKE = [
     ("roller", {"motion.1.segment": "raise"}, "motion.1.segment = 'raise': must be one of 'rise', 'dwell' or"),
     ("roller", {"motion.1.segment": []}, "motion.1.segment = []: must be one of 'rise', 'dwell' or 'return'"),
     ("roller", {"motion.1.law": "parabollic"}, "motion.1.law = 'parabollic': must be a motion law; did you mean p"),
-    ("roller", {"motion.3.law": {}}, "motion.3.law = {}: must be a motion law; known: uniform, parabolic"),
+    ("roller", {"motion.3.law": {}}, "motion.3.law = {}: must be the name of a motion law"),
     ("roller", {"search.law": ["harmonik"]}, "search.law.1 = 'harmonik': must be a motion law; did you mean harmo"),
-    ("roller", {"search.law": [[]]}, "search.law.1 = []: must be a motion law; known: "),
+    ("roller", {"search.law": [[]]}, "search.law.1 = []: must be the name of a motion law"),
     ("roller", {"search.minimise": ["base_radius"]}, "search.minimise.1 = 'base_radius': must be a quantity; did"),
     ("roller", {"outputs": ["undercutt"]}, "outputs.1 = 'undercutt': must be a quantity; did you mean undercut?"),
     # motion
