@@ -353,7 +353,7 @@ def mistakes_of(error: ValidationError, model: type[BaseModel], prefix: str, fil
     """Pydantic's errors as mistakes: one for each key, in plain words."""
     found: dict[str, Mistake] = {}
     for each in error.errors():
-        *tables, last = each["loc"] or ("range",)
+        *tables, last = each["loc"] or TAGS[:1]
         unknown = each["type"] == "extra_forbidden"  # then the last part is a key of the user, whatever it says
         where = (*(p for p in tables if p not in TAGS), *([last] if unknown or last not in TAGS else []))
         parts = [str(p + 1) if isinstance(p, int) else p for p in where]
