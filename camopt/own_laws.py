@@ -185,5 +185,5 @@ def _shape(name: str, law: Mapping[str, Any]) -> Iterator[Fault]:
     """Whether the law stays between the ends of its stroke, which formulas take for the lowest and the highest."""
     least, largest = unit_span(spline_of(name, law))
     if least < -BEYOND or largest > 1.0 + BEYOND:
-        ends = f"from {least:.3g} to {largest:.6g}"
-        yield f"laws.{name}", None, f"s runs {ends}, and has to stay between 0 and 1"
+        by = max(-least, largest - 1.0)
+        yield f"laws.{name}", None, f"s goes beyond its ends by {by:.2g}; it has to stay between 0 and 1"
