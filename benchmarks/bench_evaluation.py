@@ -29,7 +29,7 @@ def random_designs(law: str) -> tuple[Case, Cams]:
     sizes["offset"] = rng.uniform(-25, 25, DESIGNS)
     sizes["roller_radius"] = rng.uniform(5, 20, DESIGNS)
     designs = Designs(**sizes, sense=question.design.sense)
-    programme = question.programme.with_laws(law, law)
+    programme = question.with_laws(law, law)
     return Case(question.subject, programme, designs), Cams(designs.prime_radius, designs.lead)
 
 

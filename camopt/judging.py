@@ -20,7 +20,12 @@ from camopt.numerics import FloatArray
 from camopt.question import EXACT, Question, exactly
 from camopt.rows import Columns, Rows
 
-CERTIFIED, UNDECIDED = "certified", "undecided"
+CERTIFIED, SAMPLED, UNDECIDED = "certified", "sampled", "undecided"
+
+
+def proved_status(programme: Programme) -> str:
+    """The status of a proved verdict; what is proved of a table is not known of the motion between its points."""
+    return SAMPLED if programme.sampled else CERTIFIED
 
 
 def run_effects(case: Case, wanted: Iterable[str]) -> Rows:
@@ -50,10 +55,11 @@ def judged(question: Question, programme: Programme, designs: Designs, wanted: f
     inner = excesses(question.limits, rows.shifted(-1.0), designs)
     feasible = np.all(outer <= 0.0, axis=0)
     undecided = ~feasible & ~np.any(inner > 0.0, axis=0)
+    proved = proved_status(programme)
     verdict = {
         "feasible": feasible,
         "violated": violations(question.limits, np.where(feasible | undecided, outer, inner)),
-        "status": np.where(undecided, UNDECIDED, CERTIFIED) if undecided.any() else CERTIFIED,
+        "status": np.where(undecided, UNDECIDED, proved) if undecided.any() else proved,
         "relative_half_width": rows.half_width,
     }
     rows = Rows(rows.columns | verdict, rows.count)
@@ -75,7 +81,7 @@ def _by_balls(question: Question, programme: Programme, designs: Designs, rows: 
     verdict = {
         "feasible": np.array([not names for names in kept]),
         "violated": np.array([",".join(names) for names in kept]),
-        "status": np.where(settled, CERTIFIED, UNDECIDED),
+        "status": np.where(settled, proved_status(programme), UNDECIDED),
     }
     return Rows(rows.columns | verdict, rows.count)
 
@@ -96,7 +102,7 @@ def screened(
         possible = np.all(excesses(ready, rows.shifted(-1.0), designs) <= 0.0, axis=0)
         held = (held & np.all(excesses(ready, rows.shifted(1.0), designs) <= 0.0, axis=0))[possible]
         designs, rows = designs.take(possible), rows.take(possible)
-    verdict = {"feasible": True, "violated": "", "status": CERTIFIED}
+    verdict = {"feasible": True, "violated": "", "status": proved_status(programme)}
     rows = Rows({**rows.columns, "relative_half_width": rows.half_width}, rows.count)
     if held.all():
         return Rows(rows.columns | verdict, rows.count), 0

@@ -93,7 +93,14 @@ _ALL = [
     Quantity("face_reach_min_mm", "", "mm", "reach", "Furthest contact on a flat face, the other way."),
     Quantity("feasible", "", "", "limits", "Whether every limit of the scene is held.", bool),
     Quantity("violated", "", "", "limits", "The limits that are not held, separated by commas.", str),
-    Quantity("status", "", "", "limits", "certified: the verdict is proved; undecided: no feasible design.", str),
+    Quantity(
+        "status",
+        "",
+        "",
+        "limits",
+        "certified: the verdict is proved; sampled: so for the spline of a table; undecided: no feasible design.",
+        str,
+    ),
     Quantity("proof", "", "", "proof", "held, broken or undecided: the limits, and no self-crossing.", str),
     Quantity(
         "relative_half_width",

@@ -1,5 +1,6 @@
 """From a scene to a question in inside units (mm, s, rad): its subject, programme, design and limits."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from math import pi
 
@@ -9,8 +10,11 @@ from camopt.effects import Subject, offered
 from camopt.limits import Limit, limits_of
 from camopt.mechanisms import Designs, mechanism_for
 from camopt.mistakes import BadInput, Mistake
+from camopt.motion import LAWS
+from camopt.motion.law import Law
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
+from camopt.own_laws import spline_of
 from camopt.quantities import QUANTITIES
 from camopt.scene import Scene
 
@@ -20,13 +24,19 @@ EXACT = 1e-13  # tolerance for single designs, whose digits people compare: it c
 
 @dataclass(frozen=True)
 class Question:
-    """A scene resolved: its subject, programme and design in inside units, its limits, what it calls for."""
+    """A scene resolved: its subject, laws, programme and design in inside units, its limits, what it calls for."""
 
     scene: Scene
     subject: Subject
+    laws: Mapping[str, Law]
+    """Every law that the scene can name: the built-in ones and its own."""
     programme: Programme
     design: Designs
     limits: tuple[Limit, ...]
+
+    def with_laws(self, rise: str | None, fall: str | None) -> Programme:
+        """The scene's programme with other laws, by name, on its rises and returns (None keeps them)."""
+        return self.programme.with_laws(*(None if name is None else self.laws[name] for name in (rise, fall)))
 
     @property
     def size_name(self) -> str:
@@ -76,8 +86,9 @@ def resolve(scene: Scene) -> Question:
     mistakes = _not_offered(scene, subject)
     if mistakes:
         raise BadInput(mistakes)
-    programme = Programme.from_segments(segments, angular=subject.angular)
-    return Question(scene, subject, programme, design, limits_of(scene, subject))
+    laws = {**LAWS, **{name: spline_of(name, law.model_dump()) for name, law in scene.laws.items()}}
+    programme = Programme.from_segments(segments, angular=subject.angular, laws=laws)
+    return Question(scene, subject, laws, programme, design, limits_of(scene, subject))
 
 
 def exactly(question: Question) -> Question:

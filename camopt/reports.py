@@ -264,7 +264,7 @@ def show_laws(as_json: bool) -> None:
     from camopt.motion.programme import law_peaks
 
     records = [
-        {"law": name, "title": law.TITLE, **law_peaks(name), "source": law.SOURCE} for name, law in LAWS.items()
+        {"law": name, "title": law.TITLE, **law_peaks(law), "source": law.SOURCE} for name, law in LAWS.items()
     ]
     if as_json:
         return _print_json([_finite(record) for record in records])

@@ -9,7 +9,7 @@ import tomllib
 from dataclasses import replace
 from functools import cache
 from importlib import resources
-from numbers import Real
+from numbers import Integral, Real
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -27,7 +27,7 @@ from pydantic import (
 )
 
 from camopt.mistakes import BadInput, Mistake, nearest
-from camopt.motion import LAWS
+from camopt.own_laws import DEGREES, read_files
 from camopt.quantities import QUANTITIES
 from camopt.scene_checks import check
 
@@ -66,7 +66,19 @@ def _one_line(value: Any) -> Any:
     return value
 
 
-LawName = Annotated[str, _known(LAWS, "a motion law")]
+def _is_whole(value: Any) -> Any:
+    if isinstance(value, bool) or not isinstance(value, Integral):
+        raise ValueError("a whole number")
+    return int(value)
+
+
+def _is_name(value: Any) -> Any:
+    if not isinstance(value, str):
+        raise ValueError("the name of a motion law")
+    return value
+
+
+LawName = Annotated[str, BeforeValidator(_is_name)]
 QuantityName = Annotated[str, _known(QUANTITIES, "a quantity")]
 
 
@@ -129,6 +141,28 @@ class Segment(Table):
     law: LawName | None = None
 
 
+Numbers = Annotated[tuple[Anywhere, ...], Field(min_length=1)]
+
+
+class OwnLaw(Table):
+    """A motion law of the scene's own on the unit stroke, 0 ≤ s ≤ 1 for 0 ≤ x ≤ 1: a B-spline or a table.
+
+    A B-spline has a ``degree`` from 3 to 12, clamped ``knots`` (degree + 1 zeros first, as many ones last) and
+    ``coefficients``; it is exact. A table has points ``x`` and ``s``, or a CSV ``file`` with these columns (a path
+    relative to the scene file), read when the scene is made. Its law is the quintic spline through the points, at
+    rest at both ends; the ``status`` of its verdicts is "sampled", for the motion between the points is not known.
+    A function ``f`` of Python is given as points too: ``x = [k / 200 for k in range(201)]`` and
+    ``s = [f(v) for v in x]``.
+    """
+
+    degree: Annotated[int, BeforeValidator(_is_whole), Field(ge=DEGREES[0], le=DEGREES[-1])] | None = None
+    knots: Numbers | None = None
+    coefficients: Numbers | None = None
+    x: Numbers | None = None
+    s: Numbers | None = None
+    file: str | None = None
+
+
 class Limits(Table):
     """What the cam must hold; each key is optional. deg, mm, m/s, m/s², m/s³ (oscillating: rad)."""
 
@@ -162,11 +196,11 @@ def _as_list(value: Any) -> Any:
 Values = Annotated[tuple[Anywhere, ...], Field(min_length=1), BeforeValidator(_as_list)]
 Laws = Annotated[tuple[LawName, ...], Field(min_length=1), BeforeValidator(_as_list)]
 Quantities = Annotated[tuple[QuantityName, ...], BeforeValidator(_as_list)]
-TAGS = ("range", "values")  # parts of a location in pydantic's errors that are no keys
+TAGS = ("range/", "values/")  # parts of a location in pydantic's errors that are no keys; no law has a slash
 Choice = (
     Annotated[
-        Annotated[Range, Tag("range")] | Annotated[Values, Tag("values")],
-        Discriminator(lambda value: "range" if isinstance(value, (dict, Range)) else "values"),
+        Annotated[Range, Tag("range/")] | Annotated[Values, Tag("values/")],
+        Discriminator(lambda value: TAGS[not isinstance(value, (dict, Range))]),
     ]
     | None
 )
@@ -219,6 +253,7 @@ class Scene(Table):
     cam: Cam
     follower: Follower
     motion: Annotated[tuple[Segment, ...], Field(min_length=1)]
+    laws: dict[str, OwnLaw] = Field(default_factory=dict)
     limits: Limits = Limits()
     search: Search = Search()
     materials: Materials = Materials()
@@ -240,22 +275,26 @@ class Scene(Table):
     def __init__(self, /, **values: Any) -> None:
         self._fill(values, str(values.get("name", "scene")))
 
-    def _fill(self, values: dict[str, Any], file: str) -> None:
+    def _fill(self, values: dict[str, Any], file: str, folder: Path = Path()) -> None:
         plain = _plain(values)
+        unread = list(read_files(plain, folder))
         found: list[Mistake] = []
         try:
             BaseModel.__init__(self, **plain)
         except ValidationError as error:
             found = mistakes_of(error, Scene, "", file)
         keys = {mistake.key for mistake in found}
-        found += [Mistake(file, *fault, bare=True) for fault in check(plain) if fault[0] not in keys]
+        found += [Mistake(file, *fault, bare=True) for fault in (*unread, *check(plain)) if fault[0] not in keys]
         if found:
             raise BadInput(found)
         self._file = file
 
     @classmethod
     def from_dict(cls, data: dict[str, Any], file: str = "scene") -> "Scene":
-        """A scene from nested mappings with the keys of a scene file; ``file`` is named in messages."""
+        """A scene from nested mappings with the keys of a scene file; ``file`` is named in messages.
+
+        Files of laws are looked for in the current folder.
+        """
         if not isinstance(data, dict):
             raise BadInput([Mistake(file, "scene", data, "a mapping of tables")])
         scene = cls.__new__(cls)
@@ -269,7 +308,9 @@ class Scene(Table):
             data = tomllib.loads(Path(path).read_text(encoding="utf-8-sig"))
         except (ValueError, RecursionError) as error:  # not TOML, not UTF-8, numbers or nesting without end
             raise BadInput([Mistake(os.fspath(path), "TOML", None, f"not valid: {error}", bare=True)]) from None
-        return cls.from_dict({"name": Path(path).stem, **data}, os.fspath(path))
+        scene = cls.__new__(cls)
+        scene._fill({"name": Path(path).stem, **data}, os.fspath(path), Path(path).parent)
+        return scene
 
     def to_dict(self) -> dict[str, Any]:
         """Nested plain mappings without what was left at its default; ``from_dict`` gives an equal scene."""
@@ -302,7 +343,7 @@ class Scene(Table):
 def _plain(value: Any) -> Any:
     """Tables as mappings and tuples as lists, so that Python and TOML input are checked alike."""
     if isinstance(value, BaseModel):
-        return value.model_dump(exclude_none=True, exclude_defaults=True)
+        return _plain(value.model_dump(exclude_none=True, exclude_defaults=True))
     if isinstance(value, dict):
         return {str(key): _plain(each) for key, each in value.items()}
     return [_plain(each) for each in value] if isinstance(value, (list, tuple)) else value
@@ -312,7 +353,7 @@ def mistakes_of(error: ValidationError, model: type[BaseModel], prefix: str, fil
     """Pydantic's errors as mistakes: one for each key, in plain words."""
     found: dict[str, Mistake] = {}
     for each in error.errors():
-        *tables, last = each["loc"] or ("range",)
+        *tables, last = each["loc"] or TAGS[:1]
         unknown = each["type"] == "extra_forbidden"  # then the last part is a key of the user, whatever it says
         where = (*(p for p in tables if p not in TAGS), *([last] if unknown or last not in TAGS else []))
         parts = [str(p + 1) if isinstance(p, int) else p for p in where]
@@ -352,6 +393,7 @@ def _mistake(each: Any, where: tuple[str | int, ...], model: type[BaseModel], ke
     plain = {
         "finite_number": "a finite number",
         "model_type": "a table",
+        "dict_type": "a table",
         "model_attributes_type": "a table",
         "tuple_type": "a list",
         "string_type": "a text",
@@ -363,12 +405,15 @@ def _mistake(each: Any, where: tuple[str | int, ...], model: type[BaseModel], ke
 
 def _table_at(model: type[BaseModel], where: tuple[str | int, ...]) -> type[BaseModel]:
     """The table that a path of keys leads to."""
-    for part in where:
+    parts = iter(where)
+    for part in parts:
         if isinstance(part, int):
             continue
         annotation: Any = model.model_fields[part].annotation
         candidates = [annotation, *getattr(annotation, "__args__", ())]
         model = next(c for c in candidates if isinstance(c, type) and issubclass(c, BaseModel))
+        if getattr(annotation, "__origin__", None) is dict:
+            next(parts, None)  # a name that the user chose
     return model
 
 

@@ -9,8 +9,9 @@ from math import acos, asin, degrees, hypot, isfinite
 from numbers import Real
 from typing import Any
 
-Fault = tuple[str, Any, str]
-CLOSE = 1e-9  # relative, of the sums of angles and lifts
+from camopt.mistakes import nearest
+from camopt.own_laws import CLOSE, Fault, check_laws, law_names
+
 LEAST = {"angle": 1e-6, "lift": 1e-9}  # of a rise or return, deg and mm or deg
 
 SIZES = ("roller_radius", "face_radius", "face_offset", "arm_length", "centre_distance", "offset")
@@ -19,7 +20,9 @@ TRACE = {"knife": (), "roller": ("roller_radius",), "spherical": ("face_radius",
 
 def check(data: Mapping[str, Any]) -> Iterator[Fault]:
     """Every fault that needs more than one value to be seen."""
+    yield from check_laws(data)
     yield from _programme(data)
+    yield from _searched_laws(data)
     mechanism = tuple(_text(data, key) for key in ("cam.form", "follower.motion", "follower.contact"))
     if all(mechanism):
         yield from _keys(data, *mechanism)  # type: ignore[arg-type]
@@ -73,7 +76,7 @@ def _programme(data: Mapping[str, Any]) -> Iterator[Fault]:
     """The turn closes in angle and displacement, and never goes below its start."""
     segments = _segments(data)
     for number, segment in enumerate(segments, start=1):
-        yield from _segment(segment, f"motion.{number}")
+        yield from _segment(segment, f"motion.{number}", law_names(data))
     angles = [_number(s.get("angle")) for s in segments]
     if segments and None not in angles:
         total = sum(a for a in angles if a is not None)
@@ -97,7 +100,7 @@ def _programme(data: Mapping[str, Any]) -> Iterator[Fault]:
         yield "motion.lift", None, f"the follower ends {y:g} above its start: rises and returns must cancel"
 
 
-def _segment(segment: Mapping[str, Any], key: str) -> Iterator[Fault]:
+def _segment(segment: Mapping[str, Any], key: str, laws: tuple[str, ...]) -> Iterator[Fault]:
     if segment.get("segment") == "dwell":
         for name in ("lift", "law"):
             if segment.get(name):
@@ -109,6 +112,20 @@ def _segment(segment: Mapping[str, Any], key: str) -> Iterator[Fault]:
             value = _number(segment.get(name, 0.0))
             if value is not None and 0.0 <= value < least:
                 yield f"{key}.{name}", segment.get(name), f"must be at least {least:g} in a rise or return"
+    if segment.get("segment") != "dwell":
+        yield from _law(segment.get("law"), f"{key}.law", laws)
+
+
+def _law(law: Any, key: str, laws: tuple[str, ...]) -> Iterator[Fault]:
+    if isinstance(law, str) and law not in laws:
+        yield key, law, f"must be a motion law; {nearest(law, laws)}"
+
+
+def _searched_laws(data: Mapping[str, Any]) -> Iterator[Fault]:
+    for key in ("search.law", "search.law_rise", "search.law_return"):
+        named = _at(data, key)
+        for number, law in enumerate(named if isinstance(named, list) else [named], start=1):
+            yield from _law(law, f"{key}.{number}", law_names(data))
 
 
 def _needed(form: str, motion: str, contact: str) -> tuple[str, ...]:

@@ -1,20 +1,20 @@
 """The extremes kernel and the interval formulas against slow, obvious computations."""
 
 import numpy as np
+import own
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from camopt.effects import Case, Subject
 from camopt.mechanisms import MECHANISMS, Designs
-from camopt.motion import LAWS
 from camopt.motion.programme import Programme, span
 from camopt.motion.table import RETURN, RISE, TURN
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST
 from camopt.numerics.curves import curve
 from camopt.numerics.interval import Interval
 
-SMOOTH = [law for law in LAWS if law != "uniform"]
+SMOOTH = [law for law in own.EVERY if law != "uniform"]
 CURVES = ("pressure", "curvature", "profile_radius", "reach")
 
 
@@ -28,6 +28,7 @@ def programme(law: str, *, angular: bool) -> Programme:
             ("dwell", 105, 0, None),
         ],
         angular=angular,
+        laws=own.EVERY,
     )
 
 
@@ -106,7 +107,7 @@ def test_interval_formulas_enclose_every_design_of_a_box(mechanism, angular, nam
         assert np.all(number <= interval.high + room)
 
 
-@pytest.mark.parametrize("law", list(LAWS))
+@pytest.mark.parametrize("law", list(own.EVERY))
 @pytest.mark.parametrize("weights", [(0, 1), (0, 0, 1), (-0.5, 1), (1, 0, 1)])
 def test_span_of_a_combination_of_derivatives(law, weights):
     turn = programme(law, angular=False)

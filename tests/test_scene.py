@@ -6,6 +6,7 @@ import tomllib
 from math import inf, nan
 from pathlib import Path
 
+import own
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -29,6 +30,15 @@ BASES = {
             {"segment": "rise", "angle": 180.0, "lift": 15.0, "law": "cycloidal"},
             {"segment": "return", "angle": 180.0, "lift": 15.0, "law": "cycloidal"},
         ],
+    },
+    "own laws": {
+        "cam": {"form": "disc", "base_radius": 30.0},
+        "follower": {"motion": "translating", "contact": "knife"},
+        "motion": [
+            {"segment": "rise", "angle": 180.0, "lift": 15.0, "law": "own-spline"},
+            {"segment": "return", "angle": 180.0, "lift": 15.0, "law": "own-table"},
+        ],
+        "laws": own.TABLES,
     },
     "groove": {
         "cam": {"form": "cylindrical", "mean_radius": 50.0, "rpm": 100.0},
@@ -209,9 +219,9 @@ ONE_MISTAKE = [
     ("roller", {"motion.1.segment": "raise"}, "motion.1.segment = 'raise': must be one of 'rise', 'dwell' or"),
     ("roller", {"motion.1.segment": []}, "motion.1.segment = []: must be one of 'rise', 'dwell' or 'return'"),
     ("roller", {"motion.1.law": "parabollic"}, "motion.1.law = 'parabollic': must be a motion law; did you mean p"),
-    ("roller", {"motion.3.law": {}}, "motion.3.law = {}: must be a motion law; known: uniform, parabolic"),
+    ("roller", {"motion.3.law": {}}, "motion.3.law = {}: must be the name of a motion law"),
     ("roller", {"search.law": ["harmonik"]}, "search.law.1 = 'harmonik': must be a motion law; did you mean harmo"),
-    ("roller", {"search.law": [[]]}, "search.law.1 = []: must be a motion law; known: "),
+    ("roller", {"search.law": [[]]}, "search.law.1 = []: must be the name of a motion law"),
     ("roller", {"search.minimise": ["base_radius"]}, "search.minimise.1 = 'base_radius': must be a quantity; did"),
     ("roller", {"outputs": ["undercutt"]}, "outputs.1 = 'undercutt': must be a quantity; did you mean undercut?"),
     # motion
@@ -414,7 +424,7 @@ KEYS = st.sampled_from([
     "base_radius", "mean_radius", "offset", "arm_length", "face_offset", "roller_radius", "face_radius", "start",
     "stop", "step", "lift", "angle", "segment", "law_rise", "minimise", "maximise", "dynamics", "self", "", "range",
     "values", "__file__", "jerk", "face_reach", "torque", "shaft_diameter", "centre_distance", "tolerance", "0",
-    "a.b", "law",
+    "a.b", "law", "laws", "degree", "knots", "coefficients", "x", "s", "file",
 ])  # fmt: skip
 
 

@@ -149,7 +149,7 @@ def _name_strokes(axes: Any, picture: Picture) -> None:
     for stroke in picture.question.programme.strokes:
         start, angle = np.degrees([stroke.start, stroke.angle])
         name, size = NAMES[stroke.kind], f"{angle:.4g}°"
-        lines = [f"{name} {size}", stroke.law or ""]
+        lines = [f"{name} {size}", stroke.law.NAME if stroke.law else ""]
         if len(lines[0]) * DEGREES_A_LETTER > angle:
             lines = [name, size]
         lines = [text for text in lines if text and len(text) * DEGREES_A_LETTER <= angle * 1.15]

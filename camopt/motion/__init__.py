@@ -15,17 +15,19 @@ from camopt.motion import (
 )
 from camopt.motion.law import Law
 
-LAWS: dict[str, Law] = {
-    "uniform": uniform,
-    "parabolic": parabolic,
-    "harmonic": harmonic,
-    "cycloidal": cycloidal,
-    "poly345": poly345,
-    "poly4567": poly4567,
-    "modified-trapezoid": modified_trapezoid,
-    "modified-sine": modified_sine,
-    "cubic": cubic,
-    "double-harmonic": double_harmonic,
-    "poly56789": poly56789,
-}
-"""Every law by the name that scenes use."""
+_ALL: tuple[Law, ...] = (
+    uniform,
+    parabolic,
+    harmonic,
+    cycloidal,
+    poly345,
+    poly4567,
+    modified_trapezoid,
+    modified_sine,
+    cubic,
+    double_harmonic,
+    poly56789,
+)
+
+LAWS: dict[str, Law] = {law.NAME: law for law in _ALL}
+"""Every built-in law by the name that scenes use."""

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 from camopt.motion.law import folded
 from camopt.numerics import FloatArray
 
+NAME = "cubic"
 TITLE = "cubic (2-3 polynomial)"
 SOURCE = "Rothbart, Cam Design Handbook, ch. 3"
 BREAKS = (0.0, 1.0)

@@ -10,6 +10,7 @@ from camopt.motion.law import folded
 from camopt.numerics import FloatArray
 from camopt.numerics.stable import angle_minus_sine
 
+NAME = "cycloidal"
 TITLE = "cycloidal"
 SOURCE = "Norton, Cam Design and Manufacturing Handbook, ch. 3"
 BREAKS = (0.0, 1.0)

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from camopt.numerics import FloatArray
 
+NAME = "double-harmonic"
 TITLE = "double harmonic"
 SOURCE = "Rothbart, Cam Design Handbook, ch. 3"
 BREAKS = (0.0, 1.0)

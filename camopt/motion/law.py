@@ -1,4 +1,4 @@
-"""What a motion law is: a module with four verbs, on the unit stroke.
+"""What a motion law is: a module (or a ``SplineLaw``) with four verbs, on the unit stroke.
 
 ``displacement(x)`` runs from s(0) = 0 to s(1) = 1; ``velocity``, ``acceleration`` and ``jerk`` are its first
 three derivatives by x. ``BREAKS`` are the points between which all four are smooth, 0 and 1 included; *at* a
@@ -14,8 +14,10 @@ from camopt.numerics import FloatArray
 
 
 class Law(Protocol):
-    """The verbs and facts that every law module has."""
+    """The verbs and facts that every law has."""
 
+    @property
+    def NAME(self) -> str: ...  # noqa: N802
     @property
     def TITLE(self) -> str: ...  # noqa: N802
     @property

@@ -11,6 +11,7 @@ from camopt.motion.law import folded
 from camopt.numerics import FloatArray
 from camopt.numerics.stable import angle_minus_sine
 
+NAME = "modified-sine"
 TITLE = "modified sine"
 SOURCE = "Norton, Cam Design and Manufacturing Handbook, ch. 3"
 BREAKS = (0.0, 0.125, 0.875, 1.0)

@@ -11,6 +11,7 @@ from camopt.motion.law import folded
 from camopt.numerics import FloatArray
 from camopt.numerics.stable import angle_minus_sine
 
+NAME = "modified-trapezoid"
 TITLE = "modified trapezoid"
 SOURCE = "Norton, Cam Design and Manufacturing Handbook, ch. 3"
 BREAKS = (0.0, 0.125, 0.375, 0.625, 0.875, 1.0)

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 from camopt.motion.law import folded
 from camopt.numerics import FloatArray
 
+NAME = "parabolic"
 TITLE = "parabolic (uniform acceleration and retardation)"
 SOURCE = "Khurmi & Gupta, Theory of Machines, ch. 20"
 BREAKS = (0.0, 0.5, 1.0)

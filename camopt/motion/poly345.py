@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from camopt.motion.law import folded
 from camopt.numerics import FloatArray
 
+NAME = "poly345"
 TITLE = "3-4-5 polynomial"
 SOURCE = "Norton, Cam Design and Manufacturing Handbook, ch. 3"
 BREAKS = (0.0, 1.0)

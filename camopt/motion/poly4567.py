@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 from camopt.motion.law import folded
 from camopt.numerics import FloatArray
 
+NAME = "poly4567"
 TITLE = "4-5-6-7 polynomial"
 SOURCE = "Norton, Cam Design and Manufacturing Handbook, ch. 3"
 BREAKS = (0.0, 1.0)

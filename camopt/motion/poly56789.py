@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from camopt.motion.law import folded
 from camopt.numerics import FloatArray
 
+NAME = "poly56789"
 TITLE = "5-6-7-8-9 polynomial"
 SOURCE = "Rothbart, Cam Design Handbook, ch. 3 (polynomials by boundary conditions)"
 BREAKS = (0.0, 1.0)

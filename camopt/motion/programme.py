@@ -1,6 +1,6 @@
 """A programme: rises, dwells and returns in the order of one turn."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from math import inf, pi, radians
@@ -10,9 +10,11 @@ from numpy.polynomial import polynomial
 from numpy.typing import NDArray
 
 from camopt.motion import LAWS
+from camopt.motion.law import Law
+from camopt.motion.spline import SplineLaw
 from camopt.motion.table import DWELL, RETURN, RISE, stroke_coefficients
 from camopt.numerics import FloatArray
-from camopt.numerics.piecewise import DEGREE, MotionTable, fill_nodes, groups_of, ranges
+from camopt.numerics.piecewise import DEGREE, MotionTable, bernstein, fill_nodes, groups_of, ranges
 
 PANELS = 24
 KINDS = {"rise": RISE, "return": RETURN, "dwell": DWELL}
@@ -24,7 +26,7 @@ class Stroke:
     """One segment of a turn: cam angle in rad, displacements at its ends in mm (rad when oscillating)."""
 
     kind: int
-    law: str | None
+    law: Law | None
     start: float
     angle: float
     low: float  # displacement at its start
@@ -53,9 +55,14 @@ class Programme:
 
     @classmethod
     def from_segments(
-        cls, segments: Sequence[tuple[str, float, float, str | None]], *, angular: bool
+        cls,
+        segments: Sequence[tuple[str, float, float, str | None]],
+        *,
+        angular: bool,
+        laws: Mapping[str, Law] = LAWS,
     ) -> "Programme":
-        """From (segment, angle in deg, lift in mm, or in deg if ``angular``, law); zero-length dwells drop out."""
+        """From (segment, angle in deg, lift in mm, or in deg if ``angular``, name of a law); dwells of no length
+        drop out."""
         strokes, start, y = [], 0.0, 0.0
         for segment, angle, lift, law in segments:
             if angle == 0.0:
@@ -63,18 +70,24 @@ class Programme:
             kind = KINDS[segment]
             change = {RISE: lift, RETURN: -lift, DWELL: 0.0}[kind] * (pi / 180 if angular else 1.0)
             end = 0.0 if abs(y + change) <= SAME * abs(change) else y + change
-            strokes.append(Stroke(kind, law, start, radians(angle), y, end))
+            chosen = None if law is None else laws[law]
+            strokes.append(Stroke(kind, chosen, start, radians(angle), y, end))
             start, y = start + radians(angle), end
         return cls(tuple(strokes))
 
-    def with_laws(self, rise: str | None, fall: str | None) -> "Programme":
+    def with_laws(self, rise: Law | None, fall: Law | None) -> "Programme":
         """The same turn with other laws on its rises and returns (None keeps them)."""
         chosen = {RISE: rise, RETURN: fall, DWELL: None}
         return Programme(tuple(replace(s, law=chosen[s.kind] or s.law) for s in self.strokes))
 
     def law_names(self, kind: int) -> str:
         """The laws of the strokes of a kind, in order, joined by '+' where they differ."""
-        return "+".join(dict.fromkeys(s.law for s in self.strokes if s.kind == kind and s.law))
+        return "+".join(dict.fromkeys(s.law.NAME for s in self.strokes if s.kind == kind and s.law))
+
+    @property
+    def sampled(self) -> bool:
+        """Whether a law goes through the points of a table, and is not known between them."""
+        return any(isinstance(s.law, SplineLaw) and s.law.sampled for s in self.strokes)
 
     @property
     def lift(self) -> float:
@@ -110,7 +123,7 @@ class Programme:
 def _stroke_motion(stroke: Stroke, angles: FloatArray) -> FloatArray:
     if stroke.law is None:
         return np.stack([np.full_like(angles, stroke.low), *np.zeros((3, angles.size))])
-    law, b, h = LAWS[stroke.law], stroke.angle, stroke.high - stroke.low
+    law, b, h = stroke.law, stroke.angle, stroke.high - stroke.low
     x = np.clip((angles - stroke.start) / b, 0.0, 1.0)
     verbs = (law.displacement, law.velocity, law.acceleration, law.jerk)
     rows = np.stack([h * verb(x) / b**order for order, verb in enumerate(verbs)])
@@ -127,7 +140,7 @@ def _table(programme: Programme) -> MotionTable:
             coefficients, ends = np.zeros((1, DEGREE + 1)), np.array([0.0, 1.0])
             counts: tuple[int, ...] = (1,)
         else:
-            coefficients, ends, counts = stroke_coefficients(LAWS[stroke.law], PANELS)
+            coefficients, ends, counts = stroke_coefficients(stroke.law, PANELS)
         row = coefficients * (stroke.high - stroke.low)
         row[:, 0] += stroke.low
         rows.append(row)
@@ -199,7 +212,8 @@ def span(programme: Programme, weights: tuple[float, ...], kinds: int) -> tuple[
         series[: len(y) - order] += weight * polynomial.polyder(y, order) / h**order
     slope = polynomial.polyder(series)
     values = polynomial.polyval(np.array([-1.0, 1.0]), series)
-    turning = np.flatnonzero(np.prod(polynomial.polyval(np.array([-1.0, 1.0]), slope), axis=-1) < 0)
+    slopes = bernstein(len(slope) - 1) @ slope  # they enclose the slope; of one sign, it has no root
+    turning = np.flatnonzero((slopes.min(axis=0) < 0) & (slopes.max(axis=0) > 0))
     inside = [v for k in turning for v in _stationary_values(series[:, k], slope[:, k])]
     return min([float(values.min()), *inside]), max([float(values.max()), *inside])
 
@@ -211,7 +225,12 @@ def _stationary_values(series: FloatArray, slope: FloatArray) -> list[float]:
     return [float(v) for v in polynomial.polyval(real, series)]
 
 
-def law_peaks(law: str) -> dict[str, float | str]:
+def unit_span(law: Law) -> tuple[float, float]:
+    """Least and largest displacement of a law's unit stroke."""
+    return span(Programme((Stroke(RISE, law, 0.0, 1.0, 0.0, 1.0),)), (1.0,), RISE)
+
+
+def law_peaks(law: Law) -> dict[str, float | str]:
     """Peak velocity, acceleration and jerk of a law's unit stroke between dwells, and which derivative jumps."""
     rest = Stroke(DWELL, None, 1.0, 1.0, 1.0, 1.0)
     rise = Stroke(RISE, law, 0.0, 1.0, 0.0, 1.0)

@@ -20,6 +20,7 @@ from camopt.numerics.jet import UNIT, Jet
 GROUPED = 4  # panels of a group
 DEGREE = 12  # truncation of the trigonometric laws is then below rounding, in the jerk too
 CONVERTED = 1e-10  # relative, for rounding in the ranges below
+PLACED = 1.5  # errors of the cam angle, in roundings of the stroke's
 ROUNDED = (4.0, 8.0, 32.0, 512.0)  # errors of y … as tabulated, in roundings of the largest in the stroke
 
 
@@ -118,7 +119,8 @@ def ranges(
 ) -> tuple[FloatArray, ...]:
     """The tables ``low``, ``high``, ``most`` and ``error`` of a MotionTable.
 
-    ``stroke`` numbers the stroke of each panel: a law's rounding is that of its largest value in the stroke.
+    ``stroke`` numbers the stroke of each panel: a law's rounding is that of its largest value in the stroke, or, on
+    panels of a small share of it, what rounding of the cam angle makes of its slope.
     """
     low, high = np.empty((6, len(half_width))), np.empty((6, len(half_width)))
     for order in range(6):
@@ -129,10 +131,12 @@ def ranges(
     most = np.maximum(-low, high)
     error = np.empty((4, len(half_width)))
     brought = np.zeros(len(half_width))
+    turned = PLACED * UNIT * np.bincount(stroke, 2.0 * half_width)[stroke]
     for order in (3, 2, 1, 0):
         peak = np.zeros(stroke.max() + 1)
         np.maximum.at(peak, stroke, most[order])
-        brought = ROUNDED[order] * UNIT * peak[stroke] + half_width * brought
+        rounded = np.maximum(ROUNDED[order] * UNIT * peak[stroke], turned * most[order + 1])
+        brought = rounded + half_width * brought
         error[order] = brought
     starts = np.flatnonzero(np.diff(group, prepend=-1))  # a group's first panel
     return (

@@ -16,6 +16,7 @@ from flint import arb
 from camopt.effects.crossing import find_crossing
 from camopt.limits import Limit
 from camopt.mechanisms import Designs
+from camopt.motion.law import Law
 from camopt.motion.programme import Programme
 from camopt.motion.table import DWELL, RETURN, RISE, TURN
 from camopt.numerics.curves import curve
@@ -35,7 +36,7 @@ class Stroke(NamedTuple):
     """A segment of the turn in balls: cam angle in rad, displacement in mm or rad."""
 
     kind: int
-    law: str | None
+    law: Law | None
     angle: arb
     low: arb
     change: arb
@@ -221,7 +222,8 @@ def certify(scene: Scene) -> dict[str, str]:
     does; decided in double precision with margins of 1e-12 for rounding (``effects.crossing``).
 
     Numbers of the scene are taken as exact. Limits are decided at every cam angle of the continuous motion, in
-    ball arithmetic of 200 bits; undecided is what lies within about 1e-27 of its limit.
+    ball arithmetic of 200 bits; undecided is what lies within about 1e-27 of its limit. A law that the scene gives
+    as a table is the spline through its points.
     """
     question = resolve(scene)
     return certify_design(question, question.programme, question.design)

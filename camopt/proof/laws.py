@@ -1,14 +1,17 @@
 """The motion laws as exact expressions: on each piece a polynomial and sine waves, in balls.
 
-Written apart from ``camopt.motion``, from the accelerations that define the laws, so that a proof does not rest on
-the tables it is to check.
+Written apart from ``camopt.motion``, from the accelerations that define the laws (from knots and coefficients, for
+a spline), so that a proof does not rest on the tables it is to check.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 
-from flint import arb
+from flint import arb, fmpq, fmpq_poly
+
+from camopt.motion.law import Law
+from camopt.motion.spline import SplineLaw
 
 Wave = tuple[arb, arb, arb]
 """A·sin(w·d + φ)."""
@@ -112,7 +115,29 @@ EXACT: dict[str, Callable[[], tuple[Piece, ...]]] = {
 }
 
 
+def _spline(law: SplineLaw) -> tuple[Piece, ...]:
+    """The polynomial of each span between knots, in rational numbers: its knots and coefficients are exact."""
+    knots, coefficients = ([fmpq(*v.as_integer_ratio()) for v in row] for row in (law.knots, law.coefficients))
+    found = []
+    for k in range(law.degree, len(coefficients)):
+        if knots[k] < knots[k + 1]:
+            powers = _de_boor(law.degree, knots, coefficients, k).coeffs()
+            found.append(Piece(arb(knots[k]), arb(knots[k + 1]), tuple(map(arb, powers))))
+    return tuple(found)
+
+
+def _de_boor(degree: int, knots: list[fmpq], coefficients: list[fmpq], k: int) -> fmpq_poly:
+    """De Boor's algorithm on the span after knot k, run on polynomials of d = x − start."""
+    found = [fmpq_poly([c]) for c in coefficients[k - degree : k + 1]]
+    for level in range(1, degree + 1):
+        for j in range(degree, level - 1, -1):
+            left, right = knots[k - degree + j], knots[k + 1 + j - level]
+            share = fmpq_poly([knots[k] - left, 1]) / (right - left)
+            found[j] = found[j - 1] + share * (found[j] - found[j - 1])
+    return found[degree]
+
+
 @cache
-def pieces_of(law: str) -> tuple[Piece, ...]:
+def pieces_of(law: Law) -> tuple[Piece, ...]:
     """The pieces of a law."""
-    return EXACT[law]()
+    return _spline(law) if isinstance(law, SplineLaw) else EXACT[law.NAME]()

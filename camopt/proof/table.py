@@ -58,4 +58,4 @@ def _certify_row(question: Question, row: dict[str, Any]) -> dict[str, str]:
     named: dict[str, Any] = {name: np.array([row[f"{name}_mm"]]) for name in SIZES if f"{name}_mm" in row}
     design = replace(question.design, **{**named, "size": np.array([row[question.size_name]])})
     laws = [None if "+" in row[name] else row[name] for name in ("law_rise", "law_return")]
-    return certify_design(question, question.programme.with_laws(*laws), design)
+    return certify_design(question, question.with_laws(*laws), design)

@@ -70,7 +70,7 @@ def programmes_of(question: Question) -> tuple[Programme, ...]:
         pairs: list[tuple[str | None, str | None]] = [(law, law) for law in search.law]
     else:
         pairs = list(product(search.law_rise or (None,), search.law_return or (None,)))
-    chosen = [question.programme.with_laws(rise, fall) for rise, fall in pairs]
+    chosen = [question.with_laws(rise, fall) for rise, fall in pairs]
     return tuple(dict.fromkeys(chosen))
 
 

@@ -1,0 +1,50 @@
+"""Laws as a scene brings them, for the tests that try every law; and what they are to 50 digits.
+
+``law_at`` sums the basis functions of Cox and de Boor, derivatives by their recursion: neither the package's steps
+between coefficients nor its polynomials of a span.
+"""
+
+from functools import cache
+
+import mpmath
+
+from camopt.motion import LAWS
+from camopt.own_laws import spline_of
+
+X = [0.0, 0.06, 0.15, 0.2, 0.31, 0.4, 0.52, 0.6, 0.73, 0.8, 0.88, 0.95, 1.0]
+TABLES = {
+    "own-spline": {
+        "degree": 5,
+        "knots": [0.0] * 6 + [0.3, 0.5, 0.5] + [1.0] * 6,
+        "coefficients": [0.0, 0.0, 0.0, 0.3, 0.6, 0.85, 1.0, 1.0, 1.0],
+    },
+    "own-table": {"x": X, "s": LAWS["modified-sine"].displacement(X).tolist()},
+}
+OWN = {name: spline_of(name, table) for name, table in TABLES.items()}
+EVERY = {**LAWS, **OWN}
+
+
+def law_at(law, x):
+    """(s, v, a, j) of a spline at x (mpmath), between its knots."""
+    knots = tuple(map(mpmath.mpf, law.knots))
+    span = max(k for k in range(law.degree, len(law.coefficients)) if knots[k] <= x)
+
+    @cache
+    def basis(i, degree, order):
+        if not i <= span <= i + degree:
+            return mpmath.mpf(0)
+        if degree == 0:
+            return mpmath.mpf(order == 0)
+        rise, fall = knots[i + degree] - knots[i], knots[i + degree + 1] - knots[i + 1]
+        left, right = (x - knots[i], knots[i + degree + 1] - x) if order == 0 else (degree, -degree)
+        lower = max(order - 1, 0)
+        found = left / rise * basis(i, degree - 1, lower) if rise else 0
+        return found + (right / fall * basis(i + 1, degree - 1, lower) if fall else 0)
+
+    return tuple(
+        sum(
+            mpmath.mpf(law.coefficients[i]) * basis(i, law.degree, order)
+            for i in range(span - law.degree, span + 1)
+        )
+        for order in range(4)
+    )

@@ -1,0 +1,327 @@
+"""Laws that a scene brings itself: splines and tables, right and wrong, through every command."""
+
+import json
+import tomllib
+from itertools import pairwise
+
+import mpmath
+import numpy as np
+import own
+import pyarrow.parquet as pq
+import pytest
+from flint import arb
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.interpolate import BSpline
+from test_scene import BASES, DELETED, changed, mistakes
+
+from camopt import Scene, certify, evaluate, find_scene, load, optimise, plot, sweep
+from camopt.cli import main
+from camopt.mistakes import BadInput
+from camopt.motion import LAWS
+from camopt.motion.spline import SplineLaw, tabulated
+from camopt.proof.laws import pieces_of
+from camopt.proof.table import certify_table
+
+BEZIER = {"degree": 5, "knots": [0] * 6 + [1] * 6, "coefficients": [0, 0, 0, 1, 1, 1]}
+POINTS = np.linspace(0.0, 1.0, 41)
+VERBS = ("displacement", "velocity", "acceleration", "jerk")
+
+
+def sampled(law, count):
+    x = np.linspace(0.0, 1.0, count)
+    return {"x": x.tolist(), "s": LAWS[law].displacement(x).tolist()}
+
+
+def with_law(name, law, **changes):
+    """A shipped scene that moves by one law of its own, called ``own``."""
+    scene = find_scene(name)
+    motion = [{**s.model_dump(exclude_none=True), **({"law": "own"} if s.law else {})} for s in scene.motion]
+    return scene.replace(laws={"own": law}, motion=motion, search=None, **changes)
+
+
+def named(scene, law):
+    motion = [{**s.model_dump(exclude_none=True), **({"law": law} if s.law else {})} for s in scene.motion]
+    return scene.replace(motion=motion, laws=None)
+
+
+# ------------------------------------------------------------------------------------ against other answers
+
+
+@pytest.mark.parametrize("name", ["roller-1000rpm", "flat-reciprocating", "oscillating-roller"])
+def test_a_bezier_spline_is_the_345_polynomial(name):
+    scene = with_law(name, BEZIER)
+    found, expected = evaluate(scene), evaluate(named(scene, "poly345"))
+    assert found["status"] == "certified"
+    for quantity, value in expected.items():
+        if isinstance(value, float):
+            assert found[quantity] == pytest.approx(value, rel=1e-12, abs=1e-12), quantity
+        elif not quantity.startswith("law"):
+            assert found[quantity] == value, quantity
+
+
+def test_its_smallest_cam_is_that_of_the_polynomial():
+    scene = with_law("roller-1000rpm", BEZIER).replace(search={"law": ["own", "poly345"], "offset": [0, 7]})
+    found, expected = (optimise(scene).by_law[law] for law in ("own", "poly345"))
+    assert found["base_radius_mm"] == pytest.approx(expected["base_radius_mm"], rel=1e-12)
+    assert (found["binding"], found["proved"]) == (expected["binding"], True)
+
+
+def test_a_table_nears_the_law_behind_it_as_a_quintic_spline_does():
+    x = np.linspace(0.0, 1.0, 4001)
+    errors = [
+        [
+            np.abs(getattr(tabulated("t", *map(tuple, sampled("cycloidal", n + 1).values())), verb)(x)
+                   - getattr(LAWS["cycloidal"], verb)(x)).max()
+            for n in (16, 32, 64)
+        ]
+        for verb in VERBS
+    ]  # fmt: skip
+    orders = np.log2(np.array(errors)[:, :-1] / np.array(errors)[:, 1:])
+    assert orders[0] == pytest.approx(6.0, abs=0.3)
+    for lost, order in enumerate(orders):
+        assert np.all(order > 5.5 - lost)
+
+
+splines = st.integers(3, 12).flatmap(
+    lambda degree: st.tuples(
+        st.just(degree),
+        st.lists(st.integers(1, 19), max_size=6).map(sorted).filter(lambda inner: len(set(inner)) == len(inner)),
+        st.lists(st.floats(0.0, 1.0), min_size=degree + 6, max_size=degree + 6),
+    )
+)
+
+
+def spline(made):
+    degree, inner, between = made
+    knots = [0.0] * (degree + 1) + [k / 20 for k in inner] + [1.0] * (degree + 1)
+    coefficients = [0.0, *between[: degree + len(inner) - 1], 1.0]
+    return {"degree": degree, "knots": knots, "coefficients": coefficients}
+
+
+@settings(max_examples=60, deadline=None)
+@given(splines)
+@mpmath.workdps(50)
+def test_a_spline_is_that_of_scipy_and_of_fifty_digits(made):
+    table = spline(made)
+    law = SplineLaw("own", table["degree"], tuple(table["knots"]), tuple(table["coefficients"]))
+    other = BSpline(np.array(law.knots), np.array(law.coefficients), law.degree)
+    for piece in pieces_of(law):
+        x = float(piece.start + (piece.end - piece.start) * 0.37)
+        for order, exact in enumerate(own.law_at(law, mpmath.mpf(x))):
+            ball = piece.derivative(order, arb(x))
+            assert abs(mpmath.mpf(ball.mid().str(50, radius=False)) - exact) <= mpmath.mpf("1e-35")
+            scale = np.abs(other.derivative(order)(POINTS)).max() + 1.0 if order else 1.0
+            found = float(getattr(law, VERBS[order])(x))
+            assert found == pytest.approx(float(exact), abs=1e-12 * scale)
+            assert found == pytest.approx(
+                float(other.derivative(order)(x) if order else other(x)), abs=1e-9 * scale
+            )
+
+
+@settings(max_examples=100, deadline=None)
+@given(splines)
+def test_any_spline_gives_a_cam_without_nan(made):
+    found = evaluate(with_law("roller-1000rpm", spline(made)))
+    assert not any(isinstance(value, float) and np.isnan(value) for value in found.values())
+    assert found["status"] == "certified"
+
+
+def dense(law):
+    """Displacements at many points between each two knots, most of them next to the knots."""
+    near = np.geomspace(1e-6, 0.5, 400)
+    shares = np.concatenate([near, 1.0 - near])
+    return law.displacement(np.concatenate([a + (b - a) * shares for a, b in pairwise(law.BREAKS)]))
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.lists(st.tuples(st.floats(1e-3, 1.0), st.floats(0.0, 1.0)), min_size=1, max_size=30), st.booleans())
+def test_any_table_is_a_law_through_its_points_or_a_mistake(steps, smooth):
+    x = np.cumsum([0.0, *(step for step, _ in steps)])
+    s = np.cumsum([0.0, *(step for _, step in steps)])
+    x, s = x / x[-1], s / (s[-1] or 1.0)
+    if smooth and s[-1]:  # between a law and what hypothesis thinks of: most of these stay between 0 and 1
+        s = 0.9 * LAWS["poly345"].displacement(x) + 0.1 * x * s
+    try:
+        scene = with_law("roller-1000rpm", {"x": x.tolist(), "s": s.tolist()})
+    except BadInput as mistake:
+        told = str(mistake)
+        if "beyond its ends" in told:
+            between = dense(tabulated("own", tuple(x), tuple(s)))
+            assert between.min() < 0.0 or between.max() > 1.0
+        else:
+            assert s[-1] == 0.0
+            assert "laws.own.s." in told
+        return
+    law = scene.laws["own"]
+    made = tabulated("own", law.x, law.s)
+    assert made.displacement(law.x) == pytest.approx(np.array(law.s), abs=1e-12)
+    assert -1e-12 <= dense(made).min() <= dense(made).max() <= 1.0 + 1e-12
+    assert [float(getattr(made, verb)(end)) for verb in VERBS[1:3] for end in (0.0, 1.0)] == [0.0] * 4
+    found = evaluate(scene)
+    assert found["status"] == "sampled"
+    assert not any(isinstance(value, float) and np.isnan(value) for value in found.values())
+
+
+def test_a_knot_as_often_as_the_degree_is_a_corner():
+    law = {"degree": 3, "knots": [0] * 4 + [0.5] * 3 + [1] * 4, "coefficients": [0, 0, 0.1, 0.2, 0.9, 1, 1]}
+    found = evaluate(with_law("roller-1000rpm", law))
+    assert "the velocity jumps at 60°" in found.unbounded["acceleration_max_rise_m_s2"]
+    smooth = {"degree": 3, "knots": [0] * 4 + [0.5] * 2 + [1] * 4, "coefficients": [0, 0, 0.1, 0.9, 1, 1]}
+    found = evaluate(with_law("roller-1000rpm", smooth))
+    assert "the acceleration jumps at 0°, 60°, 120°" in found.unbounded["jerk_max_rise_m_s3"]
+
+
+# ------------------------------------------------------------------------------------- through every command
+
+
+@pytest.mark.parametrize(("law", "status"), [(BEZIER, "certified"), (sampled("cycloidal", 21), "sampled")])
+def test_a_sweep_writes_a_scene_that_stands_alone(law, status, tmp_path):
+    sizes = {"base_radius": [60.0, 80.0, 120.0], "offset": [0.0, 8.0], "law": ["own", "harmonic"]}
+    scene = with_law("roller-1000rpm", law).replace(search=sizes)
+    result = sweep(scene, tmp_path, keep="all")
+    table = load(tmp_path / "designs.parquet")
+    assert dict(table.groupby("law_rise").status.first()) == {"harmonic": "certified", "own": status}
+    assert result.feasible == table.feasible.sum() > 0
+    written = Scene.from_toml(tmp_path / "scene.toml")
+    assert written == Scene.from_dict(tomllib.loads(table.attrs["scene"])) == result.scene
+    assert written.laws == scene.laws
+    counts = certify_table(tmp_path / "designs.parquet")
+    assert counts["undecided"] == 0
+    proofs = pq.read_table(tmp_path / "designs.parquet").column("proof").to_pylist()
+    assert [proof == "held" for proof in proofs] == table.feasible.tolist()
+
+
+def test_rows_at_their_limit_are_sampled_too():
+    """The verdict comes from balls there."""
+    scene = with_law("roller-1000rpm", sampled("cycloidal", 9))
+    angle = evaluate(scene)["pressure_angle_max_deg"]
+    for limit in (angle, np.nextafter(angle, 0), np.nextafter(angle, 90)):
+        held = scene.replace(limits={"pressure_angle": float(limit)})
+        found = evaluate(held)
+        assert found["status"] == "sampled"
+        assert found["feasible"] is ("broken" not in certify(held).values())
+
+
+def test_a_file_is_read_into_the_scene(tmp_path, monkeypatch):
+    law = sampled("cycloidal", 11)
+    rows = "\n".join(f"{x!r},ignored,{s!r}" for x, s in zip(law["x"], law["s"], strict=True))
+    (tmp_path / "lift.csv").write_text(f"\ufeffx,note, s\r\n{rows}\n\n", encoding="utf-8")
+    scene = with_law("roller-1000rpm", BEZIER)
+    text = scene.replace(laws={"own": law}).to_toml()
+    (tmp_path / "whole.toml").write_text(text, encoding="utf-8")
+    short = {**tomllib.loads(text), "laws": {"own": {"file": "lift.csv"}}}
+    lines = json.dumps(short["laws"]["own"]["file"])
+    (tmp_path / "cam.toml").write_text(
+        f"{text.split('[laws.own]')[0]}\n[laws.own]\nfile = {lines}\n", encoding="utf-8"
+    )
+    read = Scene.from_toml(tmp_path / "cam.toml")
+    assert read.laws == Scene.from_toml(tmp_path / "whole.toml").laws
+    assert "lift.csv" not in read.to_toml()
+    monkeypatch.chdir(tmp_path)
+    assert Scene.from_dict(short).laws == read.laws
+    assert short["laws"]["own"] == {"file": "lift.csv"}
+
+
+def test_commands_take_own_laws(tmp_path, capsys):
+    file = tmp_path / "cam.toml"
+    file.write_text(with_law("two-pauses", sampled("cycloidal", 21)).to_toml(), encoding="utf-8")
+    assert main(["evaluate", str(file), "--json", "--plot", str(tmp_path / "cam.svg")]) == 0
+    assert json.loads(capsys.readouterr().out)["law_rise"] == "own"
+    assert ">own<" in (tmp_path / "cam.svg").read_text(encoding="utf-8")
+    assert main(["certify", str(file), "--json"]) in (0, 1)
+    sizes = ["--base-radius", "90", "--offset", "0", "--roller-radius", "8"]
+    assert main(["sweep", str(file), *sizes, "--law", "own", "--law", "cubic", "--out", str(tmp_path / "out")]) in (
+        0,
+        1,
+    )
+    capsys.readouterr()
+    assert main(["sweep", str(file), *sizes, "--law", "owm", "--out", str(tmp_path / "none")]) == 2
+    assert "--law = 'owm': must be a motion law; did you mean own?" in capsys.readouterr().err
+    assert not (tmp_path / "none").exists()
+
+
+def test_a_picture_of_a_spline(tmp_path):
+    plot(with_law("flat-reciprocating", BEZIER), tmp_path / "cam.png")
+    assert (tmp_path / "cam.png").stat().st_size > 10_000
+
+
+# --------------------------------------------------------------------------------------------------- mistakes
+
+ONE_MISTAKE = [
+    ({"laws": 5, "motion": BASES["flat"]["motion"]}, "laws = 5: must be a table"),
+    ({"laws.m": 5}, "laws.m = 5: must be a table"),
+    ({"laws.m": {}}, "laws.m: a law needs degree, knots and coefficients, or x and s, or a file"),
+    ({"laws.cycloidal": BEZIER}, "laws = 'cycloidal': is a built-in law; give yours another name"),
+    ({"laws": {**own.TABLES, "a\nb": BEZIER}}, "laws = 'a\\nb': the name of a law must be one line of printable"),
+    ({"laws": {**own.TABLES, "a+b": BEZIER}}, "laws = 'a+b': the name of a law must be"),
+    ({"laws": {**own.TABLES, "a/b": BEZIER}}, "laws = 'a/b': the name of a law must be"),
+    ({"laws": {**own.TABLES, "": BEZIER}}, "laws = '': the name of a law must be"),
+    ({"laws.x": {**BEZIER, "degre": 5}}, "laws.x.degre = 5: not a known key; did you mean degree?"),
+    ({"laws.range": {**BEZIER, "knot": 5}}, "laws.range.knot = 5: not a known key; did you mean knots?"),
+    ({"motion.1.law": "own-splin"}, "motion.1.law = 'own-splin': must be a motion law; did you mean own-spline?"),
+    ({"search.law": "own-tabel"}, "search.law.1 = 'own-tabel': must be a motion law; did you mean own-table?"),
+    # splines
+    ({"laws.own-spline.degree": 2}, "laws.own-spline.degree = 2: must be at least 3"),
+    ({"laws.own-spline.degree": 13}, "laws.own-spline.degree = 13: must be at most 12"),
+    ({"laws.own-spline.degree": 5.5}, "laws.own-spline.degree = 5.5: must be a whole number"),
+    ({"laws.own-spline.degree": True}, "laws.own-spline.degree = True: must be a whole number"),
+    ({"laws.own-spline.degree": DELETED}, "laws.own-spline.degree: missing; a B-spline has degree, knots, coeff"),
+    ({"laws.own-spline.knots": [0, 1]}, "laws.own-spline.knots: has 2 values; 9 coefficients of degree 5 need 15"),
+    ({"laws.m": {**BEZIER, "knots": [0] * 5 + [0.5] + [1] * 6}}, "laws.m.knots = [0, 0, 0, 0, 0, 0.5, 1, 1, 1, 1, 1, 1]: must start with 6 zeros and end with 6 ones"),
+    ({"laws.m": {**BEZIER, "coefficients": [0, 0, 0, 1, 1]}}, "laws.m.coefficients = [0, 0, 0, 1, 1]: needs 6 at least"),
+    ({"laws.m": {**BEZIER, "coefficients": [0.1, 0, 0, 1, 1, 1]}}, "laws.m.coefficients.1 = 0.1: must be 0: s(0)"),
+    ({"laws.m": {**BEZIER, "coefficients": [0, 0, 0, 1, 1, 2]}}, "laws.m.coefficients.6 = 2: must be 1: s(0)"),
+    ({"laws.m": {**BEZIER, "coefficients": [0, 0, 0, float("nan"), 1, 1]}}, "laws.m.coefficients.4 = nan: must be a finite"),
+    ({"laws.m": {**BEZIER, "coefficients": [0, -0.1, 0, 1, 1, 1]}}, "laws.m: s goes beyond its ends by 0.025; it has to stay"),
+    ({"laws.m": {"degree": 3, "knots": [0] * 4 + [0.5] * 4 + [1] * 4, "coefficients": [0, 0, 0, 0, 1, 1, 1, 1]}}, "laws.m.knots = 0.5: is there 4 times; more than the degree"),
+    ({"laws.m": {"degree": 3, "knots": [0] * 4 + [0.6, 0.5] + [1] * 4, "coefficients": [0, 0, 0, 1, 1, 1]}}, "laws.m.knots = [0, 0, 0, 0, 0.6, 0.5, 1, 1, 1, 1]: must be in order"),
+    # tables
+    ({"laws.own-table.s": DELETED}, "laws.own-table.s: missing; a table has x, s"),
+    ({"laws.own-table.degree": 3}, "laws.own-table.degree = 3: a table has none: give x and s, or degree"),
+    ({"laws.m": {"x": [0], "s": [0]}}, "laws.m.x = [0]: needs two points at least, x = 0 and x = 1"),
+    ({"laws.m": {"x": [], "s": [0]}}, "laws.m.x = []: must be a list of at least one value"),
+    ({"laws.m": {"x": [0, 1], "s": [0, 0.5, 1]}}, "laws.m.s: has 3 values, and x has 2"),
+    ({"laws.m": {"x": [0, 0.5, 0.5, 1], "s": [0, 0.4, 0.5, 1]}}, "laws.m.x.3 = 0.5: must be above the 0.5 before it"),
+    ({"laws.m": {"x": [0.2, 1], "s": [0, 1]}}, "laws.m.x.1 = 0.2: must be 0: a stroke runs from x = 0 to x = 1"),
+    ({"laws.m": {"x": [0, 1], "s": [0, 0.9]}}, "laws.m.s.2 = 0.9: must be 1: a stroke runs from s = 0 to s = 1"),
+    ({"laws.m": {"x": [0, "a", 1], "s": [0, 0.5, 1]}}, "laws.m.x.2 = 'a': must be a number"),
+    ({"laws.m": {"x": [0, 0.1, 0.9, 1], "s": [0, 0, 1, 1]}}, "laws.m: s goes beyond its ends by 0.00075; it has to"),
+    ({"laws.m": {"x": [k / 2500 for k in range(2501)], "s": [k / 2500 for k in range(2501)]}}, "laws.m.s: has 2501 values; the most are 2000"),
+    # files
+    ({"laws.m": {"file": 5}}, "laws.m.file = 5: must be a text"),
+    ({"laws.m": {"file": "absent.csv"}}, "laws.m.file = 'absent.csv': must be a CSV file with columns x and s: No such"),
+    ({"laws.m": {"file": "a\x00b"}}, "laws.m.file = 'a\\x00b': must be a CSV file with columns x and s: "),
+    ({"laws.m": {"file": "lift.csv", "x": [0, 1]}}, "laws.m.file = 'lift.csv': give a file, or x and s"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("changes", "line"), ONE_MISTAKE)
+def test_a_mistake_in_a_law_is_told(changes, line):
+    (found,) = mistakes(changed(BASES["own laws"], changes))
+    assert found.startswith(f"cam.toml: {line}")
+
+
+@pytest.mark.parametrize(
+    ("content", "line"),
+    [
+        (b"", "its first line has no x and no s"),
+        (b"x;s\n0;0\n1;1", "its first line has no x and no s"),
+        (b"x,y\n0,0\n1,1", "its first line has no s"),
+        (b"x,s\n0,0\n1\n", "line 3 has no number for s"),
+        (b"x,s\n0,0\n0.5,high\n1,1\n", "line 3 has no number for s"),
+        (b"\xff\xfex,s", "'utf-8' codec can't decode"),
+    ],
+)
+def test_a_file_that_is_no_table_is_told(tmp_path, monkeypatch, content, line):
+    (tmp_path / "lift.csv").write_bytes(content)
+    monkeypatch.chdir(tmp_path)
+    (found,) = mistakes(changed(BASES["own laws"], {"laws.m": {"file": "lift.csv"}}))
+    assert found.startswith(f"cam.toml: laws.m.file = 'lift.csv': must be a CSV file with columns x and s: {line}")
+
+
+def test_points_of_a_file_are_checked_as_those_of_the_scene(tmp_path, monkeypatch):
+    (tmp_path / "lift.csv").write_text("x,s\n0,0\n0.5,nan\n1,1\n")
+    monkeypatch.chdir(tmp_path)
+    (found,) = mistakes(changed(BASES["own laws"], {"laws.m": {"file": "lift.csv"}}))
+    assert found == "cam.toml: laws.m.s.2 = nan: must be a finite number"
