@@ -40,7 +40,8 @@ class Parts(NamedTuple):
 def first_parts(programme: Programme) -> Parts:
     """The panels of the motion, or parts of them: a jump of y' or y'' lies between two parts."""
     table = programme.table
-    panels = Parts(table.centre, table.half_width, table.most[:, 1], table.most[:, 2])
+    most = table.most[: table.centre.size]  # the rest is of groups of panels
+    panels = Parts(table.centre, table.half_width, most[:, 1], most[:, 2])
     return panels.split(np.ceil(table.half_width / WIDEST).astype(int))
 
 

@@ -30,9 +30,11 @@ from camopt.numerics.climbing import (
 )
 from camopt.numerics.compile import called, compiled, inlined
 from camopt.numerics.curves import curve
+from camopt.numerics.jet import UNIT
 from camopt.numerics.piecewise import motion, row_jets
 
 TILE = 256  # designs whose tables (about 70 × 256 × 8 bytes each) stay in the second-level cache
+TIED = 8.0 * UNIT  # relative: values this near differ by rounding alone
 ROW = TILE + 8  # a row of a tile: not a power of two, whose columns would all share one cache set
 
 
@@ -64,7 +66,7 @@ def row_bounds(f, first, count, table, row, half_width, excess, third, error):
 
 @inlined
 def best_nodes(values, count, table, kinds, goal, best, node):
-    """Largest oriented node value of each design over the pieces of the given kinds, and its node."""
+    """Largest oriented node value of each design over pieces of the given kinds, and its node; of a tie the first."""
     for i in range(count):
         best[i] = -np.inf
         node[i] = -1
@@ -74,7 +76,7 @@ def best_nodes(values, count, table, kinds, goal, best, node):
                 row = values[t]
                 for i in range(count):
                     value = orient(row[i], goal)
-                    node[i] = t if value > best[i] else node[i]
+                    node[i] = t if value > max(best[i] * (1.0 + TIED), best[i] * (1.0 - TIED)) else node[i]
                     best[i] = max(value, best[i])
 
 
