@@ -80,23 +80,19 @@ def _changed(scene: Any, changes: dict[str, tuple[str, Any]]) -> Any:
         raise BadInput(found.values()) from None
 
 
-def _scene_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Options that override the scene; the command gets the scene itself."""
+def _given(options: dict[str, Any]) -> dict[str, tuple[str, Any]]:
+    """Take the overriding options out of all options: changes by key, each from an option."""
+    given = {name: options.pop(name) for name in OVERRIDES}
+    return {
+        key: (option_of(name), value)
+        for name, value in given.items()
+        if value is not None
+        for key in OVERRIDES[name]
+    }
 
-    @wraps(command)
-    def with_scene(scene: str, **options: Any) -> Any:
-        from camopt.scene import find_scene
 
-        given = {name: options.pop(name) for name in OVERRIDES}
-        changes = {
-            key: (option_of(name), value)
-            for name, value in given.items()
-            if value is not None
-            for key in OVERRIDES[name]
-        }
-        return command(scene=_changed(find_scene(scene), changes), **options)
-
-    decorated: Any = with_scene
+def _override_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Options that override the scene."""
     for option in (
         click.option("--tolerance", type=float, help="Relative error of each reported value."),
         click.option("--min-curvature", type=float, help="Least convex radius of the profile, mm."),
@@ -104,8 +100,21 @@ def _scene_options(command: Callable[..., Any]) -> Callable[..., Any]:
         click.option("--max-pressure", type=float, help="Pressure angle on rise and return, deg."),
         click.option("--rpm", type=float, help="Speed of the cam, rev/min."),
     ):
-        decorated = option(decorated)
-    return decorated  # type: ignore[no-any-return]
+        command = option(command)
+    return command
+
+
+def _scene_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Options that override the scene; the command gets the scene itself."""
+
+    @wraps(command)
+    def with_scene(scene: str, **options: Any) -> Any:
+        from camopt.scene import find_scene
+
+        changes = _given(options)
+        return command(scene=_changed(find_scene(scene), changes), **options)
+
+    return _override_options(with_scene)
 
 
 class Axis(click.ParamType[Any]):
@@ -252,17 +261,24 @@ def accuracy(scene: Any, as_json: bool, quiet: bool, out: str) -> int:
 
 @camopt.command()
 @click.argument("target")
+@_override_options
 @_output_options
-def certify(target: str, as_json: bool, quiet: bool) -> int:
-    """Prove that limits hold at every cam angle, in ball arithmetic, and that a disc cam crosses itself nowhere.
+def certify(target: str, as_json: bool, quiet: bool, **overrides: Any) -> int:
+    """Prove that limits hold at every cam angle, in ball arithmetic.
 
     TARGET is a scene, or a table of a sweep, whose rows get a column with the verdict.
     """
     from camopt import reports
 
+    changes = _given(overrides)
     if target.endswith(".parquet"):
+        from camopt.mistakes import BadInput, Mistake
         from camopt.proof.table import certify_table
 
+        if changes:
+            allowed = "belongs to a scene; a table has the limits that it was swept with"
+            given = dict(changes.values())
+            raise BadInput([Mistake("camopt", name, value, allowed, bare=True) for name, value in given.items()])
         with reports.progress(quiet, "rows") as advance:
             counts = certify_table(target, advance)
         reports.show_counts(counts, as_json)
@@ -271,7 +287,7 @@ def certify(target: str, as_json: bool, quiet: bool) -> int:
         from camopt.proof.certify import certify as prove
         from camopt.scene import find_scene
 
-        found = prove(find_scene(target))
+        found = prove(_changed(find_scene(target), changes))
         reports.show_verdicts(found, as_json)
         verdicts = set(found.values())
     return NOTHING_FEASIBLE if "broken" in verdicts else NOT_REACHED if "undecided" in verdicts else 0

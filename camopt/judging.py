@@ -6,7 +6,7 @@ undecided even then is no feasible design.
 """
 
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,8 +48,26 @@ def _with_found(rows: Rows, found: dict[str, Any], wanted: frozenset[str]) -> Ro
     return Rows(columns, rows.count, outward, half_width)
 
 
+class Effort(NamedTuple):
+    """How many designs a verdict took more than one look at: at a tolerance near rounding, then in balls."""
+
+    again: int = 0
+    balls: int = 0
+    undecided: int = 0
+
+    def plus(self, other: "Effort") -> "Effort":
+        return Effort(*(a + b for a, b in zip(self, other, strict=True)))
+
+
 def judged(question: Question, programme: Programme, designs: Designs, wanted: frozenset[str]) -> Rows:
     """The wanted quantities of all designs, with their verdict."""
+    return settled(question, programme, designs, wanted)[0]
+
+
+def settled(
+    question: Question, programme: Programme, designs: Designs, wanted: frozenset[str]
+) -> tuple[Rows, Effort]:
+    """As ``judged``, and what it took."""
     rows = run_effects(Case(question.subject, programme, designs), wanted | question.needed)
     outer = excesses(question.limits, rows.shifted(1.0), designs)
     inner = excesses(question.limits, rows.shifted(-1.0), designs)
@@ -63,12 +81,15 @@ def judged(question: Question, programme: Programme, designs: Designs, wanted: f
         "relative_half_width": rows.half_width,
     }
     rows = Rows(rows.columns | verdict, rows.count)
-    again = np.flatnonzero(undecided)
-    if not again.size:
-        return rows
+    index = np.flatnonzero(undecided)
+    if not index.size:
+        return rows, Effort()
     if question.subject.tolerance > EXACT:
-        return rows.with_rows(again, judged(exactly(question), programme, designs.take(again), wanted))
-    return rows.with_rows(again, _by_balls(question, programme, designs.take(again), rows.take(again)))
+        closer, effort = settled(exactly(question), programme, designs.take(index), wanted)
+        return rows.with_rows(index, closer), effort._replace(again=index.size)
+    closer = _by_balls(question, programme, designs.take(index), rows.take(index))
+    left = int(np.count_nonzero(closer.column("status") == UNDECIDED))
+    return rows.with_rows(index, closer), Effort(balls=index.size, undecided=left)
 
 
 def _by_balls(question: Question, programme: Programme, designs: Designs, rows: Rows) -> Rows:
@@ -88,8 +109,8 @@ def _by_balls(question: Question, programme: Programme, designs: Designs, rows: 
 
 def screened(
     question: Question, programme: Programme, designs: Designs, wanted: frozenset[str]
-) -> tuple[Rows, int]:
-    """The wanted quantities of those designs that hold every limit, with their verdict; how many are undecided.
+) -> tuple[Rows, Effort]:
+    """The wanted quantities of those designs that hold every limit, with their verdict; and what it took.
 
     Effects run cheapest first, and a design that breaks a limit is dropped before the next effect runs.
     """
@@ -105,13 +126,12 @@ def screened(
     verdict = {"feasible": True, "violated": "", "status": proved_status(programme)}
     rows = Rows({**rows.columns, "relative_half_width": rows.half_width}, rows.count)
     if held.all():
-        return Rows(rows.columns | verdict, rows.count), 0
-    near = judged(exactly(question), programme, designs.take(~held), wanted)
-    undecided = np.count_nonzero(near.column("status") == UNDECIDED)
+        return Rows(rows.columns | verdict, rows.count), Effort()
+    near, effort = settled(exactly(question), programme, designs.take(~held), wanted)
     rows, kept = rows.with_rows(np.flatnonzero(~held), near), held.copy()
     kept[~held] = near.column("feasible")
     rows = rows.take(kept)
-    return Rows(rows.columns | verdict, rows.count), int(undecided)
+    return Rows(rows.columns | verdict, rows.count), effort._replace(again=near.count)
 
 
 def excesses(limits: Iterable[Limit], columns: Columns, designs: Designs) -> FloatArray:

@@ -163,7 +163,9 @@ def show_sweep(result: Sweep, as_json: bool) -> None:
                 "designs": result.designs,
                 "impossible": result.impossible,
                 "feasible": result.feasible,
-                "undecided": result.undecided,
+                "undecided": result.effort.undecided,
+                "looked_at_again": result.effort.again,
+                "decided_in_balls": result.effort.balls - result.effort.undecided,
                 "pareto": result.pareto,
                 "files": [str(file) for file in result.files],
                 "best": next(iter(best.values()), None),
@@ -172,7 +174,7 @@ def show_sweep(result: Sweep, as_json: bool) -> None:
                 **({"obstacle": result.obstacle} if result.obstacle else {}),
             }
         )
-    undecided = f"{result.undecided:,} undecided, " if result.undecided else ""
+    undecided = f"{result.effort.undecided:,} undecided, " if result.effort.undecided else ""
     _print(
         f"{result.scene.name}: {result.designs:,} designs, {result.impossible:,} impossible, "
         f"{result.feasible:,} feasible, {undecided}{result.pareto:,} on the Pareto front"

@@ -23,6 +23,9 @@ from camopt.motion.programme import Programme
 from camopt.motion.table import TURN
 from camopt.numerics import LARGEST, LEAST
 from camopt.numerics.curves import curve
+from camopt.rows import Rows
+from camopt.scene import Search
+from camopt.search.pareto import non_dominated
 
 ULP = 2.0**-52
 
@@ -298,3 +301,22 @@ def test_global_self_crossing_with_harmless_curvature():
     assert (slim["undercut"], slim["self_crossing"]) == (False, True)
     stout = evaluate(cam(*segments, ("dwell", 274, 0, None), base=2.8, roller=5.2))
     assert (stout["undercut"], stout["self_crossing"]) == (False, False)
+
+
+# 13. exact ties and duplicates in a Pareto set; infinite objectives
+
+
+def test_pareto_ties_duplicates_and_infinities():
+    infinite = np.inf
+    sizes = np.array([1.0, 1.0, 2.0, 2.0, 3.0, 4.0, 5.0])
+    peaks = np.array([9.0, 9.0, 5.0, 6.0, infinite, 5.0, 4.0])
+    rows = Rows({"base_radius_mm": sizes, "acceleration_max_m_s2": peaks}, 7)
+    search = Search(minimise=["base_radius_mm", "acceleration_max_m_s2"])
+    assert non_dominated(rows, search).column("base_radius_mm").tolist() == [1.0, 1.0, 2.0, 5.0]
+    rng = np.random.default_rng(0)  # against the definition, on numbers with many ties
+    costs = rng.choice([0.0, 1.0, 2.0, 3.0, infinite], size=(400, 2))
+    rows = Rows({"base_radius_mm": costs[:, 0], "acceleration_max_m_s2": costs[:, 1]}, 400)
+    found = non_dominated(rows, search)
+    better = (costs[:, None] <= costs[None]).all(axis=2) & (costs[:, None] < costs[None]).any(axis=2)
+    expected = costs[~better.any(axis=0)]
+    assert np.column_stack([found.column(name) for name in search.minimise]).tolist() == expected.tolist()

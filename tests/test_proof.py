@@ -185,3 +185,20 @@ def test_the_command_proves_a_scene(capsys):
     assert set(json.loads(capsys.readouterr().out).values()) == {"held"}
     assert main(["certify", "roller-1000rpm"]) == 1
     assert "broken" in capsys.readouterr().out
+
+
+def test_limits_on_the_command_line_are_proved(tmp_path, capsys):
+    assert main(["certify", "two-pauses", "--json", "--max-pressure", "30"]) == 1
+    assert json.loads(capsys.readouterr().out)["pressure_angle_return"] == "broken"
+    assert main(["certify", "two-pauses", "--max-pressure", "45"]) == 0
+    assert main(["certify", str(tmp_path / "pareto.parquet"), "--max-pressure", "30"]) == 2
+    assert "--max-pressure = 30.0: belongs to a scene" in capsys.readouterr().err
+
+
+def test_a_sweep_counts_what_its_verdicts_took():
+    scene = find_scene("roller-1000rpm").replace(**{"limits.pressure_angle": 30.0, "search": {"law": ["poly345"]}})
+    best = optimise(scene).best["base_radius_mm"]
+    near = [best * (1.0 + k * 1e-15) for k in range(-20, 21)]
+    effort = sweep(scene.replace(**{"search.base_radius": near})).effort
+    assert 0 < effort.balls <= effort.again <= len(near)
+    assert effort.undecided == 0

@@ -66,7 +66,7 @@ def row_bounds(f, first, count, table, row, half_width, excess, third, error):
 
 @inlined
 def best_nodes(values, count, table, kinds, goal, best, node):
-    """Largest oriented node value of each design over pieces of the given kinds, and its node; of a tie the first."""
+    """Largest oriented node value of each design over pieces of given kinds, and the first node that has it."""
     for i in range(count):
         best[i] = -np.inf
         node[i] = -1

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from camopt.judging import UNDECIDED, by_excess, excesses, judged, least_excess, screened
+from camopt.judging import Effort, by_excess, excesses, judged, least_excess, screened, settled
 from camopt.mechanisms import SIZES
 from camopt.motion.programme import Programme
 from camopt.quantities import QUANTITIES, motion_quantity
@@ -38,8 +38,9 @@ class Sweep:
     impossible: int
     """Designs that cannot be assembled, such as an offset beyond the prime radius; they are in no table."""
     feasible: int
-    undecided: int
-    """Designs so near a limit that rounding hides on which side; not feasible, and in no table but that of all."""
+    effort: Effort
+    """Designs so near a limit that they were looked at again, and in balls; and those undecided even then, which
+    are not feasible, and in no table but that of all."""
     pareto: int
     files: tuple[Path, ...]
     best: dict[str, dict[str, Any]]
@@ -60,7 +61,7 @@ class Batch:
     designs: int
     existing: int
     feasible: int
-    undecided: int
+    effort: Effort
     reached: float
     kept: Rows
     front: Rows
@@ -95,7 +96,7 @@ def sweep(
     question = with_objectives(resolve(scene))
     space = space_of(question)
     work = partial(_batch, space, column_names(question), keep)
-    designs, existing, feasible, undecided, reached = 0, 0, 0, 0, 0.0
+    designs, existing, feasible, effort, reached = 0, 0, 0, Effort(), 0.0
     fronts, firsts = [], []
     with ExitStack() as stack:
         table = None
@@ -108,7 +109,7 @@ def sweep(
             designs += batch.designs
             existing += batch.existing
             feasible += batch.feasible
-            undecided += batch.undecided
+            effort = effort.plus(batch.effort)
             reached = max(reached, batch.reached)
             fronts.append(batch.front)
             firsts.append(batch.best)
@@ -127,7 +128,7 @@ def sweep(
         designs=designs,
         impossible=designs - existing,
         feasible=feasible,
-        undecided=undecided,
+        effort=effort,
         reached=reached,
         pareto=front.count,
         files=()
@@ -162,15 +163,14 @@ def _batch(space: Space, names: tuple[str, ...], keep: str, block: Block) -> Bat
     designs = space.designs(np.arange(first, last))
     designs = designs.take(question.subject.mechanism.exists(designs, programme))
     if keep == "all":
-        evaluated = judged(question, programme, designs, frozenset(names))
-        undecided = int(np.count_nonzero(evaluated.column("status") == UNDECIDED))
+        evaluated, effort = settled(question, programme, designs, frozenset(names))
     else:
-        evaluated, undecided = screened(question, programme, designs, frozenset(names))
+        evaluated, effort = screened(question, programme, designs, frozenset(names))
     feasible = evaluated.take(evaluated.column("feasible").astype(bool))
     front = non_dominated(feasible, question.scene.search)
     best = ranked(front, question.scene.search).take(np.arange(min(front.count, 1)))
     reached = float(np.max(evaluated.columns["relative_half_width"], initial=0.0))
-    return Batch(last - first, len(designs), feasible.count, undecided, reached, evaluated, front, best)
+    return Batch(last - first, len(designs), feasible.count, effort, reached, evaluated, front, best)
 
 
 def _in_order(space: Space, work: Callable[[Block], Batch], workers: int, block: int) -> Iterator[Batch]:
