@@ -1,9 +1,13 @@
-"""The extremes kernel and the interval formulas against slow, obvious computations."""
+"""The extremes kernel, its jets and the interval formulas against slow, obvious computations."""
+
+from itertools import product
 
 import numpy as np
 import pytest
+from flint import arb, arb_series, ctx
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.polynomial import polynomial
 
 from camopt.effects import Case, Subject
 from camopt.mechanisms import MECHANISMS, Designs
@@ -11,8 +15,12 @@ from camopt.motion import LAWS
 from camopt.motion.programme import Programme, span
 from camopt.motion.table import RETURN, RISE, TURN
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST
+from camopt.numerics.compile import compiled
 from camopt.numerics.curves import curve
 from camopt.numerics.interval import Interval
+from camopt.numerics.jet import FIELDS, GIVEN, UNIT, Jet
+from camopt.numerics.piecewise import part_jets
+from camopt.proof.ball import BITS
 
 SMOOTH = [law for law in LAWS if law != "uniform"]
 CURVES = ("pressure", "curvature", "profile_radius", "reach")
@@ -149,3 +157,206 @@ def test_a_peak_narrower_than_a_panel_is_found():
             sampled = sign * curve(f, 0, *turn.at(np.mod(near, 2 * np.pi)))[0]
             assert sign * extreme >= sampled.max() * (1 - 1e-12)
             assert sign * extreme == pytest.approx(sampled.max(), rel=1e-3)
+
+
+@compiled
+def operate(a, b, found):
+    """Every operation on jets a and b, and on a and the number b[0]; rows as in EXACT, columns as in FIELDS."""
+    p, q, x = Jet(a[0], a[1], a[2], a[3], a[4], a[5]), Jet(b[0], b[1], b[2], b[3], b[4], b[5]), b[0]
+    jets = (
+        -p, np.square(p), np.sin(p), np.cos(p), np.sqrt(p),
+        p + q, p - q, p * q, p / q,
+        p + x, p - x, p * x, p / x,
+        x + p, x - p, x * p, x / p,
+    )  # fmt: skip
+    for k, z in enumerate(jets):
+        row = found[k]
+        row[0], row[1], row[2], row[3], row[4], row[5] = z.low, z.high, z.error, z.first, z.second, z.third
+
+
+UNARY = {
+    "-a": lambda a: -a,
+    "a²": lambda a: a * a,
+    "sin a": lambda a: a.sin(),
+    "cos a": lambda a: a.cos(),
+    "√a": lambda a: a.sqrt(),
+}
+BINARY = {
+    "a + b": lambda a, b: a + b,
+    "a - b": lambda a, b: a - b,
+    "a · b": lambda a, b: a * b,
+    "a / b": lambda a, b: a / b,
+}
+EXACT = (
+    *((name, lambda a, b, exact=exact: exact(a), "") for name, exact in UNARY.items()),
+    *((name, exact, "jet") for name, exact in BINARY.items()),
+    *((name.replace("b", "x"), exact, "number") for name, exact in BINARY.items()),
+    *((f"x {name[2]} a", lambda a, x, exact=exact: exact(x, a), "number") for name, exact in BINARY.items()),
+)
+
+
+def random_jet(rng, width):
+    """Either side of zero or, if wide, across it; half of them around a crest of a sine or cosine."""
+    middle = rng.integers(1, 5) * np.pi / 2 if rng.random() < 0.5 else rng.uniform(0.3, 4)
+    low, high = np.sort(rng.choice([-1, 1]) * np.array([middle - width / 2, middle + width / 2]))
+    return np.array([low, high, rng.choice([0, 1e-15, 1e-13]), *rng.uniform(0.1, 4, 3)])
+
+
+def points_of(jet, inner=0):
+    """What a jet allows at a point: values at its ends and between, derivatives as large as it says; as series."""
+    low, high, _, first, second, third = jet
+    values = {low, high, *np.linspace(low, high, inner + 2), *([0.0] if low < 0.0 < high else [])}
+    return [
+        arb_series([arb(v), arb(first * i), arb(second * j) / 2, arb(third * k) / 6], prec=4)
+        for v in values
+        for i, j, k in product((-1, 1), repeat=3)
+    ]
+
+
+def off(series, error):
+    """The value alone, off by an error to one side or the other."""
+    return [arb_series([series[0] + side * arb(error)], prec=1) for side in (-1, 1)]
+
+
+OWN_ROUNDING = {"-a": 0.0, "sin a": 2.0, "cos a": 2.0}  # in units, else 1
+
+
+@pytest.mark.parametrize("width", [1e-6, 1e-3, 0.5, 3.0])
+@pytest.mark.parametrize("seed", range(12))
+@ctx.workprec(BITS)
+def test_jets_hold_all_that_they_may_and_no_more(width, seed):
+    """Each operation, in 200 bits at the corners of its operands: nothing outside its bounds, and they are met."""
+    rng = np.random.default_rng(seed)
+    a, b = random_jet(rng, width), random_jet(rng, min(width, 0.4))
+    found = np.empty((len(EXACT), len(FIELDS)))
+    with np.errstate(all="ignore"):
+        operate(a, b, found)
+    for (name, exact, other), bounds in zip(EXACT, found, strict=True):
+        if (name == "√a" and a[0] <= 0.0) or (name == "x / a" and a[0] <= 0.0 <= a[1]):
+            continue
+        others = points_of(b) if other == "jet" else [arb_series([arb(b[0])], prec=4)]
+        brought = {"": 0.0, "jet": b[2], "number": GIVEN * abs(b[0])}[other]
+        results = [(p, q, exact(p, q)) for p in points_of(a, 0 if other else 3) for q in others]
+        values = [float(z[0]) for *_, z in results]
+        worst = [max(abs(float(z[k])) for *_, z in results) * factor for k, factor in ((1, 1), (2, 2), (3, 6))]
+        rounding = max(
+            float(abs(exact(p1, q1)[0] - z[0])) + OWN_ROUNDING.get(name, 1.0) * UNIT * abs(float(z[0]))
+            for p, q, z in results[::8]
+            for p1 in off(p, a[2])
+            for q1 in off(q, brought)
+        )
+        low, high, error, *derivatives = bounds
+        close = 1e-14 * max(abs(low), abs(high))
+        assert low <= min(values) + close, name
+        assert max(values) - close <= high, name
+        assert np.all(np.array(derivatives) >= np.array(worst) * (1 - 1e-12)), name
+        assert error >= rounding * (1 - 1e-6), name
+        wave = name in ("sin a", "cos a")  # bounded by curvature: only nearly met
+        if wave:
+            assert -1.0 <= low <= high <= 1.0
+            assert derivatives[0] <= a[3]
+        room = width * width if wave else close
+        assert low >= min(values) - room, name
+        assert max(values) + room >= high, name
+        if width < 0.1:
+            loose = 5 * width if wave else 1e-12
+            assert np.all(np.array(derivatives) <= np.array(worst) * (1 + loose) + (loose if wave else 0.0)), name
+            largest = a[2] + 2 * UNIT if wave else rounding * (1.7 if other == "number" else 1.01)
+            assert error <= largest * (1 + 1e-12), name
+
+
+@pytest.mark.parametrize("b", [(-1.0, 2.0), (0.0, 1.0), (-1.0, 0.0)])
+def test_a_quotient_by_what_may_be_zero_has_no_bounds(b):
+    for a in ([1.0, 2.0, 1e-16, 1.0, 1.0, 1.0], [0.0] * 6):
+        found = np.empty((len(EXACT), len(FIELDS)))
+        with np.errstate(all="ignore"):
+            operate(np.array(a), np.array([*b, 0.0, 0.0, 0.0, 0.0]), found)
+        quotient = found[[name for name, *_ in EXACT].index("a / b")]
+        assert not np.isfinite(quotient[2:]).any()
+
+
+@compiled
+def jets_of_parts(table, middle, reach, found):
+    """What is known of y … over parts of panels: found[panel, order], columns as in FIELDS."""
+    for panel in range(middle.size):
+        jets = part_jets(table, panel, middle[panel], reach[panel])
+        for order in range(4):
+            z, row = jets[order], found[panel, order]
+            row[0], row[1], row[2], row[3], row[4], row[5] = z.low, z.high, z.error, z.first, z.second, z.third
+
+
+@pytest.mark.parametrize("law", ["cycloidal", "poly345", "uniform", "modified-trapezoid"])
+@pytest.mark.parametrize("reach", [1.0, 0.3, 1e-3])
+def test_jets_of_a_part_of_a_panel_hold_the_motion_there(law, reach):
+    """Against the derivatives of the panels' polynomials, taken by numpy at points of each part."""
+    turn = programme(law, angular=False)
+    table, rng = turn.table, np.random.default_rng(1)
+    middle = rng.uniform(reach - 1, 1 - reach, table.centre.size) if reach < 1 else np.zeros(table.centre.size)
+    found = np.empty((middle.size, 4, len(FIELDS)))
+    jets_of_parts(table, middle, np.full(middle.size, reach), found)
+    points = middle[:, None] + reach * np.linspace(-1, 1, 33)
+    derivatives = np.array([
+        [polynomial.polyval(u, polynomial.polyder(c, k)) / h**k for k in range(6)]
+        for c, h, u in zip(table.coefficients, table.half_width, points, strict=True)
+    ])  # fmt: skip
+    scale = np.abs(derivatives).max(axis=(0, 2))
+    arc = reach * table.half_width
+    for order in range(4):
+        low, high, error, *most = found[:, order].T
+        values, room = derivatives[:, order], 1e-9 * scale[order]
+        assert np.all(low <= values.min(axis=1) + 1e-14 * scale[order])
+        assert np.all(values.max(axis=1) - 1e-14 * scale[order] <= high)
+        assert np.array_equal(error, table.error[:, order])
+        for k, bound in enumerate(most, order + 1):
+            if k > 5:
+                assert np.isinf(bound).all()
+                continue
+            largest = np.abs(derivatives[:, k]).max(axis=1)
+            assert np.all(bound >= largest * (1 - 1e-12))
+            beyond = 4 * arc * table.most[:, k + 1] if k < 4 else np.inf
+            assert np.all(bound <= np.minimum(largest + beyond, table.most[:, k]) + room + 1e-9 * scale[k])
+        if order < 3:
+            assert np.all(high - low <= 2 * arc * most[0] * (1 + 1e-12) + room)
+            assert np.all(np.abs(high + low - 2 * values[:, 16]) <= room)
+
+
+def brief(low, high):
+    return Interval(np.asarray(low, dtype=float), np.asarray(high, dtype=float))
+
+
+@pytest.mark.parametrize("name", ["add", "subtract", "multiply", "divide", "maximum", "minimum", "arctan2"])
+@given(ends=st.tuples(*[st.integers(-99, 99).map(lambda k: k / 11)] * 4))
+def test_interval_operations_are_the_range_over_a_grid(name, ends):
+    (a, b), (c, d) = sorted(ends[:2]), sorted(ends[2:])
+    if name == "arctan2":
+        a, b, c, d = *sorted(map(abs, (a, b))), *sorted(map(abs, (c, d)))
+    found = getattr(np, name)(brief(a, b), brief(c, d))
+    if name == "divide" and c <= 0.0 <= d:
+        assert (found.low, found.high) == (-np.inf, np.inf)
+        return
+    values = getattr(np, name)(*np.meshgrid([a, b, (a + b) / 2], [c, d, (c + d) / 2]))
+    assert found.low == pytest.approx(values.min(), rel=4 * UNIT, abs=1e-300)
+    assert found.high == pytest.approx(values.max(), rel=4 * UNIT, abs=1e-300)
+
+
+@pytest.mark.parametrize("name", ["negative", "square", "sqrt", "sin", "cos", "arcsin"])
+@given(middle=st.floats(-9, 9), width=st.sampled_from([0.0, 0.3, 1.5, 4.0, 7.0]))
+def test_interval_functions_are_the_range_over_a_grid(name, middle, width):
+    if name == "arcsin":
+        middle, width = middle / 10, min(width, 0.2)
+        width = min(width, 2 - 2 * abs(middle))
+    low, high = middle - width / 2, middle + width / 2
+    if name == "sqrt":
+        low, high = max(low, 0.0), max(high, 0.0)
+    found = getattr(np, name)(brief(low, high))
+    points = np.append(np.linspace(low, high, 2001), 0.0 if low <= 0.0 <= high else low)
+    values, step = getattr(np, name)(points), width / 2000
+    assert values.min() - step**2 - 4e-15 <= found.low <= values.min() + 4e-15
+    assert values.max() - 4e-15 <= found.high <= values.max() + step**2 + 4e-15
+
+
+def test_an_interval_times_itself_is_its_square():
+    x = brief([-2.0, 1.0], [1.0, 3.0])
+    assert [(x * x).low.tolist(), (x * x).high.tolist()] == [[0.0, 1.0], [4.0, 9.0]]
+    assert [(x * brief(x.low, x.high)).low.tolist()] == [[-2.0, 1.0]]
+    assert [x.least_magnitude.tolist(), x.largest_magnitude.tolist()] == [[0.0, 1.0], [2.0, 3.0]]

@@ -65,6 +65,29 @@ def test_offset_next_to_the_prime_radius(side, gap):
     assert np.isfinite([v for v in found.values() if isinstance(v, float)]).sum() > 10
 
 
+@pytest.mark.parametrize("law", ["parabolic", "cycloidal", "modified-trapezoid", "uniform"])
+@pytest.mark.parametrize("gap", [1e-5, 1e-7, 1e-9])
+def test_a_peak_next_to_the_end_of_a_return(law, gap):
+    """s₀ → 0: |tan β| is largest a hair before the end, where jets reach beyond s = 0 and 0·∞ is no bound."""
+    prime = 20.0
+    motion = [("rise", 40, 25, law), ("dwell", 86, 0, None), ("return", 147, 25, law), ("dwell", 87, 0, None)]
+    turn = Programme.from_segments(motion, angular=False)
+    zero, mechanism = np.zeros(1), MECHANISMS["disc", "translating", False]
+    for side in (1.0, -1.0):
+        design = Designs(np.array([prime]), zero, np.array([side * (prime - gap)]), zero, zero, zero, 1.0)
+        found = Case(Subject(mechanism, False, True, None, None), turn, design).extremes(
+            mechanism.pressure, [(TURN, LARGEST), (TURN, LEAST)]
+        )
+        hairs = np.geomspace(1e-9, 0.1, 20001)
+        angles = np.concatenate(
+            [place + way * hairs for s in turn.strokes for place, way in ((s.start, 1), (s.end, -1))]
+        )
+        points = curve(mechanism.pressure(design, turn), 0, *turn.at(angles))[0]
+        room = found.width[:, 0] + 1e-12 * np.abs(points).max()
+        assert points.max() <= found.value[0, 0] + room[0]
+        assert points.min() >= found.value[1, 0] - room[1]
+
+
 @pytest.mark.parametrize("offset", [48.0, 48.000001, -48.0])
 def test_offset_at_or_beyond_the_prime_radius_is_refused(offset):
     with pytest.raises(BadInput, match="must be smaller than the prime radius"):

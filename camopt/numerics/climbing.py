@@ -9,6 +9,7 @@ import numpy as np
 from camopt.numerics import LARGEST_MAGNITUDE, LEAST
 from camopt.numerics.compile import called, inlined
 from camopt.numerics.curves import curve
+from camopt.numerics.jet import known
 from camopt.numerics.piecewise import motion, part_jets
 
 DEPTH = 50  # halvings of a panel
@@ -165,7 +166,7 @@ def split(f, i, table, panel, part, error, sign, tolerance, location, best, stac
         jet = curve(f, i, y, y1, y2, y3)[0]
         allowance = allowed(best, tolerance, error)
         verdict, bound, concavity = looked_at(
-            low, high, left, rising, right, falling, jet.third, half_width, best + allowance
+            low, high, left, rising, right, falling, known(jet.third), half_width, best + allowance
         )
         if verdict == CLIMBS:
             part = (low, high, left, rising, right, falling)
@@ -173,7 +174,7 @@ def split(f, i, table, panel, part, error, sign, tolerance, location, best, stac
             if value > best:
                 best, largest, at = value, value, u
         elif verdict == OPEN:
-            bound = min(bound, max(left, right) + 0.5 * jet.second * (reach * half_width) ** 2)
+            bound = min(bound, max(left, right) + 0.5 * known(jet.second) * (reach * half_width) ** 2)
             if bound > best + allowance and parts < MOST_PARTS and depth + 2 <= DEPTH:
                 y, y1, y2, y3 = motion(table, panel, middle)
                 value, slope = oriented(f, i, y, y1, y2, y3, sign)

@@ -30,6 +30,7 @@ from camopt.numerics.climbing import (
 )
 from camopt.numerics.compile import called, compiled, inlined
 from camopt.numerics.curves import curve
+from camopt.numerics.jet import known
 from camopt.numerics.piecewise import motion, panel_jets
 
 TILE = 256  # designs whose tables (about 70 × 256 × 8 bytes each) stay in the second-level cache
@@ -58,9 +59,9 @@ def panel_bounds(f, first, count, table, excess, third, error):
         eighth = 0.5 * table.half_width[p] * table.half_width[p]  # of the squared width
         for i in range(np.uint64(count)):
             jet = curve(f, np.uint64(first) + i, y, y1, y2, y3)[0]
-            excess[p, i] = eighth * jet.second + jet.error
-            third[p, i] = jet.third
-            error[p, i] = jet.error
+            excess[p, i] = known(eighth * jet.second + jet.error)
+            third[p, i] = known(jet.third)
+            error[p, i] = known(jet.error)
 
 
 @inlined
