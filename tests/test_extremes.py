@@ -1,11 +1,12 @@
 """The extremes kernel, its jets and the interval formulas against slow, obvious computations."""
 
+from fractions import Fraction
 from itertools import product
 
 import numpy as np
 import pytest
 from flint import arb, arb_series, ctx
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from numpy.polynomial import polynomial
 
@@ -13,13 +14,15 @@ from camopt.effects import Case, Subject
 from camopt.mechanisms import MECHANISMS, Designs
 from camopt.motion import LAWS
 from camopt.motion.programme import Programme, span
-from camopt.motion.table import RETURN, RISE, TURN
+from camopt.motion.table import DWELL, RETURN, RISE, TURN
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST
+from camopt.numerics.climbing import CLIMBS, CONCAVE, OPEN, SETTLED, looked_at
 from camopt.numerics.compile import compiled
-from camopt.numerics.curves import curve
+from camopt.numerics.curves import Linear, curve
+from camopt.numerics.extremes import extremes
 from camopt.numerics.interval import Interval
 from camopt.numerics.jet import FIELDS, GIVEN, UNIT, Jet
-from camopt.numerics.piecewise import part_jets
+from camopt.numerics.piecewise import panel_jets, part_jets
 from camopt.proof.ball import BITS
 
 SMOOTH = [law for law in LAWS if law != "uniform"]
@@ -159,6 +162,67 @@ def test_a_peak_narrower_than_a_panel_is_found():
             assert sign * extreme == pytest.approx(sampled.max(), rel=1e-3)
 
 
+def zoomed(f, i, sign, turn):
+    """The largest oriented value of a curve: a grid, dense next to the ends of strokes, and zooms into its best."""
+    hairs = np.concatenate([np.geomspace(1e-12, 1e-2, 300), np.linspace(1e-2, 0.5, 700)])
+    best = -np.inf
+    for stroke in turn.strokes:
+        x, room = np.concatenate([hairs, 1 - hairs]), 0.1
+        for _ in range(5):
+            values = sign * curve(f, i, *turn.at(stroke.start + stroke.angle * x))[0]
+            values = np.broadcast_to(values, x.shape)
+            best, centre = max(best, values.max()), x[values.argmax()]
+            room = min(room, 0.5 * min(centre, 1 - centre))
+            x, room = centre + np.linspace(-room, room, 401), room / 50
+    return best
+
+
+@pytest.mark.parametrize("law", ["cycloidal", "parabolic", "poly345", "modified-sine"])
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-9])
+def test_narrow_peaks_of_many_cams_next_to_the_limit(law, tolerance):
+    """s₀ → 0 at random: each extreme within its tolerance, and none beyond its enclosure."""
+    turn, rng, count = programme(law, angular=False), np.random.default_rng(8), 12
+    mechanism, zero = MECHANISMS["disc", "translating", False], np.zeros(count)
+    size = rng.uniform(1, 40, count)
+    offset = rng.choice([-1, 1], count) * size * (1 - 10 ** rng.uniform(-6, -0.5, count))
+    some = Designs(size, zero, offset, zero, zero, zero, 1.0)
+    case = Case(Subject(mechanism, False, False, None, None, tolerance), turn, some)
+    for make in (mechanism.pressure, mechanism.curvature):
+        value, _, width = case.extremes(make, [(TURN, LARGEST), (TURN, LEAST)])
+        f = make(some, turn)
+        for i in range(count):
+            for k, sign in enumerate((1.0, -1.0)):
+                expected, found = zoomed(f, i, sign, turn), sign * value[k, i]
+                largest = np.abs(value[:, i]).max()
+                assert expected <= found + width[k, i] + 1e-11 * largest
+                assert found <= expected + 1e-5 * largest
+                assert width[k, i] <= (tolerance + 1e-10) * largest
+
+
+def test_an_enclosure_holds_the_exact_value_of_a_line():
+    """a·y + constant is largest on the dwell at the top: in fractions. Its value rounds, and its width says so."""
+    turn, rng, count = programme("cycloidal", angular=False), np.random.default_rng(4), 400
+    f = Linear(rng.uniform(0.1, 1, count), *np.zeros((2, count)), rng.uniform(-9, 9, count))
+    value, _, width = np.empty((3, 1, count))
+    extremes(f, count, turn.table, np.array([(DWELL, LARGEST)]), 1e-9, np.inf, value, np.empty((1, count)), width)
+    rounded = 0
+    for i in range(count):
+        exact = Fraction(f.displacement[i]) * 30 + Fraction(f.constant[i])
+        error = abs(Fraction(value[0, i]) - exact)
+        assert error <= Fraction(width[0, i]) <= Fraction(2e-13)
+        rounded += error > 0
+    assert rounded > count / 10
+
+
+def test_a_curve_that_is_nothing_is_known_exactly():
+    turn, zero = programme("cycloidal", angular=False), np.zeros(1)
+    value, where, width = np.empty((3, 3, 1))
+    questions = np.array([(TURN, LARGEST), (TURN, LEAST), (TURN, LARGEST_MAGNITUDE)])
+    extremes(Linear(zero, zero, zero, zero), 1, turn.table, questions, 1e-9, np.inf, value, where, width)
+    assert np.all(value == 0.0)
+    assert np.all(width == 0.0)
+
+
 @compiled
 def operate(a, b, found):
     """Every operation on jets a and b, and on a and the number b[0]; rows as in EXACT, columns as in FIELDS."""
@@ -254,7 +318,7 @@ def test_jets_hold_all_that_they_may_and_no_more(width, seed):
         wave = name in ("sin a", "cos a")  # bounded by curvature: only nearly met
         if wave:
             assert -1.0 <= low <= high <= 1.0
-            assert derivatives[0] <= a[3]
+            assert derivatives[0] <= min(a[3], worst[0] + a[3] * width * width)
         room = width * width if wave else close
         assert low >= min(values) - room, name
         assert max(values) + room >= high, name
@@ -272,21 +336,22 @@ def test_a_quotient_by_what_may_be_zero_has_no_bounds(b):
         with np.errstate(all="ignore"):
             operate(np.array(a), np.array([*b, 0.0, 0.0, 0.0, 0.0]), found)
         quotient = found[[name for name, *_ in EXACT].index("a / b")]
-        assert not np.isfinite(quotient[2:]).any()
+        assert not np.isfinite(quotient).any()
 
 
 @compiled
 def jets_of_parts(table, middle, reach, found):
-    """What is known of y … over parts of panels: found[panel, order], columns as in FIELDS."""
+    """What is known of y … over panels, or parts of them: found[panel, order], columns as in FIELDS."""
     for panel in range(middle.size):
-        jets = part_jets(table, panel, middle[panel], reach[panel])
+        whole = reach[panel] == 1.0
+        jets = panel_jets(table, panel) if whole else part_jets(table, panel, middle[panel], reach[panel])
         for order in range(4):
             z, row = jets[order], found[panel, order]
             row[0], row[1], row[2], row[3], row[4], row[5] = z.low, z.high, z.error, z.first, z.second, z.third
 
 
 @pytest.mark.parametrize("law", ["cycloidal", "poly345", "uniform", "modified-trapezoid"])
-@pytest.mark.parametrize("reach", [1.0, 0.3, 1e-3])
+@pytest.mark.parametrize("reach", [1.0, 0.999, 0.3, 1e-3])
 def test_jets_of_a_part_of_a_panel_hold_the_motion_there(law, reach):
     """Against the derivatives of the panels' polynomials, taken by numpy at points of each part."""
     turn = programme(law, angular=False)
@@ -315,7 +380,10 @@ def test_jets_of_a_part_of_a_panel_hold_the_motion_there(law, reach):
             assert np.all(bound >= largest * (1 - 1e-12))
             beyond = 4 * arc * table.most[:, k + 1] if k < 4 else np.inf
             assert np.all(bound <= np.minimum(largest + beyond, table.most[:, k]) + room + 1e-9 * scale[k])
-        if order < 3:
+        if reach == 1.0:
+            spread = values.max(axis=1) - values.min(axis=1)
+            assert np.all(high - low <= (1.5 * spread if order < 3 else 2 * np.abs(values).max(axis=1)) + room)
+        elif order < 3:
             assert np.all(high - low <= 2 * arc * most[0] * (1 + 1e-12) + room)
             assert np.all(np.abs(high + low - 2 * values[:, 16]) <= room)
 
@@ -326,6 +394,10 @@ def brief(low, high):
 
 @pytest.mark.parametrize("name", ["add", "subtract", "multiply", "divide", "maximum", "minimum", "arctan2"])
 @given(ends=st.tuples(*[st.integers(-99, 99).map(lambda k: k / 11)] * 4))
+@example((1.0, 2.0, -0.5, 0.0))
+@example((1.0, 2.0, -0.5, 0.5))
+@example((1.0, 2.0, 0.0, 0.5))
+@example((-2.0, -1.0, 0.5, 0.7))
 def test_interval_operations_are_the_range_over_a_grid(name, ends):
     (a, b), (c, d) = sorted(ends[:2]), sorted(ends[2:])
     if name == "arctan2":
@@ -346,9 +418,9 @@ def test_interval_functions_are_the_range_over_a_grid(name, middle, width):
         middle, width = middle / 10, min(width, 0.2)
         width = min(width, 2 - 2 * abs(middle))
     low, high = middle - width / 2, middle + width / 2
-    if name == "sqrt":
-        low, high = max(low, 0.0), max(high, 0.0)
     found = getattr(np, name)(brief(low, high))
+    if name == "sqrt":  # of what is not below zero
+        low, high = max(low, 0.0), max(high, 0.0)
     points = np.append(np.linspace(low, high, 2001), 0.0 if low <= 0.0 <= high else low)
     values, step = getattr(np, name)(points), width / 2000
     assert values.min() - step**2 - 4e-15 <= found.low <= values.min() + 4e-15
@@ -360,3 +432,44 @@ def test_an_interval_times_itself_is_its_square():
     assert [(x * x).low.tolist(), (x * x).high.tolist()] == [[0.0, 1.0], [4.0, 9.0]]
     assert [(x * brief(x.low, x.high)).low.tolist()] == [[-2.0, 1.0]]
     assert [x.least_magnitude.tolist(), x.largest_magnitude.tolist()] == [[0.0, 1.0], [2.0, 3.0]]
+
+
+@compiled
+def look(parts, found):
+    """``looked_at`` for rows of its arguments: (verdict, bound, concavity)."""
+    for k in range(parts.shape[0]):
+        part = parts[k]
+        verdict, bound, concavity = looked_at(
+            part[0], part[1], part[2], part[3], part[4], part[5], part[6], part[7], part[8]
+        )
+        found[k, 0], found[k, 1], found[k, 2] = verdict, bound, concavity
+
+
+def test_what_is_said_of_a_part_is_the_truth_of_a_cubic():
+    """Of a cubic the second derivative is least and largest at the ends: a bound from it, in closed form."""
+    rng, seen = np.random.default_rng(5), set()
+    for _ in range(2000):
+        f = polynomial.Polynomial(rng.normal(size=4) * [1, 1, rng.choice([0.1, 1, 3]), rng.choice([0, 0.1, 1])])
+        (low, high), half_width = np.sort(rng.uniform(-1, 1, 2)), rng.choice([0.01, 1.0, 3.0])
+        slope, bend = f.deriv() / half_width, f.deriv(2) / half_width**2
+        third = abs(f.coef[3]) * 6 / half_width**3
+        width, ends = (high - low) * half_width, max(f(low), f(high))
+        least, most = sorted((bend(low), bend(high)))
+        largest = f(np.linspace(low, high, 1001)).max()
+        enough = ends + rng.choice([0.0, 0.05, 1.0])
+        found = np.empty((1, 3))
+        part = [low, high, f(low), slope(low), f(high), slope(high), third, half_width, enough]
+        look(np.array([part]), found)
+        verdict, bound, concavity = found[0]
+        seen.add(verdict)
+        if abs(most) < 1e-9 * (third * width + abs(least)):
+            continue  # rounding decides
+        if most < 0.0:
+            assert verdict == (CLIMBS if slope(low) > 0.0 > slope(high) else CONCAVE)
+            assert concavity == pytest.approx(-most, rel=1e-6)
+            assert verdict == CLIMBS or bound == ends >= largest - 1e-12
+        else:
+            assert bound == pytest.approx(ends + max(-least, 0.0) * width**2 / 8, rel=1e-9)
+            assert bound >= largest - 1e-12
+            assert verdict == (SETTLED if bound <= enough else OPEN)
+    assert seen == {CLIMBS, CONCAVE, SETTLED, OPEN}
