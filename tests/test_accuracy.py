@@ -2,13 +2,19 @@
 
 import json
 
+import numpy as np
 import pandas as pd
 import pytest
 
 from camopt import Scene, accuracy, find_scene
 from camopt.cli import main
+from camopt.motion.programme import Programme
+from camopt.motion.table import RETURN, TURN
+from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST
+from camopt.numerics.curves import Linear
+from camopt.numerics.sampling import sampled_extremes
 
-TURN = [
+MOTION = [
     {"segment": "rise", "angle": 120, "lift": 20, "law": "cycloidal"},
     {"segment": "dwell", "angle": 50},
     {"segment": "return", "angle": 110, "lift": 20, "law": "modified-sine"},
@@ -48,7 +54,7 @@ def _few_designs(monkeypatch):
 @pytest.mark.parametrize("name", SCENES)
 def test_enclosures_keep_their_promise_for_every_mechanism(name):
     cam, follower = SCENES[name]
-    rows = accuracy.measure(Scene.from_dict({"cam": cam, "follower": follower, "motion": TURN}))
+    rows = accuracy.measure(Scene.from_dict({"cam": cam, "follower": follower, "motion": MOTION}))
     enclosures = [row for row in rows if row["method"] == "enclosure"]
     assert len(enclosures) == len(accuracy.methods.TOLERANCES) * len({row["quantity"] for row in rows}) > 0
     for row in enclosures:
@@ -59,6 +65,38 @@ def test_enclosures_keep_their_promise_for_every_mechanism(name):
     coarse, fine = ([r for r in rows if r["method"] == "sampling" and r["setting"] == n] for n in (36, 3600))
     for one, two in zip(coarse, fine, strict=True):
         assert two["error_max"] <= max(one["error_max"], 1e-14)
+
+
+@pytest.mark.parametrize("goal", [LARGEST, LEAST, LARGEST_MAGNITUDE])
+@pytest.mark.parametrize("kinds", [TURN, RETURN])
+def test_sampling_is_the_best_of_the_samples_and_polish_the_vertex_of_a_parabola(goal, kinds):
+    """By numpy, sample by sample; designs beyond one tile."""
+    turn = Programme.from_segments(
+        [(s["segment"], s["angle"], s.get("lift", 0), s.get("law")) for s in MOTION], angular=False
+    )
+    rng, count = np.random.default_rng(2), 300
+    f = Linear(*rng.normal(size=(4, count)) * [[1.0], [1.0], [1.0], [30.0]])
+    plain, polished = np.empty((2, 1, count))
+    table, questions = accuracy.sample_table(turn, 90), np.array([(kinds, goal)])
+    sampled_extremes(f, count, table, questions, False, plain)
+    sampled_extremes(f, count, table, questions, True, polished)
+    stroke = np.repeat([0, 1, 2, 3], np.diff([0, 30, 43, 70, 90]))
+    y = turn.at(np.linspace(0, 2 * np.pi, 90, endpoint=False))
+    asked = (stroke == 2) | (kinds == TURN)
+    beyond = 0
+    for i in range(count):
+        values = f.constant[i] + f.displacement[i] * y[0] + f.velocity[i] * y[1] + f.acceleration[i] * y[2]
+        oriented = {LARGEST: values, LEAST: -values, LARGEST_MAGNITUDE: np.abs(values)}[goal]
+        t = np.flatnonzero(asked)[np.argmax(oriented[asked])]
+        sign = -1.0 if goal == LEAST else 1.0
+        assert plain[0, i] == pytest.approx(sign * oriented[t], rel=1e-13)
+        vertex = oriented[t]
+        if 0 < t < 89 and stroke[t - 1] == stroke[t] == stroke[t + 1]:
+            a, b, c = np.polyfit([-1, 0, 1], oriented[t - 1 : t + 2], 2)
+            vertex = c - b * b / (4 * a) if a < -1e-9 and max(oriented[t - 1], oriented[t + 1]) <= c else vertex
+        beyond += vertex > oriented[t]
+        assert polished[0, i] == pytest.approx(sign * vertex, rel=1e-9)
+    assert beyond > count / 10
 
 
 def test_the_command_writes_table_and_pictures(tmp_path, capsys):

@@ -19,6 +19,7 @@ from camopt.mechanisms.trace import trace_curvature
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.numerics.curves import formula
+from camopt.numerics.stable import sum_of
 from camopt.numerics.trigonometry import turned
 
 
@@ -63,9 +64,9 @@ def pitch_curvature(f, i, y, y1, y2, y3):
 
 def first_angle(designs: Designs) -> FloatArray:
     """ψ₀ in rad, by half-angles: full digits where the triangle is nearly flat; NaN-free, clipped to [0, π]."""
-    c, l, r = designs.centre_distance, designs.arm_length, designs.prime_radius  # noqa: E741
-    near = np.maximum((r - c + l) * (r + c - l), 0.0)
-    far = np.maximum((c + l - r) * (c + l + r), 0.0)
+    c, l, b, r = designs.centre_distance, designs.arm_length, designs.size, designs.roller_radius  # noqa: E741
+    near = np.maximum(sum_of(b, r, -c, l) * sum_of(b, r, c, -l), 0.0)
+    far = np.maximum(sum_of(c, l, -b, -r) * sum_of(c, l, b, r), 0.0)
     angle: FloatArray = 2.0 * np.arctan2(np.sqrt(near), np.sqrt(far))
     return angle
 

@@ -49,7 +49,7 @@ def pitch_curvature(f, i, y, y1, y2, y3):
 
 def height(designs: Designs) -> FloatArray:
     """s₀, the trace point's least height above the cam centre, mm."""
-    root: FloatArray = difference_of_squares_root(designs.prime_radius, designs.offset)
+    root: FloatArray = difference_of_squares_root(designs.size, designs.offset, designs.roller_radius)
     return root
 
 

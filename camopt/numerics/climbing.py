@@ -9,6 +9,7 @@ import numpy as np
 from camopt.numerics import LARGEST_MAGNITUDE, LEAST
 from camopt.numerics.compile import called, inlined
 from camopt.numerics.curves import curve
+from camopt.numerics.jet import known
 from camopt.numerics.piecewise import motion, part_jets, row_jets
 
 DEPTH = 50  # halvings of a panel
@@ -48,6 +49,8 @@ def most_ascent(slope, bend, curl, width):
     The slope of a curve leaves its chord by no more than |f'''|·t·(width − t)/2. Where a curve starts level, as
     at the end of a dwell, this is far closer than what the second derivative says.
     """
+    if not curl < np.inf:
+        return np.inf
     root = np.sqrt(max(bend * bend + 4.0 * curl * slope, 0.0))
     t = 2.0 * slope / (root - bend) if bend < 0.0 else (bend + root) / (2.0 * curl)
     t = min(max(t, 0.0), width)
@@ -114,9 +117,8 @@ def step_all(f, first, index, many, table, panel, sign, scratch):
         up = slope > 0.0
         low[j] = u if up else low[j]
         high[j] = high[j] if up else u
-        rising_left = (
-            0.5 * rising[j] if side[j] < 0.0 else rising[j]
-        )  # twice the same side: the other's weight halves
+        # twice the same side: the weight of the other halves
+        rising_left = 0.5 * rising[j] if side[j] < 0.0 else rising[j]
         falling_left = 0.5 * falling[j] if side[j] > 0.0 else falling[j]
         rising[j] = slope if up else rising_left
         falling[j] = falling_left if up else slope
@@ -180,10 +182,10 @@ def climb(f, i, table, panel, part, concavity, sign, best, allowance, location):
 def bound_by_slope(slope, part, sign, half_width):
     """A bound of the values in a part from the range of the slope: close where the curve is level or monotone."""
     low, high, left, _, right, _ = part
-    rise = sign * slope.high if sign > 0.0 else sign * slope.low
-    fall = sign * slope.low if sign > 0.0 else sign * slope.high
+    rise = known((slope.high if sign > 0.0 else -slope.low) + slope.error)
+    drop = known((-slope.low if sign > 0.0 else slope.high) + slope.error)
     width = (high - low) * half_width
-    return min(max(left, right, left + rise * width), max(left, right, right - fall * width))
+    return min(max(left, right, left + rise * width), max(left, right, right + drop * width))
 
 
 @called
@@ -211,7 +213,7 @@ def split(f, i, table, panel, part, error, sign, tolerance, location, best, stac
         jet = curve(f, i, y, y1, y2, y3)[0]
         allowance = allowed(best, tolerance, error)
         verdict, bound, concavity = looked_at(
-            low, high, left, rising, right, falling, jet.third, half_width, best + allowance
+            low, high, left, rising, right, falling, known(jet.third), half_width, best + allowance
         )
         if verdict == CLIMBS:
             part = (low, high, left, rising, right, falling)
@@ -219,7 +221,7 @@ def split(f, i, table, panel, part, error, sign, tolerance, location, best, stac
             if value > best:
                 best, largest, at = value, value, u
         elif verdict == OPEN:
-            bound = min(bound, max(left, right) + 0.5 * jet.second * (reach * half_width) ** 2)
+            bound = min(bound, max(left, right) + 0.5 * known(jet.second) * (reach * half_width) ** 2)
             if bound > best + allowance and parts < MOST_PARTS and depth + 2 <= DEPTH:
                 y, y1, y2, y3 = motion(table, panel, middle)
                 value, slope = oriented(f, i, y, y1, y2, y3, sign)

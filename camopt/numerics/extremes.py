@@ -30,7 +30,7 @@ from camopt.numerics.climbing import (
 )
 from camopt.numerics.compile import called, compiled, inlined
 from camopt.numerics.curves import curve
-from camopt.numerics.jet import UNIT
+from camopt.numerics.jet import UNIT, known
 from camopt.numerics.piecewise import motion, row_jets
 
 TILE = 256  # designs whose tables (about 70 × 256 × 8 bytes each) stay in the second-level cache
@@ -59,9 +59,9 @@ def row_bounds(f, first, count, table, row, half_width, excess, third, error):
     eighth = 0.5 * half_width * half_width  # of the squared width
     for i in range(np.uint64(count)):
         jet = curve(f, np.uint64(first) + i, y, y1, y2, y3)[0]
-        excess[row, i] = eighth * jet.second + jet.error
-        third[row, i] = jet.third
-        error[row, i] = jet.error
+        excess[row, i] = known(eighth * jet.second + jet.error)
+        third[row, i] = known(jet.third)
+        error[row, i] = known(jet.error)
 
 
 @inlined

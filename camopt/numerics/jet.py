@@ -9,6 +9,8 @@ run on numbers. By Leibniz' rule for a product, and for the quotient q = a/b fro
 so every bound holds, and is close where a stretch is short. Rounding: each operation adds 2⁻⁵³ of its largest
 result to the errors that its operands bring; a number that enters is taken to be right to 4 such units.
 
+What is without bounds, such as a quotient by what may be zero, is inf or NaN from there on: ``known`` reads it.
+
 Inside kernels a jet is a value type of six registers; uncompiled it is an object with the same operators.
 """
 
@@ -59,6 +61,12 @@ def magnitude(a):
 def least_magnitude(a):
     """The least |a|."""
     return max(max(a.low, -a.high), 0.0)
+
+
+@inlined
+def known(bound):
+    """A bound that a jet has come to; inf where 0·∞ has left NaN, which compares as if nothing were beyond it."""
+    return bound if bound >= 0.0 else np.inf
 
 
 @inlined

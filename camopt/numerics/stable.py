@@ -24,14 +24,30 @@ def angle_minus_sine(t: FloatArray) -> FloatArray:
     return np.where(t < 0.5, total, t - np.sin(t))
 
 
-def difference_of_squares_root(a: Any, b: Any) -> Any:
-    """√(a² − b²) as √((a−b)(a+b)), for a ≥ 0; 0 where |b| > a.
+def sum_of(*terms: Any) -> Any:
+    """A sum right to its own last digits even where its terms cancel (Ogita, Rump and Oishi 2005, Sum2).
+
+    What each addition loses is found exactly and added at the end. For intervals the plain sum.
+    """
+    if any(isinstance(term, Interval) for term in terms):
+        return sum(terms)
+    total, lost = terms[0], 0.0
+    for term in terms[1:]:
+        raised = total + term
+        part = raised - total
+        lost = lost + ((total - (raised - part)) + (term - part))
+        total = raised
+    return total + lost
+
+
+def difference_of_squares_root(a: Any, b: Any, more: Any = 0.0) -> Any:
+    """√((a + more)² − b²) as the root of its factors, for a + more ≥ 0; 0 where |b| is larger.
 
     For intervals it rises with a and falls with |b|, so its ends are exact: by the product it would not know
     that both factors hold the same b.
     """
     if isinstance(a, Interval) or isinstance(b, Interval):
-        a, b = as_interval(a), as_interval(b)
-        low = difference_of_squares_root(a.low, b.largest_magnitude)
-        return Interval(low, difference_of_squares_root(a.high, b.least_magnitude))
-    return np.sqrt(np.maximum((a - b) * (a + b), 0.0))
+        a, b, more = as_interval(a), as_interval(b), as_interval(more)
+        low = difference_of_squares_root(a.low, b.largest_magnitude, more.low)
+        return Interval(low, difference_of_squares_root(a.high, b.least_magnitude, more.high))
+    return np.sqrt(np.maximum(sum_of(a, more, -b) * sum_of(a, more, b), 0.0))
