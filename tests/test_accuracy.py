@@ -77,7 +77,7 @@ def test_sampling_is_the_best_of_the_samples_and_polish_the_vertex_of_a_parabola
     rng, count = np.random.default_rng(2), 300
     f = Linear(*rng.normal(size=(4, count)) * [[1.0], [1.0], [1.0], [30.0]])
     plain, polished = np.empty((2, 1, count))
-    table, questions = accuracy.sample_table(turn, 90), np.array([(kinds, goal)])
+    table, questions = accuracy.methods.sample_table(turn, 90), np.array([(kinds, goal)])
     sampled_extremes(f, count, table, questions, False, plain)
     sampled_extremes(f, count, table, questions, True, polished)
     stroke = np.repeat([0, 1, 2, 3], np.diff([0, 30, 43, 70, 90]))
