@@ -6,12 +6,13 @@ undecided even then is no feasible design.
 """
 
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from camopt.effects import Case, plan
+from camopt.effects import EFFECTS, Case, Effect, Subject, called
 from camopt.effects.case import Bounded
 from camopt.limits import Limit
 from camopt.mechanisms import Designs
@@ -31,9 +32,15 @@ def proved_status(programme: Programme) -> str:
 def run_effects(case: Case, wanted: Iterable[str]) -> Rows:
     """The wanted quantities of a block of designs."""
     wanted, rows = frozenset(wanted), Rows({}, len(case.designs))
-    for effect in plan(wanted):
-        rows = _with_found(rows, effect.run(case, wanted), wanted)
-    return rows
+    for effect, names in planned(wanted, case.subject):
+        rows = _with_found(rows, effect.run(replace(case, found=rows.columns), names), names)
+    return rows.only(wanted)
+
+
+def planned(wanted: frozenset[str], subject: Subject) -> list[tuple[Effect, frozenset[str]]]:
+    """The effects to run, each with the quantities to keep: those wanted, and those that another effect reads."""
+    asked = called(wanted, subject)
+    return [(EFFECTS[name], frozenset(names)) for name, names in asked.items()]
 
 
 def _with_found(rows: Rows, found: dict[str, Any], wanted: frozenset[str]) -> Rows:
@@ -116,13 +123,15 @@ def screened(
     """
     wanted = wanted | question.needed
     rows, pending, held = Rows({}, len(designs)), list(question.limits), np.ones(len(designs), dtype=bool)
-    for effect in plan(wanted):
-        rows = _with_found(rows, effect.run(Case(question.subject, programme, designs), wanted), wanted)
+    for effect, names in planned(wanted, question.subject):
+        case = Case(question.subject, programme, designs, rows.columns)
+        rows = _with_found(rows, effect.run(case, names), names)
         ready = [limit for limit in pending if rows.columns.keys() >= set(limit.needs)]
         pending = [limit for limit in pending if limit not in ready]
         possible = np.all(excesses(ready, rows.shifted(-1.0), designs) <= 0.0, axis=0)
         held = (held & np.all(excesses(ready, rows.shifted(1.0), designs) <= 0.0, axis=0))[possible]
         designs, rows = designs.take(possible), rows.take(possible)
+    rows = rows.only(wanted)
     verdict = {"feasible": True, "violated": "", "status": proved_status(programme)}
     rows = Rows({**rows.columns, "relative_half_width": rows.half_width}, rows.count)
     if held.all():

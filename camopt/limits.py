@@ -1,16 +1,30 @@
 """Limits: what a scene forbids, the quantities each limit calls for, and by how much a design exceeds it."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.effects import Subject
+from camopt.effects import Subject, hertz, thrust
+from camopt.effects.loads import normal_curve, sides
 from camopt.mechanisms import Designs
-from camopt.numerics import FloatArray
+from camopt.motion.programme import Programme
+from camopt.motion.table import RISE
+from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, FloatArray
 from camopt.quantities import motion_quantity
 from camopt.rows import Columns
 from camopt.scene import Scene
+
+
+class Ceiling(NamedTuple):
+    """A limit as a claim on a curve: its largest value over some kinds of stroke is at most a bound."""
+
+    curve: Callable[[Designs, Programme], Any]
+    kinds: int
+    goal: int
+    bound: float
 
 
 @dataclass(frozen=True)
@@ -24,6 +38,8 @@ class Limit:
     bound: float
     needs: tuple[str, ...]
     excess: Callable[[Columns, Designs], FloatArray]
+    ceilings: tuple[Ceiling, ...] = ()
+    """Curves that decide it, of a limit on loads; for searches and proofs."""
 
 
 def _at_most(name: str, bound: float, *needs: str) -> Limit:
@@ -35,6 +51,48 @@ def _at_most(name: str, bound: float, *needs: str) -> Limit:
         return result
 
     return Limit(name, bound, needs, excess)
+
+
+MOST, LEAST_ALLOWED = 1.0, -1.0
+LOADS = {
+    "contact_force_min": ("contact_force_min_N", LEAST_ALLOWED),
+    "jump_speed": ("jump_speed_rpm", LEAST_ALLOWED),
+    "normal_force": ("normal_force_max_N", MOST),
+    "side_thrust": ("side_thrust_max_N", MOST),
+    "guide_reaction": ("guide_reaction_max_N", MOST),
+    "stem_bending_stress": ("stem_bending_stress_max_MPa", MOST),
+    "jamming_margin": ("jamming_margin", LEAST_ALLOWED),
+    "contact_stress": ("contact_stress_max_MPa", MOST),
+}
+"""Limits on loads: the quantity that each bounds, from above (MOST) or from below."""
+
+
+def _load(name: str, bound: float, subject: Subject) -> Limit:
+    """A load is bounded from one side."""
+    quantity, side = LOADS[name]
+
+    def excess(columns: Columns, designs: Designs) -> FloatArray:
+        return np.asarray(side * (columns[quantity] - bound) / (abs(bound) or 1.0) + np.zeros(len(designs)))
+
+    return Limit(name, bound, (quantity,), excess, tuple(_ceilings(name, bound, subject)))
+
+
+def _ceilings(name: str, bound: float, subject: Subject) -> Iterator[Ceiling]:
+    """The curves that decide a limit on loads; none for one that the motion alone decides."""
+    if name == "contact_stress" and not subject.pointed:
+        goal = LARGEST_MAGNITUDE if subject.mechanism.grooved else LARGEST
+        for _, (make, kinds) in hertz.variants(subject):
+            yield Ceiling(make, kinds, goal, hertz.load_of(subject, bound))
+    elif name == "jamming_margin":
+        yield Ceiling(partial(thrust.drag_curve, subject), RISE, LARGEST_MAGNITUDE, 1.0 - bound)
+    elif name == "normal_force":
+        for side, kinds in sides(subject):
+            yield Ceiling(partial(normal_curve, subject, side=side), kinds, LARGEST, bound)
+    elif name in ("side_thrust", "guide_reaction", "stem_bending_stress"):
+        arm, reach, factor = thrust.levers(subject)[LOADS[name][0]]
+        for side, kinds in sides(subject):
+            make = partial(thrust.thrust_curve, subject, side=side, arm=arm, reach=reach)
+            yield Ceiling(make, kinds, LARGEST_MAGNITUDE, bound / factor)
 
 
 def _curvature(name: str, subject: Subject, bound: float) -> Limit:
@@ -93,4 +151,5 @@ def limits_of(scene: Scene, subject: Subject) -> tuple[Limit, ...]:
         limits.append(_at_most("face_reach", asked.face_reach, "face_reach_max_mm", "face_reach_min_mm"))
     if asked.curvature_radius is not None:
         limits.append(_curvature("curvature_radius", subject, asked.curvature_radius))
-    return (*limits, *_implied(subject))
+    loads = [_load(name, bound, subject) for name in LOADS if (bound := getattr(asked, name)) is not None]
+    return (*limits, *_implied(subject), *loads)

@@ -91,6 +91,36 @@ _ALL = [
     Quantity("self_crossing", "", "", "crossing", "Whether the profile crosses itself; yes if unproved.", bool),
     Quantity("face_reach_max_mm", "", "mm", "reach", "Furthest contact on a flat face, one way."),
     Quantity("face_reach_min_mm", "", "mm", "reach", "Furthest contact on a flat face, the other way."),
+    *[
+        Quantity(name, symbol, unit, "force", sentence)
+        for name, symbol, unit, sentence in (
+            ("contact_force_min_N", "F_min", "N", "Least force along the motion; contact is lost at 0 and below."),
+            ("contact_force_max_N", "F_max", "N", "Largest force along the motion."),
+            ("preload_required_N", "F_0", "N", "Least preload that keeps contact at this speed."),
+            ("preload_required_N_m", "M_0", "N·m", "Least preload that keeps contact at this speed."),
+            ("spring_rate_required_N_per_mm", "k", "N/mm", "Least spring rate that keeps contact at this speed."),
+            (
+                "spring_rate_required_N_m_per_rad",
+                "k",
+                "N·m/rad",
+                "Least spring rate that keeps contact at this speed.",
+            ),
+            ("jump_speed_rpm", "", "rpm", "Least speed at which contact is lost."),
+            ("jump_speed_ratio", "", "", "Jump speed over the speed of the cam."),
+        )
+    ],
+    Quantity(
+        "normal_force_max_N", "N", "N", "thrust", "Largest normal force at the contact, guide friction included."
+    ),
+    Quantity("side_thrust_max_N", "S", "N", "thrust", "Largest force across the motion of the trace point."),
+    Quantity("guide_reaction_max_N", "", "N", "thrust", "Largest reaction at the near end of the guide."),
+    Quantity("stem_bending_stress_max_MPa", "σ", "MPa", "thrust", "Largest bending stress of a round stem."),
+    Quantity("jamming_margin", "", "", "thrust", "1 − μ·q·|tan β| on the rises; the follower jams at 0."),
+    Quantity("jamming_angle_deg", "", "deg", "thrust", "Pressure angle at which the follower jams at its lowest."),
+    Quantity("contact_stress_max_MPa", "p_0", "MPa", "hertz", "Largest contact pressure (Hertz)."),
+    Quantity("contact_half_width_mm", "b", "mm", "hertz", "Half-width of the contact where its stress is largest."),
+    Quantity("contact_shear_max_MPa", "τ_max", "MPa", "hertz", "Largest shear stress below the contact."),
+    Quantity("contact_shear_depth_mm", "", "mm", "hertz", "Depth at which it lies."),
     Quantity("feasible", "", "", "limits", "Whether every limit of the scene is held.", bool),
     Quantity("violated", "", "", "limits", "The limits that are not held, separated by commas.", str),
     Quantity(
@@ -113,3 +143,10 @@ _ALL = [
 
 QUANTITIES: dict[str, Quantity] = {quantity.name: quantity for quantity in _ALL}
 """Every quantity by name, in the order of the columns."""
+
+EVERYTHING = "all"
+"""What a scene's outputs call for every quantity with."""
+GEOMETRY = ("sizes", "motion", "pressure", "curvature", "reach", "crossing")
+"""The effects that run where a scene names no outputs."""
+DISCIPLINES = tuple(dict.fromkeys(q.effect for q in QUANTITIES.values() if q.effect not in ("limits", "proof")))
+"""Every effect that computes quantities, by name."""

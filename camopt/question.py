@@ -6,8 +6,9 @@ from math import pi
 
 import numpy as np
 
-from camopt.effects import Subject, offered
-from camopt.limits import Limit, limits_of
+from camopt.effects import Bodies, Dynamics, Subject, lacking, offered
+from camopt.limits import LOADS, Limit, limits_of
+from camopt.materials import MATERIALS
 from camopt.mechanisms import Designs, mechanism_for
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion import LAWS
@@ -15,7 +16,7 @@ from camopt.motion.law import Law
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.own_laws import spline_of
-from camopt.quantities import QUANTITIES
+from camopt.quantities import EVERYTHING, GEOMETRY, QUANTITIES
 from camopt.scene import Scene
 
 VERDICT = ("feasible", "violated", "status", "relative_half_width")
@@ -57,7 +58,9 @@ class Question:
     @property
     def wanted(self) -> frozenset[str]:
         """What the scene calls for: its named outputs, or else motion and geometry; and what limits need."""
-        return self.needed | frozenset(self.scene.outputs or offered(self.subject))
+        outputs = self.scene.outputs or GEOMETRY
+        named = [n for n in offered(self.subject) if QUANTITIES[n].effect in outputs or EVERYTHING in outputs]
+        return self.needed | frozenset(named) | (frozenset(outputs) & QUANTITIES.keys())
 
 
 def resolve(scene: Scene) -> Question:
@@ -72,6 +75,9 @@ def resolve(scene: Scene) -> Question:
         omega=None if cam.rpm is None else cam.rpm * 2 * pi / 60,
         shaft_radius=None if cam.shaft_diameter is None else cam.shaft_diameter / 2,
         tolerance=scene.accuracy.tolerance,
+        dynamics=_dynamics(scene),
+        bodies=_bodies(scene),
+        spherical=follower.contact == "spherical",
     )
     segments = [(s.segment, s.angle, s.lift, s.law) for s in scene.motion]
     design = Designs(
@@ -83,7 +89,7 @@ def resolve(scene: Scene) -> Question:
         face_offset=_length(follower.face_offset),
         sense=1.0 if cam.rotation == "ccw" else -1.0,
     )
-    mistakes = _not_offered(scene, subject)
+    mistakes = [*_not_offered(scene, subject), *_out_of_reach(scene, subject)]
     if mistakes:
         raise BadInput(mistakes)
     laws = {**LAWS, **{name: spline_of(name, law.model_dump()) for name, law in scene.laws.items()}}
@@ -96,21 +102,76 @@ def exactly(question: Question) -> Question:
     return replace(question, subject=replace(question.subject, tolerance=min(question.subject.tolerance, EXACT)))
 
 
+def _out_of_reach(scene: Scene, subject: Subject) -> list[Mistake]:
+    """Limits on quantities that the mechanism has not, or that the scene gives too little for."""
+    mistakes, offers, lacks = [], offered(subject), lacking(subject)
+    for key, (name, _) in LOADS.items():
+        bound = getattr(scene.limits, key)
+        if bound is not None and name not in offers:
+            why = f"needs {', '.join(lacks[name])}" if name in lacks else "this mechanism has none"
+            mistakes.append(Mistake(scene.file, f"limits.{key}", bound, why, bare=True))
+    return mistakes
+
+
+def _dynamics(scene: Scene) -> Dynamics:
+    """The follower's dynamics in inside units: N, mm, s, t."""
+    given = scene.follower.dynamics
+    if given is None:
+        return Dynamics()
+    angular = scene.follower.motion == "oscillating"
+    mass, torque = (given.inertia, 1e3) if angular else (given.mass, 1.0)
+    mass = None if mass is None else mass * (1e3 if angular else 1e-3)  # kg·m² to t·mm², kg to t
+    return Dynamics(
+        mass=mass,
+        damping=(given.damping or 0.0) * torque,
+        stiffness=(given.spring_rate or 0.0) * torque,
+        preload=(given.preload or 0.0) * torque,
+        load=(given.load or 0.0) * torque + (mass or 0.0) * (given.gravity or 0.0) * 1e3,
+        friction=given.friction or 0.0,
+        guide_length=given.guide_length,
+        overhang=given.overhang,
+        stem_diameter=given.stem_diameter,
+        natural_frequency=given.natural_frequency,
+        damping_ratio=given.damping_ratio or 0.0,
+        fluctuation=given.fluctuation,
+    )
+
+
+def _bodies(scene: Scene) -> Bodies:
+    """The bodies in contact; their modulus is known if both are."""
+    given, compliance = scene.materials, 0.0
+    for body in ("cam", "follower"):
+        name = getattr(given, body)
+        listed = MATERIALS[name] if name else None
+        modulus = getattr(given, f"{body}_modulus") or (listed and listed.modulus)
+        poisson = getattr(given, f"{body}_poisson")
+        poisson = listed.poisson if poisson is None and listed else poisson
+        if modulus is None or poisson is None:
+            return Bodies(None, given.face_width)
+        compliance += (1.0 - poisson**2) / (1e3 * modulus)
+    return Bodies(1.0 / compliance, given.face_width)
+
+
 def _not_offered(scene: Scene, subject: Subject) -> list[Mistake]:
-    """Quantities that a scene names and its mechanism has not; an objective has to be a number."""
-    offers = (*offered(subject), *VERDICT)
+    """Quantities that a scene names and its mechanism has not, or lacks keys for; an objective is a number."""
+    offers, lacks = (*offered(subject), *VERDICT), lacking(subject)
     numbers = tuple(name for name in offers if QUANTITIES[name].kind is float)
+    effects = {QUANTITIES[name].effect for name in (*offers, *lacks)}
     named = {
-        "outputs": (scene.outputs, offers),
+        "outputs": (scene.outputs, (*offers, *effects, EVERYTHING)),
         "search.minimise": (scene.search.minimise, numbers),
         "search.maximise": (scene.search.maximise, numbers),
     }
-    return [
-        Mistake(scene.file, key, name, f"a quantity of this scene: {', '.join(allowed)}")
-        for key, (names, allowed) in named.items()
-        for name in names
-        if name not in allowed
-    ]
+    mistakes = []
+    for key, (names, allowed) in named.items():
+        for name in names:
+            if name in lacks:
+                needs = f"needs {', '.join(lacks[name])}"
+                mistakes.append(Mistake(scene.file, key, name, needs, bare=True))
+            elif name not in allowed:
+                listed = ", ".join(n for n in allowed if n in QUANTITIES)
+                mistakes.append(Mistake(scene.file, key, name, f"a quantity of this scene: {listed}"))
+    return mistakes
 
 
 def _length(value: float | None) -> FloatArray:

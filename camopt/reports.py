@@ -76,13 +76,9 @@ def _heading(name: str) -> str:
 
 
 def _suffix(unit: str) -> str:
-    """A unit as it is written in names."""
-    plain = unit.replace("²", "2").replace("³", "3")
-    return (
-        "_per_mm"
-        if unit == "1/mm"
-        else "_" + plain.replace("mm/rad", "mm_per_rad").replace("deg/rad", "deg_per_rad").replace("/", "_")
-    )
+    """A unit as it is written in names: m/s² is _m_s2, N/mm is _N_per_mm."""
+    plain = unit.translate(str.maketrans("²³·µ", "23_u")).replace("/s", "_s")
+    return "_" + plain.replace("1/", "per_").replace("/", "_per_")
 
 
 def _table(title: str, records: list[dict[str, Any]], names: list[str]) -> Table:

@@ -1,7 +1,7 @@
 """Rows: designs and their quantities inside the program, before they become a table."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -27,6 +27,12 @@ class Rows:
     def shifted(self, share: float) -> Columns:
         """The columns moved by a share of their widths: 1 for the far side, −1 for as much inwards."""
         return self.columns | {name: self.columns[name] + share * width for name, width in self.outward.items()}
+
+    def only(self, names: Iterable[str]) -> "Rows":
+        """The columns of some names."""
+        names = set(names)
+        kept = {name: value for name, value in self.columns.items() if name in names}
+        return replace(self, columns=kept, outward={n: w for n, w in self.outward.items() if n in names})
 
     def take(self, index: NDArray[Any]) -> "Rows":
         """The rows at an index or mask."""

@@ -26,9 +26,10 @@ from pydantic import (
     model_validator,
 )
 
+from camopt.materials import MATERIALS
 from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.own_laws import DEGREES, read_files
-from camopt.quantities import QUANTITIES
+from camopt.quantities import DISCIPLINES, EVERYTHING, QUANTITIES
 from camopt.scene_checks import check
 
 
@@ -42,7 +43,6 @@ def _is_number(value: Any) -> Any:
 
 
 LONGEST = 1e9
-LATER = ("contact_stress", "contact_force_min", "side_thrust", "torque", "jamming_margin", "power")
 Number = Annotated[float, BeforeValidator(_is_number), Field(allow_inf_nan=False)]
 Length = Annotated[Number, Field(ge=1e-9, le=LONGEST)]
 Anywhere = Annotated[Number, Field(ge=-LONGEST, le=LONGEST)]
@@ -79,6 +79,7 @@ def _is_name(value: Any) -> Any:
 
 
 LawName = Annotated[str, BeforeValidator(_is_name)]
+MaterialName = Annotated[str, _known(MATERIALS, "a material")]
 QuantityName = Annotated[str, _known(QUANTITIES, "a quantity")]
 
 
@@ -106,16 +107,27 @@ class Cam(Table):
 
 
 class Dynamics(Table):
-    """What moves with the follower: kg, N/mm, N, N·s/mm, mm."""
+    """What moves with the follower, and what presses it on the cam.
+
+    Translating: kg, N/mm, N, N·s/mm. Oscillating, about the pivot: inertia in kg·m² in place of the mass, N·m/rad,
+    N·m, N·m·s/rad. ``load`` is a constant external force (moment) that presses the follower on the cam; ``gravity``
+    the acceleration (m/s²) that does so to the mass. Guide, overhang, stem in mm, natural frequency in Hz.
+    """
 
     mass: Positive | None = None
+    inertia: Positive | None = None
     spring_rate: NotNegative | None = None
     preload: NotNegative | None = None
     damping: NotNegative | None = None
     load: Anywhere | None = None
+    gravity: Anywhere | None = None
     guide_length: Length | None = None
     overhang: NotNegative | None = None
     friction: NotNegative | None = None
+    stem_diameter: Length | None = None
+    natural_frequency: Positive | None = None
+    damping_ratio: NotNegative | None = None
+    fluctuation: Positive | None = None
 
 
 class Follower(Table):
@@ -164,7 +176,7 @@ class OwnLaw(Table):
 
 
 class Limits(Table):
-    """What the cam must hold; each key is optional. deg, mm, m/s, m/s², m/s³ (oscillating: rad)."""
+    """What the cam must hold; each key optional. deg, mm, m/s, m/s², m/s³ (oscillating: rad), N, rev/min, MPa."""
 
     pressure_angle: Acute | None = None
     pressure_angle_return: Acute | None = None
@@ -173,6 +185,14 @@ class Limits(Table):
     velocity: Positive | None = None
     acceleration: Positive | None = None
     jerk: Positive | None = None
+    contact_force_min: Anywhere | None = None
+    jump_speed: Positive | None = None
+    normal_force: Positive | None = None
+    side_thrust: Positive | None = None
+    guide_reaction: Positive | None = None
+    stem_bending_stress: Positive | None = None
+    jamming_margin: Annotated[Number, Field(ge=0, le=1)] | None = None
+    contact_stress: Positive | None = None
 
 
 class Range(Table):
@@ -195,6 +215,10 @@ def _as_list(value: Any) -> Any:
 
 Values = Annotated[tuple[Anywhere, ...], Field(min_length=1), BeforeValidator(_as_list)]
 Laws = Annotated[tuple[LawName, ...], Field(min_length=1), BeforeValidator(_as_list)]
+Outputs = Annotated[
+    tuple[Annotated[str, _known((*QUANTITIES, *DISCIPLINES, EVERYTHING), "a quantity, an effect or all")], ...],
+    BeforeValidator(_as_list),
+]
 Quantities = Annotated[tuple[QuantityName, ...], BeforeValidator(_as_list)]
 TAGS = ("range/", "values/")  # parts of a location in pydantic's errors that are no keys; no law has a slash
 Choice = (
@@ -225,8 +249,10 @@ class Search(Table):
 
 
 class Materials(Table):
-    """Bodies in contact: moduli in GPa, Poisson's ratios, face width in mm."""
+    """Bodies in contact: names of materials, or moduli in GPa and Poisson's ratios; face width in mm."""
 
+    cam: MaterialName | None = None
+    follower: MaterialName | None = None
     cam_modulus: Positive | None = None
     cam_poisson: Annotated[Number, Field(ge=0, lt=0.5)] | None = None
     follower_modulus: Positive | None = None
@@ -258,7 +284,7 @@ class Scene(Table):
     search: Search = Search()
     materials: Materials = Materials()
     accuracy: Accuracy = Accuracy()
-    outputs: Quantities = ()
+    outputs: Outputs = ()
     _file: str = PrivateAttr("scene")
 
     @property
@@ -370,8 +396,6 @@ def mistakes_of(error: ValidationError, model: type[BaseModel], prefix: str, fil
 
 def _mistake(each: Any, where: tuple[str | int, ...], model: type[BaseModel], key: str, file: str) -> Mistake:
     kind, value, context = each["type"], each["input"], each.get("ctx", {})
-    if kind == "extra_forbidden" and where[-1] in LATER:
-        return Mistake(file, key, value, "this version does not compute it", bare=True)
     if kind == "extra_forbidden":
         known = list(_table_at(model, where[:-1]).model_fields)
         return Mistake(file, key, value, f"not a known key; {nearest(str(where[-1]), known)}", bare=True)

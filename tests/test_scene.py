@@ -223,7 +223,7 @@ ONE_MISTAKE = [
     ("roller", {"search.law": ["harmonik"]}, "search.law.1 = 'harmonik': must be a motion law; did you mean harmo"),
     ("roller", {"search.law": [[]]}, "search.law.1 = []: must be the name of a motion law"),
     ("roller", {"search.minimise": ["base_radius"]}, "search.minimise.1 = 'base_radius': must be a quantity; did"),
-    ("roller", {"outputs": ["undercutt"]}, "outputs.1 = 'undercutt': must be a quantity; did you mean undercut?"),
+    ("roller", {"outputs": ["undercutt"]}, "outputs.1 = 'undercutt': must be a quantity, an effect or all; did you mean undercut?"),
     # motion
     ("roller", {"motion": DELETED}, "motion: missing"),
     ("roller", {"motion": []}, "motion = []: must be a list of at least one value"),
@@ -260,9 +260,6 @@ ONE_MISTAKE = [
     # limits
     ("knife", {"limits.acceleration": 5}, "limits.acceleration = 5: needs cam.rpm"),
     ("roller", {"limits.face_reach": 10}, "limits.face_reach = 10: only a flat face has a reach"),
-    ("roller", {"limits.contact_stress": 1500}, "limits.contact_stress = 1500: this version does not compute it"),
-    ("roller", {"limits.torque": 0}, "limits.torque = 0: this version does not compute it"),
-    ("roller", {"limits.side_thrust": 9}, "limits.side_thrust = 9: this version does not compute it"),
     # search
     ("roller", {"search.offset": {"start": 9, "stop": 2, "step": 1}}, "search.offset = {'start': 9, 'stop': 2, 's"),
     ("roller", {"search.offset": {"start": 0, "stop": 2, "step": 0}}, "search.offset.step = 0: must be at least 1e-09"),

@@ -2,20 +2,23 @@
 
 from collections.abc import Iterable
 
-from camopt.effects import crossing, curvature, motion, pressure, reach, sizes
-from camopt.effects.case import Case, Effect, Subject
+from camopt.effects import crossing, curvature, force, hertz, motion, pressure, reach, sizes, thrust
+from camopt.effects.case import Bodies, Case, Dynamics, Effect, Subject
 from camopt.quantities import QUANTITIES
 
-__all__ = ["EFFECTS", "Case", "Effect", "Subject", "offered", "plan"]
+__all__ = ["EFFECTS", "Bodies", "Case", "Dynamics", "Effect", "Subject", "called", "lacking", "offered", "plan"]
 
 EFFECTS: dict[str, Effect] = {
     effect.name: effect
     for effect in (
         sizes.EFFECT,
         motion.EFFECT,
+        force.EFFECT,
         pressure.EFFECT,
         curvature.EFFECT,
         reach.EFFECT,
+        thrust.EFFECT,
+        hertz.EFFECT,
         crossing.EFFECT,
     )
 }
@@ -23,12 +26,31 @@ EFFECTS: dict[str, Effect] = {
 
 
 def offered(subject: Subject) -> tuple[str, ...]:
-    """All quantities that a subject has, in the order of the columns."""
-    names = {name for effect in EFFECTS.values() for name in effect.offers(subject)}
+    """All quantities that a subject has and that the scene gives enough for, in the order of the columns."""
+    names = {name for effect in EFFECTS.values() for name in effect.offers(subject)} - lacking(subject).keys()
     return tuple(name for name in QUANTITIES if name in names)
 
 
-def plan(wanted: Iterable[str]) -> tuple[Effect, ...]:
+def lacking(subject: Subject) -> dict[str, tuple[str, ...]]:
+    """For each quantity that a subject would have if the scene gave more: the keys that it lacks."""
+    return {name: keys for effect in EFFECTS.values() for name, keys in effect.lacks(subject).items()}
+
+
+def called(wanted: Iterable[str], subject: Subject) -> dict[str, set[str]]:
+    """What each effect that runs is called for: names of quantities, by effect, in the order in which they run."""
+    asked: dict[str, set[str]] = {}
+    open_ = set(wanted)
+    while open_:
+        name = open_.pop()
+        effect = EFFECTS.get(QUANTITIES[name].effect)
+        if effect is None:
+            continue
+        if effect.name not in asked:
+            open_ |= set(effect.reads(subject))
+        asked.setdefault(effect.name, set()).add(name)
+    return {name: asked[name] for name in EFFECTS if name in asked}
+
+
+def plan(wanted: Iterable[str], subject: Subject) -> tuple[Effect, ...]:
     """The effects that compute the wanted quantities, in order; nothing else runs."""
-    called = {QUANTITIES[name].effect for name in wanted}
-    return tuple(effect for name, effect in EFFECTS.items() if name in called)
+    return tuple(EFFECTS[name] for name in called(wanted, subject))

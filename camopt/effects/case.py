@@ -1,7 +1,7 @@
 """What an effect is, and the case it works on."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,6 +10,36 @@ from camopt.mechanisms.design import Designs, Mechanism
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.numerics.extremes import extremes
+
+
+@dataclass(frozen=True)
+class Dynamics:
+    """What moves with the follower: mm, s, N, t; oscillating: t·mm², N·mm/rad, N·mm, N·mm·s/rad.
+
+    None where a scene does not say; what presses the follower on the cam is 0 then.
+    """
+
+    mass: float | None = None
+    damping: float = 0.0
+    stiffness: float = 0.0
+    preload: float = 0.0
+    load: float = 0.0
+    """Constant external force on the follower, its weight included, positive towards the cam."""
+    friction: float = 0.0
+    guide_length: float | None = None
+    overhang: float | None = None
+    stem_diameter: float | None = None
+    natural_frequency: float | None = None
+    damping_ratio: float = 0.0
+    fluctuation: float | None = None
+
+
+@dataclass(frozen=True)
+class Bodies:
+    """The bodies in contact: E* in MPa, 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂, and the face width in mm."""
+
+    modulus: float | None = None
+    face_width: float | None = None
 
 
 @dataclass(frozen=True)
@@ -24,6 +54,10 @@ class Subject:
     omega: float | None
     shaft_radius: float | None
     tolerance: float = 1e-9
+    dynamics: Dynamics = Dynamics()
+    bodies: Bodies = Bodies()
+    spherical: bool = False
+    """Whether the follower touches the cam in a point."""
 
 
 class Extremes(NamedTuple):
@@ -47,11 +81,12 @@ class Bounded(NamedTuple):
 
 @dataclass(frozen=True)
 class Case:
-    """A block of designs that share a programme."""
+    """A block of designs that share a programme, and what earlier effects found of them."""
 
     subject: Subject
     programme: Programme
     designs: Designs
+    found: Mapping[str, Any] = field(default_factory=dict)
 
     def extremes(
         self,
@@ -81,5 +116,10 @@ class Effect:
 
     name: str
     offers: Callable[[Subject], tuple[str, ...]]
+    """The quantities of a subject's mechanism."""
     run: Callable[[Case, frozenset[str]], dict[str, Any]]
     """From a case and the wanted names to columns: arrays (designs,) or one value for all, Bounded if inexact."""
+    lacks: Callable[[Subject], Mapping[str, tuple[str, ...]]] = lambda subject: {}
+    """For each of them that cannot be computed from what the scene gives: the keys that it lacks."""
+    reads: Callable[[Subject], tuple[str, ...]] = lambda subject: ()
+    """Quantities of other effects that this one reads, from ``Case.found``."""

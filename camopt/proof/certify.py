@@ -13,17 +13,20 @@ from typing import Any, NamedTuple, cast
 
 from flint import arb
 
+from camopt.effects import Case
 from camopt.effects.crossing import find_crossing
+from camopt.judging import run_effects
 from camopt.limits import Limit
 from camopt.mechanisms import Designs
 from camopt.motion.law import Law
 from camopt.motion.programme import Programme
 from camopt.motion.table import DWELL, RETURN, RISE, TURN
+from camopt.numerics import LARGEST_MAGNITUDE
 from camopt.numerics.curves import curve
 from camopt.proof.ball import Ball, as_arb, between
 from camopt.proof.laws import Piece, pieces_of
 from camopt.quantities import DERIVATIVES
-from camopt.question import Question, resolve
+from camopt.question import Question, exactly, resolve
 from camopt.scene import Scene
 
 HELD, BROKEN, UNDECIDED = "held", "broken", "undecided"
@@ -168,6 +171,13 @@ def claims_of(question: Question, limit: Limit, design: Designs, motion: Motion)
     if name in ("curvature_radius", "undercut") and mechanism.curvature:
         claims = _both(of_curve(mechanism.curvature(design, turn)), TURN, as_arb(design.roller_radius) + bound, one)
         return claims if mechanism.grooved else claims[:1]
+    if limit.ceilings:
+        tops = [
+            (Claim(of_curve(top.curve(design, turn)), top.kinds, one, arb(top.bound)), top.goal)
+            for top in limit.ceilings
+        ]
+        both = [claim._replace(factor=-one) for claim, goal in tops if goal == LARGEST_MAGNITUDE]
+        return [claim for claim, _ in tops] + both
     if name in DERIVATIVES:
         order = list(DERIVATIVES).index(name) + 1
         speed = arb(question.scene.cam.rpm or 0.0) * arb.pi() / 30
@@ -181,9 +191,18 @@ def broken_by_jumps(question: Question, limit: Limit, programme: Programme) -> b
     if limit.name in ("curvature_radius", "undercut"):
         grooved = question.subject.mechanism.grooved
         return any(grooved or corner.size < 0.0 for corner in programme.corners)
+    if limit.ceilings and limit.name != "jamming_margin":
+        return bool(programme.corners)
     if limit.name in DERIVATIVES:
         return any(jump.order <= list(DERIVATIVES).index(limit.name) for jump in programme.jumps)
     return False
+
+
+def _in_doubles(question: Question, limit: Limit, programme: Programme, design: Designs) -> str:
+    """The verdict on a limit that is no matter of curves: a size, or what the motion alone decides."""
+    rows = run_effects(Case(exactly(question).subject, programme, design), limit.needs)
+    outer, inner = (limit.excess(rows.shifted(share), design)[0] for share in (1.0, -1.0))
+    return HELD if outer <= 0.0 else BROKEN if inner > 0.0 else UNDECIDED
 
 
 def certify_limits(question: Question, programme: Programme, design: Designs) -> dict[str, str]:
@@ -196,7 +215,7 @@ def certify_limits(question: Question, programme: Programme, design: Designs) ->
         claims = claims_of(question, limit, exact, motion)
         found = [decide(claim, motion) for claim in claims]
         if not claims:
-            found = [HELD if limit.excess({}, design)[0] <= 0.0 else BROKEN]
+            found = [_in_doubles(question, limit, programme, design)]
         if broken_by_jumps(question, limit, programme):
             found = [BROKEN]
         verdicts[limit.name] = next((v for v in (BROKEN, UNDECIDED) if v in found), HELD)

@@ -37,6 +37,8 @@ def constraints_of(question: Question) -> list[Constraint]:
     mechanism = question.subject.mechanism
     found = []
     for limit in question.limits:
+        for top in limit.ceilings:
+            found.append(Constraint(top.curve, top.kinds, top.goal, _ceiling(top.bound, top.goal)))
         if limit.name in ("pressure_angle", "pressure_angle_return"):
             kinds = RETURN if limit.name.endswith("return") else RISE | DWELL
             bound = tan(radians(limit.bound))
@@ -54,6 +56,14 @@ def constraints_of(question: Question) -> list[Constraint]:
 
 def _magnitude(bound: float) -> Callable[[Interval, Designs], FloatArray]:
     return lambda value, designs: value.least_magnitude / bound - 1.0
+
+
+def _ceiling(bound: float, goal: int) -> Callable[[Interval, Designs], FloatArray]:
+    def floor(value: Interval, designs: Designs) -> FloatArray:
+        least = value.least_magnitude if goal == LARGEST_MAGNITUDE else value.low
+        return least / bound - 1.0
+
+    return floor
 
 
 def _radius(bound: float) -> Callable[[Interval, Designs], FloatArray]:

@@ -1,0 +1,136 @@
+"""The force along the follower's motion: contact, springs that keep it, and the speed at which it is lost.
+
+    F = m·ω²·y'' + c·ω·y' + k·y + F₀ + F_ext            contact is kept while F > 0
+
+It is linear in the motion, so that its extremes over the turn are those of a polynomial on each panel: exact, and
+the same for all designs of a programme. For an oscillating follower F is the moment about the pivot, and forces are
+those at the trace point, F/l. The jump speed is the least ω at which the least F is 0.
+
+Source: Norton, Cam Design and Manufacturing Handbook, ch. 8 and 9.
+"""
+
+from dataclasses import replace
+from functools import lru_cache
+from math import inf, pi
+from typing import Any
+
+import numpy as np
+
+from camopt.effects.case import Case, Dynamics, Effect, Subject
+from camopt.motion.programme import Programme, span
+from camopt.motion.table import TURN
+
+SCANNED = 64  # speeds at which a damped follower's contact is looked at
+HALVINGS = 60
+STIFFEST = 1e12  # times the force over the lift: a spring that no stiffer one betters
+ROUNDED = 1e-14  # of the largest force: a dwell on a spring without preload has no force at all
+
+
+def offers(subject: Subject) -> tuple[str, ...]:
+    force = "N_m" if subject.angular else "N"
+    rate = "N_m_per_rad" if subject.angular else "N_per_mm"
+    names = (f"preload_required_{force}", f"spring_rate_required_{rate}", "jump_speed_rpm", "jump_speed_ratio")
+    flat_swing = subject.angular and subject.mechanism.curvature is None  # its lever changes over the turn
+    return names if flat_swing else ("contact_force_min_N", "contact_force_max_N", *names)
+
+
+def lacks(subject: Subject) -> dict[str, tuple[str, ...]]:
+    keys = missing(subject)
+    mass = tuple(key for key in keys if key != "cam.rpm")
+    wanted = {name: mass if name == "jump_speed_rpm" else keys for name in offers(subject)}
+    return {name: keys for name, keys in wanted.items() if keys}
+
+
+def missing(subject: Subject) -> tuple[str, ...]:
+    """The keys that a force needs and the scene lacks."""
+    speed = () if subject.omega is not None else ("cam.rpm",)
+    mass = "follower.dynamics.inertia" if subject.angular else "follower.dynamics.mass"
+    return (*speed, *(() if subject.dynamics.mass is not None else (mass,)))
+
+
+def weights(dynamics: Dynamics, omega: float) -> tuple[float, float, float, float]:
+    """Factors of y, y' and y'', and the constant: N from mm by rad (N·mm from rad by rad)."""
+    assert dynamics.mass is not None
+    constant = dynamics.preload + dynamics.load
+    return dynamics.stiffness, dynamics.damping * omega, dynamics.mass * omega**2, constant
+
+
+def force_span(programme: Programme, dynamics: Dynamics, omega: float) -> tuple[float, float]:
+    """Least and largest F over the turn; infinite both ways where the velocity jumps."""
+    if programme.corners:
+        return -inf, inf
+    *factors, constant = weights(dynamics, omega)
+    least, largest = span(programme, tuple(factors), TURN)
+    return least + constant, largest + constant
+
+
+@lru_cache(maxsize=4096)
+def jump_speed(programme: Programme, dynamics: Dynamics) -> float:
+    """The least ω at which contact is lost, rad/s; 0 if it is not kept at rest.
+
+    Undamped, the least F over the turn is concave in ω² and has one root. With damping it may have more: the first
+    of SCANNED equal steps at whose end contact is lost holds the one given.
+    """
+
+    from scipy.optimize import brentq
+
+    def least(omega: float) -> float:
+        return force_span(programme, dynamics, omega)[0]
+
+    if programme.corners or least(0.0) <= 0.0:
+        return 0.0
+    fast = 1.0
+    while least(fast) >= 0.0:
+        fast *= 2.0
+    steps = np.linspace(0.0, fast, SCANNED + 1) if dynamics.damping else np.array([0.0, fast])
+    last = next(k for k in range(1, len(steps)) if least(float(steps[k])) < 0.0)
+    return float(brentq(least, steps[last - 1], steps[last], xtol=1e-300, rtol=4 * np.finfo(float).eps))
+
+
+@lru_cache(maxsize=4096)
+def required_stiffness(programme: Programme, dynamics: Dynamics, omega: float) -> float:
+    """The least spring rate that keeps contact with the preload as it is; infinite if none does."""
+    scale = max(map(abs, force_span(programme, replace(dynamics, stiffness=0.0), omega)))
+
+    def kept(stiffness: float) -> bool:
+        return force_span(programme, replace(dynamics, stiffness=stiffness), omega)[0] >= -ROUNDED * scale
+
+    if programme.corners:
+        return inf
+    if kept(0.0):
+        return 0.0
+    low, high = 0.0, scale / programme.lift
+    while not kept(high):
+        low, high = high, 2.0 * high
+        if high > STIFFEST * scale / programme.lift:
+            return inf
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if kept(middle) else (middle, high)
+    return high
+
+
+def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
+    subject, programme = case.subject, case.programme
+    dynamics, omega = subject.dynamics, subject.omega
+    jump = jump_speed(programme, dynamics) * 30.0 / pi
+    if omega is None:
+        return {"jump_speed_rpm": jump}
+    least, largest = force_span(programme, dynamics, omega)
+    lever = case.designs.arm_length if subject.angular else 1.0
+    columns: dict[str, Any] = {
+        "contact_force_min_N": least / lever,
+        "contact_force_max_N": largest / lever,
+        "jump_speed_rpm": jump,
+        "jump_speed_ratio": jump * pi / 30.0 / omega,
+    }
+    per_length, per_rate = ("N_m", "N_m_per_rad") if subject.angular else ("N", "N_per_mm")
+    unit = 1e-3 if subject.angular else 1.0
+    columns[f"preload_required_{per_length}"] = max(dynamics.preload - least, 0.0) * unit
+    if f"spring_rate_required_{per_rate}" in wanted:
+        required = required_stiffness(programme, dynamics, omega)
+        columns[f"spring_rate_required_{per_rate}"] = required * unit
+    return columns
+
+
+EFFECT = Effect("force", offers, run, lacks)

@@ -1,0 +1,104 @@
+"""Normal force, side thrust, and what they do to the guide and the stem of the follower.
+
+    N = F/(cos β ∓ μ·q·|sin β|),  q = (2a + b)/b           − on the rise, + on the return; S = N·sin β
+    guide reaction S·(a + b)/b,    bending stress of the stem 32·S·a/(π·d³),    jams where μ·q·|tan β| = 1
+
+for a guide of length b and an overhang a = a₀ − y, from the trace point to the near end of the guide. Without a
+guide there is no friction. An oscillating follower has S along its arm, and no guide.
+
+Source: Rothbart, Cam Design Handbook, ch. 6; Norton, Cam Design and Manufacturing Handbook, ch. 7.
+"""
+
+from functools import partial
+from math import pi
+from typing import Any
+
+import numpy as np
+
+from camopt.effects import force
+from camopt.effects.case import Bounded, Case, Effect, Subject
+from camopt.effects.loads import GuideDrag, SideThrust, force_curve, friction, largest, normal_curve, sides
+from camopt.mechanisms.design import Designs
+from camopt.motion.programme import Programme
+from camopt.motion.table import RISE
+from camopt.numerics import LARGEST, LARGEST_MAGNITUDE
+
+GUIDE = ("guide_length", "overhang")
+NEEDS = {  # keys of [follower.dynamics] beside those of a force
+    "guide_reaction_max_N": GUIDE,
+    "stem_bending_stress_max_MPa": ("overhang", "stem_diameter"),
+}
+JAMMING = ("jamming_margin", "jamming_angle_deg")
+
+
+def offers(subject: Subject) -> tuple[str, ...]:
+    if subject.mechanism.curvature is None:
+        return ("normal_force_max_N",)
+    names = ("normal_force_max_N", "side_thrust_max_N")
+    return names if subject.angular else (*names, *NEEDS, *JAMMING)
+
+
+def lacks(subject: Subject) -> dict[str, tuple[str, ...]]:
+    given, loads = subject.dynamics, force.missing(subject)
+    found = {}
+    for name in offers(subject):
+        keys = ("friction", *GUIDE) if name in JAMMING else NEEDS.get(name, ())
+        absent = tuple(f"follower.dynamics.{key}" for key in keys if not getattr(given, key) and key != "overhang")
+        if "overhang" in keys and given.overhang is None:
+            absent += ("follower.dynamics.overhang",)
+        absent += () if name in JAMMING else loads
+        if absent:
+            found[name] = absent
+    return found
+
+
+def thrust_curve(
+    subject: Subject, designs: Designs, programme: Programme, side: float, arm: float, reach: float
+) -> SideThrust:
+    """S·(arm + reach·y)."""
+    ones, drag = np.ones(len(designs)), friction(subject.dynamics, len(designs), side)
+    pressure = subject.mechanism.pressure(designs, programme)
+    return SideThrust(force_curve(subject, designs), pressure, *drag, arm * ones, reach * ones)
+
+
+def drag_curve(subject: Subject, designs: Designs, programme: Programme) -> GuideDrag:
+    """μ·q·t."""
+    drag = friction(subject.dynamics, len(designs), 1.0)
+    return GuideDrag(subject.mechanism.pressure(designs, programme), *drag)
+
+
+def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
+    subject, given = case.subject, case.subject.dynamics
+    columns: dict[str, Any] = {}
+    sound = np.ones(len(case.designs), dtype=bool)
+    if subject.mechanism.curvature and np.any(friction(given, 1, 1.0)):
+        drag = case.extremes(partial(drag_curve, subject), [(RISE, LARGEST_MAGNITUDE)])
+        columns["jamming_margin"] = Bounded(1.0 - drag.value[0], -drag.width[0], 1.0)
+        columns["jamming_angle_deg"] = float(np.degrees(np.arctan(1.0 / friction(given, 1, 1.0)[0][0])))
+        sound = drag.value[0] + drag.width[0] < 1.0
+    if "normal_force_max_N" in wanted:
+        normal = [(partial(normal_curve, subject, side=side), kinds) for side, kinds in sides(subject)]
+        columns["normal_force_max_N"] = largest(case, normal, LARGEST, sound).bounded()
+    for name, (arm, reach, factor) in levers(subject).items():
+        if name in wanted:
+            thrust = [
+                (partial(thrust_curve, subject, side=side, arm=arm, reach=reach), kinds)
+                for side, kinds in sides(subject)
+            ]
+            columns[name] = largest(case, thrust, LARGEST_MAGNITUDE, sound).bounded(factor)
+    return columns
+
+
+def levers(subject: Subject) -> dict[str, tuple[float, float, float]]:
+    """What side thrust is multiplied with: a line in y (arm, reach), and a factor."""
+    given = subject.dynamics
+    found = {"side_thrust_max_N": (1.0, 0.0, 1.0)}
+    if given.overhang is not None and given.guide_length:
+        b = given.guide_length
+        found["guide_reaction_max_N"] = (1.0 + given.overhang / b, -1.0 / b, 1.0)
+    if given.overhang is not None and given.stem_diameter:
+        found["stem_bending_stress_max_MPa"] = (given.overhang, -1.0, 32.0 / (pi * given.stem_diameter**3))
+    return found
+
+
+EFFECT = Effect("thrust", offers, run, lacks)
