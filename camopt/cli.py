@@ -260,6 +260,21 @@ def accuracy(scene: Any, as_json: bool, quiet: bool, out: str) -> int:
 
 
 @camopt.command()
+@click.argument("scene", default=DEFAULT_SCENE)
+@_scene_options
+@_output_options
+def effects(scene: Any, as_json: bool, quiet: bool) -> int:
+    """Show which effects a scene calls for, what called for each, and what each costs."""
+    from camopt import reports
+    from camopt.bill import bill
+
+    with reports.progress(quiet, ""):
+        result = bill(scene)
+    reports.show_bill(result, as_json)
+    return 0
+
+
+@camopt.command()
 @click.argument("target")
 @_override_options
 @_output_options

@@ -33,7 +33,7 @@ def run_effects(case: Case, wanted: Iterable[str]) -> Rows:
     """The wanted quantities of a block of designs."""
     wanted, rows = frozenset(wanted), Rows({}, len(case.designs))
     for effect, names in planned(wanted, case.subject):
-        rows = _with_found(rows, effect.run(replace(case, found=rows.columns), names), names)
+        rows = with_found(rows, effect.run(replace(case, found=rows.columns), names), names)
     return rows.only(wanted)
 
 
@@ -43,7 +43,7 @@ def planned(wanted: frozenset[str], subject: Subject) -> list[tuple[Effect, froz
     return [(EFFECTS[name], frozenset(names)) for name, names in asked.items()]
 
 
-def _with_found(rows: Rows, found: dict[str, Any], wanted: frozenset[str]) -> Rows:
+def with_found(rows: Rows, found: dict[str, Any], wanted: frozenset[str]) -> Rows:
     """Rows with the wanted ones of an effect's quantities."""
     columns, outward, half_width = dict(rows.columns), dict(rows.outward), rows.half_width
     for name in (n for n in found if n in wanted):
@@ -125,7 +125,7 @@ def screened(
     rows, pending, held = Rows({}, len(designs)), list(question.limits), np.ones(len(designs), dtype=bool)
     for effect, names in planned(wanted, question.subject):
         case = Case(question.subject, programme, designs, rows.columns)
-        rows = _with_found(rows, effect.run(case, names), names)
+        rows = with_found(rows, effect.run(case, names), names)
         ready = [limit for limit in pending if rows.columns.keys() >= set(limit.needs)]
         pending = [limit for limit in pending if limit not in ready]
         possible = np.all(excesses(ready, rows.shifted(-1.0), designs) <= 0.0, axis=0)

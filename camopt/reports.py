@@ -3,12 +3,14 @@
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from dataclasses import asdict
 from math import inf, isinf
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
+from rich.tree import Tree
 
 from camopt.evaluation import Evaluation
 from camopt.mistakes import BadInput, Mistake, nearest
@@ -18,6 +20,9 @@ from camopt.scene import Scene
 from camopt.search.optimise import Optimum
 from camopt.search.sweep import Sweep
 from camopt.table import to_json
+
+if TYPE_CHECKING:
+    from camopt.bill import Bill  # measures, and imports what only a measurement needs
 
 Advance = Callable[[int, int], None]
 
@@ -102,16 +107,20 @@ def _print(*things: Any) -> None:
         return
     screen = Console(highlight=False, markup=False)
     for thing in things:
+        if isinstance(thing, Tree):  # wraps within its branches on a screen, and nothing in a file
+            width = screen.width if sys.stdout.isatty() else UNBOUNDED
+            Console(width=width, highlight=False, markup=False).print(thing)
+            continue
         if not isinstance(thing, Table):
             screen.print(thing, soft_wrap=True)
             continue
-        width = Console(width=UNBOUNDED).measure(thing)
+        room = Console(width=UNBOUNDED).measure(thing)
         narrow = screen.width if sys.stdout.isatty() else UNBOUNDED
-        if narrow < width.minimum:
+        if narrow < room.minimum:
             screen.print(_row_by_row(thing), soft_wrap=True)
         else:
-            room = max(width.maximum, len(str(thing.title or "")))
-            Console(width=min(room, narrow), highlight=False, markup=False).print(thing, crop=False)
+            most = max(room.maximum, len(str(thing.title or "")))
+            Console(width=min(most, narrow), highlight=False, markup=False).print(thing, crop=False)
 
 
 UNBOUNDED = 10_000
@@ -255,6 +264,25 @@ def show_accuracy(rows: list[dict[str, Any]], scene: Scene, as_json: bool) -> No
     names = list(rows[0])
     shown = [{name: f"{row[name]:.2g}" if name in names[4:] else row[name] for name in names} for row in rows]
     return _print(_table(f"{scene.name}: what accuracy costs", shown, names))
+
+
+def show_bill(result: "Bill", as_json: bool) -> None:
+    """The effects that run as a tree, what called for each, and what it costs."""
+    if as_json:
+        entries = [{**asdict(entry), "share": round(entry.share, 6)} for entry in result.entries]
+        return _print_json({"scene": result.scene.name, "effects": entries, "not_called_for": result.idle})
+    whole = sum(entry.ns_per_design for entry in result.entries)
+    tree = Tree(f"{result.scene.name}: {whole:,.0f} ns per design, over {result.designs:,} designs, one thread")
+    for entry in result.entries:
+        branch = tree.add(f"{entry.effect}  {entry.ns_per_design:,.0f} ns per design, {entry.share:.1%}")
+        branch.add(f"called for by {', '.join(entry.called_by)}")
+        if entry.reads:
+            branch.add(f"reads {', '.join(entry.reads)}")
+        branch.add(f"writes {', '.join(entry.writes)}")
+    for name, keys in result.idle.items():
+        needs = f", and needs {', '.join(keys)}" if keys else ""
+        tree.add(f"{name}  not called for{needs}")
+    return _print(tree)
 
 
 def show_laws(as_json: bool) -> None:
