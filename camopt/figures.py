@@ -2,6 +2,7 @@
 
 import os
 import warnings
+from math import ceil
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,8 @@ import numpy as np
 from camopt.drawing import diagrams
 from camopt.drawing.cam import draw_disc
 from camopt.drawing.groove import draw_groove
+from camopt.drawing.loads import load_panels
+from camopt.drawing.panels import panels
 from camopt.drawing.picture import ALARM, FAINT, INK, MUTED, Picture, number
 from camopt.files import whole_file
 from camopt.judging import excesses, violations
@@ -40,9 +43,9 @@ def plot(scene: Scene, path: str | os.PathLike[str]) -> None:
 
     Diagrams run over one turn of the cam in deg: displacement, velocity, acceleration and jerk (by time if the
     scene has an rpm, by cam angle if not), pressure angle (contact on the face, for a face square to the
-    motion) and curvature. Peaks carry their exact values; jumps are breaks, impulses arrows. A disc cam is
-    drawn at cam angle 0, the follower at its lowest; the groove of a cylindrical cam is developed. Lengths in
-    mm. The same scene gives the same file, and the file appears only when whole.
+    motion), curvature, and the loads that the scene calls for. Peaks carry their exact values; jumps are breaks,
+    impulses arrows. A disc cam is drawn at cam angle 0, the follower at its lowest; the groove of a cylindrical cam
+    is developed. Lengths in mm. The same scene gives the same file, and the file appears only when whole.
 
     Raises
     ------
@@ -65,11 +68,15 @@ def plot(scene: Scene, path: str | os.PathLike[str]) -> None:
 def _figure(picture: Picture) -> Any:
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(15.5, 10.0), facecolor="white")
     grooved = picture.question.subject.mechanism.grooved
-    panels, cam = _layout(figure, grooved)
+    shown = [*panels(picture), *load_panels(picture)]
+    rows = ceil(len(shown) / 2) if grooved else len(shown)
+    figure = Figure(figsize=(15.5, 10.0 * rows / (3 if grooved else 6)), facecolor="white")
+    axes, cam = _layout(figure, grooved, rows, len(shown))
     _header(figure, picture)
-    diagrams.draw(panels, picture, heads=(0, 3) if grooved else (0,), feet=(2, 5) if grooved else (5,))
+    last = len(shown) - 1
+    heads, feet = ((0, rows), (rows - 1, last)) if grooved else ((0,), (last,))
+    diagrams.draw(axes, picture, shown, heads, feet)
     if not picture.exists:
         cam.set_axis_off()
         cam.text(0.5, 0.5, "this mechanism cannot be put together", ha="center", color=ALARM, fontsize=11)
@@ -83,15 +90,16 @@ def _figure(picture: Picture) -> Any:
     return figure
 
 
-def _layout(figure: Any, grooved: bool) -> tuple[list[Any], Any]:
-    """Axes of the six diagrams, and of the cam: beside them, or above them if it is a long groove."""
-    rows, top, height, gap = (3, 0.46, 0.4, 0.045) if grooved else (6, 0.85, 0.79, 0.034)
-    each = (height - (rows - 1) * gap) / rows
+def _layout(figure: Any, grooved: bool, rows: int, count: int) -> tuple[list[Any], Any]:
+    """Axes of the diagrams, and of the cam: beside them, or above them if it is a long groove."""
+    inch = 1.0 / figure.get_figheight()
+    top, foot, gap = (0.46 if grooved else 1.0 - 1.5 * inch), 0.6 * inch, (0.45 if grooved else 0.34) * inch
+    each = (top - foot - (rows - 1) * gap) / rows
     panels = []
-    for place in range(6):
+    for place in range(count):
         left, row = (0.045 + 0.495 * (place // rows), place % rows) if grooved else (0.045, place)
         panels.append(figure.add_axes((left, top - each - row * (each + gap), 0.44, each)))
-    cam = (0.045, 0.6, 0.935, 0.25) if grooved else (0.53, 0.125, 0.45, 0.745)
+    cam = (0.045, 0.6, 0.935, 0.25) if grooved else (0.53, 1.25 * inch, 0.45, 1.0 - 2.55 * inch)
     return panels, figure.add_axes(cam)
 
 
@@ -99,11 +107,14 @@ def _header(figure: Any, picture: Picture) -> None:
     """The scene's name, its mechanism and sizes, and what came out."""
     name = picture.question.scene.name
     shown = name if len(name) <= 90 else name[:89] + "…"
-    figure.text(0.045, 0.958, shown, fontsize=15, fontweight="bold")
-    figure.text(0.045, 0.934, _sizes(picture), fontsize=9, color=MUTED)
-    figure.text(0.045, 0.913, _results(picture), fontsize=9, color=INK)
+    inch = 1.0 / figure.get_figheight()
+    figure.text(0.045, 1.0 - 0.42 * inch, shown, fontsize=15, fontweight="bold")
+    figure.text(0.045, 1.0 - 0.66 * inch, _sizes(picture), fontsize=9, color=MUTED)
+    figure.text(0.045, 1.0 - 0.87 * inch, _results(picture), fontsize=9, color=INK)
     if picture.exists:
-        figure.text(0.98, 0.958, _faults(picture), fontsize=10, color=ALARM, ha="right", fontweight="bold")
+        figure.text(
+            0.98, 1.0 - 0.42 * inch, _faults(picture), fontsize=10, color=ALARM, ha="right", fontweight="bold"
+        )
 
 
 def _sizes(picture: Picture) -> str:

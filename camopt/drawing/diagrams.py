@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from camopt.drawing.panels import SAME, Panel, Peak, Values, panels
+from camopt.drawing.panels import SAME, Panel, Peak, Values
 from camopt.drawing.picture import ALARM, COLOURS, FAINT, INK, MUTED, NAMES, PITCH, Picture, number
 from camopt.motion.table import DWELL, RETURN, RISE
 
@@ -15,9 +15,11 @@ DEGREES_A_LETTER = 4.0  # that a letter above the diagrams takes
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
-def draw(axes: Sequence[Any], picture: Picture, heads: Iterable[int], feet: Iterable[int]) -> None:
-    """The six diagrams into six axes; stroke names above the ``heads``, cam angles below the ``feet``."""
-    for place, (each, panel) in enumerate(zip(axes, panels(picture), strict=True)):
+def draw(
+    axes: Sequence[Any], picture: Picture, shown: Sequence[Panel], heads: Iterable[int], feet: Iterable[int]
+) -> None:
+    """Diagrams into as many axes; stroke names above the ``heads``, cam angles below the ``feet``."""
+    for place, (each, panel) in enumerate(zip(axes, shown, strict=True)):
         _draw_panel(each, picture, panel)
         if place in heads:
             _name_strokes(each, picture)

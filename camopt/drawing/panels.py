@@ -88,7 +88,7 @@ def _pressure(picture: Picture) -> Panel:
     programme, exact = picture.question.programme, picture.values
     if exact["pressure_angle_max_deg"] == 0.0 and mechanism.reach is not None:
         reach = picture.curve_values(mechanism.reach(design, programme))
-        peaks = _extremes(picture, reach, (exact["face_reach_max_mm"], exact["face_reach_min_mm"]))
+        peaks = extremes(picture, reach, (exact["face_reach_max_mm"], exact["face_reach_min_mm"]))
         return Panel("Contact on the face", "mm", reach, peaks, note="pressure angle 0 throughout")
     tangent = picture.curve_values(mechanism.pressure(design, programme))
     values = [np.degrees(np.arctan(t)) for t in tangent]
@@ -118,7 +118,7 @@ def _curvature(picture: Picture) -> Panel:
     programme, least = picture.question.programme, picture.values["profile_radius_min_mm"]
     if mechanism.profile_radius is not None:
         values = picture.curve_values(mechanism.profile_radius(design, programme))
-        peaks = [p for p in _extremes(picture, values, (np.nan, least)) if isfinite(least)]
+        peaks = [p for p in extremes(picture, values, (np.nan, least)) if isfinite(least)]
         panel = Panel("Radius of curvature of the profile", "mm", values, peaks)
         panel.alarm = [v <= 0.0 for v in values]
         panel.limits = _curvature_limit(picture, lambda radius: radius)
@@ -146,7 +146,7 @@ def _trace_curvature(picture: Picture, pitch: Values) -> Panel:
     panel.span = (float(finite.min(initial=0.0)), float(finite.max(initial=0.0)))
     least = picture.values["profile_radius_min_mm"]
     if isfinite(least) and least > 0.0 and not grooved:
-        peaks = _extremes(picture, profiles[0], (1.0 / least, np.nan))
+        peaks = extremes(picture, profiles[0], (1.0 / least, np.nan))
         panel.peaks = [Peak(p.angle, p.value, f"ρ {number(least)} mm") for p in peaks if abs(p.value) <= cap]
     panel.limits = _curvature_limit(picture, lambda bound: 1.0 / bound)
     return panel
@@ -188,7 +188,7 @@ def _peaks(picture: Picture, values: Values, exact: dict[int, float], sign: str 
     return found
 
 
-def _extremes(picture: Picture, values: Values, exact: tuple[float, float]) -> list[Peak]:
+def extremes(picture: Picture, values: Values, exact: tuple[float, float]) -> list[Peak]:
     """The greatest and the least value, where they are given."""
     angles, every = np.concatenate(picture.pieces), np.concatenate(values)
     if not np.isfinite(every).any():
