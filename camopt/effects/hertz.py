@@ -89,7 +89,7 @@ def _half_width(case: Case, make: Any, side: float, index: Any, top: Largest) ->
     designs, programme = case.designs.take(index), case.programme
     load, normal = make(designs, programme), normal_curve(case.subject, designs, programme, side)
     values = []
-    for turn in (-1e-9, 1e-9):  # to both sides of a jump
+    for turn in (-1e-12, 1e-12):  # to both sides of a jump
         motion = programme.at(np.mod(top.where[index] + turn, 2 * np.pi))
         values.append((curve(load, ..., *motion)[0], curve(normal, ..., *motion)[0]))
     (before, one), (after, two) = values

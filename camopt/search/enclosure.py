@@ -102,7 +102,7 @@ def examined(
     worst = np.full(index.size, -np.inf)
     for constraint in constraints:
         where = case.extremes(constraint.curve, [(constraint.kinds, constraint.goal)]).where
-        for offset in (-1e-9, 1e-9):  # both one-sided values where the worst angle is a jump
+        for offset in (-1e-12, 1e-12):  # both one-sided values where the worst angle is a jump
             motion = programme.at(np.mod(where[0] + offset, 2 * np.pi))
 
             def floor(designs: Designs, constraint: Constraint = constraint, motion: FloatArray = motion) -> Any:
