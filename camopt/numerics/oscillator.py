@@ -133,9 +133,9 @@ def steady(motion: FloatArray, half_width: FloatArray, corners: FloatArray, rati
 def from_rest(
     motion: FloatArray, half_width: FloatArray, corners: FloatArray, ratio: FloatArray, damping: float
 ) -> Wave:
-    """The z that follows rest, for each r of ``ratio`` (rows,); ``half_width`` (rows, panels), r of about 1 or more."""
-    phase = ratio[:, None] * half_width
-    shift, drive, kicks = _stiff(motion, phase, corners / ratio[:, None])
+    """The z that follows rest, for each r of ``ratio`` (rows, 1); ``half_width`` (rows, panels)."""
+    phase = ratio * half_width
+    shift, drive, kicks = _stiff(motion, phase, corners / ratio)
     solution = _particular(shift, drive, phase, damping)
     start = (np.zeros(len(ratio)), np.zeros(len(ratio)))
     return _wave(solution, half_width, phase, kicks, damping, start)

@@ -17,7 +17,7 @@ import numpy as np
 from camopt.numerics import FloatArray
 from camopt.numerics.oscillator import Wave
 
-TOLERANCE = 1e-12  # of the largest magnitude that a wave could have
+TOLERANCE = 1e-14  # of the largest magnitude that a wave could have
 MOST = 1 << 20  # intervals at once; beyond, the enclosure stays as wide as it is
 HALVINGS = 64
 
