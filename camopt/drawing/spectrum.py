@@ -4,7 +4,6 @@ import os
 from pathlib import Path
 from typing import Any
 
-
 from camopt.drawing.picture import FAINT, INK, MUTED
 from camopt.files import whole_file
 from camopt.rows import Rows
@@ -16,6 +15,7 @@ PANELS = {
     "acceleration": "Largest acceleration of the mass, lift/t₁²",
 }
 LEAST = 1e-4  # amplitudes of a smaller share of the lift fall off the picture
+SHOWN = (1e-4, 1e-3, 1e-2, 0.1, 1.0)
 
 
 def plot_spectrum(rows: Rows, path: str | os.PathLike[str]) -> None:
@@ -45,15 +45,14 @@ def _draw(axes: Any, name: str, rows: Rows) -> None:
         here = laws == law
         style = {"color": COLOURS[place % len(COLOURS)], "ls": DASHES[place // len(COLOURS) % len(DASHES)]}
         axes.plot(ratios[here], values[here], lw=1.4, label=law, **style)
-    axes.set(xscale="log", xlim=(ratios.min(), ratios.max()), xlabel="period ratio t₁/Tₙ")
-    ticks = [t for t in (0.1, 0.2, 0.5, 1, 2, 5, 10) if ratios.min() <= t <= ratios.max()]
-    axes.set_xticks(ticks, labels=[f"{t:g}" for t in ticks])
-    axes.minorticks_off()
+    axes.set(xlim=(0.0, ratios.max()), xlabel="period ratio t₁/Tₙ")
+    axes.locator_params(axis="x", nbins=11)
     if name == "residual":
         axes.set(yscale="log", ylim=(LEAST, 2.0 * max(1.0, float(values.max()))))
+        axes.set_yticks(SHOWN, labels=[f"{share:g}" for share in SHOWN])
+        axes.minorticks_off()
     else:
         axes.set_ylim(0.0, 1.05 * float(values.max()))
-        axes.axhline(0.0, color=FAINT, lw=0.8)
     axes.set_title(PANELS[name], loc="left", fontsize=9.5, color=INK)
     axes.grid(True, which="major", lw=0.4, color=FAINT, alpha=0.6)
     axes.tick_params(length=2.5, colors=MUTED)

@@ -2,19 +2,21 @@
 
     ẍ + 2ζω_n(ẋ − ẏ) + ω_n²(x − y) = 0,    y the cam's motion, x that of the mass, ω_n = 2π·f_n
 
-The steady response over the turn is exact (``numerics.oscillator``); it depends on the motion and the speed alone, so
-that one value holds for all designs of a programme. A dwell starts with the free vibration z = A·e^{−ζω_n t}·cos(w·ω_n·t − ψ),
-w = √(1 − ζ²); its amplitude there, A² = z² + ((ż/ω_n + ζz)/w)², is the residual vibration. The contact force with the
-elastic train,
+The steady response over the turn is exact (``numerics.oscillator``). It depends on the motion and the speed alone:
+one value holds for all designs of a programme. A dwell starts with a free vibration,
+
+    z = A·e^{−ζω_n t}·cos(w·ω_n·t − ψ),    A² = z² + ((ż/ω_n + ζz)/w)² at its start,    w = √(1 − ζ²),
+
+and A is the residual vibration. The contact force with the elastic train,
 
     F = m·ẍ + c·ẏ + k·y + F₀ + F_ext,
 
-takes the inertia from the mass at x; the spring that keeps contact, its damper and the load act on the cam's side of the
-train, at y. Contact is lost where F ≤ 0; the response is that of a train that stays on the cam, so it says where contact
-is first lost, not what follows. Without damping a whole number of free vibrations in a turn is resonance: the response
-is infinite. 0 ≤ ζ < 1.
+takes the inertia from the mass, at x; the spring that keeps contact, its damper and the load act on the cam's side
+of the train, at y. Contact is lost where F ≤ 0. The response is that of a train that stays on the cam: it says that
+contact is lost, not what follows. Without damping a whole number of free vibrations in a turn is resonance, and the
+response infinite. 0 ≤ ζ < 1; ω_n/ω up to 1e10, where rounding of the phase shows in the sixth digit of a vibration.
 
-Source: Norton, Cam Design and Manufacturing Handbook, ch. 11; Rothbart, Cam Design Handbook, ch. 12.
+Source: Norton, Cam Design and Manufacturing Handbook; Rothbart, Cam Design Handbook (one-mass follower models).
 """
 
 from functools import lru_cache
@@ -94,9 +96,7 @@ def vibration(programme: Programme, ratio: float, damping: float) -> Vibration:
     wave = response(programme, ratio, damping)
     dwells = programme.table.first_panel[:-1][(programme.table.kind & DWELL) != 0]
     residual = float(wave.amplitude[0, dwells].max(initial=0.0))
-    return Vibration(
-        _pair(largest_magnitude(wave)), _pair(largest_magnitude(acceleration(wave, ratio))), residual
-    )
+    return Vibration(_pair(largest_magnitude(wave)), _pair(largest_magnitude(acceleration(wave, ratio))), residual)
 
 
 @lru_cache(maxsize=4096)

@@ -97,7 +97,7 @@ def _added(one: FloatArray, other: FloatArray) -> FloatArray:
 
 
 def _horner(series: FloatArray, u: FloatArray) -> FloatArray:
-    value = series[-1] + np.zeros_like(u)
+    value: FloatArray = series[-1] + np.zeros_like(u)
     for row in series[-2::-1]:
         value = value * u + row
     return value
@@ -112,7 +112,7 @@ def is_resonant(ratio: float, damping: float) -> bool:
 def steady(motion: FloatArray, half_width: FloatArray, corners: FloatArray, ratio: float, damping: float) -> Wave:
     """The periodic z over one turn.
 
-    ``motion`` (powers, panels) is y in u, ``half_width`` (panels,) adds up to half a turn, ``corners`` (panels,) holds
+    ``motion`` (powers, panels) is y in u, ``half_width`` (panels,) adds up to half a turn, ``corners`` (panels,) is
     the jump of y′ at the start of each panel. Any r > 0 that is not resonant (``is_resonant``).
     """
     h, rows = half_width[None, :], np.array([[ratio]])

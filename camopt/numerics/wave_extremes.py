@@ -5,9 +5,9 @@ An interval [c − ρ, c + ρ] of a panel's u holds no value above either of
     f(c) + |f′(c)|·ρ + M·ρ²/2,   M ≥ |f″| on it,
     P(c) + |P′(c)|·ρ + M_P·ρ²/2 + the amplitude of the vibration at its start,
 
-P the polynomial: the second keeps intervals of many periods whole. Intervals that cannot hold more than the best value
-found are dropped, the others halved. Where the polynomial is constant (a dwell, a parabolic stroke) periods tie, and the
-first two stationary points answer at once.
+P the polynomial: the second keeps intervals of many periods whole. Intervals that cannot hold more than the best
+value found are dropped, the others halved. Where the polynomial is constant (a dwell, a parabolic stroke) periods
+tie, and the first two stationary points answer at once.
 """
 
 from typing import NamedTuple
@@ -31,7 +31,6 @@ class Enclosed(NamedTuple):
 
 def largest(wave: Wave) -> Enclosed:
     """The largest value of each row of a wave, one-sided limits at the ends of panels included."""
-    rows = wave.phase.shape[0]
     value = np.max(wave.at(np.array([-1.0, 1.0])), axis=(0, 2))
     value = np.maximum(value, np.max(_stationary_where_constant(wave), axis=1))
     scale = np.max(np.abs(wave.polynomial).sum(axis=0) + wave.amplitude, axis=1)
@@ -50,10 +49,9 @@ def largest(wave: Wave) -> Enclosed:
         if not flat.size or 2 * flat.size > MOST:
             break
         radius /= 2.0
-        flat, centre = np.repeat(flat, 2), np.concatenate([centre - radius, centre + radius]).reshape(2, -1).T.ravel()
+        flat, centre = np.concatenate([flat, flat]), np.concatenate([centre - radius, centre + radius])
     if flat.size:
         np.maximum.at(bound, flat // wave.phase.shape[1], upper[open_])
-    assert value.shape == (rows,)
     return Enclosed(value, np.maximum(bound, value))
 
 
