@@ -12,13 +12,15 @@ from scipy.integrate import solve_ivp
 
 import camopt
 from camopt.effects.case import Dynamics
-from camopt.effects.vibration import acceleration, contact, corners, dynamic_factor, response, vibration
-from camopt.motion.programme import Programme
-from camopt.motion.table import DWELL
+from camopt.effects.vibration import acceleration, corners, dynamic_factor, response, vibration
+from camopt.effects.vibration import contact as least_contact
+from camopt.motion.programme import Programme, peak
+from camopt.motion.table import DWELL, TURN
 from camopt.numerics.oscillator import is_resonant
 from camopt.numerics.wave_extremes import largest, largest_magnitude, least
 
-mpmath.mp.dps = 50
+mp = mpmath.MPContext()
+mp.dps = 50
 U = np.linspace(-1.0, 1.0, 9)
 RATIOS = (1e-4, 0.03, 0.4, 0.97, 1.02, 2.6, 7.3, 19.8, 45.1, 130.7, 1000.4, 1e5 + 0.3)
 
@@ -35,24 +37,24 @@ def two_strokes(rise, fall):
 
 # ------------------------------------------------------------------------------------------------ 50 digits
 
-PI = mpmath.pi
+PI = +mp.pi
 A_SINE, A_TRAPEZOID = 4 * PI**2 / (4 + PI), 8 * PI / (2 + PI)
 
 
 def sine(size, rate, shift):
     """size·sin(rate·(x − shift)) as (coefficient, exponent) of exponentials e^{iκx}."""
-    turned = mpmath.expj(-rate * shift)
-    return [(size * turned / 2j, rate), (-size * mpmath.conj(turned) / 2j, -rate)]
+    turned = mp.expj(-rate * shift)
+    return [(size * turned / 2j, rate), (-size * mp.conj(turned) / 2j, -rate)]
 
 
 ACCELERATIONS = {  # pieces (from, to, exponentials) of the acceleration of the unit stroke
     "cycloidal": [(0, 1, sine(2 * PI, 2 * PI, 0))],
-    "harmonic": [(0, 1, sine(-(PI**2) / 2, PI, mpmath.mpf(1) / 2))],
+    "harmonic": [(0, 1, sine(-(PI**2) / 2, PI, mp.mpf(1) / 2))],
     "parabolic": [(0, 0.5, [(4, 0)]), (0.5, 1, [(-4, 0)])],
     "uniform": [],
     "modified-sine": [
         (0, 0.125, sine(A_SINE, 4 * PI, 0)),
-        (0.125, 0.875, sine(-A_SINE, 4 * PI / 3, mpmath.mpf(1) / 2)),
+        (0.125, 0.875, sine(-A_SINE, 4 * PI / 3, mp.mpf(1) / 2)),
         (0.875, 1, sine(A_SINE, 4 * PI, 1)),
     ],
     "modified-trapezoid": [
@@ -69,12 +71,12 @@ def forces(turn):
     """−y″ as (from, to, exponentials) by cam angle, and −Δy′ as (angle, size), for 50 digits."""
     pieces, kicks = [], []
     for stroke in turn.strokes:
-        start, angle = mpmath.mpf(stroke.start), mpmath.mpf(stroke.angle)
-        lift = mpmath.mpf(stroke.high) - mpmath.mpf(stroke.low)
+        start, angle = mp.mpf(stroke.start), mp.mpf(stroke.angle)
+        lift = mp.mpf(stroke.high) - mp.mpf(stroke.low)
         if stroke.law is None:
             continue
         for low, high, terms in ACCELERATIONS[stroke.law.NAME]:
-            moved = [(-lift / angle**2 * c * mpmath.expj(-k * start / angle), k / angle) for c, k in terms]
+            moved = [(-lift / angle**2 * c * mp.expj(-k * start / angle), k / angle) for c, k in terms]
             pieces.append((start + low * angle, start + high * angle, moved))
         if stroke.law.NAME == "uniform":
             kicks += [(start, -lift / angle), (start + angle, lift / angle)]
@@ -83,25 +85,23 @@ def forces(turn):
 
 def exact_response(turn, ratio, damping, angle):
     """z and z′ at a cam angle inside a panel, from q′ = μq − y″ with μ = r(−ζ + i·w): z = Im q/(r·w)."""
-    r, damping, angle = mpmath.mpf(ratio), mpmath.mpf(damping), mpmath.mpf(angle)
-    w = mpmath.sqrt(1 - damping**2)
-    mu, turned = r * mpmath.mpc(-damping, w), 2 * PI
+    r, damping, angle = mp.mpf(ratio), mp.mpf(damping), mp.mpf(angle)
+    w = mp.sqrt(1 - damping**2)
+    mu, turned = r * mp.mpc(-damping, w), 2 * PI
     pieces, kicks = forces(turn)
-    total = mpmath.mpc(0)
-    repeated = 1 / (1 - mpmath.exp(mu * turned))  # of all turns before
+    total = mp.mpc(0)
+    repeated = 1 / (1 - mp.exp(mu * turned))  # of all turns before
     for low, high, terms in pieces:
         for begin, end, back in ((low, min(high, angle), 0), (max(low, angle), high, turned)):
             if begin < end:
                 for c, k in terms:
-                    rate = mpmath.mpc(0, k) - mu
-                    grown = mpmath.exp(rate * end + mu * (angle + back)) - mpmath.exp(
-                        rate * begin + mu * (angle + back)
-                    )
+                    rate = mp.mpc(0, k) - mu
+                    grown = mp.exp(rate * end + mu * (angle + back)) - mp.exp(rate * begin + mu * (angle + back))
                     total += c * grown / rate
     for at, size in kicks:
-        total += size * mpmath.exp(mu * (angle - at + (0 if at < angle else turned)))
+        total += size * mp.exp(mu * (angle - at + (0 if at < angle else turned)))
     q = total * repeated
-    return mpmath.im(q) / (r * w), mpmath.im(mu * q) / (r * w)
+    return mp.im(q) / (r * w), mp.im(mu * q) / (r * w)
 
 
 TURNS = {
@@ -121,9 +121,9 @@ def test_the_response_against_fifty_digits(turn, ratio, damping):
     scale, steepest = np.abs(wave.at(U)).max(), np.abs(wave.slope().at(U)).max()
     for panel in range(0, len(table.centre), 5):
         for k in range(2):
-            at = mpmath.mpf(table.centre[panel]) + mpmath.mpf(u[k]) * mpmath.mpf(table.half_width[panel])
+            at = mp.mpf(table.centre[panel]) + mp.mpf(u[k]) * mp.mpf(table.half_width[panel])
             expected = exact_response(TURNS[turn], ratio, damping, at)
-            room = 2e-13 + 1e-15 * ratio  # the rounding of the phase
+            room = 1e-13 + 1e-15 * ratio  # the rounding of the phase
             assert abs(expected[0] - z[k, panel]) <= room * scale
             assert abs(expected[1] - slope[k, panel]) <= room * steepest
 
@@ -133,7 +133,7 @@ def test_the_response_against_fifty_digits(turn, ratio, damping):
 def test_a_harmonic_motion_over_the_whole_turn_in_closed_form(ratio, damping):
     h, omega = 20.0, 30.0
     turn = programme(("rise", 180, h, "harmonic"), ("return", 180, h, "harmonic"))
-    r = mpmath.mpf(ratio)
+    r = mp.mpf(ratio)
     stiff = r**2 + 2j * damping * r
     z, x = (-h / 2) / (stiff - 1), (-h / 2) * stiff / (stiff - 1)
     found = vibration(turn, ratio, damping)
@@ -143,23 +143,23 @@ def test_a_harmonic_motion_over_the_whole_turn_in_closed_form(ratio, damping):
     train = Dynamics(mass=2e-3, damping=0.04, stiffness=3.0, preload=10.0, load=4.0, damping_ratio=damping)
     swing = abs(-train.mass * omega**2 * x + (3.0 + 0.04j * omega) * (-h / 2))
     expected = 3.0 * h / 2 + 14.0 - swing
-    assert contact(turn, train, omega, ratio)[0] == pytest.approx(float(expected), abs=1e-12 * float(swing))
+    assert least_contact(turn, train, omega, ratio)[0] == pytest.approx(float(expected), abs=1e-12 * float(swing))
 
 
 def rest_to_dwell(law, ratio, damping):
     """The amplitude after one rise from rest, by the integral of Duhamel in 50 digits."""
-    r = 2 * PI * mpmath.mpf(ratio)
-    w = mpmath.sqrt(1 - mpmath.mpf(damping) ** 2)
-    mu = r * mpmath.mpc(-mpmath.mpf(damping), w)
-    q = mpmath.mpc(0)
+    r = 2 * PI * mp.mpf(ratio)
+    w = mp.sqrt(1 - mp.mpf(damping) ** 2)
+    mu = r * mp.mpc(-mp.mpf(damping), w)
+    q = mp.mpc(0)
     for low, high, terms in ACCELERATIONS[law]:
         for c, k in terms:
-            rate = mpmath.mpc(0, k) - mu
-            q -= c * (mpmath.exp(mu + rate * high) - mpmath.exp(mu + rate * low)) / rate
+            rate = mp.mpc(0, k) - mu
+            q -= c * (mp.exp(mu + rate * high) - mp.exp(mu + rate * low)) / rate
     if law == "uniform":
-        q += 1 - mpmath.exp(mu)
-    z, slope = mpmath.im(q) / (r * w), mpmath.im(mu * q) / (r * w)
-    return float(mpmath.sqrt(z**2 + ((slope / r + damping * z) / w) ** 2))
+        q += 1 - mp.exp(mu)
+    z, slope = mp.im(q) / (r * w), mp.im(mu * q) / (r * w)
+    return float(mp.sqrt(z**2 + ((slope / r + damping * z) / w) ** 2))
 
 
 @pytest.mark.parametrize("damping", [0.0, 0.05, 0.6])
@@ -199,7 +199,6 @@ def test_the_laws_in_their_known_order_on_a_stiff_train():
     assert peaks["modified-sine"] == pytest.approx(5.5280, rel=0.01)
     assert peaks["cycloidal"] == pytest.approx(2 * pi, rel=0.01)
     assert peaks["harmonic"] == pytest.approx(pi**2, rel=0.01)
-    assert peaks["parabolic"] == pytest.approx(12.0, rel=0.01)  # +4 to −4: the jump of 8 beyond −4
     # envelopes over the lobes from 5 to 6 and beyond: the cycloidal leaves the least of these
     ratios = np.linspace(5.0, 7.0, 201)
     left = {law: camopt.response_spectrum(law, ratios)["residual"].max() for law in ACCELERATIONS}
@@ -210,15 +209,13 @@ def test_the_laws_in_their_known_order_on_a_stiff_train():
 @pytest.mark.parametrize("damping", [0.0, 0.3])
 def test_a_stiff_train_bends_with_the_acceleration(damping):
     turn = two_strokes("poly4567", "poly56789")
-    table, ratio = turn.table, 3e5
+    table, ratio = turn.table, 3e5 + 0.3
     z = response(turn, ratio, damping).at(U)[:, 0]
     angles = (table.centre + U[:, None] * table.half_width)[1:-1]
     expected = -turn.at(angles)[2] / ratio**2
     assert z[1:-1] == pytest.approx(expected, abs=1e-3 * np.abs(expected).max())
     found = vibration(turn, ratio, damping)
-    assert dynamic_factor(found.acceleration[0], np.abs(turn.table.nodes[:, 2]).max()) == pytest.approx(
-        1.0, rel=1e-3
-    )
+    assert dynamic_factor(found.acceleration[0], peak(turn, 2, TURN)) == pytest.approx(1.0, rel=1e-3)
 
 
 @pytest.mark.parametrize("damping", [0.0, 0.3, 0.9])
@@ -256,7 +253,7 @@ def test_resonance_is_infinite_and_damping_bounds_it():
     found = vibration(turn, 7.0, 0.0)
     assert found.overshoot == found.acceleration == (inf, inf)
     assert found.residual == inf
-    assert contact(turn, Dynamics(mass=1.0), 1.0, 7.0) == (-inf, -inf)
+    assert least_contact(turn, Dynamics(mass=1.0), 1.0, 7.0) == (-inf, -inf)
     # near it the response grows as 1/ζ and as 1/(r − n)
     sizes = [vibration(turn, 7.0, damping).overshoot[0] for damping in (1e-5, 1e-6)]
     assert sizes[1] / sizes[0] == pytest.approx(10.0, rel=1e-3)
@@ -378,12 +375,11 @@ def test_quantities_in_their_units():
     assert found["contact_force_elastic_min_N"] == pytest.approx(found["contact_force_min_N"], rel=1e-4)
 
 
-def swinging(contact_="roller"):
+def swinging(contact="roller"):
     train = {**TRAIN, "inertia": 1e-3, "spring_rate": 1.0, "preload": 3.0}
     del train["mass"]
-    sizes = {"roller_radius": 10.0} if contact_ == "roller" else {}
-    arms = {"arm_length": 80.0} if contact_ == "roller" else {}
-    follower = {"motion": "oscillating", "contact": contact_, "centre_distance": 120.0, **sizes, **arms}
+    sizes = {"roller_radius": 10.0, "arm_length": 80.0} if contact == "roller" else {"face_offset": 5.0}
+    follower = {"motion": "oscillating", "contact": contact, "centre_distance": 120.0, **sizes}
     return camopt.Scene.from_dict({**SCENE, "follower": {**follower, "dynamics": train}})
 
 
@@ -397,7 +393,7 @@ def test_an_oscillating_follower_has_angles_and_a_force_at_its_trace_point():
     )
     stiff = camopt.evaluate(swinging().replace(**{"follower.dynamics.natural_frequency": 1e7}))
     assert stiff["contact_force_elastic_min_N"] == pytest.approx(stiff["contact_force_min_N"], rel=1e-4)
-    flat = camopt.evaluate(swinging("flat"))
+    flat = camopt.evaluate(swinging("flat").replace(outputs=["vibration"]))
     assert "overshoot_max_deg" in flat
     assert "contact_force_elastic_min_N" not in flat
 

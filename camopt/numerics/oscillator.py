@@ -27,6 +27,7 @@ from camopt.numerics import FloatArray
 
 SHORT = 2.0  # a panel of fewer radians of free vibration on each side of its centre takes the power series
 POWERS = 40  # of which the next term is below 1e-18 of the largest, for every ζ < 1
+LEFT = np.array([-1.0])
 WHOLE = 4e-15  # relative: r this near to a whole number is one, but for rounding of its factors
 
 
@@ -123,10 +124,11 @@ def steady(motion: FloatArray, half_width: FloatArray, corners: FloatArray, rati
     else:
         shift, drive, kicks = _stiff(motion, phase, corners / rows)
     solution = _particular(shift, drive, phase, damping)
-    at_rest = (np.zeros(1), np.zeros(1))
-    *_, driven = _carried(solution, phase, kicks, damping, at_rest)
-    start = _closed(driven, 2.0 * phase.sum(axis=1), damping)
-    wave = _wave(solution, h, phase, kicks, damping, start)
+    # from the polynomial's start: one from rest would vibrate, only to have it taken away with the phase's rounding
+    smooth = _horner(solution[0][:, 0, 0], LEFT), _horner(solution[1][:, 0, 0], LEFT)
+    *_, end = _carried(solution, phase, kicks, damping, smooth)
+    short = _closed((end[0] - smooth[0], end[1] - smooth[1]), 2.0 * phase.sum(axis=1), damping)
+    wave = _wave(solution, h, phase, kicks, damping, (smooth[0] + short[0], smooth[1] + short[1]))
     return wave.over(-motion) if ratio < 1.0 else wave
 
 
@@ -185,8 +187,8 @@ def _carried(
     return free_s, free_p, (s, p)
 
 
-def _closed(driven: Pair, angle: FloatArray, damping: float) -> Pair:
-    """The start that a turn returns to: (1 − E)·start = driven, E the free vibration over the turn.
+def _closed(missed: Pair, angle: FloatArray, damping: float) -> Pair:
+    """What to add to a start so that the turn returns to it: (1 − E)·added = missed, E the free vibration.
 
     The determinant is |1 − e^{λφ}|², a sum of squares; 1 − e^{−ζφ}·cos wφ is formed without cancellation.
     """
@@ -195,7 +197,7 @@ def _closed(driven: Pair, angle: FloatArray, damping: float) -> Pair:
     sine = decay * np.sin(w * angle) / w
     gap = 2.0 * decay * np.sin(w * angle / 2.0) ** 2 - np.expm1(-damping * angle)
     determinant = gap**2 + (w * sine) ** 2
-    s, p = driven
+    s, p = missed
     return (
         ((gap - damping * sine) * s + sine * p) / determinant,
         ((gap + damping * sine) * p - sine * s) / determinant,
