@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from camopt.scene import Scene, find_scene, shipped_scenes
     from camopt.search.optimise import Optimum, optimise
     from camopt.search.sweep import Sweep, sweep
+    from camopt.spectrum import response_spectrum
     from camopt.table import load
 
 _HOMES = {
@@ -36,6 +37,7 @@ _HOMES = {
     "load": "table",
     "optimise": "search.optimise",
     "plot": "figures",
+    "response_spectrum": "spectrum",
     "shipped_scenes": "scene",
     "sweep": "search.sweep",
 }
@@ -56,6 +58,7 @@ __all__ = [
     "load",
     "optimise",
     "plot",
+    "response_spectrum",
     "shipped_scenes",
     "sweep",
 ]

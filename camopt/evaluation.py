@@ -62,6 +62,8 @@ def evaluate_design(question: Question) -> Evaluation:
 
 def _reason(name: str, programme: Programme) -> str:
     """Why a quantity is infinite."""
+    if QUANTITIES[name].effect == "vibration":
+        return "the undamped train resonates: a whole number of its vibrations is a turn"
     kinds = next((kind for stroke, kind in KINDS.items() if stroke and f"_{stroke}_" in name), TURN)
     corners = ", ".join(f"{np.degrees(j.at):g}°" for j in programme.corners if j.kinds & kinds)
     jumps = ", ".join(f"{np.degrees(j.at):g}°" for j in programme.jumps if j.kinds & kinds)

@@ -63,13 +63,21 @@ LOADS = {
     "stem_bending_stress": ("stem_bending_stress_max_MPa", MOST),
     "jamming_margin": ("jamming_margin", LEAST_ALLOWED),
     "contact_stress": ("contact_stress_max_MPa", MOST),
+    "residual_vibration": ("residual_vibration_max_mm", MOST),
+    "contact_force_elastic": ("contact_force_elastic_min_N", LEAST_ALLOWED),
 }
 """Limits on loads: the quantity that each bounds, from above (MOST) or from below."""
 
 
+def load_quantity(name: str, subject: Subject) -> str:
+    """The quantity that a limit on loads bounds; what is a length is an angle where the follower oscillates."""
+    quantity = LOADS[name][0]
+    return f"{quantity.removesuffix('_mm')}_deg" if subject.angular and quantity.endswith("_mm") else quantity
+
+
 def _load(name: str, bound: float, subject: Subject) -> Limit:
     """A load is bounded from one side."""
-    quantity, side = LOADS[name]
+    quantity, side = load_quantity(name, subject), LOADS[name][1]
 
     def excess(columns: Columns, designs: Designs) -> FloatArray:
         return np.asarray(side * (columns[quantity] - bound) / (abs(bound) or 1.0) + np.zeros(len(designs)))

@@ -52,6 +52,33 @@ def _motion_quantities() -> list[Quantity]:
     ]
 
 
+def _vibration_quantities() -> list[Quantity]:
+    return [
+        Quantity(name, symbol, unit, "vibration", sentence)
+        for stem, symbol, units, sentence in (
+            ("overshoot_max", "z_max", ("mm", "deg"), "Largest travel of the elastic train off its cam's motion."),
+            (
+                "acceleration_elastic_max",
+                "a_max",
+                ("m/s²", "rad/s²"),
+                "Largest |acceleration| of the mass on the elastic train.",
+            ),
+            ("residual_vibration_max", "A", ("mm", "deg"), "Largest amplitude left over at the start of a dwell."),
+        )
+        for unit in units
+        for name in (f"{stem}_{unit.replace('²', '2').replace('/', '_')}",)
+    ] + [
+        Quantity("dynamic_factor", "", "", "vibration", "Peak acceleration of the mass over that of the motion."),
+        Quantity(
+            "contact_force_elastic_min_N",
+            "F_min",
+            "N",
+            "vibration",
+            "Least force along the motion with the elastic train; contact is lost at 0 and below.",
+        ),
+    ]
+
+
 _ALL = [
     Quantity("law_rise", "", "", "sizes", "Motion law of the rises.", str),
     Quantity("law_return", "", "", "sizes", "Motion law of the returns.", str),
@@ -109,6 +136,7 @@ _ALL = [
             ("jump_speed_ratio", "", "", "Jump speed over the speed of the cam."),
         )
     ],
+    *_vibration_quantities(),
     Quantity(
         "normal_force_max_N", "N", "N", "thrust", "Largest normal force at the contact, guide friction included."
     ),

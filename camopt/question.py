@@ -7,7 +7,7 @@ from math import pi
 import numpy as np
 
 from camopt.effects import Bodies, Dynamics, Subject, lacking, offered
-from camopt.limits import LOADS, Limit, limits_of
+from camopt.limits import LOADS, Limit, limits_of, load_quantity
 from camopt.materials import MATERIALS
 from camopt.mechanisms import Designs, mechanism_for
 from camopt.mistakes import BadInput, Mistake
@@ -105,8 +105,8 @@ def exactly(question: Question) -> Question:
 def _out_of_reach(scene: Scene, subject: Subject) -> list[Mistake]:
     """Limits on quantities that the mechanism has not, or that the scene gives too little for."""
     mistakes, offers, lacks = [], offered(subject), lacking(subject)
-    for key, (name, _) in LOADS.items():
-        bound = getattr(scene.limits, key)
+    for key in LOADS:
+        name, bound = load_quantity(key, subject), getattr(scene.limits, key)
         if bound is not None and name not in offers:
             why = f"needs {', '.join(lacks[name])}" if name in lacks else "this mechanism has none"
             mistakes.append(Mistake(scene.file, f"limits.{key}", bound, why, bare=True))

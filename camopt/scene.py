@@ -126,7 +126,7 @@ class Dynamics(Table):
     friction: NotNegative | None = None
     stem_diameter: Length | None = None
     natural_frequency: Positive | None = None
-    damping_ratio: NotNegative | None = None
+    damping_ratio: Annotated[Number, Field(ge=0, lt=1)] | None = None
     fluctuation: Positive | None = None
 
 
@@ -193,6 +193,8 @@ class Limits(Table):
     stem_bending_stress: Positive | None = None
     jamming_margin: Annotated[Number, Field(ge=0, le=1)] | None = None
     contact_stress: Positive | None = None
+    residual_vibration: Positive | None = None
+    contact_force_elastic: Anywhere | None = None
 
 
 class Range(Table):

@@ -1,0 +1,214 @@
+"""A mass on a spring, driven by a piecewise polynomial motion of its foot: the response in closed form.
+
+With z = x − y the motion of the mass relative to its foot, r = ω_n/ω and derivatives by cam angle:
+
+    z″ + 2ζr·z′ + r²·z = −y″,   0 ≤ ζ < 1.
+
+On each panel of half-width h, in u ∈ [−1, 1] and with a = r·h, the response is a polynomial and a free vibration,
+
+    z(u) = Σ c_k·uᵏ + e^{−ζφ}(A·cos wφ + B·sin wφ),   φ = a(u + 1),   w = √(1 − ζ²)
+
+(a ``Wave``). Nothing is stepped in time. Two forms of the first-order system keep the digits:
+
+- stiff (r ≥ 1): the pair (z, p) with p = z′/r + 2ζz, driven by −y″/r; a corner of y′ makes p jump by −Δy′/r;
+- soft (r < 1): the pair (x, p) with p = x′/r + 2ζz, driven by y itself, so that r → 0 leaves the mean of y.
+
+Both are s′ = a(p − 2ζs + shift), p′ = drive − a·s in u. Its polynomial solution is found downwards from the highest
+power for a ≥ 2 (a finite sum in 1/a), upwards as a power series for a < 2, where the first would cancel.
+Arrays are (rows, panels), polynomials (powers, rows, panels): a row is one value of r.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.polynomial import polynomial
+
+from camopt.numerics import FloatArray
+
+SHORT = 2.0  # a panel of fewer radians of free vibration on each side of its centre takes the power series
+POWERS = 40  # of which the next term is below 1e-18 of the largest, for every ζ < 1
+LEFT = np.array([-1.0])
+WHOLE = 4e-15  # relative: r this near to a whole number is one, but for rounding of its factors
+
+
+def damped(damping: float) -> float:
+    """w = √(1 − ζ²), the frequency of the damped vibration relative to the undamped one."""
+    return float(np.sqrt((1.0 - damping) * (1.0 + damping)))
+
+
+class Wave(NamedTuple):
+    """Polynomials and damped vibrations on panels, as above: ``polynomial`` (powers, rows, panels)."""
+
+    polynomial: FloatArray
+    cosine: FloatArray
+    sine: FloatArray
+    half_width: FloatArray
+    phase: FloatArray  # a = r·h
+    damping: float
+
+    @property
+    def frequency(self) -> float:
+        return damped(self.damping)
+
+    @property
+    def amplitude(self) -> FloatArray:
+        """Of the free vibration at the start of each panel."""
+        return np.hypot(self.cosine, self.sine)
+
+    def slope(self) -> "Wave":
+        """The derivative by cam angle."""
+        ratio, w = self.phase / self.half_width, self.frequency
+        return self._replace(
+            polynomial=polynomial.polyder(self.polynomial) / self.half_width,
+            cosine=ratio * (w * self.sine - self.damping * self.cosine),
+            sine=-ratio * (w * self.cosine + self.damping * self.sine),
+        )
+
+    def times(self, factor: FloatArray | float) -> "Wave":
+        """The wave multiplied by a factor (rows, 1)."""
+        parts = (self.polynomial * factor, self.cosine * factor, self.sine * factor)
+        return Wave(*parts, *self[3:])
+
+    def plus(self, other: "Wave") -> "Wave":
+        """The sum with another wave on the same panels."""
+        series = _added(self.polynomial, other.polynomial)
+        return Wave(series, self.cosine + other.cosine, self.sine + other.sine, *self[3:])
+
+    def over(self, series: FloatArray) -> "Wave":
+        """The sum with a polynomial, (powers, panels) or (powers, rows, panels)."""
+        series = np.broadcast_to(series if series.ndim == 3 else series[:, None], (len(series), *self.phase.shape))
+        return self._replace(polynomial=_added(self.polynomial, series))
+
+    def at(self, u: FloatArray) -> FloatArray:
+        """Values at u ∈ [−1, 1], (points,) for all panels: (points, rows, panels)."""
+        u = np.asarray(u, dtype=float)[:, None, None]
+        angle = self.phase * (u + 1.0)
+        turned = self.frequency * angle
+        free = np.exp(-self.damping * angle) * (self.cosine * np.cos(turned) + self.sine * np.sin(turned))
+        result: FloatArray = _horner(self.polynomial, u) + free
+        return result
+
+
+def _added(one: FloatArray, other: FloatArray) -> FloatArray:
+    """The sum of polynomials of any degrees."""
+    longer, shorter = (one, other) if len(one) >= len(other) else (other, one)
+    total = longer.copy()
+    total[: len(shorter)] += shorter
+    return total
+
+
+def _horner(series: FloatArray, u: FloatArray) -> FloatArray:
+    value: FloatArray = series[-1] + np.zeros_like(u)
+    for row in series[-2::-1]:
+        value = value * u + row
+    return value
+
+
+def is_resonant(ratio: float, damping: float) -> bool:
+    """Whether a harmonic of the turn meets the natural frequency of an undamped train: no bounded response."""
+    whole = max(round(ratio), 1)
+    return damping == 0.0 and abs(ratio - whole) <= WHOLE * ratio
+
+
+def steady(motion: FloatArray, half_width: FloatArray, corners: FloatArray, ratio: float, damping: float) -> Wave:
+    """The periodic z over one turn.
+
+    ``motion`` (powers, panels) is y in u, ``half_width`` (panels,) adds up to half a turn, ``corners`` (panels,) is
+    the jump of y′ at the start of each panel. Any r > 0 that is not resonant (``is_resonant``).
+    """
+    h, rows = half_width[None, :], np.array([[ratio]])
+    phase = rows * h
+    if ratio < 1.0:
+        shift, drive = 2.0 * damping * motion[:, None], phase * motion[:, None]
+        kicks = np.zeros_like(phase)
+    else:
+        shift, drive, kicks = _stiff(motion, phase, corners / rows)
+    solution = _particular(shift, drive, phase, damping)
+    # from the polynomial's start: one from rest would vibrate, only to have it taken away with the phase's rounding
+    smooth = _horner(solution[0][:, 0, 0], LEFT), _horner(solution[1][:, 0, 0], LEFT)
+    *_, end = _carried(solution, phase, kicks, damping, smooth)
+    short = _closed((end[0] - smooth[0], end[1] - smooth[1]), 2.0 * phase.sum(axis=1), damping)
+    wave = _wave(solution, h, phase, kicks, damping, (smooth[0] + short[0], smooth[1] + short[1]))
+    return wave.over(-motion) if ratio < 1.0 else wave
+
+
+def from_rest(
+    motion: FloatArray, half_width: FloatArray, corners: FloatArray, ratio: FloatArray, damping: float
+) -> Wave:
+    """The z that follows rest, for each r of ``ratio`` (rows, 1); ``half_width`` (rows, panels)."""
+    phase = ratio * half_width
+    shift, drive, kicks = _stiff(motion, phase, corners / ratio)
+    solution = _particular(shift, drive, phase, damping)
+    start = (np.zeros(len(ratio)), np.zeros(len(ratio)))
+    return _wave(solution, half_width, phase, kicks, damping, start)
+
+
+Pair = tuple[FloatArray, FloatArray]
+
+
+def _stiff(motion: FloatArray, phase: FloatArray, jumps: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    drive = -polynomial.polyder(motion, 2)[:, None] / phase
+    return np.zeros_like(drive), drive, -jumps
+
+
+def _particular(shift: FloatArray, drive: FloatArray, phase: FloatArray, damping: float) -> Pair:
+    """A polynomial solution of s′ = a(p − 2ζs + shift), p′ = drive − a·s on each panel."""
+    degree, shape = len(drive) - 1, (POWERS + 1, *phase.shape)
+    s, p = np.zeros(shape), np.zeros(shape)
+    a = np.maximum(phase, SHORT)
+    for k in range(degree, -1, -1):
+        s[k] = (drive[k] - (k + 1) * p[k + 1]) / a
+        p[k] = (k + 1) * s[k + 1] / a + 2.0 * damping * s[k] - shift[k]
+    up, along = np.zeros(shape), np.zeros(shape)
+    a = np.minimum(phase, SHORT)
+    for k in range(POWERS):
+        known = k <= degree
+        up[k + 1] = a * (along[k] - 2.0 * damping * up[k] + (shift[k] if known else 0.0)) / (k + 1)
+        along[k + 1] = ((drive[k] if known else 0.0) - a * up[k]) / (k + 1)
+    short = phase < SHORT
+    return np.where(short, up, s), np.where(short, along, p)
+
+
+def _carried(
+    solution: Pair, phase: FloatArray, kicks: FloatArray, damping: float, start: Pair
+) -> tuple[FloatArray, FloatArray, Pair]:
+    """The free vibration (s, p) at the start of each panel, and the state after the last one."""
+    (s, p), w = start, damped(damping)
+    ends = np.array([-1.0, 1.0])[:, None, None]
+    (s_left, s_right), (p_left, p_right) = (_horner(series[:, None], ends) for series in solution)
+    decay, cosine, sine = np.exp(-2.0 * damping * phase), np.cos(2.0 * w * phase), np.sin(2.0 * w * phase) / w
+    free_s, free_p = np.empty_like(phase), np.empty_like(phase)
+    for k in range(phase.shape[1]):
+        fs, fp = s - s_left[:, k], p + kicks[:, k] - p_left[:, k]
+        free_s[:, k], free_p[:, k] = fs, fp
+        c, d, e = cosine[:, k], damping * sine[:, k], decay[:, k]
+        s = e * ((c - d) * fs + sine[:, k] * fp) + s_right[:, k]
+        p = e * ((c + d) * fp - sine[:, k] * fs) + p_right[:, k]
+    return free_s, free_p, (s, p)
+
+
+def _closed(missed: Pair, angle: FloatArray, damping: float) -> Pair:
+    """What to add to a start so that the turn returns to it: (1 − E)·added = missed, E the free vibration.
+
+    The determinant is |1 − e^{λφ}|², a sum of squares; 1 − e^{−ζφ}·cos wφ is formed without cancellation.
+    """
+    w = damped(damping)
+    decay = np.exp(-damping * angle)
+    sine = decay * np.sin(w * angle) / w
+    gap = 2.0 * decay * np.sin(w * angle / 2.0) ** 2 - np.expm1(-damping * angle)
+    determinant = gap**2 + (w * sine) ** 2
+    s, p = missed
+    return (
+        ((gap - damping * sine) * s + sine * p) / determinant,
+        ((gap + damping * sine) * p - sine * s) / determinant,
+    )
+
+
+def _wave(
+    solution: Pair, half_width: FloatArray, phase: FloatArray, kicks: FloatArray, damping: float, start: Pair
+) -> Wave:
+    s, p, _ = _carried(solution, phase, kicks, damping, start)
+    sine = (p - damping * s) / damped(damping)
+    series = solution[0]
+    used = np.flatnonzero(series.any(axis=(1, 2)))
+    return Wave(series[: used[-1] + 1 if used.size else 1], s, sine, half_width, phase, damping)
