@@ -263,9 +263,22 @@ def accuracy(scene: Any, as_json: bool, quiet: bool, out: str) -> int:
 @click.argument("scene", default=DEFAULT_SCENE)
 @_scene_options
 @_output_options
-def effects(scene: Any, as_json: bool, quiet: bool) -> int:
+@click.option("--spectrum", is_flag=True, help="Response spectra of the motion laws instead: table and figure.")
+@click.option("--out", default="camopt-out", show_default=True, help="With --spectrum: folder for its files.")
+def effects(scene: Any, as_json: bool, quiet: bool, spectrum: bool, out: str) -> int:
     """Show which effects a scene calls for, what called for each, and what each costs."""
     from camopt import reports
+
+    if spectrum:
+        from camopt.spectrum import spectrum as spectra
+        from camopt.spectrum import write_spectrum
+
+        rows = spectra(scene)
+        files = write_spectrum(rows, out)
+        reports.show_spectrum(rows, as_json)
+        if not quiet:
+            reports.say_written(files)
+        return 0
     from camopt.bill import bill
 
     with reports.progress(quiet, ""):

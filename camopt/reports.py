@@ -16,6 +16,7 @@ from camopt.evaluation import Evaluation
 from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.motion import LAWS
 from camopt.quantities import QUANTITIES
+from camopt.rows import Rows
 from camopt.scene import Scene
 from camopt.search.optimise import Optimum
 from camopt.search.sweep import Sweep
@@ -283,6 +284,23 @@ def show_bill(result: "Bill", as_json: bool) -> None:
         needs = f", and needs {', '.join(keys)}" if keys else ""
         tree.add(f"{name}  not called for{needs}")
     return _print(tree)
+
+
+SHOWN_RATIOS = (0.5, 1.0, 1.5, 2.0, 3.0, 5.0, 7.5, 10.0)
+
+
+def show_spectrum(rows: Rows, as_json: bool) -> None:
+    """The amplitude that each law leaves over in the dwell after it, at a few period ratios."""
+    if as_json:
+        return _print_json([_finite(record) for record in rows.records()])
+    laws: dict[str, dict[str, Any]] = {}
+    for record in rows.records():
+        ratio = round(record["period_ratio"], 9)
+        if ratio in SHOWN_RATIOS:
+            row = laws.setdefault(record["law"], {"law": record["law"]})
+            row[f"{ratio:g}"] = f"{record['residual']:.2g}"
+    title = "Residual vibration in lifts, at period ratios t₁/T_n"
+    return _print(_table(title, list(laws.values()), ["law", *(f"{ratio:g}" for ratio in SHOWN_RATIOS)]))
 
 
 def show_laws(as_json: bool) -> None:
