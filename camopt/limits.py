@@ -7,13 +7,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.effects import Subject, hertz, thrust
-from camopt.effects.loads import normal_curve, sides
+from camopt.effects import EFFECTS, Subject, hertz, thrust
+from camopt.effects.loads import normal_curve, sides, torque_curve
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
-from camopt.motion.table import RISE
+from camopt.motion.table import RISE, TURN
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, FloatArray
-from camopt.quantities import motion_quantity
+from camopt.quantities import QUANTITIES, motion_quantity
 from camopt.rows import Columns
 from camopt.scene import Scene
 
@@ -41,6 +41,12 @@ class Limit:
     ceilings: tuple[Ceiling, ...] = ()
     """Curves that decide it, of a limit on loads; for searches and proofs."""
 
+    @property
+    def of_motion(self) -> bool:
+        """Whether the motion and the speed decide it, whatever the design."""
+        effects = [EFFECTS[QUANTITIES[name].effect] for name in self.needs]
+        return bool(effects) and all(effect.of_motion for effect in effects)
+
 
 def _at_most(name: str, bound: float, *needs: str) -> Limit:
     """The largest magnitude of some quantities is bounded."""
@@ -63,6 +69,8 @@ LOADS = {
     "stem_bending_stress": ("stem_bending_stress_max_MPa", MOST),
     "jamming_margin": ("jamming_margin", LEAST_ALLOWED),
     "contact_stress": ("contact_stress_max_MPa", MOST),
+    "torque": ("torque_peak_N_m", MOST),
+    "power": ("power_peak_W", MOST),
 }
 """Limits on loads: the quantity that each bounds, from above (MOST) or from below."""
 
@@ -88,6 +96,10 @@ def _ceilings(name: str, bound: float, subject: Subject) -> Iterator[Ceiling]:
     elif name == "normal_force":
         for side, kinds in sides(subject):
             yield Ceiling(partial(normal_curve, subject, side=side), kinds, LARGEST, bound)
+    elif name in ("torque", "power"):
+        assert subject.omega is not None
+        per = 1.0 if name == "torque" else subject.omega
+        yield Ceiling(partial(torque_curve, subject), TURN, LARGEST_MAGNITUDE, 1e3 * bound / per)
     elif name in ("side_thrust", "guide_reaction", "stem_bending_stress"):
         arm, reach, factor = thrust.levers(subject)[LOADS[name][0]]
         for side, kinds in sides(subject):

@@ -176,7 +176,7 @@ class OwnLaw(Table):
 
 
 class Limits(Table):
-    """What the cam must hold; each key optional. deg, mm, m/s, m/s², m/s³ (oscillating: rad), N, rev/min, MPa."""
+    """What the cam must hold, each key optional: deg, mm, m/s, m/s², m/s³ (oscillating: rad), N, rpm, MPa, N·m, W."""
 
     pressure_angle: Acute | None = None
     pressure_angle_return: Acute | None = None
@@ -193,6 +193,8 @@ class Limits(Table):
     stem_bending_stress: Positive | None = None
     jamming_margin: Annotated[Number, Field(ge=0, le=1)] | None = None
     contact_stress: Positive | None = None
+    torque: Positive | None = None
+    power: Positive | None = None
 
 
 class Range(Table):

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 
-from camopt.effects import crossing, curvature, force, hertz, motion, pressure, reach, sizes, thrust
+from camopt.effects import crossing, curvature, force, hertz, motion, pressure, reach, sizes, thrust, torque
 from camopt.effects.case import Bodies, Case, Dynamics, Effect, Subject
 from camopt.quantities import QUANTITIES
 
@@ -14,6 +14,7 @@ EFFECTS: dict[str, Effect] = {
         sizes.EFFECT,
         motion.EFFECT,
         force.EFFECT,
+        torque.EFFECT,
         pressure.EFFECT,
         curvature.EFFECT,
         reach.EFFECT,

@@ -12,7 +12,6 @@ from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.numerics.interval import Interval
-from camopt.quantities import QUANTITIES
 from camopt.question import Question
 from camopt.search.answer import GAP, Bounds, Smallest, feasible
 from camopt.search.enclosure import constraints_of, examined, points_of
@@ -68,8 +67,8 @@ def _stopped_at_any_size(question: Question, programme: Programme, obstacle: str
     columns = run_effects(Case(question.subject, programme, nearest), question.needed).columns
     for limit in question.limits:
         if limit.name in obstacle.split(", ") and limit.needs:
-            of_motion = all(QUANTITIES[name].effect == "motion" for name in limit.needs)
-            if of_motion or (programme.corners and np.isinf(limit.excess(columns, nearest)[0])):
+            infinite = programme.corners and np.isinf(limit.excess(columns, nearest)[0])
+            if limit.of_motion or infinite:
                 return True
     return False
 
