@@ -176,7 +176,7 @@ class OwnLaw(Table):
 
 
 class Limits(Table):
-    """What the cam must hold, each key optional: deg, mm, m/s, m/s², m/s³ (oscillating: rad), N, rpm, MPa, N·m, W."""
+    """What the cam must hold, each optional: deg, mm, m/s, m/s², m/s³ (oscillating: rad), N, rpm, MPa, N·m, W."""
 
     pressure_angle: Acute | None = None
     pressure_angle_return: Acute | None = None
