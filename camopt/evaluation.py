@@ -69,7 +69,7 @@ def _reason(name: str, programme: Programme) -> str:
     jumps = ", ".join(f"{np.degrees(j.at):g}°" for j in programme.jumps if j.kinds & kinds)
     if name.startswith("jerk") and not corners:
         return f"the acceleration jumps at {jumps}"
-    if name.startswith(("acceleration", "jerk")):
+    if name.startswith(("acceleration", "jerk", "torque", "power")):
         return f"the velocity jumps at {corners}"
     if name == "cutter_radius_max_mm":
         return "no flank of the profile is concave"

@@ -7,13 +7,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.effects import Subject, hertz, thrust
-from camopt.effects.loads import normal_curve, sides
+from camopt.effects import EFFECTS, Subject, hertz, thrust
+from camopt.effects.loads import normal_curve, sides, torque_curve
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
-from camopt.motion.table import RISE
+from camopt.motion.table import RISE, TURN
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, FloatArray
-from camopt.quantities import motion_quantity
+from camopt.quantities import QUANTITIES, motion_quantity
 from camopt.rows import Columns
 from camopt.scene import Scene
 
@@ -41,6 +41,12 @@ class Limit:
     ceilings: tuple[Ceiling, ...] = ()
     """Curves that decide it, of a limit on loads; for searches and proofs."""
 
+    @property
+    def of_motion(self) -> bool:
+        """Whether the motion and the speed decide it, whatever the design."""
+        effects = [EFFECTS[QUANTITIES[name].effect] for name in self.needs]
+        return bool(effects) and all(effect.of_motion for effect in effects)
+
 
 def _at_most(name: str, bound: float, *needs: str) -> Limit:
     """The largest magnitude of some quantities is bounded."""
@@ -65,6 +71,8 @@ LOADS = {
     "contact_stress": ("contact_stress_max_MPa", MOST),
     "residual_vibration": ("residual_vibration_max_mm", MOST),
     "contact_force_elastic": ("contact_force_elastic_min_N", LEAST_ALLOWED),
+    "torque": ("torque_peak_N_m", MOST),
+    "power": ("power_peak_W", MOST),
 }
 """Limits on loads: the quantity that each bounds, from above (MOST) or from below."""
 
@@ -82,7 +90,9 @@ def _load(name: str, bound: float, subject: Subject) -> Limit:
     def excess(columns: Columns, designs: Designs) -> FloatArray:
         return np.asarray(side * (columns[quantity] - bound) / (abs(bound) or 1.0) + np.zeros(len(designs)))
 
-    return Limit(name, bound, (quantity,), excess, tuple(_ceilings(name, bound, subject)))
+    by_arm = name.startswith("contact_force") and subject.angular  # a moment over the length of the arm
+    needs = (quantity, "arm_length_mm") if by_arm else (quantity,)
+    return Limit(name, bound, needs, excess, tuple(_ceilings(name, bound, subject)))
 
 
 def _ceilings(name: str, bound: float, subject: Subject) -> Iterator[Ceiling]:
@@ -96,6 +106,10 @@ def _ceilings(name: str, bound: float, subject: Subject) -> Iterator[Ceiling]:
     elif name == "normal_force":
         for side, kinds in sides(subject):
             yield Ceiling(partial(normal_curve, subject, side=side), kinds, LARGEST, bound)
+    elif name in ("torque", "power"):
+        assert subject.omega is not None
+        per = 1.0 if name == "torque" else subject.omega
+        yield Ceiling(partial(torque_curve, subject), TURN, LARGEST_MAGNITUDE, 1e3 * bound / per)
     elif name in ("side_thrust", "guide_reaction", "stem_bending_stress"):
         arm, reach, factor = thrust.levers(subject)[LOADS[name][0]]
         for side, kinds in sides(subject):

@@ -137,6 +137,20 @@ _ALL = [
         )
     ],
     *_vibration_quantities(),
+    *[
+        Quantity(name, symbol, unit, "torque", sentence)
+        for name, symbol, unit, sentence in (
+            ("torque_max_N_m", "T_max", "N·m", "Largest torque of the camshaft, free of friction."),
+            ("torque_min_N_m", "T_min", "N·m", "Least torque; below 0 where the follower drives the cam."),
+            ("torque_peak_N_m", "", "N·m", "Largest |torque| over the turn."),
+            ("torque_mean_N_m", "T_mean", "N·m", "Mean torque over the turn."),
+            ("torque_rms_N_m", "", "N·m", "Root mean square of the torque over the turn."),
+            ("power_peak_W", "P_max", "W", "Largest |power| over the turn."),
+            ("power_mean_W", "P_mean", "W", "Mean power over the turn."),
+            ("energy_fluctuation_J", "ΔE", "J", "Largest minus least work of torque less mean torque."),
+            ("flywheel_inertia_kg_m2", "I", "kg·m²", "Inertia that keeps the speed within its fluctuation."),
+        )
+    ],
     Quantity(
         "normal_force_max_N", "N", "N", "thrust", "Largest normal force at the contact, guide friction included."
     ),

@@ -176,7 +176,7 @@ class OwnLaw(Table):
 
 
 class Limits(Table):
-    """What the cam must hold; each key optional. deg, mm, m/s, m/s², m/s³ (oscillating: rad), N, rev/min, MPa."""
+    """What the cam must hold, each optional: deg, mm, m/s, m/s², m/s³ (oscillating: rad), N, rpm, MPa, N·m, W."""
 
     pressure_angle: Acute | None = None
     pressure_angle_return: Acute | None = None
@@ -195,6 +195,8 @@ class Limits(Table):
     contact_stress: Positive | None = None
     residual_vibration: Positive | None = None
     contact_force_elastic: Anywhere | None = None
+    torque: Positive | None = None
+    power: Positive | None = None
 
 
 class Range(Table):

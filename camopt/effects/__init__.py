@@ -2,7 +2,19 @@
 
 from collections.abc import Iterable
 
-from camopt.effects import crossing, curvature, force, hertz, motion, pressure, reach, sizes, thrust, vibration
+from camopt.effects import (
+    crossing,
+    curvature,
+    force,
+    hertz,
+    motion,
+    pressure,
+    reach,
+    sizes,
+    thrust,
+    torque,
+    vibration,
+)
 from camopt.effects.case import Bodies, Case, Dynamics, Effect, Subject
 from camopt.quantities import QUANTITIES
 
@@ -14,6 +26,7 @@ EFFECTS: dict[str, Effect] = {
         sizes.EFFECT,
         motion.EFFECT,
         force.EFFECT,
+        torque.EFFECT,
         vibration.EFFECT,
         pressure.EFFECT,
         curvature.EFFECT,

@@ -123,3 +123,5 @@ class Effect:
     """For each of them that cannot be computed from what the scene gives: the keys that it lacks."""
     reads: Callable[[Subject], tuple[str, ...]] = lambda subject: ()
     """Quantities of other effects that this one reads, from ``Case.found``."""
+    of_motion: bool = False
+    """Whether they depend on the motion and the speed alone, whatever the design."""

@@ -133,4 +133,4 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     return columns
 
 
-EFFECT = Effect("force", offers, run, lacks)
+EFFECT = Effect("force", offers, run, lacks, of_motion=True)

@@ -78,6 +78,12 @@ class FaceLoad(NamedTuple):
     radius: Any
 
 
+class ShaftTorque(NamedTuple):
+    """T = F·y', N·mm."""
+
+    force: Linear
+
+
 @formula(NormalForce)
 def normal_force(f, i, y, y1, y2, y3):
     force, force1 = curve(f.force, i, y, y1, y2, y3)
@@ -134,6 +140,12 @@ def face_load(f, i, y, y1, y2, y3):
     return value, (normal1 - value * rho1) / rho
 
 
+@formula(ShaftTorque)
+def shaft_torque(f, i, y, y1, y2, y3):
+    force, force1 = curve(f.force, i, y, y1, y2, y3)
+    return force * y1, force1 * y1 + force * y2
+
+
 def force_curve(subject: Subject, designs: Designs) -> Linear:
     """F, N; F/l of an oscillating follower with a trace point, the moment (N·mm) of an oscillating flat face."""
     assert subject.omega is not None
@@ -160,6 +172,13 @@ def normal_curve(subject: Subject, designs: Designs, programme: Programme, side:
         return force
     assert subject.mechanism.reach is not None
     return FaceForce(force, subject.mechanism.reach(designs, programme))
+
+
+def torque_curve(subject: Subject, designs: Designs, programme: Programme) -> ShaftTorque:
+    """The torque of the camshaft, the same for all designs."""
+    assert subject.omega is not None
+    ones = np.ones(len(designs))
+    return ShaftTorque(Linear(*(weight * ones for weight in weights(subject.dynamics, subject.omega))))
 
 
 def line_load(

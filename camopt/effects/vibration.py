@@ -152,4 +152,4 @@ def _bounded(found: tuple[float, float], unit: Any) -> Bounded:
     return Bounded(value * unit, outward * unit, abs(value) * unit)
 
 
-EFFECT = Effect("vibration", offers, run, lacks)
+EFFECT = Effect("vibration", offers, run, lacks, of_motion=True)

@@ -44,6 +44,7 @@ class Jump:
     order: int  # of the derivative that jumps
     at: float  # cam angle, rad
     size: float  # right value minus left value
+    after: float  # right value
     kinds: int  # of the two strokes that meet there
 
 
@@ -179,7 +180,7 @@ def _jumps(programme: Programme) -> list[Jump]:
         for order in (1, 2):
             if abs(change[order]) > SAME * scale[order]:
                 kinds = int(table.kind[q] | table.kind[q - 1])
-                found.append(Jump(order, float(start[q]), float(change[order]), kinds))
+                found.append(Jump(order, float(start[q]), float(change[order]), float(first[q, order]), kinds))
                 break
     return found
 

@@ -5,6 +5,7 @@ polynomial of degree 12 in u ∈ [−1, 1]. Jumps of any derivative lie between 
 are seen by construction. A piece of m panels has m + 1 nodes (panel ends) at which the motion is tabulated.
 """
 
+from functools import cache
 from itertools import pairwise
 from math import comb
 from typing import NamedTuple
@@ -96,13 +97,17 @@ def fill_nodes(table):
                 node[0], node[1], node[2], node[3] = y, y1, y2, y3
 
 
+@cache
 def bernstein(degree: int) -> FloatArray:
     """Matrix from powers of u ∈ [−1, 1] to Bernstein coefficients, which enclose a polynomial's range."""
-    shift = np.array(
-        [[comb(k, i) * 2.0**i * (-1.0) ** (k - i) for k in range(degree + 1)] for i in range(degree + 1)]
-    )
-    blend = np.array([[comb(i, k) / comb(degree, k) for k in range(degree + 1)] for i in range(degree + 1)])
-    return np.asarray(blend @ shift)
+
+    def blossom(ones: int, power: int) -> int:
+        """The elementary symmetric polynomial of some ones and else minus ones: all integers, so exact."""
+        each = range(power + 1)
+        return sum(comb(ones, k) * comb(degree - ones, power - k) * (-1) ** (power - k) for k in each)
+
+    powers = range(degree + 1)
+    return np.array([[blossom(ones, power) / comb(degree, power) for power in powers] for ones in powers])
 
 
 def groups_of(first_panel: NDArray[np.int64]) -> NDArray[np.int64]:

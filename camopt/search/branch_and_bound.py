@@ -67,8 +67,8 @@ def _stopped_at_any_size(question: Question, programme: Programme, obstacle: str
     columns = run_effects(Case(question.subject, programme, nearest), question.needed).columns
     for limit in question.limits:
         if limit.name in obstacle.split(", ") and limit.needs:
-            of_motion = all(np.ndim(columns[name]) == 0 for name in limit.needs)  # one value for all designs
-            if of_motion or (programme.corners and np.isinf(limit.excess(columns, nearest)[0])):
+            infinite = programme.corners and np.isinf(limit.excess(columns, nearest)[0])
+            if limit.of_motion or infinite:
                 return True
     return False
 

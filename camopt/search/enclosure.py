@@ -37,7 +37,7 @@ def constraints_of(question: Question) -> list[Constraint]:
     mechanism = question.subject.mechanism
     found = []
     for limit in question.limits:
-        for top in limit.ceilings:
+        for top in () if limit.of_motion else limit.ceilings:
             found.append(Constraint(top.curve, top.kinds, top.goal, _ceiling(top.bound, top.goal)))
         if limit.name in ("pressure_angle", "pressure_angle_return"):
             kinds = RETURN if limit.name.endswith("return") else RISE | DWELL
