@@ -15,8 +15,8 @@ On each panel of half-width h, in u ∈ [−1, 1] and with a = r·h, the respons
 
 Both are s′ = a(p − 2ζs + shift), p′ = drive − a·s in u. Its polynomial solution is found downwards from the highest
 power for a ≥ 2 (a finite sum in 1/a), upwards as a power series for a < 2, where the first would cancel.
-Against 50 digits z is right to 1e-13 of its largest value, or to 5e-16·r where that is more and the motion has jumps:
-the rounding of the phase. Next to resonance the error grows as the response does.
+Against 50 digits z is right to 1e-13 of its largest value, or to 5e-16·r if that is more and the motion has jumps,
+for the rounding of the phase. Next to resonance the error grows as the response does.
 
 Arrays are (rows, panels), polynomials (powers, rows, panels): a row is one value of r.
 """
