@@ -395,11 +395,11 @@ def test_bernstein_coefficients_are_those_of_powers(degree):
         assert np.abs(column).max() == 1.0
 
 
-@given(st.lists(st.floats(-1.0, 1.0), min_size=2, max_size=25))
+@given(st.lists(st.floats(-1.0, 1.0, allow_subnormal=False), min_size=2, max_size=25))
 def test_largest_of_a_series_against_the_roots_of_its_slope(coefficients):
     series = polynomial.polymul(chebyshev.cheb2poly(coefficients), [1.0])
     slope = chebyshev.chebder(np.array(coefficients))
-    roots = chebyshev.chebroots(slope) if np.count_nonzero(np.abs(slope) > 1e-6) else np.zeros(0)
+    roots = chebyshev.chebroots(chebyshev.chebtrim(slope, 1e-13 * np.abs(slope).max()))
     inside = roots.real[np.abs(roots.real) < 1.0]
     values = chebyshev.chebval(np.array([-1.0, 1.0, *inside, *np.linspace(-1, 1, 99)]), coefficients)
     scale = max(np.abs(series).sum(), 1e-300)

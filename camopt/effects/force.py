@@ -117,13 +117,10 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     if omega is None:
         return {"jump_speed_rpm": jump}
     least, largest = force_span(programme, dynamics, omega)
-    lever = case.designs.arm_length if subject.angular else 1.0
-    columns: dict[str, Any] = {
-        "contact_force_min_N": least / lever,
-        "contact_force_max_N": largest / lever,
-        "jump_speed_rpm": jump,
-        "jump_speed_ratio": jump * pi / 30.0 / omega,
-    }
+    columns: dict[str, Any] = {"jump_speed_rpm": jump, "jump_speed_ratio": jump * pi / 30.0 / omega}
+    if "contact_force_min_N" in offers(subject):
+        lever = case.designs.arm_length if subject.angular else 1.0
+        columns |= {"contact_force_min_N": least / lever, "contact_force_max_N": largest / lever}
     per_length, per_rate = ("N_m", "N_m_per_rad") if subject.angular else ("N", "N_per_mm")
     unit = 1e-3 if subject.angular else 1.0
     columns[f"preload_required_{per_length}"] = max(dynamics.preload - least, 0.0) * unit

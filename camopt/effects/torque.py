@@ -12,7 +12,7 @@ up to a constant, the fluctuation of energy is ΔE = max W − min W and the fly
 At a corner of the motion y' passes from one value to the other at once: T is infinite, upwards where |y'| grows,
 downwards where it falls; W is not.
 
-Source: Norton, Cam Design and Manufacturing Handbook, ch. 9 (torque) and Machinery ch. 11 (flywheel).
+Source: Norton, Design of Machinery, ch. 15 (camshaft torque) and 11 (flywheel).
 """
 
 from functools import lru_cache
