@@ -1,0 +1,84 @@
+"""The plan and its bill: what runs, what called for it, and that nothing else does."""
+
+import json
+
+import pandas as pd
+import pytest
+
+from camopt import find_scene
+from camopt.bill import bill
+from camopt.cli import main
+from camopt.effects import EFFECTS, called
+from camopt.quantities import DISCIPLINES, GEOMETRY, QUANTITIES
+from camopt.question import resolve
+
+TRAIN = {
+    "cam.rpm": 300,
+    "follower.dynamics": {
+        "mass": 1.5, "spring_rate": 15, "preload": 250, "guide_length": 90, "overhang": 80, "friction": 0.1,
+        "stem_diameter": 16, "natural_frequency": 120, "damping_ratio": 0.05, "fluctuation": 0.02,
+    },
+    "materials": {"cam": "steel", "follower": "steel", "face_width": 10},
+}  # fmt: skip
+VALVE = find_scene("exhaust-valve").replace(**TRAIN)
+
+
+@pytest.fixture(autouse=True)
+def _few_designs(monkeypatch):
+    monkeypatch.setattr("camopt.accuracy.subjects.DESIGNS", 64)
+
+
+def test_every_discipline_is_an_effect():
+    assert set(DISCIPLINES) == set(EFFECTS)
+    assert {q.effect for q in QUANTITIES.values()} - set(EFFECTS) == {"limits", "proof"}
+
+
+def test_without_outputs_motion_and_geometry_run_and_nothing_else():
+    found = bill(VALVE)
+    assert [entry.effect for entry in found.entries] == [n for n in GEOMETRY if n != "reach"]
+    assert {"force", "thrust", "hertz", "torque", "vibration"} <= found.idle.keys()
+    assert found.idle["force"] == ()
+    assert bill(find_scene("exhaust-valve")).idle["force"] == ("follower.dynamics.mass",)
+
+
+def test_all_calls_for_all_and_shares_add_up():
+    found = bill(VALVE.replace(outputs=["all"]))
+    assert {entry.effect for entry in found.entries} == set(EFFECTS) - {"reach"} - found.idle.keys()
+    assert sum(entry.share for entry in found.entries) == pytest.approx(1.0)
+    assert all(entry.called_by == ("outputs all",) or "outputs all" in entry.called_by for entry in found.entries)
+    written = {name for entry in found.entries for name in entry.writes}
+    assert written == set(resolve(VALVE.replace(outputs=["all"])).wanted)
+
+
+def test_a_limit_calls_for_what_it_needs_and_what_that_reads():
+    scene = VALVE.replace(**{"limits.contact_stress": 900, "outputs": ["sizes"]})
+    entries = {entry.effect: entry for entry in bill(scene).entries}
+    assert "limits.contact_stress" in entries["hertz"].called_by
+    assert "effect hertz" in entries["curvature"].called_by
+    assert "undercut" in entries["hertz"].reads
+    assert not {"force", "torque", "vibration", "pressure", "crossing"} & entries.keys()
+    question = resolve(scene)
+    assert list(called(question.wanted, question.subject)) == list(entries)
+
+
+def test_the_command_shows_the_tree_and_its_json(tmp_path, capsys):
+    scene = tmp_path / "valve.toml"
+    scene.write_text(VALVE.replace(**{"limits.jump_speed": 400}).to_toml(), encoding="utf-8")
+    assert main(["effects", str(scene), "--quiet"]) == 0
+    shown = capsys.readouterr().out
+    assert "called for by limits.jump_speed" in shown
+    assert "hertz  not called for\n" in shown
+    assert main(["effects", str(scene), "--json", "--quiet"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert [entry["effect"] for entry in found["effects"]][:3] == ["sizes", "motion", "force"]
+    assert found["not_called_for"]["hertz"] == []
+
+
+def test_the_command_writes_spectra(tmp_path, capsys):
+    assert main(["effects", "--spectrum", "--out", str(tmp_path), "--quiet"]) == 0
+    assert "cycloidal" in capsys.readouterr().out
+    table = pd.read_parquet(tmp_path / "spectrum.parquet")
+    quiet = table[(table.law == "cycloidal") & (table.period_ratio.round(6).isin([2.0, 3.0, 4.0]))]
+    assert len(quiet) == 3
+    assert quiet.residual.max() < 1e-15
+    assert "<svg" in (tmp_path / "spectrum.svg").read_text(encoding="utf-8")
