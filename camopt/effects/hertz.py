@@ -19,7 +19,7 @@ from camopt.effects.loads import Largest, Variant, largest, line_load, normal_cu
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, FloatArray
 from camopt.numerics.curves import curve
 
-SHEAR, DEPTH = 0.30028310618656, 0.78615137775742  # of the largest shear: over p₀, over b
+SHEAR, DEPTH = 0.3002831060007776, 0.7861513777574233  # of the largest shear: over p₀, over b
 NAMES = ("contact_stress_max_MPa", "contact_half_width_mm", "contact_shear_max_MPa", "contact_shear_depth_mm")
 
 
