@@ -99,7 +99,7 @@ def _ceilings(name: str, bound: float, subject: Subject) -> Iterator[Ceiling]:
     """The curves that decide a limit on loads; none for one that the motion alone decides."""
     if name == "contact_stress" and not subject.pointed:
         goal = LARGEST_MAGNITUDE if subject.mechanism.grooved else LARGEST
-        for _, (make, kinds) in hertz.variants(subject):
+        for *_, (make, kinds) in hertz.variants(subject):
             yield Ceiling(make, kinds, goal, hertz.load_of(subject, bound))
     elif name == "jamming_margin":
         yield Ceiling(partial(thrust.drag_curve, subject), RISE, LARGEST_MAGNITUDE, 1.0 - bound)

@@ -161,6 +161,9 @@ _ALL = [
     Quantity("jamming_angle_deg", "", "deg", "thrust", "Pressure angle at which the follower jams at its lowest."),
     Quantity("contact_stress_max_MPa", "p_0", "MPa", "hertz", "Largest contact pressure (Hertz)."),
     Quantity("contact_half_width_mm", "b", "mm", "hertz", "Half-width of the contact where its stress is largest."),
+    Quantity(
+        "contact_half_length_mm", "", "mm", "hertz", "Half-length across the cam of a contact in a point, there."
+    ),
     Quantity("contact_shear_max_MPa", "τ_max", "MPa", "hertz", "Largest shear stress below the contact."),
     Quantity("contact_shear_depth_mm", "", "mm", "hertz", "Depth at which it lies."),
     Quantity("feasible", "", "", "limits", "Whether every limit of the scene is held.", bool),

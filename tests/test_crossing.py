@@ -111,11 +111,15 @@ def test_parts_enclose_the_profile(case, share):
 @settings(max_examples=60, deadline=None)
 @given(case=cases(keys=ROUND, slimmest=2), exponent=st.sampled_from([-9, 5]))
 def test_mirrored_and_scaled_cams_have_the_same_verdict(case, exponent):
-    """Mirrored: the cam turns the other way, with the offset on the other side. Scaled: by a power of two."""
+    """Mirrored: the cam turns the other way, with the offset on the other side. Scaled: by a power of two.
+
+    An oscillating follower, whose pivot stays to the right, has no mirror image here.
+    """
     assume(not undercut(case))
     found = find_crossing(case.subject, case.designs, case.programme)
-    other = replace(case.designs, sense=-case.designs.sense, offset=-case.designs.offset)
-    assert find_crossing(case.subject, other, case.programme) == found
+    if not case.subject.angular:
+        other = replace(case.designs, sense=-case.designs.sense, offset=-case.designs.offset)
+        assert find_crossing(case.subject, other, case.programme) == found
     scale, strokes = 2.0**exponent, case.programme.strokes
     if not case.subject.angular:
         strokes = tuple(replace(s, low=s.low * scale, high=s.high * scale) for s in strokes)

@@ -52,11 +52,12 @@ def _stress(picture: Picture) -> Panel | None:
     if not _ran(picture, "contact_stress_max_MPa"):
         return None
     subject = picture.question.subject
-    unit = hertz.load_of(subject, 1.0)
-    variants = [variant for _, variant in hertz.variants(subject)]
-    return _largest(
-        picture, "Contact stress", "contact_stress_max_MPa", variants, lambda q: np.sqrt(np.maximum(q, 0.0) / unit)
-    )
+    variants = [variant for *_, variant in hertz.variants(subject)]
+
+    def stress(load: Any) -> Any:
+        return hertz.stress_of(subject, np.maximum(load, 0.0))
+
+    return _largest(picture, "Contact stress", "contact_stress_max_MPa", variants, stress)
 
 
 def _largest(picture: Picture, title: str, name: str, variants: list[Variant], of: Callable[[Any], Any]) -> Panel:

@@ -1,8 +1,12 @@
-"""Contact stress by Hertz: rollers and flat faces in line contact.
+"""Contact stress by Hertz: rollers and flat faces in line contact, spherical faces in a point.
 
-    p₀ = √(E*/(π·L)·max N/R),    b = 2·√(N·R/(π·L·E*)),    largest shear 0.30028·p₀ at the depth 0.78615·b
+    line:   p₀ = √(E*/(π·L)·max N/R),    b = 2·√(N·R/(π·L·E*)),    largest shear 0.30028·p₀ at the depth 0.78615·b
+    point:  p₀ = ∛(E*²·max N·h/R_s²)
 
-with the relative radius R of ``effects.loads``, half-width b, face width L. On a concave flank that nearly conforms
+with the relative radius R of ``effects.loads``, half-width b, face width L. The ellipse of a point contact has the
+relative radius R_s·(1 − κ·R_s) in the plane of the cam and R_s across it, where the cam is a cylinder; its h and
+half-axes are those of ``numerics.point_contact``, and must be small against the radii and the cam's width.
+On a concave flank that nearly conforms
 to the roller R grows without end and the stress falls to zero: the formulas hold while b is small against R_r.
 A knife edge has no width, and its stress no bound. In a groove the roller touches one flank or the other, and the
 sharper counts. Source: Johnson, Contact Mechanics, ch. 4.
@@ -15,23 +19,26 @@ import numpy as np
 
 from camopt.effects import force
 from camopt.effects.case import Bounded, Case, Effect, Subject
-from camopt.effects.loads import Largest, Variant, largest, line_load, normal_curve, sides
+from camopt.effects.loads import Largest, Variant, contact_load, largest, normal_curve, sides
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, FloatArray
 from camopt.numerics.curves import curve
+from camopt.numerics.point_contact import ellipticity_of, integrals
 
 SHEAR, DEPTH = 0.3002831060007776, 0.7861513777574233  # of the largest shear: over p₀, over b
-NAMES = ("contact_stress_max_MPa", "contact_half_width_mm", "contact_shear_max_MPa", "contact_shear_depth_mm")
+STRESS, WIDTH, LENGTH = "contact_stress_max_MPa", "contact_half_width_mm", "contact_half_length_mm"
+LINE = (STRESS, WIDTH, "contact_shear_max_MPa", "contact_shear_depth_mm")
+POINT = (STRESS, WIDTH, LENGTH)
 
 
 def offers(subject: Subject) -> tuple[str, ...]:
-    return NAMES[:1] if subject.pointed else () if subject.spherical else NAMES
+    return (STRESS,) if subject.pointed else POINT if subject.spherical else LINE
 
 
 def lacks(subject: Subject) -> dict[str, tuple[str, ...]]:
     keys = force.missing(subject)
     if not subject.bodies.modulus:
         keys += ("materials.cam", "materials.follower")
-    if not subject.bodies.face_width:
+    if not subject.bodies.face_width and not subject.spherical:
         keys += ("materials.face_width",)
     return {name: keys for name in offers(subject) if keys and not subject.pointed}
 
@@ -42,62 +49,87 @@ def reads(subject: Subject) -> tuple[str, ...]:
     return ("undercut", *(("jamming_margin",) if subject.dynamics.friction and subject.mechanism.curvature else ()))
 
 
-def variants(subject: Subject) -> list[tuple[float, Variant]]:
-    """The line load on each flank, with the guide's friction on each side: (side, variant)."""
+def variants(subject: Subject) -> list[tuple[float, float, Variant]]:
+    """The load that decides the stress on each flank, with the guide's friction on each side: (flank, side, it)."""
     flanks = (1.0, -1.0) if subject.mechanism.grooved else (1.0,)
     return [
-        (side, (partial(line_load, subject, flank=flank, side=side), kinds))
+        (flank, side, (partial(contact_load, subject, flank=flank, side=side), kinds))
         for flank in flanks
         for side, kinds in sides(subject)
     ]
 
 
 def load_of(subject: Subject, stress: float) -> float:
-    """N/R, N/mm², at which the contact stress is reached."""
-    assert subject.bodies.modulus is not None
-    assert subject.bodies.face_width is not None
-    return stress**2 * np.pi * subject.bodies.face_width / subject.bodies.modulus
+    """N/R, N/mm, at which the contact stress is reached; at a spherical face N·h/R_s², N/mm²."""
+    modulus, width = subject.bodies.modulus, subject.bodies.face_width
+    assert modulus is not None
+    if subject.spherical:
+        return stress**3 / modulus**2
+    assert width is not None
+    return stress**2 * np.pi * width / modulus
+
+
+def stress_of(subject: Subject, load: Any) -> FloatArray:
+    """The contact stress at a load ≥ 0, MPa: the inverse of ``load_of``."""
+    ratio = np.asarray(load) / load_of(subject, 1.0)
+    return np.cbrt(ratio) if subject.spherical else np.sqrt(ratio)
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     subject = case.subject
     if subject.pointed:
-        return {"contact_stress_max_MPa": np.inf}
+        return {STRESS: np.inf}
     sound = ~np.broadcast_to(case.found["undercut"], len(case.designs))
     sound = sound & (np.asarray(case.found.get("jamming_margin", 1.0)) > 0.0)
-    both = variants(subject)
+    every = variants(subject)
     goal = LARGEST_MAGNITUDE if subject.mechanism.grooved else LARGEST
-    top = largest(case, [variant for _, variant in both], goal, sound)
-    load, unit = np.maximum(top.value, 0.0), load_of(subject, 1.0)
-    stress = np.sqrt(load / unit)
+    patch_wanted = bool(wanted - {STRESS})
+    top = largest(case, [variant for *_, variant in every], goal, sound, located=patch_wanted)
+    load = np.maximum(top.value, 0.0)
+    stress = stress_of(subject, load)
     finite = np.where(np.isfinite(load), stress, 0.0)
-    outward = np.where(np.isfinite(load), np.sqrt((load + top.width) / unit) - finite, 0.0)
-    columns: dict[str, Any] = {"contact_stress_max_MPa": Bounded(stress, outward, stress)}
-    if wanted & set(NAMES[1:]):
-        half_width = np.zeros_like(stress)
-        for number, (side, (make, _)) in enumerate(both):
+    outward = np.where(np.isfinite(load), stress_of(subject, load + top.width) - finite, 0.0)
+    columns: dict[str, Any] = {STRESS: Bounded(stress, outward, stress)}
+    if patch_wanted:
+        width, length = np.zeros((2, *stress.shape))
+        for number, (flank, side, (make, _)) in enumerate(every):
             here = np.flatnonzero(np.isfinite(load) & (load > 0.0) & (top.variant == number))
-            half_width[here] = _half_width(case, make, side, here, top)
-        columns["contact_half_width_mm"] = half_width
+            if here.size:
+                width[here], length[here] = _patch(case, make, flank, side, here, top)
+        columns[WIDTH] = width
+        if subject.spherical:
+            return {**columns, LENGTH: length}
         columns["contact_shear_max_MPa"] = Bounded(SHEAR * stress, SHEAR * outward, stress)
-        columns["contact_shear_depth_mm"] = DEPTH * half_width
+        columns["contact_shear_depth_mm"] = DEPTH * width
     return columns
 
 
-def _half_width(case: Case, make: Any, side: float, index: Any, top: Largest) -> FloatArray:
-    """Half-width of the contact where the stress is largest, b = 2·N/(π·L·p₀)."""
-    designs, programme = case.designs.take(index), case.programme
-    load, normal = make(designs, programme), normal_curve(case.subject, designs, programme, side)
+def _patch(
+    case: Case, make: Any, flank: float, side: float, index: Any, top: Largest
+) -> tuple[FloatArray, FloatArray]:
+    """Half-axes of the contact where the stress is largest, in the plane of the cam and across it.
+
+    A line has the half-width 2·N/(π·L·p₀), and half its face width; an ellipse a = 2·R_s·p₀·B/(μ·E*) and b = μ·a.
+    """
+    subject, designs, programme = case.subject, case.designs.take(index), case.programme
+    load, normal = make(designs, programme), normal_curve(subject, designs, programme, side)
+    curved = subject.mechanism.curvature(designs, programme) if subject.mechanism.curvature else None
     values = []
     for turn in (-1e-12, 1e-12):  # to both sides of a jump
         motion = programme.at(np.mod(top.where[index] + turn, 2 * np.pi))
-        values.append((curve(load, ..., *motion)[0], curve(normal, ..., *motion)[0]))
-    (before, one), (after, two) = values
-    nearer = np.abs(np.abs(before) - top.value[index]) < np.abs(np.abs(after) - top.value[index])
-    force = np.abs(np.where(nearer, one, two))
-    stress, width = np.sqrt(top.value[index] / load_of(case.subject, 1.0)), case.subject.bodies.face_width
-    assert width is not None
-    return np.asarray(2.0 * force / (np.pi * width * stress))
+        bend = curve(curved, ..., *motion)[0] if curved else 0.0
+        values.append(np.broadcast_arrays(curve(load, ..., *motion)[0], curve(normal, ..., *motion)[0], bend))
+    nearer = np.abs(np.abs(values[0][0]) - top.value[index]) < np.abs(np.abs(values[1][0]) - top.value[index])
+    _, force, bend = (np.where(nearer, one, two) for one, two in zip(*values, strict=True))
+    stress, bodies = stress_of(subject, top.value[index]), subject.bodies
+    if subject.spherical:
+        assert bodies.modulus is not None
+        mu = ellipticity_of(1.0 - flank * designs.roller_radius * bend)
+        b, _ = integrals(mu)
+        across = np.asarray(2.0 * designs.roller_radius * stress * b / bodies.modulus)
+        return across / mu, across
+    assert bodies.face_width is not None
+    return 2.0 * np.abs(force) / (np.pi * bodies.face_width * stress), np.full_like(force, 0.5 * bodies.face_width)
 
 
 EFFECT = Effect("hertz", offers, run, lacks, reads)

@@ -9,6 +9,8 @@ follower oscillates; a flat face that does touches at the distance r from the pi
 
     q = N/R,    roller: 1/R = κ/(1 − κ·R_r) + 1/R_r = 1/(R_r·(1 − κ·R_r)),    flat face: R = ρ
 
+and a spherical face N·h(1 − κ·R_s)/R_s² (``numerics.point_contact``).
+
 Each is built from the mechanism's own curves of pressure angle, curvature, radius and reach.
 """
 
@@ -25,6 +27,7 @@ from camopt.motion.programme import Programme
 from camopt.motion.table import DWELL, RETURN, RISE, TURN
 from camopt.numerics import FloatArray
 from camopt.numerics.curves import Linear, curve, formula
+from camopt.numerics.point_contact import pressure_factor, pressure_table
 
 
 class NormalForce(NamedTuple):
@@ -69,6 +72,16 @@ class RollerLoad(NamedTuple):
     curvature: Any
     roller_radius: FloatArray
     flank: FloatArray
+
+
+class PointLoad(NamedTuple):
+    """N·h/R_s² at a spherical face, N/mm²; ``flank`` as in RollerLoad, ``table`` of h."""
+
+    normal: Any
+    curvature: Any
+    face_radius: FloatArray
+    flank: FloatArray
+    table: FloatArray
 
 
 class FaceLoad(NamedTuple):
@@ -132,6 +145,15 @@ def roller_load(f, i, y, y1, y2, y3):
     return value, (normal1 + value * (side * r * r * k1)) / left
 
 
+@formula(PointLoad)
+def point_load(f, i, y, y1, y2, y3):
+    normal, normal1 = curve(f.normal, i, y, y1, y2, y3)
+    k, k1 = curve(f.curvature, i, y, y1, y2, y3)
+    r, side = f.face_radius[i], f.flank[i]
+    h, h1 = pressure_factor(1.0 - side * r * k, f.table)
+    return normal * h / (r * r), (normal1 * h - normal * h1 * (side * r * k1)) / (r * r)
+
+
 @formula(FaceLoad)
 def face_load(f, i, y, y1, y2, y3):
     normal, normal1 = curve(f.normal, i, y, y1, y2, y3)
@@ -181,14 +203,16 @@ def torque_curve(subject: Subject, designs: Designs, programme: Programme) -> Sh
     return ShaftTorque(Linear(*(weight * ones for weight in weights(subject.dynamics, subject.omega))))
 
 
-def line_load(
+def contact_load(
     subject: Subject, designs: Designs, programme: Programme, flank: float = 1.0, side: float = 0.0
 ) -> Any:
-    """N/R of a mechanism, N/mm."""
+    """What decides the contact stress of a mechanism: N/R, N/mm; at a spherical face N·h/R_s², N/mm²."""
     normal = normal_curve(subject, designs, programme, side)
     if subject.mechanism.curvature:
         turned = np.full(len(designs), flank)
         curvature = subject.mechanism.curvature(designs, programme)
+        if subject.spherical:
+            return PointLoad(normal, curvature, designs.roller_radius, turned, pressure_table())
         return RollerLoad(normal, curvature, designs.roller_radius, turned)
     assert subject.mechanism.profile_radius is not None
     return FaceLoad(normal, subject.mechanism.profile_radius(designs, programme))
@@ -222,8 +246,11 @@ class Largest(NamedTuple):
         return Bounded(self.value * factor, self.width * factor, self.value * factor)
 
 
-def largest(case: Case, variants: Sequence[Variant], goal: int, sound: Any) -> Largest:
-    """The largest load over the turn; infinite for designs that are not sound, and where y' jumps."""
+def largest(case: Case, variants: Sequence[Variant], goal: int, sound: Any, *, located: bool = False) -> Largest:
+    """The largest load over the turn; infinite for designs that are not sound, and where y' jumps.
+
+    Cam angles are as exact as values only if ``located``.
+    """
     count = len(case.designs)
     found = Largest(np.full(count, np.inf), *np.zeros((3, count)))
     index = np.flatnonzero(sound & (not case.programme.corners))
@@ -231,7 +258,7 @@ def largest(case: Case, variants: Sequence[Variant], goal: int, sound: Any) -> L
         return found
     some = replace(case, designs=case.designs.take(index))
     asked = [v for v in variants if any(stroke.kind & v[1] for stroke in case.programme.strokes)]
-    each = [some.extremes(make, [(kinds, goal)]) for make, kinds in asked]
+    each = [some.extremes(make, [(kinds, goal)], located=located) for make, kinds in asked]
     values = np.array([f.value[0] for f in each])
     tops = np.array([f.value[0] + f.width[0] for f in each])
     best = values.argmax(axis=0)

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple, cast
 
 from flint import arb
 
+import camopt.proof.point_contact  # noqa: F401  what formulas do to balls at a point contact
 from camopt.effects import Case
 from camopt.effects.crossing import find_crossing
 from camopt.judging import run_effects
