@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.effects import EFFECTS, Subject, hertz, thrust
+from camopt.effects import EFFECTS, Subject, hertz, surface, thrust
 from camopt.effects.loads import normal_curve, sides, torque_curve
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
@@ -69,6 +69,9 @@ LOADS = {
     "stem_bending_stress": ("stem_bending_stress_max_MPa", MOST),
     "jamming_margin": ("jamming_margin", LEAST_ALLOWED),
     "contact_stress": ("contact_stress_max_MPa", MOST),
+    "wear": ("wear_depth_max_um", MOST),
+    "sliding_speed": ("sliding_speed_max_m_s", MOST),
+    "film_ratio": ("film_ratio_min", LEAST_ALLOWED),
     "residual_vibration": ("residual_vibration_max_mm", MOST),
     "contact_force_elastic": ("contact_force_elastic_min_N", LEAST_ALLOWED),
     "torque": ("torque_peak_N_m", MOST),
@@ -101,6 +104,9 @@ def _ceilings(name: str, bound: float, subject: Subject) -> Iterator[Ceiling]:
         goal = LARGEST_MAGNITUDE if subject.mechanism.grooved else LARGEST
         for *_, (make, kinds) in hertz.variants(subject):
             yield Ceiling(make, kinds, goal, hertz.load_of(subject, bound))
+    elif name in ("wear", "sliding_speed", "film_ratio"):
+        for (make, kinds), goal in surface.variants(name, subject):
+            yield Ceiling(make, kinds, goal, surface.ceiling(name, subject, bound))
     elif name == "jamming_margin":
         yield Ceiling(partial(thrust.drag_curve, subject), RISE, LARGEST_MAGNITUDE, 1.0 - bound)
     elif name == "normal_force":

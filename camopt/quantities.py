@@ -166,6 +166,23 @@ _ALL = [
     ),
     Quantity("contact_shear_max_MPa", "τ_max", "MPa", "hertz", "Largest shear stress below the contact."),
     Quantity("contact_shear_depth_mm", "", "mm", "hertz", "Depth at which it lies."),
+    *[
+        Quantity(name, symbol, unit, "surface", sentence)
+        for name, symbol, unit, sentence in (
+            ("sliding_speed_max_m_s", "v", "m/s", "Largest sliding speed at the contact."),
+            ("roller_speed_max_rpm", "", "rpm", "Largest speed of a roller that does not slip, in its follower."),
+            ("entrainment_speed_max_m_s", "u", "m/s", "Largest mean speed of both surfaces over the contact."),
+            ("entrainment_speed_min_m_s", "u", "m/s", "Least of it; where it passes 0 the film has no supply."),
+            ("wear_depth_max_um", "", "µm", "Largest depth worn off the profile in a million turns (Archard)."),
+            (
+                "film_thickness_min_um",
+                "h_min",
+                "µm",
+                "Least film; 0 where entrainment reverses or contact is lost.",
+            ),
+            ("film_ratio_min", "λ", "", "Least film over the composite roughness."),
+        )
+    ],
     Quantity("feasible", "", "", "limits", "Whether every limit of the scene is held.", bool),
     Quantity("violated", "", "", "limits", "The limits that are not held, separated by commas.", str),
     Quantity(

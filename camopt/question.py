@@ -140,6 +140,13 @@ def _dynamics(scene: Scene) -> Dynamics:
 def _bodies(scene: Scene) -> Bodies:
     """The bodies in contact; their modulus is known if both are."""
     given, compliance = scene.materials, 0.0
+    bodies = Bodies(
+        face_width=given.face_width,
+        wear_rate=given.wear_rate,
+        viscosity=None if given.viscosity is None else given.viscosity * 1e-6,
+        pressure_viscosity=None if given.pressure_viscosity is None else given.pressure_viscosity * 1e-3,
+        roughness=None if given.roughness is None else given.roughness * 1e-3,
+    )
     for body in ("cam", "follower"):
         name = getattr(given, body)
         listed = MATERIALS[name] if name else None
@@ -147,9 +154,9 @@ def _bodies(scene: Scene) -> Bodies:
         poisson = getattr(given, f"{body}_poisson")
         poisson = listed.poisson if poisson is None and listed else poisson
         if modulus is None or poisson is None:
-            return Bodies(None, given.face_width)
+            return bodies
         compliance += (1.0 - poisson**2) / (1e3 * modulus)
-    return Bodies(1.0 / compliance, given.face_width)
+    return replace(bodies, modulus=1.0 / compliance)
 
 
 def _not_offered(scene: Scene, subject: Subject) -> list[Mistake]:

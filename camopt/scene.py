@@ -193,6 +193,9 @@ class Limits(Table):
     stem_bending_stress: Positive | None = None
     jamming_margin: Annotated[Number, Field(ge=0, le=1)] | None = None
     contact_stress: Positive | None = None
+    wear: Positive | None = None
+    sliding_speed: Positive | None = None
+    film_ratio: Positive | None = None
     residual_vibration: Positive | None = None
     contact_force_elastic: Anywhere | None = None
     torque: Positive | None = None
@@ -253,7 +256,11 @@ class Search(Table):
 
 
 class Materials(Table):
-    """Bodies in contact: names of materials, or moduli in GPa and Poisson's ratios; face width in mm."""
+    """Bodies in contact: names of materials, or moduli in GPa and Poisson's ratios; face width in mm.
+
+    Wear rate of the cam in mm²/N, viscosity of the lubricant in Pa·s and its pressure coefficient in 1/GPa,
+    composite roughness (root mean square) in µm.
+    """
 
     cam: MaterialName | None = None
     follower: MaterialName | None = None
@@ -262,6 +269,10 @@ class Materials(Table):
     follower_modulus: Positive | None = None
     follower_poisson: Annotated[Number, Field(ge=0, lt=0.5)] | None = None
     face_width: Length | None = None
+    wear_rate: Positive | None = None
+    viscosity: Positive | None = None
+    pressure_viscosity: Positive | None = None
+    roughness: Positive | None = None
 
 
 class Accuracy(Table):

@@ -11,6 +11,7 @@ from camopt.effects import (
     pressure,
     reach,
     sizes,
+    surface,
     thrust,
     torque,
     vibration,
@@ -33,6 +34,7 @@ EFFECTS: dict[str, Effect] = {
         reach.EFFECT,
         thrust.EFFECT,
         hertz.EFFECT,
+        surface.EFFECT,
         crossing.EFFECT,
     )
 }

@@ -36,10 +36,17 @@ class Dynamics:
 
 @dataclass(frozen=True)
 class Bodies:
-    """The bodies in contact: E* in MPa, 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂, and the face width in mm."""
+    """The bodies in contact and their lubricant: MPa, mm, N, s. None where a scene does not say."""
 
     modulus: float | None = None
+    """E*, 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂."""
     face_width: float | None = None
+    wear_rate: float | None = None
+    """Volume worn off the cam by load and sliding distance, mm²/N."""
+    viscosity: float | None = None
+    pressure_viscosity: float | None = None
+    roughness: float | None = None
+    """Root mean square of both surfaces."""
 
 
 @dataclass(frozen=True)

@@ -80,6 +80,8 @@ class Mechanism:
     """That condition in words."""
     travel: Callable[[Designs, Programme, FloatArray], Travel]
     """Trace point (flat faces: contact point) of one design at cam angles (m,)."""
+    sliding: Callable[[Designs, Programme], Any] | None = None
+    """Curve of the speed at which the trace point or the flat face slides over a disc cam, mm/rad."""
     curvature: Callable[[Designs, Programme], Any] | None = None
     profile_radius: Callable[[Designs, Programme], Any] | None = None
     reach: Callable[[Designs, Programme], Any] | None = None

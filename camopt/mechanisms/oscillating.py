@@ -51,6 +51,26 @@ def pressure_angle(f, i, y, y1, y2, y3):
     return tangent, (l * f.sense[i] * y2 / c + (sine - tangent * cosine) * y1) / sine
 
 
+class OscillatingPitchSpeed(NamedTuple):
+    """N, mm/rad; fields as in OscillatingPressureAngle."""
+
+    centre_distance: FloatArray
+    arm_length: FloatArray
+    cosine: FloatArray
+    sine: FloatArray
+    sense: FloatArray
+
+
+@formula(OscillatingPitchSpeed)
+def pitch_speed(f, i, y, y1, y2, y3):
+    c, l = f.centre_distance[i], f.arm_length[i]  # noqa: E741
+    cosine, sine = turned(f.cosine[i], f.sine[i], y)
+    w, s = l * (1.0 + f.sense[i] * y1) - c * cosine, c * sine
+    w1, s1 = l * f.sense[i] * y2 + s * y1, c * cosine * y1
+    speed = np.sqrt(np.square(w) + np.square(s))
+    return speed, (w * w1 + s * s1) / speed
+
+
 @formula(OscillatingPitchCurvature)
 def pitch_curvature(f, i, y, y1, y2, y3):
     c, l = f.centre_distance[i], f.arm_length[i]  # noqa: E741
@@ -93,6 +113,7 @@ def _travel(design: Designs, programme: Programme, angles: FloatArray) -> Travel
 MECHANISM = Mechanism(
     name="disc cam, oscillating follower with a trace point",
     pressure=lambda designs, programme: OscillatingPressureAngle(*_fields(designs)),
+    sliding=lambda designs, programme: OscillatingPitchSpeed(*_fields(designs)),
     curvature=lambda designs, programme: OscillatingPitchCurvature(*_fields(designs)),
     exists=_exists,
     assembly="prime radius, arm and centre distance have to form a triangle that the lift leaves open",

@@ -4,7 +4,7 @@ The face is a line at distance f from the pivot; ψ is the angle at the pivot be
 and the face, R_b = f + c·sin ψ₀. With q = 1 + p, p = ψ' for a ccw cam and −ψ' for a cw one, q > 0 needed:
 
     contact at t = c·cos ψ / q along the face,    tan β = f / t
-    ρ = f + c·(sin ψ·(2q − 1)/q² + cos ψ·ψ''/q³)
+    ρ = f + c·(sin ψ·(2q − 1)/q² + cos ψ·ψ''/q³),    slides at q·f + c·sin ψ per rad
 """
 
 from typing import NamedTuple
@@ -47,6 +47,24 @@ class OscillatingFlatReach(NamedTuple):
     cosine: FloatArray
     sine: FloatArray
     sense: FloatArray
+
+
+class OscillatingFlatSliding(NamedTuple):
+    """Speed of sliding, mm/rad; fields as in OscillatingFlatPressureAngle."""
+
+    face_offset: FloatArray
+    centre_distance: FloatArray
+    cosine: FloatArray
+    sine: FloatArray
+    sense: FloatArray
+
+
+@formula(OscillatingFlatSliding)
+def sliding(f, i, y, y1, y2, y3):
+    cosine, sine = turned(f.cosine[i], f.sine[i], y)
+    turning, turning1 = 1.0 + f.sense[i] * y1, f.sense[i] * y2
+    value = turning * f.face_offset[i] + f.centre_distance[i] * sine
+    return value, turning1 * f.face_offset[i] + f.centre_distance[i] * cosine * y1
 
 
 @formula(OscillatingFlatPressureAngle)
@@ -109,6 +127,7 @@ MECHANISM = Mechanism(
     name="disc cam, oscillating flat-faced follower",
     pressure=lambda designs, programme: OscillatingFlatPressureAngle(*_fields(designs)),
     profile_radius=lambda designs, programme: OscillatingFlatProfileRadius(*_fields(designs)),
+    sliding=lambda designs, programme: OscillatingFlatSliding(*_fields(designs)),
     reach=lambda designs, programme: OscillatingFlatReach(*_fields(designs)),
     exists=_exists,
     assembly="the face has to touch the base circle, and to swing by less than the cam turns",

@@ -40,6 +40,20 @@ class TranslatingPitchCurvature(NamedTuple):
     height: FloatArray
 
 
+class TranslatingPitchSpeed(NamedTuple):
+    """N, mm/rad; ``lead`` is e, ``height`` is s₀, both in mm."""
+
+    lead: FloatArray
+    height: FloatArray
+
+
+@formula(TranslatingPitchSpeed)
+def pitch_speed(f, i, y, y1, y2, y3):
+    s, w = f.height[i] + y, y1 - f.lead[i]
+    speed = np.sqrt(np.square(s) + np.square(w))
+    return speed, (s * y1 + w * y2) / speed
+
+
 @formula(TranslatingPitchCurvature)
 def pitch_curvature(f, i, y, y1, y2, y3):
     s = f.height[i] + y
@@ -66,6 +80,7 @@ def _travel(design: Designs, programme: Programme, angles: FloatArray) -> Travel
 MECHANISM = Mechanism(
     name="disc cam, translating follower with a trace point",
     pressure=lambda designs, programme: TranslatingPressureAngle(designs.lead, height(designs)),
+    sliding=lambda designs, programme: TranslatingPitchSpeed(designs.lead, height(designs)),
     curvature=lambda designs, programme: TranslatingPitchCurvature(designs.lead, height(designs)),
     exists=_exists,
     assembly="the offset has to be smaller than the prime radius",

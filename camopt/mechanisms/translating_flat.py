@@ -1,6 +1,6 @@
 """Disc cam, translating flat-faced follower, the face square to the motion.
 
-    ρ = R_b + y + y'',    contact at y' from the cam centre along the face,    β = 0
+    ρ = R_b + y + y'',    contact at y' from the cam centre along the face,    β = 0,    slides at R_b + y per rad
 
 Source: Norton, Cam Design and Manufacturing Handbook, ch. 7.
 """
@@ -32,6 +32,7 @@ MECHANISM = Mechanism(
     name="disc cam, translating flat-faced follower",
     pressure=lambda designs, programme: _linear(designs, 0, 0, 0, np.zeros(1)),
     profile_radius=lambda designs, programme: _linear(designs, 1, 0, 1, designs.size),
+    sliding=lambda designs, programme: _linear(designs, 1, 0, 0, designs.size),
     reach=lambda designs, programme: _linear(designs, 0, 1, 0, -designs.lead),
     exists=_exists,
     assembly="the base radius has to be above 0",

@@ -45,6 +45,12 @@ def _divide(a: "Interval", b: "Interval") -> "Interval":
     return _multiply(a, inverse)
 
 
+def _power(a: "Interval", exponent: "Interval") -> "Interval":
+    """A base ≥ 0 to the power of a number."""
+    low, high = np.maximum(a.low, 0.0) ** exponent.low, np.maximum(a.high, 0.0) ** exponent.low
+    return Interval(np.minimum(low, high), np.maximum(low, high))
+
+
 def _sine(a: "Interval") -> "Interval":
     """Ends of the range, and ±1 where a crest or trough lies inside."""
 
@@ -72,6 +78,7 @@ RULES: dict[np.ufunc, Callable[..., "Interval"]] = {
     np.true_divide: _divide,
     np.negative: lambda a: Interval(-a.high, -a.low),
     np.square: _square,
+    np.power: _power,
     np.sqrt: lambda a: _rising(np.sqrt)(Interval(np.maximum(a.low, 0.0), np.maximum(a.high, 0.0))),
     np.sin: _sine,
     np.cos: lambda a: _sine(a + np.pi / 2),

@@ -157,6 +157,30 @@ def root(a):
 
 
 @inlined
+def power(a, exponent):
+    """a to the power of a number, for a > 0; without bounds where a may be zero or less."""
+    inside = a.low > 0.0
+    low, high = (a.low, a.high) if inside else (0.0, np.inf)
+    p, q = low**exponent, high**exponent
+    m, inverse = max(p, q), 1.0 / low
+    ratio1, ratio2, ratio3 = a.first * inverse, a.second * inverse, a.third * inverse
+    one, two, three = (
+        abs(exponent),
+        abs(exponent * (exponent - 1.0)),
+        abs(exponent * (exponent - 1.0) * (exponent - 2.0)),
+    )
+    # each derivative of a^p is at most its value at the end where it is steepest, and that at most m over aᵏ there
+    return Jet(
+        min(p, q),
+        max(p, q),
+        one * m * (a.error * inverse) + 4.0 * UNIT * m,
+        one * m * ratio1,
+        m * (two * ratio1 * ratio1 + one * ratio2),
+        m * (three * ratio1 * ratio1 * ratio1 + 3.0 * two * ratio1 * ratio2 + one * ratio3),
+    )
+
+
+@inlined
 def wave(a, low, high, slope):
     """A sine or cosine of a: from its values at the ends of a's range, and its largest derivative there.
 
@@ -218,6 +242,7 @@ RULES: dict[Callable[..., Any], dict[tuple[bool, ...], Any]] = {
     operator.neg: {(JET,): lambda a: negative(a)},
     np.sqrt: {(JET,): lambda a: root(a)},
     np.square: {(JET,): lambda a: square(a)},
+    np.power: {(JET, NUMBER): lambda a, b: power(a, b)},
     np.sin: {(JET,): lambda a: sine(a)},
     np.cos: {(JET,): lambda a: cosine(a)},
 }

@@ -20,6 +20,7 @@ RULES: dict[np.ufunc, Callable[..., Any]] = {
     np.negative: lambda a: -a,
     np.square: lambda a: a * a,
     np.sqrt: lambda a: a.sqrt(),
+    np.power: lambda a, b: a**b,
     np.sin: lambda a: a.sin(),
     np.cos: lambda a: a.cos(),
     np.arcsin: lambda a: a.asin(),

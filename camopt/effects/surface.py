@@ -1,0 +1,321 @@
+"""Sliding, rolling, wear and film thickness at the contact of a disc cam.
+
+By the cam angle, in mm/rad: the contact moves over the cam at c, over the follower at c_f, and the follower slides
+over the cam at v = c − c_f. With q the turning of the follower relative to the cam (1, or 1 ± ψ' of an arm) and N_p
+the speed of the pitch point (``Mechanism.sliding``),
+
+    knife edge, spherical face:  v = N_p − q·R_s,          c = N_p·(1 − κ·R_s)
+    roller that does not slip:   v = 0,                    c = N_p·(1 − κ·R_r),    spins at N_p/R_r − q
+    flat face:                   v = R_b + y (swinging: q·f + c·sin ψ),            c = q·ρ
+
+and the surfaces carry the lubricant in at u = (c + c_f)/2 = c − v/2, the entrainment speed. Archard's wear takes
+the depth k_w·(N/L)·|v|/c off a point of the profile in each turn. Dowson and Higginson's least film of line contact
+is
+
+    h = 2.65·R·(α·E')^0.54·U^0.7·W^−0.13,    U = η·u/(E'·R),    W = N/(E'·R·L),    E' = 2·E*
+
+taken at each cam angle as if the motion were steady: 0 where u passes 0, though squeezing then leaves a little. It
+holds for stiff surfaces and oils that thicken under pressure. Point contacts have neither wear nor film here, and a
+knife edge no film.
+
+Sources: Archard, J. Appl. Phys. 24 (1953); Dowson and Higginson, Elasto-hydrodynamic Lubrication, ch. 7.
+"""
+
+from functools import partial
+from math import pi
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from camopt.effects import force
+from camopt.effects.case import Bounded, Case, Effect, Subject
+from camopt.effects.loads import Variant, contact_load, largest, normal_curve, sides
+from camopt.mechanisms.design import Designs
+from camopt.motion.programme import Programme
+from camopt.motion.table import TURN
+from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
+from camopt.numerics.curves import curve, formula
+
+SLIDING, SPIN = "sliding_speed_max_m_s", "roller_speed_max_rpm"
+FASTEST, SLOWEST = "entrainment_speed_max_m_s", "entrainment_speed_min_m_s"
+WEAR, FILM, RATIO = "wear_depth_max_um", "film_thickness_min_um", "film_ratio_min"
+LUBRICANT = ("viscosity", "pressure_viscosity")
+OF_SPEED, OF_LOAD, OF_RADIUS = 0.7, 0.13, 0.43  # exponents of u, 1/N and R in the film
+TURNS = 1e6
+
+
+class TraceSliding(NamedTuple):
+    """N_p − q·R, mm/rad, with q = 1 + turning·y'."""
+
+    speed: Any
+    radius: FloatArray
+    turning: FloatArray
+
+
+class TraceEntrainment(NamedTuple):
+    """N_p·(1 − κ·R) − slip·(N_p − q·R)/2, mm/rad; ``slip`` is 0 for a roller, 1 for what does not turn."""
+
+    speed: Any
+    curvature: Any
+    radius: FloatArray
+    turning: FloatArray
+    slip: FloatArray
+
+
+class FaceEntrainment(NamedTuple):
+    """q·ρ − v/2, mm/rad."""
+
+    radius: Any
+    sliding: Any
+    turning: FloatArray
+
+
+class FaceWear(NamedTuple):
+    """sign·N·v/(q·ρ), N."""
+
+    load: Any
+    sliding: Any
+    turning: FloatArray
+    sign: FloatArray
+
+
+class RollerRadius(NamedTuple):
+    """R = R_r·(1 − κ·R_r), mm."""
+
+    curvature: Any
+    roller_radius: FloatArray
+
+
+class Thinness(NamedTuple):
+    """N^0.13·u^−0.7·R^−0.43, the inverse of the film but for a factor; N, mm/rad, mm."""
+
+    normal: Any
+    entrainment: Any
+    radius: Any
+
+
+@formula(TraceSliding)
+def trace_sliding(f, i, y, y1, y2, y3):
+    speed, speed1 = curve(f.speed, i, y, y1, y2, y3)
+    r, turning = f.radius[i], f.turning[i]
+    return speed - r * (1.0 + turning * y1), speed1 - r * turning * y2
+
+
+@formula(TraceEntrainment)
+def trace_entrainment(f, i, y, y1, y2, y3):
+    speed, speed1 = curve(f.speed, i, y, y1, y2, y3)
+    k, k1 = curve(f.curvature, i, y, y1, y2, y3)
+    r, turning, half = f.radius[i], f.turning[i], 0.5 * f.slip[i]
+    left = (1.0 - half) - r * k
+    value = speed * left + half * r * (1.0 + turning * y1)
+    return value, speed1 * left - speed * (r * k1) + half * r * turning * y2
+
+
+@formula(FaceEntrainment)
+def face_entrainment(f, i, y, y1, y2, y3):
+    rho, rho1 = curve(f.radius, i, y, y1, y2, y3)
+    v, v1 = curve(f.sliding, i, y, y1, y2, y3)
+    q, q1 = 1.0 + f.turning[i] * y1, f.turning[i] * y2
+    return q * rho - 0.5 * v, q1 * rho + q * rho1 - 0.5 * v1
+
+
+@formula(FaceWear)
+def face_wear(f, i, y, y1, y2, y3):
+    load, load1 = curve(f.load, i, y, y1, y2, y3)
+    v, v1 = curve(f.sliding, i, y, y1, y2, y3)
+    q, q1 = 1.0 + f.turning[i] * y1, f.turning[i] * y2
+    value = load * v / q
+    return f.sign[i] * value, f.sign[i] * (load1 * v + load * v1 - value * q1) / q
+
+
+@formula(RollerRadius)
+def roller_radius(f, i, y, y1, y2, y3):
+    k, k1 = curve(f.curvature, i, y, y1, y2, y3)
+    r = f.roller_radius[i]
+    return r - r * r * k, -(r * r * k1)
+
+
+@formula(Thinness)
+def thinness(f, i, y, y1, y2, y3):
+    n, n1 = curve(f.normal, i, y, y1, y2, y3)
+    u, u1 = curve(f.entrainment, i, y, y1, y2, y3)
+    r, r1 = curve(f.radius, i, y, y1, y2, y3)
+    value = np.power(n, OF_LOAD) * np.power(np.square(u), -0.5 * OF_SPEED) * np.power(r, -OF_RADIUS)
+    return value, value * (OF_LOAD * n1 / n - OF_SPEED * u1 / u - OF_RADIUS * r1 / r)
+
+
+def rolls(subject: Subject) -> bool:
+    """Whether the follower has a roller."""
+    return subject.mechanism.curvature is not None and not subject.pointed and not subject.spherical
+
+
+def offers(subject: Subject) -> tuple[str, ...]:
+    if subject.mechanism.sliding is None:
+        return ()
+    worn = () if subject.spherical or rolls(subject) else (WEAR,)
+    carried = () if subject.spherical or subject.pointed else (FILM, RATIO)
+    return (SPIN if rolls(subject) else SLIDING, FASTEST, SLOWEST, *worn, *carried)
+
+
+def lacks(subject: Subject) -> dict[str, tuple[str, ...]]:
+    bodies, speed = subject.bodies, () if subject.omega is not None else ("cam.rpm",)
+    loads = force.missing(subject)
+    needs = {WEAR: ("wear_rate", "face_width"), FILM: ("face_width", *LUBRICANT)}
+    needs[RATIO] = (*needs[FILM], "roughness")
+    found = {}
+    for name in offers(subject):
+        keys = tuple(f"materials.{key}" for key in needs.get(name, ()) if not getattr(bodies, key))
+        if name in (FILM, RATIO) and not bodies.modulus:
+            keys = ("materials.cam", "materials.follower", *keys)
+        absent = (*(loads if name in needs else speed), *keys)
+        if absent:
+            found[name] = absent
+    return found
+
+
+def reads(subject: Subject) -> tuple[str, ...]:
+    jams = subject.dynamics.friction and subject.mechanism.curvature
+    return (*(() if subject.pointed else ("undercut",)), *(("jamming_margin",) if jams else ()))
+
+
+def turning(subject: Subject, designs: Designs) -> FloatArray:
+    """What q has of y'."""
+    return np.full(len(designs), designs.sense if subject.angular else 0.0)
+
+
+def sliding_curve(subject: Subject, designs: Designs, programme: Programme) -> Any:
+    """v, mm/rad; of a roller what it would be if it did not turn."""
+    assert subject.mechanism.sliding is not None
+    sliding = subject.mechanism.sliding(designs, programme)
+    if subject.mechanism.curvature is None:
+        return sliding
+    return TraceSliding(sliding, designs.roller_radius, turning(subject, designs))
+
+
+def entrainment_curve(subject: Subject, designs: Designs, programme: Programme) -> Any:
+    """u, mm/rad."""
+    mechanism = subject.mechanism
+    assert mechanism.sliding is not None
+    sliding, turns = mechanism.sliding(designs, programme), turning(subject, designs)
+    if mechanism.curvature is None:
+        assert mechanism.profile_radius is not None
+        return FaceEntrainment(mechanism.profile_radius(designs, programme), sliding, turns)
+    slip = np.full(len(designs), 0.0 if rolls(subject) else 1.0)
+    return TraceEntrainment(sliding, mechanism.curvature(designs, programme), designs.roller_radius, turns, slip)
+
+
+def wear_curve(
+    subject: Subject, designs: Designs, programme: Programme, side: float = 0.0, sign: float = 1.0
+) -> Any:
+    """N·v/c, N; a knife edge has v = c."""
+    if subject.pointed:
+        return normal_curve(subject, designs, programme, side)
+    load, sliding = contact_load(subject, designs, programme), sliding_curve(subject, designs, programme)
+    return FaceWear(load, sliding, turning(subject, designs), np.full(len(designs), sign))
+
+
+def thinness_curve(subject: Subject, designs: Designs, programme: Programme, side: float = 0.0) -> Thinness:
+    """The inverse of the film, but for ``film_factor``."""
+    mechanism = subject.mechanism
+    normal, entrainment = (
+        normal_curve(subject, designs, programme, side),
+        entrainment_curve(subject, designs, programme),
+    )
+    if mechanism.curvature:
+        radius = RollerRadius(mechanism.curvature(designs, programme), designs.roller_radius)
+        return Thinness(normal, entrainment, radius)
+    assert mechanism.profile_radius is not None
+    return Thinness(normal, entrainment, mechanism.profile_radius(designs, programme))
+
+
+def variants(name: str, subject: Subject) -> list[tuple[Variant, int]]:
+    """The curves that decide a limit, each with its goal."""
+    if name == "sliding_speed":
+        return [((partial(sliding_curve, subject), TURN), LARGEST_MAGNITUDE)]
+    if name == "film_ratio":
+        return [((partial(thinness_curve, subject, side=side), kinds), LARGEST) for side, kinds in sides(subject)]
+    if subject.pointed:
+        return [((partial(wear_curve, subject, side=side), kinds), LARGEST) for side, kinds in sides(subject)]
+    signs = (1.0, -1.0) if subject.angular else (1.0,)
+    return [((partial(wear_curve, subject, sign=sign), TURN), LARGEST) for sign in signs]
+
+
+def ceiling(name: str, subject: Subject, bound: float) -> float:
+    """What its curves may be at most where a limit is held."""
+    if name == "sliding_speed":
+        assert subject.omega is not None
+        return bound * 1e3 / subject.omega
+    if name == "film_ratio":
+        assert subject.bodies.roughness is not None
+        return film_factor(subject) / (bound * subject.bodies.roughness)
+    return bound / wear_factor(subject)
+
+
+def wear_factor(subject: Subject) -> float:
+    """Depth in a million turns, µm, by N·v/c."""
+    bodies = subject.bodies
+    assert bodies.wear_rate is not None
+    assert bodies.face_width is not None
+    return TURNS * 1e3 * bodies.wear_rate / bodies.face_width
+
+
+def film_factor(subject: Subject) -> float:
+    """Film, mm, over u^0.7·R^0.43/N^0.13."""
+    bodies, omega = subject.bodies, subject.omega
+    assert bodies.modulus is not None
+    assert bodies.viscosity is not None
+    assert bodies.pressure_viscosity is not None
+    assert bodies.face_width is not None
+    assert omega is not None
+    twice = 2.0 * bodies.modulus
+    speed, load = (bodies.viscosity * omega / twice) ** OF_SPEED, (twice * bodies.face_width) ** OF_LOAD
+    return float(2.65 * (bodies.pressure_viscosity * twice) ** 0.54 * speed * load)
+
+
+def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
+    subject, programme = case.subject, case.programme
+    columns: dict[str, Any] = {}
+    sound = ~np.broadcast_to(case.found.get("undercut", False), len(case.designs))
+    sound = sound & (np.asarray(case.found.get("jamming_margin", 1.0)) > 0.0)
+    if wanted & {SLIDING, SPIN}:
+        assert subject.omega is not None
+        found = case.extremes(partial(sliding_curve, subject), [(TURN, LARGEST_MAGNITUDE)])
+        factor = 30.0 / pi * subject.omega / case.designs.roller_radius if rolls(subject) else subject.omega / 1e3
+        top = found.value[0] * factor
+        columns[SPIN if rolls(subject) else SLIDING] = Bounded(top, found.width[0] * factor, top)
+    if wanted & {FASTEST, SLOWEST, FILM, RATIO}:
+        assert subject.omega is not None
+        found = case.extremes(partial(entrainment_curve, subject), [(TURN, LARGEST), (TURN, LEAST)])
+        (most, least), (above, below) = found.value, found.width
+        scale = np.maximum(np.abs(most), np.abs(least)) * subject.omega / 1e3
+        if programme.corners and not subject.pointed:  # where y' jumps the contact does, at no time
+            most, least, above, below = most + np.inf, least - np.inf, 0.0 * above, 0.0 * below
+        columns[FASTEST] = Bounded(most * subject.omega / 1e3, above * subject.omega / 1e3, scale)
+        columns[SLOWEST] = Bounded(least * subject.omega / 1e3, -below * subject.omega / 1e3, scale)
+        if wanted & {FILM, RATIO}:
+            columns |= _film(case, sound & ((least - below > 0.0) | (most + above < 0.0)))
+    if WEAR in wanted:
+        worn = largest(case, [variant for variant, _ in variants("wear", subject)], LARGEST, sound)
+        depth = worn.bounded(wear_factor(subject))
+        columns[WEAR] = depth._replace(value=np.maximum(depth.value, 0.0))
+    return columns
+
+
+def _film(case: Case, carried: Any) -> dict[str, Any]:
+    """The least film of designs whose surfaces carry the lubricant one way, while they are pressed together."""
+    subject = case.subject
+    assert subject.omega is not None
+    pressed = force.force_span(case.programme, subject.dynamics, subject.omega)[0] > 0.0
+    thinnest = largest(
+        case, [variant for variant, _ in variants("film_ratio", subject)], LARGEST, carried & pressed
+    )
+    film = film_factor(subject) / thinnest.value
+    outward = film_factor(subject) / (thinnest.value + thinnest.width) - film
+    found = {FILM: Bounded(film * 1e3, outward * 1e3, film * 1e3)}
+    if subject.bodies.roughness:
+        ratio = film / subject.bodies.roughness
+        found[RATIO] = Bounded(ratio, outward / subject.bodies.roughness, ratio)
+    return found
+
+
+EFFECT = Effect("surface", offers, run, lacks, reads)
