@@ -15,11 +15,11 @@ import numpy as np
 
 from camopt.effects import force
 from camopt.effects.case import Bounded, Case, Effect, Subject
-from camopt.effects.loads import Largest, Variant, largest, line_load, normal_curve, sides
-from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, FloatArray
+from camopt.effects.loads import Largest, Variant, goal_of, largest, line_load, normal_curve, sides
+from camopt.numerics import FloatArray
 from camopt.numerics.curves import curve
 
-SHEAR, DEPTH = 0.30028310618656, 0.78615137775742  # of the largest shear: over p₀, over b
+SHEAR, DEPTH = 0.3002831060007776, 0.7861513777574233  # of the largest shear: over p₀, over b
 NAMES = ("contact_stress_max_MPa", "contact_half_width_mm", "contact_shear_max_MPa", "contact_shear_depth_mm")
 
 
@@ -66,15 +66,16 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     sound = ~np.broadcast_to(case.found["undercut"], len(case.designs))
     sound = sound & (np.asarray(case.found.get("jamming_margin", 1.0)) > 0.0)
     both = variants(subject)
-    goal = LARGEST_MAGNITUDE if subject.mechanism.grooved else LARGEST
-    top = largest(case, [variant for _, variant in both], goal, sound)
+    goal, curves = goal_of(subject), [variant for _, variant in both]
+    top = largest(case, curves, goal, sound)
     load, unit = np.maximum(top.value, 0.0), load_of(subject, 1.0)
     stress = np.sqrt(load / unit)
     finite = np.where(np.isfinite(load), stress, 0.0)
     outward = np.where(np.isfinite(load), np.sqrt((load + top.width) / unit) - finite, 0.0)
     columns: dict[str, Any] = {"contact_stress_max_MPa": Bounded(stress, outward, stress)}
     if wanted & set(NAMES[1:]):
-        half_width = np.zeros_like(stress)
+        top = largest(case, curves, goal, sound, located=True)
+        half_width = np.where(np.isfinite(load), 0.0, np.inf)
         for number, (side, (make, _)) in enumerate(both):
             here = np.flatnonzero(np.isfinite(load) & (load > 0.0) & (top.variant == number))
             half_width[here] = _half_width(case, make, side, here, top)
