@@ -66,8 +66,8 @@ def force_span(programme: Programme, dynamics: Dynamics, omega: float) -> tuple[
 def jump_speed(programme: Programme, dynamics: Dynamics) -> float:
     """The least ω at which contact is lost, rad/s; 0 if it is not kept at rest.
 
-    With damping, contact may be lost, won and lost again as ω grows. So ω goes up in steps over which it is proved to
-    be kept, longer and longer while that succeeds, and halved where it does not, down to rounding.
+    With damping, contact may be lost, won and lost again as ω grows. So ω goes up in steps over which it is proved
+    to be kept, longer and longer while that succeeds, and halved where it does not, down to rounding.
     """
     if programme.corners or force_span(programme, dynamics, 0.0)[0] <= 0.0:
         return 0.0

@@ -198,8 +198,8 @@ def sides(subject: Subject) -> tuple[tuple[float, int], ...]:
     """On which side the guide's friction acts, and over which strokes; together they hold the largest load.
 
     A rise may thrust to either side, and the larger load counts. A return thrusts to the negative side, where
-    friction carries a part of the load; where it does not, the load given is a little above the true one. In a groove
-    the follower may be pulled against its friction on either stroke.
+    friction carries a part of the load; where it does not, the load given is a little above the true one. In a
+    groove the follower may be pulled against its friction on either stroke.
     """
     if subject.mechanism.curvature is None or not np.any(friction(subject.dynamics, 1, 1.0)):
         return ((0.0, TURN),)
