@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from camopt.effects import Case
 from camopt.effects.motion import KINDS
-from camopt.judging import judged
-from camopt.motion.programme import Programme
+from camopt.judging import judged, run_effects
 from camopt.motion.table import TURN
 from camopt.quantities import QUANTITIES
 from camopt.question import Question, exactly, resolve
@@ -56,12 +56,26 @@ def evaluate_design(question: Question) -> Evaluation:
     question = exactly(question)
     (found,) = judged(question, question.programme, question.design, question.wanted).records()
     values = {name: found[name] for name in QUANTITIES if name in found}
-    unbounded = {n: _reason(n, question.programme) for n, v in values.items() if v in (inf, -inf)}
+    unbounded = {n: _reason(n, question) for n, v in values.items() if v in (inf, -inf)}
     return Evaluation(question.scene, values, unbounded)
 
 
-def _reason(name: str, programme: Programme) -> str:
+LOADS = ("force", "torque", "thrust", "hertz", "surface")
+
+
+def _overloaded(name: str, question: Question) -> str:
+    """Why a load of a motion without corners is infinite."""
+    if QUANTITIES[name].effect == "force":
+        return "the force lacks where the follower is at its lowest, and no spring rate adds to it there"
+    case = Case(question.subject, question.programme, question.design)
+    if QUANTITIES[name].effect == "hertz" and run_effects(case, ["undercut"]).column("undercut")[0]:
+        return "the profile is undercut"
+    return "the follower jams in its guide"
+
+
+def _reason(name: str, question: Question) -> str:
     """Why a quantity is infinite."""
+    programme = question.programme
     if QUANTITIES[name].effect == "vibration":
         return "the undamped train resonates: a whole number of its vibrations is a turn"
     kinds = next((kind for stroke, kind in KINDS.items() if stroke and f"_{stroke}_" in name), TURN)
@@ -69,7 +83,11 @@ def _reason(name: str, programme: Programme) -> str:
     jumps = ", ".join(f"{np.degrees(j.at):g}°" for j in programme.jumps if j.kinds & kinds)
     if name.startswith("jerk") and not corners:
         return f"the acceleration jumps at {jumps}"
-    if name.startswith(("acceleration", "jerk", "torque", "power")):
+    if name == "contact_stress_max_MPa" and question.subject.pointed:
+        return "a knife edge has no width"
+    if QUANTITIES[name].effect in LOADS and not corners:
+        return _overloaded(name, question)
+    if name.startswith(("acceleration", "jerk")) or QUANTITIES[name].effect in LOADS:
         return f"the velocity jumps at {corners}"
     if name == "cutter_radius_max_mm":
         return "no flank of the profile is concave"

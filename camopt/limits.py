@@ -8,10 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.effects import EFFECTS, Subject, hertz, surface, thrust
-from camopt.effects.loads import normal_curve, sides, torque_curve
+from camopt.effects.loads import driven, goal_of, normal_curve, sides, torque_curve
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
-from camopt.motion.table import RISE, TURN
+from camopt.motion.table import TURN
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, FloatArray
 from camopt.quantities import QUANTITIES, motion_quantity
 from camopt.rows import Columns
@@ -100,18 +100,19 @@ def _load(name: str, bound: float, subject: Subject) -> Limit:
 
 def _ceilings(name: str, bound: float, subject: Subject) -> Iterator[Ceiling]:
     """The curves that decide a limit on loads; none for one that the motion alone decides."""
-    if name == "contact_stress" and not subject.pointed:
-        goal = LARGEST_MAGNITUDE if subject.mechanism.grooved else LARGEST
+    if name == "contact_stress" and subject.pointed:  # no bound, whatever the force
+        yield Ceiling(partial(normal_curve, subject), TURN, LARGEST, 0.0)
+    elif name == "contact_stress":
         for *_, (make, kinds) in hertz.variants(subject):
-            yield Ceiling(make, kinds, goal, hertz.load_of(subject, bound))
+            yield Ceiling(make, kinds, goal_of(subject), hertz.load_of(subject, bound))
     elif name in ("wear", "sliding_speed", "film_ratio"):
         for (make, kinds), goal in surface.variants(name, subject):
             yield Ceiling(make, kinds, goal, surface.ceiling(name, subject, bound))
     elif name == "jamming_margin":
-        yield Ceiling(partial(thrust.drag_curve, subject), RISE, LARGEST_MAGNITUDE, 1.0 - bound)
+        yield Ceiling(partial(thrust.drag_curve, subject), driven(subject), LARGEST_MAGNITUDE, 1.0 - bound)
     elif name == "normal_force":
         for side, kinds in sides(subject):
-            yield Ceiling(partial(normal_curve, subject, side=side), kinds, LARGEST, bound)
+            yield Ceiling(partial(normal_curve, subject, side=side), kinds, goal_of(subject), bound)
     elif name in ("torque", "power"):
         assert subject.omega is not None
         per = 1.0 if name == "torque" else subject.omega

@@ -157,7 +157,9 @@ _ALL = [
     Quantity("side_thrust_max_N", "S", "N", "thrust", "Largest force across the motion of the trace point."),
     Quantity("guide_reaction_max_N", "", "N", "thrust", "Largest reaction at the near end of the guide."),
     Quantity("stem_bending_stress_max_MPa", "σ", "MPa", "thrust", "Largest bending stress of a round stem."),
-    Quantity("jamming_margin", "", "", "thrust", "1 − μ·q·|tan β| on the rises; the follower jams at 0."),
+    Quantity(
+        "jamming_margin", "", "", "thrust", "1 − μ·q·|tan β| on the rises, in a groove on the returns too; 0 jams."
+    ),
     Quantity("jamming_angle_deg", "", "deg", "thrust", "Pressure angle at which the follower jams at its lowest."),
     Quantity("contact_stress_max_MPa", "p_0", "MPa", "hertz", "Largest contact pressure (Hertz)."),
     Quantity("contact_half_width_mm", "b", "mm", "hertz", "Half-width of the contact where its stress is largest."),

@@ -25,6 +25,7 @@ def check(data: Mapping[str, Any]) -> Iterator[Fault]:
     yield from _searched_laws(data)
     mechanism = tuple(_text(data, key) for key in ("cam.form", "follower.motion", "follower.contact"))
     if all(mechanism):
+        yield from _dynamics(data, *mechanism)  # type: ignore[arg-type]
         yield from _keys(data, *mechanism)  # type: ignore[arg-type]
         yield from _fit(data, *mechanism)  # type: ignore[arg-type]
         yield from _search(data, *mechanism)  # type: ignore[arg-type]
@@ -163,6 +164,22 @@ def _keys(data: Mapping[str, Any], form: str, motion: str, contact: str) -> Iter
     for name in _needed(form, motion, contact):
         if _at(data, f"follower.{name}") is None:
             yield f"follower.{name}", None, f"missing; a {what} needs it"
+
+
+def _dynamics(data: Mapping[str, Any], form: str, motion: str, contact: str) -> Iterator[Fault]:
+    """A follower that swings has an inertia and no guide; the guide never reaches the trace point."""
+    guide = ("mass", "gravity", "guide_length", "overhang", "friction", "stem_diameter")
+    for name in guide if motion == "oscillating" else ("inertia",):
+        key = f"follower.dynamics.{name}"
+        if _at(data, key) is not None:
+            yield key, _at(data, key), f"a {_named(form, motion, contact)} has none"
+    overhang, lift = _size(data, "follower.dynamics.overhang"), _highest(data)
+    if motion == "translating" and overhang is not None and lift is not None and overhang < lift:
+        yield (
+            "follower.dynamics.overhang",
+            overhang,
+            f"must be at least the lift ({lift:g}): it shrinks by that much",
+        )
 
 
 def _fit(data: Mapping[str, Any], form: str, motion: str, contact: str) -> Iterator[Fault]:

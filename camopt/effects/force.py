@@ -11,16 +11,14 @@ Source: Norton, Cam Design and Manufacturing Handbook, ch. 8 and 9.
 
 from dataclasses import replace
 from functools import lru_cache
+from itertools import product
 from math import inf, pi
 from typing import Any
-
-import numpy as np
 
 from camopt.effects.case import Case, Dynamics, Effect, Subject
 from camopt.motion.programme import Programme, span
 from camopt.motion.table import TURN
 
-SCANNED = 64  # speeds at which a damped follower's contact is looked at
 HALVINGS = 60
 STIFFEST = 1e12  # times the force over the lift: a spring that no stiffer one betters
 ROUNDED = 1e-14  # of the largest force: a dwell on a spring without preload has no force at all
@@ -68,23 +66,30 @@ def force_span(programme: Programme, dynamics: Dynamics, omega: float) -> tuple[
 def jump_speed(programme: Programme, dynamics: Dynamics) -> float:
     """The least ω at which contact is lost, rad/s; 0 if it is not kept at rest.
 
-    Undamped, the least F over the turn is concave in ω² and has one root. With damping it may have more: the first
-    of SCANNED equal steps at whose end contact is lost holds the one given.
+    With damping, contact may be lost, won and lost again as ω grows. So ω goes up in steps over which it is proved
+    to be kept, longer and longer while that succeeds, and halved where it does not, down to rounding.
     """
-
-    from scipy.optimize import brentq
-
-    def least(omega: float) -> float:
-        return force_span(programme, dynamics, omega)[0]
-
-    if programme.corners or least(0.0) <= 0.0:
+    if programme.corners or force_span(programme, dynamics, 0.0)[0] <= 0.0:
         return 0.0
-    fast = 1.0
-    while least(fast) >= 0.0:
-        fast *= 2.0
-    steps = np.linspace(0.0, fast, SCANNED + 1) if dynamics.damping else np.array([0.0, fast])
-    last = next(k for k in range(1, len(steps)) if least(float(steps[k])) < 0.0)
-    return float(brentq(least, steps[last - 1], steps[last], xtol=1e-300, rtol=4 * np.finfo(float).eps))
+    omega, step = 0.0, 1.0
+    while omega + step > omega:
+        if kept_between(programme, dynamics, omega, omega + step):
+            omega, step = omega + step, 2.0 * step
+        else:
+            step *= 0.5
+    return omega
+
+
+def kept_between(programme: Programme, dynamics: Dynamics, low: float, high: float) -> bool:
+    """Whether F > 0 over the turn is sure at all speeds between two: F is linear in ω·y' and in ω²·y''.
+
+    Undamped, that is so if it is at both ends.
+    """
+    stiffness, *_, constant = weights(dynamics, 1.0)
+    ends = {
+        (dynamics.damping * slow, (dynamics.mass or 0.0) * fast**2) for slow, fast in product((low, high), repeat=2)
+    }
+    return all(span(programme, (stiffness, *pair), TURN)[0] + constant > 0.0 for pair in ends)
 
 
 @lru_cache(maxsize=4096)
@@ -113,11 +118,14 @@ def required_stiffness(programme: Programme, dynamics: Dynamics, omega: float) -
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     subject, programme = case.subject, case.programme
     dynamics, omega = subject.dynamics, subject.omega
-    jump = jump_speed(programme, dynamics) * 30.0 / pi
+    columns: dict[str, Any] = {}
+    if wanted & {"jump_speed_rpm", "jump_speed_ratio"}:
+        columns["jump_speed_rpm"] = jump_speed(programme, dynamics) * 30.0 / pi
     if omega is None:
-        return {"jump_speed_rpm": jump}
+        return columns
+    if "jump_speed_ratio" in wanted:
+        columns["jump_speed_ratio"] = jump_speed(programme, dynamics) / omega
     least, largest = force_span(programme, dynamics, omega)
-    columns: dict[str, Any] = {"jump_speed_rpm": jump, "jump_speed_ratio": jump * pi / 30.0 / omega}
     if "contact_force_min_N" in offers(subject):
         lever = case.designs.arm_length if subject.angular else 1.0
         columns |= {"contact_force_min_N": least / lever, "contact_force_max_N": largest / lever}

@@ -19,8 +19,8 @@ import numpy as np
 
 from camopt.effects import force
 from camopt.effects.case import Bounded, Case, Effect, Subject
-from camopt.effects.loads import Largest, Variant, contact_load, largest, normal_curve, sides
-from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, FloatArray
+from camopt.effects.loads import Largest, Variant, contact_load, goal_of, largest, normal_curve, sides
+from camopt.numerics import FloatArray
 from camopt.numerics.curves import curve
 from camopt.numerics.point_contact import ellipticity_of, integrals
 
@@ -82,16 +82,17 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     sound = ~np.broadcast_to(case.found["undercut"], len(case.designs))
     sound = sound & (np.asarray(case.found.get("jamming_margin", 1.0)) > 0.0)
     every = variants(subject)
-    goal = LARGEST_MAGNITUDE if subject.mechanism.grooved else LARGEST
-    patch_wanted = bool(wanted - {STRESS})
-    top = largest(case, [variant for *_, variant in every], goal, sound, located=patch_wanted)
+    goal, curves = goal_of(subject), [variant for *_, variant in every]
+    top = largest(case, curves, goal, sound)
     load = np.maximum(top.value, 0.0)
     stress = stress_of(subject, load)
     finite = np.where(np.isfinite(load), stress, 0.0)
     outward = np.where(np.isfinite(load), stress_of(subject, load + top.width) - finite, 0.0)
     columns: dict[str, Any] = {STRESS: Bounded(stress, outward, stress)}
-    if patch_wanted:
+    if wanted - {STRESS}:
+        top = largest(case, curves, goal, sound, located=True)
         width, length = np.zeros((2, *stress.shape))
+        width[~np.isfinite(load)] = length[~np.isfinite(load)] = np.inf
         for number, (flank, side, (make, _)) in enumerate(every):
             here = np.flatnonzero(np.isfinite(load) & (load > 0.0) & (top.variant == number))
             if here.size:

@@ -25,7 +25,7 @@ from camopt.effects.force import weights
 from camopt.mechanisms.design import Designs
 from camopt.motion.programme import Programme
 from camopt.motion.table import DWELL, RETURN, RISE, TURN
-from camopt.numerics import FloatArray
+from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, FloatArray
 from camopt.numerics.curves import Linear, curve, formula
 from camopt.numerics.point_contact import pressure_factor, pressure_table
 
@@ -221,12 +221,18 @@ def contact_load(
 def sides(subject: Subject) -> tuple[tuple[float, int], ...]:
     """On which side the guide's friction acts, and over which strokes; together they hold the largest load.
 
-    A rise may thrust to either side, and the larger D counts. A return thrusts to the negative side, where friction
-    carries a part of the load; where it does not, the load given is a little above the true one.
+    A rise may thrust to either side, and the larger load counts. A return thrusts to the negative side, where
+    friction carries a part of the load; where it does not, the load given is a little above the true one. In a
+    groove the follower may be pulled against its friction on either stroke.
     """
     if subject.mechanism.curvature is None or not np.any(friction(subject.dynamics, 1, 1.0)):
         return ((0.0, TURN),)
-    return (1.0, RISE | RETURN), (-1.0, RISE), (0.0, DWELL)
+    return (1.0, RISE | RETURN), (-1.0, driven(subject)), (0.0, DWELL)
+
+
+def driven(subject: Subject) -> int:
+    """The strokes on which the cam works against the guide's friction, so that the follower may jam."""
+    return RISE | RETURN if subject.mechanism.grooved else RISE
 
 
 Variant = tuple[Callable[[Designs, Programme], Any], int]
@@ -246,10 +252,15 @@ class Largest(NamedTuple):
         return Bounded(self.value * factor, self.width * factor, self.value * factor)
 
 
+def goal_of(subject: Subject) -> int:
+    """A groove pulls as well as it pushes."""
+    return LARGEST_MAGNITUDE if subject.mechanism.grooved else LARGEST
+
+
 def largest(case: Case, variants: Sequence[Variant], goal: int, sound: Any, *, located: bool = False) -> Largest:
     """The largest load over the turn; infinite for designs that are not sound, and where y' jumps.
 
-    Cam angles are as exact as values only if ``located``.
+    Its cam angle is as exact as the load only if ``located``.
     """
     count = len(case.designs)
     found = Largest(np.full(count, np.inf), *np.zeros((3, count)))

@@ -17,11 +17,20 @@ import numpy as np
 
 from camopt.effects import force
 from camopt.effects.case import Bounded, Case, Effect, Subject
-from camopt.effects.loads import GuideDrag, SideThrust, force_curve, friction, largest, normal_curve, sides
+from camopt.effects.loads import (
+    GuideDrag,
+    SideThrust,
+    driven,
+    force_curve,
+    friction,
+    goal_of,
+    largest,
+    normal_curve,
+    sides,
+)
 from camopt.mechanisms.design import Designs
 from camopt.motion.programme import Programme
-from camopt.motion.table import RISE
-from camopt.numerics import LARGEST, LARGEST_MAGNITUDE
+from camopt.numerics import LARGEST_MAGNITUDE
 
 GUIDE = ("guide_length", "overhang")
 NEEDS = {  # keys of [follower.dynamics] beside those of a force
@@ -72,13 +81,13 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     columns: dict[str, Any] = {}
     sound = np.ones(len(case.designs), dtype=bool)
     if subject.mechanism.curvature and np.any(friction(given, 1, 1.0)):
-        drag = case.extremes(partial(drag_curve, subject), [(RISE, LARGEST_MAGNITUDE)])
+        drag = case.extremes(partial(drag_curve, subject), [(driven(subject), LARGEST_MAGNITUDE)])
         columns["jamming_margin"] = Bounded(1.0 - drag.value[0], -drag.width[0], 1.0)
-        columns["jamming_angle_deg"] = float(np.degrees(np.arctan(1.0 / friction(given, 1, 1.0)[0][0])))
+        columns["jamming_angle_deg"] = float(np.degrees(np.arctan2(1.0, friction(given, 1, 1.0)[0][0])))
         sound = drag.value[0] + drag.width[0] < 1.0
     if "normal_force_max_N" in wanted:
         normal = [(partial(normal_curve, subject, side=side), kinds) for side, kinds in sides(subject)]
-        columns["normal_force_max_N"] = largest(case, normal, LARGEST, sound).bounded()
+        columns["normal_force_max_N"] = largest(case, normal, goal_of(subject), sound).bounded()
     for name, (arm, reach, factor) in levers(subject).items():
         if name in wanted:
             thrust = [

@@ -196,6 +196,9 @@ def peak(programme: Programme, order: int, kinds: int) -> float:
     return max(-least, largest, 0.0)
 
 
+NOTHING = 1e-100  # of a slope's largest coefficient: no more of it is seen, and dividing by less overflows
+
+
 @lru_cache(maxsize=4096)
 def span(programme: Programme, weights: tuple[float, ...], kinds: int) -> tuple[float, float]:
     """Least and largest value of w₀·y + w₁·y' + w₂·y'' + … over the strokes of the given kinds.
@@ -221,7 +224,7 @@ def span(programme: Programme, weights: tuple[float, ...], kinds: int) -> tuple[
 
 def _stationary_values(series: FloatArray, slope: FloatArray) -> list[float]:
     """Values of a polynomial where it is stationary in [−1, 1]."""
-    roots = polynomial.polyroots(np.trim_zeros(slope, "b"))
+    roots = polynomial.polyroots(polynomial.polytrim(slope, NOTHING * np.abs(slope).max()))
     real = roots.real[(np.abs(roots.imag) < 1e-6) & (np.abs(roots.real) <= 1)]
     return [float(v) for v in polynomial.polyval(real, series)]
 

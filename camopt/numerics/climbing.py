@@ -38,8 +38,8 @@ def oriented(f, i, y, y1, y2, y3, sign):
 
 @inlined
 def allowed(best, tolerance, error):
-    """The gain that may be left: below it an extreme is exact enough. No less than rounding."""
-    return max(0.5 * tolerance * abs(best), error)
+    """The gain that may be left: below it an extreme is exact enough. No less than rounding where that is known."""
+    return max(0.5 * tolerance * abs(best), error if error < np.inf else 0.0)
 
 
 @inlined
@@ -190,15 +190,16 @@ def bound_by_slope(slope, part, sign, half_width):
 
 @called
 def split(f, i, table, panel, part, error, sign, tolerance, location, best, stack):
-    """Largest value found in a part that is not settled at once, where, and a bound of all its values.
+    """Largest value found in a part that is not settled at once, where, a bound of all its values, and their error.
 
-    The range of its slope comes first, then jets of its own, then its halves, and theirs.
+    The range of its slope comes first, then jets of its own, then its halves, and theirs. ``error`` is that of the
+    panel; infinite where a denominator may be zero somewhere in it. The error of a part takes its place.
     """
     y, y1, y2, y3 = row_jets(table, panel)
     bound = bound_by_slope(curve(f, i, y, y1, y2, y3)[1], part, sign, table.half_width[panel])
     if bound <= best + allowed(best, tolerance, error):
-        return -np.inf, 0.0, bound
-    largest, at, top = -np.inf, 0.0, best
+        return -np.inf, 0.0, bound, error
+    largest, at, top, rounding = -np.inf, 0.0, best, 0.0
     half_width = table.half_width[panel]
     stack[0, 0], stack[0, 1], stack[0, 2], stack[0, 3], stack[0, 4], stack[0, 5] = part
     depth, parts = 1, 0
@@ -211,7 +212,8 @@ def split(f, i, table, panel, part, error, sign, tolerance, location, best, stac
         middle, reach = 0.5 * (low + high), 0.5 * (high - low)
         y, y1, y2, y3 = part_jets(table, panel, middle, reach)
         jet = curve(f, i, y, y1, y2, y3)[0]
-        allowance = allowed(best, tolerance, error)
+        own = min(error, known(jet.error))
+        allowance = allowed(best, tolerance, own)
         verdict, bound, concavity = looked_at(
             low, high, left, rising, right, falling, known(jet.third), half_width, best + allowance
         )
@@ -232,5 +234,5 @@ def split(f, i, table, panel, part, error, sign, tolerance, location, best, stac
                 two[0], two[1], two[2], two[3], two[4], two[5] = middle, high, value, slope, right, falling
                 depth += 2
                 continue
-        top = max(top, bound)
-    return largest, at, top
+        top, rounding = max(top, bound), max(rounding, own)
+    return largest, at, top, rounding

@@ -137,7 +137,7 @@ def search_panel(
     for j in range(many):
         i = index[j]
         left, right = sign * values[node, i], sign * values[node + 1, i]
-        rounding[i] = max(rounding[i], error[panel, i])
+        rounding[i] = max(rounding[i], error[panel, i] if error[panel, i] < np.inf else 0.0)
         enough = best[i] + allowed(best[i], tolerance, error[panel, i])
         part, middle, slope, parts = (-1.0, 1.0, left, rising[j], right, falling[j]), 0.0, 0.0, 1
         for k in range(3):  # the panel, and if that settles nothing its halves
@@ -161,12 +161,13 @@ def search_panel(
                     best[i], at[i] = middle, table.centre[panel]
                 continue
             if verdict == OPEN:
-                found, u, bound = split(
+                found, u, bound, blur = split(
                     f, np.uint64(first + i), table, panel, part, error[panel, i], sign, tolerance, location,
                     best[i], stack,
                 )  # fmt: skip
                 if found > best[i]:
                     best[i], at[i] = found, table.centre[panel] + half_width * u
+                rounding[i] = max(rounding[i], blur)
             top[i] = max(top[i], bound)
     climb_all(f, first, climbing, climbs, table, panel, error, sign, tolerance, location, best, at, top, scratch)
 

@@ -61,7 +61,7 @@ def _magnitude(bound: float) -> Callable[[Interval, Designs], FloatArray]:
 def _ceiling(bound: float, goal: int) -> Callable[[Interval, Designs], FloatArray]:
     def floor(value: Interval, designs: Designs) -> FloatArray:
         least = value.least_magnitude if goal == LARGEST_MAGNITUDE else value.low
-        return least / bound - 1.0
+        return (least - bound) / (bound or 1.0)
 
     return floor
 
