@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from camopt.search.optimise import Optimum, optimise
     from camopt.search.sweep import Sweep, sweep
     from camopt.spectrum import response_spectrum
+    from camopt.synthesis.synthesise import Synthesised, Unmet, synthesise
     from camopt.table import load
 
 _HOMES = {
@@ -30,6 +31,8 @@ _HOMES = {
     "QUANTITIES": "quantities",
     "Scene": "scene",
     "Sweep": "search.sweep",
+    "Synthesised": "synthesis.synthesise",
+    "Unmet": "synthesis.synthesise",
     "cam_points": "points",
     "certify": "proof.certify",
     "evaluate": "evaluation",
@@ -40,6 +43,7 @@ _HOMES = {
     "response_spectrum": "spectrum",
     "shipped_scenes": "scene",
     "sweep": "search.sweep",
+    "synthesise": "synthesis.synthesise",
 }
 
 __all__ = [
@@ -50,6 +54,8 @@ __all__ = [
     "Optimum",
     "Scene",
     "Sweep",
+    "Synthesised",
+    "Unmet",
     "__version__",
     "cam_points",
     "certify",
@@ -61,6 +67,7 @@ __all__ = [
     "response_spectrum",
     "shipped_scenes",
     "sweep",
+    "synthesise",
 ]
 
 

@@ -19,7 +19,9 @@ class Aliased(click.Group):
     """A group that also takes the American spelling."""
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        return super().get_command(ctx, "optimise" if cmd_name == "optimize" else cmd_name)
+        return super().get_command(
+            ctx, cmd_name.removesuffix("ize") + "ise" if cmd_name.endswith("ize") else cmd_name
+        )
 
 
 @click.group(cls=Aliased, context_settings={"help_option_names": ["-h", "--help"]})
@@ -134,13 +136,13 @@ class Axis(click.ParamType[Any]):
         return dict(zip(("start", "stop", "step"), numbers, strict=True))
 
 
-def _check_folder(scene: Any, out: str) -> None:
-    """A sweep writes the scene as resolved; never over the user's own."""
+def _check_folder(scene: Any, out: str, name: str = "scene.toml") -> None:
+    """Scenes are written too; never over the user's own."""
     from camopt.mistakes import BadInput, Mistake
 
-    written = Path(out) / "scene.toml"
+    written = Path(out) / name
     if written.exists() and Path(scene.file).exists() and written.samefile(scene.file):
-        raise BadInput([Mistake("camopt", "--out", out, "another folder: this one holds the scene being swept")])
+        raise BadInput([Mistake("camopt", "--out", out, "another folder: this one holds the scene itself")])
 
 
 @camopt.command()
@@ -198,6 +200,39 @@ def optimise(scene: Any, as_json: bool, quiet: bool) -> int:
         result = run(scene, advance)
     reports.show_optimum(result, as_json)
     return _reached(scene, result.best["relative_half_width"]) if result.best else NOTHING_FEASIBLE
+
+
+@camopt.command()
+@click.argument("scene", default=DEFAULT_SCENE)
+@_scene_options
+@_output_options
+@click.option("--out", default="camopt-out", show_default=True, help="Folder for the scene and the laws.")
+@click.option("--plot", "picture", type=click.Path(dir_okay=False), help="Draw both cams: PNG, SVG or PDF file.")
+def synthesise(scene: Any, as_json: bool, quiet: bool, out: str, picture: str | None) -> int:
+    """Find free motion laws, and the smallest cam that they allow."""
+    from camopt import reports
+    from camopt.synthesis.files import SCENE, write
+    from camopt.synthesis.synthesise import Unmet, known_laws
+    from camopt.synthesis.synthesise import synthesise as run
+
+    _check_folder(scene, out, SCENE)
+    with reports.progress(quiet, "starts") as advance:
+        try:
+            result = run(scene, advance)
+        except Unmet as why:
+            click.echo(f"camopt: {why}", err=True)
+            return NOTHING_FEASIBLE
+        known = known_laws(scene)
+    files = write(result, out)
+    if picture:
+        from camopt.drawing.synthesis import plot_synthesis
+
+        plot_synthesis(scene, known, result, picture)
+        files.append(Path(picture))
+    reports.show_synthesis(result, known, as_json)
+    if not quiet:
+        reports.say_written(files)
+    return _reached(scene, result.design["relative_half_width"])
 
 
 @camopt.command()

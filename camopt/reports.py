@@ -24,6 +24,7 @@ from camopt.table import to_json
 
 if TYPE_CHECKING:
     from camopt.bill import Bill  # measures, and imports what only a measurement needs
+    from camopt.synthesis.synthesise import Synthesised
 
 Advance = Callable[[int, int], None]
 
@@ -231,6 +232,37 @@ def show_optimum(result: Optimum, as_json: bool) -> None:
     if result.nearest_miss:
         _show_miss(result.nearest_miss)
     return None
+
+
+def show_synthesis(result: "Synthesised", known: dict[str, dict[str, Any]], as_json: bool) -> None:
+    """The cam of the free laws beside the smallest of each known law, the bound and the gap."""
+    from camopt.synthesis.synthesise import peaks_of
+
+    if as_json:
+        return _print_json(
+            {
+                **_finite(result.design),
+                "objective": result.objective,
+                "bound": result.bound,
+                "gap": result.gap,
+                "convex": result.convex,
+                "peaks": {name: _finite(peaks) for name, peaks in result.peaks.items()},
+                "known_laws": {law: _finite(row) for law, row in known.items()},
+            }
+        )
+    rows = {**known, "free": result.design}
+    shown = {
+        law: {**row, **peaks_of(row, result), "binding": ", ".join(row["binding"])} for law, row in rows.items()
+    }
+    names = [*_sizes(shown), *(name for name in REACHED if name in result.design)]
+    names += [name for name in next(iter(shown.values())) if name.startswith("peak_")]
+    title = f"{result.scene.name}: free laws, and the smallest cam of each known law"
+    _print(_table(title, list(shown.values()), [*names, "binding"]))
+    what = f"Minimised: {_number(result.objective)}."
+    if result.bound is not None:
+        what += f" No motion whatever within the convex limits has less than {_number(result.bound)}:"
+        what += f" a gap of {result.gap:.2%}."
+    return _print(what + ("" if result.convex else " The curvature decides too: the laws are a local optimum."))
 
 
 def _optimum_columns(rows: dict[str, dict[str, Any]]) -> list[str]:

@@ -255,6 +255,60 @@ class Search(Table):
     maximise: Quantities = ()
 
 
+def _is_pair(value: Any) -> Any:
+    if not isinstance(value, (list, tuple)) or len(value) != 2:
+        raise ValueError("two numbers")
+    return tuple(_is_number(v) for v in value)
+
+
+def _is_peak(value: Any) -> Any:
+    """A peak factor: ± a number, a range that holds 0, or that of a law, by name."""
+    if isinstance(value, str):
+        return value
+    if isinstance(value, (list, tuple)):
+        pair = _is_pair(value)
+        if not -LONGEST <= pair[0] <= 0.0 < pair[1] <= LONGEST:
+            raise ValueError("a range with 0 in it")
+        return pair
+    number = _is_number(value)
+    if not 0.0 < number <= LONGEST:
+        raise ValueError("a number above 0, a range or the name of a law")
+    return number
+
+
+TERMS = ("size", "velocity", "acceleration", "jerk", "acceleration_rms", "jerk_rms")
+Peak = Annotated[float | tuple[float, float] | str, BeforeValidator(_is_peak)] | None
+Term = Annotated[str, _known(TERMS, "a term of the objective")]
+Points = tuple[Annotated[tuple[float, float], BeforeValidator(_is_pair)], ...]
+
+
+class Synthesis(Table):
+    """What free motion laws minimise and hold, beside ``[limits]``.
+
+    ``minimise`` is size (mm), velocity, acceleration or jerk (largest over the turn), acceleration_rms or jerk_rms
+    (root mean square over the turn), or a table of weights for several; units are those of ``[limits]``, or by the
+    cam angle without a speed. ``peak_velocity``, ``peak_acceleration``, ``peak_jerk`` bound the unit stroke, as
+    `camopt laws` lists them: a number for ±, a range, or the name of a law that has as much. ``rest`` is how many
+    derivatives are zero beside a dwell. ``points`` are (cam angle in deg, displacement in mm) that the motion goes
+    through. Laws are B-splines of a ``degree`` in so many ``pieces`` a stroke, with ``continuity`` continuous
+    derivatives (one less than the degree if not given).
+    """
+
+    minimise: Annotated[
+        Annotated[Term, Tag("range/")] | Annotated[dict[Term, Positive], Field(min_length=1), Tag("values/")],
+        Discriminator(lambda value: TAGS[isinstance(value, dict)]),
+    ] = "size"
+    peak_velocity: Peak = None
+    peak_acceleration: Peak = None
+    peak_jerk: Peak = None
+    rest: Annotated[int, BeforeValidator(_is_whole), Field(ge=1, le=3)] = 2
+    monotone: bool = False
+    points: Points = ()
+    degree: Annotated[int, BeforeValidator(_is_whole), Field(ge=4, le=9)] = 5
+    pieces: Annotated[int, BeforeValidator(_is_whole), Field(ge=2, le=200)] = 48
+    continuity: Annotated[int, BeforeValidator(_is_whole), Field(ge=2, le=8)] | None = None
+
+
 class Materials(Table):
     """Bodies in contact: names of materials, or moduli in GPa and Poisson's ratios; face width in mm.
 
@@ -297,6 +351,7 @@ class Scene(Table):
     laws: dict[str, OwnLaw] = Field(default_factory=dict)
     limits: Limits = Limits()
     search: Search = Search()
+    synthesis: Synthesis = Synthesis()
     materials: Materials = Materials()
     accuracy: Accuracy = Accuracy()
     outputs: Outputs = ()

@@ -1,0 +1,120 @@
+"""Before and after: the cam of a known law and that of free laws, at one scale, and their motions."""
+
+import os
+import warnings
+from typing import Any
+
+import numpy as np
+
+from camopt.drawing.cam import draw_disc
+from camopt.drawing.picture import COLOURS, FAINT, INK, MUTED, Picture, number
+from camopt.figures import STYLE
+from camopt.files import whole_file
+from camopt.motion import LAWS
+from camopt.motion.table import RETURN, RISE
+from camopt.points import checked_suffix
+from camopt.question import resolve
+from camopt.scene import Scene
+from camopt.synthesis.synthesise import Synthesised
+
+BEFORE, AFTER = MUTED, COLOURS[RISE]
+SAME = 1e-6  # relative: laws as rough as each other
+ROWS = ("Displacement", "Velocity", "Acceleration", "Jerk")
+
+
+def plot_synthesis(
+    scene: Scene, known: dict[str, dict[str, Any]], result: Synthesised, path: str | os.PathLike[str]
+) -> None:
+    """Draw the smallest cam of a known law beside that of free laws, to a PNG, SVG or PDF file.
+
+    The known law is the one of the smallest cam among those within the peak factors of the free laws, or of all.
+
+    Raises
+    ------
+    BadInput
+        For another suffix.
+    OSError
+        If the file cannot be written.
+    """
+    suffix = checked_suffix(path, "--plot", (".png", ".svg", ".pdf"))
+    import matplotlib.style
+    from matplotlib.figure import Figure
+
+    before, after = Picture(resolve(best_known(scene, known, result))), Picture(resolve(result.scene))
+    with matplotlib.style.context(["default", STYLE], after_reset=True), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="Glyph .* missing")
+        figure = Figure(figsize=(15.5, 9.0), facecolor="white")
+        figure.text(0.04, 0.955, scene.name, fontsize=15, fontweight="bold")
+        _cams(figure, before, after, result)
+        _motions(figure, before, after)
+        with whole_file(path) as partial:
+            figure.savefig(partial, format=suffix[1:], dpi=150)
+
+
+def best_known(scene: Scene, known: dict[str, dict[str, Any]], result: Synthesised) -> Scene:
+    """The scene with the known law of the smallest cam that is no rougher than the free laws, or of all."""
+    from camopt.synthesis.synthesise import peaks_of
+
+    free = peaks_of(result.design, result)
+    gentle = [
+        row
+        for row in known.values()
+        if all(
+            peaks_of(row, result)[name] <= free[name] * (1 + SAME) for name in ("peak_acceleration", "peak_jerk")
+        )
+    ]
+    row = next(iter(gentle or known.values()), None)
+    if row is None:
+        return scene
+    size = "base_radius" if scene.cam.form == "disc" else "mean_radius"
+    changes: dict[str, Any] = {f"cam.{size}": row[f"{size}_mm"]}
+    for name in ("offset", "roller_radius", "face_radius"):
+        if row.get(f"{name}_mm") and getattr(scene.follower, name) is not None:
+            changes[f"follower.{name}"] = row[f"{name}_mm"]
+    laws = {"rise": row["law_rise"], "return": row["law_return"]}
+    data = scene.replace(**changes).to_dict()
+    for segment in data["motion"]:
+        if segment["segment"] in laws and laws[segment["segment"]] in {**LAWS, **data.get("laws", {})}:
+            segment["law"] = laws[segment["segment"]]
+    return Scene.from_dict(data, scene.file)
+
+
+def _cams(figure: Any, before: Picture, after: Picture, result: Synthesised) -> None:
+    """Both cams, in axes of the same limits."""
+    disc = not before.question.subject.mechanism.grooved
+    axes = [figure.add_axes((left, 0.06, 0.27, 0.82)) for left in (0.03, 0.31)]
+    for ax, picture, colour in zip(axes, (before, after), (BEFORE, AFTER), strict=True):
+        size = float(picture.question.design.size[0])
+        laws = " / ".join(dict.fromkeys(picture.question.programme.law_names(k) for k in (RISE, RETURN)))
+        word = "base" if disc else "mean"
+        ax.set_title(f"{laws}\n{word} radius {number(size)} mm", loc="left", fontsize=10.5, color=colour)
+        ax.set_axis_off()
+        if disc:
+            draw_disc(ax, picture)
+    if disc:
+        limits = np.array([[*ax.get_xlim(), *ax.get_ylim()] for ax in axes])
+        for ax in axes:
+            ax.set(xlim=(limits[:, 0].min(), limits[:, 1].max()), ylim=(limits[:, 2].min(), limits[:, 3].max()))
+            ax.set_aspect("equal")
+
+
+def _motions(figure: Any, before: Picture, after: Picture) -> None:
+    """Displacement to jerk over the turn, the known laws grey and the free ones in colour."""
+    omega = before.question.subject.omega
+    units = ("mm", "m/s", "m/s²", "m/s³") if omega else ("mm", "mm/rad", "mm/rad²", "mm/rad³")
+    for order, (name, unit) in enumerate(zip(ROWS, units, strict=True)):
+        ax = figure.add_axes((0.655, 0.71 - 0.215 * order, 0.325, 0.175))
+        per = omega**order / 1e3 if omega and order else 1.0
+        for picture, colour, width in ((before, BEFORE, 1.2), (after, AFTER, 1.7)):
+            laws = " / ".join(dict.fromkeys(picture.question.programme.law_names(k) for k in (RISE, RETURN)))
+            angles = np.concatenate([*(np.append(a, np.nan) for a in picture.pieces)])
+            values = np.concatenate([*(np.append(m[order] * per, np.nan) for m in picture.motion)])
+            ax.plot(np.degrees(angles), values, color=colour, lw=width, label=laws)
+        ax.set_title(f"{name}, {unit}", loc="left", fontsize=9, color=INK)
+        ax.set(xlim=(0, 360), xticks=range(0, 361, 60))
+        ax.grid(True, lw=0.4, color=FAINT, alpha=0.6)
+        ax.spines[["top", "right"]].set_visible(False)
+        ax.tick_params(length=2.5, labelbottom=order == 3)
+        if order == 0:
+            ax.legend(loc="upper right", fontsize=8.5, frameon=False, bbox_to_anchor=(1.0, 1.28), ncols=2)
+    ax.set_xlabel("cam angle, deg")

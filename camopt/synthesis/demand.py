@@ -1,0 +1,249 @@
+"""What a scene asks of free motion laws, as linear limits on the motion and on two sizes.
+
+The sizes are the lead e and the height s₀ of the trace point (a flat face and a cylindrical cam have a height
+alone, their radius), so that the size of the cam is √(s₀² + e²) less the roller. Lengths in mm, angles in rad,
+derivatives by the cam angle.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import inf, pi, radians, tan
+
+from camopt.effects import force
+from camopt.mechanisms import translating, translating_flat
+from camopt.mistakes import BadInput, Mistake
+from camopt.motion.programme import Stroke, law_peaks
+from camopt.motion.table import DWELL, RETURN, RISE, TURN
+from camopt.question import Question
+from camopt.scene import Range, Scene, Synthesis
+from camopt.search.closed_form import least_size
+from camopt.synthesis.splines import Splines
+
+ORDERS = {"velocity": 1, "acceleration": 2, "jerk": 3}
+PEAKS = {f"peak_{name}": order for name, order in ORDERS.items()}
+USUAL = {"peak_acceleration": 2, "peak_jerk": 3}
+GENTLE = "poly345"  # whose peaks hold where a scene limits neither acceleration nor jerk
+
+Interval = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Floor:
+    """A linear limit that holds all along strokes of some kinds:
+
+    displacement·y + velocity·y' + acceleration·y'' + lead·e + height·s₀ + constant ≥ 0
+    """
+
+    name: str
+    displacement: float = 0.0
+    velocity: float = 0.0
+    acceleration: float = 0.0
+    lead: float = 0.0
+    height: float = 0.0
+    constant: float = 0.0
+    kinds: int = TURN
+
+
+@dataclass(frozen=True)
+class Demand:
+    """Everything that free laws have to hold, and what they minimise."""
+
+    question: Question
+    splines: Splines
+    strokes: tuple[Stroke, ...]
+    lead: Interval
+    prime: Interval
+    """The size with the roller: √(s₀² + e²)."""
+    roller: float
+    ranges: tuple[dict[int, Interval], ...]
+    """For each stroke, the range of each limited derivative, by its order."""
+    floors: tuple[Floor, ...]
+    rest: int
+    monotone: bool
+    points: tuple[tuple[float, float], ...]
+    objective: dict[str, float]
+
+    @property
+    def scale(self) -> float:
+        """The unit of length of the convex programme, mm."""
+        return max(stroke.high for stroke in self.strokes)
+
+    def beside_dwells(self, stroke: Stroke) -> tuple[bool, bool]:
+        """Whether a stroke starts beside a dwell, and whether it ends so."""
+        place = self.strokes.index(stroke)
+        around = self.strokes[place - 1], self.strokes[(place + 1) % len(self.strokes)]
+        return around[0].kind == DWELL, around[1].kind == DWELL
+
+    @property
+    def per_unit(self) -> dict[str, float]:
+        """What terms of the objective have for 1 mm/radᵏ: units of [limits], by the cam angle without a speed."""
+        omega = self.question.subject.omega
+        per = {name: 1.0 if omega is None else omega**order / 1e3 for name, order in ORDERS.items()}
+        return {"size": 1.0, **per, "acceleration_rms": per["acceleration"], "jerk_rms": per["jerk"]}
+
+
+def demand_of(question: Question) -> Demand:
+    """The demand of a scene.
+
+    Raises
+    ------
+    BadInput
+        If the follower oscillates, or a point or a size cannot be met by any law.
+    """
+    scene, subject = question.scene, question.subject
+    asked = scene.synthesis
+    if subject.angular:
+        what = "free laws are for translating followers: there the limits are convex"
+        raise BadInput([Mistake(scene.file, "follower.motion", scene.follower.motion, what, bare=True)])
+    strokes = tuple(question.programme.strokes)
+    roller = _roller(question)
+    size = _size(scene, question.size_name, asked)
+    least = least_size(question, question.programme, {"size": size})
+    return Demand(
+        question=question,
+        splines=Splines(
+            asked.degree, asked.pieces, asked.degree - 1 if asked.continuity is None else asked.continuity
+        ),
+        strokes=strokes,
+        lead=_lead(question),
+        prime=(least + roller, size[1] + roller),
+        roller=roller,
+        ranges=tuple(_ranges(question, asked, stroke) for stroke in strokes),
+        floors=tuple(_floors(question)),
+        rest=asked.rest,
+        monotone=asked.monotone,
+        points=tuple(_points(question, asked)),
+        objective=_objective(asked),
+    )
+
+
+def _objective(asked: Synthesis) -> dict[str, float]:
+    return {asked.minimise: 1.0} if isinstance(asked.minimise, str) else dict(asked.minimise)
+
+
+def _size(scene: Scene, name: str, asked: Synthesis) -> Interval:
+    """The range of the cam's radius: that of [search], or up to the scene's own where the objective is another."""
+    key = name.removesuffix("_mm")
+    choice, own = getattr(scene.search, key), getattr(scene.cam, key)
+    if choice is not None:
+        return _ends(choice, own)
+    if "size" in _objective(asked):
+        return 0.0, inf
+    if own is None:
+        what = "missing; an objective other than the size needs the largest radius, there or in [search]"
+        raise BadInput([Mistake(scene.file, f"cam.{key}", None, what, bare=True)])
+    return 0.0, own
+
+
+def _points(question: Question, asked: Synthesis) -> Iterator[tuple[float, float]]:
+    """The points that the motion goes through; each has to lie in a rise or return, between its ends."""
+    mistakes = []
+    for number, (angle, y) in enumerate(asked.points, start=1):
+        inside = [s for s in question.programme.strokes if s.start < radians(angle) < s.end and s.kind != DWELL]
+        if not inside:
+            what = "a cam angle inside a rise or return"
+        elif not min(inside[0].low, inside[0].high) <= y <= max(inside[0].low, inside[0].high):
+            what = f"a displacement from {inside[0].low:g} to {inside[0].high:g} there"
+        else:
+            yield radians(angle), y
+            continue
+        mistakes.append(Mistake(question.scene.file, f"synthesis.points.{number}", [angle, y], what))
+    if mistakes:
+        raise BadInput(mistakes)
+
+
+def _roller(question: Question) -> float:
+    """The largest radius of the roller or spherical face: it makes the least base radius of a prime radius."""
+    if question.subject.mechanism is not translating.MECHANISM:
+        return 0.0
+    own = float(question.design.roller_radius[0])
+    if question.subject.pointed:
+        return own
+    search = question.scene.search
+    return _ends(search.face_radius if question.subject.spherical else search.roller_radius, own)[1]
+
+
+def _ends(choice: Range | tuple[float, ...] | None, own: float) -> Interval:
+    """The least and the largest value of a size that a scene allows."""
+    if isinstance(choice, Range):
+        return choice.start, choice.stop
+    return (own, own) if choice is None else (min(choice), max(choice))
+
+
+def _lead(question: Question) -> Interval:
+    """e, within the offsets that the scene allows."""
+    if question.subject.mechanism is not translating.MECHANISM:
+        return 0.0, 0.0
+    ends = _ends(question.scene.search.offset, question.scene.follower.offset)
+    low, high = sorted(question.design.sense * e for e in ends)
+    return low, high
+
+
+def _ranges(question: Question, asked: Synthesis, stroke: Stroke) -> dict[int, Interval]:
+    """The ranges of a stroke's derivatives: what [limits] say of the turn and [synthesis] of the unit stroke."""
+    if stroke.kind == DWELL:
+        return {}
+    limits, omega = question.scene.limits, question.subject.omega
+    bounds: dict[int, Interval] = {}
+    for name, order in ORDERS.items():
+        bound = getattr(limits, name)
+        if bound is not None and omega is not None:
+            bounds[order] = (-bound * 1e3 / omega**order, bound * 1e3 / omega**order)
+    peaks = {name: value for name in PEAKS if (value := getattr(asked, name)) is not None}
+    if not bounds.keys() & USUAL.values() and not peaks.keys() & USUAL.keys():
+        peaks |= {name: GENTLE for name, order in USUAL.items() if not _minimised(asked) & {order}}
+    for name, value in peaks.items():
+        order = PEAKS[name]
+        low, high = _peak(question, name, value)
+        per = (stroke.high - stroke.low) / stroke.angle**order
+        low, high = sorted((low * per, high * per))
+        before = bounds.get(order, (-inf, inf))
+        bounds[order] = max(low, before[0]), min(high, before[1])
+    return bounds
+
+
+def _minimised(asked: Synthesis) -> set[int]:
+    """The orders of the derivatives that the objective has."""
+    return {ORDERS[term] for name in _objective(asked) if (term := name.removesuffix("_rms")) in ORDERS}
+
+
+def _peak(question: Question, name: str, value: float | str | tuple[float, float]) -> Interval:
+    """The range of a derivative of the unit stroke: ± a number, a range, or what a known law has."""
+    if isinstance(value, tuple):
+        return value
+    if isinstance(value, str):
+        found = law_peaks(question.laws[value])[name]
+        if not isinstance(found, float) or found == inf:
+            what = f"a law whose {name.replace('_', ' ')} is finite, or a number"
+            raise BadInput([Mistake(question.scene.file, f"synthesis.{name}", value, what)])
+        value = found
+    return -value, value
+
+
+def _floors(question: Question) -> Iterator[Floor]:
+    """The limits of a scene that are linear. What is not, the size holds in the end."""
+    subject, scene = question.subject, question.scene
+    mechanism, bounds = subject.mechanism, {limit.name: limit.bound for limit in question.limits}
+    traced = mechanism is translating.MECHANISM
+    for name, kinds in (("pressure_angle", RISE | DWELL), ("pressure_angle_return", RETURN)):
+        if name in bounds and mechanism.pressure is not None and mechanism is not translating_flat.MECHANISM:
+            tangent = tan(radians(bounds[name]))
+            lift = tangent if traced else 0.0
+            lead = 1.0 if traced else 0.0
+            yield Floor(name, lift, -1.0, lead=lead, height=tangent, kinds=kinds)
+            yield Floor(name, lift, 1.0, lead=-lead, height=tangent, kinds=kinds)
+    if mechanism is translating_flat.MECHANISM:
+        radius = max(bounds.get("curvature_radius", 0.0), 0.0)
+        yield Floor("curvature_radius", 1.0, 0.0, 1.0, height=1.0, constant=-radius)
+        if "face_reach" in bounds:
+            for sign in (1.0, -1.0):
+                yield Floor("face_reach", velocity=sign, constant=bounds["face_reach"])
+    speeds = {
+        "contact_force_min": (subject.omega, scene.limits.contact_force_min),
+        "jump_speed": (None if scene.limits.jump_speed is None else scene.limits.jump_speed * pi / 30, 0.0),
+    }
+    for name, (omega, least) in speeds.items():
+        if name in bounds and omega is not None and least is not None:
+            stiffness, damping, mass, constant = force.weights(subject.dynamics, omega)
+            unit = abs(constant) + mass or 1.0  # of the order of 1, as the others are
+            yield Floor(name, stiffness / unit, damping / unit, mass / unit, constant=(constant - least) / unit)

@@ -1,0 +1,128 @@
+"""A bound that no motion whatever can pass: what every motion within the limits has at a few nodes.
+
+Let a motion have its derivatives within ranges. Then its values y, v, a at nodes a distance h apart hold, with
+Δ the change over a panel, m the middle and r half the width of the range of y'' (of y'''):
+
+    |Δy/h − (v₀ + v₁)/2| ≤ r·h/4 − (Δv − m·h)²/(4·r·h)            |Δv − m·h| ≤ r·h
+    |Δv/h − (a₀ + a₁)/2| ≤ r·h/4 − (Δa − m·h)²/(4·r·h)            |Δa − m·h| ≤ r·h
+    |Δy − h·v₀ − h²·(2·a₀ + a₁)/6| ≤ 2·r·h³/(9·√3)
+
+The first is the area between the two extreme paths from v₀ to v₁, up first or down first. By Bessel's inequality
+with the first two Legendre polynomials, over a panel
+
+    ∫ y''² ≥ Δv²/h + 12·(Δy − h·(v₀ + v₁)/2)²/h³
+
+and so on for the jerk. A linear limit holds at each node and on the mean over each panel, and one on y and y' alone
+as Grönwall's inequality. All of this is convex: the optimum under it bounds every cam from below, and closes on the
+truth as h².
+"""
+
+from math import sqrt
+from typing import Any
+
+import cvxpy as cp
+import numpy as np
+
+from camopt.motion.programme import Stroke
+from camopt.synthesis.convex import Ranges, Sizes
+from camopt.synthesis.demand import Demand, Floor
+from camopt.synthesis.free import points_of
+
+CUBIC = 2.0 / (9.0 * sqrt(3.0))
+SAME = 1e-9  # of the stroke: nodes as close as that are one
+
+
+class RelaxedMotion:
+    """What a stroke with any law has at the nodes of so many panels: y, v and a. Only jerks tie a to v."""
+
+    def __init__(self, panels: int, demand: Demand, stroke: Stroke, ranges: Ranges, sizes: Sizes) -> None:
+        self.unit, self.angle, self.sizes = demand.scale, stroke.angle, sizes
+        points = dict(points_of(demand, stroke))
+        plain = np.linspace(0.0, 1.0, panels + 1)
+        apart = [x for x in plain if all(abs(x - point) > SAME for point in points)]
+        x = np.array(sorted([*apart, *points]))
+        self.h = stroke.angle * np.diff(x)
+        self.y, self.v, self.a = cp.Variable(x.size), cp.Variable(x.size), cp.Variable(x.size)
+        low, high = sorted((stroke.low / self.unit, stroke.high / self.unit))
+        self.limits = [self.y[0] == stroke.low / self.unit, self.y[-1] == stroke.high / self.unit]
+        self.limits += [self.y >= low, self.y <= high]
+        self.limits += [self.y[int(np.searchsorted(x, at))] == y / self.unit for at, y in points.items()]
+        if demand.monotone:
+            up = 1.0 if stroke.high > stroke.low else -1.0
+            self.limits += [up * self.v >= 0.0, up * cp.diff(self.y) >= 0.0]
+        for low, high in ranges.get(1, []):
+            self.limits += [self.v >= low, self.v <= high]
+            self.limits += [
+                cp.diff(self.y) >= cp.multiply(self.h, low),
+                cp.diff(self.y) <= cp.multiply(self.h, high),
+            ]
+        for low, high in ranges.get(2, []):
+            self._chained(self.y, self.v, low, high)
+            self.limits += [self.a >= low, self.a <= high]
+        for low, high in ranges.get(3, []):
+            self._chained(self.v, self.a, low, high)
+            start = cp.multiply(self.h, self.v[:-1]) + cp.multiply(self.h**2 / 6, 2 * self.a[:-1] + self.a[1:])
+            reach = cp.multiply(CUBIC * self.h**3, (high - low) / 2)
+            self.limits.append(cp.abs(cp.diff(self.y) - start) <= reach)
+        for floor in demand.floors:
+            if floor.kinds & stroke.kind:
+                self._floor(floor, ranges)
+
+    def _chained(self, value: Any, slope: Any, low: Any, high: Any) -> None:
+        """What a value and its slope have at neighbouring nodes if the slope of the slope is within a range."""
+        h, middle, half = self.h, (low + high) / 2, (high - low) / 2
+        turned = cp.diff(slope) - cp.multiply(h, middle)
+        off = cp.multiply(1 / h, cp.diff(value)) - (slope[1:] + slope[:-1]) / 2
+        spent = cp.Variable(h.size, nonneg=True)  # ≥ turned²/(4·half·h), a rotated cone
+        most = cp.multiply(4 * h, half)
+        self.limits += [
+            cp.abs(turned) <= cp.multiply(h, half),
+            cp.SOC(spent + most, cp.vstack([2 * turned, spent - most])),
+            cp.abs(off) <= cp.multiply(h / 4, half) - spent,
+        ]
+
+    def _floor(self, floor: Floor, ranges: Ranges) -> None:
+        """A linear limit at the nodes and over each panel."""
+        sized = floor.lead * self.sizes.lead + floor.height * self.sizes.height + floor.constant / self.unit
+        moving = floor.displacement * self.y + floor.velocity * self.v
+        if floor.acceleration == 0.0:
+            self.limits.append(moving + sized >= 0)
+            if floor.displacement > 0.0 and floor.velocity:
+                self._groenwall(floor, sized)
+            return
+        self.limits.append(moving + floor.acceleration * self.a + sized >= 0)
+        for low, high in ranges.get(2, []):
+            largest = (high - low) / 2 + cp.abs((high + low) / 2) if isinstance(low, float) else high
+            mean = cp.multiply(self.h / 2, self.y[1:] + self.y[:-1])
+            off = cp.multiply(self.h**3 / 12, largest)  # by which the area under y may differ
+            self.limits.append(
+                floor.displacement * mean
+                + abs(floor.displacement) * off
+                + floor.velocity * cp.diff(self.y)
+                + floor.acceleration * cp.diff(self.v)
+                + cp.multiply(self.h, sized)
+                >= 0
+            )
+
+    def _groenwall(self, floor: Floor, sized: Any) -> None:
+        """y + S/w₀ grows by e^(w₀·h/w₁) at most, where w₀·y ∓ w₁·y' + S ≥ 0."""
+        z = self.y + sized / floor.displacement
+        growth = np.exp(floor.displacement / abs(floor.velocity) * self.h)
+        if floor.velocity < 0.0:
+            self.limits.append(z[1:] <= cp.multiply(growth, z[:-1]))
+        else:
+            self.limits.append(z[1:] >= cp.multiply(1 / growth, z[:-1]))
+
+    def end(self, order: int, last: bool) -> Any:
+        values = {1: self.v, 2: self.a}.get(order)
+        return None if values is None else values[-1 if last else 0]
+
+    def at_rest(self, rest: int, last: bool) -> list[Any]:
+        ends = [self.end(order, last) for order in range(1, rest + 1)]
+        return [end == 0.0 for end in ends if end is not None]
+
+    def square(self, order: int) -> Any:
+        value, slope = {2: (self.y, self.v), 3: (self.v, self.a)}[order]
+        off = cp.diff(value) - cp.multiply(self.h / 2, slope[1:] + slope[:-1])
+        first = cp.multiply(1 / np.sqrt(self.h), cp.diff(slope))
+        return cp.norm(cp.hstack([first, cp.multiply(np.sqrt(12 / self.h**3), off)]))

@@ -1,0 +1,82 @@
+"""Free motion laws: B-splines on the unit stroke, whose bounds are bounds of coefficients.
+
+On each part of a stroke a derivative of the spline is a polynomial. Its Bernstein coefficients are linear in the
+coefficients of the spline and enclose it, so a linear limit on them holds at every cam angle, not at samples; a
+part is half a span, which takes the enclosure within a fraction of a per cent.
+
+Source: de Boor, A Practical Guide to Splines, ch. IX; Farin, Curves and Surfaces for CAGD, ch. 6.
+"""
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from scipy import sparse
+from scipy.interpolate import BSpline
+from scipy.special import comb
+
+from camopt.motion.spline import SplineLaw
+from camopt.numerics import FloatArray
+
+PARTS = 2  # of a span
+NOTHING = 1e-12  # of the largest entry: rounding
+
+
+@dataclass(frozen=True)
+class Splines:
+    """Clamped splines of a degree in equal pieces, with so many continuous derivatives between them."""
+
+    degree: int
+    pieces: int
+    continuity: int
+
+    @property
+    def knots(self) -> FloatArray:
+        inner = np.repeat(np.arange(1, self.pieces) / self.pieces, self.degree - self.continuity)
+        ends = self.degree + 1
+        return np.concatenate([np.zeros(ends), inner, np.ones(ends)])
+
+    @property
+    def count(self) -> int:
+        """How many coefficients a spline has."""
+        return self.knots.size - self.degree - 1
+
+    def at(self, x: FloatArray, order: int) -> sparse.csr_array:
+        """The matrix from coefficients to values of a derivative at x, from 0 to 1."""
+        basis = BSpline(self.knots, np.eye(self.count), self.degree)
+        values = (basis.derivative(order) if order else basis)(x)
+        values[np.abs(values) <= NOTHING * np.abs(values).max()] = 0.0
+        return sparse.csr_array(values)
+
+    def bernstein(self, order: int) -> sparse.csr_array:
+        """The matrix from coefficients to Bernstein coefficients of a derivative, part by part along the stroke."""
+        return _bernstein(self, order)
+
+    def law(self, name: str, coefficients: FloatArray) -> SplineLaw:
+        """The spline as a motion law: from 0 to 1, without rounding."""
+        inner = np.clip(coefficients[1:-1], 0.0, 1.0)
+        knots = tuple(self.knots.tolist())
+        return SplineLaw(name, self.degree, knots, (0.0, *inner.tolist(), 1.0))
+
+
+@cache
+def _bernstein(splines: Splines, order: int) -> sparse.csr_array:
+    degree, parts = splines.degree - order, splines.pieces * PARTS
+    x = (1.0 - np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1))) / 2.0  # inside a part: no knot
+    power = np.arange(degree + 1)
+    values = comb(degree, power) * x[:, None] ** power * (1.0 - x[:, None]) ** (degree - power)
+    nodes = ((np.arange(parts)[:, None] + x) / parts).ravel()
+    found = sparse.kron(sparse.eye_array(parts), np.linalg.inv(values)) @ splines.at(nodes, order)
+    found.data[np.abs(found.data) <= NOTHING * np.abs(found.data).max()] = 0.0
+    found.eliminate_zeros()
+    return sparse.csr_array(found)
+
+
+def elevated(rows: sparse.csr_array, degree: int, up: int) -> sparse.csr_array:
+    """Bernstein coefficients of polynomials of a degree as those of one that is ``up`` higher."""
+    for _ in range(up):
+        degree += 1
+        share = np.arange(degree + 1) / degree
+        once = np.diag(1.0 - share)[:, :-1] + np.diag(share)[:, 1:]
+        rows = sparse.kron(sparse.eye_array(rows.shape[0] // degree), sparse.csr_array(once)) @ rows
+    return sparse.csr_array(rows)

@@ -1,0 +1,288 @@
+"""Synthesis: free motion laws that make the cam smallest, or gentlest, under the limits of a scene.
+
+The convex programme gives laws, and a bound that no law whatever can pass. The laws become laws of the scene, and
+the smallest cam for them is found and proved as for any other: every limit of the scene holds in the end, whether
+the convex programme knows it or not, and the gap to the bound says what that costs.
+"""
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+from math import inf, sqrt
+from typing import Any
+
+import cvxpy as cp
+import numpy as np
+
+from camopt.motion import LAWS
+from camopt.motion.programme import Programme, law_peaks, peak, span
+from camopt.motion.spline import SplineLaw
+from camopt.motion.table import DWELL, TURN
+from camopt.question import resolve
+from camopt.scene import Scene
+from camopt.search.optimise import optimise
+from camopt.synthesis.convex import SOLVED, SQUARES, Convex, convex, solve
+from camopt.synthesis.curvature import Iterate, iterate_of, joined, sharpest_allowed, steps
+from camopt.synthesis.demand import ORDERS, PEAKS, Demand, demand_of
+from camopt.synthesis.free import FreeMotion
+from camopt.synthesis.relaxation import RelaxedMotion
+
+SLACK = 1e-4  # of the least objective, given up for the gentlest jerk among the laws that reach it
+SOLVER_ERROR = 1e-6  # relative, of an optimum
+PANELS = (96, 64, 32, 16)  # of a stroke in the relaxation: fewer where the solver fails
+MARGINS = (1e-7, 1e-6, 1e-5, 1e-4)  # by which limits are held closer than asked, for a solver's error
+WORSE = 1e-3  # a cam above its convex optimum by more is held by a limit that is not convex
+
+CHOSEN = ("offset_mm", "roller_radius_mm", "face_radius_mm")  # sizes that the search may have changed
+
+Progress = Callable[[int, int], None]
+
+
+class Unmet(Exception):
+    """No free law holds all limits; the message says what is known."""
+
+
+@dataclass(frozen=True)
+class Synthesised:
+    """Free laws, the smallest cam for them, and how good they are.
+
+    ``scene`` has the laws, the size and the offset, ``design`` is the row that ``optimise`` gives for it.
+    ``objective`` is what was minimised. No motion whatever that holds the convex limits has less than ``bound``;
+    it is None where none could be computed.
+    """
+
+    scene: Scene
+    design: dict[str, Any]
+    objective: float
+    bound: float | None = None
+    convex: bool = True
+    """Whether the convex limits alone decide; if not, the laws are a local optimum."""
+
+    @property
+    def gap(self) -> float | None:
+        """By how much the best law could have less, as a share of the objective."""
+        return None if self.bound is None else max(0.0, 1.0 - self.bound / self.objective)
+
+    @property
+    def laws(self) -> dict[str, SplineLaw]:
+        """The free laws by name."""
+        names = free_names(self.scene)
+        return {n: law for n, law in resolve(self.scene).laws.items() if n in names and isinstance(law, SplineLaw)}
+
+    @property
+    def peaks(self) -> dict[str, dict[str, float | str]]:
+        """The peak factors of each free law."""
+        return {name: law_peaks(law) for name, law in self.laws.items()}
+
+
+def peaks_of(row: Mapping[str, Any], result: Synthesised) -> dict[str, float]:
+    """The largest peak factors of a row's laws, known or free."""
+    laws = {**LAWS, **result.laws}
+    each = [law_peaks(laws[n]) for key in ("law_rise", "law_return") for n in row[key].split("+") if n in laws]
+    return {name: max(float(peaks[name]) for peaks in each) for name in PEAKS if each}
+
+
+def known_laws(scene: Scene) -> dict[str, dict[str, Any]]:
+    """The smallest cam of each known law, for comparison: the laws of [search], or all of them."""
+    named = scene.search.law or scene.search.law_rise or scene.search.law_return
+    return optimise(scene if named else scene.replace(**{"search.law": list(LAWS)})).by_law
+
+
+def synthesise(scene: Scene, progress: Progress | None = None) -> Synthesised:
+    """Free motion laws for a scene, by its ``[synthesis]``, and the smallest cam for them.
+
+    ``progress`` is called with (starts done, starts in all).
+
+    Raises
+    ------
+    BadInput
+        If the follower oscillates, or nothing limits the size from below.
+    Unmet
+        If no free law holds all limits.
+    ArithmeticError
+        If a solver fails.
+    """
+    advance = progress or (lambda done, most: None)
+    demand = demand_of(resolve(scene))
+    bound = bound_of(demand)
+    if bound == inf:
+        raise Unmet("no motion whatever holds all limits")
+    model, start, least = solved(demand)
+    found, sharpest = cam_for(demand, start), sharpest_allowed(demand)
+    free = found is not None and found.objective <= least + WORSE * abs(least)
+    if not free and sharpest is not None:
+        cams = [*([found] if found else []), *_bent(model, demand, start, sharpest, advance)]
+        found = min(cams, key=lambda cam: cam.objective, default=None)
+    if found is None:
+        raise Unmet("these free laws hold the convex limits, but then no cam holds the others")
+    return replace(found, bound=bound, convex=free)
+
+
+def bound_of(demand: Demand) -> float | None:
+    """What no motion whatever can pass; infinite if none holds the limits, None if the solver gives no bound."""
+    for panels in PANELS:
+        relaxed = convex(demand, partial(RelaxedMotion, panels))
+        try:
+            value = relaxed.solve()
+        except ArithmeticError:
+            continue
+        if relaxed.exact or value == inf:
+            return value - SOLVER_ERROR * (abs(value) + demand.roller) if value < inf else inf
+    return None
+
+
+def solved(demand: Demand) -> tuple[Convex, Iterate, float]:
+    """The convex programme with free laws, its solution and its least objective.
+
+    Among the laws that reach it the one of the gentlest jerk is taken. Margins widen until the laws hold the
+    ranges of their derivatives exactly.
+    """
+    for margin in MARGINS:
+        model = convex(tightened(demand, margin), FreeMotion)
+        least = model.solve()
+        if least == inf:
+            raise Unmet("no free law of this kind holds all limits; more pieces may")
+        found = iterate_of(model)
+        calm = gentlest(model, least)
+        for each in (calm, found):
+            if each is not None and within(demand, each):
+                return model, each, least
+    raise ArithmeticError("the convex solver does not hold the limits closely enough")
+
+
+def gentlest(model: Convex, least: float) -> Iterate | None:
+    """The laws of the least mean square of the jerk at nearly the least objective; None if the solver fails."""
+    goal = model.problem.objective.args[0]
+    jerk = cp.norm(cp.hstack([motion.square(3) for motion in model.motions if motion]))
+    close = goal <= least + SLACK * (abs(least) + model.demand.roller)
+    problem = cp.Problem(cp.Minimize(jerk), [*model.problem.constraints, close])
+    return iterate_of(model) if solve(problem) in SOLVED else None
+
+
+def tightened(demand: Demand, margin: float) -> Demand:
+    """The demand with limits held closer by a share."""
+    kept = 1.0 - margin
+    return replace(
+        demand,
+        ranges=tuple({k: (kept * low, kept * high) for k, (low, high) in row.items()} for row in demand.ranges),
+        floors=tuple(replace(f, constant=f.constant - margin * abs(f.constant)) for f in demand.floors),
+        prime=(demand.prime[0], kept * demand.prime[1]),
+    )
+
+
+# ------------------------------------------------------------------------------------------- from laws to a cam
+
+
+def free_names(scene: Scene) -> list[str]:
+    """Names for the free laws of a scene's moving segments, in order."""
+    kinds = [segment.segment for segment in scene.motion if segment.segment != "dwell"]
+    counts = [kinds[: n + 1].count(kind) for n, kind in enumerate(kinds)]
+    return [f"free-{k}-{n}" if kinds.count(k) > 1 else f"free-{k}" for k, n in zip(kinds, counts, strict=True)]
+
+
+def scene_with(scene: Scene, laws: list[SplineLaw]) -> Scene:
+    """The scene with free laws in place of its own."""
+    data = scene.to_dict()
+    moving = [segment for segment in data["motion"] if segment["segment"] != "dwell"]
+    for segment, law in zip(moving, laws, strict=True):
+        segment["law"] = law.NAME
+        data.setdefault("laws", {})[law.NAME] = {
+            "degree": law.degree, "knots": list(law.knots), "coefficients": list(law.coefficients),
+        }  # fmt: skip
+    for key in ("law", "law_rise", "law_return"):
+        data.get("search", {}).pop(key, None)
+    return Scene.from_dict(data, scene.file)
+
+
+def laws_of(demand: Demand, found: Iterate) -> list[SplineLaw]:
+    names = free_names(demand.question.scene)
+    return [demand.splines.law(name, c) for name, c in zip(names, found.coefficients, strict=True)]
+
+
+def programme_with(demand: Demand, found: Iterate) -> Programme:
+    """The turn with free laws."""
+    laws = iter(laws_of(demand, found))
+    return Programme(tuple(s if s.kind == DWELL else replace(s, law=next(laws)) for s in demand.strokes))
+
+
+def within(demand: Demand, found: Iterate) -> bool:
+    """Whether the laws themselves, not the solver's word, hold the ranges of their derivatives."""
+    for stroke, ranges in zip(programme_with(demand, found).strokes, demand.ranges, strict=True):
+        for order, (low, high) in ranges.items():
+            least, largest = span(Programme((stroke,)), (0.0,) * order + (1.0,), TURN)
+            if least < low or largest > high:
+                return False
+    return True
+
+
+def cam_for(demand: Demand, found: Iterate) -> Synthesised | None:
+    """The smallest cam for free laws, proved, under every limit of the scene; None if there is none."""
+    scene = scene_with(demand.question.scene, laws_of(demand, found))
+    best = optimise(scene).best
+    if best is None:
+        return None
+    size = demand.question.size_name
+    sizes = {
+        f"{'cam' if name == size else 'follower'}.{name.removesuffix('_mm')}": name for name in (size, *CHOSEN)
+    }
+    changes = {key: best[name] for key, name in sizes.items() if best.get(name)}
+    return Synthesised(scene.replace(**changes), best, objective_of(demand, found, best[size]))
+
+
+def objective_of(demand: Demand, found: Iterate, size: float) -> float:
+    """The objective of free laws and a size, from the motion itself."""
+    programme, total = programme_with(demand, found), 0.0
+    for name, weight in demand.objective.items():
+        value = size
+        if name in ORDERS:
+            value = peak(programme, ORDERS[name], TURN)
+        elif name in SQUARES:
+            value = root_mean_square(programme, SQUARES[name])
+        total += weight * demand.per_unit[name] * value
+    return total
+
+
+def root_mean_square(programme: Programme, order: int) -> float:
+    """√(1/2π·∫ (y⁽ᵏ⁾)² dθ) over the turn; Gauss's rule on each panel of the motion, exact for splines."""
+    table = programme.table
+    nodes, weights = np.polynomial.legendre.leggauss(table.coefficients.shape[1])
+    values = np.polynomial.polynomial.polyval(
+        nodes, np.polynomial.polynomial.polyder(table.coefficients.T, order), tensor=True
+    )
+    squares = (values / table.half_width[:, None] ** order) ** 2 @ weights * table.half_width
+    return float(np.sqrt(squares.sum() / (2 * np.pi)))
+
+
+# --------------------------------------------------------------------------------------- the limit on curvature
+
+
+def _bent(model: Convex, demand: Demand, start: Iterate, sharpest: float, advance: Progress) -> list[Synthesised]:
+    """The cams that convex steps reach, from the convex optimum and from every known law within the limits."""
+    starts = [start, *(_placed(demand, known) for known in _known(demand, start))]
+    found = []
+    for number, each in enumerate(starts):
+        advance(number, len(starts))
+        last = steps(model, each, sharpest)
+        if within(demand, last) and (cam := cam_for(demand, last)):
+            found.append(cam)
+    return found
+
+
+def _known(demand: Demand, start: Iterate) -> Iterator[Iterate]:
+    """The known laws that are splines of this kind to rounding, or near them, and within the limits."""
+    x = (np.arange(4 * demand.splines.count) + 0.5) / (4 * demand.splines.count)
+    for law in LAWS.values():
+        fit = np.linalg.lstsq(demand.splines.at(x, 0).toarray(), law.displacement(x), rcond=None)[0]
+        known = start._replace(coefficients=joined(demand, [fit] * len(start.coefficients)))
+        if within(demand, known):
+            yield known
+
+
+def _placed(demand: Demand, known: Iterate) -> Iterate:
+    """Known laws on the smallest cam for them."""
+    cam = cam_for(demand, known)
+    if cam is None:
+        return known
+    lead = demand.question.design.sense * cam.design.get("offset_mm", 0.0)
+    prime = cam.design[demand.question.size_name] + demand.roller
+    return known._replace(lead=lead / demand.scale, height=sqrt(prime**2 - lead**2) / demand.scale)
