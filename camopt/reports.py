@@ -24,6 +24,7 @@ from camopt.table import to_json
 
 if TYPE_CHECKING:
     from camopt.bill import Bill  # measures, and imports what only a measurement needs
+    from camopt.synthesis.frontier import Frontier
     from camopt.synthesis.synthesise import Synthesised
 
 Advance = Callable[[int, int], None]
@@ -263,6 +264,26 @@ def show_synthesis(result: "Synthesised", known: dict[str, dict[str, Any]], as_j
         what += f" No motion whatever within the convex limits has less than {_number(result.bound)}:"
         what += f" a gap of {result.gap:.2%}."
     return _print(what + ("" if result.convex else " The curvature decides too: the laws are a local optimum."))
+
+
+def show_frontier(found: "Frontier", as_json: bool) -> None:
+    """The free laws along the frontier, the known laws, and how far down each term goes."""
+    if as_json:
+        ends = {term: {"free_laws": least, "any_motion": bound} for term, (least, bound) in found.least.items()}
+        every = {"rows": found.rows, "known_laws": found.known}
+        tables = {name: [_finite(row) for row in rows] for name, rows in every.items()}
+        return _print_json({"scene": found.scene.name, "axes": found.axes, "least": ends, **tables})
+    rows = [{**row, "law": "free"} for row in found.rows]
+    rows += [{**row, "law": " / ".join(dict.fromkeys((row["law_rise"], row["law_return"])))} for row in found.known]
+    sizes = [
+        name for name in ("base_radius_mm", "mean_radius_mm", "roller_radius_mm", "offset_mm") if name in rows[0]
+    ]
+    shown = [{**row, "bound": "" if row.get("bound") is None else row["bound"]} for row in rows]
+    _print(_table(f"{found.scene.name}: the frontier", shown, ["law", *found.axes, "bound", *sizes]))
+    for term, (least, bound) in found.least.items():
+        most = "" if bound is None else f"; no motion within the other limits passes {_number(bound)}"
+        _print(f"Least {term}: {_number(least)}{most}")
+    return None
 
 
 def _optimum_columns(rows: dict[str, dict[str, Any]]) -> list[str]:

@@ -145,7 +145,7 @@ def solved(demand: Demand) -> tuple[Convex, Iterate, float]:
         found = iterate_of(model)
         calm = gentlest(model, least)
         for each in (calm, found):
-            if each is not None and within(demand, each):
+            if each is not None and within(demand, programme_with(demand, each)):
                 return model, each, least
     raise ArithmeticError("the convex solver does not hold the limits closely enough")
 
@@ -205,9 +205,9 @@ def programme_with(demand: Demand, found: Iterate) -> Programme:
     return Programme(tuple(s if s.kind == DWELL else replace(s, law=next(laws)) for s in demand.strokes))
 
 
-def within(demand: Demand, found: Iterate) -> bool:
-    """Whether the laws themselves, not the solver's word, hold the ranges of their derivatives."""
-    for stroke, ranges in zip(programme_with(demand, found).strokes, demand.ranges, strict=True):
+def within(demand: Demand, programme: Programme) -> bool:
+    """Whether laws themselves, not a solver's word, hold the ranges of their derivatives."""
+    for stroke, ranges in zip(programme.strokes, demand.ranges, strict=True):
         for order, (low, high) in ranges.items():
             least, largest = span(Programme((stroke,)), (0.0,) * order + (1.0,), TURN)
             if least < low or largest > high:
@@ -231,15 +231,18 @@ def cam_for(demand: Demand, found: Iterate) -> Synthesised | None:
 
 def objective_of(demand: Demand, found: Iterate, size: float) -> float:
     """The objective of free laws and a size, from the motion itself."""
-    programme, total = programme_with(demand, found), 0.0
-    for name, weight in demand.objective.items():
-        value = size
-        if name in ORDERS:
-            value = peak(programme, ORDERS[name], TURN)
-        elif name in SQUARES:
-            value = root_mean_square(programme, SQUARES[name])
-        total += weight * demand.per_unit[name] * value
-    return total
+    programme = programme_with(demand, found)
+    return sum(weight * term_of(demand, programme, name, size) for name, weight in demand.objective.items())
+
+
+def term_of(demand: Demand, programme: Programme, name: str, size: float) -> float:
+    """A term of the objective, from the motion itself or the size."""
+    if name == "size":
+        return size
+    of_motion = (
+        peak(programme, ORDERS[name], TURN) if name in ORDERS else root_mean_square(programme, SQUARES[name])
+    )
+    return demand.per_unit[name] * of_motion
 
 
 def root_mean_square(programme: Programme, order: int) -> float:
@@ -263,7 +266,7 @@ def _bent(model: Convex, demand: Demand, start: Iterate, sharpest: float, advanc
     for number, each in enumerate(starts):
         advance(number, len(starts))
         last = steps(model, each, sharpest)
-        if within(demand, last) and (cam := cam_for(demand, last)):
+        if within(demand, programme_with(demand, last)) and (cam := cam_for(demand, last)):
             found.append(cam)
     return found
 
@@ -274,7 +277,7 @@ def _known(demand: Demand, start: Iterate) -> Iterator[Iterate]:
     for law in LAWS.values():
         fit = np.linalg.lstsq(demand.splines.at(x, 0).toarray(), law.displacement(x), rcond=None)[0]
         known = start._replace(coefficients=joined(demand, [fit] * len(start.coefficients)))
-        if within(demand, known):
+        if within(demand, programme_with(demand, known)):
             yield known
 
 
