@@ -4,7 +4,8 @@
 
 For each cam the pressure angle is at most 30° and the offset free, as far as the prime radius allows. At the peak
 acceleration and jerk of each of four laws: the smallest prime radius with that law and with free laws, the bound
-that no motion can pass, the gap to it, the free laws' radius if the jerk is free, seconds, and the verdict of `camopt certify` on the free cam.
+that no motion can pass, the gap to it, the free laws' radius if the jerk is free, seconds, and the verdict of
+`camopt certify` on the free cam.
 """
 
 from time import perf_counter
@@ -20,6 +21,8 @@ SCENES = (
     "valve-rod-offset",
     "valve-rod-radial",
 )
+COLUMNS = ("cam", "peaks of", "its radius, mm", "free laws, mm", "smaller by", "bound, mm", "gap")
+COLUMNS += ("jerk free, mm", "s", "certified")
 PEAKS = ("poly345", "cycloidal", "poly4567", "modified-sine")
 FREE_OFFSET = {"start": -60, "stop": 60}
 
@@ -34,8 +37,7 @@ def question(name: str, law: str) -> Scene:
 
 
 def main() -> None:
-    print("| cam | peaks of | its radius, mm | free laws, mm | smaller by | bound, mm | gap | jerk free, mm | s | certified |")
-    print("|---|---|---|---|---|---|---|---|---|---|")
+    print(f"| {' | '.join(COLUMNS)} |\n|{'---|' * len(COLUMNS)}")
     synthesise(question(SCENES[0], PEAKS[0]))  # compiles
     for name in SCENES:
         for law in PEAKS:

@@ -237,7 +237,8 @@ def _known(demand: Demand, axes: Sequence[str], design: dict[str, Any]) -> dict[
     question = demand.question
     names = [design[f"law_{kind}"] for kind in ("rise", "return")]
     programme = question.with_laws(*(name if name in question.laws else None for name in names))
-    return {**_row(demand, programme, axes, design), "within": within(demand, programme)}
+    smooth = all(jump.order > demand.rest for jump in programme.jumps)
+    return {**_row(demand, programme, axes, design), "within": within(demand, programme) and smooth}
 
 
 def _front(rows: list[dict[str, Any]], axes: Sequence[str]) -> list[dict[str, Any]]:
