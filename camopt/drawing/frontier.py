@@ -41,7 +41,7 @@ def plot_frontier(found: Frontier, path: str | os.PathLike[str]) -> None:
         axes.set_title(f"{found.scene.name}: what free motion laws trade", loc="left", fontsize=12, color=INK)
         axes.grid(True, lw=0.4, color=FAINT, alpha=0.6)
         axes.spines[["top", "right"]].set_visible(False)
-        axes.legend(loc="upper right", fontsize=9, frameon=False)
+        figure.legend(loc="outside lower center", ncols=2, fontsize=9, frameon=False)
         with whole_file(path) as partial:
             figure.savefig(partial, format="png", dpi=150)
 
@@ -95,6 +95,5 @@ def _known(axes: Any, found: Frontier) -> None:
         label = labelled.pop(row["within"], None)
         axes.scatter(row[across], row[up], s=34, zorder=5, label=label, **fill)
         laws = " / ".join(dict.fromkeys((row["law_rise"], row["law_return"])))
-        axes.annotate(
-            laws, (row[across], row[up]), xytext=(6, 4), textcoords="offset points", fontsize=8, color=INK
-        )
+        place = {"xytext": (-6, -4), "ha": "right", "va": "top", "textcoords": "offset points"}
+        axes.annotate(laws, (row[across], row[up]), fontsize=8, color=INK, **place)

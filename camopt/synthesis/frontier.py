@@ -93,7 +93,7 @@ def frontier(
     demand = replace(demand_of(resolve(scene)), objective={terms[0]: 1.0})
     ends = {term: _ends(demand, terms, term) for term in terms}
     held = terms[1:]
-    grids = [np.geomspace(ends[t][t] * (1 + ENDS), max(ends[other][t] for other in terms), points) for t in held]
+    grids = [_grid(ends[t][t] * (1 + ENDS), max(ends[other][t] for other in terms), points) for t in held]
     values = [dict(zip(held, map(float, pick), strict=True)) for pick in product(*grids)]
     rows = []
     for done, row in enumerate(_in_parallel(scene, terms, values, workers), start=1):
@@ -134,6 +134,11 @@ def _ends(demand: Demand, terms: Sequence[str], first: str) -> dict[str, float]:
         if other != first:
             found[other] = _least(demand, {other: 1.0}, {first: least + ENDS * abs(least)})
     return found
+
+
+def _grid(low: float, high: float, points: int) -> FloatArray:
+    """Values closer together where a frontier bends most, near the least."""
+    return np.asarray(low * (high / low) ** np.linspace(0.0, 1.0, points) ** 2)
 
 
 def _least(demand: Demand, objective: dict[str, float], held: Mapping[str, float]) -> float:
