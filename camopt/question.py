@@ -8,11 +8,13 @@ import numpy as np
 
 from camopt.effects import Bodies, Dynamics, Subject, lacking, offered
 from camopt.limits import LOADS, Limit, limits_of, load_quantity
+from camopt.load_table import constant_and_changing
 from camopt.materials import MATERIALS
 from camopt.mechanisms import Designs, mechanism_for
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion import LAWS
 from camopt.motion.law import Law
+from camopt.motion.load import ExternalLoad
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.own_laws import spline_of
@@ -93,7 +95,7 @@ def resolve(scene: Scene) -> Question:
     if mistakes:
         raise BadInput(mistakes)
     laws = {**LAWS, **{name: spline_of(name, law.model_dump()) for name, law in scene.laws.items()}}
-    programme = Programme.from_segments(segments, angular=subject.angular, laws=laws)
+    programme = Programme.from_segments(segments, angular=subject.angular, laws=laws, load=_load(scene)[1])
     return Question(scene, subject, laws, programme, design, limits_of(scene, subject))
 
 
@@ -126,7 +128,7 @@ def _dynamics(scene: Scene) -> Dynamics:
         damping=(given.damping or 0.0) * torque,
         stiffness=(given.spring_rate or 0.0) * torque,
         preload=(given.preload or 0.0) * torque,
-        load=(given.load or 0.0) * torque + (mass or 0.0) * (given.gravity or 0.0) * 1e3,
+        load=_load(scene)[0] + (mass or 0.0) * (given.gravity or 0.0) * 1e3,
         friction=given.friction or 0.0,
         guide_length=given.guide_length,
         overhang=given.overhang,
@@ -135,6 +137,12 @@ def _dynamics(scene: Scene) -> Dynamics:
         damping_ratio=given.damping_ratio or 0.0,
         fluctuation=given.fluctuation,
     )
+
+
+def _load(scene: Scene) -> tuple[float, ExternalLoad | None]:
+    """The external load in N (N·mm): its constant part, and what changes over the turn."""
+    given = scene.follower.dynamics
+    return constant_and_changing(given and given.load, 1e3 if scene.follower.motion == "oscillating" else 1.0)
 
 
 def _bodies(scene: Scene) -> Bodies:

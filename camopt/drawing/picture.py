@@ -48,9 +48,9 @@ class Picture:
         return [int(kind) for kind in self.question.programme.table.kind]
 
     @cached_property
-    def motion(self) -> list[FloatArray]:
-        """(y, y', y'', y''') of each piece, (4, samples)."""
-        return [self.question.programme.at(angles) for angles in self.pieces]
+    def motion(self) -> list[tuple[Any, ...]]:
+        """What curves take on each piece: y, y', y'' and y''' at its samples, and the load where it changes."""
+        return [self.question.programme.state(angles) for angles in self.pieces]
 
     @cached_property
     def values(self) -> dict[str, Any]:
