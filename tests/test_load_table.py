@@ -182,7 +182,8 @@ def test_wear_and_film_are_those_of_a_scan():
     scene = under(JUMPING)
     asked = resolve(Scene.from_dict({**scene, "materials": {**scene["materials"], **WORN}}))
     case = Case(asked.subject, asked.programme, asked.design)
-    theta = np.linspace(0.0, 2 * np.pi, 200_001)[:-1]
+    jump = np.radians(70.0)
+    theta = np.array([jump - 1e-12, *np.linspace(0.0, 2 * np.pi, 200_001)[:-1]])
     state = asked.programme.state(theta)
     for make in (
         partial(surface.wear_curve, asked.subject),

@@ -48,9 +48,9 @@ class Picture:
         return [int(kind) for kind in self.question.programme.table.kind]
 
     @cached_property
-    def motion(self) -> list[tuple[Any, ...]]:
-        """What curves take on each piece: y, y', y'' and y''' at its samples, and the load where it changes."""
-        return [self.question.programme.state(angles) for angles in self.pieces]
+    def motion(self) -> list[FloatArray]:
+        """(y, y', y'', y''') of each piece, (4, samples)."""
+        return [self.question.programme.at(angles) for angles in self.pieces]
 
     @cached_property
     def values(self) -> dict[str, Any]:
@@ -78,7 +78,8 @@ class Picture:
     def curve_values(self, record: Any) -> list[FloatArray]:
         """One of the mechanism's curves on each piece."""
         with np.errstate(all="ignore"):
-            return [np.broadcast_to(curve(record, 0, *rows)[0], rows[0].shape) for rows in self.motion]
+            states = [self.question.programme.state(angles) for angles in self.pieces]
+            return [np.broadcast_to(curve(record, 0, *state)[0], state[0].shape) for state in states]
 
     @property
     def undercut(self) -> bool:
