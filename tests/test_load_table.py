@@ -67,7 +67,7 @@ def test_motion_and_table_turned_together_give_the_same(rows, outputs):
     scene = under(rows, "flat", outputs=outputs)
     *strokes, last = scene["motion"]
     turned = [[(angle + last["angle"]) % 360, value] for angle, value in rows]
-    first = min(range(len(turned)), key=lambda k: (turned[k][0], k))
+    first = min(range(len(turned)), key=lambda k: (turned[k][0], -k))
     moved = under(turned[first:] + turned[:first], "flat", outputs=outputs)
     moved["motion"] = [last, *strokes]
     ours, theirs = (evaluate(Scene.from_dict(each)) for each in (scene, moved))
@@ -183,7 +183,7 @@ def test_wear_and_film_are_those_of_a_scan():
     asked = resolve(Scene.from_dict({**scene, "materials": {**scene["materials"], **WORN}}))
     case = Case(asked.subject, asked.programme, asked.design)
     jump = np.radians(70.0)
-    theta = np.array([jump - 1e-12, *np.linspace(0.0, 2 * np.pi, 200_001)[:-1]])
+    theta = np.array([jump - 1e-12, jump + 1e-12, *np.linspace(0.0, 2 * np.pi, 200_001)[:-1]])
     state = asked.programme.state(theta)
     for make in (
         partial(surface.wear_curve, asked.subject),
