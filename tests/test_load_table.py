@@ -180,6 +180,7 @@ WORN = {"wear_rate": 1e-9, "viscosity": 30, "pressure_viscosity": 15, "roughness
 
 def test_wear_and_film_are_those_of_a_scan():
     scene = under(JUMPING)
+    scene["cam"]["base_radius"] = 160  # so that the lubricant is carried one way
     asked = resolve(Scene.from_dict({**scene, "materials": {**scene["materials"], **WORN}}))
     case = Case(asked.subject, asked.programme, asked.design)
     jump = np.radians(70.0)
