@@ -26,6 +26,7 @@ from pydantic import (
     model_validator,
 )
 
+from camopt.load_table import read_load
 from camopt.materials import MATERIALS
 from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.own_laws import DEGREES, read_files
@@ -106,12 +107,36 @@ class Cam(Table):
     shaft_diameter: Length | None = None
 
 
+TAGS = ("range/", "values/", "constant/", "file/", "rows/")  # parts of a location in pydantic's errors, no keys
+
+
+def _rows(value: Any) -> Any:
+    return tuple(tuple(row) if isinstance(row, list) else row for row in value)
+
+
+def _kind_of_load(value: Any) -> str:
+    return "file/" if isinstance(value, str) else "rows/" if isinstance(value, (list, tuple)) else "constant/"
+
+
+Load = Annotated[
+    Annotated[Anywhere, Tag("constant/")]
+    | Annotated[str, Tag("file/")]
+    | Annotated[tuple[Any, ...], BeforeValidator(_rows), Tag("rows/")],  # what is in them is checked with the scene
+    Discriminator(_kind_of_load),
+]
+
+
 class Dynamics(Table):
     """What moves with the follower, and what presses it on the cam.
 
     Translating: kg, N/mm, N, N·s/mm. Oscillating, about the pivot: inertia in kg·m² in place of the mass, N·m/rad,
-    N·m, N·m·s/rad. ``load`` is a constant external force (moment) that presses the follower on the cam; ``gravity``
-    the acceleration (m/s²) that does so to the mass. Guide, overhang, stem in mm, natural frequency in Hz.
+    N·m, N·m·s/rad. ``load`` is an external force (moment) that presses the follower on the cam; ``gravity`` the
+    acceleration (m/s²) that does so to the mass. Guide, overhang, stem in mm, natural frequency in Hz.
+
+    A load that changes over the turn is a list of rows (cam angle from the start of the first segment, 0 to 360
+    deg; load), or a CSV file with columns angle and load (a path relative to the scene file), read when the scene
+    is made. It goes straight from row to row, and from the last to the first of the next turn; two rows at one cam
+    angle (0 and 360 are one) are a jump.
     """
 
     mass: Positive | None = None
@@ -119,7 +144,7 @@ class Dynamics(Table):
     spring_rate: NotNegative | None = None
     preload: NotNegative | None = None
     damping: NotNegative | None = None
-    load: Anywhere | None = None
+    load: Load | None = None
     gravity: Anywhere | None = None
     guide_length: Length | None = None
     overhang: NotNegative | None = None
@@ -227,11 +252,10 @@ Outputs = Annotated[
     BeforeValidator(_as_list),
 ]
 Quantities = Annotated[tuple[QuantityName, ...], BeforeValidator(_as_list)]
-TAGS = ("range/", "values/")  # parts of a location in pydantic's errors that are no keys; no law has a slash
 Choice = (
     Annotated[
         Annotated[Range, Tag("range/")] | Annotated[Values, Tag("values/")],
-        Discriminator(lambda value: TAGS[not isinstance(value, (dict, Range))]),
+        Discriminator(lambda value: "range/" if isinstance(value, (dict, Range)) else "values/"),
     ]
     | None
 )
@@ -373,7 +397,7 @@ class Scene(Table):
 
     def _fill(self, values: dict[str, Any], file: str, folder: Path = Path()) -> None:
         plain = _plain(values)
-        unread = list(read_files(plain, folder))
+        unread = [*read_files(plain, folder), *read_load(plain, folder)]
         found: list[Mistake] = []
         try:
             BaseModel.__init__(self, **plain)
@@ -389,7 +413,7 @@ class Scene(Table):
     def from_dict(cls, data: dict[str, Any], file: str = "scene") -> "Scene":
         """A scene from nested mappings with the keys of a scene file; ``file`` is named in messages.
 
-        Files of laws are looked for in the current folder.
+        Files of laws and loads are looked for in the current folder.
         """
         if not isinstance(data, dict):
             raise BadInput([Mistake(file, "scene", data, "a mapping of tables")])

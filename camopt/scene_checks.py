@@ -9,6 +9,7 @@ from math import acos, asin, degrees, hypot, isfinite
 from numbers import Real
 from typing import Any
 
+from camopt.load_table import check_load
 from camopt.mistakes import nearest
 from camopt.own_laws import CLOSE, Fault, check_laws, law_names
 
@@ -21,6 +22,7 @@ TRACE = {"knife": (), "roller": ("roller_radius",), "spherical": ("face_radius",
 def check(data: Mapping[str, Any]) -> Iterator[Fault]:
     """Every fault that needs more than one value to be seen."""
     yield from check_laws(data)
+    yield from check_load(data)
     yield from _programme(data)
     yield from _searched_laws(data)
     mechanism = tuple(_text(data, key) for key in ("cam.form", "follower.motion", "follower.contact"))

@@ -30,7 +30,7 @@ def _force(picture: Picture) -> Panel | None:
     if not _ran(picture, *ends):
         return None
     question = picture.question
-    values = picture.curve_values(force_curve(question.subject, question.design))
+    values = picture.curve_values(force_curve(question.subject, question.design, question.programme))
     panel = Panel("Force along the motion", "N", values)
     panel.peaks = extremes(picture, values, tuple(picture.values[name] for name in ends))
     panel.note = "contact is lost below 0"

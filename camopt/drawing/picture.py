@@ -78,7 +78,8 @@ class Picture:
     def curve_values(self, record: Any) -> list[FloatArray]:
         """One of the mechanism's curves on each piece."""
         with np.errstate(all="ignore"):
-            return [np.broadcast_to(curve(record, 0, *rows)[0], rows[0].shape) for rows in self.motion]
+            states = [self.question.programme.state(angles) for angles in self.pieces]
+            return [np.broadcast_to(curve(record, 0, *state)[0], state[0].shape) for state in states]
 
     @property
     def undercut(self) -> bool:

@@ -33,6 +33,7 @@ from camopt.motion.programme import Programme, peak
 from camopt.motion.table import DWELL, TURN
 from camopt.numerics import FloatArray
 from camopt.numerics.oscillator import Wave, is_resonant, steady
+from camopt.numerics.piecewise import load_series
 from camopt.numerics.wave_extremes import Enclosed, largest_magnitude, least
 
 
@@ -110,6 +111,7 @@ def contact(programme: Programme, dynamics: Dynamics, omega: float, ratio: float
     held: FloatArray = stiffness * y
     held[:-1] += damping * polynomial.polyder(y) / table.half_width
     held[0] += constant
+    held[:2] += load_series(table)
     inertia = acceleration(response(programme, ratio, dynamics.damping_ratio), ratio).times(mass)
     return _pair(least(inertia.over(held)))
 

@@ -103,9 +103,9 @@ def examined(
     for constraint in constraints:
         where = case.extremes(constraint.curve, [(constraint.kinds, constraint.goal)]).where
         for offset in (-1e-12, 1e-12):  # both one-sided values where the worst angle is a jump
-            motion = programme.at(np.mod(where[0] + offset, 2 * np.pi))
+            motion = programme.state(np.mod(where[0] + offset, 2 * np.pi))
 
-            def floor(designs: Designs, constraint: Constraint = constraint, motion: FloatArray = motion) -> Any:
+            def floor(designs: Designs, constraint: Constraint = constraint, motion: Any = motion) -> Any:
                 value, _ = curve(constraint.curve(designs, programme), ..., *motion)
                 return constraint.floor(value, designs)
 
