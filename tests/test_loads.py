@@ -502,6 +502,49 @@ def test_undercut_and_jamming_make_loads_infinite_and_say_why():
         assert why[name] == "the follower jams in its guide"
 
 
+UNDERCUT, JAMMED = "the profile is undercut", "the follower jams in its guide"
+WORN = {**STEEL, "wear_rate": 1e-10}
+
+
+@pytest.mark.parametrize(
+    ("contact", "base_radius", "dynamics", "expected"),
+    [
+        ("flat", 10, FREE, {"contact_stress_max_MPa": UNDERCUT, "wear_depth_max_um": UNDERCUT}),
+        ("spherical", 10, FREE, {"contact_stress_max_MPa": UNDERCUT, "contact_half_length_mm": UNDERCUT}),
+        (
+            "knife",
+            40,
+            {**GUIDED, "friction": 3.0},
+            {
+                "normal_force_max_N": JAMMED,
+                "wear_depth_max_um": JAMMED,
+                "contact_stress_max_MPa": "a knife edge has no width",
+            },
+        ),
+    ],
+)
+def test_each_infinite_load_has_its_own_reason(contact, base_radius, dynamics, expected):
+    scene = question(contact, dynamics=dynamics, materials=WORN)
+    scene["cam"]["base_radius"] = base_radius
+    made, why = reasons(scene)
+    for name, reason in expected.items():
+        assert made[name] == inf
+        assert why[name] == reason
+
+
+@pytest.mark.parametrize("rotation", ["ccw", "cw"])
+def test_a_face_that_turns_as_fast_as_the_cam(rotation):
+    """ψ' reaches 1 where 60° are swung in 30° of the cam: the contact runs off, and nothing is NaN."""
+    scene = question("swinging-face", rotation=rotation, materials=WORN)
+    scene["cam"]["base_radius"] = 60
+    scene["motion"] = turn_of("cycloidal", 60, (30, 150, 30, 150))
+    made, why = reasons(scene)
+    assert made["profile_radius_min_mm"] == -inf
+    assert why["profile_radius_min_mm"] == why["face_reach_max_mm"] == "the face turns as fast as the cam"
+    assert why["contact_stress_max_MPa"] == why["wear_depth_max_um"] == UNDERCUT
+    assert made["feasible"] is False
+
+
 def test_no_spring_presses_where_the_follower_is_lowest():
     made, why = reasons(question("roller", dynamics={"mass": 1.0, "preload": 5.0, "load": -9.0}))
     assert made["spring_rate_required_N_per_mm"] == inf

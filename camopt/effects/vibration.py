@@ -105,6 +105,11 @@ def contact(programme: Programme, dynamics: Dynamics, omega: float, ratio: float
     """The least F over the turn, N (N·mm), and what it is not below."""
     if is_resonant(ratio, dynamics.damping_ratio):
         return -inf, -inf
+    return _pair(least(contact_wave(programme, dynamics, omega, ratio)))
+
+
+def contact_wave(programme: Programme, dynamics: Dynamics, omega: float, ratio: float) -> Wave:
+    """F over the turn with the elastic train, N (N·mm)."""
     stiffness, damping, mass, constant = weights(dynamics, omega)
     table = programme.table
     y = table.coefficients.T
@@ -113,7 +118,7 @@ def contact(programme: Programme, dynamics: Dynamics, omega: float, ratio: float
     held[0] += constant
     held[:2] += load_series(table)
     inertia = acceleration(response(programme, ratio, dynamics.damping_ratio), ratio).times(mass)
-    return _pair(least(inertia.over(held)))
+    return inertia.over(held)
 
 
 def _pair(found: Enclosed) -> tuple[float, float]:
