@@ -1,6 +1,7 @@
 """Effects against numbers and closed forms that others printed: each test names its source.
 
-Tolerances are what the printed digits allow, but for the ellipse and its fit, which say their own. No worked number was found for wear and for the film of line contact:
+Tolerances are what the printed digits allow, but for the ellipse and its fit, which say their own.
+No worked number was found for wear and for the film of line contact:
 ``tests/test_surface.py`` holds these against the formulas of their sources alone.
 """
 
