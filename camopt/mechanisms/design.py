@@ -41,6 +41,13 @@ class Designs:
         """The designs at an index, mask or slice."""
         return Designs(**{name: values[index] for name, values in self.sizes.items()}, sense=self.sense)
 
+    def replaced(self, index: Any, others: "Designs") -> "Designs":
+        """The designs with those at an index taken from others."""
+        sizes = {name: values.copy() for name, values in self.sizes.items()}
+        for name, values in others.sizes.items():
+            sizes[name][index] = values
+        return Designs(**sizes, sense=self.sense)
+
     @property
     def sizes(self) -> dict[str, FloatArray]:
         """The arrays by name."""
