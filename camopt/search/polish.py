@@ -13,7 +13,7 @@ import numpy as np
 from camopt.effects import Case
 from camopt.judging import excesses, run_effects
 from camopt.limits import pressure_limits
-from camopt.mechanisms import Designs
+from camopt.mechanisms import Designs, chained
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.question import Question
@@ -36,6 +36,10 @@ class Problem:
     free: Bounds
     """The sizes that may vary, with their ranges."""
     objective: str
+
+    def column(self, objective: str) -> int:
+        """The place of an objective among the costs."""
+        return list(signs(self.question.scene.search)).index(objective)
 
     @property
     def of_size(self) -> bool:
@@ -66,8 +70,8 @@ class Problem:
             size[index] = reached[index] = self._least_sizes(designs.take(index), ceilings[index])
             return replace(designs, size=size), reached
         costs, held = self.costs(designs)
-        column = list(signs(self.question.scene.search)).index(self.objective)
-        return designs, np.where(held & np.all(costs <= ceilings, axis=1), costs[:, column], np.inf)
+        held &= np.all(costs <= ceilings, axis=1)
+        return designs, np.where(held, costs[:, self.column(self.objective)], np.inf)
 
     def _least_sizes(self, designs: Designs, ceilings: FloatArray) -> FloatArray:
         """A size below each allowed one, down to which bisection finds designs allowed."""
@@ -78,6 +82,15 @@ class Problem:
             held = self.allowed(replace(designs, size=middle), ceilings)
             low, high = np.where(held, low, middle), np.where(held, middle, high)
         return high
+
+
+def polished(problem: Problem, designs: Designs, ceilings: FloatArray) -> Designs:
+    """Each design at its optimum under ceilings (designs, objectives), which its own costs meet."""
+    settled = np.zeros(len(designs), dtype=bool)
+    if problem.of_size:
+        designs, settled = by_closed_form(problem, designs, ceilings)
+    left = np.flatnonzero(~settled)
+    return designs.replaced(left, by_search(problem, designs.take(left), ceilings[left])) if left.size else designs
 
 
 def by_search(problem: Problem, designs: Designs, ceilings: FloatArray) -> Designs:
@@ -128,7 +141,7 @@ def by_closed_form(problem: Problem, designs: Designs, ceilings: FloatArray) -> 
     settled = np.zeros(len(designs), dtype=bool)
     if not index.size:
         return designs, settled
-    least = _joined([design for design in found if design is not None])
+    least = chained([design for design in found if design is not None])
     open_ = np.arange(index.size)
     for step in NUDGES:
         larger = replace(least, size=least.size + step * least.prime_radius).take(open_)
@@ -160,8 +173,3 @@ def _smallest(problem: Problem, design: Designs, ceilings: FloatArray) -> Design
     box = {name: problem.free.get(name, (float(v[0]), float(v[0]))) for name, v in design.sizes.items()}
     box["size"] = (least_size(tighter, problem.programme, box), box["size"][1])
     return closed_form(tighter, problem.programme, box)
-
-
-def _joined(designs: list[Designs]) -> Designs:
-    sizes = {name: np.concatenate([each.sizes[name] for each in designs]) for name in designs[0].sizes}
-    return Designs(**sizes, sense=designs[0].sense)

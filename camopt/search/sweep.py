@@ -117,8 +117,8 @@ def sweep(
             if progress:
                 progress(designs, len(space))
         grid = archive.front()
-        grid = grid if search.thin is None else thinned(grid, search, search.thin)
         rows = refined(space, grid, progress) if search.refine else grid
+        rows = rows if search.thin is None else thinned(rows, search, search.thin)
         front = front_of(rows, search, grid if search.refine else None)
         if tables:
             if keep == "pareto":
