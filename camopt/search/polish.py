@@ -43,8 +43,8 @@ class Problem:
 
     @property
     def of_size(self) -> bool:
-        """Whether the objective is the size of the cam."""
-        return self.objective == self.question.size_name
+        """Whether the objective is the size of the cam, to be lowered."""
+        return self.objective == self.question.size_name and self.objective in self.question.scene.search.minimise
 
     def costs(self, designs: Designs) -> tuple[FloatArray, Any]:
         """The far side of each objective as a cost, (designs, objectives); and which designs are feasible."""

@@ -8,12 +8,14 @@ objective beside the size, the front of a programme is a curve, and even levels 
 """
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
 from camopt.effects import EFFECTS
 from camopt.judging import judged
 from camopt.mechanisms import Designs, chained
+from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.quantities import QUANTITIES
 from camopt.question import Question, exactly
@@ -35,34 +37,36 @@ def refined(space: Space, grid: Rows, progress: Progress | None = None) -> Rows:
     No row of the grid's front is better than all of its rows. ``progress`` is called with (designs done, designs
     in all).
     """
-    question, names = exactly(space.question), frozenset(grid.columns)
-    free, decided = free_sizes(question), decided_objectives(question)
+    question, names, search = exactly(space.question), frozenset(grid.columns), space.question.scene.search
+    free = free_sizes(question)
+    decided = [name for name in decided_objectives(question) if name != question.size_name or "size" in free]
     if not free or not decided or not grid.count:
         return _marked(grid, False)
-    objective = question.size_name if "size" in free and question.size_name in decided else decided[0]
-    groups = {programme: (index, designs) for programme, index, designs in space.designs_of(grid)}
-    nothing = np.array([], dtype=np.int64), question.design.take(slice(0))
-    parts, done, total = [], 0, grid.count + LEVELS * len(groups)
-    for programme in space.programmes:
+    sized = "size" in free and question.size_name in search.minimise
+    objective = question.size_name if sized else decided[0]
+    cams = _smallest_cams(space, question, names) if sized else ()
+    start = non_dominated(joined([grid, *cams]), search)
+    groups = list(space.designs_of(start))
+    parts, done, total = [], 0, start.count + LEVELS * len(groups)
+
+    def at_optima(problem: Problem, designs: Designs, ceilings: FloatArray) -> Iterator[Designs]:
+        nonlocal done
+        for first in range(0, max(len(designs), 1), BLOCK):
+            block = slice(first, first + BLOCK)
+            yield polished(problem, designs.take(block), ceilings[block])
+            done = min(done + BLOCK, total)
+            if progress:
+                progress(done, total)
+
+    for programme, index, designs in groups:
         problem = Problem(question, programme, free, objective)
-        index, designs = groups.get(programme, nothing)
-        ceilings, held = problem.costs(designs)
-        parts.append(_marked(grid.take(index[~held]), False))  # so near a limit that only balls decide
-        found = [designs.take(slice(0)), *_ends(problem, designs, decided)]
-        for block in _blocks(problem, designs.take(held), ceilings[held]):
-            found.append(block)
-            done += len(block)
-            if progress:
-                progress(done, total)
-        for block in _blocks(problem, *_levels(problem, chained(found), decided)):
-            found.append(block)
-            done += len(block)
-            if progress:
-                progress(done, total)
-        rows = judged(question, programme, chained(found), names).only(names)
-        parts.append(_marked(rows.take(rows.column("feasible").astype(bool)), True))
-    front = non_dominated(joined(parts), question.scene.search)
-    return thinned(front, question.scene.search, SAME)
+        _, held = problem.costs(designs)
+        parts.append(_marked(start.take(index[~held]), False))  # so near a limit that only balls decide
+        designs = chained([designs.take(held), *_ends(problem, designs.take(held), decided)])
+        designs = chained(at_optima(problem, designs, problem.costs(designs)[0]))
+        designs = chained([designs, *at_optima(problem, *_levels(problem, designs, decided))])
+        parts.append(_marked(_rows(question, programme, designs, names), True))
+    return thinned(non_dominated(joined(parts), search), search, SAME)
 
 
 def free_sizes(question: Question) -> Bounds:
@@ -79,33 +83,26 @@ def decided_objectives(question: Question) -> list[str]:
     return [name for name in signs(question.scene.search) if not EFFECTS[QUANTITIES[name].effect].of_motion]
 
 
-def _blocks(problem: Problem, designs: Designs, ceilings: FloatArray) -> Iterator[Designs]:
-    """Designs at their optima, a block at a time."""
-    for first in range(0, len(designs), BLOCK):
-        block = slice(first, first + BLOCK)
-        yield polished(problem, designs.take(block), ceilings[block])
+def _smallest_cams(space: Space, question: Question, names: frozenset[str]) -> Iterator[Rows]:
+    """The smallest cam of each programme, as ``optimise`` finds it."""
+    for programme in space.programmes:
+        answers = [smallest(question, programme, box).design for box in boxes_of(question)]
+        cams = [design for design in answers if design is not None]
+        if cams:
+            yield _rows(question, programme, min(cams, key=lambda design: float(design.size[0])), names)
 
 
 def _ends(problem: Problem, designs: Designs, decided: list[str]) -> Iterator[Designs]:
-    """The smallest cam of a programme if its size is lowered; and the best of each other objective at its optimum.
+    """The best design of each objective, whatever it costs in the others, found from the best of some designs.
 
-    The best is looked for from the best row of the grid, whatever it costs in the others.
+    The smallest cam needs no search.
     """
-    question, programme = problem.question, problem.programme
-    if problem.of_size:
-        answers = [smallest(question, programme, box).design for box in boxes_of(question)]
-        cams = [design for design in answers if design is not None]
-        yield from sorted(cams, key=lambda design: float(design.size[0]))[:1]
-    if not len(designs):
-        return
     costs, _ = problem.costs(designs)
-    for name in decided:
-        if name != question.size_name or not problem.of_size:
-            alone = Problem(question, programme, problem.free, name)
-            row = designs.take([int(np.argmin(costs[:, problem.column(name)]))])
-            best = by_search(alone, row, np.full((1, costs.shape[1]), np.inf))
-            ceilings, held = problem.costs(best)
-            yield polished(problem, best.take(held), ceilings[held])
+    for name in decided if len(designs) else ():
+        if name != problem.question.size_name or not problem.of_size:
+            best = designs.take([int(np.argmin(costs[:, problem.column(name)]))])
+            alone = replace(problem, objective=name)
+            yield by_search(alone, best, np.full((1, costs.shape[1]), np.inf))
 
 
 def _levels(problem: Problem, designs: Designs, decided: list[str]) -> tuple[Designs, FloatArray]:
@@ -122,6 +119,12 @@ def _levels(problem: Problem, designs: Designs, decided: list[str]) -> tuple[Des
     ceilings = costs[start]
     ceilings[:, other] = levels
     return designs.take(start), ceilings
+
+
+def _rows(question: Question, programme: Programme, designs: Designs, names: frozenset[str]) -> Rows:
+    """The feasible ones of some designs, as rows."""
+    rows = judged(question, programme, designs, names).only(names)
+    return rows.take(rows.column("feasible").astype(bool))
 
 
 def _marked(rows: Rows, refined: bool) -> Rows:
