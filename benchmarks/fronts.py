@@ -4,15 +4,16 @@
 
 NSGA-II calls the same kernels, a whole generation at once, with the limits as constraints; laws and rollers are
 choices, base radius and offset continuous. All hypervolumes are shares of one box: from the ideal of the refined
-front to a tenth beyond its nadir. "Archive" counts every feasible design that a run has ever evaluated.
+front to a tenth beyond its nadir. An archive keeps every feasible design that a run has ever evaluated, where none
+betters it. The time of a sweep is the least of a few, warm, without the command's start.
 """
 
-import sys
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import perf_counter
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from pymoo.algorithms.moo.nsga2 import NSGA2
@@ -20,6 +21,7 @@ from pymoo.core.callback import Callback
 from pymoo.core.problem import Problem
 from pymoo.optimize import minimize
 from pymoo.termination.max_time import TimeBasedTermination
+from scipy.interpolate import CubicSpline
 
 from camopt import Scene, find_scene, load, sweep
 from camopt.effects import Case
@@ -28,9 +30,11 @@ from camopt.mechanisms import Designs
 from camopt.numerics import FloatArray
 from camopt.question import resolve
 from camopt.rows import Rows
-from camopt.search.pareto import Scale, costs_of, hypervolume, non_dominated, objectives, scale_of
+from camopt.search import refine
+from camopt.search.pareto import costs_of, hypervolume, non_dominated, objectives, scale_of
 from camopt.search.space import axis_values, programmes_of
 
+MANY = 10_000
 RUNS, SEEDS, POPULATION, TIMES = 3, 3, 400, (1, 10)
 WORST = 1e6  # what stands for an infinite constraint
 
@@ -80,15 +84,22 @@ class Archive(Callback):  # type: ignore[misc]
         self.rows = objectives(non_dominated(Rows(columns, len(costs)), self.search), self.search)
 
 
-def rival(scene: Scene, seconds: float, seed: int, scale: Scale) -> tuple[float, float, int]:
-    """Hypervolume of the last population and of the archive of a run of NSGA-II; and its evaluations."""
+class Run(NamedTuple):
+    """What a run of NSGA-II ends with: costs of its last population and of its archive, and its evaluations."""
+
+    last: FloatArray
+    archive: FloatArray
+    designs: int
+
+
+def rival(scene: Scene, seconds: float, seed: int) -> Run:
+    """A run of NSGA-II."""
     archive, until = Archive(scene), TimeBasedTermination(seconds)
     found = minimize(Cams(scene), NSGA2(POPULATION), until, seed=seed, callback=archive)
-    volumes = [hypervolume(scale.normalised(costs))[0] for costs in (found.F, archive.rows)]
-    return volumes[0], volumes[1], found.algorithm.evaluator.n_eval
+    return Run(found.F, archive.rows, found.algorithm.evaluator.n_eval)
 
 
-def least_seconds(run: Any) -> float:
+def least_seconds(run: Callable[[], Any]) -> float:
     """The least time of a few runs, after one that does not count."""
     run()
     times = []
@@ -99,25 +110,78 @@ def least_seconds(run: Any) -> float:
     return min(times)
 
 
+def curves(exact: FloatArray) -> dict[float, FloatArray]:
+    """The costs of each law of an exact front in order of angle, by its acceleration, which tells the laws."""
+    parts = {float(peak): exact[exact[:, 1] == peak] for peak in np.unique(exact[:, 1])}
+    return {peak: part[np.argsort(part[:, 2])] for peak, part in parts.items()}
+
+
+def excess(costs: FloatArray, exact: FloatArray) -> FloatArray:
+    """By how much base radii exceed the least at the same law and pressure angle, mm, by splines; NaN elsewhere."""
+    over = np.full(len(costs), np.nan)
+    for peak, curve in curves(exact).items():
+        law = np.isclose(costs[:, 1], peak, rtol=1e-9)
+        if len(curve) > 3:
+            least = CubicSpline(curve[:, 2], curve[:, 0])
+            over[law] = costs[law, 0] - least(np.clip(costs[law, 2], curve[0, 2], curve[-1, 2]))
+    return over
+
+
+def draw(fronts: dict[str, FloatArray], exact: FloatArray, file: Path) -> None:
+    """The exact front, base radius by pressure angle, and how far each point of other fronts is above it."""
+    import matplotlib.pyplot as plt
+
+    figure, (left, right) = plt.subplots(1, 2, figsize=(11, 4.2), layout="constrained")
+    for peak, curve in curves(exact).items():
+        left.plot(curve[:, 2], curve[:, 0], label=f"{peak:.0f} m/s²")
+    for (name, costs), mark in zip(fronts.items(), "ox+", strict=True):
+        right.semilogy(costs[:, 2], np.maximum(excess(costs, exact), 1e-7), mark, markersize=3, label=name)
+    left.set(xlabel="pressure angle, deg", ylabel="base radius, mm", title="The default sweep's front, refined")
+    right.set(xlabel="pressure angle, deg", ylabel="mm", title="Base radius above the least at the same angle")
+    left.legend(title="acceleration")
+    right.legend(loc="lower left")
+    figure.savefig(file, dpi=110)
+    plt.close(figure)
+
+
 def main() -> None:
-    scene = find_scene(sys.argv[1] if len(sys.argv) > 1 else "roller-1000rpm")
+    scene = find_scene("roller-1000rpm")
     finer = scene.replace(**{"search.refine": True})
     with TemporaryDirectory() as folder:
-        front = sweep(finer, folder).front
-        costs = load(Path(folder) / "pareto.parquet")[list(scene.search.minimise)].to_numpy()
         plain, whole = (least_seconds(partial(sweep, each, folder)) for each in (scene, finer))
-    assert front is not None
-    print("| front | seconds | points | designs | hypervolume |\n|---|---:|---:|---:|---:|")
-    print(f"| grid | {plain:.2f} | {front.grid_points} | | {front.grid_hypervolume:.6f} |")
-    print(f"| grid, refined | {whole:.2f} | {front.points} | | {front.hypervolume:.6f} |")
-    rival(scene, 1.0, 0, scale_of(costs))  # imports, kernels
+        grid, fine = (
+            load(Path(folder) / f"{table}.parquet")[list(scene.search.minimise)].to_numpy()
+            for table in ("pareto-grid", "pareto")
+        )
+    scale = scale_of(fine)
+
+    def tell(name: str, seconds: float, designs: str, fronts: list[FloatArray]) -> None:
+        volumes = sorted(hypervolume(scale.normalised(costs))[0] for costs in fronts)
+        points, over = len(fronts[0]), np.nanmax(excess(fronts[0], fine))
+        span = f" ({volumes[0]:.5f} to {volumes[-1]:.5f})" if len(volumes) > 1 else ""
+        middle = volumes[len(volumes) // 2]
+        print(f"| {name} | {seconds:.2f} | {designs} | {points:,} | {middle:.5f}{span} | {max(over, 0):.1e} |")
+
+    print("| front | seconds | designs | points | hypervolume | most above the least radius, mm |")
+    print("|---|---:|---:|---:|---:|---:|")
+    tell("grid", plain, "1,003,023", [grid])
+    tell("grid, refined", whole, "", [fine])
+    refine.LEVELS = MANY
+    with TemporaryDirectory() as folder:
+        start = perf_counter()
+        sweep(finer, folder)
+        seconds = perf_counter() - start
+        most = load(Path(folder) / "pareto.parquet")[list(scene.search.minimise)].to_numpy()
+    tell("grid, refined with ten times the levels", seconds, "", [most])
+    rival(scene, 1.0, 0)  # imports, kernels
+    drawn = {"grid": grid}
     for times in TIMES:
-        runs = [rival(scene, times * whole, seed, scale_of(costs)) for seed in range(SEEDS)]
-        for name, k in (("last population", 0), ("archive", 1)):
-            volumes = sorted(run[k] for run in runs)
-            label, designs = f"NSGA-II × {times}, {name}", sorted(run[2] for run in runs)[SEEDS // 2]
-            spread = f"{volumes[SEEDS // 2]:.6f} ({volumes[0]:.6f} to {volumes[-1]:.6f})"
-            print(f"| {label} | {times * whole:.2f} | | {designs:,} | {spread} |")
+        runs = [rival(scene, times * whole, seed) for seed in range(SEEDS)]
+        designs, name = f"{runs[0].designs:,}", f"NSGA-II, {times} × the time"
+        tell(name, times * whole, designs, [run.last for run in runs])
+        tell(f"{name}, archive", times * whole, designs, [run.archive for run in runs])
+        drawn[name] = runs[0].last
+    draw(drawn, fine, Path(__file__).with_name("fronts.png"))
 
 
 if __name__ == "__main__":
