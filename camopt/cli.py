@@ -158,6 +158,8 @@ def _check_folder(scene: Any, out: str, name: str = "scene.toml") -> None:
     "--keep", type=click.Choice(("pareto", "feasible", "all")), default="feasible", show_default=True,
     help="Which designs go to designs.parquet.",
 )  # fmt: skip
+@click.option("--refine", is_flag=True, help="Move each design of the front off the grid, to an optimum.")
+@click.option("--thin", type=float, metavar="EPS", help="Leave out of the front what is nearer than this share.")
 @click.option("--workers", type=click.IntRange(1), help="Threads; one a core if not given.")
 def sweep(
     scene: Any,
@@ -167,6 +169,8 @@ def sweep(
     keep: str,
     workers: int | None,
     law: tuple[str, ...],
+    thin: float | None,
+    refine: bool,
     **axes: Any,
 ) -> int:
     """Evaluate a design space and write its Pareto table."""
@@ -177,6 +181,10 @@ def sweep(
     if law:
         changes |= {"search.law": ("--law", list(law))}
         changes |= {f"search.law_{stroke}": ("--law", None) for stroke in ("rise", "return")}
+    if thin is not None:
+        changes |= {"search.thin": ("--thin", thin)}
+    if refine:
+        changes |= {"search.refine": ("--refine", True)}
     scene = _changed(scene, changes)
     _check_folder(scene, out)
     with reports.progress(quiet, "designs") as advance:

@@ -79,6 +79,13 @@ def _is_name(value: Any) -> Any:
     return value
 
 
+def _is_switch(value: Any) -> Any:
+    if not isinstance(value, bool):
+        raise ValueError("true or false")
+    return value
+
+
+Switch = Annotated[bool, BeforeValidator(_is_switch)]
 LawName = Annotated[str, BeforeValidator(_is_name)]
 MaterialName = Annotated[str, _known(MATERIALS, "a material")]
 QuantityName = Annotated[str, _known(QUANTITIES, "a quantity")]
@@ -262,7 +269,11 @@ Choice = (
 
 
 class Search(Table):
-    """What a sweep or an optimisation may vary, and its objectives. A size is a Range or a list of values."""
+    """What a sweep or an optimisation may vary, and its objectives. A size is a Range or a list of values.
+
+    ``thin`` is the share of each objective's range that rows left out of the front may be away from those kept;
+    ``refine`` moves each row of the front off the grid, to an optimum of the continuous problem.
+    """
 
     base_radius: Choice = None
     mean_radius: Choice = None
@@ -277,6 +288,8 @@ class Search(Table):
     law_return: Laws = ()
     minimise: Quantities = ()
     maximise: Quantities = ()
+    thin: Annotated[Number, Field(ge=1e-9, lt=1)] | None = None
+    refine: Switch = False
 
 
 def _is_pair(value: Any) -> Any:

@@ -270,8 +270,15 @@ def _search(data: Mapping[str, Any], form: str, motion: str, contact: str) -> It
     for key in set(own) - {"offset", "face_offset"}:
         if any(v is not None and v <= 0 for v in _values(search.get(key))):
             yield f"search.{key}", search[key], "must be above 0"
+    for name in _texts(search.get("minimise")):
+        if name in _texts(search.get("maximise")):
+            yield "search.maximise", name, "is minimised too; an objective is either"
     if search.get("law") and (search.get("law_rise") or search.get("law_return")):
         yield "search.law", search["law"], "name either law, or law_rise and law_return"
+
+
+def _texts(value: Any) -> list[str]:
+    return [each for each in (value if isinstance(value, list) else [value]) if isinstance(each, str)]
 
 
 def _values(choice: Any) -> list[float | None]:

@@ -1,6 +1,6 @@
 """Designs as a structure of arrays, and what a mechanism has to say about them."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -41,6 +41,13 @@ class Designs:
         """The designs at an index, mask or slice."""
         return Designs(**{name: values[index] for name, values in self.sizes.items()}, sense=self.sense)
 
+    def replaced(self, index: Any, others: "Designs") -> "Designs":
+        """The designs with those at an index taken from others."""
+        sizes = {name: values.copy() for name, values in self.sizes.items()}
+        for name, values in others.sizes.items():
+            sizes[name][index] = values
+        return Designs(**sizes, sense=self.sense)
+
     @property
     def sizes(self) -> dict[str, FloatArray]:
         """The arrays by name."""
@@ -54,6 +61,13 @@ class Designs:
     def lead(self) -> FloatArray:
         """The offset as it enters the formulas: positive where it lowers the pressure angle of the rise."""
         return self.sense * self.offset
+
+
+def chained(parts: Iterable[Designs]) -> Designs:
+    """Designs one after the other, of cams that turn the same way."""
+    parts = list(parts)
+    sizes = {name: np.concatenate([part.sizes[name] for part in parts]) for name in SIZES}
+    return Designs(**sizes, sense=parts[0].sense)
 
 
 class Travel(NamedTuple):

@@ -236,21 +236,34 @@ def span(programme: Programme, weights: tuple[float, ...], kinds: int, load: flo
     ``load`` is the factor of an external load that changes. Exact: the extremes of each panel's polynomial, found
     from the roots of its derivative; one-sided values at jumps. (inf, -inf) if there is no such stroke.
     """
+    found = _derivatives(programme, len(weights), kinds)
+    if found is None:
+        return inf, -inf
+    series, slope, ends, slopes = (np.tensordot((*weights, load), each, 1) for each in found)
+    turning = np.flatnonzero((slopes.min(axis=0) < 0) & (slopes.max(axis=0) > 0))
+    inside = [v for k in turning for v in _stationary_values(series[:, k], slope[:, k])]
+    return min([float(ends.min()), *inside]), max([float(ends.max()), *inside])
+
+
+@lru_cache(maxsize=256)
+def _derivatives(programme: Programme, orders: int, kinds: int) -> tuple[FloatArray, ...] | None:
+    """Of y, y', y'' … and the load on the panels of some kinds: coefficients, slopes', ends, and bounds of slopes.
+
+    Each is (orders + 1, …, panels). Bounds are Bernstein coefficients: where they are of one sign, a slope has no
+    root.
+    """
     table = programme.table
     chosen = np.repeat((table.kind & kinds) != 0, np.diff(table.first_panel))
     if not chosen.any():
-        return inf, -inf
+        return None
     y, h = table.coefficients[chosen].T, table.half_width[chosen]
-    series = np.zeros_like(y)
-    for order, weight in enumerate(weights):
-        series[: len(y) - order] += weight * polynomial.polyder(y, order) / h**order
-    series[:2] += load * load_series(table)[:, chosen]
-    slope = polynomial.polyder(series)
-    values = polynomial.polyval(np.array([-1.0, 1.0]), series)
-    slopes = bernstein(len(slope) - 1) @ slope  # they enclose the slope; of one sign, it has no root
-    turning = np.flatnonzero((slopes.min(axis=0) < 0) & (slopes.max(axis=0) > 0))
-    inside = [v for k in turning for v in _stationary_values(series[:, k], slope[:, k])]
-    return min([float(values.min()), *inside]), max([float(values.max()), *inside])
+    series = np.zeros((orders + 1, *y.shape))
+    for order in range(orders):
+        series[order, : len(y) - order] = polynomial.polyder(y, order) / h**order
+    series[orders, :2] = load_series(table)[:, chosen]
+    slope = np.stack([polynomial.polyder(each) for each in series])
+    ends = np.stack([polynomial.polyval(np.array([-1.0, 1.0]), each) for each in series])
+    return series, slope, ends, bernstein(slope.shape[1] - 1) @ slope
 
 
 def _stationary_values(series: FloatArray, slope: FloatArray) -> list[float]:

@@ -1,5 +1,6 @@
 """What the search for the smallest cam is asked and answers."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,6 +14,7 @@ from camopt.question import Question
 
 GAP = 1e-7  # mm: the size found exceeds the least feasible size by no more
 
+Progress = Callable[[int, int], None]
 Bounds = dict[str, tuple[float, float]]
 """Closed intervals of the sizes of a design, by field of Designs; equal ends where a size is fixed."""
 

@@ -1,7 +1,6 @@
 """Optimise: the smallest cam of a scene over its laws and sizes, with what holds it."""
 
 from dataclasses import dataclass, replace
-from itertools import product
 from math import inf
 from typing import Any
 
@@ -13,11 +12,10 @@ from camopt.mistakes import BadInput, Mistake
 from camopt.motion.programme import Programme
 from camopt.quantities import QUANTITIES
 from camopt.question import Question, exactly, resolve
-from camopt.scene import Range, Scene
-from camopt.search.answer import GAP, Bounds, Smallest, feasible
+from camopt.scene import Scene
+from camopt.search.answer import GAP, Progress, Smallest, feasible
 from camopt.search.smallest import smallest
-from camopt.search.space import FIELDS, axis_values, programmes_of
-from camopt.search.sweep import Progress
+from camopt.search.space import boxes_of, programmes_of
 
 BINDS = 1e-6  # a limit within this relative distance of its bound holds the optimum
 RADII = 1024  # sizes above the optimum at which feasibility is looked at
@@ -93,26 +91,6 @@ def _missed(
 
 def _least(misses: list[tuple[tuple[float, float], dict[str, Any]]]) -> dict[str, Any] | None:
     return min(misses, key=lambda miss: miss[0])[1] if misses else None
-
-
-def boxes_of(question: Question) -> list[Bounds]:
-    """The boxes to search: every combination of listed sizes, with an interval for every range."""
-    scene, fixed = question.scene, question.design
-    cam = scene.cam.form
-    size_key = "base_radius" if cam == "disc" else "mean_radius"
-    options = {name: [(float(value[0]), float(value[0]))] for name, value in fixed.sizes.items()}
-    options["size"] = [(0.0, inf)]
-    for key, field in FIELDS.items():
-        choice = getattr(scene.search, key)
-        if choice is None:
-            continue
-        if isinstance(choice, Range):
-            options[field] = [(choice.start, choice.stop)]
-        elif key == size_key:
-            options[field] = [(float(min(choice)), float(max(choice)))]
-        else:
-            options[field] = [(float(v), float(v)) for v in axis_values(choice)]
-    return [dict(zip(options, pick, strict=True)) for pick in product(*options.values())]
 
 
 def _described(question: Question, programme: Programme, answer: Smallest) -> dict[str, Any]:
