@@ -238,7 +238,11 @@ Choice = (
 
 
 class Search(Table):
-    """What a sweep or an optimisation may vary, and its objectives. A size is a Range or a list of values."""
+    """What a sweep or an optimisation may vary, and its objectives. A size is a Range or a list of values.
+
+    ``angle_rise``, ``angle_return`` and ``angle_dwell`` free the angle (deg) of every segment of a kind within a
+    Range: an optimisation shares out among freed segments the degrees that they have together in the scene.
+    """
 
     base_radius: Choice = None
     mean_radius: Choice = None
@@ -251,8 +255,16 @@ class Search(Table):
     law: Laws = ()
     law_rise: Laws = ()
     law_return: Laws = ()
+    angle_rise: Range | None = None
+    angle_return: Range | None = None
+    angle_dwell: Range | None = None
     minimise: Quantities = ()
     maximise: Quantities = ()
+
+    def angle_of(self, segment: str) -> Range | None:
+        """The range of the angle of a rise, dwell or return; None where it stays as it is."""
+        found: Range | None = getattr(self, f"angle_{segment}")
+        return found
 
 
 class Materials(Table):

@@ -114,6 +114,8 @@ def examined(
                 return constraint.floor(value, designs)
 
             excluded[index] |= floor(box) > MARGIN
+            if len(free) == 1:
+                continue
             alone = [replace(box, **{**points, n: getattr(box, n)}) for n in free]
             here = floor(replace(box, **points))
             loosest = np.argmin([floor(designs) for designs in alone], axis=0)
