@@ -31,7 +31,7 @@ LOOKED_INTO = 40  # of them, whose middle is looked at too: the descent may have
 STARTS = 8  # for each freed segment, turns from which the descent starts
 NARROW = 1e-9  # deg
 STEP = 1e-4  # deg between the neighbours of the optimum that prove it
-EASED = ("velocity", "acceleration", "jerk", "pressure_angle", "pressure_angle_return", "shaft_diameter")
+EASED = ("velocity", "acceleration", "pressure_angle", "pressure_angle_return", "shaft_diameter")
 FLAT = ("curvature_radius", "undercut")  # of a flat face that translates
 
 
@@ -154,7 +154,7 @@ def _descended(turns: Turns, bounds: Bounds) -> Found:
     for reach in (0.05, 1e-3) if free.size > 2 else (0.05,):
         start = best.freed
         corners = np.vstack([np.zeros(free.size - 1), np.diag(np.full(free.size - 1, reach))])
-        options = {"initial_simplex": corners, "xatol": 1e-9, "fatol": 1e-9, "maxfev": 80 * (free.size - 1)}
+        options = {"initial_simplex": corners, "xatol": 1e-10, "fatol": 1e-10, "maxfev": 80 * (free.size - 1)}
         minimize(moved, corners[0], method="Nelder-Mead", options=options)  # type: ignore[call-overload]
     return best
 
@@ -177,7 +177,8 @@ def _eased(turns: Turns) -> tuple[str, ...]:
     least = turns.programme(box.low)
     rests = any(stroke.kind == DWELL and stroke.low == 0.0 for stroke in least.strokes)
     flat = question.subject.mechanism is translating_flat.MECHANISM and (rests or "acceleration" not in jumps)
-    return (*EASED, *(FLAT if flat else ()))
+    jerk = () if "acceleration" in jumps else ("jerk",)  # jumps where strokes meet may cancel at some angles alone
+    return (*EASED, *jerk, *(FLAT if flat else ()))
 
 
 def _floor_if_convex(turns: Turns, bounds: Bounds, found: Found) -> float | None:
@@ -249,8 +250,8 @@ def _branched(turns: Turns, bounds: Bounds, found: Found) -> tuple[Found, float]
     def push(box: Box, least: float) -> None:
         nonlocal counted
         counted += 1
-        within = {**bounds, "size": (least, bounds["size"][1])}
-        heappush(heap, (_floor(relaxed, turns.programme(box.high), within), counted, box))
+        floor = max(least, _floor(relaxed, turns.programme(box.high), bounds))
+        heappush(heap, (floor, counted, box))
 
     push(turns.box, bounds["size"][0])
     while heap and counted < MOST_TURNS:
@@ -259,7 +260,7 @@ def _branched(turns: Turns, bounds: Bounds, found: Found) -> tuple[Found, float]
             break
         heappop(heap)
         for half in _halves(turns, box):
-            if counted < LOOKED_INTO:
+            if counted < LOOKED_INTO or len(turns.freed) > 2:
                 freed = turns.at(np.full(len(turns.freed), 0.5), half)
                 found = _better(found, Found(smallest(turns.question, turns.programme(freed), bounds), freed))
             push(half, floor)
