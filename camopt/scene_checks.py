@@ -136,8 +136,10 @@ def _searched_angles(data: Mapping[str, Any]) -> Iterator[Fault]:
     for kind in ("rise", "return", "dwell"):
         key = f"search.angle_{kind}"
         given = _at(data, key)
-        if not isinstance(given, Mapping):
+        if given is None:
             continue
+        if not isinstance(given, Mapping):
+            return
         least = 0.0 if kind == "dwell" else LEAST["angle"]
         start, stop = _number(given.get("start")), _number(given.get("stop"))
         if start is None or stop is None or stop < start:

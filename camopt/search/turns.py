@@ -198,7 +198,7 @@ def _floor_if_convex(turns: Turns, bounds: Bounds, found: Found) -> float | None
     sizes = [size(angle) for angle in angles]
     if len(angles) < 3 or any(value is None for value in sizes):
         return None
-    return convex_floor([least, *angles, most], [v for v in sizes if v is not None])
+    return max(convex_floor([least, *angles, most], [v for v in sizes if v is not None]), bounds["size"][0])
 
 
 def convex_floor(angles: list[float], values: list[float]) -> float:
