@@ -104,7 +104,7 @@ PROBLEMS = {
 def bench_everything(benchmark: BenchmarkFixture, name: str, rival: str) -> None:
     """camopt's radius is never above a rival's whose cam holds the limits."""
     scene, problem = PROBLEMS[name]
-    best = measured(benchmark, lambda: optimise(scene), rounds=3).best
+    best = measured(benchmark, lambda: optimise(scene), rounds=2).best
     answer = quietly(RIVALS[rival], problem)
     taken = least_seconds(lambda: quietly(RIVALS[rival], problem), 1)
     chosen = {"offset": "offset_mm", "arm": "arm_length_mm", "centre": "centre_distance_mm"}
