@@ -232,7 +232,7 @@ def show_optimum(result: Optimum, as_json: bool) -> None:
         miss = finite(result.nearest_miss) if result.nearest_miss else None
         return _print_json({**best, "by_law": by_law, "obstacles": result.obstacles, "nearest_miss": miss})
     if result.by_law:
-        rows = {law: {**row, "binding": ", ".join(row["binding"])} for law, row in result.by_law.items()}
+        rows = {law: {**row, **_in_words(row)} for law, row in result.by_law.items()}
         title = f"{result.scene.name}: the smallest cam of each law"
         _print(_table(title, list(rows.values()), _optimum_columns(rows)))
     for law, obstacle in result.obstacles.items():
@@ -293,13 +293,21 @@ def show_frontier(found: "Frontier", as_json: bool) -> None:
     return None
 
 
+def _in_words(row: dict[str, Any]) -> dict[str, str]:
+    """The lists of a row as texts."""
+    angles = " ".join(f"{angle:.6g}" for angle in row.get("angles_deg", ()))
+    return {"binding": ", ".join(row["binding"]), **({"angles_deg": angles} if angles else {})}
+
+
 def _optimum_columns(rows: dict[str, dict[str, Any]]) -> list[str]:
     """Sizes, what they reach, and what holds them; whether proved, and clear above, only where it matters."""
     names = [*_sizes(rows), *(name for name in REACHED if name in next(iter(rows.values()))), "binding"]
+    if any("angles_deg" in row for row in rows.values()):
+        names.append("angles_deg")
     size = "base_radius_mm" if "base_radius_mm" in names else "mean_radius_mm"
     if any(row["clear_above_mm"] > row[size] for row in rows.values()):
         names.append("clear_above_mm")
-    return names if all(row["proved"] for row in rows.values()) else [*names, "proved"]
+    return names if all(row["proved"] for row in rows.values()) else [*names, "proved", "gap_mm"]
 
 
 def show_verdicts(verdicts: dict[str, str], as_json: bool) -> None:

@@ -273,6 +273,8 @@ class Search(Table):
 
     ``thin`` is the share of each objective's range that rows left out of the front may be away from those kept;
     ``refine`` moves each row of the front off the grid, to an optimum of the continuous problem.
+    ``angle_rise``, ``angle_return`` and ``angle_dwell`` free the angle (deg) of every segment of a kind within a
+    Range: an optimisation shares out among freed segments the degrees that they have together in the scene.
     """
 
     base_radius: Choice = None
@@ -286,10 +288,18 @@ class Search(Table):
     law: Laws = ()
     law_rise: Laws = ()
     law_return: Laws = ()
+    angle_rise: Range | None = None
+    angle_return: Range | None = None
+    angle_dwell: Range | None = None
     minimise: Quantities = ()
     maximise: Quantities = ()
     thin: Annotated[Number, Field(ge=1e-9, lt=1)] | None = None
     refine: Switch = False
+
+    def angle_of(self, segment: str) -> Range | None:
+        """The range of the angle of a rise, dwell or return; None where it stays as it is."""
+        found: Range | None = getattr(self, f"angle_{segment}")
+        return found
 
 
 def _is_pair(value: Any) -> Any:
@@ -344,6 +354,11 @@ class Synthesis(Table):
     degree: Annotated[int, BeforeValidator(_is_whole), Field(ge=4, le=9)] = 5
     pieces: Annotated[int, BeforeValidator(_is_whole), Field(ge=2, le=200)] = 48
     continuity: Annotated[int, BeforeValidator(_is_whole), Field(ge=2, le=8)] | None = None
+
+    def angle_of(self, segment: str) -> Range | None:
+        """The range of the angle of a rise, dwell or return; None where it stays as it is."""
+        found: Range | None = getattr(self, f"angle_{segment}")
+        return found
 
 
 class Materials(Table):

@@ -25,6 +25,7 @@ def check(data: Mapping[str, Any]) -> Iterator[Fault]:
     yield from check_load(data)
     yield from _programme(data)
     yield from _searched_laws(data)
+    yield from _searched_angles(data)
     mechanism = tuple(_text(data, key) for key in ("cam.form", "follower.motion", "follower.contact"))
     if all(mechanism):
         yield from _dynamics(data, *mechanism)  # type: ignore[arg-type]
@@ -129,6 +130,42 @@ def _searched_laws(data: Mapping[str, Any]) -> Iterator[Fault]:
         named = _at(data, key)
         for number, law in enumerate(named if isinstance(named, list) else [named], start=1):
             yield from _law(law, f"{key}.{number}", law_names(data))
+
+
+def _searched_angles(data: Mapping[str, Any]) -> Iterator[Fault]:
+    """Freed angles have a segment each to go to, and ranges that hold the degrees they share."""
+    ranges, freed, reached = {}, [], True
+    for kind in ("rise", "return", "dwell"):
+        key = f"search.angle_{kind}"
+        given = _at(data, key)
+        if given is None:
+            continue
+        if not isinstance(given, Mapping):
+            return
+        least = 0.0 if kind == "dwell" else LEAST["angle"]
+        start, stop = _number(given.get("start")), _number(given.get("stop"))
+        if start is None or stop is None or stop < start:
+            return
+        if start < least:
+            yield f"{key}.start", given["start"], f"must be at least {least:g}"
+            reached = False
+        if stop > 360.0:
+            yield f"{key}.stop", given["stop"], "must be at most 360"
+            reached = False
+        here = [_number(s.get("angle")) for s in _segments(data) if s.get("segment") == kind]
+        if not here:
+            yield key, None, f"the motion has no {kind}"
+            reached = False
+        ranges[key] = start, stop
+        freed += [(angle, start, stop) for angle in here]
+    if not ranges or not reached or any(angle is None for angle, _, _ in freed):
+        return
+    total, low, high = (sum(column) for column in zip(*freed, strict=True))
+    if len(freed) == 1:
+        yield next(iter(ranges)), None, "no other segment is free to give or take degrees: free another kind too"
+    elif not low - CLOSE * total <= total <= high + CLOSE * total:
+        between = f"between {low:g} and {high:g}"
+        yield next(iter(ranges)), None, f"the freed segments have {total:g} deg together, their ranges {between}"
 
 
 def _needed(form: str, motion: str, contact: str) -> tuple[str, ...]:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
+from camopt.numerics.interval import as_interval
 
 ComplexArray = NDArray[np.complex128]
 BoolArray = NDArray[np.bool_]
@@ -88,8 +89,8 @@ class Mechanism:
     name: str
     pressure: Callable[[Designs, Programme], Any]
     """Curve tan β."""
-    exists: Callable[[Designs, Programme], BoolArray]
-    """Which designs can be assembled at every cam angle."""
+    rooms: Callable[[Designs, Programme], tuple[Any, ...]]
+    """Numbers, or Intervals over boxes of designs, all above 0 where a design can be assembled at every angle."""
     assembly: str
     """That condition in words."""
     travel: Callable[[Designs, Programme, FloatArray], Travel]
@@ -101,3 +102,17 @@ class Mechanism:
     reach: Callable[[Designs, Programme], Any] | None = None
     grooved: bool = False
     """Both flanks of the pitch curve touch the follower, as in a cylindrical cam."""
+
+    def exists(self, designs: Designs, programme: Programme) -> BoolArray:
+        """Which designs can be assembled at every cam angle."""
+        held = np.ones(len(designs), dtype=bool)
+        for room in self.rooms(designs, programme):
+            held &= room > 0.0
+        return held
+
+    def impossible(self, boxes: Designs, programme: Programme) -> BoolArray:
+        """Which boxes (designs of Intervals) hold no design that can be assembled."""
+        lacking = np.zeros(len(boxes), dtype=bool)
+        for room in self.rooms(boxes, programme):
+            lacking |= as_interval(room).high <= 0.0
+        return lacking

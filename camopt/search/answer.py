@@ -30,6 +30,8 @@ class Smallest:
     """Without a design: the limits that stop it."""
     nearest: Designs | None = None
     """Without a design: the one of a coarse grid that exceeds its limits the least."""
+    gap: float = GAP
+    """With a design: by how much a feasible one of these bounds may be smaller, mm."""
 
 
 def feasible(question: Question, programme: Programme, designs: Designs) -> Any:

@@ -80,15 +80,19 @@ class Space:
                 yield programme, index, Designs(**columns, sense=fixed.sense).take(index)
 
 
-def programmes_of(question: Question) -> tuple[Programme, ...]:
-    """The scene's programme under every choice of laws in ``[search]``."""
+def laws_of(question: Question) -> dict[Programme, tuple[str | None, str | None]]:
+    """The scene's programme under every choice of laws in ``[search]``, and the laws on its rises and returns."""
     search = question.scene.search
     if search.law:
         pairs: list[tuple[str | None, str | None]] = [(law, law) for law in search.law]
     else:
         pairs = list(product(search.law_rise or (None,), search.law_return or (None,)))
-    chosen = [question.with_laws(rise, fall) for rise, fall in pairs]
-    return tuple(dict.fromkeys(chosen))
+    return {question.with_laws(*pair): pair for pair in pairs}
+
+
+def programmes_of(question: Question) -> tuple[Programme, ...]:
+    """The scene's programme under every choice of laws in ``[search]``."""
+    return tuple(laws_of(question))
 
 
 def space_of(question: Question) -> Space:
@@ -107,6 +111,10 @@ def space_of(question: Question) -> Space:
             mistakes.append(Mistake(file, f"search.{key}.step", choice.step, allowed))
             continue
         axes[key] = axis_values(choice)
+    for kind in ("rise", "return", "dwell"):
+        if question.scene.search.angle_of(kind) is not None:
+            allowed = "a sweep takes the angles as they are: leave it to optimise"
+            mistakes.append(Mistake(file, f"search.angle_{kind}", None, allowed, bare=True))
     if mistakes:
         raise BadInput(mistakes)
     return Space(question, programmes_of(question), axes)
