@@ -456,11 +456,12 @@ def test_a_file_that_cannot_be_written_is_told(run, option):
     assert files_here() == []
 
 
-def test_a_folder_in_place_of_a_table_is_told(run):
-    Path("camopt-out/pareto.parquet").mkdir(parents=True)
-    code, text, err = run("sweep", *SMALL)
+@pytest.mark.parametrize("table", ["designs.parquet", "pareto.parquet", "pareto-grid.parquet", "scene.toml"])
+def test_a_folder_in_place_of_a_table_is_told(run, table):
+    Path("camopt-out", table).mkdir(parents=True)
+    code, text, err = run("sweep", *SMALL, "--refine")
     assert (code, text) == (3, "")
-    assert "pareto.parquet" in err
+    assert err.splitlines()[-1] == f"camopt: camopt-out/{table}: Is a directory"
     assert not [name for name in files_here() if "partial" in name]
 
 
