@@ -10,6 +10,7 @@ Where the size has a closed form it is the largest of functions a + b/angleⁿ, 
 such: convex in the angles. Between two angles it then lies above the lines through its neighbours.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from heapq import heappop, heappush
 from math import inf
@@ -30,6 +31,7 @@ MOST_TURNS = 200  # boxes of angles whose bound is computed
 LOOKED_INTO = 40  # of them, whose middle is looked at too: the descent may have ended in the wrong valley
 STARTS = 8  # for each freed segment, turns from which the descent starts
 NARROW = 1e-9  # deg
+DEAR = 1e9  # mm, what a turn without a feasible design costs a descent
 STEP = 1e-4  # deg between the neighbours of the optimum that prove it
 EASED = ("velocity", "acceleration", "pressure_angle", "pressure_angle_return", "shaft_diameter")
 FLAT = ("curvature_radius", "undercut")  # of a flat face that translates
@@ -132,7 +134,12 @@ def _descended(turns: Turns, bounds: Bounds) -> Found:
         nonlocal best
         answer = smallest(turns.question, turns.programme(freed), bounds)
         best = _better(best, Found(answer, freed))
-        return 1e9 if answer.design is None else float(answer.design.size[0])
+        return DEAR if answer.design is None else float(answer.design.size[0])
+
+    def by_closed_form(freed: FloatArray) -> float:
+        """The size by the closed form alone; most often no other limit asks for more."""
+        design = closed_form(turns.question, turns.programme(freed), bounds)
+        return DEAR if design is None else float(design.size[0])
 
     shares = np.random.default_rng(0).uniform(size=(STARTS * (len(turns.freed) - 1), len(turns.freed)))
     inside = np.all((turns.scene_angles >= box.low) & (turns.scene_angles <= box.high))
@@ -142,20 +149,31 @@ def _descended(turns: Turns, bounds: Bounds) -> Found:
     free = np.flatnonzero(span > NARROW)
     if free.size < 2 or best.answer.design is None:
         return best
+    closed = False
 
-    def moved(steps: FloatArray) -> float:
-        """The size where all free segments but the last move by shares of their ranges; outside, dearer."""
+    def moved(start: FloatArray, steps: FloatArray) -> FloatArray:
+        """A turn whose free segments but the last are longer by shares of their ranges."""
         wanted = start.copy()
         wanted[free[:-1]] += steps * span[free[:-1]]
         wanted[free[-1]] -= (steps * span[free[:-1]]).sum()
-        outside = float(np.maximum(box.low - wanted, wanted - box.high).max(initial=0.0))
-        return size(wanted) if outside <= 0.0 else 1e9 * (1.0 + outside)
+        return wanted
 
-    for reach in (0.05, 1e-3) if free.size > 2 else (0.05,):
-        start = best.freed
-        corners = np.vstack([np.zeros(free.size - 1), np.diag(np.full(free.size - 1, reach))])
-        options = {"initial_simplex": corners, "xatol": 1e-10, "fatol": 1e-10, "maxfev": 80 * (free.size - 1)}
-        minimize(moved, corners[0], method="Nelder-Mead", options=options)  # type: ignore[call-overload]
+    for cost in (by_closed_form, size):
+        for reach in (0.05, 1e-3) if free.size > 2 else (0.05,):
+            start = best.freed
+
+            def at(steps: FloatArray, start: FloatArray = start, cost: Callable[..., float] = cost) -> float:
+                wanted = moved(start, steps)
+                outside = float(np.maximum(box.low - wanted, wanted - box.high).max(initial=0.0))
+                return cost(wanted) if outside <= 0.0 else DEAR * (1.0 + outside)
+
+            corners = np.vstack([np.zeros(free.size - 1), np.diag(np.full(free.size - 1, reach))])
+            options = {"initial_simplex": corners, "xatol": 1e-10, "fatol": 1e-10, "maxfev": 80 * (free.size - 1)}
+            found = minimize(at, corners[0], method="Nelder-Mead", options=options)  # type: ignore[call-overload]
+            if found.fun < DEAR and size(moved(start, found.x)) <= by_closed_form(moved(start, found.x)) + GAP:
+                closed = True
+        if closed:
+            break
     return best
 
 
