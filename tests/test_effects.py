@@ -13,7 +13,7 @@ from camopt.cli import main
 from camopt.effects import EFFECTS, called
 from camopt.quantities import DISCIPLINES, GEOMETRY, QUANTITIES
 from camopt.question import resolve
-from camopt.scene import Dynamics, Limits, Materials
+from camopt.scene_tables import Dynamics, Limits, Materials
 
 TRAIN = {
     "cam.rpm": 300,

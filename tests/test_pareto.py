@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from camopt.rows import Rows
-from camopt.scene import Search
+from camopt.scene_tables import Search
 from camopt.search import pareto
 from camopt.search.pareto import REFERENCE, Archive, front_of, hypervolume, knee, non_dominated, scale_of, thinned
 

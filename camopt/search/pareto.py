@@ -11,7 +11,7 @@ import numpy as np
 
 from camopt.numerics import FloatArray
 from camopt.rows import Columns, Rows, finite, joined
-from camopt.scene import Search
+from camopt.scene_tables import Search
 
 LARGEST = np.finfo(float).max
 REFERENCE = 1.1  # in normalised objectives: a tenth beyond the nadir, so that the ends of a front count

@@ -15,7 +15,7 @@ from camopt.motion.table import RETURN, RISE
 from camopt.numerics import FloatArray
 from camopt.question import Question
 from camopt.rows import Rows
-from camopt.scene import Range
+from camopt.scene_tables import Range
 from camopt.search.answer import Bounds
 
 FIELDS = {  # keys of [search] and the sizes that they vary, slowest first

@@ -18,7 +18,8 @@ from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.question import resolve
-from camopt.scene import TERMS, Scene
+from camopt.scene import Scene
+from camopt.scene_tables import TERMS
 from camopt.synthesis.convex import Convex, convex
 from camopt.synthesis.curvature import Iterate, iterate_of, sharpest_allowed, steps
 from camopt.synthesis.demand import Demand, demand_of
