@@ -12,7 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from camopt import BadInput, Scene, find_scene, shipped_scenes
-from camopt.scene import Cam, Range, Segment, shipped_toml
+from camopt.scene import shipped_toml
+from camopt.scene_tables import Cam, Range, Segment
 
 WORKED = json.loads((Path(__file__).parent / "data" / "worked-examples.json").read_text())
 JARGON = ("Input should", "input should", "extra_forbidden", "tuple[", "Range.", "pydantic", "validation error")

@@ -169,7 +169,7 @@ def _descended(turns: Turns, bounds: Bounds) -> Found:
 
             corners = np.vstack([np.zeros(free.size - 1), np.diag(np.full(free.size - 1, reach))])
             options = {"initial_simplex": corners, "xatol": 1e-10, "fatol": 1e-10, "maxfev": 80 * (free.size - 1)}
-            found = minimize(at, corners[0], method="Nelder-Mead", options=options)  # type: ignore[call-overload]
+            found = minimize(at, corners[0], method="Nelder-Mead", options=options)
             if found.fun < DEAR and size(moved(start, found.x)) <= by_closed_form(moved(start, found.x)) + GAP:
                 closed = True
         if closed:
