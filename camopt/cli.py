@@ -222,6 +222,9 @@ def synthesise(scene: Any, as_json: bool, quiet: bool, out: str, picture: str | 
         except Unmet as why:
             click.echo(f"camopt: {why}", err=True)
             return NOTHING_FEASIBLE
+        except ArithmeticError as why:
+            click.echo(f"camopt: {why}", err=True)
+            return NOT_REACHED
         known = known_laws(scene)
     files = write(result, out)
     if picture:

@@ -53,7 +53,7 @@ def plot_synthesis(
 
 def best_known(scene: Scene, known: dict[str, dict[str, Any]], result: Synthesised) -> Scene:
     """The scene with the known law of the smallest cam that is no rougher than the free laws, or of all."""
-    from camopt.synthesis.synthesise import peaks_of
+    from camopt.synthesis.synthesise import chosen, peaks_of
 
     free = peaks_of(result.design, result)
     gentle = [
@@ -66,13 +66,8 @@ def best_known(scene: Scene, known: dict[str, dict[str, Any]], result: Synthesis
     row = next(iter(gentle or known.values()), None)
     if row is None:
         return scene
-    size = "base_radius" if scene.cam.form == "disc" else "mean_radius"
-    changes: dict[str, Any] = {f"cam.{size}": row[f"{size}_mm"]}
-    for name in ("offset", "roller_radius", "face_radius"):
-        if row.get(f"{name}_mm") and getattr(scene.follower, name) is not None:
-            changes[f"follower.{name}"] = row[f"{name}_mm"]
     laws = {"rise": row["law_rise"], "return": row["law_return"]}
-    data = scene.replace(**changes).to_dict()
+    data = chosen(scene, row).to_dict()
     for segment in data["motion"]:
         if segment["segment"] in laws and laws[segment["segment"]] in {**LAWS, **data.get("laws", {})}:
             segment["law"] = laws[segment["segment"]]

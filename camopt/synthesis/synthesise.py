@@ -27,13 +27,15 @@ from camopt.synthesis.demand import ORDERS, PEAKS, Demand, demand_of
 from camopt.synthesis.free import FreeMotion
 from camopt.synthesis.relaxation import RelaxedMotion
 
-SLACK = 1e-4  # of the least objective, given up for the gentlest jerk among the laws that reach it
+SLACK = 1e-4  # of the unit of the objective, given up for the gentlest jerk among the laws that reach it
 SOLVER_ERROR = 1e-6  # relative, of an optimum
 PANELS = (96, 64, 32, 16)  # of a stroke in the relaxation: fewer where the solver fails
 MARGINS = (1e-7, 1e-6, 1e-5, 1e-4)  # by which limits are held closer than asked, for a solver's error
+NOTHING = 1e-12  # of a range that ends at 0: rounding
+OFF_POINT = 1e-6  # of the lift: by how much a solver may miss a point
 WORSE = 1e-3  # a cam above its convex optimum by more is held by a limit that is not convex
 
-CHOSEN = ("offset_mm", "roller_radius_mm", "face_radius_mm")  # sizes that the search may have changed
+CHOSEN = ("offset", "roller_radius", "face_radius")  # sizes that the search may have changed
 
 Progress = Callable[[int, int], None]
 
@@ -120,14 +122,15 @@ def synthesise(scene: Scene, progress: Progress | None = None) -> Synthesised:
 
 def bound_of(demand: Demand) -> float | None:
     """What no motion whatever can pass; infinite if none holds the limits, None if the solver gives no bound."""
+    wider = tightened(demand, -SOLVER_ERROR)  # then a solver's error leaves it below
     for panels in PANELS:
-        relaxed = convex(demand, partial(RelaxedMotion, panels))
+        relaxed = convex(wider, partial(RelaxedMotion, panels))
         try:
             value = relaxed.solve()
         except ArithmeticError:
             continue
-        if relaxed.exact or value == inf:
-            return value - SOLVER_ERROR * (abs(value) + demand.roller) if value < inf else inf
+        if relaxed.exact:
+            return value - SOLVER_ERROR * (abs(value) + relaxed.unit) if value < inf else inf
     return None
 
 
@@ -152,9 +155,8 @@ def solved(demand: Demand) -> tuple[Convex, Iterate, float]:
 
 def gentlest(model: Convex, least: float) -> Iterate | None:
     """The laws of the least mean square of the jerk at nearly the least objective; None if the solver fails."""
-    goal = model.problem.objective.args[0]
     jerk = cp.norm(cp.hstack([motion.square(3) for motion in model.motions if motion]))
-    close = goal <= least + SLACK * (abs(least) + model.demand.roller)
+    close = model.goal <= least / model.unit + SLACK
     problem = cp.Problem(cp.Minimize(jerk), [*model.problem.constraints, close])
     return iterate_of(model) if solve(problem) in SOLVED else None
 
@@ -206,13 +208,16 @@ def programme_with(demand: Demand, found: Iterate) -> Programme:
 
 
 def within(demand: Demand, found: Iterate) -> bool:
-    """Whether the laws themselves, not the solver's word, hold the ranges of their derivatives."""
-    for stroke, ranges in zip(programme_with(demand, found).strokes, demand.ranges, strict=True):
+    """Whether the laws themselves, not the solver's word, hold the ranges of their derivatives and the points."""
+    programme = programme_with(demand, found)
+    for stroke, ranges in zip(programme.strokes, demand.ranges, strict=True):
         for order, (low, high) in ranges.items():
             least, largest = span(Programme((stroke,)), (0.0,) * order + (1.0,), TURN)
-            if least < low or largest > high:
+            rounding = NOTHING * (high - low)
+            if least < low - rounding * (low == 0.0) or largest > high + rounding * (high == 0.0):
                 return False
-    return True
+    angles, wanted = np.array(demand.points).reshape(-1, 2).T
+    return bool(np.all(np.abs(programme.at(angles)[0] - wanted) <= OFF_POINT * demand.scale))
 
 
 def cam_for(demand: Demand, found: Iterate) -> Synthesised | None:
@@ -222,11 +227,19 @@ def cam_for(demand: Demand, found: Iterate) -> Synthesised | None:
     if best is None:
         return None
     size = demand.question.size_name
-    sizes = {
-        f"{'cam' if name == size else 'follower'}.{name.removesuffix('_mm')}": name for name in (size, *CHOSEN)
-    }
-    changes = {key: best[name] for key, name in sizes.items() if best.get(name)}
-    return Synthesised(scene.replace(**changes), best, objective_of(demand, found, best[size]))
+    if best[size] + demand.roller > demand.prime[1]:
+        return None
+    return Synthesised(chosen(scene, best), best, objective_of(demand, found, best[size]))
+
+
+def chosen(scene: Scene, row: Mapping[str, Any]) -> Scene:
+    """The scene with the sizes of a row."""
+    size = "base_radius" if scene.cam.form == "disc" else "mean_radius"
+    changes = {f"cam.{size}": row[f"{size}_mm"]}
+    for name in CHOSEN:
+        if f"{name}_mm" in row and getattr(scene.follower, name) is not None:
+            changes[f"follower.{name}"] = row[f"{name}_mm"] + 0.0  # no −0
+    return scene.replace(**changes)
 
 
 def objective_of(demand: Demand, found: Iterate, size: float) -> float:
