@@ -12,9 +12,9 @@ with the first two Legendre polynomials, over a panel
 
     ∫ y''² ≥ Δv²/h + 12·(Δy − h·(v₀ + v₁)/2)²/h³
 
-and so on for the jerk. A linear limit holds at each node and on the mean over each panel, and one on y and y' alone
-as Grönwall's inequality. All of this is convex: the optimum under it bounds every cam from below, and closes on the
-truth as h².
+and so on for the jerk, with the third as well: 5·(Δa − 6·(v₀ + v₁)/h + 12·Δy/h²)²/h. A linear limit holds at each
+node and on the mean over each panel, and one on y and y' alone as Grönwall's inequality. All of this is convex: the
+optimum under it bounds every cam from below, and closes on the truth as h².
 """
 
 from math import sqrt
@@ -130,5 +130,8 @@ class RelaxedMotion:
         value, slope = {2: (self.y, self.v), 3: (self.v, self.a)}[order]
         off = cp.diff(value) - cp.multiply(self.h / 2, slope[1:] + slope[:-1])
         first = cp.multiply(1 / np.sqrt(self.h), cp.diff(slope))
-        whole = cp.norm(cp.hstack([first, cp.multiply(np.sqrt(12 / self.h**3), off)]))
-        return self.angle ** (0.5 - order) * whole
+        parts = [first, cp.multiply(np.sqrt(12 / self.h**3), off)]
+        if order == 3:
+            bent = cp.multiply(12 / self.h**2, cp.diff(self.y)) - cp.multiply(6 / self.h, self.v[1:] + self.v[:-1])
+            parts.append(cp.multiply(np.sqrt(5 / self.h), cp.diff(self.a) + bent))
+        return self.angle ** (0.5 - order) * cp.norm(cp.hstack(parts))

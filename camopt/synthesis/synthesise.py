@@ -117,6 +117,8 @@ def synthesise(scene: Scene, progress: Progress | None = None) -> Synthesised:
         found = min(cams, key=lambda cam: cam.objective, default=None)
     if found is None:
         raise Unmet("these free laws hold the convex limits, but then no cam holds the others")
+    if bound is not None and bound > found.objective:  # the solver erred
+        bound = None
     return replace(found, bound=bound, convex=free)
 
 
