@@ -18,7 +18,7 @@ from scipy.optimize import linprog
 from camopt import BadInput, Scene, evaluate, find_scene, optimise
 from camopt.cli import main
 from camopt.motion import LAWS
-from camopt.motion.programme import Programme, Stroke, law_peaks, span
+from camopt.motion.programme import Programme, Stroke, law_peaks, root_mean_square, span
 from camopt.motion.table import RISE, TURN
 from camopt.proof.certify import certify
 from camopt.question import resolve
@@ -34,7 +34,6 @@ from camopt.synthesis.synthesise import (
     Unmet,
     bound_of,
     known_laws,
-    root_mean_square,
     scene_with,
     solved,
     synthesise,
@@ -376,6 +375,7 @@ LIMITS = {
     "degree 9": (ROLLER, {"synthesis.degree": 9, "synthesis.continuity": 5, "synthesis.pieces": 8}),
     "degree 4": (ROLLER, {"synthesis.degree": 4}),
     "offset 0": (ROLLER, {"follower.offset": 20, "search.offset": [0]}),
+    "listed offsets": (ROLLER, {"search.offset": [0, 14], "search.roller_radius": [4, 8]}),
     "ccw": (ROLLER, {"cam.rotation": "ccw"}),
     "straight down": (ROLLER, {"motion": STRAIGHT_DOWN}),
     "no dwell": (ROLLER, {"motion": NO_DWELL}),
@@ -422,6 +422,10 @@ def test_every_limit_holds_over_the_whole_turn(name):
         assert result.design["base_radius_mm"] <= 60
     if name == "offset 0":
         assert result.scene.follower.offset == 0.0
+    if name == "listed offsets":
+        ones = [free(scene.replace(**{"search.offset": [each]})) for each in (0, 14)]
+        assert result.objective == min(one.objective for one in ones)
+        assert result.bound == min(one.bound for one in ones)
     if name == "rest 1":
         assert result.objective < free(made()).objective
 

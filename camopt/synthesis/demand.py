@@ -6,7 +6,7 @@ derivatives by the cam angle.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf, pi, radians, tan
 
 from camopt.effects import force
@@ -122,6 +122,15 @@ def demand_of(question: Question) -> Demand:
         points=tuple(_points(question, asked)),
         objective=_objective(asked),
     )
+
+
+def by_offset(demand: Demand) -> list[Demand]:
+    """The demand for each offset that a scene lists: between them there is no cam."""
+    listed = demand.question.scene.search.offset
+    if not isinstance(listed, tuple):
+        return [demand]
+    leads = [demand.question.design.sense * offset for offset in dict.fromkeys(listed)]
+    return [replace(demand, lead=(lead, lead)) for lead in leads]
 
 
 def _check_rest(question: Question, asked: Synthesis) -> None:

@@ -5,7 +5,7 @@ the smallest cam for them is found and proved as for any other: every limit of t
 the convex programme knows it or not, and the gap to the bound says what that costs.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from math import inf, sqrt
@@ -15,15 +15,16 @@ import cvxpy as cp
 import numpy as np
 
 from camopt.motion import LAWS
-from camopt.motion.programme import Programme, law_peaks, peak, span
+from camopt.motion.programme import Programme, law_peaks, peak, root_mean_square, span
 from camopt.motion.spline import SplineLaw
 from camopt.motion.table import DWELL, TURN
 from camopt.question import resolve
 from camopt.scene import Scene
 from camopt.search.optimise import optimise
+from camopt.search.sweep import Progress
 from camopt.synthesis.convex import SOLVED, SQUARES, Convex, convex, solve
 from camopt.synthesis.curvature import Iterate, iterate_of, joined, sharpest_allowed, steps
-from camopt.synthesis.demand import ORDERS, PEAKS, Demand, demand_of
+from camopt.synthesis.demand import ORDERS, PEAKS, Demand, by_offset, demand_of
 from camopt.synthesis.free import FreeMotion
 from camopt.synthesis.relaxation import RelaxedMotion
 
@@ -33,11 +34,7 @@ PANELS = (96, 64, 32, 16)  # of a stroke in the relaxation: fewer where the solv
 MARGINS = (1e-7, 1e-6, 1e-5, 1e-4)  # by which limits are held closer than asked, for a solver's error
 NOTHING = 1e-12  # of a range that ends at 0: rounding
 OFF_POINT = 1e-6  # of the lift: by how much a solver may miss a point
-WORSE = 1e-3  # a cam above its convex optimum by more is held by a limit that is not convex
-
-CHOSEN = ("offset", "roller_radius", "face_radius")  # sizes that the search may have changed
-
-Progress = Callable[[int, int], None]
+WORSE = 1e-3  # relative: a cam above its convex optimum by more is held by a limit that is not convex
 
 
 class Unmet(Exception):
@@ -105,21 +102,33 @@ def synthesise(scene: Scene, progress: Progress | None = None) -> Synthesised:
         If a solver fails.
     """
     advance = progress or (lambda done, most: None)
-    demand = demand_of(resolve(scene))
-    bound = bound_of(demand)
-    if bound == inf:
-        raise Unmet("no motion whatever holds all limits")
+    demands = by_offset(demand_of(resolve(scene)))
+    bounds = [bound_of(demand) for demand in demands]
+    cams, why = [], Unmet("no motion whatever holds all limits")
+    for demand, bound in zip(demands, bounds, strict=True):
+        try:
+            cams += [_best(demand, advance)] if bound != inf else []
+        except Unmet as reason:
+            why = reason
+    if not cams:
+        raise why
+    best = min(cams, key=lambda cam: cam.objective)
+    known = [bound for bound in bounds if bound is not None]
+    right = len(known) == len(bounds) and min(known) <= best.objective  # or else a solver erred
+    return replace(best, bound=min(known) if right else None)
+
+
+def _best(demand: Demand, advance: Progress) -> Synthesised:
+    """The best free laws of a demand."""
     model, start, least = solved(demand)
     found, sharpest = cam_for(demand, start), sharpest_allowed(demand)
-    free = found is not None and found.objective <= least + WORSE * abs(least)
+    free = found is not None and found.objective <= least + WORSE * (abs(least) + model.unit)
     if not free and sharpest is not None:
         cams = [*([found] if found else []), *_bent(model, demand, start, sharpest, advance)]
         found = min(cams, key=lambda cam: cam.objective, default=None)
     if found is None:
         raise Unmet("these free laws hold the convex limits, but then no cam holds the others")
-    if bound is not None and bound > found.objective:  # the solver erred
-        bound = None
-    return replace(found, bound=bound, convex=free)
+    return replace(found, convex=free)
 
 
 def bound_of(demand: Demand) -> float | None:
@@ -199,8 +208,8 @@ def scene_with(scene: Scene, laws: list[SplineLaw]) -> Scene:
 
 
 def laws_of(demand: Demand, found: Iterate) -> list[SplineLaw]:
-    names = free_names(demand.question.scene)
-    return [demand.splines.law(name, c) for name, c in zip(names, found.coefficients, strict=True)]
+    names = zip(free_names(demand.question.scene), found.coefficients, strict=True)
+    return [demand.splines.law(name, coefficients) for name, coefficients in names]
 
 
 def programme_with(demand: Demand, found: Iterate) -> Programme:
@@ -238,7 +247,7 @@ def chosen(scene: Scene, row: Mapping[str, Any]) -> Scene:
     """The scene with the sizes of a row."""
     size = "base_radius" if scene.cam.form == "disc" else "mean_radius"
     changes = {f"cam.{size}": row[f"{size}_mm"]}
-    for name in CHOSEN:
+    for name in ("offset", "roller_radius", "face_radius"):
         if f"{name}_mm" in row and getattr(scene.follower, name) is not None:
             changes[f"follower.{name}"] = row[f"{name}_mm"] + 0.0  # no −0
     return scene.replace(**changes)
@@ -255,17 +264,6 @@ def objective_of(demand: Demand, found: Iterate, size: float) -> float:
             value = root_mean_square(programme, SQUARES[name])
         total += weight * demand.per_unit[name] * value
     return total
-
-
-def root_mean_square(programme: Programme, order: int) -> float:
-    """√(1/2π·∫ (y⁽ᵏ⁾)² dθ) over the turn; Gauss's rule on each panel of the motion, exact for splines."""
-    table = programme.table
-    nodes, weights = np.polynomial.legendre.leggauss(table.coefficients.shape[1])
-    values = np.polynomial.polynomial.polyval(
-        nodes, np.polynomial.polynomial.polyder(table.coefficients.T, order), tensor=True
-    )
-    squares = (values / table.half_width[:, None] ** order) ** 2 @ weights * table.half_width
-    return float(np.sqrt(squares.sum() / (2 * np.pi)))
 
 
 # --------------------------------------------------------------------------------------- the limit on curvature
