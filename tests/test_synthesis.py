@@ -182,6 +182,12 @@ def test_units_of_the_objective_and_any_speed(speed):
     assert result.gap == pytest.approx(free(made(synthesis__minimise="acceleration")).gap, abs=2e-4)
 
 
+def test_no_bound_is_below_zero():
+    """A knife edge under a limit that hardly matters: the least size is next to nothing."""
+    demand = demand_of(resolve(made(KNIFE, limits__pressure_angle=89)))
+    assert 0.0 <= bound_of(demand) < 1.0
+
+
 def test_the_gentlest_laws_are_the_quintic():
     """Without a limit that matters, the least mean square jerk is that of the 3-4-5 polynomial."""
     result = free(made(cam__base_radius=1000, synthesis__minimise="jerk_rms"))
@@ -387,6 +393,7 @@ LIMITS = {
     "groove": (GROOVE, {}),
     "two sizes": (ROLLER, {"search.roller_radius": {"start": 4, "stop": 8}}),
     "weights": (ROLLER, {"synthesis.minimise": {"size": 1, "acceleration": 0.02}}),
+    "one size": (ROLLER, {"synthesis.minimise": "jerk", "search.base_radius": [60]}),
     "own size": (ROLLER, {"synthesis.minimise": "acceleration", "cam.base_radius": 60}),
 }
 
@@ -418,6 +425,8 @@ def test_every_limit_holds_over_the_whole_turn(name):
                 assert order > asked.rest or verb(ends).tolist() == [0.0, 0.0]
     for angle, y in asked.points:
         assert programme.at(np.array([radians(angle)]))[0, 0] == pytest.approx(y, abs=1e-5)
+    if name == "one size":
+        assert result.scene.cam.base_radius == 60
     if name == "own size":
         assert result.design["base_radius_mm"] <= 60
     if name == "offset 0":

@@ -45,9 +45,8 @@ class Unmet(Exception):
 class Synthesised:
     """Free laws, the smallest cam for them, and how good they are.
 
-    ``scene`` has the laws, the size and the offset, ``design`` is the row that ``optimise`` gives for it.
-    ``objective`` is what was minimised. No motion whatever that holds the convex limits has less than ``bound``;
-    it is None where none could be computed.
+    ``scene`` has the laws, the size and the offset, ``design`` is the row that ``optimise`` gives for it. No motion
+    whatever that holds the convex limits has an objective below ``bound``; it is None where none was computed.
     """
 
     scene: Scene
@@ -141,7 +140,8 @@ def bound_of(demand: Demand) -> float | None:
         except ArithmeticError:
             continue
         if relaxed.exact:
-            return value - SOLVER_ERROR * (abs(value) + relaxed.unit) if value < inf else inf
+            error = SOLVER_ERROR * (value + relaxed.unit)
+            return max(value - error, 0.0) if value < inf else inf
     return None
 
 
@@ -179,7 +179,7 @@ def tightened(demand: Demand, margin: float) -> Demand:
         demand,
         ranges=tuple({k: (kept * low, kept * high) for k, (low, high) in row.items()} for row in demand.ranges),
         floors=tuple(replace(f, constant=f.constant - margin * abs(f.constant)) for f in demand.floors),
-        prime=(demand.prime[0], kept * demand.prime[1]),
+        prime=(demand.prime[0], max(demand.prime[0], kept * demand.prime[1])),
     )
 
 
@@ -208,8 +208,7 @@ def scene_with(scene: Scene, laws: list[SplineLaw]) -> Scene:
 
 
 def laws_of(demand: Demand, found: Iterate) -> list[SplineLaw]:
-    names = zip(free_names(demand.question.scene), found.coefficients, strict=True)
-    return [demand.splines.law(name, coefficients) for name, coefficients in names]
+    return list(map(demand.splines.law, free_names(demand.question.scene), found.coefficients))
 
 
 def programme_with(demand: Demand, found: Iterate) -> Programme:
