@@ -20,12 +20,14 @@ if TYPE_CHECKING:
     from camopt.search.optimise import Optimum, optimise
     from camopt.search.sweep import Sweep, sweep
     from camopt.spectrum import response_spectrum
+    from camopt.synthesis.frontier import Frontier, frontier
     from camopt.synthesis.synthesise import Synthesised, Unmet, synthesise
     from camopt.table import load
 
 _HOMES = {
     "BadInput": "mistakes",
     "Evaluation": "evaluation",
+    "Frontier": "synthesis.frontier",
     "LAWS": "motion",
     "Optimum": "search.optimise",
     "QUANTITIES": "quantities",
@@ -37,6 +39,7 @@ _HOMES = {
     "certify": "proof.certify",
     "evaluate": "evaluation",
     "find_scene": "scene",
+    "frontier": "synthesis.frontier",
     "load": "table",
     "optimise": "search.optimise",
     "plot": "figures",
@@ -51,6 +54,7 @@ __all__ = [
     "QUANTITIES",
     "BadInput",
     "Evaluation",
+    "Frontier",
     "Optimum",
     "Scene",
     "Sweep",
@@ -61,6 +65,7 @@ __all__ = [
     "certify",
     "evaluate",
     "find_scene",
+    "frontier",
     "load",
     "optimise",
     "plot",

@@ -158,6 +158,8 @@ def _check_folder(scene: Any, out: str, name: str = "scene.toml") -> None:
     "--keep", type=click.Choice(("pareto", "feasible", "all")), default="feasible", show_default=True,
     help="Which designs go to designs.parquet.",
 )  # fmt: skip
+@click.option("--refine", is_flag=True, help="Move each design of the front off the grid, to an optimum.")
+@click.option("--thin", type=float, metavar="EPS", help="Leave out of the front what is nearer than this share.")
 @click.option("--workers", type=click.IntRange(1), help="Threads; one a core if not given.")
 def sweep(
     scene: Any,
@@ -167,6 +169,8 @@ def sweep(
     keep: str,
     workers: int | None,
     law: tuple[str, ...],
+    thin: float | None,
+    refine: bool,
     **axes: Any,
 ) -> int:
     """Evaluate a design space and write its Pareto table."""
@@ -177,6 +181,10 @@ def sweep(
     if law:
         changes |= {"search.law": ("--law", list(law))}
         changes |= {f"search.law_{stroke}": ("--law", None) for stroke in ("rise", "return")}
+    if thin is not None:
+        changes |= {"search.thin": ("--thin", thin)}
+    if refine:
+        changes |= {"search.refine": ("--refine", True)}
     scene = _changed(scene, changes)
     _check_folder(scene, out)
     with reports.progress(quiet, "designs") as advance:
@@ -236,6 +244,34 @@ def synthesise(scene: Any, as_json: bool, quiet: bool, out: str, picture: str | 
     if not quiet:
         reports.say_written(files)
     return _reached(scene, result.design["relative_half_width"])
+
+
+@camopt.command()
+@click.argument("scene", default=DEFAULT_SCENE)
+@_scene_options
+@_output_options
+@click.option("--axes", default="size,acceleration", show_default=True, help="What is traded: two or three terms.")
+@click.option("--points", type=click.IntRange(2, 500), default=24, show_default=True, help="Values of a held term.")
+@click.option("--out", default="camopt-out", show_default=True, help="Folder for the table and the picture.")
+@click.option("--workers", type=click.IntRange(1), help="Processes; one a core if not given.")
+def frontier(scene: Any, as_json: bool, quiet: bool, axes: str, points: int, out: str, workers: int | None) -> int:
+    """Trade size against acceleration, or other terms, over free motion laws."""
+    from camopt import reports
+    from camopt.synthesis.files import write_frontier
+    from camopt.synthesis.frontier import frontier as run
+    from camopt.synthesis.synthesise import Unmet
+
+    with reports.progress(quiet, "points") as advance:
+        try:
+            found = run(scene, [axis.strip() for axis in axes.split(",")], points, workers, advance)
+        except Unmet as why:
+            click.echo(f"camopt: {why}", err=True)
+            return NOTHING_FEASIBLE
+    files = write_frontier(found, out)
+    reports.show_frontier(found, as_json)
+    if not quiet:
+        reports.say_written(files)
+    return 0 if found.rows else NOTHING_FEASIBLE
 
 
 @camopt.command()

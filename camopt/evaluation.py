@@ -65,12 +65,16 @@ LOADS = ("force", "torque", "thrust", "hertz", "surface")
 
 def _overloaded(name: str, question: Question) -> str:
     """Why a load of a motion without corners is infinite."""
-    if QUANTITIES[name].effect == "force":
+    effect, subject = QUANTITIES[name].effect, question.subject
+    if effect == "force":
         return "the force lacks where the follower is at its lowest, and no spring rate adds to it there"
-    case = Case(question.subject, question.programme, question.design)
-    if QUANTITIES[name].effect == "hertz" and run_effects(case, ["undercut"]).column("undercut")[0]:
+    case = Case(subject, question.programme, question.design)
+    shaped = effect in ("hertz", "surface") and not subject.pointed
+    if shaped and run_effects(case, ["undercut"]).column("undercut")[0]:
         return "the profile is undercut"
-    return "the follower jams in its guide"
+    if subject.mechanism.curvature is not None:
+        return "the follower jams in its guide"
+    return "the contact stands still" if effect == "surface" else "the contact passes the follower's pivot"
 
 
 def _reason(name: str, question: Question) -> str:
@@ -91,6 +95,8 @@ def _reason(name: str, question: Question) -> str:
         return f"the velocity jumps at {corners}"
     if name == "cutter_radius_max_mm":
         return "no flank of the profile is concave"
-    if name == "profile_radius_min_mm" and not corners:
+    if not corners and question.subject.angular and question.subject.mechanism.curvature is None:
+        return "the face turns as fast as the cam"
+    if not corners:
         return "no part of the profile is convex"
     return f"the pitch curve has corners where the velocity jumps, at {corners}"

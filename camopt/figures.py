@@ -3,12 +3,13 @@
 import os
 import warnings
 from math import ceil
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from camopt.drawing import diagrams
 from camopt.drawing.cam import draw_disc
+from camopt.drawing.dynamics import dynamics_panels
 from camopt.drawing.groove import draw_groove
 from camopt.drawing.loads import load_panels
 from camopt.drawing.panels import panels
@@ -43,9 +44,11 @@ def plot(scene: Scene, path: str | os.PathLike[str]) -> None:
 
     Diagrams run over one turn of the cam in deg: displacement, velocity, acceleration and jerk (by time if the
     scene has an rpm, by cam angle if not), pressure angle (contact on the face, for a face square to the
-    motion), curvature, and the loads that the scene calls for. Peaks carry their exact values; jumps are breaks,
-    impulses arrows. A disc cam is drawn at cam angle 0, the follower at its lowest; the groove of a cylindrical cam
-    is developed. Lengths in mm. The same scene gives the same file, and the file appears only when whole.
+    motion), curvature; and of the effects that the scene calls for, and no others: force, torque with its mean, the
+    mass on the elastic train, thrust, contact stress, sliding, wear and film. Peaks carry their exact values; jumps
+    are breaks, impulses arrows. A disc cam is drawn at cam angle 0, the follower at its lowest; the groove of a
+    cylindrical cam is developed. Lengths in mm. The same scene gives the same file, and the file appears only when
+    whole.
 
     Raises
     ------
@@ -69,38 +72,74 @@ def _figure(picture: Picture) -> Any:
     from matplotlib.figure import Figure
 
     grooved = picture.question.subject.mechanism.grooved
-    shown = [*panels(picture), *load_panels(picture)]
-    rows = ceil(len(shown) / 2) if grooved else len(shown)
-    figure = Figure(figsize=(15.5, 10.0 * rows / (3 if grooved else 6)), facecolor="white")
-    axes, cam = _layout(figure, grooved, rows, len(shown))
+    shown = [*panels(picture), *dynamics_panels(picture), *load_panels(picture)]
+    page = _below_a_groove(len(shown)) if grooved else _beside_a_disc(len(shown))
+    figure = Figure(figsize=(WIDTH, page.height), facecolor="white")
+    cam = figure.add_axes(page.on_figure(page.cam))
+    axes = [figure.add_axes(page.on_figure(box)) for box in page.panels]
     _header(figure, picture)
-    last = len(shown) - 1
-    heads, feet = ((0, rows), (rows - 1, last)) if grooved else ((0,), (last,))
-    diagrams.draw(axes, picture, shown, heads, feet)
+    diagrams.draw(axes, picture, shown, page.heads, page.feet)
     if not picture.exists:
         cam.set_axis_off()
         cam.text(0.5, 0.5, "this mechanism cannot be put together", ha="center", color=ALARM, fontsize=11)
         return figure
     (draw_groove if grooved else draw_disc)(cam, picture)
     handles, labels = cam.get_legend_handles_labels()
-    place: dict[str, Any] = {"bbox_to_anchor": (0.5, 0.525) if grooved else (0.755, 0.02)}
+    place: dict[str, Any] = {"bbox_to_anchor": (page.legend[0], page.legend[1] / page.height)}
     columns = len(labels) if grooved else min(len(labels), 4)
     place |= {"ncols": columns, "fontsize": 8, "columnspacing": 1.8, "frameon": False}
     figure.legend(handles, labels, loc="lower center", **place)
     return figure
 
 
-def _layout(figure: Any, grooved: bool, rows: int, count: int) -> tuple[list[Any], Any]:
-    """Axes of the diagrams, and of the cam: beside them, or above them if it is a long groove."""
-    inch = 1.0 / figure.get_figheight()
-    top, foot, gap = (0.46 if grooved else 1.0 - 1.5 * inch), 0.6 * inch, (0.45 if grooved else 0.34) * inch
-    each = (top - foot - (rows - 1) * gap) / rows
+WIDTH, COLUMNS, ACROSS = 15.5, (0.045, 0.54), 0.44  # inches; left ends and width of diagrams, of the figure
+TALL, FOOT = 1.0333, 0.6  # inches: a diagram, and what is below the last
+Box = tuple[float, float, float, float]
+
+
+class Page(NamedTuple):
+    """Where things are: across in shares of the figure, upwards in inches."""
+
+    height: float
+    cam: Box
+    legend: tuple[float, float]
+    panels: list[Box]
+    heads: tuple[int, ...]
+    """Diagrams with the names of the strokes above them."""
+    feet: tuple[int, ...]
+    """Diagrams with the cam angle below them."""
+
+    def on_figure(self, box: Box) -> Box:
+        """In shares of the figure."""
+        left, bottom, width, height = box
+        return left, bottom / self.height, width, height / self.height
+
+
+def _beside_a_disc(count: int) -> Page:
+    """Six diagrams beside the cam, the others below in two columns, row by row."""
+    rows, step = ceil(max(count - 6, 0) / 2), TALL + 0.34
+    below = rows * step
+    lift = 0.65 if rows else 0.0  # room for the names of the strokes
     panels = []
     for place in range(count):
-        left, row = (0.045 + 0.495 * (place // rows), place % rows) if grooved else (0.045, place)
-        panels.append(figure.add_axes((left, top - each - row * (each + gap), 0.44, each)))
-    cam = (0.045, 0.6, 0.935, 0.25) if grooved else (0.53, 1.25 * inch, 0.45, 1.0 - 2.55 * inch)
-    return panels, figure.add_axes(cam)
+        column, row = (0, place) if place < 6 else (place % 2, 6 + (place - 6) // 2)
+        panels.append((COLUMNS[column], below + 8.5 - TALL - row * step, ACROSS, TALL))
+    heads = (0, 7) if count > 7 else (0,)
+    feet = tuple(dict.fromkeys((max(count - 2, 5), count - 1)))
+    cam = (0.53, below + 1.25 + lift, 0.45, 7.45 - lift)
+    return Page(below + 10.0, cam, (0.755, below + 0.2 + lift), panels, heads, feet)
+
+
+def _below_a_groove(count: int) -> Page:
+    """Diagrams in two columns, one after the other, below the long groove."""
+    rows, step = ceil(count / 2), TALL + 0.45
+    height = 6.0 + rows * step - 0.45
+    panels = []
+    for place in range(count):
+        column, row = divmod(place, rows)
+        panels.append((COLUMNS[column], height - 5.4 - TALL - row * step, ACROSS, TALL))
+    cam, legend = (0.045, height - 4.0, 0.935, 2.5), (0.5, height - 4.75)
+    return Page(height, cam, legend, panels, (0, rows), (rows - 1, count - 1))
 
 
 def _header(figure: Any, picture: Picture) -> None:

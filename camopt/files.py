@@ -24,6 +24,8 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
         yield partial
         os.replace(partial, path)
     except OSError as trouble:
+        if trouble.filename is not None and str(trouble.filename) != str(partial):
+            raise  # of another file, which the block writes as well
         reason = os.strerror(trouble.errno) if trouble.errno else str(trouble)
         raise OSError(trouble.errno or 0, reason, os.fspath(path)) from None
     finally:

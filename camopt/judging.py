@@ -49,8 +49,9 @@ def with_found(rows: Rows, found: dict[str, Any], wanted: frozenset[str]) -> Row
     for name in (n for n in found if n in wanted):
         columns[name] = found[name]
         if isinstance(found[name], Bounded):
-            columns[name], outward[name], scale = found[name]
-            relative = np.abs(outward[name]) / np.where(scale > 0.0, scale, 1.0)
+            columns[name], width, scale = found[name]
+            outward[name] = np.where(np.isinf(columns[name]), 0.0, width)  # ∞ − ∞ is no width
+            relative = np.abs(outward[name]) / np.where((scale > 0.0) & np.isfinite(scale), scale, 1.0)
             half_width = np.maximum(half_width, relative)
     return Rows(columns, rows.count, outward, half_width)
 

@@ -161,6 +161,15 @@ def _implied(subject: Subject) -> list[Limit]:
     return limits
 
 
+def pressure_limits(on_rise: float | None, on_return: float | None) -> Iterator[Limit]:
+    """The limits on the pressure angle in deg, of rises and dwells and of returns."""
+    if on_rise is not None:
+        rises = ("pressure_angle_max_rise_deg", "pressure_angle_max_dwell_deg")
+        yield _at_most("pressure_angle", on_rise, *rises)
+    if on_return is not None:
+        yield _at_most("pressure_angle_return", on_return, "pressure_angle_max_return_deg")
+
+
 def limits_of(scene: Scene, subject: Subject) -> tuple[Limit, ...]:
     """The limits of a scene, cheapest first, with those that every cam has to hold."""
     asked = scene.limits
@@ -170,12 +179,8 @@ def limits_of(scene: Scene, subject: Subject) -> tuple[Limit, ...]:
         if bound is not None:
             quantity = motion_quantity(derivative, "", angular=subject.angular, timed=True)
             limits.append(_at_most(derivative, bound, quantity))
-    if asked.pressure_angle is not None:
-        rises = ("pressure_angle_max_rise_deg", "pressure_angle_max_dwell_deg")
-        limits.append(_at_most("pressure_angle", asked.pressure_angle, *rises))
     on_return = asked.pressure_angle if asked.pressure_angle_return is None else asked.pressure_angle_return
-    if on_return is not None:
-        limits.append(_at_most("pressure_angle_return", on_return, "pressure_angle_max_return_deg"))
+    limits += pressure_limits(asked.pressure_angle, on_return)
     if asked.face_reach is not None:
         limits.append(_at_most("face_reach", asked.face_reach, "face_reach_max_mm", "face_reach_min_mm"))
     if asked.curvature_radius is not None:

@@ -50,25 +50,32 @@ def read_files(data: dict[str, Any], folder: Path) -> Iterator[Fault]:
             yield key, law["file"], "give a file, or x and s"
             continue
         try:
-            columns = _columns(folder / law["file"])
-        except (OSError, ValueError, csv.Error) as trouble:
-            reason = trouble.strerror if isinstance(trouble, OSError) else trouble
-            yield key, law["file"], f"must be a CSV file with columns x and s: {reason}"
+            columns = read_columns(folder / law["file"], TABLE)
+        except ValueError as trouble:
+            yield key, law["file"], str(trouble)
         else:
             del law["file"]
             law.update(columns)
 
 
-def _columns(path: Path) -> dict[str, list[float]]:
-    """The columns x and s of a CSV file; a ValueError says what is wrong with it."""
+def read_columns(path: Path, wanted: tuple[str, ...]) -> dict[str, list[float]]:
+    """Columns of numbers of a CSV file, by their names; a ValueError says what is wrong with it."""
+    try:
+        return _columns(path, wanted)
+    except (OSError, ValueError, csv.Error) as trouble:
+        reason = trouble.strerror if isinstance(trouble, OSError) else trouble
+        raise ValueError(f"must be a CSV file with columns {' and '.join(wanted)}: {reason}") from None
+
+
+def _columns(path: Path, wanted: tuple[str, ...]) -> dict[str, list[float]]:
     with path.open(encoding="utf-8-sig", newline="") as text:
         rows = csv.reader(text)
         names = [name.strip() for name in next(rows, [])]
-        if not set(TABLE) <= set(names):
-            raise ValueError(f"its first line has no {' and no '.join(n for n in TABLE if n not in names)}")
-        found: dict[str, list[float]] = {name: [] for name in TABLE}
+        if not set(wanted) <= set(names):
+            raise ValueError(f"its first line has no {' and no '.join(n for n in wanted if n not in names)}")
+        found: dict[str, list[float]] = {name: [] for name in wanted}
         for row in filter(None, rows):
-            for name in TABLE:
+            for name in wanted:
                 try:
                     found[name].append(float(row[names.index(name)]))
                 except (ValueError, IndexError):

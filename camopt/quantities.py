@@ -195,6 +195,7 @@ _ALL = [
         "certified: the verdict is proved; sampled: so for the spline of a table; undecided: no feasible design.",
         str,
     ),
+    Quantity("refined", "", "", "proof", "Whether the design was moved off the grid to a local optimum.", bool),
     Quantity("proof", "", "", "proof", "held, broken or undecided: the limits, and no self-crossing.", str),
     Quantity(
         "relative_half_width",

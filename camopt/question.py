@@ -3,11 +3,13 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from math import pi
+from typing import Any
 
 import numpy as np
 
 from camopt.effects import Bodies, Dynamics, Subject, lacking, offered
 from camopt.limits import LOADS, Limit, limits_of, load_quantity
+from camopt.load_table import constant_and_changing
 from camopt.materials import MATERIALS
 from camopt.mechanisms import Designs, mechanism_for
 from camopt.mistakes import BadInput, Mistake
@@ -93,7 +95,8 @@ def resolve(scene: Scene) -> Question:
     if mistakes:
         raise BadInput(mistakes)
     laws = {**LAWS, **{name: spline_of(name, law.model_dump()) for name, law in scene.laws.items()}}
-    programme = Programme.from_segments(segments, angular=subject.angular, laws=laws)
+    _, load = constant_and_changing(*load_and_unit(scene))
+    programme = Programme.from_segments(segments, angular=subject.angular, laws=laws, load=load)
     return Question(scene, subject, laws, programme, design, limits_of(scene, subject))
 
 
@@ -120,13 +123,14 @@ def _dynamics(scene: Scene) -> Dynamics:
         return Dynamics()
     angular = scene.follower.motion == "oscillating"
     mass, torque = (given.inertia, 1e3) if angular else (given.mass, 1.0)
+    constant, _ = constant_and_changing(*load_and_unit(scene))
     mass = None if mass is None else mass * (1e3 if angular else 1e-3)  # kg·m² to t·mm², kg to t
     return Dynamics(
         mass=mass,
         damping=(given.damping or 0.0) * torque,
         stiffness=(given.spring_rate or 0.0) * torque,
         preload=(given.preload or 0.0) * torque,
-        load=(given.load or 0.0) * torque + (mass or 0.0) * (given.gravity or 0.0) * 1e3,
+        load=constant + (mass or 0.0) * (given.gravity or 0.0) * 1e3,
         friction=given.friction or 0.0,
         guide_length=given.guide_length,
         overhang=given.overhang,
@@ -135,6 +139,12 @@ def _dynamics(scene: Scene) -> Dynamics:
         damping_ratio=given.damping_ratio or 0.0,
         fluctuation=given.fluctuation,
     )
+
+
+def load_and_unit(scene: Scene) -> tuple[Any, float]:
+    """The external load as the scene gives it, and its unit in N (N·mm)."""
+    given = scene.follower.dynamics
+    return given and given.load, 1e3 if scene.follower.motion == "oscillating" else 1.0
 
 
 def _bodies(scene: Scene) -> Bodies:

@@ -4,7 +4,7 @@ import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict
-from math import inf, isinf
+from math import inf
 from typing import TYPE_CHECKING, Any
 
 from rich.box import SIMPLE_HEAD
@@ -16,7 +16,7 @@ from camopt.evaluation import Evaluation
 from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.motion import LAWS
 from camopt.quantities import QUANTITIES
-from camopt.rows import Rows
+from camopt.rows import Rows, finite
 from camopt.scene import Scene
 from camopt.search.optimise import Optimum
 from camopt.search.sweep import Sweep
@@ -24,6 +24,7 @@ from camopt.table import to_json
 
 if TYPE_CHECKING:
     from camopt.bill import Bill  # measures, and imports what only a measurement needs
+    from camopt.synthesis.frontier import Frontier
     from camopt.synthesis.synthesise import Synthesised
 
 Advance = Callable[[int, int], None]
@@ -59,13 +60,6 @@ def progress(quiet: bool, unit: str) -> Iterator[Advance]:
 def _print_json(document: Any) -> None:
     if sys.stdout is not None:
         sys.stdout.write(to_json(document) + "\n")
-
-
-def _finite(record: dict[str, Any]) -> dict[str, Any]:
-    """A record with None for what is infinite, named under ``unbounded``."""
-    unbounded = [name for name, value in record.items() if isinstance(value, float) and isinf(value)]
-    clean = {name: None if name in unbounded else value for name, value in record.items()}
-    return {**clean, **({"unbounded": unbounded} if unbounded else {})}
 
 
 def _number(value: Any) -> str:
@@ -163,7 +157,7 @@ def show_evaluation(result: Evaluation, as_json: bool) -> None:
 def show_sweep(result: Sweep, as_json: bool) -> None:
     """Counts, the best design of each law, and the files."""
     if as_json:
-        best = {law: _finite(row) for law, row in result.best.items()}
+        best = {law: finite(row) for law, row in result.best.items()}
         return _print_json(
             {
                 "scene": result.scene.name,
@@ -174,10 +168,11 @@ def show_sweep(result: Sweep, as_json: bool) -> None:
                 "looked_at_again": result.effort.again,
                 "decided_in_balls": result.effort.balls - result.effort.undecided,
                 "pareto": result.pareto,
+                "front": result.front.to_dict() if result.front else None,
                 "files": [str(file) for file in result.files],
                 "best": next(iter(best.values()), None),
                 "by_law": best,
-                "nearest_miss": _finite(result.nearest_miss) if result.nearest_miss else None,
+                "nearest_miss": finite(result.nearest_miss) if result.nearest_miss else None,
                 **({"obstacle": result.obstacle} if result.obstacle else {}),
             }
         )
@@ -190,12 +185,25 @@ def show_sweep(result: Sweep, as_json: bool) -> None:
         search = result.scene.search
         names = [*_sizes(result.best), *search.minimise, *search.maximise, "profile_radius_min_mm"]
         names = list(dict.fromkeys(name for name in names if name in next(iter(result.best.values()))))
-        _print("", _table("The best design of each law", list(result.best.values()), [*names, "held_by"]))
+        where = " on the grid" if search.refine else ""
+        _print("", _table(f"The best design of each law{where}", list(result.best.values()), [*names, "held_by"]))
+        _show_front(result, names)
     elif result.nearest_miss:
         _show_miss(result.nearest_miss)
     elif result.obstacle:
         _print(f"No design can be put together: {result.obstacle}.")
     return None
+
+
+def _show_front(result: Sweep, names: list[str]) -> None:
+    """How much the front dominates, and its knee."""
+    front = result.front
+    assert front is not None
+    volume = f"{'' if front.exact else 'about '}{front.hypervolume:.6g}"
+    if front.grid_points is not None:
+        volume += f"; of the grid's {front.grid_points:,} points, {front.grid_hypervolume:.6g}"
+    _print(f"Hypervolume of the Pareto front, as a share: {volume}")
+    _print("", _table("Its knee", [front.knee], names))
 
 
 def _sizes(rows: dict[str, dict[str, Any]]) -> list[str]:
@@ -219,12 +227,12 @@ def _show_miss(miss: dict[str, Any]) -> None:
 def show_optimum(result: Optimum, as_json: bool) -> None:
     """The smallest cam of each law, with what binds it."""
     if as_json:
-        by_law = {law: _finite(row) for law, row in result.by_law.items()}
+        by_law = {law: finite(row) for law, row in result.by_law.items()}
         best = next(iter(by_law.values()), {})
-        miss = _finite(result.nearest_miss) if result.nearest_miss else None
+        miss = finite(result.nearest_miss) if result.nearest_miss else None
         return _print_json({**best, "by_law": by_law, "obstacles": result.obstacles, "nearest_miss": miss})
     if result.by_law:
-        rows = {law: {**row, "binding": ", ".join(row["binding"])} for law, row in result.by_law.items()}
+        rows = {law: {**row, **_in_words(row)} for law, row in result.by_law.items()}
         title = f"{result.scene.name}: the smallest cam of each law"
         _print(_table(title, list(rows.values()), _optimum_columns(rows)))
     for law, obstacle in result.obstacles.items():
@@ -241,13 +249,13 @@ def show_synthesis(result: "Synthesised", known: dict[str, dict[str, Any]], as_j
     if as_json:
         return _print_json(
             {
-                **_finite(result.design),
+                **finite(result.design),
                 "objective": result.objective,
                 "bound": result.bound,
                 "gap": result.gap,
                 "convex": result.convex,
-                "peaks": {name: _finite(peaks) for name, peaks in result.peaks.items()},
-                "known_laws": {law: _finite(row) for law, row in known.items()},
+                "peaks": {name: finite(peaks) for name, peaks in result.peaks.items()},
+                "known_laws": {law: finite(row) for law, row in known.items()},
             }
         )
     rows = {**known, "free": result.design}
@@ -265,13 +273,41 @@ def show_synthesis(result: "Synthesised", known: dict[str, dict[str, Any]], as_j
     return _print(what + ("" if result.convex else " The curvature decides too: the laws are a local optimum."))
 
 
+def show_frontier(found: "Frontier", as_json: bool) -> None:
+    """The free laws along the frontier, the known laws, and how far down each term goes."""
+    if as_json:
+        ends = {term: {"free_laws": least, "any_motion": bound} for term, (least, bound) in found.least.items()}
+        every = {"rows": found.rows, "known_laws": found.known}
+        tables = {name: [finite(row) for row in rows] for name, rows in every.items()}
+        return _print_json({"scene": found.scene.name, "axes": found.axes, "least": ends, **tables})
+    rows = [{**row, "law": "free"} for row in found.rows]
+    rows += [{**row, "law": " / ".join(dict.fromkeys((row["law_rise"], row["law_return"])))} for row in found.known]
+    sizes = [
+        name for name in ("base_radius_mm", "mean_radius_mm", "roller_radius_mm", "offset_mm") if name in rows[0]
+    ]
+    shown = [{**row, "bound": "" if row.get("bound") is None else row["bound"]} for row in rows]
+    _print(_table(f"{found.scene.name}: the frontier", shown, ["law", *found.axes, "bound", *sizes]))
+    for term, (least, bound) in found.least.items():
+        most = "" if bound is None else f"; no motion within the other limits passes {_number(bound)}"
+        _print(f"Least {term}: {_number(least)}{most}")
+    return None
+
+
+def _in_words(row: dict[str, Any]) -> dict[str, str]:
+    """The lists of a row as texts."""
+    angles = " ".join(f"{angle:.6g}" for angle in row.get("angles_deg", ()))
+    return {"binding": ", ".join(row["binding"]), **({"angles_deg": angles} if angles else {})}
+
+
 def _optimum_columns(rows: dict[str, dict[str, Any]]) -> list[str]:
     """Sizes, what they reach, and what holds them; whether proved, and clear above, only where it matters."""
     names = [*_sizes(rows), *(name for name in REACHED if name in next(iter(rows.values()))), "binding"]
+    if any("angles_deg" in row for row in rows.values()):
+        names.append("angles_deg")
     size = "base_radius_mm" if "base_radius_mm" in names else "mean_radius_mm"
     if any(row["clear_above_mm"] > row[size] for row in rows.values()):
         names.append("clear_above_mm")
-    return names if all(row["proved"] for row in rows.values()) else [*names, "proved"]
+    return names if all(row["proved"] for row in rows.values()) else [*names, "proved", "gap_mm"]
 
 
 def show_verdicts(verdicts: dict[str, str], as_json: bool) -> None:
@@ -324,7 +360,7 @@ SHOWN_RATIOS = (0.5, 1.0, 1.5, 2.0, 3.0, 5.0, 7.5, 10.0)
 def show_spectrum(rows: Rows, as_json: bool) -> None:
     """The amplitude that each law leaves over in the dwell after it, at a few period ratios."""
     if as_json:
-        return _print_json([_finite(record) for record in rows.records()])
+        return _print_json([finite(record) for record in rows.records()])
     laws: dict[str, dict[str, Any]] = {}
     for record in rows.records():
         ratio = round(record["period_ratio"], 9)
@@ -343,7 +379,7 @@ def show_laws(as_json: bool) -> None:
         {"law": name, "title": law.TITLE, **law_peaks(law), "source": law.SOURCE} for name, law in LAWS.items()
     ]
     if as_json:
-        return _print_json([_finite(record) for record in records])
+        return _print_json([finite(record) for record in records])
     names = ["law", "title", "peak_velocity", "peak_acceleration", "peak_jerk", "jumps"]
     return _print(_table("Motion laws (between dwells; stroke 1, angle 1)", records, names))
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
+from math import isinf
 from typing import Any
 
 import numpy as np
@@ -71,3 +72,10 @@ def joined(parts: Iterable[Rows]) -> Rows:
     names = parts[0].columns
     columns = {name: np.concatenate([part.column(name) for part in parts]) for name in names}
     return Rows(columns, sum(part.count for part in parts))
+
+
+def finite(record: dict[str, Any]) -> dict[str, Any]:
+    """A record with None for what is infinite, named under ``unbounded``."""
+    unbounded = [name for name, value in record.items() if isinstance(value, float) and isinf(value)]
+    clean = {name: None if name in unbounded else value for name, value in record.items()}
+    return {**clean, **({"unbounded": unbounded} if unbounded else {})}

@@ -9,6 +9,7 @@ from math import acos, asin, degrees, hypot, isfinite
 from numbers import Real
 from typing import Any
 
+from camopt.load_table import check_load
 from camopt.mistakes import nearest
 from camopt.own_laws import CLOSE, Fault, check_laws, law_names
 
@@ -21,8 +22,10 @@ TRACE = {"knife": (), "roller": ("roller_radius",), "spherical": ("face_radius",
 def check(data: Mapping[str, Any]) -> Iterator[Fault]:
     """Every fault that needs more than one value to be seen."""
     yield from check_laws(data)
+    yield from check_load(data)
     yield from _programme(data)
     yield from _searched_laws(data)
+    yield from _searched_angles(data)
     yield from _synthesis(data)
     mechanism = tuple(_text(data, key) for key in ("cam.form", "follower.motion", "follower.contact"))
     if all(mechanism):
@@ -128,6 +131,42 @@ def _searched_laws(data: Mapping[str, Any]) -> Iterator[Fault]:
         named = _at(data, key)
         for number, law in enumerate(named if isinstance(named, list) else [named], start=1):
             yield from _law(law, f"{key}.{number}", law_names(data))
+
+
+def _searched_angles(data: Mapping[str, Any]) -> Iterator[Fault]:
+    """Freed angles have a segment each to go to, and ranges that hold the degrees they share."""
+    ranges, freed, reached = {}, [], True
+    for kind in ("rise", "return", "dwell"):
+        key = f"search.angle_{kind}"
+        given = _at(data, key)
+        if given is None:
+            continue
+        if not isinstance(given, Mapping):
+            return
+        least = 0.0 if kind == "dwell" else LEAST["angle"]
+        start, stop = _number(given.get("start")), _number(given.get("stop"))
+        if start is None or stop is None or stop < start:
+            return
+        if start < least:
+            yield f"{key}.start", given["start"], f"must be at least {least:g}"
+            reached = False
+        if stop > 360.0:
+            yield f"{key}.stop", given["stop"], "must be at most 360"
+            reached = False
+        here = [_number(s.get("angle")) for s in _segments(data) if s.get("segment") == kind]
+        if not here:
+            yield key, None, f"the motion has no {kind}"
+            reached = False
+        ranges[key] = start, stop
+        freed += [(angle, start, stop) for angle in here]
+    if not ranges or not reached or any(angle is None for angle, _, _ in freed):
+        return
+    total, low, high = (sum(column) for column in zip(*freed, strict=True))
+    if len(freed) == 1:
+        yield next(iter(ranges)), None, "no other segment is free to give or take degrees: free another kind too"
+    elif not low - CLOSE * total <= total <= high + CLOSE * total:
+        between = f"between {low:g} and {high:g}"
+        yield next(iter(ranges)), None, f"the freed segments have {total:g} deg together, their ranges {between}"
 
 
 def _synthesis(data: Mapping[str, Any]) -> Iterator[Fault]:
@@ -278,8 +317,15 @@ def _search(data: Mapping[str, Any], form: str, motion: str, contact: str) -> It
     for key in set(own) - {"offset", "face_offset"}:
         if any(v is not None and v <= 0 for v in _values(search.get(key))):
             yield f"search.{key}", search[key], "must be above 0"
+    for name in _texts(search.get("minimise")):
+        if name in _texts(search.get("maximise")):
+            yield "search.maximise", name, "is minimised too; an objective is either"
     if search.get("law") and (search.get("law_rise") or search.get("law_return")):
         yield "search.law", search["law"], "name either law, or law_rise and law_return"
+
+
+def _texts(value: Any) -> list[str]:
+    return [each for each in (value if isinstance(value, list) else [value]) if isinstance(each, str)]
 
 
 def _values(choice: Any) -> list[float | None]:

@@ -2,8 +2,8 @@
 
 import json
 import os
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -58,11 +58,13 @@ def table_file(path: Path, layout: pa.Schema) -> Iterator["TableWriter"]:
     repeats = [q.name for q in QUANTITIES.values() if q.effect in ("sizes", "motion") or q.kind is not float]
     few_values = [name for name in repeats if name in layout.names]
     options = {"compression": "zstd", "compression_level": 1, "write_page_checksum": True}
-    with (
-        whole_file(path) as partial,
-        pq.ParquetWriter(partial, layout, use_dictionary=few_values, **options) as parquet,
-    ):
-        writer = TableWriter(parquet, layout)
+    with whole_file(path) as partial, ExitStack() as stack:
+        partial.touch()  # a folder that takes no files is found out at once
+
+        def opened(layout: pa.Schema) -> pq.ParquetWriter:
+            return stack.enter_context(pq.ParquetWriter(partial, layout, use_dictionary=few_values, **options))
+
+        writer = TableWriter(opened, layout)
         yield writer
         writer.finish()
 
@@ -70,8 +72,9 @@ def table_file(path: Path, layout: pa.Schema) -> Iterator["TableWriter"]:
 class TableWriter:
     """Collects rows and writes them in groups of a fixed size, so that files do not depend on the batches."""
 
-    def __init__(self, parquet: pq.ParquetWriter, layout: pa.Schema) -> None:
-        self._parquet, self._layout = parquet, layout
+    def __init__(self, opened: Callable[[pa.Schema], pq.ParquetWriter], layout: pa.Schema) -> None:
+        self._opened, self._layout = opened, layout
+        self._parquet: pq.ParquetWriter | None = None
         self._pending: list[pa.Table] = []
         self._waiting = 0
 
@@ -88,12 +91,18 @@ class TableWriter:
             self._pending = [merged.slice(whole)]
             self._waiting = merged.num_rows - whole
 
+    def describe(self, key: str, text: str) -> None:
+        """Add something to the metadata, before the first rows."""
+        self._layout = self._layout.with_metadata({**self._layout.metadata, key: text})
+
     def finish(self) -> None:
         """Write the rows that fill no group."""
-        if self._pending:
-            self._write(pa.concat_tables(self._pending))
+        if self._pending or self._parquet is None:
+            self._write(pa.concat_tables(self._pending or [self._layout.empty_table()]))
 
     def _write(self, table: pa.Table) -> None:
+        if self._parquet is None:
+            self._parquet = self._opened(self._layout)
         self._parquet.write_table(table, row_group_size=ROWS_IN_GROUP)
 
 
@@ -106,7 +115,8 @@ def write_text(path: Path, text: str) -> None:
 def load(path: str | os.PathLike[str]) -> "pd.DataFrame":
     """A table that camopt wrote, as a pandas DataFrame.
 
-    ``attrs`` holds ``units``, ``symbols`` and ``descriptions`` (by column), ``scene`` (TOML) and ``version``.
+    ``attrs`` holds ``units``, ``symbols`` and ``descriptions`` (by column), ``scene`` (TOML) and ``version``, and
+    that of a Pareto table ``front``: its hypervolume, ideal, nadir and knee.
 
     Raises
     ------
@@ -122,6 +132,7 @@ def load(path: str | os.PathLike[str]) -> "pd.DataFrame":
         "symbols": {name: facts.get("symbol", "") for name, facts in about.items()},
         "descriptions": {name: facts.get("description", "") for name, facts in about.items()},
         "scene": whole.get("camopt_scene", ""),
+        "front": json.loads(whole.get("camopt_front", "null")),
         "version": whole.get("camopt_version", ""),
     }
     return frame

@@ -10,6 +10,7 @@ Angles are in radians inside, lengths in mm.  A jet is the tuple (y, y', y'', y'
 """
 
 from collections.abc import Callable
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 from mpmath import fp, mp
@@ -417,6 +418,44 @@ def geometry(scene: Scene, ctx: Any = mp) -> State:
     if scene["cam"]["form"] == "cylindrical":
         return cylinder_state(scene, ctx)
     return (flat_state if scene["follower"]["contact"] == "flat" else disc_state)(scene, ctx)
+
+
+# ------------------------------------------------------------------------------------------- external load
+
+
+Line = tuple[Any, Any, Any, Any]
+"""Two ends of a straight line of a load: cam angle and load, twice."""
+
+
+def lines(rows: Any, ctx: Any = mp) -> list[Line]:
+    """The straight lines over the turn that join rows (deg, load), periodic."""
+    degree = ctx.pi / 180
+    rows = [(number(angle, ctx), number(value, ctx)) for angle, value in rows]
+    before = [(angle - 360, value) for angle, value in rows]
+    after = [(angle + 360, value) for angle, value in rows]
+    every = [*before, *rows, *after]
+    return [
+        (max(a, 0) * degree, p + (q - p) * (max(a, 0) - a) / (b - a), b * degree, q)
+        for (a, p), (b, q) in pairwise(every)
+        if b > a and b > 0 and a < 360
+    ]
+
+
+def on_line(line: Line, theta: Any) -> Any:
+    """The load at a cam angle."""
+    a, p, b, q = line
+    return p + (q - p) * (theta - a) / (b - a)
+
+
+def under_load(pieces: list[Piece], rows: Any, ctx: Any = mp) -> list[tuple[Piece, Line]]:
+    """Pieces cut where a load has corners, each with the line of the load over it."""
+    found = []
+    for piece in pieces:
+        for line in lines(rows, ctx):
+            start, end = max(piece.start, line[0]), min(piece.end, line[2])
+            if end - start > (piece.end - piece.start) * 1e-9:
+                found.append((piece._replace(start=start, end=end), line))
+    return found
 
 
 # ------------------------------------------------------------------------------------------------ extremes

@@ -3,6 +3,7 @@
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from camopt.mechanisms import MECHANISMS
@@ -27,3 +28,40 @@ def test_every_price_is_of_a_cam_that_can_be_assembled(name):
     cam, follower = prices.SCENES[name]
     question = prices.resolve(prices.Scene.from_dict({"cam": cam, "follower": follower, "motion": prices.MOTION}))
     assert len(prices.random_designs(question)) > prices.DESIGNS // 2
+
+
+def test_the_rival_of_the_fronts_sees_the_cams_of_the_sweep(tmp_path):
+    pytest.importorskip("pymoo")
+    import fronts
+
+    scene = fronts.find_scene("roller-1000rpm").replace(
+        **{"search.base_radius": {"start": 20, "stop": 140, "step": 40}}
+    )
+    fronts.sweep(scene, tmp_path, keep="all")
+    table = fronts.load(tmp_path / "designs.parquet").sample(500, random_state=0)
+    rollers = list(scene.search.roller_radius)
+    numbers = np.column_stack(
+        [
+            table.law_rise.map(list(scene.search.law).index),
+            table.roller_radius_mm.map(rollers.index),
+            table.offset_mm,
+            table.base_radius_mm,
+        ]
+    ).astype(float)
+    numbers[:, :2] += 0.5
+    out = {}
+    fronts.Cams(scene)._evaluate(numbers, out)
+    assert out["F"] == pytest.approx(table[list(scene.search.minimise)].to_numpy(), rel=1e-8)
+    assert np.all(out["G"] <= 0.0, axis=1).tolist() == table.feasible.tolist()
+    assert 50 < table.feasible.sum() < 450
+
+
+def test_the_excess_of_a_front_over_itself_is_nothing():
+    pytest.importorskip("pymoo")
+    import fronts
+
+    angle = np.linspace(10.0, 30.0, 400)
+    exact = np.column_stack([600.0 / angle, np.full(400, 5.0), angle])
+    shifted = exact[100:-100:7] + np.array([0.25, 0.0, 0.003])
+    expected = 0.25 + 600.0 / exact[100:-100:7, 2] - 600.0 / shifted[:, 2]
+    assert fronts.excess(shifted, exact) == pytest.approx(expected, abs=1e-6)

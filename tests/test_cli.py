@@ -372,6 +372,35 @@ def test_every_mistake_of_a_file_is_told_at_once(run, command):
     assert files_here() == ["broken.toml"]
 
 
+def test_a_front_can_be_refined_and_thinned(run_json):
+    code, grid = run_json("sweep", *SMALL, "--out", "grid")
+    assert code == 0
+    assert grid["front"]["points"] == grid["pareto"]
+    assert set(grid["front"]["knee"]) >= {"law_rise", "base_radius_mm"}
+    code, fine = run_json("sweep", *SMALL, "--refine", "--thin", "0.05", "--out", "fine")
+    assert code == 0
+    assert "fine/pareto-grid.parquet" in fine["files"]
+    assert fine["front"]["grid_points"] == grid["pareto"]
+    assert fine["front"]["hypervolume"] > fine["front"]["grid_hypervolume"]
+    assert 10 <= fine["pareto"] <= 60
+    search = Scene.from_toml("fine/scene.toml").search
+    assert (search.refine, search.thin) == (True, 0.05)
+
+
+def test_the_screen_tells_hypervolume_and_knee(run):
+    code, out, _ = run("sweep", *SMALL, "--refine")
+    assert code == 0
+    assert "Hypervolume of the Pareto front" in out
+    assert "Its knee" in out
+
+
+def test_a_thinning_beyond_its_range_names_the_option(run):
+    code, out, err = run("sweep", *SMALL, "--thin", "2")
+    assert (code, out) == (2, "")
+    assert "camopt: --thin = 2.0: must be below 1" in err
+    assert files_here() == []
+
+
 def test_a_sweep_needs_steps_and_quantities_of_the_scene(run):
     name = scene_file({"search.offset": {"start": 0, "stop": 5}, "search.minimise": ["mean_radius_mm"]})
     code, out, err = run("sweep", name, *SMALL[:2], "--law", "harmonic")
@@ -427,11 +456,12 @@ def test_a_file_that_cannot_be_written_is_told(run, option):
     assert files_here() == []
 
 
-def test_a_folder_in_place_of_a_table_is_told(run):
-    Path("camopt-out/pareto.parquet").mkdir(parents=True)
-    code, text, err = run("sweep", *SMALL)
+@pytest.mark.parametrize("table", ["designs.parquet", "pareto.parquet", "pareto-grid.parquet", "scene.toml"])
+def test_a_folder_in_place_of_a_table_is_told(run, table):
+    Path("camopt-out", table).mkdir(parents=True)
+    code, text, err = run("sweep", *SMALL, "--refine")
     assert (code, text) == (3, "")
-    assert "pareto.parquet" in err
+    assert err.splitlines()[-1] == f"camopt: camopt-out/{table}: Is a directory"
     assert not [name for name in files_here() if "partial" in name]
 
 

@@ -1,6 +1,8 @@
 """The plan and its bill: what runs, what called for it, and that nothing else does."""
 
 import json
+import re
+from pathlib import Path
 
 import pandas as pd
 import pytest
@@ -11,6 +13,7 @@ from camopt.cli import main
 from camopt.effects import EFFECTS, called
 from camopt.quantities import DISCIPLINES, GEOMETRY, QUANTITIES
 from camopt.question import resolve
+from camopt.scene_tables import Dynamics, Limits, Materials
 
 TRAIN = {
     "cam.rpm": 300,
@@ -82,3 +85,9 @@ def test_the_command_writes_spectra(tmp_path, capsys):
     assert len(quiet) == 3
     assert quiet.residual.max() < 1e-15
     assert "<svg" in (tmp_path / "spectrum.svg").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("table", [Limits, Dynamics, Materials])
+def test_the_readme_names_every_key(table):
+    text = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
+    assert [key for key in table.model_fields if not re.search(rf"\b{key}\b", text)] == []

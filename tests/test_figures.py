@@ -7,9 +7,13 @@ import numpy as np
 import pytest
 
 import camopt
+from camopt.drawing.dynamics import dynamics_panels
+from camopt.drawing.loads import load_panels
+from camopt.drawing.picture import Picture
 from camopt.figures import plot
 from camopt.mistakes import BadInput
 from camopt.points import cam_points, write_points
+from camopt.question import resolve
 from camopt.scene import Scene, find_scene, shipped_scenes
 
 SEGMENTS = [("rise", 120, "cycloidal"), ("dwell", 40, None), ("return", 100, "poly345"), ("dwell", 100, None)]
@@ -218,3 +222,102 @@ def test_points_come_back_from_both_files(name: str, tmp_path: Path) -> None:
     assert set(frame.attrs["units"].values()) <= {"deg", "mm"}
     assert frame.attrs["scene"] == scene.to_toml()
     assert sorted(p.name for p in tmp_path.iterdir()) == ["cam.csv", "cam.parquet"]
+
+
+TRAIN = {
+    "mass": 1.5, "spring_rate": 15.0, "preload": 450.0, "damping": 0.03, "guide_length": 90.0, "overhang": 80.0,
+    "friction": 0.1, "stem_diameter": 16.0, "natural_frequency": 120.0, "damping_ratio": 0.05,
+}  # fmt: skip
+SWUNG = {"inertia": 0.02, "spring_rate": 60.0, "preload": 35.0, "natural_frequency": 150.0, "damping_ratio": 0.02}
+BODIES = {
+    "cam": "steel", "follower": "steel", "face_width": 10.0, "wear_rate": 1e-10, "viscosity": 0.02,
+    "pressure_viscosity": 18.0, "roughness": 0.3,
+}  # fmt: skip
+LOADED = {
+    "roller": (CORNERED[0], CORNERED[1], 12),
+    "face": (DISC | {"base_radius": 60.0}, {"motion": "translating", "contact": "flat"}, 12),
+    **{name: OTHERS[name] for name in ("spherical", "swinging knife", "groove", "swinging groove")},
+}
+TITLES = {
+    "force": {"Force along the motion"},
+    "torque": {"Torque of the camshaft"},
+    "vibration": {
+        "Acceleration of the mass on its elastic train",
+        "Travel of the mass off the motion",
+        "Force with the elastic train",
+    },
+    "thrust": {"Side thrust"},
+    "hertz": {"Contact stress"},
+    "surface": {"Speed of the roller in its follower", "Film over roughness"},
+}
+
+
+def loaded(name: str, **changes: Any) -> Scene:
+    cam, follower, lift = LOADED[name]
+    moves = {"rise": {"lift": lift, "law": "cycloidal"}, "return": {"lift": lift, "law": "poly345"}, "dwell": {}}
+    motion = [{"segment": kind, "angle": angle, **moves[kind]} for kind, angle, _ in SEGMENTS]
+    given = SWUNG if follower["motion"] == "oscillating" else TRAIN
+    scene = {"cam": cam | {"rpm": 200.0}, "follower": {**follower, "dynamics": given}, "materials": BODIES}
+    return Scene.from_dict({**scene, "motion": motion, "outputs": ["all"], **changes})
+
+
+def load_diagrams(scene: Scene) -> list[Any]:
+    picture = Picture(resolve(scene))
+    return [*dynamics_panels(picture), *load_panels(picture)]
+
+
+@pytest.mark.parametrize("effect", TITLES)
+def test_the_diagrams_are_those_of_the_effects_that_ran(effect: str, tmp_path: Path) -> None:
+    scene = loaded("roller", outputs=[effect])
+    assert {panel.title for panel in load_diagrams(scene)} == TITLES[effect]
+    text = svg_text(scene, tmp_path)
+    drawn = {title for titles in TITLES.values() for title in titles if title in text}
+    assert drawn == TITLES[effect]
+
+
+def test_without_a_call_no_load_is_drawn() -> None:
+    assert load_diagrams(loaded("roller", outputs=[])) == []
+
+
+@pytest.mark.parametrize("name", LOADED)
+def test_curves_of_loads_reach_the_exact_values_and_no_further(name: str) -> None:
+    shown = load_diagrams(loaded(name))
+    assert len(shown) >= 5
+    for panel in shown:
+        every = np.concatenate(panel.values)
+        assert np.isfinite(every).all(), panel.title
+        angles = np.degrees(np.concatenate(Picture(resolve(loaded(name))).pieces))
+        size = np.abs(every).max()
+        assert panel.peaks, panel.title
+        for peak in panel.peaks:
+            assert every[np.abs(angles - peak.angle).argmin()] == pytest.approx(peak.value, abs=2e-3 * size)
+            beyond = every.min() if peak.least or peak.value < 0.0 else every.max()
+            assert abs(beyond - peak.value) <= 2e-3 * size, panel.title
+
+
+def test_an_elastic_train_that_is_stiff_moves_as_its_cam_does() -> None:
+    stiff = loaded("roller", outputs=["vibration"]).replace(**{"follower.dynamics.natural_frequency": 2e5})
+    mass, travel, _ = load_diagrams(stiff)
+    moved, motion = np.concatenate(mass.values), np.concatenate(mass.reference)
+    np.testing.assert_allclose(moved, motion, atol=2e-2 * np.abs(motion).max())
+    assert np.abs(np.concatenate(travel.values)).max() < 1e-4
+
+
+LIMITED = {
+    "contact_force_min": 200.0, "torque": 9.0, "residual_vibration": 0.01, "contact_force_elastic": 100.0,
+    "side_thrust": 400.0, "normal_force": 900.0, "guide_reaction": 700.0, "stem_bending_stress": 60.0,
+    "contact_stress": 900.0, "film_ratio": 0.5,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("key", LIMITED)
+def test_a_limit_on_a_load_is_a_line_in_its_diagram(key: str) -> None:
+    lines = [bound for panel in load_diagrams(loaded("roller", outputs=["sizes"], limits={key: LIMITED[key]}))
+             for _, bound in panel.limits]  # fmt: skip
+    assert lines == [LIMITED[key]]
+
+
+def test_a_limit_on_power_is_a_line_of_torque() -> None:
+    (panel,) = load_diagrams(loaded("roller", outputs=["sizes"], limits={"power": 100.0}))
+    ((_, bound),) = panel.limits
+    assert bound == pytest.approx(100.0 / (200.0 * np.pi / 30), rel=1e-12)

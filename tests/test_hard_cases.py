@@ -24,7 +24,7 @@ from camopt.motion.table import TURN
 from camopt.numerics import LARGEST, LEAST
 from camopt.numerics.curves import curve
 from camopt.rows import Rows
-from camopt.scene import Search
+from camopt.scene_tables import Search
 from camopt.search.pareto import non_dominated
 
 ULP = 2.0**-52

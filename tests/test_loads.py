@@ -84,7 +84,8 @@ def modulus(materials, ctx):
 
 def constants(scene, ctx):
     """m, c, k and the constant force, in N, mm, s and t (or moments in N·mm)."""
-    given = {key: naive.number(str(value), ctx) for key, value in scene["follower"]["dynamics"].items()}
+    dynamics = scene["follower"]["dynamics"].items()
+    given = {key: naive.number(str(value), ctx) for key, value in dynamics if not isinstance(value, list)}
     swinging = scene["follower"]["motion"] == "oscillating"
     unit = 1000 if swinging else 1
     mass = given["inertia"] * 1000 if swinging else given["mass"] / 1000
@@ -92,8 +93,11 @@ def constants(scene, ctx):
     return mass, given.get("damping", 0) * unit, given.get("spring_rate", 0) * unit, constant, given
 
 
-def loads(scene, kind, ctx):
-    """All loads at a cam angle, as a state of ``naive``; friction opposes the motion of the stroke."""
+def loads(scene, kind, line, ctx):
+    """All loads at a cam angle, as a state of ``naive``, under an external load that follows a line.
+
+    Friction opposes the motion of the stroke.
+    """
     geometry = naive.geometry(scene, ctx)
     mass, damping, stiffness, constant, given = constants(scene, ctx)
     omega = naive.number(scene["cam"]["rpm"], ctx) * ctx.pi / 30
@@ -105,7 +109,8 @@ def loads(scene, kind, ctx):
     def state(theta, jet):
         y, y1, y2, _ = jet
         seen = geometry(theta, jet)
-        force = mass * omega**2 * y2 + damping * omega * y1 + stiffness * y + constant
+        external = naive.on_line(line, theta) * (1000 if follower["motion"] == "oscillating" else 1)
+        force = mass * omega**2 * y2 + damping * omega * y1 + stiffness * y + constant + external
         out = {"force": force / lever}
         beta = seen["beta"]
         if "rho" in seen:
@@ -157,9 +162,12 @@ def slow(scene):
     groove = scene["cam"]["form"] == "cylindrical"
     with mp.workdps(naive.DPS):
         spans = []
-        pieces = [naive.programme(scene["motion"], ctx, swinging) for ctx in (mp, fp)]
-        for fine, coarse in zip(*pieces, strict=True):
-            spans += naive.spans([fine], [coarse], loads(scene, fine.kind, mp), loads(scene, fine.kind, fp))
+        load = scene["follower"]["dynamics"].get("load", 0)
+        rows = load if isinstance(load, list) else [[0, 0]]
+        pieces = [naive.under_load(naive.programme(scene["motion"], c, swinging), rows, c) for c in (mp, fp)]
+        for (fine, line), (coarse, rough) in zip(*pieces, strict=True):
+            states = loads(scene, fine.kind, line, mp), loads(scene, fine.kind, rough, fp)
+            spans += naive.spans([fine], [coarse], *states)
         turn, given = naive.TURN, constants(scene, mp)[-1]
         out = {}
         if not (swinging and scene["follower"]["contact"] == "flat"):
@@ -178,8 +186,9 @@ def slow(scene):
             load, at = max(both)
             per = modulus(scene["materials"], mp) / (mp.pi * scene["materials"]["face_width"])
             stress = mp.sqrt(load * per)
-            here = [loads(scene, p.kind, mp)(at, p.jet(at)) for p in pieces[0] if p.start <= at <= p.end]
-            here += [loads(scene, p.kind, mp)(0, p.jet(0)) for p in pieces[0][:1] if at == pieces[0][-1].end]
+            here = [loads(scene, p.kind, k, mp)(at, p.jet(at)) for p, k in pieces[0] if p.start <= at <= p.end]
+            first, last = pieces[0][0], pieces[0][-1]
+            here += [loads(scene, p.kind, k, mp)(0, p.jet(0)) for p, k in (first,) if at == last[0].end]
             names = [name for name in ("load", "other") if name in here[0]]
             normal = max(here, key=lambda state: max(abs(state[name]) for name in names))["normal"]
             width = 2 * abs(normal) / (mp.pi * scene["materials"]["face_width"] * stress)
@@ -191,6 +200,18 @@ def slow(scene):
         return out
 
 
+CORNERED = [[20, -60.0], [55, 180.0], [150, 40.0], [261.3, 40.0], [300, -25.0]]
+JUMPING = [[0, 80.0], [70, 80.0], [70, 310.0], [110, 20.0], [220.5, 130.0], [360, -30.0]]
+MOMENT = [[0, 1.0], [64.2, 9.0], [180, -3.0], [180, 2.0]]
+CHANGING = [  # external loads over the turn
+    ("roller", "modified-trapezoid", GUIDED, JUMPING),
+    ("offset-roller", "cycloidal", UNGUIDED, CORNERED),
+    ("knife", "parabolic", GUIDED, CORNERED),
+    ("flat", "poly345", UNGUIDED, JUMPING),
+    ("arm", "modified-sine", SWUNG, MOMENT),
+    ("swinging-face", "cycloidal", SWUNG, MOMENT),
+    ("groove", "harmonic", UNGUIDED, CORNERED),
+]
 CASES = [
     *((contact, "cycloidal", "ccw", None) for contact in CONTACTS),
     ("roller", "parabolic", "cw", None),
@@ -202,6 +223,7 @@ CASES = [
     ("arm", "harmonic", "cw", None),
     ("swinging-face", "poly345", "cw", None),
     ("groove-arm", "parabolic", "cw", None),
+    *((contact, law, "ccw", {**dynamics, "load": rows}) for contact, law, dynamics, rows in CHANGING),
 ]
 
 
@@ -478,6 +500,49 @@ def test_undercut_and_jamming_make_loads_infinite_and_say_why():
     for name in ("normal_force_max_N", "guide_reaction_max_N", "contact_stress_max_MPa", "contact_shear_depth_mm"):
         assert made[name] == inf
         assert why[name] == "the follower jams in its guide"
+
+
+UNDERCUT, JAMMED = "the profile is undercut", "the follower jams in its guide"
+WORN = {**STEEL, "wear_rate": 1e-10}
+
+
+@pytest.mark.parametrize(
+    ("contact", "base_radius", "dynamics", "expected"),
+    [
+        ("flat", 10, FREE, {"contact_stress_max_MPa": UNDERCUT, "wear_depth_max_um": UNDERCUT}),
+        ("spherical", 10, FREE, {"contact_stress_max_MPa": UNDERCUT, "contact_half_length_mm": UNDERCUT}),
+        (
+            "knife",
+            40,
+            {**GUIDED, "friction": 3.0},
+            {
+                "normal_force_max_N": JAMMED,
+                "wear_depth_max_um": JAMMED,
+                "contact_stress_max_MPa": "a knife edge has no width",
+            },
+        ),
+    ],
+)
+def test_each_infinite_load_has_its_own_reason(contact, base_radius, dynamics, expected):
+    scene = question(contact, dynamics=dynamics, materials=WORN)
+    scene["cam"]["base_radius"] = base_radius
+    made, why = reasons(scene)
+    for name, reason in expected.items():
+        assert made[name] == inf
+        assert why[name] == reason
+
+
+@pytest.mark.parametrize("rotation", ["ccw", "cw"])
+def test_a_face_that_turns_as_fast_as_the_cam(rotation):
+    """ψ' reaches 1 where 60° are swung in 30° of the cam: the contact runs off, and nothing is NaN."""
+    scene = question("swinging-face", rotation=rotation, materials=WORN)
+    scene["cam"]["base_radius"] = 60
+    scene["motion"] = turn_of("cycloidal", 60, (30, 150, 30, 150))
+    made, why = reasons(scene)
+    assert made["profile_radius_min_mm"] == -inf
+    assert why["profile_radius_min_mm"] == why["face_reach_max_mm"] == "the face turns as fast as the cam"
+    assert why["contact_stress_max_MPa"] == why["wear_depth_max_um"] == UNDERCUT
+    assert made["feasible"] is False
 
 
 def test_no_spring_presses_where_the_follower_is_lowest():

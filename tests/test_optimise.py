@@ -300,3 +300,39 @@ def test_limits_are_judged_on_every_row_the_same_way():
     question = exactly(resolve(CASES["pressure binds, offset free"]))
     rows = judged(question, question.programme, question.design, frozenset())
     assert rows.records()[0]["feasible"] is False
+
+
+FREED = {
+    "arm and centre": ("oscillating", {"arm_length": (80, 140), "centre_distance": (100, 160)}),
+    "arm, centre and roller": (
+        "oscillating",
+        {"arm_length": (80, 140), "centre_distance": (100, 160), "roller_radius": (5, 15)},
+    ),
+    "offset of the face": ("oscillating flat", {"face_offset": (-5, 15)}),
+    "centre of the face": ("oscillating flat", {"centre_distance": (80, 150)}),
+    "arm of a groove": ("cylindrical oscillating", {"arm_length": (60, 150)}),
+}
+
+
+@pytest.mark.parametrize("name", FREED)
+def test_the_lengths_of_followers_that_swing_are_searched_whole(name):
+    """No design of a cloud that closes in on its best one is smaller, and the cloud comes near."""
+    case, ranges = FREED[name]
+    ends = {f"search.{key}": {"start": a, "stop": b} for key, (a, b) in ranges.items()}
+    freed = CASES[case].replace(**ends)
+    best, question = optimise(freed).best, exactly(resolve(freed))
+    assert best["proved"]
+    rng, count, least, centre = np.random.default_rng(0), 20000, np.inf, None
+    spans = {**ranges, "size": (0.0, 1.5 * size_of(best))}
+    for width in (1.0, 1.0, 0.3, 0.1, 0.03, 0.01, 3e-3, 1e-3):
+        sizes = {n: np.full(count, v[0]) for n, v in question.design.sizes.items()}
+        for field, (a, b) in spans.items():
+            near = rng.uniform(a, b, count) if centre is None else rng.normal(centre[field], width * (b - a), count)
+            sizes[field] = np.clip(near, a, b)
+        cloud = Designs(**sizes, sense=question.design.sense)
+        cloud = cloud.take(feasible(question, question.programme, cloud))
+        if len(cloud) and cloud.size.min() < least:
+            least = cloud.size.min()
+            centre = {n: v[cloud.size.argmin()] for n, v in cloud.sizes.items()}
+    assert size_of(best) <= least + 1e-7
+    assert least == pytest.approx(size_of(best), rel=2e-3)

@@ -12,7 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from camopt import BadInput, Scene, find_scene, shipped_scenes
-from camopt.scene import Cam, Range, Segment, shipped_toml
+from camopt.scene import shipped_toml
+from camopt.scene_tables import Cam, Range, Segment
 
 WORKED = json.loads((Path(__file__).parent / "data" / "worked-examples.json").read_text())
 JARGON = ("Input should", "input should", "extra_forbidden", "tuple[", "Range.", "pydantic", "validation error")
@@ -223,6 +224,11 @@ ONE_MISTAKE = [
     ("roller", {"search.law": ["harmonik"]}, "search.law.1 = 'harmonik': must be a motion law; did you mean harmo"),
     ("roller", {"search.law": [[]]}, "search.law.1 = []: must be the name of a motion law"),
     ("roller", {"search.minimise": ["base_radius"]}, "search.minimise.1 = 'base_radius': must be a quantity; did"),
+    ("roller", {"search.minimise": ["undercut"], "search.maximise": "undercut"}, "search.maximise = 'undercut': is minimised too; an objective is either"),
+    ("roller", {"search.thin": 0}, "search.thin = 0: must be at least 1e-09"),
+    ("roller", {"search.thin": 1}, "search.thin = 1: must be below 1"),
+    ("roller", {"search.thin": "fine"}, "search.thin = 'fine': must be a number"),
+    ("roller", {"search.refine": 1}, "search.refine = 1: must be true or false"),
     ("roller", {"outputs": ["undercutt"]}, "outputs.1 = 'undercutt': must be a quantity, an effect or all; did you mean undercut?"),
     # motion
     ("roller", {"motion": DELETED}, "motion: missing"),

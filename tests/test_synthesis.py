@@ -22,7 +22,7 @@ from camopt.motion.programme import Programme, Stroke, law_peaks, root_mean_squa
 from camopt.motion.table import RISE, TURN
 from camopt.proof.certify import certify
 from camopt.question import resolve
-from camopt.scene import Synthesis
+from camopt.scene_tables import Synthesis
 from camopt.search.sweep import sweep
 from camopt.synthesis.convex import convex
 from camopt.synthesis.curvature import Iterate, _limit, joined, moving, sharpest_allowed

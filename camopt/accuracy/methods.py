@@ -66,5 +66,5 @@ def sample_table(programme: Programme, angles: int) -> MotionTable:
     first = np.concatenate([[0], np.cumsum(counts[counts > 0] - 1)])
     blank = np.zeros((0, 1))
     return programme.table._replace(
-        coefficients=blank, first_panel=first, kind=kinds, nodes=motion, low=blank, high=blank
+        coefficients=blank, first_panel=first, kind=kinds, nodes=motion, low=blank, high=blank, load=None
     )

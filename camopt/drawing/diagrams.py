@@ -34,8 +34,9 @@ def _draw_panel(axes: Any, picture: Picture, panel: Panel) -> None:
     angles = [np.degrees(piece) for piece in picture.pieces]
     for stroke in picture.question.programme.strokes:
         axes.axvspan(*np.degrees([stroke.start, stroke.end]), color=SHADES[stroke.kind], lw=0, zorder=0)
+    axes.grid(True, lw=0.4, color=FAINT, alpha=0.5, zorder=0.5)
     axes.axhline(0.0, color=FAINT, lw=0.8, zorder=1)
-    for angle, value in zip(angles, panel.pitch or [], strict=panel.pitch is not None):
+    for angle, value in zip(angles, panel.reference or [], strict=panel.reference is not None):
         axes.plot(angle, value * factor, color=PITCH, lw=1.0, ls=(0, (9, 2.5, 1.5, 2.5)), zorder=2)
     for kind, angle, value in zip(picture.kinds, angles, panel.other or [], strict=panel.other is not None):
         axes.plot(angle, value * factor, color=COLOURS[kind], lw=0.8, zorder=2.2)
@@ -48,7 +49,7 @@ def _draw_panel(axes: Any, picture: Picture, panel: Panel) -> None:
     _draw_alarm(axes, angles, panel)
     for peak in panel.peaks:
         _draw_peak(axes, peak, factor)
-    axes.set_title(f"{panel.title}, {unit}", loc="left", fontsize=8.5, pad=2.5, color=INK)
+    axes.set_title(f"{panel.title}, {unit}" if unit else panel.title, loc="left", fontsize=8.5, pad=2.5, color=INK)
     axes.set_title(panel.note, loc="right", fontsize=7.5, pad=2.5, color=MUTED)
     axes.set(xlim=(0, 360), xticks=range(0, 361, 30))
     axes.tick_params(length=2.5)
@@ -70,20 +71,22 @@ def _power(panel: Panel) -> tuple[float, str]:
 
 def _limits(axes: Any, panel: Panel, factor: float) -> float:
     """Limits of the vertical axis, with room for what is written at the peaks; the range of the values."""
-    every = np.concatenate(panel.values) * factor
+    every = np.concatenate([*panel.values, *(panel.reference or [])]) * factor
     every = every[np.isfinite(every)]
     low, high = min(every.min(initial=0.0), 0.0), max(every.max(initial=0.0), 0.0)
     if panel.span is not None:
         low, high = panel.span[0] * factor, panel.span[1] * factor
     reach = max(-low, high)
-    near = [bound * factor for kinds, bound in panel.limits if kinds and bound * factor <= 2.5 * reach]
-    low, high = min([low, *(-n for n in near)]), max([high, *near])
+    near = [(kinds, bound * factor) for kinds, bound in panel.limits if abs(bound * factor) <= 2.5 * reach]
+    below = [-n if kinds else n for kinds, n in near if low < 0.0 or not kinds]
+    low, high = min([low, *below]), max([high, *(n for _, n in near)])
     if panel.impulses or high == low:
         high = max(high, -low) or 1.0
         low = -high
         axes.set_yticks([0.0]) if reach == 0.0 else None
     room = 0.26 * (high - low)
-    axes.set_ylim(low - (room if low < 0 else room / 4), high + room)
+    written_below = low < 0.0 or any(peak.least for peak in panel.peaks)
+    axes.set_ylim(low - (room if written_below else room / 4), high + room)
     axes.locator_params(axis="y", nbins=5) if reach else None
     return float(high - low)
 
@@ -107,9 +110,9 @@ def _draw_limits(axes: Any, picture: Picture, panel: Panel, factor: float) -> No
             if stroke.kind & kinds and level < high:
                 ends = np.degrees([stroke.start, stroke.end])
                 axes.hlines([level, -level], *ends, color=ALARM, lw=0.9, ls=(0, (5, 3)), zorder=2)
-    shown = [f"{bound:g}" for kinds, bound in panel.limits if kinds and bound * factor < high]
+    shown = [f"{bound:.4g}" for _, bound in panel.limits if low < bound * factor < high]
     if shown:
-        words = f"red: limit {' and '.join(dict.fromkeys(shown))} {panel.unit}"
+        words = f"red: limit {' and '.join(dict.fromkeys(shown))} {panel.unit}".rstrip()
         panel.note = f"{panel.note}  ·  {words}" if panel.note else words
 
 
@@ -138,7 +141,7 @@ def _draw_alarm(axes: Any, angles: Values, panel: Panel) -> None:
 
 def _draw_peak(axes: Any, peak: Peak, factor: float) -> None:
     value = peak.value * factor
-    above = value >= 0.0
+    above = value >= 0.0 and not peak.least
     axes.plot([peak.angle], [value], marker="o", ms=3.2, color=peak.colour, zorder=5, clip_on=False)
     width = 2.0 * len(peak.text)
     side = "left" if peak.angle < width else "right" if peak.angle > 360 - width else "center"

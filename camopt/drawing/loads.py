@@ -1,77 +1,113 @@
-"""Diagrams of the loads that a scene calls for: force along the motion, side thrust, contact stress."""
+"""Diagrams of what the contact bears: thrust, contact stress, sliding, wear and film."""
 
-from collections.abc import Callable
 from functools import partial
-from math import isfinite
-from typing import Any
+from math import pi
 
 import numpy as np
 
-from camopt.drawing.panels import Panel, Peak, Values, extremes
-from camopt.drawing.picture import Picture, number
-from camopt.effects import hertz, thrust
-from camopt.effects.loads import Variant, force_curve, sides
+from camopt.drawing.panels import Panel, Values, known, limit, peak_of
+from camopt.drawing.picture import Picture
+from camopt.effects import hertz, surface, thrust
+from camopt.effects.loads import Variant, normal_curve, sides
+from camopt.motion.table import TURN
+from camopt.numerics import FloatArray
 from camopt.quantities import QUANTITIES
 
 
 def load_panels(picture: Picture) -> list[Panel]:
-    """A diagram for each effect on loads that ran, and finite values to show."""
-    found = [_force(picture), _thrust(picture), _stress(picture)]
-    return [panel for panel in found if panel is not None]
+    """The diagrams of thrust, Hertz and surface, as far as these effects ran and are finite."""
+    return [*_thrust(picture), *_stress(picture), *_sliding(picture), *_wear(picture), *_film(picture)]
 
 
-def _ran(picture: Picture, *names: str) -> bool:
-    """Whether quantities were computed, and are finite."""
-    return all(isfinite(picture.values.get(name, np.inf)) for name in names)
+def _thrust(picture: Picture) -> list[Panel]:
+    """Side thrust, or normal force where there is none; the others where they are limited."""
+    subject, limits = picture.question.subject, picture.question.scene.limits
+    found, levers = [], thrust.levers(subject)
+    main = "side_thrust_max_N" if subject.mechanism.curvature else "normal_force_max_N"
+    for title, name, key in (
+        ("Normal force", "normal_force_max_N", "normal_force"),
+        ("Side thrust", "side_thrust_max_N", "side_thrust"),
+        ("Reaction at the near end of the guide", "guide_reaction_max_N", "guide_reaction"),
+        ("Bending stress of the stem", "stem_bending_stress_max_MPa", "stem_bending_stress"),
+    ):
+        if not known(picture, name) or (name != main and getattr(limits, key) is None):
+            continue
+        arm, reach, factor = levers.get(name, (0.0, 0.0, 1.0))
+        make = (
+            partial(normal_curve, subject)
+            if name == "normal_force_max_N"
+            else partial(thrust.thrust_curve, subject, arm=arm, reach=reach)
+        )
+        variants: list[Variant] = [(partial(make, side=side), kinds) for side, kinds in sides(subject)]
+        values = [factor * value for value in _largest(picture, variants)]
+        panel = Panel(title, QUANTITIES[name].unit, values, [peak_of(picture, values, name)])
+        panel.limits = limit(picture, key, TURN)
+        found.append(panel)
+    return found
 
 
-def _force(picture: Picture) -> Panel | None:
-    ends = ("contact_force_max_N", "contact_force_min_N")
-    if not _ran(picture, *ends):
-        return None
+def _stress(picture: Picture) -> list[Panel]:
+    if not known(picture, hertz.STRESS):
+        return []
+    subject = picture.question.subject
+    loads = _largest(picture, [variant for *_, variant in hertz.variants(subject)])
+    pressed = np.abs if subject.mechanism.grooved else partial(np.maximum, 0.0)  # a groove presses both ways
+    values = [hertz.stress_of(subject, pressed(load)) for load in loads]
+    panel = Panel("Contact stress", "MPa", values, [peak_of(picture, values, hertz.STRESS)])
+    panel.limits = limit(picture, "contact_stress")
+    return [panel]
+
+
+def _sliding(picture: Picture) -> list[Panel]:
+    """How fast the follower slides over the cam, or how fast its roller spins."""
     question = picture.question
-    values = picture.curve_values(force_curve(question.subject, question.design))
-    panel = Panel("Force along the motion", "N", values)
-    panel.peaks = extremes(picture, values, tuple(picture.values[name] for name in ends))
-    panel.note = "contact is lost below 0"
-    bound = question.scene.limits.contact_force_min
-    panel.limits = [] if bound is None else [(0, bound)]
-    return panel
+    subject, design = question.subject, question.design
+    rolls = known(picture, surface.SPIN)
+    name = surface.SPIN if rolls else surface.SLIDING
+    if not known(picture, name):
+        return []
+    assert subject.omega is not None
+    factor = 30.0 / pi * subject.omega / float(design.roller_radius[0]) if rolls else subject.omega / 1e3
+    curve = surface.sliding_curve(subject, design, question.programme)
+    values = [factor * value for value in picture.curve_values(curve)]
+    title = "Speed of the roller in its follower" if rolls else "Sliding speed"
+    panel = Panel(title, QUANTITIES[name].unit, values, [peak_of(picture, values, name)])
+    panel.limits = limit(picture, "sliding_speed", TURN)
+    return [panel]
 
 
-def _thrust(picture: Picture) -> Panel | None:
+def _wear(picture: Picture) -> list[Panel]:
+    if not known(picture, surface.WEAR):
+        return []
     subject = picture.question.subject
-    if not _ran(picture, "side_thrust_max_N"):
-        return None
-    make = partial(thrust.thrust_curve, subject, arm=1.0, reach=0.0)
-    variants: list[Variant] = [(partial(make, side=side), kinds) for side, kinds in sides(subject)]
-    return _largest(picture, "Side thrust", "side_thrust_max_N", variants, lambda value: value)
+    loads = _largest(picture, [variant for variant, _ in surface.variants("wear", subject)])
+    values = [surface.wear_factor(subject) * np.maximum(np.abs(load), 0.0) for load in loads]
+    panel = Panel("Wear of the profile in a million turns", "µm", values, [peak_of(picture, values, surface.WEAR)])
+    panel.limits = limit(picture, "wear")
+    return [panel]
 
 
-def _stress(picture: Picture) -> Panel | None:
-    if not _ran(picture, "contact_stress_max_MPa"):
-        return None
+def _film(picture: Picture) -> list[Panel]:
+    """The film over the roughness, or in µm where the scene gives none: 0 where nothing is carried in."""
+    name = surface.RATIO if known(picture, surface.RATIO) else surface.FILM
+    if not known(picture, name):
+        return []
     subject = picture.question.subject
-    variants = [variant for *_, variant in hertz.variants(subject)]
+    thinness = _largest(picture, [variant for variant, _ in surface.variants("film_ratio", subject)])
+    factor = surface.film_factor(subject) / (subject.bodies.roughness or 1e-3)
+    values = [np.where(value > 0.0, factor / value, 0.0) for value in thinness]
+    title = "Film over roughness" if name == surface.RATIO else "Film thickness"
+    panel = Panel(title, QUANTITIES[name].unit, values, [peak_of(picture, values, name, least=True)])
+    panel.limits = limit(picture, "film_ratio")
+    return [panel]
 
-    def stress(load: Any) -> Any:
-        return hertz.stress_of(subject, np.maximum(load, 0.0))
 
-    return _largest(picture, "Contact stress", "contact_stress_max_MPa", variants, stress)
-
-
-def _largest(picture: Picture, title: str, name: str, variants: list[Variant], of: Callable[[Any], Any]) -> Panel:
-    """The largest of a load's variants over each piece of the turn, its peak and its limit."""
+def _largest(picture: Picture, variants: list[Variant]) -> Values:
+    """The largest of a load's variants over each piece of the turn."""
     question = picture.question
     each = [(picture.curve_values(make(question.design, question.programme)), kinds) for make, kinds in variants]
     values: Values = []
     for k, kind in enumerate(picture.kinds):
-        here = np.array([curves[k] for curves, kinds in each if kinds & kind])
-        values.append(of(np.take_along_axis(here, np.abs(here).argmax(axis=0)[None], axis=0)[0]))
-    every, angles = np.concatenate(values), np.concatenate(picture.pieces)
-    at = int(np.abs(every).argmax())
-    exact = float(np.copysign(picture.values[name], every[at]))
-    panel = Panel(title, QUANTITIES[name].unit, values, [Peak(float(np.degrees(angles[at])), exact, number(exact))])
-    bound = getattr(question.scene.limits, name.split("_max_")[0])
-    panel.limits = [] if bound is None else [(0, bound)]
-    return panel
+        here: FloatArray = np.array([curves[k] for curves, kinds in each if kinds & kind])
+        values.append(np.take_along_axis(here, np.abs(here).argmax(axis=0)[None], axis=0)[0])
+    return values

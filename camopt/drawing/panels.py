@@ -21,12 +21,13 @@ Values = list[FloatArray]
 
 @dataclass
 class Peak:
-    """A marked point: cam angle in deg, value, text, and whether it is the pitch point."""
+    """A marked point: cam angle in deg, value, text, colour, and whether it is the least value."""
 
     angle: float
     value: float
     text: str
     colour: str = INK
+    least: bool = False
 
 
 @dataclass
@@ -39,7 +40,7 @@ class Panel:
     peaks: list[Peak] = field(default_factory=list)
     limits: list[tuple[int, float]] = field(default_factory=list)
     impulses: list[tuple[float, float]] = field(default_factory=list)  # cam angle in deg, size
-    pitch: Values | None = None  # of the pitch curve, dash-dot
+    reference: Values | None = None  # what the values are seen against, dash-dot
     other: Values | None = None  # of the other flank, thin
     note: str = ""
     alarm: list[BoolArray] | None = None  # where this is true, piece by piece, the cam is undercut
@@ -77,8 +78,7 @@ def _derivative(picture: Picture, name: str, order: int) -> Panel:
         panel.note = f"arrows: impulses, where the {below} jumps"
     if order == 3 and programme.corners:
         panel.note = "no jerk at the corners, where the velocity jumps"
-    bound = getattr(picture.question.scene.limits, name)
-    panel.limits = [] if bound is None else [(TURN, bound)]
+    panel.limits = limit(picture, name, TURN)
     return panel
 
 
@@ -88,7 +88,7 @@ def _pressure(picture: Picture) -> Panel:
     programme, exact = picture.question.programme, picture.values
     if exact["pressure_angle_max_deg"] == 0.0 and mechanism.reach is not None:
         reach = picture.curve_values(mechanism.reach(design, programme))
-        peaks = extremes(picture, reach, (exact["face_reach_max_mm"], exact["face_reach_min_mm"]))
+        peaks = extremes(picture, reach, "face_reach_max_mm", "face_reach_min_mm")
         return Panel("Contact on the face", "mm", reach, peaks, note="pressure angle 0 throughout")
     tangent = picture.curve_values(mechanism.pressure(design, programme))
     values = [np.degrees(np.arctan(t)) for t in tangent]
@@ -118,10 +118,10 @@ def _curvature(picture: Picture) -> Panel:
     programme, least = picture.question.programme, picture.values["profile_radius_min_mm"]
     if mechanism.profile_radius is not None:
         values = picture.curve_values(mechanism.profile_radius(design, programme))
-        peaks = [p for p in extremes(picture, values, (np.nan, least)) if isfinite(least)]
+        peaks = bounds(picture, values, (np.nan, least)) if isfinite(least) else []
         panel = Panel("Radius of curvature of the profile", "mm", values, peaks)
         panel.alarm = [v <= 0.0 for v in values]
-        panel.limits = _curvature_limit(picture, lambda radius: radius)
+        panel.limits = limit(picture, "curvature_radius")
     else:
         assert mechanism.curvature is not None
         panel = _trace_curvature(picture, picture.curve_values(mechanism.curvature(design, programme)))
@@ -137,7 +137,7 @@ def _trace_curvature(picture: Picture, pitch: Values) -> Panel:
     profiles = [[_offset_curvature(k, side * radius, cap) for k in pitch] for side in sides]
     panel = Panel(f"Curvature of the {'flanks' if grooved else 'profile'}", "1/mm", profiles[0])
     if radius > 0.0:
-        panel.pitch = pitch
+        panel.reference = pitch
         panel.other = profiles[1] if grooved else None
         panel.alarm = [(np.abs(k) if grooved else k) * radius >= 1.0 for k in pitch]
         panel.note = "thin: left flank  ·  dash-dot: pitch curve" if grooved else "dash-dot: pitch curve"
@@ -146,9 +146,9 @@ def _trace_curvature(picture: Picture, pitch: Values) -> Panel:
     panel.span = (float(finite.min(initial=0.0)), float(finite.max(initial=0.0)))
     least = picture.values["profile_radius_min_mm"]
     if isfinite(least) and least > 0.0 and not grooved:
-        peaks = extremes(picture, profiles[0], (1.0 / least, np.nan))
+        peaks = bounds(picture, profiles[0], (1.0 / least, np.nan))
         panel.peaks = [Peak(p.angle, p.value, f"ρ {number(least)} mm") for p in peaks if abs(p.value) <= cap]
-    panel.limits = _curvature_limit(picture, lambda bound: 1.0 / bound)
+    panel.limits = [(kinds, 1.0 / bound) for kinds, bound in limit(picture, "curvature_radius")]
     return panel
 
 
@@ -169,9 +169,15 @@ def _offset_curvature(pitch: FloatArray, radius: float, cap: float) -> FloatArra
     return np.where((share > 0.0) & (np.abs(curvature) <= cap), curvature, np.nan)
 
 
-def _curvature_limit(picture: Picture, of: Any) -> list[tuple[int, float]]:
-    bound = picture.question.scene.limits.curvature_radius
-    return [] if bound is None else [(0, of(bound))]
+def limit(picture: Picture, key: str, kinds: int = 0) -> list[tuple[int, float]]:
+    """The bound that the scene sets: on the value itself, or on its magnitude over some kinds of stroke."""
+    bound = getattr(picture.question.scene.limits, key)
+    return [] if bound is None else [(kinds, bound)]
+
+
+def known(picture: Picture, *names: str) -> bool:
+    """Whether quantities were computed, and are finite."""
+    return all(isfinite(picture.values.get(name, np.inf)) for name in names)
 
 
 def _peaks(picture: Picture, values: Values, exact: dict[int, float], sign: str = "") -> list[Peak]:
@@ -188,13 +194,31 @@ def _peaks(picture: Picture, values: Values, exact: dict[int, float], sign: str 
     return found
 
 
-def extremes(picture: Picture, values: Values, exact: tuple[float, float]) -> list[Peak]:
+def extremes(picture: Picture, values: Values, greatest: str, least: str) -> list[Peak]:
+    """The greatest and the least value, each by the name of its quantity; none for no name."""
+    return bounds(picture, values, tuple(picture.values.get(name, np.nan) for name in (greatest, least)))
+
+
+def bounds(picture: Picture, values: Values, exact: tuple[float, ...]) -> list[Peak]:
     """The greatest and the least value, where they are given."""
     angles, every = np.concatenate(picture.pieces), np.concatenate(values)
     if not np.isfinite(every).any():
         return []
     sides = [(sign, value) for sign, value in zip((1.0, -1.0), exact, strict=True) if isfinite(value)]
-    return [Peak(_middle_of_peak(angles, every * sign), value, number(value)) for sign, value in sides]
+    return [
+        Peak(_middle_of_peak(angles, every * sign), value, number(value), least=sign < 0.0) for sign, value in sides
+    ]
+
+
+def peak_of(picture: Picture, values: Values, name: str, *, least: bool = False) -> Peak:
+    """The largest magnitude, or the least, by the name of its quantity."""
+    angles, every = np.concatenate(picture.pieces), np.concatenate(values)
+    at = int(np.nanargmin(np.abs(every)) if least else np.nanargmax(np.abs(every)))
+    sign = float(np.copysign(1.0, every[at]))
+    exact = sign * picture.values[name]
+    return Peak(
+        _middle_of_peak(angles, -np.abs(every) if least else sign * every), exact, number(exact), least=least
+    )
 
 
 def _middle_of_peak(angles: FloatArray, values: FloatArray) -> float:

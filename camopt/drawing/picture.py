@@ -13,6 +13,7 @@ from camopt.mechanisms.design import ComplexArray
 from camopt.motion.table import DWELL, RETURN, RISE
 from camopt.numerics import FloatArray
 from camopt.numerics.curves import curve
+from camopt.quantities import GEOMETRY, QUANTITIES
 from camopt.question import Question
 
 INK, MUTED, FAINT, FILL, BODY, ALARM = "#22303c", "#6b7783", "#c3cad1", "#eef2f5", "#dbe1e7", "#b3261e"
@@ -54,10 +55,12 @@ class Picture:
 
     @cached_property
     def values(self) -> dict[str, Any]:
-        """Every quantity of the design, exact."""
+        """The quantities of the effects that the scene calls for, and those of its geometry; exact."""
         subject, design = self.question.subject, self.question.design
+        effects = {*GEOMETRY, *(QUANTITIES[name].effect for name in self.question.wanted)}
+        wanted = [name for name in offered(subject) if QUANTITIES[name].effect in effects]
         with np.errstate(all="ignore"):
-            rows = run_effects(Case(subject, self.question.programme, design), offered(subject))
+            rows = run_effects(Case(subject, self.question.programme, design), wanted)
         return rows.records()[0]
 
     @cached_property
@@ -78,7 +81,8 @@ class Picture:
     def curve_values(self, record: Any) -> list[FloatArray]:
         """One of the mechanism's curves on each piece."""
         with np.errstate(all="ignore"):
-            return [np.broadcast_to(curve(record, 0, *rows)[0], rows[0].shape) for rows in self.motion]
+            states = [self.question.programme.state(angles) for angles in self.pieces]
+            return [np.broadcast_to(curve(record, 0, *state)[0], state[0].shape) for state in states]
 
     @property
     def undercut(self) -> bool:

@@ -9,6 +9,7 @@ import numpy as np
 from camopt.mechanisms.design import Designs, Mechanism
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
+from camopt.numerics.curves import LOADED
 from camopt.numerics.extremes import extremes
 
 
@@ -110,10 +111,10 @@ class Case:
         value, where, width = np.empty((3, len(questions), count))
         tolerance = self.subject.tolerance
         location = tolerance if located else np.inf
-        extremes(
-            curve(self.designs, self.programme), count, self.programme.table, asked, tolerance, location,
-            value, where, width,
-        )  # fmt: skip
+        made, table = curve(self.designs, self.programme), self.programme.table
+        if type(made) not in LOADED:  # one kernel for both kinds of turn
+            table = table._replace(load=None)
+        extremes(made, count, table, asked, tolerance, location, value, where, width)
         return Extremes(value, where, width)
 
 

@@ -2,9 +2,10 @@
 
     F = m·ω²·y'' + c·ω·y' + k·y + F₀ + F_ext            contact is kept while F > 0
 
-It is linear in the motion, so that its extremes over the turn are those of a polynomial on each panel: exact, and
-the same for all designs of a programme. For an oscillating follower F is the moment about the pivot, and forces are
-those at the trace point, F/l. The jump speed is the least ω at which the least F is 0.
+It is linear in the motion, and F_ext constant or straight between corners (``motion.load``), so that its extremes
+over the turn are those of a polynomial on each panel: exact, and the same for all designs of a programme. For an
+oscillating follower F is the moment about the pivot, and forces are those at the trace point, F/l. The jump speed
+is the least ω at which the least F is 0.
 
 Source: Norton, Cam Design and Manufacturing Handbook, ch. 8 and 9.
 """
@@ -47,7 +48,10 @@ def missing(subject: Subject) -> tuple[str, ...]:
 
 
 def weights(dynamics: Dynamics, omega: float) -> tuple[float, float, float, float]:
-    """Factors of y, y' and y'', and the constant: N from mm by rad (N·mm from rad by rad)."""
+    """Factors of y, y' and y'', and the constant: N from mm by rad (N·mm from rad by rad).
+
+    A load that changes over the turn comes on top, from the programme.
+    """
     assert dynamics.mass is not None
     constant = dynamics.preload + dynamics.load
     return dynamics.stiffness, dynamics.damping * omega, dynamics.mass * omega**2, constant
@@ -58,7 +62,7 @@ def force_span(programme: Programme, dynamics: Dynamics, omega: float) -> tuple[
     if programme.corners:
         return -inf, inf
     *factors, constant = weights(dynamics, omega)
-    least, largest = span(programme, tuple(factors), TURN)
+    least, largest = span(programme, tuple(factors), TURN, 1.0)
     return least + constant, largest + constant
 
 
@@ -89,7 +93,7 @@ def kept_between(programme: Programme, dynamics: Dynamics, low: float, high: flo
     ends = {
         (dynamics.damping * slow, (dynamics.mass or 0.0) * fast**2) for slow, fast in product((low, high), repeat=2)
     }
-    return all(span(programme, (stiffness, *pair), TURN)[0] + constant > 0.0 for pair in ends)
+    return all(span(programme, (stiffness, *pair), TURN, 1.0)[0] + constant > 0.0 for pair in ends)
 
 
 @lru_cache(maxsize=4096)

@@ -117,7 +117,7 @@ def _patch(
     curved = subject.mechanism.curvature(designs, programme) if subject.mechanism.curvature else None
     values = []
     for turn in (-1e-12, 1e-12):  # to both sides of a jump
-        motion = programme.at(np.mod(top.where[index] + turn, 2 * np.pi))
+        motion = programme.state(np.mod(top.where[index] + turn, 2 * np.pi))
         bend = curve(curved, ..., *motion)[0] if curved else 0.0
         values.append(np.broadcast_arrays(curve(load, ..., *motion)[0], curve(normal, ..., *motion)[0], bend))
     nearer = np.abs(np.abs(values[0][0]) - top.value[index]) < np.abs(np.abs(values[1][0]) - top.value[index])

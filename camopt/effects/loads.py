@@ -30,10 +30,17 @@ from camopt.numerics.curves import Linear, curve, formula
 from camopt.numerics.point_contact import pressure_factor, pressure_table
 
 
+class ChangingForce(NamedTuple):
+    """F where the external load changes over the turn: ``steady``, that of all else, and share·load."""
+
+    steady: Linear
+    share: FloatArray
+
+
 class NormalForce(NamedTuple):
     """N of a follower with a trace point, N; D = 1 − (drag + slide·y)·t."""
 
-    force: Linear
+    force: Any
     pressure: Any
     drag: FloatArray
     slide: FloatArray
@@ -42,7 +49,7 @@ class NormalForce(NamedTuple):
 class SideThrust(NamedTuple):
     """S·(arm + reach·y), fields as in NormalForce: N, or N·mm where the arm is a length."""
 
-    force: Linear
+    force: Any
     pressure: Any
     drag: FloatArray
     slide: FloatArray
@@ -61,7 +68,7 @@ class GuideDrag(NamedTuple):
 class FaceForce(NamedTuple):
     """N on a flat face that oscillates, N: the moment over the distance of the contact from the pivot."""
 
-    moment: Linear
+    moment: Any
     distance: Any
 
 
@@ -94,10 +101,17 @@ class FaceLoad(NamedTuple):
 class ShaftTorque(NamedTuple):
     """T = F·y', N·mm."""
 
-    force: Linear
+    force: Any
 
 
-@formula(NormalForce)
+@formula(ChangingForce, loaded=True)
+def changing_force(f, i, y, y1, y2, y3):
+    force, force1 = curve(f.steady, i, y, y1, y2, y3)
+    _, load, load1 = y3
+    return force + f.share[i] * load, force1 + f.share[i] * load1
+
+
+@formula(NormalForce, loaded=True)
 def normal_force(f, i, y, y1, y2, y3):
     force, force1 = curve(f.force, i, y, y1, y2, y3)
     t, t1 = curve(f.pressure, i, y, y1, y2, y3)
@@ -108,7 +122,7 @@ def normal_force(f, i, y, y1, y2, y3):
     return value, (force1 * root + force * (t * t1) / root + value * (drag1 * t + drag * t1)) / left
 
 
-@formula(SideThrust)
+@formula(SideThrust, loaded=True)
 def side_thrust(f, i, y, y1, y2, y3):
     force, force1 = curve(f.force, i, y, y1, y2, y3)
     t, t1 = curve(f.pressure, i, y, y1, y2, y3)
@@ -127,7 +141,7 @@ def guide_drag(f, i, y, y1, y2, y3):
     return drag * t, f.slide[i] * y1 * t + drag * t1
 
 
-@formula(FaceForce)
+@formula(FaceForce, loaded=True)
 def face_force(f, i, y, y1, y2, y3):
     moment, moment1 = curve(f.moment, i, y, y1, y2, y3)
     r, r1 = curve(f.distance, i, y, y1, y2, y3)
@@ -135,7 +149,7 @@ def face_force(f, i, y, y1, y2, y3):
     return value, (moment1 - value * r1) / r
 
 
-@formula(RollerLoad)
+@formula(RollerLoad, loaded=True)
 def roller_load(f, i, y, y1, y2, y3):
     normal, normal1 = curve(f.normal, i, y, y1, y2, y3)
     k, k1 = curve(f.curvature, i, y, y1, y2, y3)
@@ -145,7 +159,7 @@ def roller_load(f, i, y, y1, y2, y3):
     return value, (normal1 + value * (side * r * r * k1)) / left
 
 
-@formula(PointLoad)
+@formula(PointLoad, loaded=True)
 def point_load(f, i, y, y1, y2, y3):
     normal, normal1 = curve(f.normal, i, y, y1, y2, y3)
     k, k1 = curve(f.curvature, i, y, y1, y2, y3)
@@ -154,7 +168,7 @@ def point_load(f, i, y, y1, y2, y3):
     return normal * h / (r * r), (normal1 * h - normal * h1 * (side * r * k1)) / (r * r)
 
 
-@formula(FaceLoad)
+@formula(FaceLoad, loaded=True)
 def face_load(f, i, y, y1, y2, y3):
     normal, normal1 = curve(f.normal, i, y, y1, y2, y3)
     rho, rho1 = curve(f.radius, i, y, y1, y2, y3)
@@ -162,17 +176,23 @@ def face_load(f, i, y, y1, y2, y3):
     return value, (normal1 - value * rho1) / rho
 
 
-@formula(ShaftTorque)
+@formula(ShaftTorque, loaded=True)
 def shaft_torque(f, i, y, y1, y2, y3):
     force, force1 = curve(f.force, i, y, y1, y2, y3)
     return force * y1, force1 * y1 + force * y2
 
 
-def force_curve(subject: Subject, designs: Designs) -> Linear:
+def force_curve(subject: Subject, designs: Designs, programme: Programme) -> Any:
     """F, N; F/l of an oscillating follower with a trace point, the moment (N·mm) of an oscillating flat face."""
-    assert subject.omega is not None
     lever = designs.arm_length if subject.angular and subject.mechanism.curvature else np.ones(len(designs))
-    return Linear(*(weight / lever for weight in weights(subject.dynamics, subject.omega)))
+    return _force_at(lever, subject, programme)
+
+
+def _force_at(lever: Any, subject: Subject, programme: Programme) -> Any:
+    """F over a length, N (N·mm)."""
+    assert subject.omega is not None
+    steady = Linear(*(weight / lever for weight in weights(subject.dynamics, subject.omega)))
+    return steady if programme.load is None else ChangingForce(steady, 1.0 / lever)
 
 
 def friction(dynamics: Dynamics, count: int, side: float) -> tuple[FloatArray, FloatArray]:
@@ -186,7 +206,7 @@ def friction(dynamics: Dynamics, count: int, side: float) -> tuple[FloatArray, F
 
 def normal_curve(subject: Subject, designs: Designs, programme: Programme, side: float = 0.0) -> Any:
     """The normal force of a mechanism, N; with the guide's friction on one side, or none (0)."""
-    force = force_curve(subject, designs)
+    force = force_curve(subject, designs, programme)
     if subject.mechanism.curvature:
         drag = friction(subject.dynamics, len(designs), side)
         return NormalForce(force, subject.mechanism.pressure(designs, programme), *drag)
@@ -198,9 +218,7 @@ def normal_curve(subject: Subject, designs: Designs, programme: Programme, side:
 
 def torque_curve(subject: Subject, designs: Designs, programme: Programme) -> ShaftTorque:
     """The torque of the camshaft, the same for all designs."""
-    assert subject.omega is not None
-    ones = np.ones(len(designs))
-    return ShaftTorque(Linear(*(weight * ones for weight in weights(subject.dynamics, subject.omega))))
+    return ShaftTorque(_force_at(np.ones(len(designs)), subject, programme))
 
 
 def contact_load(

@@ -119,7 +119,7 @@ def face_entrainment(f, i, y, y1, y2, y3):
     return q * rho - 0.5 * v, q1 * rho + q * rho1 - 0.5 * v1
 
 
-@formula(FaceWear)
+@formula(FaceWear, loaded=True)
 def face_wear(f, i, y, y1, y2, y3):
     load, load1 = curve(f.load, i, y, y1, y2, y3)
     v, v1 = curve(f.sliding, i, y, y1, y2, y3)
@@ -135,7 +135,7 @@ def roller_radius(f, i, y, y1, y2, y3):
     return r - r * r * k, -(r * r * k1)
 
 
-@formula(Thinness)
+@formula(Thinness, loaded=True)
 def thinness(f, i, y, y1, y2, y3):
     n, n1 = curve(f.normal, i, y, y1, y2, y3)
     u, u1 = curve(f.entrainment, i, y, y1, y2, y3)

@@ -67,7 +67,7 @@ def thrust_curve(
     """S·(arm + reach·y)."""
     ones, drag = np.ones(len(designs)), friction(subject.dynamics, len(designs), side)
     pressure = subject.mechanism.pressure(designs, programme)
-    return SideThrust(force_curve(subject, designs), pressure, *drag, arm * ones, reach * ones)
+    return SideThrust(force_curve(subject, designs, programme), pressure, *drag, arm * ones, reach * ones)
 
 
 def drag_curve(subject: Subject, designs: Designs, programme: Programme) -> GuideDrag:

@@ -3,9 +3,10 @@
     T = F·y',    F = m·ω²·y'' + c·ω·y' + k·y + F₀ + F_ext            (oscillating: M·ψ' with moments)
 
 It depends on the motion and the speed alone, and is a polynomial on each panel: extremes and integrals are exact.
-Springs, masses and constant loads give back over a turn what they took, so that ∮T dθ = c·ω·∮y'² dθ. With
+Springs, masses and constant loads give back over a turn what they took; damping and a load F_ext that changes over
+the turn (``motion.load``) do not, so that ∮T dθ = ∮(c·ω·y' + F_ext)·y' dθ. With
 
-    W(θ) = ∫(T − T_mean)dθ = m·ω²·y'²/2 + k·y²/2 + (F₀ + F_ext)·y + c·ω·∫y'²dθ − T_mean·θ
+    W(θ) = ∫(T − T_mean)dθ = m·ω²·y'²/2 + k·y²/2 + F₀·y + ∫(c·ω·y' + F_ext)·y' dθ − T_mean·θ
 
 up to a constant, the fluctuation of energy is ΔE = max W − min W and the flywheel I = ΔE/(C_f·ω²).
 
@@ -27,6 +28,7 @@ from camopt.effects.case import Bounded, Case, Dynamics, Effect, Subject
 from camopt.effects.work import ROUNDED, added, derivative, integral, largest, product, total
 from camopt.motion.programme import SAME, Programme
 from camopt.numerics import FloatArray
+from camopt.numerics.piecewise import load_series
 
 NAMES = (
     "torque_max_N_m",
@@ -66,7 +68,7 @@ def torque_series(programme: Programme, dynamics: Dynamics, omega: float) -> Flo
     """T on the panels, N·mm; impulses at corners are apart."""
     table = programme.table
     *factors, constant = force.weights(dynamics, omega)
-    along = added(*(factor * derivative(table, order) for order, factor in enumerate(factors)))
+    along = added(*(factor * derivative(table, order) for order, factor in enumerate(factors)), load_series(table))
     along[0] += constant
     return product(along, derivative(table, 1))
 
@@ -76,7 +78,7 @@ def turn_of(programme: Programme, dynamics: Dynamics, omega: float) -> Turn:
     """Extremes, mean, root mean square and fluctuation of energy of the torque."""
     series = torque_series(programme, dynamics, omega)
     speed = derivative(programme.table, 1)
-    mean = dynamics.damping * omega * total(programme.table, product(speed, speed)) / (2.0 * pi)
+    mean = total(programme.table, product(lasting(programme, dynamics, omega), speed)) / (2.0 * pi)
     rms = sqrt(total(programme.table, product(series, series)) / (2.0 * pi))
     upwards, downwards = _impulses(programme)
     return Turn(
@@ -88,6 +90,11 @@ def turn_of(programme: Programme, dynamics: Dynamics, omega: float) -> Turn:
     )
 
 
+def lasting(programme: Programme, dynamics: Dynamics, omega: float) -> FloatArray:
+    """The part of F that does not give back what it took, on the panels: damping, and a load that changes."""
+    return added(dynamics.damping * omega * derivative(programme.table, 1), load_series(programme.table))
+
+
 def _impulses(programme: Programme) -> tuple[bool, bool]:
     """Whether corners make the torque infinite upwards, and downwards."""
     shares = [corner.after / corner.size for corner in programme.corners]
@@ -97,11 +104,11 @@ def _impulses(programme: Programme) -> tuple[bool, bool]:
 def _fluctuation(programme: Programme, dynamics: Dynamics, omega: float, mean: float) -> float:
     """Largest minus least W. Where a corner turns the motion round, y' passes through 0 within it."""
     table = programme.table
-    stiffness, damping, mass, constant = force.weights(dynamics, omega)
+    stiffness, _, mass, constant = force.weights(dynamics, omega)
     y, speed = derivative(table, 0), derivative(table, 1)
-    squared, angle = product(speed, speed), np.array([table.centre, table.half_width])
-    kinetic = 0.5 * mass * squared
-    rest = added(0.5 * stiffness * product(y, y), constant * y, damping * integral(table, squared), -mean * angle)
+    angle, spent = np.array([table.centre, table.half_width]), product(lasting(programme, dynamics, omega), speed)
+    kinetic = 0.5 * mass * product(speed, speed)
+    rest = added(0.5 * stiffness * product(y, y), constant * y, integral(table, spent), -mean * angle)
     turned = [corner.at for corner in programme.corners if 0.0 < corner.after / corner.size < 1.0]
     within = np.asarray(polynomial.polyval(-1.0, rest))[np.searchsorted(table.centre, turned)]
     work = added(rest, kinetic)

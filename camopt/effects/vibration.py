@@ -33,6 +33,7 @@ from camopt.motion.programme import Programme, peak
 from camopt.motion.table import DWELL, TURN
 from camopt.numerics import FloatArray
 from camopt.numerics.oscillator import Wave, is_resonant, steady
+from camopt.numerics.piecewise import load_series
 from camopt.numerics.wave_extremes import Enclosed, largest_magnitude, least
 
 
@@ -104,14 +105,20 @@ def contact(programme: Programme, dynamics: Dynamics, omega: float, ratio: float
     """The least F over the turn, N (N·mm), and what it is not below."""
     if is_resonant(ratio, dynamics.damping_ratio):
         return -inf, -inf
+    return _pair(least(contact_wave(programme, dynamics, omega, ratio)))
+
+
+def contact_wave(programme: Programme, dynamics: Dynamics, omega: float, ratio: float) -> Wave:
+    """F over the turn with the elastic train, N (N·mm)."""
     stiffness, damping, mass, constant = weights(dynamics, omega)
     table = programme.table
     y = table.coefficients.T
     held: FloatArray = stiffness * y
     held[:-1] += damping * polynomial.polyder(y) / table.half_width
     held[0] += constant
+    held[:2] += load_series(table)
     inertia = acceleration(response(programme, ratio, dynamics.damping_ratio), ratio).times(mass)
-    return _pair(least(inertia.over(held)))
+    return inertia.over(held)
 
 
 def _pair(found: Enclosed) -> tuple[float, float]:

@@ -3,11 +3,11 @@
 tan β = y'/R_m,    κ = (y''/R_m²) / (1 + (y'/R_m)²)^{3/2};    both flanks of the groove touch the roller
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.mechanisms.design import BoolArray, Designs, Mechanism, Travel
+from camopt.mechanisms.design import Designs, Mechanism, Travel
 from camopt.mechanisms.trace import trace_curvature
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
@@ -36,8 +36,8 @@ def pitch_curvature(f, i, y, y1, y2, y3):
     return trace_curvature(-y1, -y2, -y3, f.mean_radius[i], 0.0, 0.0, 0.0, 0.0)
 
 
-def _exists(designs: Designs, programme: Programme) -> BoolArray:
-    return designs.size > 0.0
+def _rooms(designs: Designs, programme: Programme) -> tuple[Any, ...]:
+    return (designs.size,)
 
 
 def _travel(design: Designs, programme: Programme, angles: FloatArray) -> Travel:
@@ -50,7 +50,7 @@ MECHANISM = Mechanism(
     name="cylindrical cam, translating follower",
     pressure=lambda designs, programme: CylindricalPressureAngle(designs.size),
     curvature=lambda designs, programme: CylindricalPitchCurvature(designs.size),
-    exists=_exists,
+    rooms=_rooms,
     assembly="the mean radius has to be above 0",
     travel=_travel,
     grooved=True,

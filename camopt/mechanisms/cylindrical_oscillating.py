@@ -15,11 +15,11 @@ of contact, and lies x²/(2R_m) above the cylinder; wrapping it instead of layin
 x³/(6R_m²) round the cylinder (for l = 100, h = 20°, R_m = 60 mm: x = 1.5 mm, 0.02 mm and 0.0002 mm).
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.mechanisms.design import BoolArray, Designs, Mechanism, Travel
+from camopt.mechanisms.design import Designs, Mechanism, Travel
 from camopt.mechanisms.trace import trace_curvature
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
@@ -71,8 +71,8 @@ def _fields(designs: Designs, programme: Programme) -> tuple[FloatArray, ...]:
     return designs.size, designs.arm_length, ones * np.cos(start), ones * np.sin(start), ones * designs.sense
 
 
-def _exists(designs: Designs, programme: Programme) -> BoolArray:
-    return (designs.size > 0.0) & (programme.lift < np.pi)
+def _rooms(designs: Designs, programme: Programme) -> tuple[Any, ...]:
+    return designs.size, np.pi - programme.lift
 
 
 def _travel(design: Designs, programme: Programme, angles: FloatArray) -> Travel:
@@ -88,7 +88,7 @@ MECHANISM = Mechanism(
     name="cylindrical cam, oscillating follower",
     pressure=lambda designs, programme: CylindricalOscillatingPressureAngle(*_fields(designs, programme)),
     curvature=lambda designs, programme: CylindricalOscillatingPitchCurvature(*_fields(designs, programme)),
-    exists=_exists,
+    rooms=_rooms,
     assembly="the mean radius has to be above 0, and the swing below 180 deg",
     travel=_travel,
     grooved=True,

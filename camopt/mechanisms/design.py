@@ -1,6 +1,6 @@
 """Designs as a structure of arrays, and what a mechanism has to say about them."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
+from camopt.numerics.interval import as_interval
 
 ComplexArray = NDArray[np.complex128]
 BoolArray = NDArray[np.bool_]
@@ -41,6 +42,13 @@ class Designs:
         """The designs at an index, mask or slice."""
         return Designs(**{name: values[index] for name, values in self.sizes.items()}, sense=self.sense)
 
+    def replaced(self, index: Any, others: "Designs") -> "Designs":
+        """The designs with those at an index taken from others."""
+        sizes = {name: values.copy() for name, values in self.sizes.items()}
+        for name, values in others.sizes.items():
+            sizes[name][index] = values
+        return Designs(**sizes, sense=self.sense)
+
     @property
     def sizes(self) -> dict[str, FloatArray]:
         """The arrays by name."""
@@ -54,6 +62,13 @@ class Designs:
     def lead(self) -> FloatArray:
         """The offset as it enters the formulas: positive where it lowers the pressure angle of the rise."""
         return self.sense * self.offset
+
+
+def chained(parts: Iterable[Designs]) -> Designs:
+    """Designs one after the other, of cams that turn the same way."""
+    parts = list(parts)
+    sizes = {name: np.concatenate([part.sizes[name] for part in parts]) for name in SIZES}
+    return Designs(**sizes, sense=parts[0].sense)
 
 
 class Travel(NamedTuple):
@@ -74,8 +89,8 @@ class Mechanism:
     name: str
     pressure: Callable[[Designs, Programme], Any]
     """Curve tan β."""
-    exists: Callable[[Designs, Programme], BoolArray]
-    """Which designs can be assembled at every cam angle."""
+    rooms: Callable[[Designs, Programme], tuple[Any, ...]]
+    """Numbers, or Intervals over boxes of designs, all above 0 where a design can be assembled at every angle."""
     assembly: str
     """That condition in words."""
     travel: Callable[[Designs, Programme, FloatArray], Travel]
@@ -87,3 +102,17 @@ class Mechanism:
     reach: Callable[[Designs, Programme], Any] | None = None
     grooved: bool = False
     """Both flanks of the pitch curve touch the follower, as in a cylindrical cam."""
+
+    def exists(self, designs: Designs, programme: Programme) -> BoolArray:
+        """Which designs can be assembled at every cam angle."""
+        held = np.ones(len(designs), dtype=bool)
+        for room in self.rooms(designs, programme):
+            held &= room > 0.0
+        return held
+
+    def impossible(self, boxes: Designs, programme: Programme) -> BoolArray:
+        """Which boxes (designs of Intervals) hold no design that can be assembled."""
+        lacking = np.zeros(len(boxes), dtype=bool)
+        for room in self.rooms(boxes, programme):
+            lacking |= as_interval(room).high <= 0.0
+        return lacking

@@ -10,11 +10,11 @@ p = ψ' for a ccw cam and −ψ' for a cw one:
 Source: Norton, Cam Design and Manufacturing Handbook, ch. 7.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.mechanisms.design import BoolArray, Designs, Mechanism, Travel
+from camopt.mechanisms.design import Designs, Mechanism, Travel
 from camopt.mechanisms.trace import trace_curvature
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
@@ -97,9 +97,9 @@ def _fields(designs: Designs) -> tuple[FloatArray, ...]:
     return designs.centre_distance, designs.arm_length, np.cos(start), np.sin(start), sense
 
 
-def _exists(designs: Designs, programme: Programme) -> BoolArray:
+def _rooms(designs: Designs, programme: Programme) -> tuple[Any, ...]:
     c, l, r = designs.centre_distance, designs.arm_length, designs.prime_radius  # noqa: E741
-    return (np.abs(c - l) < r) & (r < c + l) & (first_angle(designs) + programme.lift < np.pi)
+    return r - (c - l), r - (l - c), c + l - r, np.pi - programme.lift - first_angle(designs)
 
 
 def _travel(design: Designs, programme: Programme, angles: FloatArray) -> Travel:
@@ -115,7 +115,7 @@ MECHANISM = Mechanism(
     pressure=lambda designs, programme: OscillatingPressureAngle(*_fields(designs)),
     sliding=lambda designs, programme: OscillatingPitchSpeed(*_fields(designs)),
     curvature=lambda designs, programme: OscillatingPitchCurvature(*_fields(designs)),
-    exists=_exists,
+    rooms=_rooms,
     assembly="prime radius, arm and centre distance have to form a triangle that the lift leaves open",
     travel=_travel,
 )

@@ -7,11 +7,11 @@ and the face, R_b = f + c·sin ψ₀. With q = 1 + p, p = ψ' for a ccw cam and 
     ρ = f + c·(sin ψ·(2q − 1)/q² + cos ψ·ψ''/q³),    slides at q·f + c·sin ψ per rad
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.mechanisms.design import BoolArray, Designs, Mechanism, Travel
+from camopt.mechanisms.design import Designs, Mechanism, Travel
 from camopt.motion.programme import Programme, span
 from camopt.motion.table import TURN
 from camopt.numerics import FloatArray
@@ -106,12 +106,11 @@ def _fields(designs: Designs) -> tuple[FloatArray, ...]:
     return designs.face_offset, designs.centre_distance, cosine, sine, sense
 
 
-def _exists(designs: Designs, programme: Programme) -> BoolArray:
+def _rooms(designs: Designs, programme: Programme) -> tuple[Any, ...]:
     sine = first_sine(designs)
-    inside = (sine > -1.0) & (sine < 1.0)
-    last = np.arcsin(np.where(inside, sine, 0.0)) + programme.lift
+    first = np.arcsin(np.minimum(np.maximum(sine, -1.0), 1.0))
     slowest = min(designs.sense * speed for speed in span(programme, (0, 1), TURN))
-    return inside & (last < np.pi / 2) & (1.0 + slowest > 0.0)
+    return 1.0 + sine, 1.0 - sine, np.pi / 2 - programme.lift - first, 1.0 + slowest
 
 
 def _travel(design: Designs, programme: Programme, angles: FloatArray) -> Travel:
@@ -129,7 +128,7 @@ MECHANISM = Mechanism(
     profile_radius=lambda designs, programme: OscillatingFlatProfileRadius(*_fields(designs)),
     sliding=lambda designs, programme: OscillatingFlatSliding(*_fields(designs)),
     reach=lambda designs, programme: OscillatingFlatReach(*_fields(designs)),
-    exists=_exists,
+    rooms=_rooms,
     assembly="the face has to touch the base circle, and to swing by less than the cam turns",
     travel=_travel,
 )

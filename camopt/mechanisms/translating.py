@@ -7,11 +7,11 @@ The trace point is (offset, s) with s = s₀ + y and s₀ = √(R_p² − e²). 
 Source: Norton, Cam Design and Manufacturing Handbook, ch. 7; regrouped.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.mechanisms.design import BoolArray, Designs, Mechanism, Travel
+from camopt.mechanisms.design import Designs, Mechanism, Travel
 from camopt.mechanisms.trace import trace_curvature
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
@@ -67,8 +67,8 @@ def height(designs: Designs) -> FloatArray:
     return root
 
 
-def _exists(designs: Designs, programme: Programme) -> BoolArray:
-    return np.abs(designs.offset) < designs.prime_radius
+def _rooms(designs: Designs, programme: Programme) -> tuple[Any, ...]:
+    return designs.prime_radius - designs.offset, designs.prime_radius + designs.offset
 
 
 def _travel(design: Designs, programme: Programme, angles: FloatArray) -> Travel:
@@ -82,7 +82,7 @@ MECHANISM = Mechanism(
     pressure=lambda designs, programme: TranslatingPressureAngle(designs.lead, height(designs)),
     sliding=lambda designs, programme: TranslatingPitchSpeed(designs.lead, height(designs)),
     curvature=lambda designs, programme: TranslatingPitchCurvature(designs.lead, height(designs)),
-    exists=_exists,
+    rooms=_rooms,
     assembly="the offset has to be smaller than the prime radius",
     travel=_travel,
 )

@@ -5,9 +5,11 @@
 Source: Norton, Cam Design and Manufacturing Handbook, ch. 7.
 """
 
+from typing import Any
+
 import numpy as np
 
-from camopt.mechanisms.design import BoolArray, Designs, Mechanism, Travel
+from camopt.mechanisms.design import Designs, Mechanism, Travel
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.numerics.curves import Linear
@@ -18,8 +20,8 @@ def _linear(designs: Designs, y: float, y1: float, y2: float, constant: FloatArr
     return Linear(zeros + y, zeros + y1, zeros + y2, zeros + constant)
 
 
-def _exists(designs: Designs, programme: Programme) -> BoolArray:
-    return designs.size > 0.0
+def _rooms(designs: Designs, programme: Programme) -> tuple[Any, ...]:
+    return (designs.size,)
 
 
 def _travel(design: Designs, programme: Programme, angles: FloatArray) -> Travel:
@@ -34,7 +36,7 @@ MECHANISM = Mechanism(
     profile_radius=lambda designs, programme: _linear(designs, 1, 0, 1, designs.size),
     sliding=lambda designs, programme: _linear(designs, 1, 0, 0, designs.size),
     reach=lambda designs, programme: _linear(designs, 0, 1, 0, -designs.lead),
-    exists=_exists,
+    rooms=_rooms,
     assembly="the base radius has to be above 0",
     travel=_travel,
 )

@@ -1,9 +1,10 @@
-"""A programme: rises, dwells and returns in the order of one turn."""
+"""A programme: rises, dwells and returns in the order of one turn, and the external load that goes with it."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from math import inf, pi, radians
+from typing import Any
 
 import numpy as np
 from numpy.polynomial import polynomial
@@ -11,10 +12,20 @@ from numpy.typing import NDArray
 
 from camopt.motion import LAWS
 from camopt.motion.law import Law
+from camopt.motion.load import ExternalLoad
 from camopt.motion.spline import SplineLaw
-from camopt.motion.table import DWELL, RETURN, RISE, stroke_coefficients
+from camopt.motion.table import DWELL, RETURN, RISE, cut, stroke_coefficients
 from camopt.numerics import FloatArray
-from camopt.numerics.piecewise import DEGREE, MotionTable, bernstein, fill_nodes, groups_of, ranges
+from camopt.numerics.loading import tabulated_load
+from camopt.numerics.piecewise import (
+    DEGREE,
+    MotionTable,
+    bernstein,
+    fill_nodes,
+    groups_of,
+    load_series,
+    ranges,
+)
 
 PANELS = 24
 KINDS = {"rise": RISE, "return": RETURN, "dwell": DWELL}
@@ -53,6 +64,8 @@ class Programme:
     """The motion of one turn. Hashable; its tables are made once and shared."""
 
     strokes: tuple[Stroke, ...]
+    load: ExternalLoad | None = None
+    """What the external load is over the turn, unless it is constant."""
 
     @classmethod
     def from_segments(
@@ -61,6 +74,7 @@ class Programme:
         *,
         angular: bool,
         laws: Mapping[str, Law] = LAWS,
+        load: ExternalLoad | None = None,
     ) -> "Programme":
         """From (segment, angle in deg, lift in mm, or in deg if ``angular``, name of a law); dwells of no length
         drop out."""
@@ -74,12 +88,12 @@ class Programme:
             chosen = None if law is None else laws[law]
             strokes.append(Stroke(kind, chosen, start, radians(angle), y, end))
             start, y = start + radians(angle), end
-        return cls(tuple(strokes))
+        return cls(tuple(strokes), load)
 
     def with_laws(self, rise: Law | None, fall: Law | None) -> "Programme":
         """The same turn with other laws on its rises and returns (None keeps them)."""
         chosen = {RISE: rise, RETURN: fall, DWELL: None}
-        return Programme(tuple(replace(s, law=chosen[s.kind] or s.law) for s in self.strokes))
+        return replace(self, strokes=tuple(replace(s, law=chosen[s.kind] or s.law) for s in self.strokes))
 
     def law_names(self, kind: int) -> str:
         """The laws of the strokes of a kind, in order, joined by '+' where they differ."""
@@ -120,6 +134,15 @@ class Programme:
             out[:, here] = _stroke_motion(stroke, angles[here])
         return out
 
+    def state(self, angles: FloatArray) -> tuple[Any, ...]:
+        """What curves take at the given cam angles: y, y', y'', and y''' or, under a load, (y''', it, its slope)"""
+        y, y1, y2, y3 = self.at(angles)
+        return y, y1, y2, y3 if self.load is None else (y3, *self.load.at(angles))
+
+    def cuts(self, stroke: Stroke) -> tuple[float, ...]:
+        """Where the load has corners, as shares of a stroke; those outside it too."""
+        return tuple((angle - stroke.start) / stroke.angle for angle in (self.load.angles if self.load else ()))
+
 
 def _stroke_motion(stroke: Stroke, angles: FloatArray) -> FloatArray:
     if stroke.law is None:
@@ -138,10 +161,11 @@ def _table(programme: Programme) -> MotionTable:
     numbers: list[NDArray[np.int64]] = []
     for stroke in programme.strokes:
         if stroke.law is None:
-            coefficients, ends = np.zeros((1, DEGREE + 1)), np.array([0.0, 1.0])
-            counts: tuple[int, ...] = (1,)
+            ends = np.array(cut((0.0, 1.0), programme.cuts(stroke)))
+            counts: tuple[int, ...] = (1,) * (len(ends) - 1)
+            coefficients = np.zeros((len(counts), DEGREE + 1))
         else:
-            coefficients, ends, counts = stroke_coefficients(stroke.law, PANELS)
+            coefficients, ends, counts = stroke_coefficients(stroke.law, PANELS, programme.cuts(stroke))
         row = coefficients * (stroke.high - stroke.low)
         row[:, 0] += stroke.low
         rows.append(row)
@@ -151,17 +175,23 @@ def _table(programme: Programme) -> MotionTable:
         for count in counts:
             pieces.append(pieces[-1] + count)
             kinds.append(stroke.kind)
-    coefficients, half_width = np.concatenate(rows), np.concatenate(halves)
-    group = groups_of(np.array(pieces))
+    coefficients, centre, half_width = np.concatenate(rows), np.concatenate(centres), np.concatenate(halves)
+    first_panel, load = np.array(pieces), programme.load
+    group = groups_of(first_panel)
+    low, high, most, error = ranges(coefficients, half_width, np.concatenate(numbers), group)
     table = MotionTable(
         coefficients,
-        np.concatenate(centres),
+        centre,
         half_width,
-        np.array(pieces),
+        first_panel,
         np.array(kinds),
         np.empty((pieces[-1] + len(kinds), 4)),
         group,
-        *ranges(coefficients, half_width, np.concatenate(numbers), group),
+        low,
+        high,
+        most,
+        error,
+        None if load is None else tabulated_load(*load.at(centre), load.largest, half_width, first_panel, group),
     )
     fill_nodes(table)
     return table
@@ -200,26 +230,40 @@ NOTHING = 1e-100  # of a slope's largest coefficient: no more of it is seen, and
 
 
 @lru_cache(maxsize=4096)
-def span(programme: Programme, weights: tuple[float, ...], kinds: int) -> tuple[float, float]:
+def span(programme: Programme, weights: tuple[float, ...], kinds: int, load: float = 0.0) -> tuple[float, float]:
     """Least and largest value of w₀·y + w₁·y' + w₂·y'' + … over the strokes of the given kinds.
 
-    Exact: the extremes of each panel's polynomial, found from the roots of its derivative; one-sided values at
-    jumps. (inf, -inf) if there is no such stroke.
+    ``load`` is the factor of an external load that changes. Exact: the extremes of each panel's polynomial, found
+    from the roots of its derivative; one-sided values at jumps. (inf, -inf) if there is no such stroke.
+    """
+    found = _derivatives(programme, len(weights), kinds)
+    if found is None:
+        return inf, -inf
+    series, slope, ends, slopes = (np.tensordot((*weights, load), each, 1) for each in found)
+    turning = np.flatnonzero((slopes.min(axis=0) < 0) & (slopes.max(axis=0) > 0))
+    inside = [v for k in turning for v in _stationary_values(series[:, k], slope[:, k])]
+    return min([float(ends.min()), *inside]), max([float(ends.max()), *inside])
+
+
+@lru_cache(maxsize=256)
+def _derivatives(programme: Programme, orders: int, kinds: int) -> tuple[FloatArray, ...] | None:
+    """Of y, y', y'' … and the load on the panels of some kinds: coefficients, slopes', ends, and bounds of slopes.
+
+    Each is (orders + 1, …, panels). Bounds are Bernstein coefficients: where they are of one sign, a slope has no
+    root.
     """
     table = programme.table
     chosen = np.repeat((table.kind & kinds) != 0, np.diff(table.first_panel))
     if not chosen.any():
-        return inf, -inf
+        return None
     y, h = table.coefficients[chosen].T, table.half_width[chosen]
-    series = np.zeros_like(y)
-    for order, weight in enumerate(weights):
-        series[: len(y) - order] += weight * polynomial.polyder(y, order) / h**order
-    slope = polynomial.polyder(series)
-    values = polynomial.polyval(np.array([-1.0, 1.0]), series)
-    slopes = bernstein(len(slope) - 1) @ slope  # they enclose the slope; of one sign, it has no root
-    turning = np.flatnonzero((slopes.min(axis=0) < 0) & (slopes.max(axis=0) > 0))
-    inside = [v for k in turning for v in _stationary_values(series[:, k], slope[:, k])]
-    return min([float(values.min()), *inside]), max([float(values.max()), *inside])
+    series = np.zeros((orders + 1, *y.shape))
+    for order in range(orders):
+        series[order, : len(y) - order] = polynomial.polyder(y, order) / h**order
+    series[orders, :2] = load_series(table)[:, chosen]
+    slope = np.stack([polynomial.polyder(each) for each in series])
+    ends = np.stack([polynomial.polyval(np.array([-1.0, 1.0]), each) for each in series])
+    return series, slope, ends, bernstein(slope.shape[1] - 1) @ slope
 
 
 def _stationary_values(series: FloatArray, slope: FloatArray) -> list[float]:

@@ -1,6 +1,7 @@
 """Laws as panel polynomials (``numerics.piecewise``), and the kinds of stroke."""
 
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 from numpy.polynomial import chebyshev, polynomial
@@ -13,6 +14,7 @@ RISE, RETURN, DWELL = 1, 2, 4  # bits, so that a question can ask for several ki
 TURN = RISE | RETURN | DWELL
 
 JERK_DEGREE = DEGREE - 3
+SAME = 1e-12  # of a stroke: a cut this near to a break is one but for rounding
 
 
 def _chebyshev_projection() -> tuple[FloatArray, FloatArray]:
@@ -27,18 +29,26 @@ def _chebyshev_projection() -> tuple[FloatArray, FloatArray]:
 NODES, TO_POWERS = _chebyshev_projection()
 
 
+def cut(breaks: tuple[float, ...], cuts: tuple[float, ...]) -> tuple[float, ...]:
+    """The breaks of a unit stroke, and further cuts of it, in order."""
+    return tuple(sorted({*breaks, *(x for x in cuts if 0.0 < x < 1.0 and min(abs(x - b) for b in breaks) > SAME)}))
+
+
 @lru_cache(maxsize=256)
-def stroke_coefficients(law: Law, panels: int) -> tuple[FloatArray, FloatArray, tuple[int, ...]]:
+def stroke_coefficients(
+    law: Law, panels: int, cuts: tuple[float, ...] = ()
+) -> tuple[FloatArray, FloatArray, tuple[int, ...]]:
     """A law as panel polynomials on the unit stroke.
 
     The jerk is interpolated at Chebyshev points strictly inside each panel and integrated three times, with
     the constants taken from the law at the panel's centre: so no derivative loses digits to differentiation.
 
     Returns the coefficients (P, DEGREE + 1) of s in powers of u, the panel ends (P + 1,), and the number of
-    panels in each piece. ``panels`` is the least number in a stroke.
+    panels in each piece. ``panels`` is the least number in a stroke; ``cuts`` are further ends of pieces.
     """
-    counts = [max(1, round(panels * (b - a))) for a, b in zip(law.BREAKS, law.BREAKS[1:], strict=False)]
-    ends = [np.linspace(a, b, m + 1) for a, b, m in zip(law.BREAKS, law.BREAKS[1:], counts, strict=False)]
+    breaks = cut(law.BREAKS, cuts)
+    counts = [max(1, round(panels * (b - a))) for a, b in pairwise(breaks)]
+    ends = [np.linspace(a, b, m + 1) for (a, b), m in zip(pairwise(breaks), counts, strict=True)]
     low = np.concatenate([e[:-1] for e in ends])
     high = np.concatenate([e[1:] for e in ends])
     centre, half = (low + high) / 2, (high - low) / 2

@@ -13,6 +13,7 @@ Uncompiled, the same formulas run on arrays and on intervals (``numerics.interva
 from collections.abc import Callable
 from typing import Any, NamedTuple, TypeVar
 
+from numba import types
 from numba.extending import overload, register_jitable
 
 from camopt.numerics import FloatArray
@@ -24,22 +25,36 @@ part_of_formulas = register_jitable(**INLINE)
 """Marks a function that formulas share, whatever they run on."""
 
 FORMULAS: dict[type, Callable[..., tuple[Any, Any]]] = {}
+LOADED: set[type] = set()
 
 
 def curve(f: Any, i: Any, y: Any, y1: Any, y2: Any, y3: Any) -> tuple[Any, Any]:
     """Value and slope of curve ``f`` for design ``i``; uncompiled, and resolved by type inside kernels."""
+    if isinstance(y3, tuple) and type(f) not in LOADED:
+        y3 = y3[0]
     return FORMULAS[type(f)](f, i, y, y1, y2, y3)
 
 
-def formula(owner: type) -> Callable[[Formula], Formula]:
-    """Register a function as the formula of the curve type ``owner``."""
+def formula(owner: type, *, loaded: bool = False) -> Callable[[Formula], Formula]:
+    """Register a function as the formula of the curve type ``owner``.
+
+    An external load that changes over the turn comes along with y''', as (y''', load, slope of the load). A formula
+    that is ``loaded`` gets all of it, to read or to hand on to the curves it is made of; any other y''' alone.
+    """
 
     def register(function: Formula) -> Formula:
         FORMULAS[owner] = function
+        if loaded:
+            LOADED.add(owner)
 
         @overload(curve, jit_options=INLINE)
         def _resolve(f, i, y, y1, y2, y3):
-            return function if getattr(f, "instance_class", None) is owner else None
+            if getattr(f, "instance_class", None) is not owner:
+                return None
+            if loaded or not isinstance(y3, types.BaseTuple):
+                return function
+            alone = part_of_formulas(function)
+            return lambda f, i, y, y1, y2, y3: alone(f, i, y, y1, y2, y3[0])
 
         return function
 

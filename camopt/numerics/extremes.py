@@ -31,7 +31,7 @@ from camopt.numerics.climbing import (
 from camopt.numerics.compile import called, compiled, inlined
 from camopt.numerics.curves import curve
 from camopt.numerics.jet import UNIT, known
-from camopt.numerics.piecewise import motion, row_jets
+from camopt.numerics.piecewise import motion, node_motion, row_jets
 
 TILE = 256  # designs whose tables (about 70 × 256 × 8 bytes each) stay in the second-level cache
 TIED = 8.0 * UNIT  # relative: values this near differ by rounding alone
@@ -42,7 +42,7 @@ ROW = TILE + 8  # a row of a tile: not a power of two, whose columns would all s
 def node_values(f, first, count, table, values):
     """values[t, i] = curve of design first + i at node t."""
     for t in range(table.nodes.shape[0]):
-        y, y1, y2, y3 = table.nodes[t, 0], table.nodes[t, 1], table.nodes[t, 2], table.nodes[t, 3]
+        y, y1, y2, y3 = node_motion(table, t)
         row = values[t]
         for i in range(np.uint64(count)):  # unsigned: an index that may be negative would keep the loop scalar
             row[i] = curve(f, np.uint64(first) + i, y, y1, y2, y3)[0]
@@ -126,12 +126,12 @@ def search_panel(
     rounding, climbing, slopes, scratch, stack,
 ):  # fmt: skip
     """Search one panel for all designs in ``index``."""
-    nodes, half_width = table.nodes, table.half_width[panel]
+    half_width = table.half_width[panel]
     rising, falling = slopes[0], slopes[1]
-    slopes_at(f, first, index, many, nodes[node, 0], nodes[node, 1], nodes[node, 2], nodes[node, 3], sign, rising)
-    node += 1
-    slopes_at(f, first, index, many, nodes[node, 0], nodes[node, 1], nodes[node, 2], nodes[node, 3], sign, falling)
-    node -= 1
+    y, y1, y2, y3 = node_motion(table, node)
+    slopes_at(f, first, index, many, y, y1, y2, y3, sign, rising)
+    y, y1, y2, y3 = node_motion(table, node + 1)
+    slopes_at(f, first, index, many, y, y1, y2, y3, sign, falling)
     y, y1, y2, y3 = motion(table, panel, 0.0)
     climbs = np.int64(0)  # a literal would be compiled for as well
     for j in range(many):

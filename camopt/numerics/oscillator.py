@@ -25,6 +25,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import polynomial
+from numpy.typing import NDArray
 
 from camopt.numerics import FloatArray
 
@@ -84,7 +85,14 @@ class Wave(NamedTuple):
 
     def at(self, u: FloatArray) -> FloatArray:
         """Values at u ∈ [−1, 1], (points,) for all panels: (points, rows, panels)."""
-        u = np.asarray(u, dtype=float)[:, None, None]
+        return self._at(np.asarray(u, dtype=float)[:, None, None])
+
+    def along(self, panel: NDArray[np.int64], u: FloatArray) -> FloatArray:
+        """Values at points of panels, each (points,): (rows, points)."""
+        series, cosine, sine, half_width, phase = (part[..., panel] for part in self[:5])
+        return Wave(series, cosine, sine, half_width, phase, self.damping)._at(u)
+
+    def _at(self, u: FloatArray) -> FloatArray:
         angle = self.phase * (u + 1.0)
         turned = self.frequency * angle
         free = np.exp(-self.damping * angle) * (self.cosine * np.cos(turned) + self.sine * np.sin(turned))

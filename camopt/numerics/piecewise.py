@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from camopt.numerics import FloatArray
 from camopt.numerics.compile import compiled, inlined
 from camopt.numerics.jet import UNIT, Jet
+from camopt.numerics.loading import LoadTable, loaded, loaded_node, loaded_part, loaded_row
 
 GROUPED = 4  # panels of a group
 DEGREE = 12  # truncation of the trigonometric laws is then below rounding, in the jerk too
@@ -40,9 +41,11 @@ class MotionTable(NamedTuple):
     high: FloatArray  # (P + G, 4) and the largest
     most: FloatArray  # (P + G, 6) largest magnitudes of y and its first five derivatives
     error: FloatArray  # (P + G, 4) bounds of the error of y, y', y'', y'''
+    load: LoadTable | None  # what comes with y''' wherever the motion is given to curves
 
 
-def motion(table, panel, u):
+@inlined
+def derivatives(table, panel, u):
     """(y, y', y'', y''') by cam angle on a panel, by Horner's scheme for a polynomial and its derivatives."""
     y = table.coefficients[panel, DEGREE]
     d1 = d2 = d3 = 0.0
@@ -55,7 +58,18 @@ def motion(table, panel, u):
     return y, d1 / h, 2.0 * d2 / (h * h), 6.0 * d3 / (h * h * h)
 
 
-motion = inlined(motion)
+@inlined
+def motion(table, panel, u):
+    """What curves take on a panel: (y, y', y'', y'''), and the load if there is one."""
+    y, y1, y2, y3 = derivatives(table, panel, u)
+    return y, y1, y2, loaded(table.load, panel, u * table.half_width[panel], y3)
+
+
+@inlined
+def node_motion(table, node):
+    """What curves take at a node."""
+    y = table.nodes[node]
+    return y[0], y[1], y[2], loaded_node(table.load, node, 0.0, y[3])
 
 
 @inlined
@@ -66,15 +80,16 @@ def row_jets(table, row):
         Jet(low[0], high[0], error[0], most[1], most[2], most[3]),
         Jet(low[1], high[1], error[1], most[2], most[3], most[4]),
         Jet(low[2], high[2], error[2], most[3], most[4], most[5]),
-        Jet(low[3], high[3], error[3], most[4], most[5], np.inf),
+        loaded_row(table.load, row, 0.0, Jet(low[3], high[3], error[3], most[4], most[5], np.inf)),
     )
 
 
 @inlined
 def part_jets(table, panel, u, r):
     """Jets of y, y', y'', y''' over the part [u − r, u + r] of a panel: mean values from its middle."""
-    y, y1, y2, y3 = motion(table, panel, u)
-    most, error, w = table.most[panel], table.error[panel], r * table.half_width[panel]
+    y, y1, y2, y3 = derivatives(table, panel, u)
+    most, error, h = table.most[panel], table.error[panel], table.half_width[panel]
+    w = r * h
     d3 = min(abs(y3) + w * most[4], most[3])
     d2 = min(abs(y2) + w * d3, most[2])
     d1 = min(abs(y1) + w * d2, most[1])
@@ -82,7 +97,7 @@ def part_jets(table, panel, u, r):
         Jet(y - w * d1, y + w * d1, error[0], d1, d2, d3),
         Jet(y1 - w * d2, y1 + w * d2, error[1], d2, d3, most[4]),
         Jet(y2 - w * d3, y2 + w * d3, error[2], d3, most[4], most[5]),
-        Jet(-d3, d3, error[3], most[4], most[5], np.inf),
+        loaded_part(table.load, panel, (u * h, w), Jet(-d3, d3, error[3], most[4], most[5], np.inf)),
     )
 
 
@@ -92,7 +107,7 @@ def fill_nodes(table):
     for q in range(table.kind.size):
         for p in range(table.first_panel[q], table.first_panel[q + 1]):
             for side in range(2):
-                y, y1, y2, y3 = motion(table, p, 2.0 * side - 1.0)
+                y, y1, y2, y3 = derivatives(table, p, 2.0 * side - 1.0)
                 node = table.nodes[p + q + side]
                 node[0], node[1], node[2], node[3] = y, y1, y2, y3
 
@@ -148,3 +163,10 @@ def ranges(
         np.vstack([low[:4].T, np.minimum.reduceat(low[:4].T, starts)]),
         *(np.vstack([x.T, np.maximum.reduceat(x.T, starts)]) for x in (high[:4], most, error)),
     )
+
+
+def load_series(table: MotionTable) -> FloatArray:
+    """The external load on the panels, (2, P) in powers of u; 0 where it does not change over the turn."""
+    if table.load is None:
+        return np.zeros((2, len(table.centre)))
+    return np.array([table.load.centre, table.load.slope[: len(table.centre)] * table.half_width])

@@ -6,7 +6,7 @@ What is neither is halved. The formulas are those of the mechanisms, run on ball
 (``proof.laws``).
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, NamedTuple, cast
@@ -20,18 +20,20 @@ from camopt.judging import run_effects
 from camopt.limits import Limit
 from camopt.mechanisms import Designs
 from camopt.motion.law import Law
+from camopt.motion.load import ExternalLoad
 from camopt.motion.programme import Programme
 from camopt.motion.table import DWELL, RETURN, RISE, TURN
 from camopt.numerics import LARGEST_MAGNITUDE
 from camopt.numerics.curves import curve
 from camopt.proof.ball import Ball, as_arb, between
 from camopt.proof.laws import Piece, pieces_of
+from camopt.proof.load import Line, lines_of
 from camopt.quantities import DERIVATIVES
-from camopt.question import Question, exactly, resolve
+from camopt.question import Question, exactly, load_and_unit, resolve
 from camopt.scene import Scene
 
 HELD, BROKEN, UNDECIDED = "held", "broken", "undecided"
-FIRST_PARTS = 8  # of each piece of a law
+FIRST_PARTS = 8  # of each piece of a law, and line of a load
 MOST_PARTS = 20_000
 NARROWEST = arb(2) ** -90
 
@@ -44,13 +46,25 @@ class Stroke(NamedTuple):
     angle: arb
     low: arb
     change: arb
+    lines: tuple[Line, ...] = ()
+    """Of an external load that changes."""
+
+    def smooth(self) -> Iterator[tuple[Piece | None, Line | None, arb, arb]]:
+        """Where motion and load are smooth: the piece of the law (None in a dwell), the line, and the ends in x."""
+        for piece in pieces_of(self.law) if self.law else (None,):
+            low, high = (piece.start, piece.end) if piece else (arb(0), arb(1))
+            for line in self.lines or (None,):
+                start, end = (low, high) if line is None else (low.max(line.start), high.min(line.end))
+                if end > start:
+                    yield piece, line, start, end
 
 
 @dataclass(frozen=True)
 class Motion:
-    """The exact turn; stands in for a Programme where formulas ask for the lift."""
+    """The exact turn; stands in for a Programme where formulas ask for the lift, and whether the load changes."""
 
     strokes: tuple[Stroke, ...]
+    load: ExternalLoad | None
 
     @property
     def lift(self) -> Ball:
@@ -63,20 +77,22 @@ def motion_of(scene: Scene, programme: Programme) -> Motion:
     degree = arb.pi() / 180
     unit = degree if scene.follower.motion == "oscillating" else arb(1)
     segments = [segment for segment in scene.motion if segment.angle > 0.0]
-    strokes, level = [], arb(0)
+    strokes, level, start = [], arb(0), arb(0)
     for segment, stroke in zip(segments, programme.strokes, strict=True):
-        change = arb(segment.lift) * unit * {RISE: 1, RETURN: -1, DWELL: 0}[stroke.kind]
-        strokes.append(Stroke(stroke.kind, stroke.law, arb(segment.angle) * degree, level, change))
-        level = level + change
-    return Motion(tuple(strokes))
+        angle, change = arb(segment.angle), arb(segment.lift) * unit * {RISE: 1, RETURN: -1, DWELL: 0}[stroke.kind]
+        lines = () if programme.load is None else tuple(lines_of(*load_and_unit(scene), start, angle))
+        strokes.append(Stroke(stroke.kind, stroke.law, angle * degree, level, change, lines))
+        level, start = level + change, start + angle
+    return Motion(tuple(strokes), programme.load)
 
 
-def motion_at(stroke: Stroke, piece: Piece | None, x: arb) -> list[Ball]:
-    """Balls of y and its first four derivatives by the cam angle over a ball of x."""
-    if piece is None:
-        return [Ball(stroke.low), *[Ball(0.0)] * 4]
-    rows = [stroke.change * piece.derivative(k, x) / stroke.angle**k for k in range(5)]
-    return [Ball(stroke.low + rows[0]), *map(Ball, rows[1:])]
+def motion_at(stroke: Stroke, piece: Piece | None, x: arb, line: Line | None = None) -> list[Ball]:
+    """Balls of y and its first four derivatives by the cam angle over a ball of x; load and slope of a line too."""
+    rows = [arb(0)] * 5
+    if piece is not None:
+        rows = [stroke.change * piece.derivative(k, x) / stroke.angle**k for k in range(5)]
+    load = [] if line is None else [line.at(x), line.slope / stroke.angle]
+    return [Ball(stroke.low + rows[0]), *map(Ball, rows[1:] + load)]
 
 
 class Claim(NamedTuple):
@@ -96,23 +112,23 @@ def decide(claim: Claim, motion: Motion) -> str:
     verdict = HELD
     for stroke in motion.strokes:
         if stroke.kind & claim.kinds:
-            for piece in pieces_of(stroke.law) if stroke.law else (None,):
-                found = _decide_piece(claim, stroke, piece)
+            for part in stroke.smooth():
+                found = _decide_part(claim, stroke, *part)
                 if found == BROKEN:
                     return BROKEN
                 verdict = found if found == UNDECIDED else verdict
     return verdict
 
 
-def _decide_piece(claim: Claim, stroke: Stroke, piece: Piece | None) -> str:
+def _decide_part(claim: Claim, stroke: Stroke, piece: Piece | None, line: Line | None, start: arb, end: arb) -> str:
     def over(x: arb) -> tuple[arb, arb]:
         """By how much the curve is above the bound, and its slope by x."""
-        value, slope = claim.values(motion_at(stroke, piece, x))
+        value, slope = claim.values(motion_at(stroke, piece, x, line))
         return as_arb(value) * claim.factor - claim.bound, as_arb(slope) * claim.factor * stroke.angle
 
-    if piece is None:
+    if piece is None and line is None:
         return _sign(over(arb(0))[0])
-    cuts = [piece.start + (piece.end - piece.start) * k / FIRST_PARTS for k in range(FIRST_PARTS + 1)]
+    cuts = [start + (end - start) * k / FIRST_PARTS for k in range(FIRST_PARTS + 1)]
     stack, parts = list(pairwise(cuts)), 0
     while stack:
         parts += 1
@@ -124,10 +140,10 @@ def _decide_piece(claim: Claim, stroke: Stroke, piece: Piece | None) -> str:
         if whole <= 0 or here + abs(slope) * (high - low) / 2 <= 0:
             continue
         if slope > 0 or slope < 0:
-            end = _sign(over(high if slope > 0 else low)[0])
-            if end == HELD:
+            found = _sign(over(high if slope > 0 else low)[0])
+            if found == HELD:
                 continue
-            return end
+            return found
         if high - low < NARROWEST or parts > MOST_PARTS:
             return UNDECIDED
         stack += [(low, middle), (middle, high)]
@@ -146,7 +162,12 @@ def in_balls(design: Designs) -> Designs:
 
 def of_curve(made: Any) -> Callable[[list[Ball]], tuple[Any, Any]]:
     """Value and slope of a mechanism's curve, for claims."""
-    return lambda motion: curve(made, ..., *motion[:4])
+
+    def values(motion: list[Ball]) -> tuple[Any, Any]:
+        y, y1, y2, y3, _, *load = motion
+        return curve(made, ..., y, y1, y2, (y3, *load) if load else y3)
+
+    return values
 
 
 def _of_derivative(order: int) -> Callable[[list[Ball]], tuple[Any, Any]]:

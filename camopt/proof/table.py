@@ -17,7 +17,7 @@ from camopt.mistakes import BadInput, Mistake
 from camopt.proof.certify import certify_design, summary
 from camopt.question import Question, resolve
 from camopt.scene import Scene
-from camopt.search.sweep import Progress
+from camopt.search.answer import Progress
 from camopt.table import schema
 
 COLUMN = "proof"

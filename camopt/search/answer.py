@@ -1,5 +1,6 @@
 """What the search for the smallest cam is asked and answers."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,6 +14,7 @@ from camopt.question import Question
 
 GAP = 1e-7  # mm: the size found exceeds the least feasible size by no more
 
+Progress = Callable[[int, int], None]
 Bounds = dict[str, tuple[float, float]]
 """Closed intervals of the sizes of a design, by field of Designs; equal ends where a size is fixed."""
 
@@ -28,6 +30,8 @@ class Smallest:
     """Without a design: the limits that stop it."""
     nearest: Designs | None = None
     """Without a design: the one of a coarse grid that exceeds its limits the least."""
+    gap: float = GAP
+    """With a design: by how much a feasible one of these bounds may be smaller, mm."""
 
 
 def feasible(question: Question, programme: Programme, designs: Designs) -> Any:

@@ -38,7 +38,7 @@ def branch_and_bound(question: Question, programme: Programme, bounds: Bounds) -
     cuts = np.linspace(least, most, FIRST_BOXES + 1)
     low = {n: np.full(FIRST_BOXES, a) for n, (a, _) in ends.items()} | {"size": cuts[:-1]}
     high = {n: np.full(FIRST_BOXES, b) for n, (_, b) in ends.items()} | {"size": cuts[1:]}
-    boxes, proved = 0, True
+    boxes, proved, floor = 0, True, inf
     while low["size"].size and boxes < MOST_BOXES:
         boxes += low["size"].size
         incumbent = _better(question, programme, incumbent, low, high)
@@ -52,9 +52,14 @@ def branch_and_bound(question: Question, programme: Programme, bounds: Bounds) -
         longest = np.zeros(low["size"].size, dtype=int)
         excluded[index], longest[index] = examined(question, programme, constraints, box, free)
         proved &= not np.any(narrow & ~excluded)
+        floor = min(floor, np.min(low["size"][narrow & ~excluded], initial=inf))
         keep = ~(excluded | narrow)
-        low, high = _halved(low, high, free, longest, keep)
-    return Smallest(incumbent, proved and boxes < MOST_BOXES, obstacle, nearest)
+        low, high, longest = _halved(low, high, free, longest, keep)
+        while 0 < low["size"].size < FIRST_BOXES:  # a level of many boxes takes no longer than one of few
+            low, high, longest = _halved(low, high, free, longest, np.ones(longest.size, dtype=bool))
+    floor = min(floor, np.min(low["size"], initial=inf))
+    gap = max(GAP, size_of(incumbent, inf) - float(floor))
+    return Smallest(incumbent, bool(proved) and not low["size"].size, obstacle, nearest, gap)
 
 
 def _stopped_at_any_size(question: Question, programme: Programme, obstacle: str, nearest: Designs | None) -> bool:
@@ -176,8 +181,8 @@ def _coarse_grid(question: Question, programme: Programme, bounds: Bounds) -> De
 
 def _halved(
     low: dict[str, FloatArray], high: dict[str, FloatArray], free: list[str], side: Any, keep: Any
-) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
-    """The boxes to keep, each cut in two across the given side."""
+) -> tuple[dict[str, FloatArray], dict[str, FloatArray], Any]:
+    """The boxes to keep, each cut in two across the given side; and that side of each."""
     low, high, side = {n: v[keep] for n, v in low.items()}, {n: v[keep] for n, v in high.items()}, side[keep]
     below, above = dict(high), dict(low)
     for k, name in enumerate(free):
@@ -186,4 +191,4 @@ def _halved(
         above[name] = np.where(side == k, middle, low[name])
     lows = {n: np.concatenate([low[n], above[n]]) for n in low}
     highs = {n: np.concatenate([below[n], high[n]]) for n in high}
-    return lows, highs
+    return lows, highs, np.concatenate([side, side])

@@ -20,6 +20,8 @@ from camopt.motion.table import DWELL, RETURN, RISE, TURN
 from camopt.question import Question
 from camopt.search.answer import GAP, Bounds, feasible
 
+NUDGES = (0.0, 1e-15, 4e-15, 1.6e-14, 6.4e-14, 2.6e-13, 1e-12, 4e-12)  # of the prime radius
+
 
 def least_size(question: Question, programme: Programme, bounds: Bounds) -> float:
     """A lower bound of the size that needs no search: the given one, the shaft's radius, and the base circle.
@@ -92,7 +94,7 @@ def _nearest_in_polygon(
 
 def nudged(question: Question, programme: Programme, design: Designs, most: float) -> Designs | None:
     """The design made larger by a few units in the last place, until rounding leaves it feasible."""
-    for step in (0.0, 1e-15, 4e-15, 1.6e-14, 6.4e-14, 2.6e-13, 1e-12, 4e-12):
+    for step in NUDGES:
         larger = replace(design, size=design.size + step * design.prime_radius)
         if larger.size[0] <= most and feasible(question, programme, larger)[0]:
             return larger

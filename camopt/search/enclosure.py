@@ -5,6 +5,7 @@ A limit is exceeded throughout a box if it is at one cam angle, by the limit's o
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from itertools import product
 from math import radians, tan
 from typing import Any
 
@@ -90,11 +91,14 @@ def examined(
 ) -> tuple[Any, Any]:
     """Which boxes hold no feasible design, and the side of each that is best cut.
 
-    A box is excluded if some limit is exceeded throughout it at one cam angle: where the limit is worst for one
-    design of the box. The side to cut is the one whose length loosens the bound of the worst limit the most.
+    A box is excluded if none of its designs can be assembled, or if some limit is exceeded throughout it at one cam
+    angle: where the limit is worst for one design of the box. The side to cut is the one whose length loosens the
+    bound of the worst limit the most; the longest, where no assembled design of the box is at hand.
     """
-    inside, exists = _representatives(question, programme, box)
-    excluded, side = ~exists, np.zeros(exists.shape, dtype=int)
+    excluded = question.subject.mechanism.impossible(box, programme)
+    inside, exists = _representatives(question, programme, box, free, ~excluded)
+    intervals: dict[str, Any] = box.sizes
+    side = np.argmax([intervals[n].high - intervals[n].low for n in free], axis=0)
     index = np.flatnonzero(exists)
     inside, box = inside.take(index), box.take(index)
     case = Case(question.subject, programme, inside)
@@ -103,13 +107,15 @@ def examined(
     for constraint in constraints:
         where = case.extremes(constraint.curve, [(constraint.kinds, constraint.goal)]).where
         for offset in (-1e-12, 1e-12):  # both one-sided values where the worst angle is a jump
-            motion = programme.at(np.mod(where[0] + offset, 2 * np.pi))
+            motion = programme.state(np.mod(where[0] + offset, programme.strokes[-1].end))
 
-            def floor(designs: Designs, constraint: Constraint = constraint, motion: FloatArray = motion) -> Any:
+            def floor(designs: Designs, constraint: Constraint = constraint, motion: Any = motion) -> Any:
                 value, _ = curve(constraint.curve(designs, programme), ..., *motion)
                 return constraint.floor(value, designs)
 
             excluded[index] |= floor(box) > MARGIN
+            if len(free) == 1:
+                continue
             alone = [replace(box, **{**points, n: getattr(box, n)}) for n in free]
             here = floor(replace(box, **points))
             loosest = np.argmin([floor(designs) for designs in alone], axis=0)
@@ -118,10 +124,12 @@ def examined(
     return excluded, side
 
 
-def _representatives(question: Question, programme: Programme, box: Designs) -> tuple[Designs, Any]:
-    """A design of each box that can be assembled, and whether there is one.
+def _representatives(
+    question: Question, programme: Programme, box: Designs, free: list[str], wanted: Any
+) -> tuple[Designs, Any]:
+    """A design of each wanted box that can be assembled, and whether one is found.
 
-    Tried in turn: the middle; the largest size with the offset nearest to zero; the least size.
+    Tried in turn: the middle; the largest size with the offset nearest to zero; the least size; every corner.
     """
     intervals: dict[str, Any] = box.sizes
     low = {name: interval.low for name, interval in intervals.items()}
@@ -129,9 +137,11 @@ def _representatives(question: Question, programme: Programme, box: Designs) -> 
     chosen = points_of(question, low, high, 0.5)
     nearest = np.minimum(np.maximum(low["offset"], 0.0), high["offset"])
     largest = replace(points_of(question, low, high, 1.0), offset=nearest)
-    exists = question.subject.mechanism.exists(chosen, programme)
-    for other in (largest, points_of(question, low, high, 0.0)):
-        better = ~exists & question.subject.mechanism.exists(other, programme)
+    exists = wanted & question.subject.mechanism.exists(chosen, programme)
+    ends = product(*((low[name], high[name]) for name in free))
+    corners = (replace(chosen, **dict(zip(free, corner, strict=True))) for corner in ends)
+    for other in (largest, points_of(question, low, high, 0.0), *corners):
+        better = wanted & ~exists & question.subject.mechanism.exists(other, programme)
         sizes = {name: np.where(better, other.sizes[name], a) for name, a in chosen.sizes.items()}
         chosen, exists = Designs(**sizes, sense=chosen.sense), exists | better
     return chosen, exists

@@ -1,7 +1,7 @@
 """Optimise: the smallest cam of a scene over its laws and sizes, with what holds it."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from itertools import product
 from math import inf
 from typing import Any
 
@@ -13,11 +13,11 @@ from camopt.mistakes import BadInput, Mistake
 from camopt.motion.programme import Programme
 from camopt.quantities import QUANTITIES
 from camopt.question import Question, exactly, resolve
-from camopt.scene import Range, Scene
-from camopt.search.answer import GAP, Bounds, Smallest, feasible
+from camopt.scene import Scene
+from camopt.search.answer import GAP, Progress, Smallest, feasible
 from camopt.search.smallest import smallest
-from camopt.search.space import FIELDS, axis_values, programmes_of
-from camopt.search.sweep import Progress
+from camopt.search.space import boxes_of, laws_of
+from camopt.search.turns import Turns, smallest_of_turns
 
 BINDS = 1e-6  # a limit within this relative distance of its bound holds the optimum
 RADII = 1024  # sizes above the optimum at which feasibility is looked at
@@ -28,7 +28,8 @@ class Optimum:
     """The smallest cam of each law, and the smallest of all.
 
     Each design is a mapping from quantity to value, with ``binding`` (the limits that hold it), ``proved``
-    (no feasible design of that law is smaller by more than 1e-7 mm) and ``clear_above_mm`` (the least size
+    (no feasible design of that law is smaller by more than 1e-7 mm), ``gap_mm`` (what it may be smaller by),
+    ``angles_deg`` (of all segments, where ``[search]`` frees some) and ``clear_above_mm`` (the least size
     above which all are feasible: larger than the optimum where feasibility is not monotone, and infinite where
     large cams fail, as with oscillating followers).
     """
@@ -59,26 +60,43 @@ def optimise(scene: Scene, progress: Progress | None = None) -> Optimum:
     found: dict[str, dict[str, Any]] = {}
     misses: list[tuple[tuple[float, float], dict[str, Any]]] = []
     obstacles: dict[str, str] = {}
-    programmes = programmes_of(question)
-    for done, programme in enumerate(programmes):
+    programmes = laws_of(question)
+    for done, (programme, pair) in enumerate(programmes.items()):
         if progress:
             progress(done, len(programmes))
         laws = " / ".join(dict.fromkeys((programme.law_names(1), programme.law_names(2))))
-        answers = [smallest(question, programme, bounds) for bounds in boxes_of(question)]
-        designs = [answer for answer in answers if answer.design is not None]
+        answers = list(_answers(question, programme, Turns(question, pair)))
+        designs = [each for each in answers if each[0].design is not None]
         if not designs:
-            proofs = "" if all(answer.proved for answer in answers) else " (not proved)"
-            obstacles[laws] = answers[0].obstacle + proofs
-            misses += [_missed(question, programme, answer.nearest) for answer in answers if answer.nearest]
+            proofs = "" if all(answer.proved for answer, *_ in answers) else " (not proved)"
+            obstacles[laws] = answers[0][0].obstacle + proofs
+            misses += [_missed(question, turn, answer.nearest) for answer, turn, _ in answers if answer.nearest]
             continue
-        least = min(designs, key=lambda answer: float(answer.design.size[0]))  # type: ignore[union-attr]
-        found[laws] = _described(question, programme, least)
+        least, turn, angles = min(designs, key=lambda each: float(each[0].design.size[0]))  # type: ignore[union-attr]
+        floor = min(float(a.design.size[0]) - a.gap for a, *_ in designs)  # type: ignore[union-attr]
+        gap = float(least.design.size[0]) - floor  # type: ignore[union-attr]
+        least = replace(
+            least, gap=gap, proved=all(a.proved for a, *_ in answers) or (least.proved and gap <= 2 * GAP)
+        )
+        found[laws] = _described(question, turn, least) | angles
     size = question.size_name
     if any(row[size] <= 2 * GAP for row in found.values()):
         wanted = "a limit that holds the size from below, such as pressure_angle or curvature_radius"
         raise BadInput([Mistake(scene.file, "limits", None, f"nothing limits the size: name {wanted}", bare=True)])
     ranked = dict(sorted(found.items(), key=lambda item: float(item[1][size])))
     return Optimum(scene, next(iter(ranked.values()), None), ranked, obstacles, None if found else _least(misses))
+
+
+def _answers(
+    question: Question, programme: Programme, turns: Turns
+) -> Iterator[tuple[Smallest, Programme, dict[str, Any]]]:
+    """The smallest cam of each box of sizes, with its turn and, where angles are free, what it chooses."""
+    for bounds in boxes_of(question):
+        if not turns.freed:
+            yield smallest(question, programme, bounds), programme, {}
+            continue
+        answer, freed = smallest_of_turns(turns, bounds)
+        yield answer, turns.programme(freed), {"angles_deg": turns.angles(freed)}
 
 
 def _missed(
@@ -95,26 +113,6 @@ def _least(misses: list[tuple[tuple[float, float], dict[str, Any]]]) -> dict[str
     return min(misses, key=lambda miss: miss[0])[1] if misses else None
 
 
-def boxes_of(question: Question) -> list[Bounds]:
-    """The boxes to search: every combination of listed sizes, with an interval for every range."""
-    scene, fixed = question.scene, question.design
-    cam = scene.cam.form
-    size_key = "base_radius" if cam == "disc" else "mean_radius"
-    options = {name: [(float(value[0]), float(value[0]))] for name, value in fixed.sizes.items()}
-    options["size"] = [(0.0, inf)]
-    for key, field in FIELDS.items():
-        choice = getattr(scene.search, key)
-        if choice is None:
-            continue
-        if isinstance(choice, Range):
-            options[field] = [(choice.start, choice.stop)]
-        elif key == size_key:
-            options[field] = [(float(min(choice)), float(max(choice)))]
-        else:
-            options[field] = [(float(v), float(v)) for v in axis_values(choice)]
-    return [dict(zip(options, pick, strict=True)) for pick in product(*options.values())]
-
-
 def _described(question: Question, programme: Programme, answer: Smallest) -> dict[str, Any]:
     """The quantities of an optimum, the limits that bind it, and where feasibility is clear above it."""
     design = answer.design
@@ -125,7 +123,13 @@ def _described(question: Question, programme: Programme, answer: Smallest) -> di
     quantities = {name: values[name] for name in QUANTITIES if name in values}
     binding = [lim.name for lim, over in zip(question.limits, excess, strict=True) if over > -BINDS]
     clear = _clear_above(question, programme, answer)
-    return {**quantities, "binding": binding, "proved": answer.proved, "clear_above_mm": clear}
+    return {
+        **quantities,
+        "binding": binding,
+        "proved": answer.proved,
+        "gap_mm": answer.gap,
+        "clear_above_mm": clear,
+    }
 
 
 def _clear_above(question: Question, programme: Programme, answer: Smallest) -> float:

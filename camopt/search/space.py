@@ -3,17 +3,20 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import product
-from math import floor, prod
+from math import floor, inf, prod
 
 import numpy as np
 from numpy.typing import NDArray
 
-from camopt.mechanisms import Designs
+from camopt.mechanisms import SIZES, Designs
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion.programme import Programme
+from camopt.motion.table import RETURN, RISE
 from camopt.numerics import FloatArray
 from camopt.question import Question
-from camopt.scene import Range
+from camopt.rows import Rows
+from camopt.scene_tables import Range
+from camopt.search.answer import Bounds
 
 FIELDS = {  # keys of [search] and the sizes that they vary, slowest first
     "face_offset": "face_offset",
@@ -62,16 +65,34 @@ class Space:
         arrays = {n: np.ascontiguousarray(v) for n, v in columns.items()}
         return Designs(**arrays, sense=self.question.design.sense)
 
+    def designs_of(self, rows: Rows) -> Iterator[tuple[Programme, NDArray[np.int64], Designs]]:
+        """The designs of some rows of a sweep, by programme: (programme, the rows' numbers, their designs)."""
+        fixed = self.question.design
+        named = {name: rows.column(f"{name}_mm") for name in SIZES if f"{name}_mm" in rows.columns}
+        named["size"] = rows.column(self.question.size_name)
+        columns = {
+            name: np.asarray(named.get(name, value + np.zeros(rows.count))) for name, value in fixed.sizes.items()
+        }
+        rise, fall = rows.column("law_rise"), rows.column("law_return")
+        for programme in self.programmes:
+            index = np.flatnonzero((rise == programme.law_names(RISE)) & (fall == programme.law_names(RETURN)))
+            if index.size:
+                yield programme, index, Designs(**columns, sense=fixed.sense).take(index)
 
-def programmes_of(question: Question) -> tuple[Programme, ...]:
-    """The scene's programme under every choice of laws in ``[search]``."""
+
+def laws_of(question: Question) -> dict[Programme, tuple[str | None, str | None]]:
+    """The scene's programme under every choice of laws in ``[search]``, and the laws on its rises and returns."""
     search = question.scene.search
     if search.law:
         pairs: list[tuple[str | None, str | None]] = [(law, law) for law in search.law]
     else:
         pairs = list(product(search.law_rise or (None,), search.law_return or (None,)))
-    chosen = [question.with_laws(rise, fall) for rise, fall in pairs]
-    return tuple(dict.fromkeys(chosen))
+    return {question.with_laws(*pair): pair for pair in pairs}
+
+
+def programmes_of(question: Question) -> tuple[Programme, ...]:
+    """The scene's programme under every choice of laws in ``[search]``."""
+    return tuple(laws_of(question))
 
 
 def space_of(question: Question) -> Space:
@@ -90,9 +111,33 @@ def space_of(question: Question) -> Space:
             mistakes.append(Mistake(file, f"search.{key}.step", choice.step, allowed))
             continue
         axes[key] = axis_values(choice)
+    for kind in ("rise", "return", "dwell"):
+        if question.scene.search.angle_of(kind) is not None:
+            allowed = "a sweep takes the angles as they are: leave it to optimise"
+            mistakes.append(Mistake(file, f"search.angle_{kind}", None, allowed, bare=True))
     if mistakes:
         raise BadInput(mistakes)
     return Space(question, programmes_of(question), axes)
+
+
+def boxes_of(question: Question) -> list[Bounds]:
+    """The boxes to search: every combination of listed sizes, with an interval for every range."""
+    scene, fixed = question.scene, question.design
+    cam = scene.cam.form
+    size_key = "base_radius" if cam == "disc" else "mean_radius"
+    options = {name: [(float(value[0]), float(value[0]))] for name, value in fixed.sizes.items()}
+    options["size"] = [(0.0, inf)]
+    for key, field in FIELDS.items():
+        choice = getattr(scene.search, key)
+        if choice is None:
+            continue
+        if isinstance(choice, Range):
+            options[field] = [(choice.start, choice.stop)]
+        elif key == size_key:
+            options[field] = [(float(min(choice)), float(max(choice)))]
+        else:
+            options[field] = [(float(v), float(v)) for v in axis_values(choice)]
+    return [dict(zip(options, pick, strict=True)) for pick in product(*options.values())]
 
 
 def axis_values(choice: Range | tuple[float, ...]) -> FloatArray:

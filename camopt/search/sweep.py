@@ -14,18 +14,18 @@ from typing import Any
 import numpy as np
 
 from camopt.judging import Effort, by_excess, excesses, judged, least_excess, screened, settled
-from camopt.mechanisms import SIZES
 from camopt.motion.programme import Programme
 from camopt.quantities import QUANTITIES, motion_quantity
 from camopt.question import VERDICT, Question, resolve
 from camopt.rows import Rows, joined
 from camopt.scene import Scene
-from camopt.search.pareto import non_dominated, ranked
+from camopt.search.answer import Progress
+from camopt.search.pareto import Archive, Front, front_of, non_dominated, ranked, thinned
+from camopt.search.refine import refined
 from camopt.search.space import Space, space_of
-from camopt.table import schema, table_file, write_text
+from camopt.table import TableWriter, schema, table_file, to_json, write_text
 
 BLOCK = 32768  # designs: Python's share is small, and memory stays bounded
-Progress = Callable[[int, int], None]
 Block = tuple[Programme, int, int]
 
 
@@ -50,6 +50,8 @@ class Sweep:
     """Where nothing is feasible: the design with the least excess, and what it exceeds under ``violated``."""
     reached: float = 0.0
     """The largest relative half-width of an enclosure of any row kept."""
+    front: Front | None = None
+    """Hypervolume, ideal, nadir and knee of the Pareto front, None where nothing is feasible."""
     obstacle: str = ""
     """Where no design can be put together: the condition that all of them break."""
 
@@ -81,7 +83,8 @@ def sweep(
 
     Parameters
     ----------
-    out : folder for ``pareto.parquet``, ``designs.parquet`` and ``scene.toml``; None writes nothing.
+    out : folder for ``pareto.parquet``, ``designs.parquet`` and ``scene.toml``; None writes nothing. Where
+        ``[search]`` says to refine, the front of the grid goes to ``pareto-grid.parquet``.
     keep : which designs go to ``designs.parquet``: "feasible", "pareto", or "all" that can be assembled.
     workers : threads; None takes one a core. Rows are the same for any number, and for any ``block``.
     progress : called with (designs done, designs in all).
@@ -97,31 +100,34 @@ def sweep(
     space = space_of(question)
     work = partial(_batch, space, column_names(question), keep)
     designs, existing, feasible, effort, reached = 0, 0, 0, Effort(), 0.0
-    fronts, firsts = [], []
+    search = question.scene.search
+    archive, firsts = Archive(search, block), []
     with ExitStack() as stack:
-        table = None
-        if out is not None:
-            Path(out).mkdir(parents=True, exist_ok=True)
-            layout = schema(column_names(question), question.scene.to_toml())
-            pareto = stack.enter_context(table_file(Path(out) / "pareto.parquet", layout))
-            table = stack.enter_context(table_file(Path(out) / "designs.parquet", layout))
+        tables = None if out is None else _tables(stack, Path(out), question)
         for batch in _in_order(space, work, workers or os.cpu_count() or 1, block):
             designs += batch.designs
             existing += batch.existing
             feasible += batch.feasible
             effort = effort.plus(batch.effort)
             reached = max(reached, batch.reached)
-            fronts.append(batch.front)
+            archive.add(batch.front)
             firsts.append(batch.best)
-            if table and keep != "pareto":
-                table.append(batch.kept)
+            if tables and keep != "pareto":
+                tables["designs"].append(batch.kept)
             if progress:
                 progress(designs, len(space))
-        front = non_dominated(joined(fronts), question.scene.search)
-        if table:
+        grid = archive.front()
+        rows = refined(space, grid, progress) if search.refine else grid
+        rows = rows if search.thin is None else thinned(rows, search, search.thin)
+        front = front_of(rows, search, grid if search.refine else None)
+        if tables:
             if keep == "pareto":
-                table.append(front)
-            pareto.append(front)
+                tables["designs"].append(grid)
+            if search.refine:
+                tables["pareto-grid"].append(grid)
+            if front:
+                tables["pareto"].describe("camopt_front", to_json(front.to_dict()))
+            tables["pareto"].append(rows)
             write_text(Path(out or "") / "scene.toml", question.scene.to_toml())
     return Sweep(
         scene=question.scene,
@@ -130,14 +136,30 @@ def sweep(
         feasible=feasible,
         effort=effort,
         reached=reached,
-        pareto=front.count,
-        files=()
-        if out is None
-        else tuple(Path(out) / f for f in ("designs.parquet", "pareto.parquet", "scene.toml")),
+        pareto=rows.count,
+        files=tuple(Path(out or "") / name for name in ((*map(file_name, tables), "scene.toml") if tables else ())),
         best=best_of_each_law(space, joined(firsts)),
         nearest_miss=None if feasible else nearest_miss(space, block),
+        front=front,
         obstacle="" if existing else question.subject.mechanism.assembly,
     )
+
+
+def file_name(table: str) -> str:
+    """The file of a table."""
+    return f"{table}.parquet"
+
+
+def _tables(stack: ExitStack, folder: Path, question: Question) -> dict[str, TableWriter]:
+    """The tables of a sweep by name, open until the stack is left."""
+    folder.mkdir(parents=True, exist_ok=True)
+    names, scene, refine = column_names(question), question.scene.to_toml(), question.scene.search.refine
+    columns = {"designs": names, "pareto": (*names, "refined") if refine else names}
+    columns |= {"pareto-grid": names} if refine else {}
+    return {
+        table: stack.enter_context(table_file(folder / file_name(table), schema(kept, scene)))
+        for table, kept in columns.items()
+    }
 
 
 def with_objectives(question: Question) -> Question:
@@ -207,11 +229,9 @@ def held_by(space: Space, row: dict[str, Any]) -> str:
     smaller = smaller[smaller < row[question.size_name]]
     if not smaller.size:
         return "edge of the space"
-    programme = next(
-        p for p in space.programmes if (p.law_names(1), p.law_names(2)) == (row["law_rise"], row["law_return"])
-    )
-    named = {name: np.array([row[f"{name}_mm"]]) for name in SIZES if f"{name}_mm" in row}
-    design = replace(question.design, **{**named, "size": smaller.max(keepdims=True)})
+    one = Rows({name: np.array([value]) for name, value in row.items()}, 1)
+    programme, _, design = next(space.designs_of(one))
+    design = replace(design, size=smaller.max(keepdims=True))
     if not question.subject.mechanism.exists(design, programme)[0]:
         return "assembly"
     return str(judged(question, programme, design, frozenset()).column("violated")[0]).replace(",", ", ")

@@ -15,7 +15,8 @@ from camopt.mistakes import BadInput, Mistake
 from camopt.motion.programme import Stroke, law_peaks
 from camopt.motion.table import DWELL, RETURN, RISE, TURN
 from camopt.question import Question
-from camopt.scene import Range, Scene, Synthesis
+from camopt.scene import Scene
+from camopt.scene_tables import Range, Synthesis
 from camopt.search.closed_form import least_size
 from camopt.synthesis.splines import Splines
 

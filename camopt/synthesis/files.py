@@ -1,4 +1,4 @@
-"""Free laws on disk: the scene that has them, and a table of each."""
+"""Free laws on disk: the scene that has them and a table of each; a frontier as a table and a picture."""
 
 import csv
 import os
@@ -7,8 +7,11 @@ from pathlib import Path
 import numpy as np
 
 from camopt.files import whole_file
+from camopt.quantities import QUANTITIES
+from camopt.synthesis.frontier import Frontier
 from camopt.synthesis.synthesise import Synthesised
 from camopt.table import write_text
+from camopt.version import VERSION
 
 SCENE, LAWS = "synthesised.toml", "laws.csv"
 POINTS = 361
@@ -27,3 +30,33 @@ def write(result: Synthesised, folder: str | os.PathLike[str]) -> list[Path]:
             columns = (x, law.displacement(x), law.velocity(x), law.acceleration(x), law.jerk(x))
             rows.writerows((name, *map(repr, map(float, row))) for row in zip(*columns, strict=True))
     return [out / SCENE, out / LAWS]
+
+
+def write_frontier(found: Frontier, folder: str | os.PathLike[str]) -> list[Path]:
+    """Write ``frontier.parquet`` and ``frontier.png``; the files.
+
+    The table has the free laws, each with its scene, and the known laws, whose ``bound`` and ``scene`` are null.
+    """
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    from camopt.drawing.frontier import plot_frontier
+
+    out = Path(folder)
+    out.mkdir(parents=True, exist_ok=True)
+    rows = [{"free": True, **row} for row in found.rows] + [{"free": False, **row} for row in found.known]
+    names = dict.fromkeys(("free", *found.axes, "bound", "law_rise", "law_return", *(n for r in rows for n in r)))
+    columns = {name: [row.get(name) for row in rows] for name in names if name != "scene"}
+    columns["scene"] = [row.get("scene") for row in rows]
+    fields = [pa.field(n, pa.array(v).type, metadata=_about(n)) for n, v in columns.items()]
+    layout = pa.schema(fields, metadata={"camopt_version": VERSION, "camopt_scene": found.scene.to_toml()})
+    with whole_file(out / "frontier.parquet") as partial:
+        table = pa.table([pa.array(v) for v in columns.values()], schema=layout)
+        pq.write_table(table, partial, compression="zstd", write_page_checksum=True)
+    plot_frontier(found, out / "frontier.png")
+    return [out / "frontier.parquet", out / "frontier.png"]
+
+
+def _about(name: str) -> dict[str, str]:
+    quantity = QUANTITIES.get(name)
+    return {"unit": quantity.unit, "symbol": quantity.symbol, "description": quantity.sentence} if quantity else {}

@@ -20,8 +20,8 @@ from camopt.motion.spline import SplineLaw
 from camopt.motion.table import DWELL, TURN
 from camopt.question import resolve
 from camopt.scene import Scene
+from camopt.search.answer import Progress
 from camopt.search.optimise import optimise
-from camopt.search.sweep import Progress
 from camopt.synthesis.convex import SOLVED, SQUARES, Convex, convex, solve
 from camopt.synthesis.curvature import Iterate, iterate_of, joined, sharpest_allowed, steps
 from camopt.synthesis.demand import ORDERS, PEAKS, Demand, by_offset, demand_of
@@ -140,9 +140,13 @@ def bound_of(demand: Demand) -> float | None:
         except ArithmeticError:
             continue
         if relaxed.exact:
-            error = SOLVER_ERROR * (value + relaxed.unit)
-            return max(value - error, 0.0) if value < inf else inf
+            return lowered(relaxed, value)
     return None
+
+
+def lowered(relaxed: Convex, value: float) -> float:
+    """An optimum less what a solver may err by."""
+    return max(value - SOLVER_ERROR * (value + relaxed.unit), 0.0) if value < inf else inf
 
 
 def solved(demand: Demand) -> tuple[Convex, Iterate, float]:
@@ -159,7 +163,7 @@ def solved(demand: Demand) -> tuple[Convex, Iterate, float]:
         found = iterate_of(model)
         calm = gentlest(model, least)
         for each in (calm, found):
-            if each is not None and within(demand, each):
+            if each is not None and within(demand, programme_with(demand, each)):
                 return model, each, least
     raise ArithmeticError("the convex solver does not hold the limits closely enough")
 
@@ -217,9 +221,8 @@ def programme_with(demand: Demand, found: Iterate) -> Programme:
     return Programme(tuple(s if s.kind == DWELL else replace(s, law=next(laws)) for s in demand.strokes))
 
 
-def within(demand: Demand, found: Iterate) -> bool:
-    """Whether the laws themselves, not the solver's word, hold the ranges of their derivatives and the points."""
-    programme = programme_with(demand, found)
+def within(demand: Demand, programme: Programme) -> bool:
+    """Whether laws themselves, not a solver's word, hold the ranges of their derivatives and the points."""
     for stroke, ranges in zip(programme.strokes, demand.ranges, strict=True):
         for order, (low, high) in ranges.items():
             least, largest = span(Programme((stroke,)), (0.0,) * order + (1.0,), TURN)
@@ -254,15 +257,17 @@ def chosen(scene: Scene, row: Mapping[str, Any]) -> Scene:
 
 def objective_of(demand: Demand, found: Iterate, size: float) -> float:
     """The objective of free laws and a size, from the motion itself."""
-    programme, total = programme_with(demand, found), 0.0
-    for name, weight in demand.objective.items():
-        value = size
-        if name in ORDERS:
-            value = peak(programme, ORDERS[name], TURN)
-        elif name in SQUARES:
-            value = root_mean_square(programme, SQUARES[name])
-        total += weight * demand.per_unit[name] * value
-    return total
+    programme = programme_with(demand, found)
+    return sum(weight * term_of(demand, programme, name, size) for name, weight in demand.objective.items())
+
+
+def term_of(demand: Demand, programme: Programme, name: str, size: float) -> float:
+    """A term of the objective, from the motion itself or the size."""
+    if name == "size":
+        return size
+    if name in ORDERS:
+        return demand.per_unit[name] * peak(programme, ORDERS[name], TURN)
+    return demand.per_unit[name] * root_mean_square(programme, SQUARES[name])
 
 
 # --------------------------------------------------------------------------------------- the limit on curvature
@@ -275,7 +280,7 @@ def _bent(model: Convex, demand: Demand, start: Iterate, sharpest: float, advanc
     for number, each in enumerate(starts):
         advance(number, len(starts))
         last = steps(model, each, sharpest)
-        if within(demand, last) and (cam := cam_for(demand, last)):
+        if within(demand, programme_with(demand, last)) and (cam := cam_for(demand, last)):
             found.append(cam)
     return found
 
@@ -286,7 +291,7 @@ def _known(demand: Demand, start: Iterate) -> Iterator[Iterate]:
     for law in LAWS.values():
         fit = np.linalg.lstsq(demand.splines.at(x, 0).toarray(), law.displacement(x), rcond=None)[0]
         known = start._replace(coefficients=joined(demand, [fit] * len(start.coefficients)))
-        if within(demand, known):
+        if within(demand, programme_with(demand, known)):
             yield known
 
 

@@ -1,0 +1,62 @@
+"""Free motion laws against the known ones, on each translating roller cam of the sources.
+
+    python benchmarks/free_laws.py > table.md
+
+For each cam the pressure angle is at most 30° and the offset free, as far as the prime radius allows. At the peak
+acceleration and jerk of each of four laws: the smallest prime radius with that law and with free laws, the bound
+that no motion can pass, the gap to it, the free laws' radius if the jerk is free, seconds, and the verdict of
+`camopt certify` on the free cam.
+"""
+
+from time import perf_counter
+from typing import Any
+
+from camopt import certify, find_scene, optimise, synthesise
+from camopt.scene import Scene
+
+SCENES = (
+    "roller-1000rpm",
+    "exhaust-valve",
+    "two-pauses",
+    "valve-rod-offset",
+    "valve-rod-radial",
+)
+COLUMNS = ("cam", "peaks of", "its radius, mm", "free laws, mm", "smaller by", "bound, mm", "gap")
+COLUMNS += ("jerk free, mm", "s", "certified")
+PEAKS = ("poly345", "cycloidal", "poly4567", "modified-sine")
+FREE_OFFSET = {"start": -60, "stop": 60}
+
+
+def question(name: str, law: str) -> Scene:
+    """A scene of the sources at 30°, its offset free and its roller as it is, at the peaks of a law."""
+    scene = find_scene(name)
+    changes: dict[str, Any] = {"limits.pressure_angle": 30, "limits.pressure_angle_return": 30}
+    changes |= {"search.offset": FREE_OFFSET, "search.roller_radius": None, "search.law": [law]}
+    changes |= {"synthesis.peak_acceleration": law, "synthesis.peak_jerk": law}
+    return scene.replace(**changes)
+
+
+def main() -> None:
+    print(f"| {' | '.join(COLUMNS)} |\n|{'---|' * len(COLUMNS)}")
+    synthesise(question(SCENES[0], PEAKS[0]))  # compiles
+    for name in SCENES:
+        for law in PEAKS:
+            scene = question(name, law)
+            best = optimise(scene).best
+            assert best is not None
+            start = perf_counter()
+            free = synthesise(scene)
+            seconds = perf_counter() - start
+            rougher = synthesise(scene.replace(**{"synthesis.peak_jerk": None})).design["prime_radius_mm"]
+            roller, radius = free.design["roller_radius_mm"], best["prime_radius_mm"]
+            mine, bound = free.design["prime_radius_mm"], (free.bound or 0.0) + roller
+            held = set(certify(free.scene).values()) == {"held"}
+            print(
+                f"| {name} | {law} | {radius:.2f} | {mine:.2f} | {1 - mine / radius:.1%} | {bound:.2f} "
+                f"| {1 - bound / mine:.2%} | {rougher:.2f} | {seconds:.2f} | {'yes' if held else 'NO'} |",
+                flush=True,
+            )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,96 @@
+"""Diagrams of what the motion and the speed decide: force along it, torque, and the elastic train."""
+
+from math import degrees, pi
+
+import numpy as np
+
+from camopt.drawing.panels import Panel, extremes, known, limit, peak_of
+from camopt.drawing.picture import Picture, number
+from camopt.effects import vibration
+from camopt.effects.loads import force_curve, torque_curve
+from camopt.effects.motion import scale
+from camopt.motion.table import DWELL, TURN
+from camopt.numerics import FloatArray
+from camopt.numerics.oscillator import Wave
+from camopt.quantities import QUANTITIES
+
+
+def dynamics_panels(picture: Picture) -> list[Panel]:
+    """The diagrams of force, torque and vibration, as far as these effects ran and are finite."""
+    return [*_force(picture), *_torque(picture), *_train(picture)]
+
+
+def _force(picture: Picture) -> list[Panel]:
+    ends = ("contact_force_max_N", "contact_force_min_N")
+    if not known(picture, *ends):
+        return []
+    question = picture.question
+    values = picture.curve_values(force_curve(question.subject, question.design, question.programme))
+    panel = Panel("Force along the motion", "N", values, extremes(picture, values, *ends))
+    panel.note = "contact is lost below 0"
+    panel.limits = limit(picture, "contact_force_min")
+    return [panel]
+
+
+def _torque(picture: Picture) -> list[Panel]:
+    """The torque with its mean; a limit on power is one on torque at the speed of the cam."""
+    ends = ("torque_max_N_m", "torque_min_N_m")
+    if not known(picture, *ends):
+        return []
+    subject, programme = picture.question.subject, picture.question.programme
+    assert subject.omega is not None
+    values = [1e-3 * v for v in picture.curve_values(torque_curve(subject, picture.question.design, programme))]
+    panel = Panel("Torque of the camshaft", "N·m", values, extremes(picture, values, *ends))
+    mean = picture.values["torque_mean_N_m"]
+    panel.reference = [np.full_like(value, mean) for value in values]
+    panel.note = f"dash-dot: mean {number(mean)} N·m"
+    power = [(kinds, bound / subject.omega) for kinds, bound in limit(picture, "power", TURN)]
+    panel.limits = [*limit(picture, "torque", TURN), *power]
+    return [panel]
+
+
+def _train(picture: Picture) -> list[Panel]:
+    """The mass on the elastic train: its acceleration, its travel off the motion, and the force that it leaves."""
+    subject, programme, given = (
+        picture.question.subject,
+        picture.question.programme,
+        picture.question.subject.dynamics,
+    )
+    length, second = ("deg", "rad_s2") if subject.angular else ("mm", "m_s2")
+    overshoot, acceleration = f"overshoot_max_{length}", f"acceleration_elastic_max_{second}"
+    if not known(picture, overshoot, acceleration):
+        return []
+    assert subject.omega is not None
+    assert given.natural_frequency is not None
+    ratio = 2.0 * pi * given.natural_frequency / subject.omega
+    wave = vibration.response(programme, ratio, given.damping_ratio)
+    unit, factor = degrees(1.0) if subject.angular else 1.0, scale(subject, 2)
+    driven = _sampled(picture, vibration.acceleration(wave, ratio), factor)
+    mass = Panel("Acceleration of the mass on its elastic train", QUANTITIES[acceleration].unit, driven)
+    mass.peaks = [peak_of(picture, driven, acceleration)]
+    mass.reference = [rows[2] * factor for rows in picture.motion]
+    mass.note = "dash-dot: that of the motion"
+    moved = _sampled(picture, wave, unit)
+    travel = Panel("Travel of the mass off the motion", length, moved, [peak_of(picture, moved, overshoot)])
+    travel.limits = limit(picture, "residual_vibration", DWELL)
+    found = [mass, travel]
+    least = "contact_force_elastic_min_N"
+    if known(picture, least):
+        lever = float(picture.question.design.arm_length[0]) if subject.angular else 1.0
+        pressed = vibration.contact_wave(programme, given, subject.omega, ratio)
+        values = _sampled(picture, pressed, 1.0 / lever)
+        force = Panel("Force with the elastic train", "N", values, extremes(picture, values, "", least))
+        force.note, force.limits = "contact is lost below 0", limit(picture, "contact_force_elastic")
+        found.append(force)
+    return found
+
+
+def _sampled(picture: Picture, wave: Wave, factor: float) -> list[FloatArray]:
+    """A wave on each piece of the motion."""
+    table = picture.question.programme.table
+    starts = table.centre - table.half_width
+    found = []
+    for angles, first, end in zip(picture.pieces, table.first_panel[:-1], table.first_panel[1:], strict=True):
+        panel = first + np.searchsorted(starts[first + 1 : end], angles, side="right")
+        found.append(factor * wave.along(panel, (angles - table.centre[panel]) / table.half_width[panel])[0])
+    return found

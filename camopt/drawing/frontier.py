@@ -1,0 +1,99 @@
+"""The picture of a frontier: free laws as a front, the bound that no motion passes, known laws as points."""
+
+import os
+from math import isinf
+from typing import Any
+
+import numpy as np
+
+from camopt.drawing.picture import ALARM, COLOURS, FAINT, INK, MUTED
+from camopt.figures import STYLE
+from camopt.files import whole_file
+from camopt.motion.table import RISE
+from camopt.quantities import QUANTITIES
+from camopt.synthesis.frontier import Frontier
+
+FREE = COLOURS[RISE]
+BOUND = "no motion within the other limits passes this"
+WIDE = 5.0  # a ratio of values that is shown on a logarithmic scale
+WORDS = {
+    "size": "radius of the cam, mm",
+    "velocity": "peak velocity",
+    "acceleration": "peak acceleration",
+    "jerk": "peak jerk",
+    "acceleration_rms": "acceleration, root mean square",
+    "jerk_rms": "jerk, root mean square",
+}
+UNITS = {"velocity": ("m/s", "mm/rad"), "acceleration": ("m/s²", "mm/rad²"), "jerk": ("m/s³", "mm/rad³")}
+
+
+def plot_frontier(found: Frontier, path: str | os.PathLike[str]) -> None:
+    """Draw a frontier to a PNG file: its first axis upwards, the second to the right, a third as colours."""
+    import matplotlib.style
+    from matplotlib.figure import Figure
+
+    with matplotlib.style.context(["default", STYLE], after_reset=True):
+        figure = Figure(figsize=(10.5, 7.0), facecolor="white", layout="constrained")
+        axes = figure.subplots()
+        (_cloud if len(found.axes) == 3 else _curve)(figure, axes, found)
+        _known(axes, found)
+        axes.set(xlabel=_label(found, found.axes[1]), ylabel=_label(found, found.axes[0]))
+        axes.set_title(f"{found.scene.name}: what free motion laws trade", loc="left", fontsize=12, color=INK)
+        axes.grid(True, lw=0.4, color=FAINT, alpha=0.6)
+        axes.spines[["top", "right"]].set_visible(False)
+        figure.legend(loc="outside lower center", ncols=2, fontsize=9, frameon=False)
+        with whole_file(path) as partial:
+            figure.savefig(partial, format="png", dpi=150)
+
+
+def _label(found: Frontier, axis: str) -> str:
+    """What an axis shows, with its unit."""
+    if axis in QUANTITIES:
+        quantity = QUANTITIES[axis]
+        words = axis.removesuffix("_" + axis.rsplit("_", 1)[-1]).replace("_", " ") if quantity.unit else axis
+        return f"{words}, {quantity.unit}" if quantity.unit else words.replace("_", " ")
+    unit = UNITS.get(axis.removesuffix("_rms"))
+    return WORDS[axis] if unit is None else f"{WORDS[axis]}, {unit[found.scene.cam.rpm is None]}"
+
+
+def _curve(figure: Any, axes: Any, found: Frontier) -> None:
+    """Two axes: the front as a curve, and the bound as the edge of what cannot be."""
+    up, across = found.axes
+    rows = sorted(found.rows, key=lambda row: float(row[across]))
+    x, y = (np.array([row[axis] for row in rows]) for axis in (across, up))
+    axes.plot(x, y, "-o", color=FREE, lw=1.8, ms=4, label="free laws, proved to hold every limit", zorder=4)
+    low = np.array([np.nan if row["bound"] is None else row["bound"] for row in rows])
+    if np.isfinite(low).any():
+        axes.plot(
+            x, low, color=ALARM, lw=1.0, ls="--", label="no motion within the other limits passes this", zorder=3
+        )
+        floor = min(np.nanmin(low), *(row[up] for row in found.known)) if found.known else np.nanmin(low)
+        bottom = floor - 0.06 * (np.nanmax(y) - floor)
+        axes.fill_between(x, bottom, low, color=ALARM, alpha=0.06, lw=0)
+    least = found.least.get(across, (None, None))[1]
+    if least is not None and least > 0.0:
+        axes.axvline(least, color=ALARM, lw=1.0, ls="--", zorder=3)
+
+
+def _cloud(figure: Any, axes: Any, found: Frontier) -> None:
+    """Three axes: the front as points, the third axis as their colour."""
+    up, across, third = found.axes
+    x, y, z = (np.array([row[axis] for row in found.rows]) for axis in (across, up, third))
+    norm = "log" if z.min() > 0.0 and z.max() > WIDE * z.min() else "linear"
+    points = axes.scatter(x, y, c=z, cmap="viridis", norm=norm, s=26, zorder=4, label="free laws")
+    figure.colorbar(points, ax=axes, label=_label(found, third), pad=0.01)
+
+
+def _known(axes: Any, found: Frontier) -> None:
+    """The known laws that the picture has room for, by name; hollow where they are beyond the other limits."""
+    up, across = found.axes[:2]
+    labelled = {True: "known laws", False: "known laws beyond the other limits"}
+    for row in found.known:
+        if isinf(row[across]) or isinf(row[up]):
+            continue
+        fill = {"facecolor": MUTED if row["within"] else "white", "edgecolor": MUTED}
+        label = labelled.pop(row["within"], None)
+        axes.scatter(row[across], row[up], s=34, zorder=5, label=label, **fill)
+        laws = " / ".join(dict.fromkeys((row["law_rise"], row["law_return"])))
+        place = {"xytext": (-6, -4), "ha": "right", "va": "top", "textcoords": "offset points"}
+        axes.annotate(laws, (row[across], row[up]), fontsize=8, color=INK, **place)

@@ -1,0 +1,32 @@
+"""An external load that changes over the turn, in balls: the straight lines between the rows of its table."""
+
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+from flint import arb
+
+
+class Line(NamedTuple):
+    """A load over a part of a stroke: from ``start`` to ``end`` of x, its value at the start, its slope by x."""
+
+    start: arb
+    end: arb
+    load: arb
+    slope: arb
+
+    def at(self, x: arb) -> arb:
+        return self.load + self.slope * (x - self.start)
+
+
+def lines_of(rows: Sequence[tuple[float, float]], unit: float, start: arb, angle: arb) -> Iterator[Line]:
+    """The lines that reach into a stroke, from rows (cam angle in deg, load); start and angle of the stroke in deg.
+
+    ``unit`` of a load in N (N·mm). The rows are taken as exact.
+    """
+    turn = [(arb(x), arb(load) * unit) for x, load in rows]
+    (first, one), (last, other) = turn[0], turn[-1]
+    for (left, before), (right, after) in pairwise([(last - 360, other), *turn, (first + 360, one)]):
+        low, high = (left - start) / angle, (right - start) / angle
+        if high > low and high > 0 and low < 1:
+            yield Line(low, high, before, (after - before) / (high - low))

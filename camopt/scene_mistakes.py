@@ -1,0 +1,76 @@
+"""What pydantic finds wrong with the tables of a scene, in plain words: one mistake for each key."""
+
+from dataclasses import replace
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+
+from camopt.mistakes import BadInput, Mistake, nearest
+
+TAGS = ("range/", "values/", "constant/", "file/", "rows/")  # parts of a location in pydantic's errors, no keys
+
+
+def mistakes_of(error: ValidationError, model: type[BaseModel], prefix: str, file: str = "scene") -> list[Mistake]:
+    """Pydantic's errors as mistakes: one for each key, in plain words."""
+    found: dict[str, Mistake] = {}
+    for each in error.errors():
+        *tables, last = each["loc"] or TAGS[:1]
+        unknown = each["type"] == "extra_forbidden"  # then the last part is a key of the user, whatever it says
+        where = (*(p for p in tables if p not in TAGS), *([last] if unknown or last not in TAGS else []))
+        parts = [str(p + 1) if isinstance(p, int) else p for p in where]
+        key = ".".join([prefix, *parts] if prefix else parts)
+        within = each.get("ctx", {}).get("error")
+        if isinstance(within, BadInput):  # of a table inside this one, which gave its keys its own name
+            for mistake in within.mistakes:
+                name = ".".join([key, *mistake.key.split(".")[1:]])
+                found.setdefault(name, replace(mistake, file=file, key=name))
+        elif each["type"] != "too_short" or not each["input"]:  # a list of mistakes is not empty
+            found.setdefault(key, _mistake(each, where, model, key, file))
+    return list(found.values())
+
+
+def _mistake(each: Any, where: tuple[str | int, ...], model: type[BaseModel], key: str, file: str) -> Mistake:
+    kind, value, context = each["type"], each["input"], each.get("ctx", {})
+    if kind == "extra_forbidden":
+        known = list(_table_at(model, where[:-1]).model_fields)
+        return Mistake(file, key, value, f"not a known key; {nearest(str(where[-1]), known)}", bare=True)
+    if kind == "missing":
+        return Mistake(file, key, None, "missing", bare=True)
+    if kind == "literal_error":
+        return Mistake(file, key, value, f"one of {context['expected']}")
+    if kind == "value_error":
+        return Mistake(file, key, value, str(context["error"]))
+    words = {
+        "greater_than": "above",
+        "greater_than_equal": "at least",
+        "less_than": "below",
+        "less_than_equal": "at most",
+    }
+    if kind in words:
+        bound = next(iter(context.values()))
+        return Mistake(file, key, value, f"{words[kind]} {bound:g}")
+    plain = {
+        "finite_number": "a finite number",
+        "model_type": "a table",
+        "dict_type": "a table",
+        "model_attributes_type": "a table",
+        "tuple_type": "a list",
+        "string_type": "a text",
+        "string_unicode": "a text",
+        "too_short": "a list of at least one value",
+    }
+    return Mistake(file, key, value, plain.get(kind, each["msg"].lower()))
+
+
+def _table_at(model: type[BaseModel], where: tuple[str | int, ...]) -> type[BaseModel]:
+    """The table that a path of keys leads to."""
+    parts = iter(where)
+    for part in parts:
+        if isinstance(part, int):
+            continue
+        annotation: Any = model.model_fields[part].annotation
+        candidates = [annotation, *getattr(annotation, "__args__", ())]
+        model = next(c for c in candidates if isinstance(c, type) and issubclass(c, BaseModel))
+        if getattr(annotation, "__origin__", None) is dict:
+            next(parts, None)  # a name that the user chose
+    return model

@@ -1,0 +1,235 @@
+"""The smallest cam over the angles of a turn, against dense grids of angles, bisection and identities."""
+
+from math import radians, tan
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import optimize
+from test_optimise import BASE, CASES, scene, size_of
+
+from camopt import BadInput, Scene, evaluate, optimise, sweep
+from camopt.effects import Case
+from camopt.mechanisms import MECHANISMS
+from camopt.motion import LAWS
+from camopt.motion.programme import Programme, law_peaks, span
+from camopt.motion.table import RETURN, RISE
+from camopt.numerics import LARGEST_MAGNITUDE
+from camopt.question import exactly, resolve
+from camopt.search.optimise import boxes_of
+from camopt.search.smallest import smallest
+from camopt.search.turns import Turns, convex_floor
+
+ANGLES = {"search.angle_rise": {"start": 60, "stop": 160}, "search.angle_return": {"start": 60, "stop": 160}}
+OFFSET = {"search.offset": {"start": -40, "stop": 40}}
+FREE = {
+    "radial": scene(**ANGLES),
+    "offset free, limits apart": scene(**ANGLES, **OFFSET, **{"limits.pressure_angle": 35}),
+    "an end of the range": scene(**{**ANGLES, "search.angle_rise": {"start": 60, "stop": 90}}),
+    "cylindrical": CASES["cylindrical"].replace(**ANGLES),
+    "flat": CASES["flat"].replace(
+        **{"search.angle_rise": {"start": 40, "stop": 80}, "search.angle_return": {"start": 40, "stop": 80}}
+    ),
+    "oscillating": CASES["oscillating"].replace(**ANGLES),
+    "curvature binds": CASES["curvature binds"].replace(
+        **{"search.angle_rise": {"start": 50, "stop": 70}, "search.angle_return": {"start": 50, "stop": 70}}
+    ),
+}
+PROVED = [name for name in FREE if name != "curvature binds"]
+
+
+def put_back(case, best):
+    """The scene without a search, with the angles and sizes of its optimum."""
+    data = case.replace(search=None).to_dict()
+    for segment, angle in zip(data["motion"], best["angles_deg"], strict=True):
+        segment["angle"] = angle
+    data["cam"]["base_radius" if "base_radius_mm" in best else "mean_radius"] = size_of(best)
+    if best.get("offset_mm"):
+        data["follower"]["offset"] = best["offset_mm"]
+    return Scene.from_dict(data)
+
+
+@pytest.mark.parametrize("name", FREE)
+def test_no_turn_of_a_grid_has_a_smaller_cam(name):
+    """Every turn of a grid by the search at given angles, which knows nothing of other turns."""
+    case = FREE[name]
+    best, question = optimise(case).best, exactly(resolve(case))
+    turns = Turns(question, (None, None))
+    box, total = turns.box, turns.scene_angles.sum()
+    assert best["proved"] == (name in PROVED)
+    assert sum(best["angles_deg"]) == pytest.approx(360.0, rel=1e-14)
+    near = best["angles_deg"][turns.freed[0]] + np.array([-0.1, -1e-3, 1e-3, 0.1])
+    sizes = []
+    for angle in np.clip([*np.linspace(box.low[0], box.high[0], 15), *near], box.low[0], box.high[0]):
+        answer = smallest(question, turns.programme(np.array([angle, total - angle])), boxes_of(question)[0])
+        sizes.append(np.inf if answer.design is None else answer.design.size[0])
+    assert size_of(best) <= min(sizes) + 1e-7
+    assert size_of(best) - best["gap_mm"] <= min(sizes)
+    assert min(sizes) == pytest.approx(size_of(best), abs=1e-2)
+    assert evaluate(put_back(case, best))["feasible"]
+
+
+def test_rise_against_return_is_where_two_monotone_functions_cross():
+    """A radial cam: each stroke needs the larger radius the shorter it is, so the optimum is a root."""
+    case = scene(**ANGLES, **{"limits.pressure_angle": 38})
+    turns = Turns(exactly(resolve(case)), (None, None))
+
+    def needed(rise, kinds, limit, sign):
+        weights = (-tan(radians(limit)), sign)
+        return span(turns.programme(np.array([rise, 210.0 - rise])), weights, kinds)[1] / tan(radians(limit))
+
+    def difference(rise):
+        return needed(rise, RISE, 38, 1.0) - needed(rise, RETURN, 30, -1.0)
+
+    rise = optimize.brentq(difference, 60, 150, xtol=1e-13)
+    best = optimise(case).best
+    assert best["angles_deg"][0] == pytest.approx(rise, abs=1e-6)
+    assert best["prime_radius_mm"] == pytest.approx(needed(rise, RISE, 38, 1.0), abs=1e-7)
+
+
+def test_a_turn_run_backwards_has_the_same_cam():
+    """Rise and return change places with their limits and ranges, and the rotation turns."""
+    apart = {"limits.pressure_angle": 35, "limits.pressure_angle_return": 28}
+    case = scene(**{**ANGLES, **OFFSET, **apart, "search.angle_rise": {"start": 60, "stop": 100}})
+    back = {
+        "limits.pressure_angle": 28, "limits.pressure_angle_return": 35, "cam.rotation": "ccw",
+        "search.angle_rise": case.search.angle_return, "search.angle_return": case.search.angle_rise,
+        "motion": [BASE["motion"][i] for i in (0, 1, 2, 3)],
+    }  # fmt: skip
+    there, again = optimise(case).best, optimise(case.replace(**back)).best
+    assert there["base_radius_mm"] == pytest.approx(again["base_radius_mm"], abs=1e-7)
+    assert there["angles_deg"][0] == pytest.approx(again["angles_deg"][2], abs=1e-5)
+    assert there["offset_mm"] == pytest.approx(again["offset_mm"], abs=1e-5)
+
+
+def test_more_freedom_never_makes_a_larger_cam_and_none_is_the_scene_itself():
+    plain, free = scene(**OFFSET), scene(**OFFSET, **ANGLES)
+    tied = {f"search.angle_{kind}": {"start": a, "stop": a} for kind, a in (("rise", 120), ("return", 90))}
+    dwells = {"search.angle_dwell": {"start": 55, "stop": 95}}
+    sizes = [size_of(optimise(s).best) for s in (plain, plain.replace(**tied), free, free.replace(**dwells))]
+    assert sizes[0] == pytest.approx(sizes[1], abs=1e-9)
+    assert sizes[1] > sizes[2] > sizes[3]
+
+
+RESTING = [name for name, law in LAWS.items() if law_peaks(law)["jumps"] != "velocity"]
+
+
+@pytest.mark.parametrize("key", MECHANISMS)
+@given(
+    law=st.sampled_from(RESTING),
+    angle=st.floats(20, 150),
+    longer=st.floats(1, 2),
+    share=st.floats(0.05, 0.95),
+    offset=st.floats(-0.9, 0.9),
+    sense=st.sampled_from(["cw", "ccw"]),
+)
+@settings(max_examples=40, deadline=None)
+def test_no_strokes_pressure_angle_grows_with_its_angle(key, law, angle, longer, share, offset, sense):
+    """What the bound of a box of angles rests on, for every mechanism and every law at rest at its ends."""
+    form, motion, _ = key
+    angular = motion == "oscillating"
+    question = resolve(next(c for c in CASES.values() if resolve(c).subject.mechanism is MECHANISMS[key]))
+    design = question.design
+    reach = float(design.centre_distance[0] - design.arm_length[0]) if angular and form == "disc" else 0.0
+    size = abs(reach) + share * 100.0 + 1.0
+    moved = {"size": np.array([size]), "offset": np.array([offset * size]) if not angular else design.offset}
+    design = type(design)(**{**design.sizes, **moved}, sense=1.0 if sense == "ccw" else -1.0)
+    largest = []
+    for wide in (angle, angle * longer):
+        segments = [("rise", wide, 20.0, law), ("return", wide, 20.0, law)]
+        turn = Programme.from_segments(segments, angular=angular)
+        if not MECHANISMS[key].exists(design, turn)[0]:
+            return
+        found = Case(question.subject, turn, design).extremes(
+            MECHANISMS[key].pressure, [(RISE, LARGEST_MAGNITUDE), (RETURN, LARGEST_MAGNITUDE)]
+        )
+        largest.append(found.value[:, 0])
+    assert np.all(largest[1] <= largest[0] * (1 + 1e-9) + 1e-12)
+
+
+@given(
+    places=st.lists(st.floats(-10, 10), min_size=5, max_size=9, unique=True),
+    bend=st.floats(0.1, 5),
+    lowest=st.floats(-15, 15),
+)
+@settings(max_examples=100, deadline=None)
+def test_lines_through_neighbours_bound_a_convex_function(places, bend, lowest):
+    places = sorted(round(p, 3) for p in places)
+    if np.diff(places).min() < 1e-2:
+        return
+
+    def convex(x):
+        return bend * (x - lowest) ** 2 + np.maximum(3.0 * (x - 1.0), 0.0)
+
+    floor = convex_floor(places, [convex(x) for x in places[1:-1]])
+    least = convex(np.linspace(places[0], places[-1], 4001)).min()
+    assert floor <= least + 1e-9
+
+
+MISTAKES = [
+    ({"search.angle_rise": {"start": 60, "stop": 100}}, "search.angle_rise: no other segment is free"),
+    ({**ANGLES, "search.angle_rise": 5}, "search.angle_rise = 5: must be a table"),
+    (
+        {**ANGLES, "search.angle_rise": {"start": 0, "stop": 90}},
+        "search.angle_rise.start = 0: must be at least 1e-06",
+    ),
+    (
+        {**ANGLES, "search.angle_dwell": {"start": -1, "stop": 90}},
+        "search.angle_dwell.start = -1: must be at least 0",
+    ),
+    (
+        {**ANGLES, "search.angle_rise": {"start": 9, "stop": 361}},
+        "search.angle_rise.stop = 361: must be at most 360",
+    ),
+    ({**ANGLES, "search.angle_rise": {"start": 90, "stop": 80}}, "search.angle_rise = "),
+    (
+        {
+            **ANGLES,
+            "search.angle_rise": {"start": 60, "stop": 70},
+            "search.angle_return": {"start": 60, "stop": 70},
+        },
+        "search.angle_rise: the freed segments have 210 deg together, their ranges between 120 and 140",
+    ),
+    ({**ANGLES, "search.angle_fall": {"start": 60, "stop": 70}}, "search.angle_fall = "),
+]
+
+
+@pytest.mark.parametrize(("changes", "line"), MISTAKES)
+def test_a_mistaken_angle_is_told_in_one_line(changes, line):
+    with pytest.raises(BadInput) as caught:
+        scene(**changes)
+    assert len(caught.value.mistakes) == 1
+    assert line in str(caught.value)
+
+
+def test_a_kind_that_the_motion_has_not_is_a_mistake():
+    motion = [{**BASE["motion"][0], "angle": 180}, {**BASE["motion"][2], "angle": 180}]
+    with pytest.raises(BadInput, match=r"search\.angle_dwell: the motion has no dwell"):
+        scene(motion=motion, **ANGLES, **{"search.angle_dwell": {"start": 0, "stop": 9}})
+
+
+number = st.one_of(st.floats(allow_nan=True, allow_infinity=True), st.integers(-500, 500), st.text(max_size=3))
+
+
+@given(st.dictionaries(st.sampled_from(["rise", "return", "dwell"]), st.tuples(number, number), min_size=1))
+@settings(max_examples=60, deadline=None)
+def test_whatever_the_ranges_they_are_right_or_told(ranges):
+    given_ = {f"search.angle_{kind}": {"start": a, "stop": b} for kind, (a, b) in ranges.items()}
+    told: tuple = ()
+    try:
+        turns = Turns(resolve(scene(**given_)), (None, None))
+    except BadInput as mistakes:
+        told = mistakes.mistakes
+    assert all(mistake.key.startswith("search.angle_") for mistake in told)
+    if told:
+        return
+    middle = turns.at(np.full(len(turns.freed), 0.5), turns.box)
+    assert np.all(middle >= turns.box.low - 1e-9)
+    assert np.all(middle <= turns.box.high + 1e-9)
+    assert sum(turns.angles(middle)) == pytest.approx(360.0, rel=1e-12)
+
+
+def test_a_sweep_leaves_angles_to_optimise():
+    with pytest.raises(BadInput, match=r"search\.angle_rise: a sweep takes the angles as they are"):
+        sweep(scene(**ANGLES))
