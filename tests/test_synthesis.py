@@ -697,11 +697,19 @@ def test_what_cannot_be_met_ends_with_1_and_nothing_written(run, tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["scene.toml"]
 
 
+def test_a_picture_of_no_known_kind_is_bad_input_and_nothing_is_written(run, tmp_path):
+    code, _, err = run(ROLLER, "--plot", "both.bmp")
+    assert code == 2
+    assert "--plot" in err
+    assert [path.name for path in tmp_path.iterdir()] == ["scene.toml"]
+
+
 def test_a_solver_that_fails_is_said(run, monkeypatch):
     monkeypatch.setattr("camopt.synthesis.convex.solve", lambda problem: cp.SOLVER_ERROR)
     code, out, err = run(ROLLER)
     assert (code, out) == (4, "")
     assert "solver" in err
+    assert main(["frontier", "scene.toml"]) == 4
 
 
 def test_the_result_never_replaces_the_users_scene(run, tmp_path):

@@ -187,9 +187,6 @@ def tightened(demand: Demand, margin: float) -> Demand:
     )
 
 
-# ------------------------------------------------------------------------------------------- from laws to a cam
-
-
 def free_names(scene: Scene) -> list[str]:
     """Names for the free laws of a scene's moving segments, in order."""
     kinds = [segment.segment for segment in scene.motion if segment.segment != "dwell"]
@@ -268,9 +265,6 @@ def term_of(demand: Demand, programme: Programme, name: str, size: float) -> flo
     if name in ORDERS:
         return demand.per_unit[name] * peak(programme, ORDERS[name], TURN)
     return demand.per_unit[name] * root_mean_square(programme, SQUARES[name])
-
-
-# --------------------------------------------------------------------------------------- the limit on curvature
 
 
 def _bent(model: Convex, demand: Demand, start: Iterate, sharpest: float, advance: Progress) -> list[Synthesised]:
