@@ -230,13 +230,15 @@ def synthesise(scene: Any, as_json: bool, quiet: bool, out: str, picture: str | 
         except Unmet as why:
             click.echo(f"camopt: {why}", err=True)
             return NOTHING_FEASIBLE
+        except ArithmeticError as why:
+            click.echo(f"camopt: {why}", err=True)
+            return NOT_REACHED
         known = known_laws(scene)
-    files = write(result, out)
     if picture:
         from camopt.drawing.synthesis import plot_synthesis
 
         plot_synthesis(scene, known, result, picture)
-        files.append(Path(picture))
+    files = [*write(result, out), *([Path(picture)] if picture else [])]
     reports.show_synthesis(result, known, as_json)
     if not quiet:
         reports.say_written(files)
@@ -264,6 +266,9 @@ def frontier(scene: Any, as_json: bool, quiet: bool, axes: str, points: int, out
         except Unmet as why:
             click.echo(f"camopt: {why}", err=True)
             return NOTHING_FEASIBLE
+        except ArithmeticError as why:
+            click.echo(f"camopt: {why}", err=True)
+            return NOT_REACHED
     files = write_frontier(found, out)
     reports.show_frontier(found, as_json)
     if not quiet:

@@ -26,6 +26,7 @@ def check(data: Mapping[str, Any]) -> Iterator[Fault]:
     yield from _programme(data)
     yield from _searched_laws(data)
     yield from _searched_angles(data)
+    yield from _synthesis(data)
     mechanism = tuple(_text(data, key) for key in ("cam.form", "follower.motion", "follower.contact"))
     if all(mechanism):
         yield from _dynamics(data, *mechanism)  # type: ignore[arg-type]
@@ -166,6 +167,15 @@ def _searched_angles(data: Mapping[str, Any]) -> Iterator[Fault]:
     elif not low - CLOSE * total <= total <= high + CLOSE * total:
         between = f"between {low:g} and {high:g}"
         yield next(iter(ranges)), None, f"the freed segments have {total:g} deg together, their ranges {between}"
+
+
+def _synthesis(data: Mapping[str, Any]) -> Iterator[Fault]:
+    for key in ("synthesis.peak_velocity", "synthesis.peak_acceleration", "synthesis.peak_jerk"):
+        yield from _law(_at(data, key), key, law_names(data))
+    degree, continuity = _size(data, "synthesis.degree"), _size(data, "synthesis.continuity")
+    degree = 5 if degree is None else degree
+    if continuity is not None and continuity >= degree:
+        yield "synthesis.continuity", continuity, f"must be below the degree ({degree:g})"
 
 
 def _needed(form: str, motion: str, contact: str) -> tuple[str, ...]:

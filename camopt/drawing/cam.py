@@ -26,6 +26,8 @@ from camopt.geometry import CamCurves, cam_curves
 from camopt.mechanisms.design import ComplexArray
 from camopt.motion.table import DWELL
 
+UNSEEN = 1e-4  # of the cam: an offset smaller than that is none to the eye
+
 
 def draw_disc(axes: Any, picture: Picture) -> None:
     """A disc cam at cam angle 0 with its follower, which is then at its lowest; into square axes."""
@@ -139,6 +141,7 @@ def _mark_pitch_point(axes: Any, picture: Picture) -> None:
 def _draw_offset(axes: Any, offset: float, lowest: float, size: float) -> ComplexArray:
     """The offset circle, the follower's axis, and the offset as a dimension below the cam."""
     dashes = {"color": MUTED, "lw": 0.7, "ls": (0, (12, 3, 2, 3)), "zorder": 2}
+    offset = offset if abs(offset) > UNSEEN * size else 0.0
     level = lowest - (0.1 * size if offset else 0.02 * size)
     ends = 1j * np.array([level - 0.03 * size, 0.4 * size])
     line(axes, ends, **dashes)

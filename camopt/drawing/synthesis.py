@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from camopt.drawing.cam import draw_disc
+from camopt.drawing.groove import draw_groove
 from camopt.drawing.picture import COLOURS, FAINT, INK, MUTED, Picture, number
 from camopt.figures import STYLE
 from camopt.files import whole_file
@@ -45,7 +46,7 @@ def plot_synthesis(
         warnings.filterwarnings("ignore", message="Glyph .* missing")
         figure = Figure(figsize=(15.5, 9.0), facecolor="white")
         figure.text(0.04, 0.955, scene.name, fontsize=15, fontweight="bold")
-        _cams(figure, before, after, result)
+        _cams(figure, before, after)
         _motions(figure, before, after)
         with whole_file(path) as partial:
             figure.savefig(partial, format=suffix[1:], dpi=150)
@@ -53,7 +54,7 @@ def plot_synthesis(
 
 def best_known(scene: Scene, known: dict[str, dict[str, Any]], result: Synthesised) -> Scene:
     """The scene with the known law of the smallest cam that is no rougher than the free laws, or of all."""
-    from camopt.synthesis.synthesise import peaks_of
+    from camopt.synthesis.synthesise import chosen, peaks_of
 
     free = peaks_of(result.design, result)
     gentle = [
@@ -66,36 +67,45 @@ def best_known(scene: Scene, known: dict[str, dict[str, Any]], result: Synthesis
     row = next(iter(gentle or known.values()), None)
     if row is None:
         return scene
-    size = "base_radius" if scene.cam.form == "disc" else "mean_radius"
-    changes: dict[str, Any] = {f"cam.{size}": row[f"{size}_mm"]}
-    for name in ("offset", "roller_radius", "face_radius"):
-        if row.get(f"{name}_mm") and getattr(scene.follower, name) is not None:
-            changes[f"follower.{name}"] = row[f"{name}_mm"]
     laws = {"rise": row["law_rise"], "return": row["law_return"]}
-    data = scene.replace(**changes).to_dict()
+    data = chosen(scene, row).to_dict()
     for segment in data["motion"]:
         if segment["segment"] in laws and laws[segment["segment"]] in {**LAWS, **data.get("laws", {})}:
             segment["law"] = laws[segment["segment"]]
     return Scene.from_dict(data, scene.file)
 
 
-def _cams(figure: Any, before: Picture, after: Picture, result: Synthesised) -> None:
-    """Both cams, in axes of the same limits."""
+def _cams(figure: Any, before: Picture, after: Picture) -> None:
+    """Both cams, in axes of the same limits: discs side by side, developed grooves one above the other."""
     disc = not before.question.subject.mechanism.grooved
-    axes = [figure.add_axes((left, 0.06, 0.27, 0.82)) for left in (0.03, 0.31)]
-    for ax, picture, colour in zip(axes, (before, after), (BEFORE, AFTER), strict=True):
+    places = [(0.03, 0.06, 0.27, 0.82), (0.31, 0.06, 0.27, 0.82)]
+    if not disc:
+        places = [(0.07, 0.52, 0.51, 0.34), (0.07, 0.08, 0.51, 0.34)]
+    axes = [figure.add_axes(place) for place in places]
+    for ax, picture in zip(axes, (before, after), strict=True):
+        (draw_disc if disc else draw_groove)(ax, picture)
+        if not disc:  # a sheet is far wider than high
+            low, high = ax.dataLim.intervaly
+            ax.set_ylim(low - 0.15 * (high - low), high + 0.15 * (high - low))
+    limits = np.array([[*ax.get_xlim(), *ax.get_ylim()] for ax in axes])
+    lowest = int(limits[:, 2].argmin())
+    cams = zip(axes, places, (before, after), (BEFORE, AFTER), strict=True)
+    for each, (ax, place, picture, colour) in enumerate(cams):
+        ax.set_position(place)
+        ax.set(xlim=(limits[:, 0].min(), limits[:, 1].max()), ylim=(limits[:, 2].min(), limits[:, 3].max()))
+        ax.set_aspect("equal", anchor="NW")
         size = float(picture.question.design.size[0])
-        laws = " / ".join(dict.fromkeys(picture.question.programme.law_names(k) for k in (RISE, RETURN)))
         word = "base" if disc else "mean"
-        ax.set_title(f"{laws}\n{word} radius {number(size)} mm", loc="left", fontsize=10.5, color=colour)
-        ax.set_axis_off()
-        if disc:
-            draw_disc(ax, picture)
-    if disc:
-        limits = np.array([[*ax.get_xlim(), *ax.get_ylim()] for ax in axes])
-        for ax in axes:
-            ax.set(xlim=(limits[:, 0].min(), limits[:, 1].max()), ylim=(limits[:, 2].min(), limits[:, 3].max()))
-            ax.set_aspect("equal")
+        title = f"{_laws(picture)}\n{word} radius {number(size)} mm"
+        ax.set_title(title, loc="left", fontsize=10.5, color=colour)
+        if disc and each != lowest:  # one bar for the scale of both
+            ax.lines[-1].remove()
+            ax.texts[-1].remove()
+
+
+def _laws(picture: Picture) -> str:
+    """The laws of a picture, those of rises first."""
+    return " / ".join(dict.fromkeys(picture.question.programme.law_names(k) for k in (RISE, RETURN)))
 
 
 def _motions(figure: Any, before: Picture, after: Picture) -> None:
@@ -106,10 +116,9 @@ def _motions(figure: Any, before: Picture, after: Picture) -> None:
         ax = figure.add_axes((0.655, 0.71 - 0.215 * order, 0.325, 0.175))
         per = omega**order / 1e3 if omega and order else 1.0
         for picture, colour, width in ((before, BEFORE, 1.2), (after, AFTER, 1.7)):
-            laws = " / ".join(dict.fromkeys(picture.question.programme.law_names(k) for k in (RISE, RETURN)))
             angles = np.concatenate([*(np.append(a, np.nan) for a in picture.pieces)])
             values = np.concatenate([*(np.append(m[order] * per, np.nan) for m in picture.motion)])
-            ax.plot(np.degrees(angles), values, color=colour, lw=width, label=laws)
+            ax.plot(np.degrees(angles), values, color=colour, lw=width, label=_laws(picture))
         ax.set_title(f"{name}, {unit}", loc="left", fontsize=9, color=INK)
         ax.set(xlim=(0, 360), xticks=range(0, 361, 60))
         ax.grid(True, lw=0.4, color=FAINT, alpha=0.6)

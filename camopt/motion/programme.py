@@ -273,6 +273,15 @@ def _stationary_values(series: FloatArray, slope: FloatArray) -> list[float]:
     return [float(v) for v in polynomial.polyval(real, series)]
 
 
+def root_mean_square(programme: Programme, order: int) -> float:
+    """√(1/2π·∫ (y⁽ᵏ⁾)² dθ) over the turn; Gauss's rule on each panel of the motion, exact for splines."""
+    table = programme.table
+    nodes, weights = np.polynomial.legendre.leggauss(table.coefficients.shape[1])
+    values = polynomial.polyval(nodes, polynomial.polyder(table.coefficients.T, order), tensor=True)
+    squares = (values / table.half_width[:, None] ** order) ** 2 @ weights * table.half_width
+    return float(np.sqrt(squares.sum() / (2 * pi)))
+
+
 def unit_span(law: Law) -> tuple[float, float]:
     """Least and largest displacement of a law's unit stroke."""
     return span(Programme((Stroke(RISE, law, 0.0, 1.0, 0.0, 1.0),)), (1.0,), RISE)

@@ -57,6 +57,8 @@ class Convex:
 
     demand: Demand
     problem: Any
+    unit: float
+    """What the objective is divided by in the problem, so that it is near 1."""
     sizes: Sizes
     motions: list[Motion | None]
     largest: dict[str, Any]
@@ -75,12 +77,17 @@ class Convex:
             return inf
         if status not in SOLVED:
             raise ArithmeticError(f"the convex solver says {status}")
-        return float(self.problem.value)
+        return self.unit * float(self.problem.value)
+
+    @property
+    def goal(self) -> Any:
+        """The objective over ``unit``, as an expression."""
+        return self.problem.objective.args[0]
 
     @property
     def exact(self) -> bool:
         """Whether the solver reached its tolerance."""
-        return bool(self.problem.status == cp.OPTIMAL)
+        return self.problem.status in (cp.OPTIMAL, cp.INFEASIBLE)
 
 
 SOLVED = (cp.OPTIMAL, cp.OPTIMAL_INACCURATE)
@@ -114,8 +121,9 @@ def convex(demand: Demand, make: MakeMotion, held: Mapping[str, Any] | None = No
     limits = [*_of_sizes(demand, sizes), *_joints(demand, motions)]
     limits += [limit for motion in motions if motion for limit in motion.limits]
     limits += [terms[name] <= bound for name, bound in held.items()]
-    goal = sum([weight * terms[name] for name, weight in demand.objective.items()])
-    return Convex(demand, cp.Problem(cp.Minimize(goal), limits), sizes, motions, largest)
+    unit = sum(weight * _order_of(demand, name) for name, weight in demand.objective.items())
+    goal = sum([weight / unit * terms[name] for name, weight in demand.objective.items()])
+    return Convex(demand, cp.Problem(cp.Minimize(goal), limits), unit, sizes, motions, largest)
 
 
 def _ranges(demand: Demand, number: int, largest: Mapping[str, Any]) -> Ranges:
@@ -130,7 +138,8 @@ def _of_sizes(demand: Demand, sizes: Sizes) -> list[Any]:
     """The intervals of the sizes, and what a dwell asks of them."""
     unit = demand.scale
     limits = [sizes.lead >= demand.lead[0] / unit, sizes.lead <= demand.lead[1] / unit]
-    limits += [sizes.prime >= demand.prime[0] / unit, cp.norm(cp.hstack([sizes.lead, sizes.height])) <= sizes.prime]
+    reach = cp.norm(cp.hstack([sizes.lead, sizes.height])) if demand.traced else sizes.height
+    limits += [sizes.prime >= demand.prime[0] / unit, sizes.prime >= reach]
     if demand.prime[1] < inf:
         limits.append(sizes.prime <= demand.prime[1] / unit)
     for stroke in demand.strokes:
@@ -155,6 +164,15 @@ def _joints(demand: Demand, motions: list[Motion | None]) -> list[Any]:
         elif before:
             limits += before.at_rest(demand.rest, True)
     return limits
+
+
+def _order_of(demand: Demand, name: str) -> float:
+    """What a term of the objective is of the order of, in its own unit."""
+    if name == "size":
+        return demand.scale
+    order = {**ORDERS, **SQUARES}[name]
+    shortest = min(stroke.angle for stroke in demand.strokes if stroke.kind != DWELL)
+    return demand.scale * demand.per_unit[name] / shortest**order
 
 
 def _term(demand: Demand, name: str, sizes: Sizes, motions: list[Motion | None], largest: Mapping[str, Any]) -> Any:

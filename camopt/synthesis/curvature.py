@@ -23,7 +23,7 @@ from camopt.synthesis.demand import ORDERS, Demand
 from camopt.synthesis.free import FreeMotion
 
 EACH = 6  # samples of a piece
-PRICE = 100.0  # of a G below zero by 1, in units of the lift
+PRICE = 100.0  # of a G below zero by 1, in units of the objective
 STEPS, FIRST_REACH, LAST_REACH = 60, 0.1, 1e-6
 ENOUGH = 1e-7  # a fall of the priced objective, relative, that is worth another step
 
@@ -48,34 +48,36 @@ def iterate_of(model: Convex) -> Iterate:
 
 
 def joined(demand: Demand, coefficients: list[FloatArray]) -> tuple[FloatArray, ...]:
-    """Coefficients whose ends fit to rounding: at rest beside a dwell, smooth where two strokes meet.
+    """Coefficients without a solver's error: at rest beside a dwell, smooth where two strokes meet, monotone.
 
-    A solver's error there, however small, would be a jump of the acceleration.
+    However small, an error there would be a jump of the acceleration, or a motion that turns back.
     """
     strokes = [stroke for stroke in demand.strokes if stroke.kind != DWELL]
     found: list[FloatArray] = [np.asarray(np.clip(each, 0.0, 1.0)) for each in coefficients]
+    if demand.monotone:
+        found = [np.maximum.accumulate(each) for each in found]
+    turns = [stroke.kind != strokes[number - 1].kind for number, stroke in enumerate(strokes)]
     for number, (stroke, own) in enumerate(zip(strokes, found, strict=True)):
         first, last = (1 + demand.rest * beside for beside in demand.beside_dwells(stroke))
         own[:first], own[-last:] = 0.0, 1.0
-        if first > 1:
+        if turns[number]:  # no velocity: the motion does not leave the stroke
+            own[1], found[number - 1][-2] = 0.0, 1.0
+    for number, (stroke, own) in enumerate(zip(strokes, found, strict=True)):
+        if demand.beside_dwells(stroke)[0]:
             continue
         before = strokes[number - 1]
-        for order in range(1, demand.rest + 1):
+        for order in range(2 if turns[number] else 1, demand.rest + 1):
             start, end = (demand.splines.at(np.array([x]), order).toarray()[0] for x in (0.0, 1.0))
             per, per_before = ((s.high - s.low) / s.angle**order for s in (stroke, before))
             wanted = per_before / per * (end @ found[number - 1])
-            own[order] = (
-                0.0 if wanted == 0.0 and order == 1 else (wanted - start[:order] @ own[:order]) / start[order]
-            )
+            own[order] = (wanted - start[:order] @ own[:order]) / start[order]
     return tuple(found)
 
 
 def sharpest_allowed(demand: Demand) -> float | None:
     """κ_max of the pitch curve in units of the lift; None if nothing limits it."""
-    if not any(floor.lead for floor in demand.floors) or demand.question.subject.pointed:
-        return None
     radii = [lim.bound for lim in demand.question.limits if lim.name in ("curvature_radius", "undercut")]
-    return demand.scale / (demand.roller + max(radii))
+    return demand.scale / (demand.roller + max(radii)) if demand.traced and radii else None
 
 
 def steps(model: Convex, start: Iterate, sharpest: float) -> Iterate:
@@ -108,7 +110,7 @@ def _priced(model: Convex, at: Iterate, sharpest: float) -> float:
     model.sizes.prime.value = max(np.hypot(at.lead, at.height), model.demand.prime[0] / model.demand.scale)
     for name, variable in model.largest.items():
         variable.value = max(float(np.abs(motion.samples(ORDERS[name])).max()) for motion in moving(model))
-    return float(model.problem.objective.args[0].value) + PRICE * model.demand.scale * missing
+    return float(model.goal.value) + PRICE * missing
 
 
 def _limit(model: Convex, motion: FreeMotion, at: Iterate, sharpest: float) -> tuple[FloatArray, Any]:
@@ -138,5 +140,4 @@ def _step(model: Convex, last: Iterate, sharpest: float, reach: float) -> Any:
         motion.coefficients.value = coefficients
         limits.append(cp.abs(motion.coefficients - coefficients) <= reach)
         limits.append(_limit(model, motion, last, sharpest)[1] + missing >= 0)
-    goal = model.problem.objective.args[0] + PRICE * model.demand.scale * missing
-    return cp.Problem(cp.Minimize(goal), [*model.problem.constraints, *limits])
+    return cp.Problem(cp.Minimize(model.goal + PRICE * missing), [*model.problem.constraints, *limits])

@@ -6,7 +6,7 @@ derivatives by the cam angle.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf, pi, radians, tan
 
 from camopt.effects import force
@@ -23,6 +23,7 @@ from camopt.synthesis.splines import Splines
 ORDERS = {"velocity": 1, "acceleration": 2, "jerk": 3}
 PEAKS = {f"peak_{name}": order for name, order in ORDERS.items()}
 USUAL = {"peak_acceleration": 2, "peak_jerk": 3}
+APART = 1e-4  # of a stroke: the least distance of points
 GENTLE = "poly345"  # whose peaks hold where a scene limits neither acceleration nor jerk
 
 Interval = tuple[float, float]
@@ -69,6 +70,11 @@ class Demand:
         """The unit of length of the convex programme, mm."""
         return max(stroke.high for stroke in self.strokes)
 
+    @property
+    def traced(self) -> bool:
+        """Whether the lead is part of the size: the follower has a trace point on a disc cam."""
+        return self.question.subject.mechanism is translating.MECHANISM
+
     def beside_dwells(self, stroke: Stroke) -> tuple[bool, bool]:
         """Whether a stroke starts beside a dwell, and whether it ends so."""
         place = self.strokes.index(stroke)
@@ -96,6 +102,7 @@ def demand_of(question: Question) -> Demand:
     if subject.angular:
         what = "free laws are for translating followers: there the limits are convex"
         raise BadInput([Mistake(scene.file, "follower.motion", scene.follower.motion, what, bare=True)])
+    _check_rest(question, asked)
     strokes = tuple(question.programme.strokes)
     roller = _roller(question)
     size = _size(scene, question.size_name, asked)
@@ -112,10 +119,27 @@ def demand_of(question: Question) -> Demand:
         ranges=tuple(_ranges(question, asked, stroke) for stroke in strokes),
         floors=tuple(_floors(question)),
         rest=asked.rest,
-        monotone=asked.monotone,
+        monotone=asked.monotone or (isinstance(asked.peak_velocity, tuple) and asked.peak_velocity[0] == 0.0),
         points=tuple(_points(question, asked)),
         objective=_objective(asked),
     )
+
+
+def by_offset(demand: Demand) -> list[Demand]:
+    """The demand for each offset that a scene lists: between them there is no cam."""
+    listed = demand.question.scene.search.offset
+    if not isinstance(listed, tuple):
+        return [demand]
+    leads = [demand.question.design.sense * offset for offset in dict.fromkeys(listed)]
+    return [replace(demand, lead=(lead, lead)) for lead in leads]
+
+
+def _check_rest(question: Question, asked: Synthesis) -> None:
+    """A bounded or minimised jerk needs an acceleration that does not jump."""
+    bounded = question.scene.limits.jerk is not None or asked.peak_jerk is not None
+    if asked.rest == 1 and (bounded or 3 in _minimised(asked)):
+        what = "at least 2 where the jerk is limited or minimised: the acceleration may not jump then"
+        raise BadInput([Mistake(question.scene.file, "synthesis.rest", asked.rest, what)])
 
 
 def _objective(asked: Synthesis) -> dict[str, float]:
@@ -141,10 +165,15 @@ def _points(question: Question, asked: Synthesis) -> Iterator[tuple[float, float
     mistakes = []
     for number, (angle, y) in enumerate(asked.points, start=1):
         inside = [s for s in question.programme.strokes if s.start < radians(angle) < s.end and s.kind != DWELL]
+        others = [radians(a) for a, _ in asked.points[: number - 1]]
         if not inside:
             what = "a cam angle inside a rise or return"
         elif not min(inside[0].low, inside[0].high) <= y <= max(inside[0].low, inside[0].high):
             what = f"a displacement from {inside[0].low:g} to {inside[0].high:g} there"
+        elif any(
+            abs(radians(angle) - a) < APART * inside[0].angle for a in (*others, inside[0].start, inside[0].end)
+        ):
+            what = f"apart from other points and the ends of the stroke, by {APART:g} of its angle at least"
         else:
             yield radians(angle), y
             continue
@@ -173,7 +202,7 @@ def _ends(choice: Range | tuple[float, ...] | None, own: float) -> Interval:
 
 def _lead(question: Question) -> Interval:
     """e, within the offsets that the scene allows."""
-    if question.subject.mechanism is not translating.MECHANISM:
+    if question.subject.mechanism not in (translating.MECHANISM, translating_flat.MECHANISM):
         return 0.0, 0.0
     ends = _ends(question.scene.search.offset, question.scene.follower.offset)
     low, high = sorted(question.design.sense * e for e in ends)
@@ -191,8 +220,9 @@ def _ranges(question: Question, asked: Synthesis, stroke: Stroke) -> dict[int, I
         if bound is not None and omega is not None:
             bounds[order] = (-bound * 1e3 / omega**order, bound * 1e3 / omega**order)
     peaks = {name: value for name in PEAKS if (value := getattr(asked, name)) is not None}
+    usual = [(name, order) for name, order in USUAL.items() if order <= asked.rest + 1]
     if not bounds.keys() & USUAL.values() and not peaks.keys() & USUAL.keys():
-        peaks |= {name: GENTLE for name, order in USUAL.items() if not _minimised(asked) & {order}}
+        peaks |= {name: GENTLE for name, order in usual if not _minimised(asked) & {order}}
     for name, value in peaks.items():
         order = PEAKS[name]
         low, high = _peak(question, name, value)
@@ -238,7 +268,7 @@ def _floors(question: Question) -> Iterator[Floor]:
         yield Floor("curvature_radius", 1.0, 0.0, 1.0, height=1.0, constant=-radius)
         if "face_reach" in bounds:
             for sign in (1.0, -1.0):
-                yield Floor("face_reach", velocity=sign, constant=bounds["face_reach"])
+                yield Floor("face_reach", velocity=sign, lead=-sign, constant=bounds["face_reach"])
     speeds = {
         "contact_force_min": (subject.omega, scene.limits.contact_force_min),
         "jump_speed": (None if scene.limits.jump_speed is None else scene.limits.jump_speed * pi / 30, 0.0),

@@ -24,8 +24,9 @@ class FreeMotion:
             self.limits.append(c[1:] >= c[:-1])
         self.limits += [self._of(x, 0) == y / self.unit for x, y in points_of(demand, stroke)]
         for order, bounds in ranges.items():
-            rows = self._rows(self.splines.bernstein(order), order)
-            self.limits += [limit for low, high in bounds for limit in (rows >= low, rows <= high)]
+            per = stroke.angle**order  # by x of the unit stroke, whose numbers are not huge
+            rows = per * self._rows(self.splines.bernstein(order), order)
+            self.limits += [limit for low, high in bounds for limit in (rows >= per * low, rows <= per * high)]
         degree = self.splines.degree
         y, y1, y2 = (
             self._rows(elevated(self.splines.bernstein(order), degree - order, order), order) for order in range(3)

@@ -20,6 +20,7 @@ from camopt.numerics import FloatArray
 from camopt.question import resolve
 from camopt.scene import Scene
 from camopt.scene_tables import TERMS
+from camopt.search.answer import Progress
 from camopt.synthesis.convex import Convex, convex
 from camopt.synthesis.curvature import Iterate, iterate_of, sharpest_allowed, steps
 from camopt.synthesis.demand import Demand, demand_of
@@ -30,12 +31,12 @@ from camopt.synthesis.synthesise import (
     PANELS,
     SOLVER_ERROR,
     WORSE,
-    Progress,
     Unmet,
     bound_of,
     cam_for,
     gentlest,
     known_laws,
+    lowered,
     programme_with,
     term_of,
     tightened,
@@ -173,7 +174,8 @@ class Worker:
         self.demand = replace(demand_of(resolve(scene)), objective={terms[0]: 1.0})
         self.held = {term: cp.Parameter(nonneg=True) for term in terms[1:]}
         self.free = convex(tightened(self.demand, MARGINS[0]), FreeMotion, self.held)
-        self.relaxed = convex(self.demand, partial(RelaxedMotion, PANELS[0]), self.held)
+        wider = tightened(self.demand, -SOLVER_ERROR)
+        self.relaxed = convex(wider, partial(RelaxedMotion, PANELS[0]), self.held)
 
     def solve(self, model: Convex, value: Mapping[str, float], margin: float = 0.0) -> float:
         """The least objective with the terms held at a value; infinite if there is none, or the solver fails."""
@@ -221,13 +223,13 @@ def _point(toml: str, terms: tuple[str, ...], value: dict[str, float]) -> dict[s
         cam = cam_for(worker.demand, found) if worker.holds(found, value) else None
         if cam and (best is None or cam.objective < best.objective):
             best = cam
-        if best and best.objective <= worker.free.problem.value * (1 + WORSE):
+        least = worker.free.unit * worker.free.problem.value
+        if best and best.objective <= least + WORSE * (least + worker.free.unit):
             break
     if best is None:
         return None
-    bound = worker.solve(worker.relaxed, value)
-    known = worker.relaxed.exact and bound < inf
-    lowest = bound - SOLVER_ERROR * (abs(bound) + worker.demand.roller) if known else None
+    bound = lowered(worker.relaxed, worker.solve(worker.relaxed, value, -SOLVER_ERROR))
+    lowest = bound if worker.relaxed.exact and bound <= best.objective else None
     row = _row(worker.demand, resolve(best.scene).programme, terms, best.design)
     return {**row, "bound": lowest, "scene": best.scene.to_toml()}
 

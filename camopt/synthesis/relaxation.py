@@ -12,9 +12,9 @@ with the first two Legendre polynomials, over a panel
 
     ∫ y''² ≥ Δv²/h + 12·(Δy − h·(v₀ + v₁)/2)²/h³
 
-and so on for the jerk. A linear limit holds at each node and on the mean over each panel, and one on y and y' alone
-as Grönwall's inequality. All of this is convex: the optimum under it bounds every cam from below, and closes on the
-truth as h².
+and so on for the jerk, with the third as well: 5·(Δa − 6·(v₀ + v₁)/h + 12·Δy/h²)²/h. A linear limit holds at each
+node and on the mean over each panel, and one on y and y' alone as Grönwall's inequality. All of this is convex: the
+optimum under it bounds every cam from below, and closes on the truth as h².
 """
 
 from math import sqrt
@@ -25,7 +25,7 @@ import numpy as np
 
 from camopt.motion.programme import Stroke
 from camopt.synthesis.convex import Ranges, Sizes
-from camopt.synthesis.demand import Demand, Floor
+from camopt.synthesis.demand import ORDERS, Demand, Floor
 from camopt.synthesis.free import points_of
 
 CUBIC = 2.0 / (9.0 * sqrt(3.0))
@@ -33,7 +33,10 @@ SAME = 1e-9  # of the stroke: nodes as close as that are one
 
 
 class RelaxedMotion:
-    """What a stroke with any law has at the nodes of so many panels: y, v and a. Only jerks tie a to v."""
+    """What a stroke with any law has at the nodes of so many panels: y, v and a. Only jerks tie a to v.
+
+    Derivatives are by x of the unit stroke, so that a stroke of a small angle has no huge numbers.
+    """
 
     def __init__(self, panels: int, demand: Demand, stroke: Stroke, ranges: Ranges, sizes: Sizes) -> None:
         self.unit, self.angle, self.sizes = demand.scale, stroke.angle, sizes
@@ -41,7 +44,7 @@ class RelaxedMotion:
         plain = np.linspace(0.0, 1.0, panels + 1)
         apart = [x for x in plain if all(abs(x - point) > SAME for point in points)]
         x = np.array(sorted([*apart, *points]))
-        self.h = stroke.angle * np.diff(x)
+        self.h = np.diff(x)
         self.y, self.v, self.a = cp.Variable(x.size), cp.Variable(x.size), cp.Variable(x.size)
         low, high = sorted((stroke.low / self.unit, stroke.high / self.unit))
         self.limits = [self.y[0] == stroke.low / self.unit, self.y[-1] == stroke.high / self.unit]
@@ -50,23 +53,27 @@ class RelaxedMotion:
         if demand.monotone:
             up = 1.0 if stroke.high > stroke.low else -1.0
             self.limits += [up * self.v >= 0.0, up * cp.diff(self.y) >= 0.0]
-        for low, high in ranges.get(1, []):
+        unit = {
+            k: [(low * stroke.angle**k, high * stroke.angle**k) for low, high in ranges.get(k, [])]
+            for k in ORDERS.values()
+        }
+        for low, high in unit[1]:
             self.limits += [self.v >= low, self.v <= high]
             self.limits += [
                 cp.diff(self.y) >= cp.multiply(self.h, low),
                 cp.diff(self.y) <= cp.multiply(self.h, high),
             ]
-        for low, high in ranges.get(2, []):
+        for low, high in unit[2]:
             self._chained(self.y, self.v, low, high)
             self.limits += [self.a >= low, self.a <= high]
-        for low, high in ranges.get(3, []):
+        for low, high in unit[3]:
             self._chained(self.v, self.a, low, high)
             start = cp.multiply(self.h, self.v[:-1]) + cp.multiply(self.h**2 / 6, 2 * self.a[:-1] + self.a[1:])
             reach = cp.multiply(CUBIC * self.h**3, (high - low) / 2)
             self.limits.append(cp.abs(cp.diff(self.y) - start) <= reach)
         for floor in demand.floors:
             if floor.kinds & stroke.kind:
-                self._floor(floor, ranges)
+                self._floor(floor, unit[2])
 
     def _chained(self, value: Any, slope: Any, low: Any, high: Any) -> None:
         """What a value and its slope have at neighbouring nodes if the slope of the slope is within a range."""
@@ -81,48 +88,50 @@ class RelaxedMotion:
             cp.abs(off) <= cp.multiply(h / 4, half) - spent,
         ]
 
-    def _floor(self, floor: Floor, ranges: Ranges) -> None:
-        """A linear limit at the nodes and over each panel."""
+    def _floor(self, floor: Floor, ranges: list[tuple[Any, Any]]) -> None:
+        """A linear limit at the nodes and over each panel; the ranges are those of a."""
+        velocity, acceleration = floor.velocity / self.angle, floor.acceleration / self.angle**2
         sized = floor.lead * self.sizes.lead + floor.height * self.sizes.height + floor.constant / self.unit
-        moving = floor.displacement * self.y + floor.velocity * self.v
-        if floor.acceleration == 0.0:
+        moving = floor.displacement * self.y + velocity * self.v
+        if acceleration == 0.0:
             self.limits.append(moving + sized >= 0)
-            if floor.displacement > 0.0 and floor.velocity:
-                self._groenwall(floor, sized)
+            if floor.displacement > 0.0 and velocity:
+                self._groenwall(floor.displacement, velocity, sized)
             return
-        self.limits.append(moving + floor.acceleration * self.a + sized >= 0)
-        for low, high in ranges.get(2, []):
+        self.limits.append(moving + acceleration * self.a + sized >= 0)
+        for low, high in ranges:
             largest = (high - low) / 2 + cp.abs((high + low) / 2) if isinstance(low, float) else high
             mean = cp.multiply(self.h / 2, self.y[1:] + self.y[:-1])
             off = cp.multiply(self.h**3 / 12, largest)  # by which the area under y may differ
             self.limits.append(
                 floor.displacement * mean
                 + abs(floor.displacement) * off
-                + floor.velocity * cp.diff(self.y)
-                + floor.acceleration * cp.diff(self.v)
+                + velocity * cp.diff(self.y)
+                + acceleration * cp.diff(self.v)
                 + cp.multiply(self.h, sized)
                 >= 0
             )
 
-    def _groenwall(self, floor: Floor, sized: Any) -> None:
-        """y + S/w₀ grows by e^(w₀·h/w₁) at most, where w₀·y ∓ w₁·y' + S ≥ 0."""
-        z = self.y + sized / floor.displacement
-        growth = np.exp(floor.displacement / abs(floor.velocity) * self.h)
-        if floor.velocity < 0.0:
-            self.limits.append(z[1:] <= cp.multiply(growth, z[:-1]))
-        else:
-            self.limits.append(z[1:] >= cp.multiply(1 / growth, z[:-1]))
+    def _groenwall(self, displacement: float, velocity: float, sized: Any) -> None:
+        """With z = w₀·y + S and z ∓ w₁·y' ≥ 0, z grows by e^(w₀·h/w₁) at most, or falls by no more."""
+        z = displacement * self.y + sized
+        decay = np.exp(-displacement / abs(velocity) * self.h)
+        later, sooner = (z[:-1], z[1:]) if velocity < 0.0 else (z[1:], z[:-1])
+        self.limits.append(later >= cp.multiply(decay, sooner))
 
     def end(self, order: int, last: bool) -> Any:
         values = {1: self.v, 2: self.a}.get(order)
-        return None if values is None else values[-1 if last else 0]
+        return None if values is None else values[-1 if last else 0] / self.angle**order
 
     def at_rest(self, rest: int, last: bool) -> list[Any]:
-        ends = [self.end(order, last) for order in range(1, rest + 1)]
-        return [end == 0.0 for end in ends if end is not None]
+        return [values[-1 if last else 0] == 0.0 for values in (self.v, self.a)[:rest]]
 
     def square(self, order: int) -> Any:
         value, slope = {2: (self.y, self.v), 3: (self.v, self.a)}[order]
         off = cp.diff(value) - cp.multiply(self.h / 2, slope[1:] + slope[:-1])
         first = cp.multiply(1 / np.sqrt(self.h), cp.diff(slope))
-        return cp.norm(cp.hstack([first, cp.multiply(np.sqrt(12 / self.h**3), off)]))
+        parts = [first, cp.multiply(np.sqrt(12 / self.h**3), off)]
+        if order == 3:
+            bent = cp.multiply(12 / self.h**2, cp.diff(self.y)) - cp.multiply(6 / self.h, self.v[1:] + self.v[:-1])
+            parts.append(cp.multiply(np.sqrt(5 / self.h), cp.diff(self.a) + bent))
+        return self.angle ** (0.5 - order) * cp.norm(cp.hstack(parts))

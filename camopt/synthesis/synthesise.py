@@ -5,7 +5,7 @@ the smallest cam for them is found and proved as for any other: every limit of t
 the convex programme knows it or not, and the gap to the bound says what that costs.
 """
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from math import inf, sqrt
@@ -15,27 +15,26 @@ import cvxpy as cp
 import numpy as np
 
 from camopt.motion import LAWS
-from camopt.motion.programme import Programme, law_peaks, peak, span
+from camopt.motion.programme import Programme, law_peaks, peak, root_mean_square, span
 from camopt.motion.spline import SplineLaw
 from camopt.motion.table import DWELL, TURN
 from camopt.question import resolve
 from camopt.scene import Scene
+from camopt.search.answer import Progress
 from camopt.search.optimise import optimise
 from camopt.synthesis.convex import SOLVED, SQUARES, Convex, convex, solve
 from camopt.synthesis.curvature import Iterate, iterate_of, joined, sharpest_allowed, steps
-from camopt.synthesis.demand import ORDERS, PEAKS, Demand, demand_of
+from camopt.synthesis.demand import ORDERS, PEAKS, Demand, by_offset, demand_of
 from camopt.synthesis.free import FreeMotion
 from camopt.synthesis.relaxation import RelaxedMotion
 
-SLACK = 1e-4  # of the least objective, given up for the gentlest jerk among the laws that reach it
+SLACK = 1e-4  # of the unit of the objective, given up for the gentlest jerk among the laws that reach it
 SOLVER_ERROR = 1e-6  # relative, of an optimum
 PANELS = (96, 64, 32, 16)  # of a stroke in the relaxation: fewer where the solver fails
 MARGINS = (1e-7, 1e-6, 1e-5, 1e-4)  # by which limits are held closer than asked, for a solver's error
-WORSE = 1e-3  # a cam above its convex optimum by more is held by a limit that is not convex
-
-CHOSEN = ("offset_mm", "roller_radius_mm", "face_radius_mm")  # sizes that the search may have changed
-
-Progress = Callable[[int, int], None]
+NOTHING = 1e-12  # of a range that ends at 0: rounding
+OFF_POINT = 1e-6  # of the lift: by how much a solver may miss a point
+WORSE = 1e-3  # relative: a cam above its convex optimum by more is held by a limit that is not convex
 
 
 class Unmet(Exception):
@@ -46,9 +45,8 @@ class Unmet(Exception):
 class Synthesised:
     """Free laws, the smallest cam for them, and how good they are.
 
-    ``scene`` has the laws, the size and the offset, ``design`` is the row that ``optimise`` gives for it.
-    ``objective`` is what was minimised. No motion whatever that holds the convex limits has less than ``bound``;
-    it is None where none could be computed.
+    ``scene`` has the laws, the size and the offset, ``design`` is the row that ``optimise`` gives for it. No motion
+    whatever that holds the convex limits has an objective below ``bound``; it is None where none was computed.
     """
 
     scene: Scene
@@ -103,32 +101,52 @@ def synthesise(scene: Scene, progress: Progress | None = None) -> Synthesised:
         If a solver fails.
     """
     advance = progress or (lambda done, most: None)
-    demand = demand_of(resolve(scene))
-    bound = bound_of(demand)
-    if bound == inf:
-        raise Unmet("no motion whatever holds all limits")
+    demands = by_offset(demand_of(resolve(scene)))
+    bounds = [bound_of(demand) for demand in demands]
+    cams, why = [], Unmet("no motion whatever holds all limits")
+    for demand, bound in zip(demands, bounds, strict=True):
+        try:
+            cams += [_best(demand, advance)] if bound != inf else []
+        except Unmet as reason:
+            why = reason
+    if not cams:
+        raise why
+    best = min(cams, key=lambda cam: cam.objective)
+    known = [bound for bound in bounds if bound is not None]
+    right = len(known) == len(bounds) and min(known) <= best.objective  # or else a solver erred
+    return replace(best, bound=min(known) if right else None)
+
+
+def _best(demand: Demand, advance: Progress) -> Synthesised:
+    """The best free laws of a demand."""
     model, start, least = solved(demand)
     found, sharpest = cam_for(demand, start), sharpest_allowed(demand)
-    free = found is not None and found.objective <= least + WORSE * abs(least)
+    free = found is not None and found.objective <= least + WORSE * (abs(least) + model.unit)
     if not free and sharpest is not None:
         cams = [*([found] if found else []), *_bent(model, demand, start, sharpest, advance)]
         found = min(cams, key=lambda cam: cam.objective, default=None)
     if found is None:
         raise Unmet("these free laws hold the convex limits, but then no cam holds the others")
-    return replace(found, bound=bound, convex=free)
+    return replace(found, convex=free)
 
 
 def bound_of(demand: Demand) -> float | None:
     """What no motion whatever can pass; infinite if none holds the limits, None if the solver gives no bound."""
+    wider = tightened(demand, -SOLVER_ERROR)  # then a solver's error leaves it below
     for panels in PANELS:
-        relaxed = convex(demand, partial(RelaxedMotion, panels))
+        relaxed = convex(wider, partial(RelaxedMotion, panels))
         try:
             value = relaxed.solve()
         except ArithmeticError:
             continue
-        if relaxed.exact or value == inf:
-            return value - SOLVER_ERROR * (abs(value) + demand.roller) if value < inf else inf
+        if relaxed.exact:
+            return lowered(relaxed, value)
     return None
+
+
+def lowered(relaxed: Convex, value: float) -> float:
+    """An optimum less what a solver may err by."""
+    return max(value - SOLVER_ERROR * (value + relaxed.unit), 0.0) if value < inf else inf
 
 
 def solved(demand: Demand) -> tuple[Convex, Iterate, float]:
@@ -152,9 +170,8 @@ def solved(demand: Demand) -> tuple[Convex, Iterate, float]:
 
 def gentlest(model: Convex, least: float) -> Iterate | None:
     """The laws of the least mean square of the jerk at nearly the least objective; None if the solver fails."""
-    goal = model.problem.objective.args[0]
     jerk = cp.norm(cp.hstack([motion.square(3) for motion in model.motions if motion]))
-    close = goal <= least + SLACK * (abs(least) + model.demand.roller)
+    close = model.goal <= least / model.unit + SLACK
     problem = cp.Problem(cp.Minimize(jerk), [*model.problem.constraints, close])
     return iterate_of(model) if solve(problem) in SOLVED else None
 
@@ -166,11 +183,8 @@ def tightened(demand: Demand, margin: float) -> Demand:
         demand,
         ranges=tuple({k: (kept * low, kept * high) for k, (low, high) in row.items()} for row in demand.ranges),
         floors=tuple(replace(f, constant=f.constant - margin * abs(f.constant)) for f in demand.floors),
-        prime=(demand.prime[0], kept * demand.prime[1]),
+        prime=(demand.prime[0], max(demand.prime[0], kept * demand.prime[1])),
     )
-
-
-# ------------------------------------------------------------------------------------------- from laws to a cam
 
 
 def free_names(scene: Scene) -> list[str]:
@@ -195,8 +209,7 @@ def scene_with(scene: Scene, laws: list[SplineLaw]) -> Scene:
 
 
 def laws_of(demand: Demand, found: Iterate) -> list[SplineLaw]:
-    names = free_names(demand.question.scene)
-    return [demand.splines.law(name, c) for name, c in zip(names, found.coefficients, strict=True)]
+    return list(map(demand.splines.law, free_names(demand.question.scene), found.coefficients))
 
 
 def programme_with(demand: Demand, found: Iterate) -> Programme:
@@ -206,13 +219,15 @@ def programme_with(demand: Demand, found: Iterate) -> Programme:
 
 
 def within(demand: Demand, programme: Programme) -> bool:
-    """Whether laws themselves, not a solver's word, hold the ranges of their derivatives."""
+    """Whether laws themselves, not a solver's word, hold the ranges of their derivatives and the points."""
     for stroke, ranges in zip(programme.strokes, demand.ranges, strict=True):
         for order, (low, high) in ranges.items():
             least, largest = span(Programme((stroke,)), (0.0,) * order + (1.0,), TURN)
-            if least < low or largest > high:
+            rounding = NOTHING * (high - low)
+            if least < low - rounding * (low == 0.0) or largest > high + rounding * (high == 0.0):
                 return False
-    return True
+    angles, wanted = np.array(demand.points).reshape(-1, 2).T
+    return bool(np.all(np.abs(programme.at(angles)[0] - wanted) <= OFF_POINT * demand.scale))
 
 
 def cam_for(demand: Demand, found: Iterate) -> Synthesised | None:
@@ -222,11 +237,19 @@ def cam_for(demand: Demand, found: Iterate) -> Synthesised | None:
     if best is None:
         return None
     size = demand.question.size_name
-    sizes = {
-        f"{'cam' if name == size else 'follower'}.{name.removesuffix('_mm')}": name for name in (size, *CHOSEN)
-    }
-    changes = {key: best[name] for key, name in sizes.items() if best.get(name)}
-    return Synthesised(scene.replace(**changes), best, objective_of(demand, found, best[size]))
+    if best[size] + demand.roller > demand.prime[1]:
+        return None
+    return Synthesised(chosen(scene, best), best, objective_of(demand, found, best[size]))
+
+
+def chosen(scene: Scene, row: Mapping[str, Any]) -> Scene:
+    """The scene with the sizes of a row."""
+    size = "base_radius" if scene.cam.form == "disc" else "mean_radius"
+    changes = {f"cam.{size}": row[f"{size}_mm"]}
+    for name in ("offset", "roller_radius", "face_radius"):
+        if f"{name}_mm" in row and getattr(scene.follower, name) is not None:
+            changes[f"follower.{name}"] = row[f"{name}_mm"] + 0.0  # no −0
+    return scene.replace(**changes)
 
 
 def objective_of(demand: Demand, found: Iterate, size: float) -> float:
@@ -239,24 +262,9 @@ def term_of(demand: Demand, programme: Programme, name: str, size: float) -> flo
     """A term of the objective, from the motion itself or the size."""
     if name == "size":
         return size
-    of_motion = (
-        peak(programme, ORDERS[name], TURN) if name in ORDERS else root_mean_square(programme, SQUARES[name])
-    )
-    return demand.per_unit[name] * of_motion
-
-
-def root_mean_square(programme: Programme, order: int) -> float:
-    """√(1/2π·∫ (y⁽ᵏ⁾)² dθ) over the turn; Gauss's rule on each panel of the motion, exact for splines."""
-    table = programme.table
-    nodes, weights = np.polynomial.legendre.leggauss(table.coefficients.shape[1])
-    values = np.polynomial.polynomial.polyval(
-        nodes, np.polynomial.polynomial.polyder(table.coefficients.T, order), tensor=True
-    )
-    squares = (values / table.half_width[:, None] ** order) ** 2 @ weights * table.half_width
-    return float(np.sqrt(squares.sum() / (2 * np.pi)))
-
-
-# --------------------------------------------------------------------------------------- the limit on curvature
+    if name in ORDERS:
+        return demand.per_unit[name] * peak(programme, ORDERS[name], TURN)
+    return demand.per_unit[name] * root_mean_square(programme, SQUARES[name])
 
 
 def _bent(model: Convex, demand: Demand, start: Iterate, sharpest: float, advance: Progress) -> list[Synthesised]:

@@ -1,0 +1,729 @@
+"""Free motion laws: exact classical optima, textbook laws, proofs of every limit, and bounds that motions keep."""
+
+import json
+import subprocess
+import sys
+from functools import cache, partial
+from itertools import pairwise
+from math import inf, pi, radians, sqrt, tan
+
+import cvxpy as cp
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from scipy.interpolate import BPoly, BSpline
+from scipy.optimize import linprog
+
+from camopt import BadInput, Scene, evaluate, find_scene, optimise
+from camopt.cli import main
+from camopt.motion import LAWS
+from camopt.motion.programme import Programme, Stroke, law_peaks, root_mean_square, span
+from camopt.motion.table import RISE, TURN
+from camopt.proof.certify import certify
+from camopt.question import resolve
+from camopt.scene_tables import Synthesis
+from camopt.search.sweep import sweep
+from camopt.synthesis.convex import convex
+from camopt.synthesis.curvature import Iterate, _limit, joined, moving, sharpest_allowed
+from camopt.synthesis.demand import demand_of
+from camopt.synthesis.free import FreeMotion
+from camopt.synthesis.relaxation import RelaxedMotion
+from camopt.synthesis.splines import Splines, elevated
+from camopt.synthesis.synthesise import (
+    Unmet,
+    bound_of,
+    known_laws,
+    scene_with,
+    solved,
+    synthesise,
+)
+
+MOTION = [
+    {"segment": "rise", "angle": 120, "lift": 50, "law": "poly345"},
+    {"segment": "dwell", "angle": 60},
+    {"segment": "return", "angle": 90, "lift": 50, "law": "poly345"},
+    {"segment": "dwell", "angle": 90},
+]
+ROLLER = {
+    "cam": {"form": "disc", "rotation": "cw", "rpm": 1000, "base_radius": 80},
+    "follower": {"motion": "translating", "contact": "roller", "roller_radius": 5},
+    "motion": MOTION,
+    "limits": {"pressure_angle": 30},
+    "search": {"offset": {"start": -30, "stop": 30}},
+    "synthesis": {"pieces": 20},
+}
+FLAT = ROLLER | {
+    "cam": {"form": "disc", "rpm": 100, "base_radius": 100},
+    "follower": {"motion": "translating", "contact": "flat", "offset": 4},
+    "limits": {"curvature_radius": 5},
+    "search": {},
+}
+KNIFE = ROLLER | {"follower": {"motion": "translating", "contact": "knife"}}
+SPHERE = ROLLER | {"follower": {"motion": "translating", "contact": "spherical", "face_radius": 8}}
+GROOVE = ROLLER | {"cam": {"form": "cylindrical", "rpm": 100, "mean_radius": 100}, "search": {}}
+VALVE = find_scene("exhaust-valve").to_dict() | {
+    "limits": {"pressure_angle": 50, "curvature_radius": 3},
+    "search": {"offset": {"start": -20, "stop": 20}},
+    "synthesis": {"pieces": 20},
+}
+DYNAMICS = {"mass": 0.5, "spring_rate": 30, "preload": 3000}
+STRAIGHT_DOWN = [
+    {"segment": "rise", "angle": 150, "lift": 40, "law": "poly345"},
+    {"segment": "return", "angle": 120, "lift": 40, "law": "poly345"},
+    {"segment": "dwell", "angle": 90},
+]
+NO_DWELL = [STRAIGHT_DOWN[0], STRAIGHT_DOWN[1] | {"angle": 210}]
+SEVERAL = [
+    {"segment": "rise", "angle": 90, "lift": 20, "law": "poly345"},
+    {"segment": "rise", "angle": 60, "lift": 10, "law": "poly345"},
+    {"segment": "dwell", "angle": 40},
+    {"segment": "return", "angle": 120, "lift": 30, "law": "poly345"},
+    {"segment": "dwell", "angle": 50},
+]
+
+
+def made(base=ROLLER, **changes):
+    keys = {key.replace("__", "."): value for key, value in changes.items()}
+    return Scene.from_dict(base).replace(**keys)
+
+
+@cache
+def free(scene):
+    return synthesise(scene)
+
+
+def span_of(programme, order, kinds=TURN):
+    return span(programme, (0.0,) * order + (1.0,), kinds)
+
+
+def sound(result):
+    """A result that its own scene, evaluated and proved at every cam angle, confirms."""
+    assert Scene.from_dict(result.scene.to_dict()) == result.scene
+    found = evaluate(result.scene)
+    assert found["feasible"], found["violated"]
+    assert set(certify(result.scene).values()) <= {"held"}
+    size = "base_radius_mm" if result.scene.cam.form == "disc" else "mean_radius_mm"
+    assert found[size] == result.design[size]
+    if result.bound is not None:
+        assert result.bound <= result.objective * (1 + 1e-9)
+    programme, rest = resolve(result.scene).programme, result.scene.synthesis.rest
+    assert not [jump for jump in programme.jumps if jump.order <= rest]
+    for stroke in programme.strokes:
+        if stroke.law:
+            least, largest = span(Programme((stroke,)), (1.0,), TURN)
+            assert min(stroke.low, stroke.high) - 1e-12 * 50 <= least
+            assert largest <= max(stroke.low, stroke.high) + 1e-12 * 50
+    return found
+
+
+# ------------------------------------------------------------------------------------------------- the issue
+
+
+@pytest.mark.parametrize(
+    ("law", "own", "trial"),
+    [("poly345", 68.9, 56.3), ("cycloidal", 74.5, 66.4), ("poly4567", 83.4, 52.8), ("modified-sine", None, 55.3)],
+)
+def test_a_free_law_beats_the_textbook_law_with_its_peaks(law, own, trial):
+    scene = made(search__law=[law], synthesis__pieces=48)
+    known = optimise(scene).best["prime_radius_mm"]
+    assert own is None or known == pytest.approx(own, abs=0.06)
+    result = free(scene.replace(**{"synthesis.peak_acceleration": law, "synthesis.peak_jerk": law}))
+    found = result.design["prime_radius_mm"]
+    assert found <= min(known, trial)
+    assert result.bound <= result.objective == pytest.approx(found - 5, abs=1e-12)
+    assert result.gap < 0.02
+    allowed = law_peaks(LAWS[law])
+    for peaks in result.peaks.values():
+        assert peaks["peak_acceleration"] <= allowed["peak_acceleration"]
+        assert peaks["peak_jerk"] <= allowed["peak_jerk"]
+        assert peaks["jumps"] == ""
+    sound(result)
+
+
+# ------------------------------------------------------------------------------------- exact classical optima
+
+WIDE = {"synthesis.peak_acceleration": 1e3}
+CLASSICAL = {  # of the unit stroke: least largest velocity; bang-bang; bang-bang jerk; cubic; quintic
+    "velocity": (1.0, 1, {"synthesis.peak_acceleration": 1e4}, 0.03),
+    "acceleration": (4.0, 1, {}, 0.02),
+    "jerk": (32.0, 2, WIDE, 0.02),
+    "acceleration_rms": (sqrt(12.0), 1, {}, 2e-4),
+    "jerk_rms": (sqrt(720.0), 2, WIDE, 2e-4),
+}
+
+
+@pytest.mark.parametrize("term", CLASSICAL)
+def test_classical_optima_of_the_calculus_of_variations(term):
+    """4: constant acceleration, then deceleration; 32: three constant jerks; ∫s''² ≥ 12; ∫s'''² ≥ 720."""
+    factor, rest, peaks, close = CLASSICAL[term]
+    level, b, lift = [120, 60, 120, 60], radians(120), 50.0
+    motion = [segment | {"angle": angle} for segment, angle in zip(MOTION, level, strict=True)]
+    scene = made(
+        motion=motion, cam__rpm=None, cam__base_radius=1000, synthesis__minimise=term, synthesis__rest=rest
+    )
+    order = {"velocity": 1, "acceleration": 2, "jerk": 3}[term.removesuffix("_rms")]
+    exact = factor * lift / b**order
+    if term.endswith("_rms"):
+        exact *= sqrt(2 * b / (2 * pi))
+    result = free(scene.replace(**peaks))
+    assert exact * (1 - 2e-3) <= result.bound <= exact
+    assert exact * (1 - 1e-9) <= result.objective <= exact * (1 + close)
+    assert result.gap <= close
+
+
+@pytest.mark.parametrize("speed", [None, 60, 1e-4, 1e6])
+def test_units_of_the_objective_and_any_speed(speed):
+    scene = made(cam__rpm=speed, synthesis__minimise="acceleration", cam__base_radius=80)
+    result = free(scene)
+    name = "acceleration_max_m_s2" if speed else "acceleration_max_mm_per_rad2"
+    assert result.objective == pytest.approx(sound(result)[name], rel=1e-12)
+    assert result.gap < 0.04
+    assert result.gap == pytest.approx(free(made(synthesis__minimise="acceleration")).gap, abs=2e-4)
+
+
+def test_no_bound_is_below_zero():
+    """A knife edge under a limit that hardly matters: the least size is next to nothing."""
+    demand = demand_of(resolve(made(KNIFE, limits__pressure_angle=89)))
+    assert 0.0 <= bound_of(demand) < 1.0
+
+
+def test_the_gentlest_laws_are_the_quintic():
+    """Without a limit that matters, the least mean square jerk is that of the 3-4-5 polynomial."""
+    result = free(made(cam__base_radius=1000, synthesis__minimise="jerk_rms"))
+    x = np.linspace(0, 1, 101)
+    for law in result.laws.values():
+        np.testing.assert_allclose(law.displacement(x), LAWS["poly345"].displacement(x), atol=1e-4)
+
+
+# -------------------------------------------------------------------------------------------------- the bound
+
+
+def random_laws(draw):
+    """Laws at rest at their ends, with s within [0, 1]."""
+    splines = Splines(5, draw(st.integers(3, 9)), draw(st.integers(2, 4)))
+    inner = st.lists(st.floats(0, 1), min_size=splines.count - 6, max_size=splines.count - 6)
+    both = [draw(inner), draw(inner)]
+    if draw(st.booleans()):
+        both = [sorted(each) for each in both]
+    each = zip(("free-rise", "free-return"), both, strict=True)
+    return [splines.law(name, np.array([0.0, 0, 0, *c, 1, 1, 1])) for name, c in each]
+
+
+@st.composite
+def motions(draw):
+    """A scene, and random laws or textbook laws within the peaks that it allows: just those of the laws."""
+    base = draw(st.sampled_from([ROLLER, FLAT, GROOVE, KNIFE]))
+    laws = random_laws(draw)
+    spans = [span_of(Programme((Stroke(RISE, law, 0.0, 1.0, 0.0, 1.0),)), k) for law in laws for k in (1, 2, 3)]
+    ranges = {}
+    for place, name in enumerate(("peak_velocity", "peak_acceleration", "peak_jerk")):
+        both = spans[place], spans[place + 3]
+        low, high = min(s[0] for s in both), max(s[1] for s in both)
+        if name != "peak_velocity" or draw(st.booleans()):
+            ranges[f"synthesis.{name}"] = [low * (1 + 1e-12) - 1e-12, high * (1 + 1e-12) + 1e-12]
+    term = draw(st.sampled_from(["size", "velocity", "acceleration", "jerk", "acceleration_rms", "jerk_rms"]))
+    weights = {"size": draw(st.floats(0.1, 10)), term: draw(st.floats(0.01, 1))}
+    scene = Scene.from_dict(base).replace(**ranges, **{"synthesis.minimise": weights})
+    return scene, laws
+
+
+def smallest_size(scene, y, y1, y2):
+    """By the formulas of the mechanisms on samples, and on a grid of offsets."""
+    tangent = tan(radians(30))
+    if scene.follower.contact == "flat":
+        return max(5.0, 5.0 - (y + y2).min())
+    if scene.cam.form == "cylindrical":
+        return np.abs(y1).max() / tangent
+    primes = []
+    for lead in np.linspace(-30, 30, 121):
+        height = (np.abs(y1 - lead) / tangent - y).max()
+        primes.append(np.hypot(lead, max(height, 0.0)))
+    return min(primes) - (scene.follower.roller_radius or 0.0)
+
+
+def objective(scene, programme, weights):
+    """By sums over a fine grid of the motion's panels: neither spans nor Gauss's rule."""
+    omega = scene.cam.rpm * pi / 30
+    angles = (np.arange(36000) + 0.5) * (2 * pi / 36000)
+    values = programme.at(angles)
+    total = weights.get("size", 0.0) * smallest_size(scene, *values[:3])
+    for order, name in enumerate(("velocity", "acceleration", "jerk"), start=1):
+        per = omega**order / 1e3
+        total += weights.get(name, 0.0) * per * np.abs(values[order]).max()
+        total += weights.get(f"{name}_rms", 0.0) * per * np.sqrt(np.mean(values[order] ** 2))
+    return total
+
+
+@settings(max_examples=12, deadline=None, suppress_health_check=list(HealthCheck))
+@given(motions())
+def test_no_motion_passes_the_bound(case):
+    """Of any motion within the ranges, the values at the nodes hold every inequality of the relaxation."""
+    scene, laws = case
+    question = resolve(scene_with(scene, laws))
+    demand = demand_of(resolve(scene))
+    relaxed = convex(demand, partial(RelaxedMotion, 12))
+    angles = [stroke.start + stroke.angle * np.linspace(0, 1, 13) for stroke in demand.strokes]
+    fixed = []
+    for stroke, motion, at in zip(question.programme.strokes, relaxed.motions, angles, strict=True):
+        if motion:
+            x, change = (at - stroke.start) / stroke.angle, (stroke.high - stroke.low) / demand.scale
+            s = stroke.law
+            fixed += [
+                cp.abs(motion.y - (stroke.low / demand.scale + change * s.displacement(x))) <= 1e-7,
+                cp.abs(motion.v - change * s.velocity(x)) <= 1e-7,
+                cp.abs(motion.a - change * s.acceleration(x)) <= 1e-6,
+            ]
+    at_nodes = cp.Problem(cp.Minimize(relaxed.goal), [*relaxed.problem.constraints, *fixed])
+    at_nodes.solve(solver=cp.CLARABEL)
+    assert at_nodes.status == cp.OPTIMAL
+    true = objective(scene, question.programme, dict(scene.synthesis.minimise))
+    assert relaxed.unit * at_nodes.value <= true * (1 + 1e-4)
+    least = relaxed.solve()
+    assert least <= true * (1 + 1e-4)
+
+
+@pytest.mark.parametrize("base", [ROLLER, FLAT, GROOVE], ids=["roller", "flat", "groove"])
+@pytest.mark.parametrize("minimise", ["size", "jerk"])
+def test_the_bound_grows_with_the_panels_and_stays_below_free_laws(base, minimise):
+    demand = demand_of(resolve(made(base, synthesis__minimise=minimise)))
+    bounds = [convex(demand, partial(RelaxedMotion, panels)).solve() for panels in (4, 8, 16, 32, 64)]
+    assert all(after >= before * (1 - 1e-6) for before, after in pairwise(bounds))
+    assert bounds[-1] <= solved(demand)[2]
+
+
+def least_at_middle(acceleration, jerk, panels=120):
+    """The least and largest s(½) of motions within the peaks, as a linear programme of accelerations."""
+    n, h = panels + 1, 1.0 / panels
+    velocity, place = np.zeros((n, n)), np.zeros((n, n))
+    for k in range(panels):
+        velocity[k + 1], place[k + 1] = velocity[k], place[k] + h * velocity[k]
+        velocity[k + 1, k : k + 2] += h / 2
+        place[k + 1, k : k + 2] += h * h / 3, h * h / 6
+    slope = np.diff(np.eye(n), axis=0) / h
+    ends = np.vstack([velocity[-1], place[-1], np.eye(n)[0], np.eye(n)[-1]])
+    rows, most = np.vstack([slope, -slope]), np.full(2 * panels, jerk)
+    found = [
+        linprog(sign * place[panels // 2], rows, most, ends, [0, 1, 0, 0], (-acceleration, acceleration))
+        for sign in (1, -1)
+    ]
+    return found[0].fun, -found[1].fun
+
+
+def test_what_no_motion_holds_is_said_and_what_one_holds_is_not():
+    """How far a motion within the peaks of 3-4-5 can be from the middle: by a linear programme on a fine grid."""
+    least, largest = least_at_middle(10 / sqrt(3), 60.0)
+    assert least == pytest.approx(0.4298, abs=1e-3)
+    assert largest == pytest.approx(1 - least, abs=1e-9)
+    beyond, inside = (made(synthesis__points=[[60, 50 * least + off]]) for off in (-0.3, 0.3))
+    assert bound_of(demand_of(resolve(beyond))) == inf
+    assert bound_of(demand_of(resolve(inside))) < inf
+    with pytest.raises(Unmet, match="no motion whatever"):
+        synthesise(beyond)
+    assert bound_of(demand_of(resolve(made(synthesis__peak_acceleration=4, synthesis__rest=1)))) < inf
+    assert bound_of(demand_of(resolve(made(synthesis__peak_acceleration=3.9, synthesis__rest=1)))) == inf
+
+
+def test_a_stroke_of_a_hundredth_of_a_degree_has_a_bound_below_its_cam():
+    motion = [MOTION[0] | {"angle": 0.01}, {"segment": "dwell", "angle": 179.99}, *MOTION[2:]]
+    result = free(made(motion=motion))
+    assert result.bound < result.objective
+    assert result.gap < 0.03
+
+
+# -------------------------------------------------------------------------------------------------- matrices
+
+
+@pytest.mark.parametrize("splines", [Splines(5, 4, 4), Splines(4, 3, 2), Splines(9, 2, 2)], ids=str)
+@pytest.mark.parametrize("order", [0, 1, 2, 3])
+def test_bernstein_coefficients_are_those_of_the_spline(splines, order):
+    coefficients = np.random.default_rng(1).random(splines.count)
+    x = np.linspace(0, 1, 301)[1:-1]
+    wanted = BSpline(splines.knots, coefficients, splines.degree).derivative(order)(x) if order else None
+    wanted = BSpline(splines.knots, coefficients, splines.degree)(x) if order == 0 else wanted
+    parts = 2 * splines.pieces
+    for up in (0, order):
+        rows = splines.bernstein(order)
+        rows = elevated(rows, splines.degree - order, up) @ coefficients
+        peer = BPoly(rows.reshape(parts, -1).T, np.linspace(0, 1, parts + 1))
+        np.testing.assert_allclose(peer(x), wanted, atol=1e-9 * np.abs(wanted).max())
+    np.testing.assert_allclose(splines.at(x, order) @ coefficients, wanted, atol=1e-9 * np.abs(wanted).max())
+
+
+@pytest.mark.parametrize("order", [1, 2, 3])
+def test_root_mean_squares_by_a_fine_sum(order):
+    result = free(made())
+    programme = resolve(result.scene).programme
+    angles = (np.arange(200000) + 0.5) * (2 * pi / 200000)
+    fine = np.sqrt(np.mean(programme.at(angles)[order] ** 2))
+    assert root_mean_square(programme, order) == pytest.approx(fine, rel=1e-5)
+
+
+# --------------------------------------------------------------------------------------------------- limits
+
+LIMITS = {
+    "velocity": (ROLLER, {"limits.velocity": 5.6}),
+    "acceleration": (ROLLER, {"limits.acceleration": 1200}),
+    "jerk": (ROLLER, {"limits.jerk": 5e5}),
+    "pressure angles": (ROLLER, {"limits.pressure_angle": 25, "limits.pressure_angle_return": 40}),
+    "return only": (ROLLER, {"limits.pressure_angle": None, "limits.pressure_angle_return": 25}),
+    "curvature": (ROLLER, {"limits.curvature_radius": 10}),
+    "shaft": (ROLLER, {"cam.shaft_diameter": 120}),
+    "contact force": (ROLLER, {"follower.dynamics": DYNAMICS, "limits.contact_force_min": 50}),
+    "jump speed": (ROLLER, {"follower.dynamics": DYNAMICS, "limits.jump_speed": 1010}),
+    "monotone": (ROLLER, {"synthesis.monotone": True}),
+    "points": (ROLLER, {"synthesis.points": [[60, 23], [220, 30]]}),
+    "rest 1": (ROLLER, {"synthesis.rest": 1}),
+    "rest 3": (ROLLER, {"synthesis.rest": 3}),
+    "one-sided acceleration": (ROLLER, {"synthesis.peak_acceleration": [-5, 7], "synthesis.peak_jerk": 80}),
+    "velocity never back": (ROLLER, {"synthesis.peak_velocity": [0, 1.85]}),
+    "names": (ROLLER, {"synthesis.peak_velocity": "poly345", "synthesis.peak_acceleration": "modified-sine"}),
+    "degree 9": (ROLLER, {"synthesis.degree": 9, "synthesis.continuity": 5, "synthesis.pieces": 8}),
+    "degree 4": (ROLLER, {"synthesis.degree": 4}),
+    "offset 0": (ROLLER, {"follower.offset": 20, "search.offset": [0]}),
+    "listed offsets": (ROLLER, {"search.offset": [0, 14], "search.roller_radius": [4, 8]}),
+    "ccw": (ROLLER, {"cam.rotation": "ccw"}),
+    "straight down": (ROLLER, {"motion": STRAIGHT_DOWN}),
+    "no dwell": (ROLLER, {"motion": NO_DWELL}),
+    "several rises": (ROLLER, {"motion": SEVERAL}),
+    "flat": (FLAT, {}),
+    "face reach": (FLAT, {"limits.face_reach": 62.5}),
+    "knife": (KNIFE, {}),
+    "sphere": (SPHERE, {}),
+    "groove": (GROOVE, {}),
+    "two sizes": (ROLLER, {"search.roller_radius": {"start": 4, "stop": 8}}),
+    "weights": (ROLLER, {"synthesis.minimise": {"size": 1, "acceleration": 0.02}}),
+    "one size": (ROLLER, {"synthesis.minimise": "jerk", "search.base_radius": [60]}),
+    "own size": (ROLLER, {"synthesis.minimise": "acceleration", "cam.base_radius": 60}),
+}
+
+
+@pytest.mark.parametrize("name", LIMITS)
+def test_every_limit_holds_over_the_whole_turn(name):
+    base, changes = LIMITS[name]
+    scene = Scene.from_dict(base).replace(**changes)
+    result, asked = free(scene), scene.synthesis
+    sound(result)
+    assert result.convex
+    programme = resolve(result.scene).programme
+    for law in result.laws.values():
+        least = span_of(Programme((Stroke(RISE, law, 0.0, 1.0, 0.0, 1.0),)), 1)[0]
+        if asked.monotone or asked.peak_velocity == (0.0, 1.85):
+            assert least >= -1e-12
+        for key, value in {
+            "peak_velocity": asked.peak_velocity,
+            "peak_acceleration": asked.peak_acceleration,
+        }.items():
+            if isinstance(value, str):
+                assert law_peaks(law)[key] <= law_peaks(LAWS[value])[key]
+        if isinstance(asked.peak_acceleration, tuple):
+            low, high = span_of(Programme((Stroke(RISE, law, 0.0, 1.0, 0.0, 1.0),)), 2)
+            assert asked.peak_acceleration[0] <= low < high <= asked.peak_acceleration[1]
+        if not {"straight down", "no dwell", "several rises"} & {name}:
+            ends = np.array([0.0, 1.0])
+            for order, verb in enumerate((law.velocity, law.acceleration, law.jerk), start=1):
+                assert order > asked.rest or verb(ends).tolist() == [0.0, 0.0]
+    for angle, y in asked.points:
+        assert programme.at(np.array([radians(angle)]))[0, 0] == pytest.approx(y, abs=1e-5)
+    if name == "one size":
+        assert result.scene.cam.base_radius == 60
+    if name == "own size":
+        assert result.design["base_radius_mm"] <= 60
+    if name == "offset 0":
+        assert result.scene.follower.offset == 0.0
+    if name == "listed offsets":
+        ones = [free(scene.replace(**{"search.offset": [each]})) for each in (0, 14)]
+        assert result.objective == min(one.objective for one in ones)
+        assert result.bound == min(one.bound for one in ones)
+    if name == "rest 1":
+        assert result.objective < free(made()).objective
+
+
+def test_a_known_law_is_never_better_than_free_laws_with_its_peaks():
+    for name in ("flat", "knife", "sphere", "groove", "straight down", "several rises"):
+        base, changes = LIMITS[name]
+        known = optimise(Scene.from_dict(base).replace(**changes)).best
+        result = free(Scene.from_dict(base).replace(**changes))
+        assert result.objective <= known[resolve(result.scene).size_name] * (1 + 1e-3)
+
+
+def test_a_sweep_of_the_synthesised_scene(tmp_path):
+    result = free(made())
+    size = result.design["base_radius_mm"]
+    scene = result.scene.replace(**{"search.base_radius": [size - 1, size + 0.01, size + 1]})
+    found = sweep(scene.replace(**{"search.offset": None}), tmp_path, "all", 1)
+    assert (found.designs, found.feasible) == (3, 2)
+
+
+# ------------------------------------------------------------------------------------------------- symmetries
+
+
+@pytest.mark.parametrize(("offset", "other"), [(12.0, -12.0), (-7.0, 7.0)])
+def test_a_mirrored_cam_is_as_large(offset, other):
+    """The other sense of rotation with the other side of the offset is the mirror image."""
+    one = free(made(search__offset=None, follower__offset=offset, cam__rotation="cw"))
+    two = free(made(search__offset=None, follower__offset=other, cam__rotation="ccw"))
+    assert one.objective == pytest.approx(two.objective, rel=1e-6)
+    assert one.bound == pytest.approx(two.bound, rel=1e-5)
+    wrong = free(made(search__offset=None, follower__offset=other, cam__rotation="cw"))
+    assert wrong.objective != pytest.approx(one.objective, rel=0.02)
+
+
+@pytest.mark.parametrize("factor", [1e-3, 1e4])
+def test_a_scaled_cam(factor):
+    motion = [s | ({"lift": factor * s["lift"]} if "lift" in s else {}) for s in MOTION]
+    scaled = made(
+        motion=motion, follower__roller_radius=5 * factor, cam__base_radius=80 * factor,
+        search__offset={"start": -30 * factor, "stop": 30 * factor},
+    )  # fmt: skip
+    assert free(scaled).objective == pytest.approx(factor * free(made()).objective, rel=1e-5)
+    assert free(scaled).bound == pytest.approx(factor * free(made()).bound, rel=1e-5)
+
+
+def test_the_turn_backwards_is_as_large():
+    """Run backwards, rises are returns and the offset changes sides."""
+    swapped = [MOTION[2] | {"segment": "rise"}, MOTION[1], MOTION[0] | {"segment": "return"}, MOTION[3]]
+    assert free(made(motion=swapped)).objective == pytest.approx(free(made()).objective, rel=1e-5)
+
+
+# ------------------------------------------------------------------------------------- curvature, not convex
+
+
+def test_curvature_by_convex_steps():
+    scene = Scene.from_dict(VALVE)
+    result = free(scene)
+    found = sound(result)
+    assert not result.convex
+    assert found["profile_radius_min_mm"] >= 3
+    known = optimise(scene.replace(**{"search.law": ["poly345"]})).best
+    assert result.bound < result.objective <= known["base_radius_mm"] * (1 + 1e-9)
+
+
+def test_curvature_alone_decides():
+    """Without a limit on the pressure angle, the convex limits say nothing of the size."""
+    scene = made(VALVE, limits__pressure_angle=None, synthesis__pieces=12)
+    result = free(scene)
+    sound(result)
+    assert not result.convex
+    assert result.objective <= optimise(scene.replace(**{"search.law": ["poly345"]})).best["base_radius_mm"]
+
+
+def test_the_plane_of_curvature_is_tangent():
+    """G against the pitch curvature, and its plane against differences of G."""
+    demand = demand_of(resolve(made(VALVE, synthesis__pieces=6)))
+    sharpest, random = sharpest_allowed(demand), np.random.default_rng(2)
+    model = convex(demand, FreeMotion)
+    assert sharpest == pytest.approx(demand.scale / 23)
+
+    def at(point):
+        model.sizes.lead.value, model.sizes.height.value = point.lead, point.height
+        for motion, c in zip(moving(model), point.coefficients, strict=True):
+            motion.coefficients.value = c
+        return point
+
+    start = Iterate(0.3, 1.4, tuple(np.sort(random.random(demand.splines.count)) for _ in range(2)))
+    away = Iterate(*random.normal(size=2), tuple(random.normal(size=(2, demand.splines.count))))
+    for motion in moving(model):
+        value, plane = _limit(model, motion, at(start), sharpest)
+        y, y1, y2 = (np.asarray(row.value) for row in motion.at((np.arange(36) + 0.5) / 36))
+        a, w = start.height + y, y1 - start.lead
+        kappa = (a**2 + w * (2 * y1 - start.lead) - a * y2) / np.hypot(a, w) ** 3
+        np.testing.assert_allclose(value, (sharpest - kappa) * np.hypot(a, w), rtol=1e-9)
+        step, found = 1e-6, []
+        for sign in (1, -1):
+            parts = [c + sign * step * d for c, d in zip(start.coefficients, away.coefficients, strict=True)]
+            there = Iterate(
+                start.lead + sign * step * away.lead, start.height + sign * step * away.height, tuple(parts)
+            )
+            planar = np.asarray((at(there), plane.value)[1])
+            found.append((_limit(model, motion, there, sharpest)[0], planar))
+        slopes = [(plus - minus) / (2 * step) for plus, minus in zip(*found, strict=True)]
+        np.testing.assert_allclose(slopes[0], slopes[1], rtol=1e-5, atol=1e-5 * np.abs(slopes[1]).max())
+
+
+@pytest.mark.parametrize("motion", [STRAIGHT_DOWN, NO_DWELL, SEVERAL], ids=["down", "no dwell", "several"])
+def test_a_solvers_error_at_a_joint_is_no_jump(motion):
+    demand = demand_of(resolve(made(motion=motion)))
+    found = solved(demand)[1]
+    random = np.random.default_rng(3)
+    noisy = joined(demand, [c + 1e-8 * random.normal(size=c.size) for c in found.coefficients])
+    laws = [demand.splines.law(name, c) for name, c in zip("abc", noisy, strict=False)]
+    scene = scene_with(demand.question.scene, laws)
+    assert not resolve(scene).programme.jumps
+
+
+# ------------------------------------------------------------------------------------------------ mistakes
+
+MISTAKES = {
+    "minimise": ("weight", "a term of the objective"),
+    "peak_jerk": ("nolaw", "must be a motion law"),
+    "peak_acceleration": ("uniform", "a law whose peak acceleration is finite"),
+    "peak_velocity": ([0.5, 2], "a range with 0 in it"),
+    "rest": (4, "at most 3"),
+    "monotone": (3, "monotone"),
+    "degree": (3, "at least 4"),
+    "pieces": (1, "at least 2"),
+    "continuity": (5, "below the degree (5)"),
+    "points": ([[150, 50]], "a cam angle inside a rise or return"),
+}
+
+
+@pytest.fixture
+def run(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+
+    def call(scene, *arguments):
+        if isinstance(scene, dict):
+            import tomli_w
+
+            (tmp_path / "scene.toml").write_text(tomli_w.dumps(scene))
+        code = main(["synthesise", "scene.toml" if isinstance(scene, dict) else scene, *arguments])
+        out, err = capsys.readouterr()
+        assert "Traceback" not in out + err
+        return code, out, err
+
+    return call
+
+
+@pytest.mark.parametrize("key", MISTAKES)
+def test_mistakes_are_said_and_nothing_is_written(key, run, tmp_path):
+    value, message = MISTAKES[key]
+    code, out, err = run(ROLLER | {"synthesis": {key: value}})
+    assert (code, out) == (2, "")
+    assert f"synthesis.{key}" in err
+    assert message in err
+    assert [path.name for path in tmp_path.iterdir()] == ["scene.toml"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"synthesis": {"rest": 1, "peak_jerk": 60}}, "synthesis.rest"),
+        ({"synthesis": {"rest": 1, "minimise": "jerk_rms"}}, "synthesis.rest"),
+        ({"synthesis": {"points": [[60, 51]]}}, "a displacement from 0 to 50"),
+        ({"synthesis": {"points": [[60, 20], [60.001, 21]]}}, "synthesis.points.2"),
+        ({"synthesis": {"points": [[60, 20, 1]]}}, "two numbers"),
+        ({"synthesis": {"minimise": {}}}, "synthesis.minimise"),
+        ({"synthesis": {"minimise": {"size": -1}}}, "synthesis.minimise.size"),
+        ({"synthesis": {"piece": 2}}, "synthesis.piece"),
+        ({"limits": {}}, "nothing limits the size"),
+    ],
+)
+def test_more_mistakes(changes, message, run):
+    code, _, err = run(ROLLER | changes)
+    assert code == 2
+    assert message in err
+
+
+def test_an_oscillating_follower_is_bad_input(run):
+    code, _, err = run("oscillating-roller")
+    assert code == 2
+    assert "translating" in err
+
+
+JUNK = st.recursive(
+    st.none()
+    | st.booleans()
+    | st.integers()
+    | st.floats()
+    | st.text(max_size=5)
+    | st.sampled_from([*LAWS, "size"]),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=2),
+    max_leaves=4,
+)
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.dictionaries(st.sampled_from([*Synthesis.model_fields, "x"]), JUNK, min_size=1, max_size=3))
+def test_junk_is_bad_input_or_a_demand(junk):
+    try:
+        demand = demand_of(resolve(Scene.from_dict(ROLLER | {"synthesis": junk})))
+    except BadInput:
+        return
+    assert demand.splines.count > demand.splines.degree
+
+
+@settings(max_examples=6, deadline=None, suppress_health_check=list(HealthCheck))
+@given(
+    pieces=st.integers(2, 12),
+    degree=st.integers(4, 9),
+    rest=st.integers(2, 3),
+    acceleration=st.floats(1e-3, 1e9),
+    jerk=st.floats(1e-3, 1e9),
+    lift=st.floats(10, 1e6),
+)
+def test_any_size_of_a_problem_is_solved_or_said(pieces, degree, rest, acceleration, jerk, lift):
+    motion = [s | ({"lift": lift} if "lift" in s else {}) for s in MOTION]
+    asked = {"pieces": pieces, "degree": degree, "rest": rest, "peak_acceleration": acceleration, "peak_jerk": jerk}
+    try:
+        result = synthesise(Scene.from_dict(ROLLER | {"motion": motion, "synthesis": asked}))
+    except (Unmet, BadInput, ArithmeticError):
+        return
+    assert evaluate(result.scene)["feasible"]
+    assert result.bound is None or result.bound <= result.objective
+
+
+# --------------------------------------------------------------------------------------------- command line
+
+
+def test_the_command_writes_a_scene_and_its_laws(run, tmp_path):
+    code, out, _ = run(ROLLER, "--json", "--plot", "both.svg", "--out", "there")
+    found = json.loads(out, parse_constant=lambda text: pytest.fail(text))
+    assert code == 0
+    assert found["bound"] < found["objective"] == found["base_radius_mm"]
+    assert found["gap"] == pytest.approx(1 - found["bound"] / found["objective"])
+    assert set(found["known_laws"]) <= {f"{law}" for law in LAWS}
+    scene = Scene.from_toml(tmp_path / "there" / "synthesised.toml")
+    assert scene.cam.base_radius == found["base_radius_mm"]
+    assert evaluate(scene)["feasible"]
+    rows = np.genfromtxt(tmp_path / "there" / "laws.csv", delimiter=",", names=True, dtype=None, encoding="utf-8")
+    laws = resolve(scene).laws
+    for row in rows[::60]:
+        law = laws[row["law"]]
+        assert row["s"] == law.displacement(row["x"])
+        assert row["jerk"] == law.jerk(row["x"])
+    assert (tmp_path / "both.svg").read_text().startswith("<?xml")
+    assert main(["certify", "there/synthesised.toml", "--quiet"]) == 0
+
+
+def test_the_american_spelling(run):
+    assert main(["synthesize", "--help"]) == 0
+
+
+def test_what_cannot_be_met_ends_with_1_and_nothing_written(run, tmp_path):
+    code, out, err = run(ROLLER | {"synthesis": {"peak_acceleration": 3}})
+    assert (code, out) == (1, "")
+    assert "no motion whatever" in err
+    assert [path.name for path in tmp_path.iterdir()] == ["scene.toml"]
+
+
+def test_a_picture_of_no_known_kind_is_bad_input_and_nothing_is_written(run, tmp_path):
+    code, _, err = run(ROLLER, "--plot", "both.bmp")
+    assert code == 2
+    assert "--plot" in err
+    assert [path.name for path in tmp_path.iterdir()] == ["scene.toml"]
+
+
+def test_a_solver_that_fails_is_said(run, monkeypatch):
+    monkeypatch.setattr("camopt.synthesis.convex.solve", lambda problem: cp.SOLVER_ERROR)
+    code, out, err = run(ROLLER)
+    assert (code, out) == (4, "")
+    assert "solver" in err
+    assert main(["frontier", "scene.toml"]) == 4
+
+
+def test_the_result_never_replaces_the_users_scene(run, tmp_path):
+    run(ROLLER, "--out", "there", "--quiet")
+    own = (tmp_path / "there" / "synthesised.toml").read_bytes()
+    assert main(["synthesise", "there/synthesised.toml", "--out", "there"]) == 2
+    assert (tmp_path / "there" / "synthesised.toml").read_bytes() == own
+
+
+def test_cvxpy_is_imported_for_synthesis_alone():
+    code = "import sys, camopt.cli; camopt.cli.main(['optimise', '--help']); assert 'cvxpy' not in sys.modules"
+    assert subprocess.run([sys.executable, "-c", code], check=False, stdout=subprocess.DEVNULL).returncode == 0
+
+
+def test_known_laws_are_those_of_the_search():
+    assert list(known_laws(made(search__law=["poly345"]))) == ["poly345"]
+    assert set(known_laws(made())) <= set(LAWS)
