@@ -1,7 +1,6 @@
 """One picture of one design: the diagrams of its motion, pressure angle and curvature, and the cam to scale."""
 
 import os
-import warnings
 from math import ceil
 from typing import Any, NamedTuple
 
@@ -9,34 +8,16 @@ import numpy as np
 
 from camopt.drawing import diagrams
 from camopt.drawing.cam import draw_disc
+from camopt.drawing.canvas import KINDS, canvas
 from camopt.drawing.dynamics import dynamics_panels
 from camopt.drawing.groove import draw_groove
 from camopt.drawing.loads import load_panels
 from camopt.drawing.panels import panels
-from camopt.drawing.picture import ALARM, FAINT, INK, MUTED, Picture, number
-from camopt.files import whole_file
+from camopt.drawing.picture import ALARM, INK, MUTED, Picture, number
 from camopt.judging import excesses, violations
 from camopt.points import checked_suffix
 from camopt.question import resolve
 from camopt.scene import Scene
-
-STYLE: dict[str, Any] = {
-    "svg.fonttype": "none",  # text stays text
-    "svg.hashsalt": "camopt",  # the same picture gives the same file
-    "font.size": 8,
-    "font.family": "DejaVu Sans",
-    "text.parse_math": False,
-    "axes.edgecolor": FAINT,
-    "axes.linewidth": 0.8,
-    "axes.labelcolor": INK,
-    "text.color": INK,
-    "xtick.color": MUTED,
-    "ytick.color": MUTED,
-    "xtick.labelsize": 7.5,
-    "ytick.labelsize": 7.5,
-    "hatch.linewidth": 0.6,
-    "hatch.color": MUTED,
-}
 
 
 def plot(scene: Scene, path: str | os.PathLike[str]) -> None:
@@ -57,39 +38,32 @@ def plot(scene: Scene, path: str | os.PathLike[str]) -> None:
     OSError
         If the file cannot be written.
     """
-    suffix = checked_suffix(path, "--plot", (".png", ".svg", ".pdf"))
-    import matplotlib.style
-
-    dates: dict[str, dict[str, Any]] = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
-    with matplotlib.style.context(["default", STYLE], after_reset=True), warnings.catch_warnings():
-        warnings.filterwarnings("ignore", message="Glyph .* missing")  # a name in a script the font lacks
-        figure = _figure(Picture(resolve(scene)))
-        with whole_file(path) as partial:
-            figure.savefig(partial, format=suffix[1:], dpi=160, metadata=dates.get(suffix))
-
-
-def _figure(picture: Picture) -> Any:
-    from matplotlib.figure import Figure
-
+    checked_suffix(path, "--plot", KINDS)
+    picture = Picture(resolve(scene))
     grooved = picture.question.subject.mechanism.grooved
     shown = [*panels(picture), *dynamics_panels(picture), *load_panels(picture)]
     page = _below_a_groove(len(shown)) if grooved else _beside_a_disc(len(shown))
-    figure = Figure(figsize=(WIDTH, page.height), facecolor="white")
+    with canvas(path, (WIDTH, page.height), dpi=160) as figure:
+        axes = [figure.add_axes(page.on_figure(box)) for box in page.panels]
+        _header(figure, picture)
+        diagrams.draw(axes, picture, shown, page.heads, page.feet)
+        _draw_cam(figure, picture, page)
+
+
+def _draw_cam(figure: Any, picture: Picture, page: Any) -> None:
+    """The cam to scale, with the legend of its lines."""
+    grooved = picture.question.subject.mechanism.grooved
     cam = figure.add_axes(page.on_figure(page.cam))
-    axes = [figure.add_axes(page.on_figure(box)) for box in page.panels]
-    _header(figure, picture)
-    diagrams.draw(axes, picture, shown, page.heads, page.feet)
     if not picture.exists:
         cam.set_axis_off()
         cam.text(0.5, 0.5, "this mechanism cannot be put together", ha="center", color=ALARM, fontsize=11)
-        return figure
+        return
     (draw_groove if grooved else draw_disc)(cam, picture)
     handles, labels = cam.get_legend_handles_labels()
     place: dict[str, Any] = {"bbox_to_anchor": (page.legend[0], page.legend[1] / page.height)}
     columns = len(labels) if grooved else min(len(labels), 4)
     place |= {"ncols": columns, "fontsize": 8, "columnspacing": 1.8, "frameon": False}
     figure.legend(handles, labels, loc="lower center", **place)
-    return figure
 
 
 WIDTH, COLUMNS, ACROSS = 15.5, (0.045, 0.54), 0.44  # inches; left ends and width of diagrams, of the figure

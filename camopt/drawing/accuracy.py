@@ -2,12 +2,11 @@
 
 import os
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import Any
 
-from camopt.files import whole_file
+from camopt.drawing.canvas import canvas
+from camopt.drawing.picture import FAINT, INK
 
-INK, FAINT = "#1f2933", "#9aa5b1"
 COLOURS = {"sampling": "#b3261e", "sampling, polished": "#c2781a", "enclosure": "#0b6e99", "balls": INK}
 NAMED = (36, 360, 720, 3600)  # angles that are written at their points
 LABELS: dict[str, Callable[[dict[str, Any]], str]] = {
@@ -27,18 +26,14 @@ FLOOR = 3e-17  # errors below a double's rounding are drawn there
 
 def plot_accuracy(rows: Sequence[dict[str, Any]], title: str, path: str | os.PathLike[str]) -> None:
     """Draw the rows of ``accuracy.measure`` to a PNG or SVG file."""
-    from matplotlib.figure import Figure
-
     names = list(dict.fromkeys(row["quantity"] for row in rows))
-    figure = Figure(figsize=(6.4 * len(names), 5.2), facecolor="white", layout="constrained")
-    figure.suptitle(f"What accuracy costs: {title}", x=0.01, ha="left", fontsize=13, weight="bold", color=INK)
-    panels = figure.subplots(1, len(names), squeeze=False, sharey=True)[0]
-    for axes, name in zip(panels, names, strict=True):
-        _draw(axes, name, [row for row in rows if row["quantity"] == name])
-    panels[-1].legend(loc="center right", fontsize=8.5, frameon=False)
-    panels[0].set_ylabel("largest relative error, against ball arithmetic")
-    with whole_file(path) as partial:
-        figure.savefig(partial, format=Path(path).suffix[1:], dpi=150)
+    with canvas(path, (6.4 * len(names), 5.2), powers=True, layout="constrained") as figure:
+        figure.suptitle(f"What accuracy costs: {title}", x=0.01, ha="left", fontsize=13, weight="bold", color=INK)
+        panels = figure.subplots(1, len(names), squeeze=False, sharey=True)[0]
+        for axes, name in zip(panels, names, strict=True):
+            _draw(axes, name, [row for row in rows if row["quantity"] == name])
+        panels[-1].legend(loc="center right", fontsize=8.5, frameon=False)
+        panels[0].set_ylabel("largest relative error, against ball arithmetic")
 
 
 def _draw(axes: Any, name: str, rows: list[dict[str, Any]]) -> None:

@@ -6,9 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from camopt.drawing.canvas import canvas
 from camopt.drawing.picture import ALARM, COLOURS, FAINT, INK, MUTED
-from camopt.figures import STYLE
-from camopt.files import whole_file
 from camopt.motion.table import RISE
 from camopt.quantities import QUANTITIES
 from camopt.synthesis.frontier import Frontier
@@ -28,12 +27,8 @@ UNITS = {"velocity": ("m/s", "mm/rad"), "acceleration": ("m/s²", "mm/rad²"), "
 
 
 def plot_frontier(found: Frontier, path: str | os.PathLike[str]) -> None:
-    """Draw a frontier to a PNG file: its first axis upwards, the second to the right, a third as colours."""
-    import matplotlib.style
-    from matplotlib.figure import Figure
-
-    with matplotlib.style.context(["default", STYLE], after_reset=True):
-        figure = Figure(figsize=(10.5, 7.0), facecolor="white", layout="constrained")
+    """Draw a frontier to a PNG, SVG or PDF file: its first axis up, the second to the right, a third as colours."""
+    with canvas(path, (10.5, 7.0), layout="constrained") as figure:
         axes = figure.subplots()
         (_cloud if len(found.axes) == 3 else _curve)(figure, axes, found)
         _known(axes, found)
@@ -42,8 +37,6 @@ def plot_frontier(found: Frontier, path: str | os.PathLike[str]) -> None:
         axes.grid(True, lw=0.4, color=FAINT, alpha=0.6)
         axes.spines[["top", "right"]].set_visible(False)
         figure.legend(loc="outside lower center", ncols=2, fontsize=9, frameon=False)
-        with whole_file(path) as partial:
-            figure.savefig(partial, format="png", dpi=150)
 
 
 def _label(found: Frontier, axis: str) -> str:
@@ -81,7 +74,8 @@ def _cloud(figure: Any, axes: Any, found: Frontier) -> None:
     x, y, z = (np.array([row[axis] for row in found.rows]) for axis in (across, up, third))
     norm = "log" if z.min() > 0.0 and z.max() > WIDE * z.min() else "linear"
     points = axes.scatter(x, y, c=z, cmap="viridis", norm=norm, s=26, zorder=4, label="free laws")
-    figure.colorbar(points, ax=axes, label=_label(found, third), pad=0.01)
+    bar = figure.colorbar(points, ax=axes, label=_label(found, third), pad=0.01, format="{x:.3g}")
+    bar.ax.yaxis.set_minor_formatter("{x:.3g}")
 
 
 def _known(axes: Any, found: Frontier) -> None:

@@ -1,11 +1,10 @@
 """The picture of response spectra: what is left over in the dwell and how hard the mass is driven, law by law."""
 
 import os
-from pathlib import Path
 from typing import Any
 
+from camopt.drawing.canvas import canvas
 from camopt.drawing.picture import FAINT, INK, MUTED
-from camopt.files import whole_file
 from camopt.rows import Rows
 
 COLOURS = ("#2a6ca3", "#c0632a", "#3f7d58", "#8a6fae", "#b3261e", "#45525e", "#c2781a", "#0b6e99")
@@ -20,13 +19,7 @@ SHOWN = (1e-4, 1e-3, 1e-2, 0.1, 1.0)
 
 def plot_spectrum(rows: Rows, path: str | os.PathLike[str]) -> None:
     """Draw the rows of ``spectrum`` to a PNG, SVG or PDF file."""
-    import matplotlib.style
-    from matplotlib.figure import Figure
-
-    from camopt.figures import STYLE
-
-    with matplotlib.style.context(["default", STYLE], after_reset=True):
-        figure = Figure(figsize=(12.5, 5.6), facecolor="white", layout="constrained")
+    with canvas(path, (12.5, 5.6), layout="constrained") as figure:
         damping = float(rows.column("damping_ratio")[0])
         title = f"After a rise in the time t₁: a train of natural period Tₙ, damping ratio {damping:g}"
         figure.suptitle(title, x=0.01, ha="left", fontsize=12, fontweight="bold", color=INK)
@@ -34,9 +27,6 @@ def plot_spectrum(rows: Rows, path: str | os.PathLike[str]) -> None:
             _draw(axes, name, rows)
         handles, labels = figure.axes[0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=8, fontsize=8.5, frameon=False)
-        metadata = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}.get(Path(path).suffix)
-        with whole_file(path) as partial:
-            figure.savefig(partial, format=Path(path).suffix[1:], dpi=150, metadata=metadata)
 
 
 def _draw(axes: Any, name: str, rows: Rows) -> None:

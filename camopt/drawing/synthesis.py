@@ -1,16 +1,14 @@
 """Before and after: the cam of a known law and that of free laws, at one scale, and their motions."""
 
 import os
-import warnings
 from typing import Any
 
 import numpy as np
 
 from camopt.drawing.cam import draw_disc
+from camopt.drawing.canvas import KINDS, canvas
 from camopt.drawing.groove import draw_groove
 from camopt.drawing.picture import COLOURS, FAINT, INK, MUTED, Picture, number
-from camopt.figures import STYLE
-from camopt.files import whole_file
 from camopt.motion import LAWS
 from camopt.motion.table import RETURN, RISE
 from camopt.points import checked_suffix
@@ -37,19 +35,12 @@ def plot_synthesis(
     OSError
         If the file cannot be written.
     """
-    suffix = checked_suffix(path, "--plot", (".png", ".svg", ".pdf"))
-    import matplotlib.style
-    from matplotlib.figure import Figure
-
+    checked_suffix(path, "--plot", KINDS)
     before, after = Picture(resolve(best_known(scene, known, result))), Picture(resolve(result.scene))
-    with matplotlib.style.context(["default", STYLE], after_reset=True), warnings.catch_warnings():
-        warnings.filterwarnings("ignore", message="Glyph .* missing")
-        figure = Figure(figsize=(15.5, 9.0), facecolor="white")
+    with canvas(path, (15.5, 9.0)) as figure:
         figure.text(0.04, 0.955, scene.name, fontsize=15, fontweight="bold")
         _cams(figure, before, after)
         _motions(figure, before, after)
-        with whole_file(path) as partial:
-            figure.savefig(partial, format=suffix[1:], dpi=150)
 
 
 def best_known(scene: Scene, known: dict[str, dict[str, Any]], result: Synthesised) -> Scene:
