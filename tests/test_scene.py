@@ -2,6 +2,7 @@
 
 import copy
 import json
+import pickle
 import tomllib
 from math import inf, nan
 from pathlib import Path
@@ -12,6 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from camopt import BadInput, Scene, find_scene, shipped_scenes
+from camopt.mistakes import Mistake
 from camopt.scene import shipped_toml
 from camopt.scene_tables import Cam, Range, Segment
 
@@ -299,6 +301,15 @@ def test_all_mistakes_are_told_at_once():
     assert lines[0].startswith("cam.toml: cam.rmp = 900: not a known key; did you mean rpm?")
     assert lines[1] == "cam.toml: follower.roller_radius = -5: must be at least 1e-09"
     assert lines[2] == "cam.toml: motion.angle: the angles add up to 350 deg, not to 360"
+
+
+def test_mistakes_are_told_from_another_process():
+    told = BadInput(
+        [Mistake("a.toml", "cam", 1, "a table"), Mistake("a.toml", "limits", None, "nothing", bare=True)]
+    )
+    back = pickle.loads(pickle.dumps(told))
+    assert back.mistakes == told.mistakes
+    assert str(back) == "a.toml: cam = 1: must be a table\na.toml: limits: nothing"
 
 
 def test_lifts_too_small_to_compute_with_are_told():

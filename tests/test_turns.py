@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy import optimize
 from test_optimise import BASE, CASES, scene, size_of
 
-from camopt import BadInput, Scene, evaluate, optimise, sweep
+from camopt import BadInput, Scene, evaluate, find_scene, optimise, sweep
 from camopt.effects import Case
 from camopt.mechanisms import MECHANISMS
 from camopt.motion import LAWS
@@ -233,3 +233,29 @@ def test_whatever_the_ranges_they_are_right_or_told(ranges):
 def test_a_sweep_leaves_angles_to_optimise():
     with pytest.raises(BadInput, match=r"search\.angle_rise: a sweep takes the angles as they are"):
         sweep(scene(**ANGLES))
+
+
+def test_a_load_over_the_turn_stays_at_its_cam_angles():
+    """The answer's stress is that of its cam evaluated by itself."""
+    scene = find_scene("roller-1000rpm").replace(
+        **{
+            "cam.rpm": 300,
+            "follower.dynamics": {"mass": 1.0, "spring_rate": 10.0, "preload": 250.0, "load": [[0, 0], [100, 900]]},
+            "materials": {"cam": "steel", "follower": "steel", "face_width": 10.0},
+            "limits": {"pressure_angle": 40, "contact_stress": 3000},
+            "search": {
+                "law": ["cycloidal"],
+                **{f"angle_{s}": {"start": 95, "stop": 115} for s in ("rise", "return")},
+            },
+        }
+    )
+    best = optimise(scene).best
+    motion = [
+        {**s.model_dump(exclude_none=True), "angle": angle, **({"law": "cycloidal"} if s.law else {})}
+        for s, angle in zip(scene.motion, best["angles_deg"], strict=True)
+    ]
+    sizes = {"cam.base_radius": best["base_radius_mm"], "follower.roller_radius": best["roller_radius_mm"]}
+    cam = evaluate(
+        scene.replace(**{**sizes, "search": None, "motion": motion, "follower.offset": best["offset_mm"]})
+    )
+    assert cam["contact_stress_max_MPa"] == pytest.approx(best["contact_stress_max_MPa"], rel=1e-8)

@@ -89,7 +89,8 @@ class Turns:
         angles = self.angles(freed)
         segments = [(s.segment, angle, s.lift, s.law) for s, angle in zip(motion, angles, strict=True)]
         angular, laws = self.question.subject.angular, self.question.laws
-        programme = Programme.from_segments(segments, angular=angular, laws=laws)
+        load = self.question.programme.load
+        programme = Programme.from_segments(segments, angular=angular, laws=laws, load=load)
         return replace(self.question, programme=programme).with_laws(*self.laws)
 
     def at(self, share: FloatArray, box: Box) -> FloatArray:

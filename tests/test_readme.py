@@ -1,0 +1,60 @@
+"""What the README prints as a scene is one: each block, put into the first, answers."""
+
+import re
+import tomllib
+from functools import reduce
+from math import isfinite
+from pathlib import Path
+
+import pytest
+
+from camopt import BadInput, Scene, evaluate, optimise, sweep, synthesise
+
+TEXT = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
+BLOCKS = [tomllib.loads(block) for block in re.findall(r"```toml\n(.*?)```", TEXT, re.DOTALL)]
+WHOLE = BLOCKS[0]
+
+
+def merged(under, over):
+    """Two tables as one, the second above."""
+    both = under.keys() & over.keys()
+    tables = {key: merged(under[key], over[key]) for key in both if isinstance(over[key], dict)}
+    return {**under, **over, **tables}
+
+
+def scene_with(table):
+    """The README's scene with one of its later blocks."""
+    found = [block for block in BLOCKS[1:] if reduce(dict.get, table.split("."), block)]
+    assert len(found) == 1
+    return Scene.from_dict(merged(WHOLE, found[0]))
+
+
+def test_the_scene_is_swept_as_written(tmp_path):
+    assert sweep(Scene.from_dict(WHOLE), tmp_path).feasible
+
+
+def test_the_scene_is_optimised_and_a_limit_holds_it():
+    assert all(row["binding"] for row in optimise(Scene.from_dict(WHOLE)).by_law.values())
+
+
+def test_free_angles_make_the_cam_smaller():
+    free = scene_with("search")
+    assert optimise(free).best["base_radius_mm"] < optimise(Scene.from_dict(WHOLE)).best["base_radius_mm"]
+    with pytest.raises(BadInput, match=r"angle_rise: a sweep takes the angles as they are"):
+        sweep(free)
+
+
+def test_its_own_laws_are_laws():
+    own = scene_with("laws")
+    own = own.replace(**{"search.law_rise": list(own.laws)})
+    assert all(row["feasible"] for row in optimise(own).by_law.values())
+
+
+def test_free_laws_hold_its_limits():
+    free = synthesise(scene_with("synthesis").replace(**{"synthesis.pieces": 20}))
+    assert evaluate(free.scene)["feasible"]
+
+
+def test_its_loads_are_all_finite():
+    loaded = evaluate(scene_with("follower").replace(outputs=["force", "thrust", "hertz", "surface", "vibration"]))
+    assert all(isfinite(value) for value in loaded.values() if isinstance(value, float))
