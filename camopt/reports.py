@@ -281,12 +281,16 @@ def show_frontier(found: "Frontier", as_json: bool) -> None:
         tables = {name: [finite(row) for row in rows] for name, rows in every.items()}
         return _print_json({"scene": found.scene.name, "axes": found.axes, "least": ends, **tables})
     rows = [{**row, "law": "free"} for row in found.rows]
-    rows += [{**row, "law": " / ".join(dict.fromkeys((row["law_rise"], row["law_return"])))} for row in found.known]
+    for row in found.known:
+        laws = " / ".join(dict.fromkeys((row["law_rise"], row["law_return"])))
+        rows.append({**row, "law": laws if row["within"] else f"{laws} *"})
     sizes = [
         name for name in ("base_radius_mm", "mean_radius_mm", "roller_radius_mm", "offset_mm") if name in rows[0]
     ]
     shown = [{**row, "bound": "" if row.get("bound") is None else row["bound"]} for row in rows]
     _print(_table(f"{found.scene.name}: the frontier", shown, ["law", *found.axes, "bound", *sizes]))
+    if not all(row["within"] for row in found.known):
+        _print("* beyond a limit that the free laws hold, such as the jerk of 3-4-5 where the scene limits none")
     for term, (least, bound) in found.least.items():
         most = "" if bound is None else f"; no motion within the other limits passes {_number(bound)}"
         _print(f"Least {term}: {_number(least)}{most}")

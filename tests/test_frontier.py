@@ -96,13 +96,33 @@ def test_three_axes_and_quantities(scene):
         (("size", "size"), "two or three different axes"),
         (("size", "velocity", "jerk", "acceleration"), "two or three different axes"),
         (("size", "acceleratoin"), "acceleration"),
-        (("size", "torque_peak_N_m"), "a quantity that the scene calls for"),
+        (("size", "profile_radius_min_mm"), "less of is better"),
+        (("size", "torque_peak_N_m"), "a quantity that the scene calls for and less of is better"),
     ],
 )
 def test_axes_that_are_none(scene, axes, message):
     with pytest.raises(BadInput) as error:
         frontier(scene, axes)
     assert message in str(error.value)
+
+
+def test_freed_angles_are_for_optimise(scene):
+    free = {"start": 80, "stop": 130}
+    freed = scene.replace(**{"search.angle_rise": free, "search.angle_return": free})
+    for ask in (synthesise, frontier):
+        with pytest.raises(BadInput, match=r"search\.angle_rise"):
+            ask(freed)
+
+
+def test_strokes_that_meet_have_finite_peak_factors():
+    motion = [
+        {"segment": "rise", "angle": 120, "lift": 20, "law": "poly345"},
+        {"segment": "return", "angle": 120, "lift": 20, "law": "poly345"},
+        {"segment": "dwell", "angle": 120},
+    ]
+    met = synthesise(find_scene("exhaust-valve").replace(motion=motion, **{"limits.pressure_angle": 30}))
+    for peaks in met.peaks.values():
+        assert peaks["peak_jerk"] <= 60.0
 
 
 def test_a_frontier_of_nothing(scene):

@@ -103,6 +103,10 @@ def demand_of(question: Question) -> Demand:
         what = "free laws are for translating followers: there the limits are convex"
         raise BadInput([Mistake(scene.file, "follower.motion", scene.follower.motion, what, bare=True)])
     _check_rest(question, asked)
+    freed = [f"search.angle_{kind}" for kind in ("rise", "return", "dwell") if scene.search.angle_of(kind)]
+    if freed:
+        what = "free laws take the angles as they are: leave it to optimise"
+        raise BadInput([Mistake(scene.file, key, None, what, bare=True) for key in freed])
     strokes = tuple(question.programme.strokes)
     roller = _roller(question)
     size = _size(scene, question.size_name, asked)

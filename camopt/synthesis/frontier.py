@@ -17,6 +17,7 @@ import numpy as np
 from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
+from camopt.quantities import QUANTITIES
 from camopt.question import resolve
 from camopt.scene import Scene
 from camopt.scene_tables import TERMS
@@ -110,15 +111,14 @@ def frontier(
 def _checked(scene: Scene, axes: Sequence[str]) -> tuple[Scene, tuple[str, ...]]:
     """The scene that minimises the axes, and the terms that are traded."""
     question = resolve(scene)
-    quantities = sorted(question.wanted)
+    quantities = sorted(name for name in question.wanted if _less_is_better(name))
     mistakes = []
     if not 2 <= len(axes) <= 3 or len(set(axes)) < len(axes):
         mistakes.append(Mistake("camopt", "--axes", ",".join(axes), "two or three different axes"))
     for axis in axes:
         if axis not in TERMS and axis not in quantities:
-            what = (
-                f"{', '.join(TERMS)} or a quantity that the scene calls for; {nearest(axis, [*TERMS, *quantities])}"
-            )
+            quantity = "a quantity that the scene calls for and less of is better"
+            what = f"{', '.join(TERMS)} or {quantity}; {nearest(axis, [*TERMS, *quantities])}"
             mistakes.append(Mistake("camopt", "--axes", axis, what))
     if mistakes:
         raise BadInput(mistakes)
@@ -126,6 +126,13 @@ def _checked(scene: Scene, axes: Sequence[str]) -> tuple[Scene, tuple[str, ...]]
     if len(terms) < len(axes):
         terms = tuple(dict.fromkeys((*(terms or ("size",)), PROXY)))
     return scene.replace(**{"synthesis.minimise": dict.fromkeys(terms, 1.0)}), terms
+
+
+def _less_is_better(name: str) -> bool:
+    """Whether a quantity can be an axis: a largest value, such as a peak or a load."""
+    return QUANTITIES[name].kind is float and any(
+        part in name for part in ("_max_", "_peak_", "_rms_", "_required_")
+    )
 
 
 def _ends(demand: Demand, terms: Sequence[str], first: str) -> dict[str, float]:

@@ -15,9 +15,10 @@ import cvxpy as cp
 import numpy as np
 
 from camopt.motion import LAWS
-from camopt.motion.programme import Programme, law_peaks, peak, root_mean_square, span
+from camopt.motion.law import Law
+from camopt.motion.programme import Programme, Stroke, law_peaks, peak, root_mean_square, span
 from camopt.motion.spline import SplineLaw
-from camopt.motion.table import DWELL, TURN
+from camopt.motion.table import DWELL, RISE, TURN
 from camopt.question import resolve
 from camopt.scene import Scene
 from camopt.search.answer import Progress
@@ -69,14 +70,21 @@ class Synthesised:
 
     @property
     def peaks(self) -> dict[str, dict[str, float | str]]:
-        """The peak factors of each free law."""
-        return {name: law_peaks(law) for name, law in self.laws.items()}
+        """The peak factors of each free law, inside its stroke: one that meets another has no dwells around it."""
+        return {name: {**law_peaks(law), **_inside(law)} for name, law in self.laws.items()}
+
+
+def _inside(law: Law) -> dict[str, float]:
+    """The largest derivatives of a unit stroke, whatever is around it."""
+    alone = Programme((Stroke(RISE, law, 0.0, 1.0, 0.0, 1.0),))
+    spans = {name: span(alone, (0.0,) * order + (1.0,), RISE) for name, order in PEAKS.items()}
+    return {name: max(-least, largest) for name, (least, largest) in spans.items()}
 
 
 def peaks_of(row: Mapping[str, Any], result: Synthesised) -> dict[str, float]:
     """The largest peak factors of a row's laws, known or free."""
-    laws = {**LAWS, **result.laws}
-    each = [law_peaks(laws[n]) for key in ("law_rise", "law_return") for n in row[key].split("+") if n in laws]
+    peaks = {**{name: law_peaks(law) for name, law in LAWS.items()}, **result.peaks}
+    each = [peaks[n] for key in ("law_rise", "law_return") for n in row[key].split("+") if n in peaks]
     return {name: max(float(peaks[name]) for peaks in each) for name in PEAKS if each}
 
 
