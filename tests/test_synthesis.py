@@ -247,7 +247,10 @@ def objective(scene, programme, weights):
     omega = scene.cam.rpm * pi / 30
     angles = (np.arange(36000) + 0.5) * (2 * pi / 36000)
     values = programme.at(angles)
-    total = weights.get("size", 0.0) * smallest_size(scene, *values[:3])
+    knots = [
+        s.start + s.angle * np.unique(getattr(s.law, "knots", (0.0, 1.0))) for s in programme.strokes if s.law
+    ]  # accelerations bend there
+    total = weights.get("size", 0.0) * smallest_size(scene, *programme.at(np.concatenate([angles, *knots]))[:3])
     for order, name in enumerate(("velocity", "acceleration", "jerk"), start=1):
         per = omega**order / 1e3
         total += weights.get(name, 0.0) * per * np.abs(values[order]).max()
