@@ -730,3 +730,22 @@ def test_cvxpy_is_imported_for_synthesis_alone():
 def test_known_laws_are_those_of_the_search():
     assert list(known_laws(made(search__law=["poly345"]))) == ["poly345"]
     assert set(known_laws(made())) <= set(LAWS)
+
+
+def test_a_load_that_presses_over_the_turn_is_no_limit():
+    """A table that never lacks is as good as its least value: neither the bound nor the laws may forget it."""
+    base = find_scene("roller-1000rpm").replace(
+        **{
+            "cam.rpm": 900,
+            "follower.dynamics": {"mass": 1, "spring_rate": 10, "preload": 100},
+            "limits.contact_force_min": 50,
+            "search.roller_radius": [5],
+            "synthesis.pieces": 20,
+        }
+    )
+    constant, table = (
+        synthesise(base.replace(**{"follower.dynamics.load": load})) for load in (2000, [[0, 2000], [180, 2001]])
+    )
+    assert table.bound == pytest.approx(constant.bound, rel=1e-5)
+    assert table.objective == pytest.approx(constant.objective, rel=1e-4)
+    assert certify(table.scene)["contact_force_min"] == "held"

@@ -30,6 +30,11 @@ class ExternalLoad:
         """The largest magnitude."""
         return max(map(abs, self.loads))
 
+    @property
+    def highest(self) -> float:
+        """The largest load, with its sign."""
+        return max(self.loads)
+
     @cached_property
     def _ends(self) -> tuple[FloatArray, FloatArray]:
         """The rows with the last one of the turn before, and the first of the next."""

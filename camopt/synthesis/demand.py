@@ -277,8 +277,12 @@ def _floors(question: Question) -> Iterator[Floor]:
         "contact_force_min": (subject.omega, scene.limits.contact_force_min),
         "jump_speed": (None if scene.limits.jump_speed is None else scene.limits.jump_speed * pi / 30, 0.0),
     }
+    load = (
+        question.programme.load
+    )  # where it changes, no motion has more of it than the largest: the bound stays one
     for name, (omega, least) in speeds.items():
         if name in bounds and omega is not None and least is not None:
             stiffness, damping, mass, constant = force.weights(subject.dynamics, omega)
+            constant += load.highest if load else 0.0
             unit = abs(constant) + mass or 1.0  # of the order of 1, as the others are
             yield Floor(name, stiffness / unit, damping / unit, mass / unit, constant=(constant - least) / unit)

@@ -223,7 +223,8 @@ def laws_of(demand: Demand, found: Iterate) -> list[SplineLaw]:
 def programme_with(demand: Demand, found: Iterate) -> Programme:
     """The turn with free laws."""
     laws = iter(laws_of(demand, found))
-    return Programme(tuple(s if s.kind == DWELL else replace(s, law=next(laws)) for s in demand.strokes))
+    strokes = tuple(s if s.kind == DWELL else replace(s, law=next(laws)) for s in demand.strokes)
+    return replace(demand.question.programme, strokes=strokes)
 
 
 def within(demand: Demand, programme: Programme) -> bool:
