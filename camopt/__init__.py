@@ -11,7 +11,7 @@ from camopt.version import VERSION as __version__  # noqa: N811
 if TYPE_CHECKING:
     from camopt.evaluation import Evaluation, evaluate
     from camopt.figures import plot
-    from camopt.mistakes import BadInput
+    from camopt.mistakes import BadInput, Unmet
     from camopt.motion import LAWS
     from camopt.points import cam_points
     from camopt.proof.certify import certify
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from camopt.search.sweep import Sweep, sweep
     from camopt.spectrum import response_spectrum
     from camopt.synthesis.frontier import Frontier, frontier
-    from camopt.synthesis.synthesise import Synthesised, Unmet, synthesise
+    from camopt.synthesis.synthesise import Synthesised, synthesise
     from camopt.table import load
 
 _HOMES = {
@@ -34,7 +34,7 @@ _HOMES = {
     "Scene": "scene",
     "Sweep": "search.sweep",
     "Synthesised": "synthesis.synthesise",
-    "Unmet": "synthesis.synthesise",
+    "Unmet": "mistakes",
     "cam_points": "points",
     "certify": "proof.certify",
     "evaluate": "evaluation",

@@ -220,19 +220,12 @@ def synthesise(scene: Any, as_json: bool, quiet: bool, out: str, picture: str | 
     """Find free motion laws, and the smallest cam that they allow."""
     from camopt import reports
     from camopt.synthesis.files import SCENE, write
-    from camopt.synthesis.synthesise import Unmet, known_laws
+    from camopt.synthesis.synthesise import known_laws
     from camopt.synthesis.synthesise import synthesise as run
 
     _check_folder(scene, out, SCENE)
     with reports.progress(quiet, "starts") as advance:
-        try:
-            result = run(scene, advance)
-        except Unmet as why:
-            click.echo(f"camopt: {why}", err=True)
-            return NOTHING_FEASIBLE
-        except ArithmeticError as why:
-            click.echo(f"camopt: {why}", err=True)
-            return NOT_REACHED
+        result = run(scene, advance)
         known = known_laws(scene)
     if picture:
         from camopt.drawing.synthesis import plot_synthesis
@@ -258,17 +251,9 @@ def frontier(scene: Any, as_json: bool, quiet: bool, axes: str, points: int, out
     from camopt import reports
     from camopt.synthesis.files import write_frontier
     from camopt.synthesis.frontier import frontier as run
-    from camopt.synthesis.synthesise import Unmet
 
     with reports.progress(quiet, "points") as advance:
-        try:
-            found = run(scene, [axis.strip() for axis in axes.split(",")], points, workers, advance)
-        except Unmet as why:
-            click.echo(f"camopt: {why}", err=True)
-            return NOTHING_FEASIBLE
-        except ArithmeticError as why:
-            click.echo(f"camopt: {why}", err=True)
-            return NOT_REACHED
+        found = run(scene, [axis.strip() for axis in axes.split(",")], points, workers, advance)
     files = write_frontier(found, out)
     reports.show_frontier(found, as_json)
     if not quiet:
@@ -421,7 +406,7 @@ def scenes(name: str | None, as_json: bool, quiet: bool) -> int:
 
 def main(arguments: list[str] | None = None) -> int:
     """Run a command; the exit code. A user's mistake is a message, never a traceback."""
-    from camopt.mistakes import BadInput
+    from camopt.mistakes import BadInput, Unmet, Unsolved
 
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
@@ -436,6 +421,9 @@ def main(arguments: list[str] | None = None) -> int:
     except BadInput as mistakes:
         click.echo(str(mistakes), err=True)
         return BAD_INPUT
+    except (Unmet, Unsolved) as why:
+        click.echo(f"camopt: {why}", err=True)
+        return NOTHING_FEASIBLE if isinstance(why, Unmet) else NOT_REACHED
     except (KeyboardInterrupt, click.Abort):
         click.echo("camopt: interrupted, nothing written", err=True)
         return INTERRUPTED

@@ -67,7 +67,7 @@ def _draw_cam(figure: Any, picture: Picture, page: Any) -> None:
 
 
 WIDTH, COLUMNS, ACROSS = 15.5, (0.045, 0.54), 0.44  # inches; left ends and width of diagrams, of the figure
-TALL, FOOT = 1.0333, 0.6  # inches: a diagram, and what is below the last
+TALL = 1.0333  # inches: a diagram
 Box = tuple[float, float, float, float]
 
 

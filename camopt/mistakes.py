@@ -1,4 +1,4 @@
-"""Mistakes of a user: each one line that names the file, the key, the value and what is allowed."""
+"""What a command ends with: mistakes of a user, each one line, limits that cannot be met, a solver that fails."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -39,6 +39,14 @@ class BadInput(ValueError):
 
     def __str__(self) -> str:
         return "\n".join(str(mistake) for mistake in self.mistakes)
+
+
+class Unmet(Exception):
+    """No free law holds all limits; the message says what is known."""
+
+
+class Unsolved(ArithmeticError):
+    """A solver failed; the message says how."""
 
 
 def nearest(word: str, known: Iterable[str]) -> str:

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from camopt import BadInput, Scene, certify, evaluate, find_scene, frontier, load, synthesise
+from camopt.mistakes import Unmet
 from camopt.search.optimise import optimise
 from camopt.synthesis.files import write_frontier
-from camopt.synthesis.synthesise import Unmet
 
 COARSE = {
     "synthesis.pieces": 20,

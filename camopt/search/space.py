@@ -111,13 +111,17 @@ def space_of(question: Question) -> Space:
             mistakes.append(Mistake(file, f"search.{key}.step", choice.step, allowed))
             continue
         axes[key] = axis_values(choice)
-    for kind in ("rise", "return", "dwell"):
-        if question.scene.search.angle_of(kind) is not None:
-            allowed = "a sweep takes the angles as they are: leave it to optimise"
-            mistakes.append(Mistake(file, f"search.angle_{kind}", None, allowed, bare=True))
+    mistakes += freed_angles(question, "a sweep takes")
     if mistakes:
         raise BadInput(mistakes)
     return Space(question, programmes_of(question), axes)
+
+
+def freed_angles(question: Question, who: str) -> list[Mistake]:
+    """A mistake for each kind of segment that ``[search]`` frees, for those that take angles as they are."""
+    search, what = question.scene.search, f"{who} the angles as they are: leave it to optimise"
+    freed = [kind for kind in ("rise", "return", "dwell") if search.angle_of(kind) is not None]
+    return [Mistake(question.scene.file, f"search.angle_{kind}", None, what, bare=True) for kind in freed]
 
 
 def boxes_of(question: Question) -> list[Bounds]:

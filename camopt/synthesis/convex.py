@@ -14,6 +14,7 @@ from typing import Any, Protocol
 
 import cvxpy as cp
 
+from camopt.mistakes import Unsolved
 from camopt.motion.programme import Stroke
 from camopt.motion.table import DWELL
 from camopt.synthesis.demand import ORDERS, Demand
@@ -69,14 +70,14 @@ class Convex:
 
         Raises
         ------
-        ArithmeticError
+        Unsolved
             If the solver fails.
         """
         status = solve(self.problem)
         if status in (cp.INFEASIBLE, cp.INFEASIBLE_INACCURATE):
             return inf
         if status not in SOLVED:
-            raise ArithmeticError(f"the convex solver says {status}")
+            raise Unsolved(f"the convex solver says {status}")
         return self.unit * float(self.problem.value)
 
     @property

@@ -18,6 +18,7 @@ from camopt.question import Question
 from camopt.scene import Scene
 from camopt.scene_tables import Range, Synthesis
 from camopt.search.closed_form import least_size
+from camopt.search.space import freed_angles
 from camopt.synthesis.splines import Splines
 
 ORDERS = {"velocity": 1, "acceleration": 2, "jerk": 3}
@@ -103,10 +104,8 @@ def demand_of(question: Question) -> Demand:
         what = "free laws are for translating followers: there the limits are convex"
         raise BadInput([Mistake(scene.file, "follower.motion", scene.follower.motion, what, bare=True)])
     _check_rest(question, asked)
-    freed = [f"search.angle_{kind}" for kind in ("rise", "return", "dwell") if scene.search.angle_of(kind)]
-    if freed:
-        what = "free laws take the angles as they are: leave it to optimise"
-        raise BadInput([Mistake(scene.file, key, None, what, bare=True) for key in freed])
+    if freed := freed_angles(question, "free laws take"):
+        raise BadInput(freed)
     strokes = tuple(question.programme.strokes)
     roller = _roller(question)
     size = _size(scene, question.size_name, asked)

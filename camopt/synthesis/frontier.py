@@ -14,7 +14,7 @@ from typing import Any
 import cvxpy as cp
 import numpy as np
 
-from camopt.mistakes import BadInput, Mistake, nearest
+from camopt.mistakes import BadInput, Mistake, Unmet, Unsolved, nearest
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.quantities import QUANTITIES
@@ -32,7 +32,6 @@ from camopt.synthesis.synthesise import (
     PANELS,
     SOLVER_ERROR,
     WORSE,
-    Unmet,
     bound_of,
     cam_for,
     gentlest,
@@ -190,7 +189,7 @@ class Worker:
             parameter.value = value[term] * (1.0 - margin)
         try:
             return model.solve()
-        except ArithmeticError:
+        except Unsolved:
             return inf
 
     def iterates(self, value: Mapping[str, float]) -> Iterator[Iterate]:

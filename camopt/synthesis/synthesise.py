@@ -7,13 +7,14 @@ the convex programme knows it or not, and the gap to the bound says what that co
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from math import inf, sqrt
 from typing import Any
 
 import cvxpy as cp
 import numpy as np
 
+from camopt.mistakes import Unmet, Unsolved
 from camopt.motion import LAWS
 from camopt.motion.law import Law
 from camopt.motion.programme import Programme, Stroke, law_peaks, peak, root_mean_square, span
@@ -38,10 +39,6 @@ OFF_POINT = 1e-6  # of the lift: by how much a solver may miss a point
 WORSE = 1e-3  # relative: a cam above its convex optimum by more is held by a limit that is not convex
 
 
-class Unmet(Exception):
-    """No free law holds all limits; the message says what is known."""
-
-
 @dataclass(frozen=True)
 class Synthesised:
     """Free laws, the smallest cam for them, and how good they are.
@@ -62,13 +59,13 @@ class Synthesised:
         """By how much the best law could have less, as a share of the objective."""
         return None if self.bound is None else max(0.0, 1.0 - self.bound / self.objective)
 
-    @property
+    @cached_property
     def laws(self) -> dict[str, SplineLaw]:
         """The free laws by name."""
         names = free_names(self.scene)
         return {n: law for n, law in resolve(self.scene).laws.items() if n in names and isinstance(law, SplineLaw)}
 
-    @property
+    @cached_property
     def peaks(self) -> dict[str, dict[str, float | str]]:
         """The peak factors of each free law, inside its stroke: one that meets another has no dwells around it."""
         return {name: {**law_peaks(law), **_inside(law)} for name, law in self.laws.items()}
@@ -105,7 +102,7 @@ def synthesise(scene: Scene, progress: Progress | None = None) -> Synthesised:
         If the follower oscillates, or nothing limits the size from below.
     Unmet
         If no free law holds all limits.
-    ArithmeticError
+    Unsolved
         If a solver fails.
     """
     advance = progress or (lambda done, most: None)
@@ -145,7 +142,7 @@ def bound_of(demand: Demand) -> float | None:
         relaxed = convex(wider, partial(RelaxedMotion, panels))
         try:
             value = relaxed.solve()
-        except ArithmeticError:
+        except Unsolved:
             continue
         if relaxed.exact:
             return lowered(relaxed, value)
@@ -173,7 +170,7 @@ def solved(demand: Demand) -> tuple[Convex, Iterate, float]:
         for each in (calm, found):
             if each is not None and within(demand, programme_with(demand, each)):
                 return model, each, least
-    raise ArithmeticError("the convex solver does not hold the limits closely enough")
+    raise Unsolved("the convex solver does not hold the limits closely enough")
 
 
 def gentlest(model: Convex, least: float) -> Iterate | None:
@@ -216,13 +213,14 @@ def scene_with(scene: Scene, laws: list[SplineLaw]) -> Scene:
     return Scene.from_dict(data, scene.file)
 
 
-def laws_of(demand: Demand, found: Iterate) -> list[SplineLaw]:
+def free_laws(demand: Demand, found: Iterate) -> list[SplineLaw]:
+    """The laws of a solution, by the order of their strokes."""
     return list(map(demand.splines.law, free_names(demand.question.scene), found.coefficients))
 
 
 def programme_with(demand: Demand, found: Iterate) -> Programme:
     """The turn with free laws."""
-    laws = iter(laws_of(demand, found))
+    laws = iter(free_laws(demand, found))
     strokes = tuple(s if s.kind == DWELL else replace(s, law=next(laws)) for s in demand.strokes)
     return replace(demand.question.programme, strokes=strokes)
 
@@ -241,7 +239,7 @@ def within(demand: Demand, programme: Programme) -> bool:
 
 def cam_for(demand: Demand, found: Iterate) -> Synthesised | None:
     """The smallest cam for free laws, proved, under every limit of the scene; None if there is none."""
-    scene = scene_with(demand.question.scene, laws_of(demand, found))
+    scene = scene_with(demand.question.scene, free_laws(demand, found))
     best = optimise(scene).best
     if best is None:
         return None
