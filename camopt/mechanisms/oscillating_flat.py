@@ -109,8 +109,12 @@ def _fields(designs: Designs) -> tuple[FloatArray, ...]:
 def _rooms(designs: Designs, programme: Programme) -> tuple[Any, ...]:
     sine = first_sine(designs)
     first = np.arcsin(np.minimum(np.maximum(sine, -1.0), 1.0))
-    slowest = min(designs.sense * speed for speed in span(programme, (0, 1), TURN))
-    return 1.0 + sine, 1.0 - sine, np.pi / 2 - programme.lift - first, 1.0 + slowest
+    return 1.0 + sine, 1.0 - sine, np.pi / 2 - programme.lift - first, slowest(designs.sense, programme)
+
+
+def slowest(sense: float, programme: Programme) -> float:
+    """The least q, at which the face turns against the cam."""
+    return 1.0 + min(sense * speed for speed in span(programme, (0, 1), TURN))
 
 
 def _travel(design: Designs, programme: Programme, angles: FloatArray) -> Travel:

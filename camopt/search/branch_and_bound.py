@@ -14,6 +14,7 @@ from camopt.numerics import FloatArray
 from camopt.numerics.interval import Interval
 from camopt.question import Question
 from camopt.search.answer import GAP, Bounds, Smallest, feasible
+from camopt.search.closed_form import NUDGES
 from camopt.search.enclosure import constraints_of, examined, points_of
 
 LARGEST_SIZE = 1e9  # mm
@@ -23,10 +24,13 @@ ZOOMS = 12  # each to two fifths of the last
 NARROW = 1e-3 * GAP  # a box this narrow that is not excluded stays undecided
 
 
-def branch_and_bound(question: Question, programme: Programme, bounds: Bounds) -> Smallest:
-    """Least feasible size over a box of designs, by bisection of boxes, all boxes of a level at once."""
+def branch_and_bound(question: Question, programme: Programme, bounds: Bounds, floor: float = 0.0) -> Smallest:
+    """Least feasible size over a box of designs, by bisection of boxes, all boxes of a level at once.
+
+    ``floor`` is a size that no feasible design is known to undercut; infinite if there is none.
+    """
     incumbent, obstacle, nearest = _first_feasible(question, programme, bounds)
-    least, most = bounds["size"][0], size_of(incumbent, _largest_size(question, bounds))
+    least, most = max(bounds["size"][0], floor), size_of(incumbent, _largest_size(question, bounds))
     hopeless = incumbent is None and _stopped_at_any_size(question, programme, obstacle, nearest)
     if hopeless or most <= least or most >= LARGEST_SIZE:  # nothing to search, or no size at all is feasible
         return Smallest(incumbent, True, obstacle, nearest)
@@ -38,7 +42,7 @@ def branch_and_bound(question: Question, programme: Programme, bounds: Bounds) -
     cuts = np.linspace(least, most, FIRST_BOXES + 1)
     low = {n: np.full(FIRST_BOXES, a) for n, (a, _) in ends.items()} | {"size": cuts[:-1]}
     high = {n: np.full(FIRST_BOXES, b) for n, (_, b) in ends.items()} | {"size": cuts[1:]}
-    boxes, proved, floor = 0, True, inf
+    boxes, proved, bound = 0, True, inf
     while low["size"].size and boxes < MOST_BOXES:
         boxes += low["size"].size
         incumbent = _better(question, programme, incumbent, low, high)
@@ -52,13 +56,13 @@ def branch_and_bound(question: Question, programme: Programme, bounds: Bounds) -
         longest = np.zeros(low["size"].size, dtype=int)
         excluded[index], longest[index] = examined(question, programme, constraints, box, free)
         proved &= not np.any(narrow & ~excluded)
-        floor = min(floor, np.min(low["size"][narrow & ~excluded], initial=inf))
+        bound = min(bound, np.min(low["size"][narrow & ~excluded], initial=inf))
         keep = ~(excluded | narrow)
         low, high, longest = _halved(low, high, free, longest, keep)
         while 0 < low["size"].size < FIRST_BOXES:  # a level of many boxes takes no longer than one of few
             low, high, longest = _halved(low, high, free, longest, np.ones(longest.size, dtype=bool))
-    floor = min(floor, np.min(low["size"], initial=inf))
-    gap = max(GAP, size_of(incumbent, inf) - float(floor))
+    bound = min(bound, np.min(low["size"], initial=inf))
+    gap = max(GAP, size_of(incumbent, inf) - float(bound))
     return Smallest(incumbent, bool(proved) and not low["size"].size, obstacle, nearest, gap)
 
 
@@ -114,9 +118,11 @@ def _better(
     low: dict[str, FloatArray],
     high: dict[str, FloatArray],
 ) -> Designs | None:
-    """The least feasible of the incumbent, the middles of boxes, and their middles at the largest size."""
-    for share in (0.5, 1.0):
+    """The least feasible of the incumbent and of the middles of boxes, also at their least and largest size."""
+    for share in (0.0, 0.5, 1.0):
         points = points_of(question, low, high, share)
+        if share == 0.0:  # where the curvature of the base circle decides, but for rounding
+            points = replace(points, size=points.size + NUDGES[-1] * points.prime_radius)
         points = points.take(points.size < size_of(incumbent, inf))
         points = points.take(feasible(question, programme, points))
         if len(points):

@@ -35,14 +35,20 @@ def least_size(question: Question, programme: Programme, bounds: Bounds) -> floa
     return least
 
 
-def closed_form(question: Question, programme: Programme, bounds: Bounds) -> Designs | None:
-    """A design that no feasible one undercuts in size, from the linear limits; None if there is no such form."""
-    mechanism, limits = question.subject.mechanism, {lim.name: lim.bound for lim in question.limits}
-    slopes = [
+def slopes_of(question: Question, programme: Programme) -> list[tuple[float, int]]:
+    """The limits on the pressure angle, as tan β and the kinds of stroke that they are about."""
+    limits = {lim.name: lim.bound for lim in question.limits}
+    return [
         (tan(radians(limits[name])), kinds)
         for name, kinds in (("pressure_angle", RISE | DWELL), ("pressure_angle_return", RETURN))
         if name in limits and any(s.kind & kinds for s in programme.strokes)
     ]
+
+
+def closed_form(question: Question, programme: Programme, bounds: Bounds) -> Designs | None:
+    """A design that no feasible one undercuts in size, from the linear limits; None if there is no such form."""
+    mechanism, limits = question.subject.mechanism, {lim.name: lim.bound for lim in question.limits}
+    slopes = slopes_of(question, programme)
     low, high = bounds["size"]
     middle = {name: a for name, (a, b) in bounds.items() if a == b}
     if mechanism is translating.MECHANISM:
