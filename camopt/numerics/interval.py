@@ -6,8 +6,9 @@ extension: never too narrow, and exact in the limit of narrow boxes), up to roun
 bounds leaves a margin.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import reduce
 from typing import Any
 
 import numpy as np
@@ -16,9 +17,13 @@ from camopt.numerics import FloatArray
 
 
 def _hull(*candidates: FloatArray) -> "Interval":
-    stacked = np.array(np.broadcast_arrays(*candidates))
-    low, high = np.min(stacked, axis=0), np.max(stacked, axis=0)
-    return Interval(np.where(np.isnan(low), -np.inf, low), np.where(np.isnan(high), np.inf, high))
+    low, high = reduce(np.minimum, candidates), reduce(np.maximum, candidates)
+    unknown = np.isnan(low)
+    return (
+        Interval(np.where(unknown, -np.inf, low), np.where(unknown, np.inf, high))
+        if unknown.any()
+        else Interval(low, high)
+    )
 
 
 def _add(a: "Interval", b: "Interval") -> "Interval":
@@ -123,3 +128,8 @@ class Interval(np.lib.mixins.NDArrayOperatorsMixin):
 def as_interval(x: Any) -> Interval:
     """A number or array as intervals of no width."""
     return x if isinstance(x, Interval) else Interval(np.asarray(x, dtype=float), np.asarray(x, dtype=float))
+
+
+def chained(parts: Sequence[Interval]) -> Interval:
+    """Intervals one after the other."""
+    return Interval(np.concatenate([x.low for x in parts]), np.concatenate([x.high for x in parts]))

@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 
 from camopt.effects import Case
-from camopt.judging import excesses, run_effects
+from camopt.judging import excesses, planned, with_found
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
 from camopt.question import Question
+from camopt.rows import Rows
 
 GAP = 1e-7  # mm: the size found exceeds the least feasible size by no more
 
@@ -35,9 +36,18 @@ class Smallest:
 
 
 def feasible(question: Question, programme: Programme, designs: Designs) -> Any:
-    """Which designs can be assembled and are proved to hold every limit."""
+    """Which designs can be assembled and are proved to hold every limit.
+
+    Effects run cheapest first, on the designs that hold the limits before.
+    """
     held = question.subject.mechanism.exists(designs, programme) & (designs.size > 0.0)
-    assembled = designs.take(held)
-    columns = run_effects(Case(question.subject, programme, assembled), question.needed).shifted(1.0)
-    held[held] = np.all(excesses(question.limits, columns, assembled) <= 0.0, axis=0)
+    designs, rows, pending = designs.take(held), Rows({}, int(held.sum())), list(question.limits)
+    for effect, names in planned(question.needed, question.subject):
+        case = Case(question.subject, programme, designs, rows.columns)
+        rows = with_found(rows, effect.run(case, names), names)
+        ready = [limit for limit in pending if rows.columns.keys() >= set(limit.needs)]
+        pending = [limit for limit in pending if limit not in ready]
+        passed = np.all(excesses(ready, rows.shifted(1.0), designs) <= 0.0, axis=0)
+        held[held] = passed
+        designs, rows = designs.take(passed), rows.take(passed)
     return held

@@ -19,6 +19,7 @@ from camopt.search.enclosure import constraints_of, examined, points_of
 
 LARGEST_SIZE = 1e9  # mm
 FIRST_BOXES = 32
+BLOCK = 512  # designs of the coarse grid
 MOST_BOXES = 1_000_000
 ZOOMS = 12  # each to two fifths of the last
 NARROW = 1e-3 * GAP  # a box this narrow that is not excluded stays undecided
@@ -138,9 +139,12 @@ def _first_feasible(
     Without one: the limits that stop all designs, or else the nearest one; and the nearest one.
     """
     points = _coarse_grid(question, programme, bounds)
-    found = points.take(feasible(question, programme, points))
-    if len(found):
-        return found.take(np.argmin(found.size, keepdims=True)), "", None
+    points = points.take(np.argsort(points.size, kind="stable"))
+    for first in range(0, len(points), BLOCK):
+        block = points.take(slice(first, first + BLOCK))
+        held = np.flatnonzero(feasible(question, programme, block))
+        if held.size:
+            return block.take(held[:1]), "", None
     points = points.take(question.subject.mechanism.exists(points, programme))
     if not len(points):
         return None, "assembly", None

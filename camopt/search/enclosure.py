@@ -17,9 +17,10 @@ from camopt.motion.programme import Programme
 from camopt.motion.table import DWELL, RETURN, RISE, TURN
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
 from camopt.numerics.curves import curve
-from camopt.numerics.interval import Interval
+from camopt.numerics.interval import Interval, chained
 from camopt.question import Question
 
+STEP = 1e-12  # rad, to either side of a jump
 MARGIN = 1e-11  # relative: far above the rounding of an interval, far below any tolerance
 
 
@@ -101,27 +102,36 @@ def examined(
     side = np.argmax([intervals[n].high - intervals[n].low for n in free], axis=0)
     index = np.flatnonzero(exists)
     inside, box = inside.take(index), box.take(index)
-    case = Case(question.subject, programme, inside)
-    points: dict[str, Any] = {n: Interval(v, v) for n, v in inside.sizes.items()}
+    if not index.size:
+        return excluded, side
+    case, boxes = Case(question.subject, programme, inside), _variants(box, inside, free)
     worst = np.full(index.size, -np.inf)
     for constraint in constraints:
-        where = case.extremes(constraint.curve, [(constraint.kinds, constraint.goal)]).where
-        for offset in (-1e-12, 1e-12):  # both one-sided values where the worst angle is a jump
-            motion = programme.state(np.mod(where[0] + offset, programme.strokes[-1].end))
-
-            def floor(designs: Designs, constraint: Constraint = constraint, motion: Any = motion) -> Any:
-                value, _ = curve(constraint.curve(designs, programme), ..., *motion)
-                return constraint.floor(value, designs)
-
-            excluded[index] |= floor(box) > MARGIN
-            if len(free) == 1:
-                continue
-            alone = [replace(box, **{**points, n: getattr(box, n)}) for n in free]
-            here = floor(replace(box, **points))
-            loosest = np.argmin([floor(designs) for designs in alone], axis=0)
-            side[index] = np.where(here > worst, loosest, side[index])
-            worst = np.maximum(worst, here)
+        where = case.extremes(constraint.curve, [(constraint.kinds, constraint.goal)]).where[0]
+        both = np.mod(np.concatenate([where - STEP, where + STEP]), programme.strokes[-1].end)
+        motion = programme.state(np.tile(both, len(boxes) // both.size))
+        value, _ = curve(constraint.curve(boxes, programme), ..., *motion)
+        floors = constraint.floor(value, boxes).reshape(-1, 2, index.size)
+        whole, here, *alone = floors
+        excluded[index] |= np.any(whole > MARGIN, axis=0)
+        for way in (0, 1) if alone else ():
+            loosest = np.argmin([each[way] for each in alone], axis=0)
+            side[index] = np.where(here[way] > worst, loosest, side[index])
+            worst = np.maximum(worst, here[way])
     return excluded, side
+
+
+def _variants(box: Designs, inside: Designs, free: list[str]) -> Designs:
+    """Boxes, a design inside each, and that design with each free side of its box, if there are several.
+
+    Each comes twice, for the two sides of a cam angle. One array of all: formulas in intervals cost by the call.
+    """
+    boxes: dict[str, Any] = box.sizes
+    points: dict[str, Any] = {n: Interval(v, v) for n, v in inside.sizes.items()}
+    sides = [{**points, n: boxes[n]} for n in free] if len(free) > 1 else []
+    each = [sizes for sizes in (boxes, points, *sides) for _ in range(2)]
+    sizes: dict[str, Any] = {n: chained([part[n] for part in each]) for n in boxes}
+    return Designs(**sizes, sense=box.sense)
 
 
 def _representatives(
