@@ -19,7 +19,8 @@ from camopt.numerics import LARGEST_MAGNITUDE
 from camopt.question import exactly, resolve
 from camopt.search.optimise import boxes_of
 from camopt.search.smallest import smallest
-from camopt.search.turns import Turns, convex_floor
+from camopt.search.smallest_turn import convex_floor
+from camopt.search.turns import Turns
 
 ANGLES = {"search.angle_rise": {"start": 60, "stop": 160}, "search.angle_return": {"start": 60, "stop": 160}}
 OFFSET = {"search.offset": {"start": -40, "stop": 40}}

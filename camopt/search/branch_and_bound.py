@@ -16,12 +16,12 @@ from camopt.question import Question
 from camopt.search.answer import GAP, Bounds, Smallest, feasible
 from camopt.search.closed_form import NUDGES
 from camopt.search.enclosure import constraints_of, examined, points_of
+from camopt.search.zoom import nearest_miss
 
 LARGEST_SIZE = 1e9  # mm
 FIRST_BOXES = 32
 BLOCK = 512  # designs of the coarse grid
 MOST_BOXES = 1_000_000
-ZOOMS = 12  # each to two fifths of the last
 NARROW = 1e-3 * GAP  # a box this narrow that is not excluded stays undecided
 
 
@@ -30,7 +30,7 @@ def branch_and_bound(question: Question, programme: Programme, bounds: Bounds, f
 
     ``floor`` is a size that no feasible design is known to undercut; infinite if there is none.
     """
-    incumbent, obstacle, nearest = _first_feasible(question, programme, bounds)
+    incumbent, obstacle, nearest = first_feasible(question, programme, bounds)
     least, most = max(bounds["size"][0], floor), size_of(incumbent, _largest_size(question, bounds))
     hopeless = incumbent is None and _stopped_at_any_size(question, programme, obstacle, nearest)
     if hopeless or most <= least or most >= LARGEST_SIZE:  # nothing to search, or no size at all is feasible
@@ -131,7 +131,7 @@ def _better(
     return incumbent
 
 
-def _first_feasible(
+def first_feasible(
     question: Question, programme: Programme, bounds: Bounds
 ) -> tuple[Designs | None, str, Designs | None]:
     """The smallest feasible design of a coarse grid.
@@ -154,25 +154,7 @@ def _first_feasible(
     if not stopped.any():
         stopped = excess[:, nearest] > 0.0
     names = [limit.name for limit, stops in zip(question.limits, stopped, strict=True) if stops]
-    return None, ", ".join(names), _nearer(question, programme, bounds, points.take([nearest]))
-
-
-def _nearer(question: Question, programme: Programme, bounds: Bounds, design: Designs) -> Designs:
-    """A nearer miss than that of a coarse grid, by finer and finer grids around it."""
-    free = {name: ends for name, ends in bounds.items() if ends[1] > ends[0]}
-    spans = {name: (b - a) / 8 if np.isfinite(b - a) else np.inf for name, (a, b) in free.items()}
-    spans["size"] = min(spans.get("size", inf), float(design.prime_radius[0]) / 4)
-    for _ in range(ZOOMS):
-        steps = [np.linspace(-1, 1, 7) * spans[name] for name in free]
-        mesh = [m.ravel() for m in np.meshgrid(*steps, indexing="ij")]
-        moved = {n: np.clip(design.sizes[n] + m, *free[n]) for n, m in zip(free, mesh, strict=True)}
-        ones = np.ones(mesh[0].size if mesh else 1)
-        points = Designs(**{n: moved.get(n, v * ones) for n, v in design.sizes.items()}, sense=design.sense)
-        points = points.take(question.subject.mechanism.exists(points, programme) & (points.size > 0.0))
-        columns = run_effects(Case(question.subject, programme, points), question.needed).columns
-        design = points.take([least_excess(excesses(question.limits, columns, points))])
-        spans = {name: span / 2.5 for name, span in spans.items()}
-    return design
+    return None, ", ".join(names), nearest_miss(question, programme, bounds, points.take([nearest]))
 
 
 def _coarse_grid(question: Question, programme: Programme, bounds: Bounds) -> Designs:

@@ -100,8 +100,8 @@ def _nearest_in_polygon(
 
 def nudged(question: Question, programme: Programme, design: Designs, most: float) -> Designs | None:
     """The design made larger by a few units in the last place, until rounding leaves it feasible."""
-    for step in NUDGES:
-        larger = replace(design, size=design.size + step * design.prime_radius)
-        if larger.size[0] <= most and feasible(question, programme, larger)[0]:
-            return larger
-    return None
+    steps = np.array(NUDGES) * design.prime_radius
+    larger = design.take(np.zeros(steps.size, dtype=int))
+    larger = replace(larger, size=larger.size + steps)
+    held = np.flatnonzero(feasible(question, programme, larger) & (larger.size <= most))
+    return larger.take(held[:1]) if held.size else None

@@ -16,8 +16,9 @@ from camopt.question import Question, exactly, resolve
 from camopt.scene import Scene
 from camopt.search.answer import GAP, Progress, Smallest, feasible
 from camopt.search.smallest import smallest
+from camopt.search.smallest_turn import smallest_of_turns
 from camopt.search.space import boxes_of, laws_of
-from camopt.search.turns import Turns, smallest_of_turns
+from camopt.search.turns import Turns
 
 BINDS = 1e-6  # a limit within this relative distance of its bound holds the optimum
 RADII = 1024  # sizes above the optimum at which feasibility is looked at

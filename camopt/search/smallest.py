@@ -6,24 +6,56 @@ size: a branch-and-bound over boxes of designs, from there on. What is left when
 size to within GAP.
 """
 
+from math import inf
+
+from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
 from camopt.question import Question, exactly
 from camopt.search.answer import Bounds, Smallest
-from camopt.search.branch_and_bound import branch_and_bound
+from camopt.search.branch_and_bound import branch_and_bound, first_feasible
 from camopt.search.closed_form import NUDGES, closed_form, least_size, nudged
 from camopt.search.cutting_planes import Cut, by_cutting_planes
+from camopt.search.zoom import CLOSE, NEAR, smaller
 
 
 def smallest(question: Question, programme: Programme, bounds: Bounds) -> Smallest:
     """The design of least size within bounds that holds every limit of the question."""
-    question = exactly(question)
-    bounds = {**bounds, "size": (least_size(question, programme, bounds), bounds["size"][1])}
-    start = closed_form(question, programme, bounds)
-    if start is not None:
-        floor = float(start.size[0]) * (1.0 - NUDGES[-1])
-        found: Cut | None = Cut(nudged(question, programme, start, bounds["size"][1]), floor)
-    else:
-        found = by_cutting_planes(question, programme, bounds)
-    if found is not None and found.design is not None:
+    question, bounds = exactly(question), _above_least(question, programme, bounds)
+    found = _by_linear_limits(question, programme, bounds)
+    if found.design is not None:
         return Smallest(found.design, proved=True)
-    return branch_and_bound(question, programme, bounds, found.floor if found else 0.0)
+    return branch_and_bound(question, programme, bounds, found.floor)
+
+
+def small(
+    question: Question, programme: Programme, bounds: Bounds, near: Designs | None = None, *, closely: bool = False
+) -> Smallest:
+    """As ``smallest``, but what the linear limits do not decide is a small design without proof, found much sooner.
+
+    Looked for near a given design, if there is one that can be moved to be feasible.
+    """
+    question, bounds = exactly(question), _above_least(question, programme, bounds)
+    found = _by_linear_limits(question, programme, bounds)
+    if found.design is not None or found.floor == inf:
+        return Smallest(found.design, proved=True)
+    bounds = {**bounds, "size": (found.floor, bounds["size"][1])}
+    zooms = CLOSE if closely else NEAR
+    design = None if near is None else smaller(question, programme, bounds, near, zooms)
+    if design is None:
+        first, obstacle, miss = first_feasible(question, programme, bounds)
+        if first is None:
+            return Smallest(None, False, obstacle, miss)
+        design = smaller(question, programme, bounds, first, zooms)
+    return Smallest(design, proved=False)
+
+
+def _above_least(question: Question, programme: Programme, bounds: Bounds) -> Bounds:
+    return {**bounds, "size": (least_size(question, programme, bounds), bounds["size"][1])}
+
+
+def _by_linear_limits(question: Question, programme: Programme, bounds: Bounds) -> Cut:
+    start = closed_form(question, programme, bounds)
+    if start is None:
+        return by_cutting_planes(question, programme, bounds) or Cut(None, bounds["size"][0])
+    floor = float(start.size[0]) * (1.0 - NUDGES[-1])
+    return Cut(nudged(question, programme, start, bounds["size"][1]), floor)
