@@ -106,8 +106,8 @@ def examined(
     worst = np.full(index.size, -np.inf)
     for constraint in constraints:
         where = case.extremes(constraint.curve, [(constraint.kinds, constraint.goal)]).where
-        for offset in (-1e-12, 1e-12):  # both one-sided values where the worst angle is a jump
-            motion = programme.state(np.mod(where[0] + offset, programme.strokes[-1].end))
+        for angles in programme.beside(where[0], constraint.kinds):
+            motion = programme.state(angles)
 
             def floor(designs: Designs, constraint: Constraint = constraint, motion: Any = motion) -> Any:
                 value, _ = curve(constraint.curve(designs, programme), ..., *motion)
