@@ -30,6 +30,7 @@ from camopt.numerics.piecewise import (
 PANELS = 24
 KINDS = {"rise": RISE, "return": RETURN, "dwell": DWELL}
 SAME = 1e-9  # jumps below this share of the largest value in the turn are rounding
+BESIDE = 1e-12  # rad, to either side of a jump
 
 
 @dataclass(frozen=True)
@@ -138,6 +139,20 @@ class Programme:
         """What curves take at the given cam angles: y, y', y'', and y''' or, under a load, (y''', it, its slope)"""
         y, y1, y2, y3 = self.at(angles)
         return y, y1, y2, y3 if self.load is None else (y3, *self.load.at(angles))
+
+    def beside(self, angles: FloatArray, kinds: int) -> FloatArray:
+        """The cam angles just before and just after the given ones, (2, …), for both one-sided values at a jump.
+
+        All lie in strokes of the given kinds: an angle that does not becomes that of the other side, or else the
+        middle of one of the strokes. (0, …) if there is no such stroke.
+        """
+        middles = [s.start + s.angle / 2 for s in self.strokes if s.kind & kinds]
+        if not middles:
+            return np.empty((0, *angles.shape))
+        sides = np.mod(np.stack([angles - BESIDE, angles + BESIDE]), self.strokes[-1].end)
+        edges, kind = (np.array([getattr(s, name) for s in self.strokes]) for name in ("start", "kind"))
+        inside = (kind[np.searchsorted(edges, sides, side="right") - 1] & kinds) != 0
+        return np.where(inside, sides, np.where(inside[::-1], sides[::-1], middles[0]))
 
     def cuts(self, stroke: Stroke) -> tuple[float, ...]:
         """Where the load has corners, as shares of a stroke; those outside it too."""

@@ -37,6 +37,8 @@ def branch_and_bound(question: Question, programme: Programme, bounds: Bounds, f
         return Smallest(incumbent, True, obstacle, nearest)
     if incumbent is None:
         most = _last_assembled(question, programme, bounds, most)
+        if most <= least:
+            return Smallest(None, True, obstacle, nearest)
     constraints = constraints_of(question)
     ends = {**bounds, "size": (least, most)}
     free = [name for name, (low, high) in ends.items() if high > low]
@@ -123,7 +125,7 @@ def _better(
     for share in (0.0, 0.5, 1.0):
         points = points_of(question, low, high, share)
         if share == 0.0:  # where the curvature of the base circle decides, but for rounding
-            points = replace(points, size=points.size + NUDGES[-1] * points.prime_radius)
+            points = replace(points, size=np.minimum(points.size + NUDGES[-1] * points.prime_radius, high["size"]))
         points = points.take(points.size < size_of(incumbent, inf))
         points = points.take(feasible(question, programme, points))
         if len(points):

@@ -7,6 +7,7 @@ Source: E. W. Cheney, A. A. Goldstein, Newton's method for convex programming an
 Numerische Mathematik 1 (1959).
 """
 
+from dataclasses import replace
 from math import inf
 from typing import NamedTuple
 
@@ -28,7 +29,6 @@ FORMS: dict[str, Form] = {
 SAMPLES = 96  # of each stroke, for a first set of planes
 COARSE = 1e-6  # relative: what the first planes may be exceeded by at a sample
 ROUNDS = 30
-STEP = 1e-12  # rad, to either side of a jump
 ROUNDING = 1e-15  # relative
 EASINGS = tuple(4.0**k for k in range(10))  # times the last excess: how far inside the planes the cam is moved
 
@@ -86,6 +86,7 @@ def _inside(
         design = None if point is None else _design(question, form, point, bounds)
         if design is None or design.size[0] - floor > GAP / 2:
             return None
+        design = replace(design, size=np.clip(design.size, *bounds["size"]))  # off by rounding
         if feasible(question, programme, design)[0]:
             return design
     return None
@@ -132,7 +133,7 @@ def _worst_planes(question: Question, programme: Programme, limits: list[LinearL
     case, found = Case(question.subject, programme, design), []
     for limit in limits:
         where = case.extremes(limit.curve, [(limit.kinds, goal) for goal in limit.goals]).where[:, 0]
-        angles = np.mod(where[:, None] + [-STEP, STEP], programme.strokes[-1].end)
+        angles = programme.beside(where, limit.kinds)
         planes = limit.planes(programme.at(angles.ravel())[:3])
-        found += [group[2 * k : 2 * k + 2] for k, group in enumerate(planes)]
+        found += [group[k :: len(where)] for k, group in enumerate(planes)]
     return np.concatenate(found)

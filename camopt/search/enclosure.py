@@ -20,7 +20,6 @@ from camopt.numerics.curves import curve
 from camopt.numerics.interval import Interval, chained
 from camopt.question import Question
 
-STEP = 1e-12  # rad, to either side of a jump
 MARGIN = 1e-11  # relative: far above the rounding of an interval, far below any tolerance
 
 
@@ -108,7 +107,9 @@ def examined(
     worst = np.full(index.size, -np.inf)
     for constraint in constraints:
         where = case.extremes(constraint.curve, [(constraint.kinds, constraint.goal)]).where[0]
-        both = np.mod(np.concatenate([where - STEP, where + STEP]), programme.strokes[-1].end)
+        both = programme.beside(where, constraint.kinds).ravel()
+        if not both.size:  # no such stroke
+            continue
         motion = programme.state(np.tile(both, len(boxes) // both.size))
         value, _ = curve(constraint.curve(boxes, programme), ..., *motion)
         floors = constraint.floor(value, boxes).reshape(-1, 2, index.size)
