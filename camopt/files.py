@@ -1,8 +1,8 @@
-"""Files that appear under their final name only when whole."""
+"""Files that appear under their final name only when whole, and folders that stay only with a result in them."""
 
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from errno import EISDIR
 from pathlib import Path
 
@@ -30,3 +30,18 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
         raise OSError(trouble.errno or 0, reason, os.fspath(path)) from None
     finally:
         partial.unlink(missing_ok=True)
+
+
+@contextmanager
+def result_folder(path: str | os.PathLike[str]) -> Iterator[Path]:
+    """A folder, made if there is none; what was made goes again if the block fails and left nothing in it."""
+    path = Path(path)
+    made = [folder for folder in (path, *path.parents) if not folder.exists()]
+    path.mkdir(parents=True, exist_ok=True)
+    try:
+        yield path
+    except BaseException:
+        with suppress(OSError):
+            for folder in made:
+                folder.rmdir()
+        raise

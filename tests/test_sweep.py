@@ -138,12 +138,15 @@ def test_tables_carry_units_symbols_scene_and_version(tables, tmp_path, scene):
     assert Scene.from_toml(tmp_path / "scene.toml") == scene
 
 
-def test_an_interrupted_sweep_leaves_no_files(scene, tmp_path):
+def test_an_interrupted_sweep_leaves_no_files_and_no_new_folder(scene, tmp_path):
     def stop(done, total):
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
         sweep(scene, tmp_path, progress=stop)
+    assert list(tmp_path.iterdir()) == []  # a folder that was there stays
+    with pytest.raises(KeyboardInterrupt):
+        sweep(scene, tmp_path / "new" / "deep", progress=stop)
     assert list(tmp_path.iterdir()) == []
 
 

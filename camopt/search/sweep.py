@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from camopt.files import result_folder
 from camopt.judging import Effort, by_excess, excesses, judged, least_excess, screened, settled
 from camopt.motion.programme import Programme
 from camopt.quantities import QUANTITIES, motion_quantity
@@ -152,7 +153,7 @@ def file_name(table: str) -> str:
 
 def _tables(stack: ExitStack, folder: Path, question: Question) -> dict[str, TableWriter]:
     """The tables of a sweep by name, open until the stack is left."""
-    folder.mkdir(parents=True, exist_ok=True)
+    stack.enter_context(result_folder(folder))
     names, scene, refine = column_names(question), question.scene.to_toml(), question.scene.search.refine
     columns = {"designs": names, "pareto": (*names, "refined") if refine else names}
     columns |= {"pareto-grid": names} if refine else {}
