@@ -14,21 +14,21 @@ STARTS = 16
 
 @dataclass(frozen=True)
 class Problem:
-    """Make x[0], the size, small within bounds; ``tangents`` (x, samples) are |tan β|/tan β_limit, at most 1."""
+    """Make x[0], the size, small within bounds; ``usage`` (x, samples) is how far limits are used, at most 1."""
 
     bounds: tuple[tuple[float, float], ...]
-    tangents: Callable[[Array, int], Array]
+    usage: Callable[[Array, int], Array]
 
     def room(self, x: Array) -> Array:
         """At least 0 where the limits hold, at every sample."""
-        return 1.0 - np.nan_to_num(self.tangents(np.asarray(x), ANGLES), nan=1e3, posinf=1e3)
+        return 1.0 - np.nan_to_num(self.usage(np.asarray(x), ANGLES), nan=1e3, posinf=1e3)
 
     def least_room(self, x: Array) -> float:
         return float(self.room(x).min())
 
     def excess(self, x: Array) -> float:
         """By how much, relatively, a cam breaks its limits on a dense turn."""
-        return float(np.max(self.tangents(np.asarray(x), 200_000))) - 1.0
+        return float(np.max(self.usage(np.asarray(x), 200_000))) - 1.0
 
 
 def by_slsqp(problem: Problem) -> Array:

@@ -41,6 +41,14 @@ class Descent:
         design = closed_form(self.turns.question, self.turns.programme(freed), self.bounds)
         return DEAR if design is None else float(design.size[0])
 
+    def down_by_closed_form(self) -> bool:
+        """Descend by the closed form; whether the cam that it ends at holds all other limits too."""
+        for reach in (0.05, 1e-3) if self.free.size > 2 else (0.05,):
+            turn = self.down(self.by_closed_form, reach, EXACT)
+            least = self.by_closed_form(turn)
+            decided = least < DEAR and self.size(turn) <= least + GAP
+        return decided
+
     def moved(self, start: FloatArray, steps: FloatArray) -> FloatArray:
         """A turn whose free segments but the last are longer by shares of their ranges."""
         wanted, lengths = start.copy(), steps * (self.box.high - self.box.low)[self.free[:-1]]
@@ -66,22 +74,18 @@ class Descent:
 
 
 def descended(turns: Turns, bounds: Bounds) -> Found:
-    """The best of a few turns and of descents from it."""
+    """The best turn by descents: from the middle where the closed form decides, else from the best of a few."""
     descent = Descent(turns, bounds)
+    several = descent.free.size > 1
+    if several and descent.down_by_closed_form():
+        return descent.best
     shares = np.random.default_rng(0).uniform(size=(STARTS * (len(turns.freed) - 1), len(turns.freed)))
     starts = [turns.at(share, descent.box) for share in shares]
     if np.all((turns.scene_angles >= descent.box.low) & (turns.scene_angles <= descent.box.high)):
         starts.append(turns.scene_angles)
     for freed in starts:
         descent.size(freed)
-    if descent.free.size > 1 and descent.best.answer.design is not None:
-        reaches = (0.05, 1e-3) if descent.free.size > 2 else (0.05,)
-        decided = False
-        for reach in reaches:
-            turn = descent.down(descent.by_closed_form, reach, EXACT)
-            least = descent.by_closed_form(turn)
-            decided = least < DEAR and descent.size(turn) <= least + GAP
-        if not decided:
-            descent.down(descent.size, 0.05, ROUGH)
-            descent.down(partial(descent.size, closely=True), 1e-3, EXACT)
+    if several and descent.best.answer.design is not None and not descent.down_by_closed_form():
+        descent.down(descent.size, 0.05, ROUGH)
+        descent.down(partial(descent.size, closely=True), 1e-3, EXACT)
     return descent.best
