@@ -58,7 +58,8 @@ class LinearLimit(NamedTuple):
         for goal in self.goals:
             parts = self.plane(1.0 if goal == LARGEST else -1.0, *motion)
             rows = np.stack(np.broadcast_arrays(*parts, motion[0])[:4], axis=1)
-            found.append(rows / np.linalg.norm(rows[:, :3], axis=1, keepdims=True))
+            lengths = np.linalg.norm(rows[:, :3], axis=1, keepdims=True)
+            found.append(rows / np.where(lengths > 0.0, lengths, 1.0))  # a groove at rest may ask nothing: 0 ≥ 0
         return found
 
 
