@@ -20,6 +20,7 @@ from camopt.search.zoom import nearest_miss
 
 LARGEST_SIZE = 1e9  # mm
 FIRST_BOXES = 32
+VALUES, FEW_VALUES = 9, 4  # of a free size in the coarse grid; few where there is no feasible design to find
 BLOCK = 512  # designs of the coarse grid
 MOST_BOXES = 1_000_000
 NARROW = 1e-3 * GAP  # a box this narrow that is not excluded stays undecided
@@ -30,7 +31,8 @@ def branch_and_bound(question: Question, programme: Programme, bounds: Bounds, f
 
     ``floor`` is a size that no feasible design is known to undercut; infinite if there is none.
     """
-    incumbent, obstacle, nearest = first_feasible(question, programme, bounds)
+    values = VALUES if floor < inf else FEW_VALUES
+    incumbent, obstacle, nearest = first_feasible(question, programme, bounds, values)
     least, most = max(bounds["size"][0], floor), size_of(incumbent, _largest_size(question, bounds))
     hopeless = incumbent is None and _stopped_at_any_size(question, programme, obstacle, nearest)
     if hopeless or most <= least or most >= LARGEST_SIZE:  # nothing to search, or no size at all is feasible
@@ -101,7 +103,7 @@ def _last_assembled(question: Question, programme: Programme, bounds: Bounds, mo
 
     A box across that border would hold a dead position, where tan β takes every value.
     """
-    grid = _coarse_grid(question, programme, bounds)
+    grid = _coarse_grid(question, programme, bounds, VALUES)
     grid = grid.take(question.subject.mechanism.exists(grid, programme))
     if not len(grid):
         return most
@@ -134,13 +136,13 @@ def _better(
 
 
 def first_feasible(
-    question: Question, programme: Programme, bounds: Bounds
+    question: Question, programme: Programme, bounds: Bounds, values: int = VALUES
 ) -> tuple[Designs | None, str, Designs | None]:
-    """The smallest feasible design of a coarse grid.
+    """The smallest feasible design of a coarse grid, with so many values of each free size but the cam's.
 
     Without one: the limits that stop all designs, or else the nearest one; and the nearest one.
     """
-    points = _coarse_grid(question, programme, bounds)
+    points = _coarse_grid(question, programme, bounds, values)
     points = points.take(np.argsort(points.size, kind="stable"))
     for first in range(0, len(points), BLOCK):
         block = points.take(slice(first, first + BLOCK))
@@ -159,7 +161,7 @@ def first_feasible(
     return None, ", ".join(names), nearest_miss(question, programme, bounds, points.take([nearest]))
 
 
-def _coarse_grid(question: Question, programme: Programme, bounds: Bounds) -> Designs:
+def _coarse_grid(question: Question, programme: Programme, bounds: Bounds, values: int) -> Designs:
     """Sizes even near the least and geometric beyond, at a few values of each other free size."""
     low, high = bounds["size"][0], _largest_size(question, bounds)
     lengths = [*(b for n, (_, b) in bounds.items() if n != "size"), low]
@@ -167,7 +169,7 @@ def _coarse_grid(question: Question, programme: Programme, bounds: Bounds) -> De
     near, far = np.linspace(low, min(high, low + 20 * scale), 400), np.geomspace(scale, max(high, scale), 400)
     sizes = np.unique(np.concatenate([near, far]))
     sizes = sizes[(sizes >= low) & (sizes <= high) & (sizes > 0.0)]
-    others = {n: np.linspace(a, b, 9 if b > a else 1) for n, (a, b) in bounds.items() if n != "size"}
+    others = {n: np.linspace(a, b, values if b > a else 1) for n, (a, b) in bounds.items() if n != "size"}
     mesh = np.meshgrid(*others.values(), sizes, indexing="ij")
     fields = dict(zip([*others, "size"], (m.ravel() for m in mesh), strict=True))
     return Designs(**fields, sense=question.design.sense)
