@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+from dataclasses import replace
 from functools import cache, partial
 from itertools import pairwise
 from math import inf, pi, radians, sqrt, tan
@@ -33,6 +34,7 @@ from camopt.synthesis.splines import Splines, elevated
 from camopt.synthesis.synthesise import (
     Unmet,
     bound_of,
+    free_laws,
     known_laws,
     scene_with,
     solved,
@@ -332,6 +334,65 @@ def test_a_stroke_of_a_hundredth_of_a_degree_has_a_bound_below_its_cam():
     result = free(made(motion=motion))
     assert result.bound < result.objective
     assert result.gap < 0.03
+
+
+# ------------------------------------------------------------------------------------------------- vibration
+
+TRAIN = {"follower.dynamics": {"natural_frequency": 110, "damping_ratio": 0.05}, "outputs": ["sizes", "vibration"]}
+
+
+@pytest.mark.parametrize("motion", [MOTION, STRAIGHT_DOWN, SEVERAL], ids=["two dwells", "one", "several rises"])
+@pytest.mark.parametrize(("frequency", "damping"), [(110, 0.05), (9, 0.3), (3000, 0.0)])
+def test_the_residual_vibration_of_coefficients_is_that_of_the_response(motion, frequency, damping):
+    """Linear in the coefficients: any motion has what the sum over its coefficients says."""
+    train = {"natural_frequency": frequency + 1 / 3, "damping_ratio": damping}
+    demand = demand_of(resolve(made(motion=motion, follower__dynamics=train, synthesis__pieces=8)))
+    model = convex(replace(demand, objective={"residual_vibration": 1.0}), FreeMotion)
+    random = np.random.default_rng(4)
+    each = [np.sort(random.random(demand.splines.count)) for _ in moving(model)]
+    found = Iterate(0.0, 1.0, joined(demand, each))
+    for stroke, coefficients in zip(moving(model), found.coefficients, strict=True):
+        stroke.coefficients.value = coefficients
+    scene = scene_with(demand.question.scene, free_laws(demand, found)).replace(outputs=["vibration"])
+    wanted = evaluate(scene)["residual_vibration_max_mm"]
+    assert model.unit * model.goal.value == pytest.approx(wanted, rel=1e-7)
+
+
+def test_the_least_residual_vibration_is_the_effects_own():
+    scene = made(**TRAIN, **{"cam.base_radius": 60.0, "synthesis.minimise": "residual_vibration"})
+    calm = free(scene.replace(**{"cam.base_radius": 53.0}))
+    assert calm.bound == 0.0
+    assert calm.objective == sound(calm)["residual_vibration_max_mm"]
+    least = solved(demand_of(resolve(scene.replace(**{"cam.base_radius": 53.0}))))[2]
+    assert least > 0.01
+    assert calm.objective == pytest.approx(least, rel=1e-3)
+    smallest = free(made(**TRAIN))
+    assert calm.objective < 0.7 * sound(smallest)["residual_vibration_max_mm"]
+    roomy = free(scene)
+    assert roomy.objective < 1e-2 * calm.objective
+
+
+def test_a_limit_on_the_residual_vibration_is_held_by_the_motion():
+    scene = made(**TRAIN)
+    tight = free(scene.replace(**{"limits.residual_vibration": 0.01}))
+    assert sound(tight)["residual_vibration_max_mm"] <= 0.01
+    assert tight.convex
+    assert tight.objective > free(scene).objective
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"cam.rpm": None}, "needs cam.rpm, follower.dynamics.natural_frequency"),
+        ({}, "needs follower.dynamics.natural_frequency"),
+        ({"follower.dynamics": {"natural_frequency": 100}}, "the undamped train resonates"),
+        (TRAIN | {"motion": NO_DWELL}, "needs a dwell"),
+    ],
+)
+def test_a_residual_vibration_needs_a_train_a_speed_and_a_dwell(changes, message):
+    scene = made(**changes, **{"synthesis.minimise": "residual_vibration"})
+    with pytest.raises(BadInput, match=message):
+        synthesise(scene)
 
 
 # -------------------------------------------------------------------------------------------------- matrices

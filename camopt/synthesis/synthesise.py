@@ -14,6 +14,7 @@ from typing import Any
 import cvxpy as cp
 import numpy as np
 
+from camopt.effects.vibration import vibration
 from camopt.mistakes import Unmet, Unsolved
 from camopt.motion import LAWS
 from camopt.motion.law import Law
@@ -24,6 +25,7 @@ from camopt.question import resolve
 from camopt.scene import Scene
 from camopt.search.answer import Progress
 from camopt.search.optimise import optimise
+from camopt.synthesis import residual
 from camopt.synthesis.convex import SOLVED, SQUARES, Convex, convex, solve
 from camopt.synthesis.curvature import Iterate, iterate_of, joined, sharpest_allowed, steps
 from camopt.synthesis.demand import ORDERS, PEAKS, Demand, by_offset, demand_of
@@ -269,6 +271,8 @@ def term_of(demand: Demand, programme: Programme, name: str, size: float) -> flo
     """A term of the objective, from the motion itself or the size."""
     if name == "size":
         return size
+    if name == residual.TERM:
+        return vibration(programme, *demand.train).residual
     if name in ORDERS:
         return demand.per_unit[name] * peak(programme, ORDERS[name], TURN)
     return demand.per_unit[name] * root_mean_square(programme, SQUARES[name])
