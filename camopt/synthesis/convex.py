@@ -114,9 +114,9 @@ def convex(demand: Demand, make: MakeMotion, held: Mapping[str, Any] | None = No
 
     ``held`` bounds further terms of the kind that an objective has, in their units, by numbers or parameters.
     """
-    held = {**_held(demand), **(held or {})}
+    held = held or {}
     sizes = Sizes(cp.Variable(), cp.Variable(nonneg=True), cp.Variable())
-    names = dict.fromkeys((*demand.objective, *held))
+    names = dict.fromkeys((*demand.objective, *held, *([] if demand.residual is None else [residual.TERM])))
     largest = {name: cp.Variable(nonneg=True) for name in names if name in ORDERS}
     motions = [
         None if stroke.kind == DWELL else make(demand, stroke, _ranges(demand, number, largest), sizes)
@@ -126,6 +126,8 @@ def convex(demand: Demand, make: MakeMotion, held: Mapping[str, Any] | None = No
     limits = [*_of_sizes(demand, sizes), *_joints(demand, motions)]
     limits += [limit for motion in motions if motion for limit in motion.limits]
     limits += [terms[name] <= bound for name, bound in held.items()]
+    if demand.residual is not None:
+        limits.append(terms[residual.TERM] / demand.residual <= 1.0)
     unit = sum(weight * _order_of(demand, name) for name, weight in demand.objective.items()) or 1.0
     goal = sum([weight / unit * terms[name] for name, weight in demand.objective.items()])
     return Convex(demand, cp.Problem(cp.Minimize(goal), limits), unit, sizes, motions, largest)
@@ -200,9 +202,3 @@ def _left_over(parts: list[Any]) -> Any:
     if any(part is None for part in parts):
         return cp.Constant(0.0)
     return cp.max(cp.norm(sum(parts), axis=1))
-
-
-def _held(demand: Demand) -> dict[str, float]:
-    """Limits of the scene that are bounds of a term."""
-    bound = demand.question.scene.limits.residual_vibration
-    return {} if bound is None else {residual.TERM: bound}

@@ -62,6 +62,8 @@ class Demand:
     ranges: tuple[dict[int, Interval], ...]
     """For each stroke, the range of each limited derivative, by its order."""
     floors: tuple[Floor, ...]
+    residual: float | None
+    """The largest residual vibration, mm."""
     rest: int
     monotone: bool
     points: tuple[tuple[float, float], ...]
@@ -135,6 +137,7 @@ def demand_of(question: Question, objective: Mapping[str, float] | None = None) 
         roller=roller,
         ranges=tuple(_ranges(question, asked, stroke, _orders(objective)) for stroke in strokes),
         floors=tuple(_floors(question)),
+        residual=scene.limits.residual_vibration,
         rest=asked.rest,
         monotone=asked.monotone or (isinstance(asked.peak_velocity, tuple) and asked.peak_velocity[0] == 0.0),
         points=tuple(_points(question, asked)),

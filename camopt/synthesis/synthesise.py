@@ -191,6 +191,7 @@ def tightened(demand: Demand, margin: float) -> Demand:
         ranges=tuple({k: (kept * low, kept * high) for k, (low, high) in row.items()} for row in demand.ranges),
         floors=tuple(replace(f, constant=f.constant - margin * abs(f.constant)) for f in demand.floors),
         prime=(demand.prime[0], max(demand.prime[0], kept * demand.prime[1])),
+        residual=None if demand.residual is None else kept * demand.residual,
     )
 
 
@@ -228,13 +229,15 @@ def programme_with(demand: Demand, found: Iterate) -> Programme:
 
 
 def within(demand: Demand, programme: Programme) -> bool:
-    """Whether laws themselves, not a solver's word, hold the ranges of their derivatives and the points."""
+    """Whether laws themselves, not a solver's word, hold the limits on their motion alone, and the points."""
     for stroke, ranges in zip(programme.strokes, demand.ranges, strict=True):
         for order, (low, high) in ranges.items():
             least, largest = span(Programme((stroke,)), (0.0,) * order + (1.0,), TURN)
             rounding = NOTHING * (high - low)
             if least < low - rounding * (low == 0.0) or largest > high + rounding * (high == 0.0):
                 return False
+    if demand.residual is not None and vibration(programme, *demand.train).residual > demand.residual:
+        return False
     angles, wanted = np.array(demand.points).reshape(-1, 2).T
     return bool(np.all(np.abs(programme.at(angles)[0] - wanted) <= OFF_POINT * demand.scale))
 
