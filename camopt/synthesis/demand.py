@@ -58,7 +58,8 @@ class Demand:
     lead: Interval
     prime: Interval
     """The size with the roller: √(s₀² + e²)."""
-    roller: float
+    body: float
+    """The largest radius of the roller or spherical face: it makes the least base radius of a prime radius."""
     ranges: tuple[dict[int, Interval], ...]
     """For each stroke, the range of each limited derivative, by its order."""
     floors: tuple[Floor, ...]
@@ -68,6 +69,11 @@ class Demand:
     monotone: bool
     points: tuple[tuple[float, float], ...]
     objective: dict[str, float]
+
+    @property
+    def roller(self) -> float:
+        """What the prime radius has over the size."""
+        return self.body if self.traced else 0.0
 
     @property
     def scale(self) -> float:
@@ -123,7 +129,8 @@ def demand_of(question: Question, objective: Mapping[str, float] | None = None) 
     if freed := freed_angles(question, "free laws take"):
         raise BadInput(freed)
     strokes = tuple(question.programme.strokes)
-    roller = _roller(question)
+    body = _body(question)
+    roller = body if subject.mechanism is translating.MECHANISM else 0.0
     size = _size(scene, question.size_name, objective)
     least = least_size(question, question.programme, {"size": size})
     return Demand(
@@ -134,7 +141,7 @@ def demand_of(question: Question, objective: Mapping[str, float] | None = None) 
         strokes=strokes,
         lead=_lead(question),
         prime=(least + roller, size[1] + roller),
-        roller=roller,
+        body=body,
         ranges=tuple(_ranges(question, asked, stroke, _orders(objective)) for stroke in strokes),
         floors=tuple(_floors(question)),
         residual=scene.limits.residual_vibration,
@@ -221,12 +228,10 @@ def _points(question: Question, asked: Synthesis) -> Iterator[tuple[float, float
         raise BadInput(mistakes)
 
 
-def _roller(question: Question) -> float:
-    """The largest radius of the roller or spherical face: it makes the least base radius of a prime radius."""
-    if question.subject.mechanism is not translating.MECHANISM:
-        return 0.0
+def _body(question: Question) -> float:
+    """The largest radius of the roller or spherical face; 0 for what has none."""
     own = float(question.design.roller_radius[0])
-    if question.subject.pointed:
+    if question.subject.pointed or question.subject.mechanism.curvature is None:
         return own
     search = question.scene.search
     return _ends(search.face_radius if question.subject.spherical else search.roller_radius, own)[1]

@@ -55,8 +55,8 @@ class FreeMotion:
         return []
 
     def at(self, x: FloatArray) -> list[Any]:
-        """y, y' and y'' at x of the unit stroke."""
-        return [self._rows(self.splines.at(x, order), order) for order in range(3)]
+        """y to y''' at x of the unit stroke."""
+        return [self._rows(self.splines.at(x, order), order) for order in range(4)]
 
     def samples(self, order: int) -> FloatArray:
         """The Bernstein coefficients of a derivative, in units of the lift, of a solved programme."""

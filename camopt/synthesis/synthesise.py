@@ -26,11 +26,13 @@ from camopt.scene import Scene
 from camopt.search.answer import Progress
 from camopt.search.optimise import optimise
 from camopt.synthesis import residual
+from camopt.synthesis.ceilings import ceilings_of
 from camopt.synthesis.convex import SOLVED, SQUARES, Convex, convex, solve
-from camopt.synthesis.curvature import Iterate, iterate_of, joined, sharpest_allowed, steps
 from camopt.synthesis.demand import ORDERS, PEAKS, Demand, by_offset, demand_of
 from camopt.synthesis.free import FreeMotion
+from camopt.synthesis.iterate import Iterate, iterate_of, joined
 from camopt.synthesis.relaxation import RelaxedMotion
+from camopt.synthesis.steps import Steps
 
 SLACK = 1e-4  # of the unit of the objective, given up for the gentlest jerk among the laws that reach it
 SOLVER_ERROR = 1e-6  # relative, of an optimum
@@ -127,10 +129,10 @@ def synthesise(scene: Scene, progress: Progress | None = None) -> Synthesised:
 def _best(demand: Demand, advance: Progress) -> Synthesised:
     """The best free laws of a demand."""
     model, start, least = solved(demand)
-    found, sharpest = cam_for(demand, start), sharpest_allowed(demand)
+    found = cam_for(demand, start)
     free = found is not None and found.objective <= least + WORSE * (abs(least) + model.unit)
-    if not free and sharpest is not None:
-        cams = [*([found] if found else []), *_bent(model, demand, start, sharpest, advance)]
+    if not free and ceilings_of(demand):
+        cams = [*([found] if found else []), *_bent(model, demand, start, advance)]
         found = min(cams, key=lambda cam: cam.objective, default=None)
     if found is None:
         raise Unmet("these free laws hold the convex limits, but then no cam holds the others")
@@ -281,13 +283,15 @@ def term_of(demand: Demand, programme: Programme, name: str, size: float) -> flo
     return demand.per_unit[name] * root_mean_square(programme, SQUARES[name])
 
 
-def _bent(model: Convex, demand: Demand, start: Iterate, sharpest: float, advance: Progress) -> list[Synthesised]:
+def _bent(model: Convex, demand: Demand, start: Iterate, advance: Progress) -> list[Synthesised]:
     """The cams that convex steps reach, from the convex optimum and from every known law within the limits."""
     starts = [start, *(_placed(demand, known) for known in _known(demand, start))]
+    ceilings = ceilings_of(demand)
+    steps = Steps(model, ceilings)
     found = []
     for number, each in enumerate(starts):
         advance(number, len(starts))
-        last = steps(model, each, sharpest)
+        last = steps.run(each, ceilings)
         if within(demand, programme_with(demand, last)) and (cam := cam_for(demand, last)):
             found.append(cam)
     return found
