@@ -8,7 +8,7 @@ optimum. Either way the laws become a cam, as in ``synthesise``, that holds ever
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, partial
-from math import inf, isfinite
+from math import inf
 from typing import Any, NamedTuple
 
 import cvxpy as cp
@@ -31,6 +31,7 @@ from camopt.synthesis.synthesise import (
     PANELS,
     SOLVER_ERROR,
     WORSE,
+    Synthesised,
     cam_for,
     chosen,
     free_laws,
@@ -44,6 +45,7 @@ from camopt.synthesis.synthesise import (
 )
 
 ROUNDING = 1e-9  # relative: of a value that a cam holds
+LARGER = (0.0, 1e-7, 1e-6, 1e-5, 1e-4)  # by which a cam may be larger than the steps say, for a solver's error
 
 
 class Found(NamedTuple):
@@ -132,16 +134,11 @@ class Least:
         return objective <= self.optimum + WORSE * (abs(self.optimum) + self.free.unit)
 
     def _row(self, demand: Demand, laws: Iterate, value: Mapping[str, float]) -> dict[str, Any] | None:
-        """The smallest cam of laws that holds every limit and value; None if there is none."""
+        """A cam of laws that holds every limit and value; None if there is none."""
         programme = programme_with(demand, laws)
         if not within(demand, programme):
             return None
-        if self.lowered:
-            reached = self._reached(demand, laws)
-            if not isfinite(reached):
-                return None
-            demand = self._demand({**value, self.first: reached * (1.0 + ROUNDING)})
-        cam = cam_for(demand, laws)
+        cam = self._as_solved(demand, laws) if self.keys and not _listed(self.scene) else cam_for(demand, laws)
         if cam is None:
             return None
         size = cam.design[demand.question.size_name]
@@ -150,18 +147,23 @@ class Least:
             return None
         return {**terms, **cam.design, "scene": cam.scene.to_toml()}
 
-    def _reached(self, demand: Demand, laws: Iterate) -> float:
-        """What the quantity is at the sizes of a solution."""
+    def _as_solved(self, demand: Demand, laws: Iterate) -> Synthesised | None:
+        """The cam of the sizes that the laws were found with, or a little larger, if it holds every limit.
+
+        The smallest cam for the laws would be no smaller, but for the margins of the steps; where a load decides, to
+        look for it takes long.
+        """
+        scene, name = scene_with(demand.question.scene, free_laws(demand, laws)), demand.question.size_name
         lead, height = (demand.scale * each for each in laws[:2])
         prime = max(float(np.hypot(lead, height)) if demand.traced else height, demand.prime[0])
-        sizes = {
-            demand.question.size_name: prime - demand.roller,
-            "offset_mm": demand.question.design.sense * lead,
-            "roller_radius_mm": demand.body,
-            "face_radius_mm": demand.body,
-        }
-        scene = chosen(scene_with(demand.question.scene, free_laws(demand, laws)), sizes)
-        return float(evaluate(scene)[self.first])
+        offset = demand.question.design.sense * lead
+        sizes = {"offset_mm": offset, "roller_radius_mm": demand.body, "face_radius_mm": demand.body}
+        for larger in LARGER:
+            cam = chosen(scene, {**sizes, name: prime * (1.0 + larger) - demand.roller})
+            found = evaluate(cam)
+            if found["feasible"]:
+                return Synthesised(cam, dict(found), 0.0)
+        return None
 
     def _bound(self, value: Mapping[str, float], best: Found) -> float | None:
         """What no motion passes with the terms held at a value; None for a quantity, or if the solver fails."""
@@ -169,3 +171,9 @@ class Least:
             return None
         bound = lowered(self.relaxed, self._solve(self.relaxed, value, -SOLVER_ERROR))
         return bound if self.relaxed.exact and bound <= best.row[self.first] else None
+
+
+def _listed(scene: Scene) -> bool:
+    """Whether a scene lists sizes, between which there is no cam."""
+    choices = (scene.search.base_radius, scene.search.mean_radius, scene.search.offset)
+    return any(isinstance(choice, tuple) and len(choice) > 1 for choice in choices)

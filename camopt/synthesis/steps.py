@@ -25,8 +25,8 @@ from camopt.synthesis.demand import ORDERS
 from camopt.synthesis.iterate import Iterate, iterate_of, moving
 
 PRICE = 100.0  # of a curve that is above its bound by all of it, in units of the objective
-STEPS, FIRST_REACH, LAST_REACH = 60, 0.1, 1e-6
-ENOUGH = 1e-6  # a fall of the priced objective, relative, that is worth another step
+STEPS, FIRST_REACH = 60, 0.1
+ENOUGH = 1e-5  # a fall of the priced objective, relative, that is worth a step
 CLOSER = 1e-4  # by which bounds are held closer than asked: between samples a curve rises a little more
 
 
@@ -101,23 +101,21 @@ class Steps:
     def run(self, start: Iterate, held: Sequence[Ceiling], lowered: Sequence[Ceiling] = ()) -> Iterate:
         """The local optimum that convex steps reach from the motion nearest to a start within the convex limits."""
         self._set(start)
-        if solve(self.nearest) not in SOLVED:
-            return start
-        last, reach = iterate_of(self.model), FIRST_REACH
+        last = iterate_of(self.model) if solve(self.nearest) in SOLVED else start
+        reach = FIRST_REACH
         lowered = _scaled(lowered, self._levels(last, held, lowered)[1])
         price = self._priced(last, held, lowered)
         for _ in range(STEPS):
             self._look(last, held, lowered)
             self.reach.value = reach
-            if reach < LAST_REACH or price == inf or solve(self.problem) not in SOLVED:
+            if price == inf or solve(self.problem) not in SOLVED:
+                break
+            if price - float(self.problem.value) < ENOUGH * abs(price):  # even the planes promise no more
                 break
             tried = iterate_of(self.model)
             cost = self._priced(tried, held, lowered)
             if cost < price:
-                small = price - cost < ENOUGH * abs(price)
                 last, price, reach = tried, cost, 2.0 * reach
-                if small:
-                    break
             else:
                 reach /= 4.0
         return last
