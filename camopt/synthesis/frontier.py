@@ -6,7 +6,7 @@ worker and solved for all values; each of its solutions becomes a cam, as in ``s
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import permutations, product
+from itertools import combinations, permutations, product
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -28,6 +28,7 @@ from camopt.synthesis.synthesise import bound_of, known_laws, term_of, within
 
 ENDS = 1e-5  # by which the end of a term is widened, relative, so that a solver finds its laws
 LOCAL_ENDS = 3e-4  # and that of a quantity, so that convex steps do
+SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)  # of one end and another, in the laws that convex steps start from
 NEARLY_NONE = 1e-3  # of an axis' largest value: less of it is not looked for
 
 
@@ -84,7 +85,9 @@ def frontier(
     scene, axes = _checked(scene, axes)
     demand = demand_of(resolve(scene), {axis: 1.0 for axis in axes if axis in TERMS})
     ends = _ends(scene, axes, workers)
-    starts = tuple(found.laws for found in ends.values())
+    starts = tuple(
+        _between(ends[a, a].laws, ends[b, b].laws, share) for a, b in combinations(axes, 2) for share in SHARES
+    )
     grids = [_grid(*_range(ends, axis), points) for axis in axes[1:]]
     values = [dict(zip(axes[1:], map(float, pick), strict=True)) for pick in product(*grids)]
     rows = []
@@ -139,6 +142,13 @@ def _ends(scene: Scene, axes: tuple[str, ...], workers: int | None) -> Ends:
     for (axis, other), end in zip(pairs, _in_parallel(scene, axes, tasks, workers), strict=True):
         found[axis, other] = end or found[axis, axis]
     return found
+
+
+def _between(one: Iterate, other: Iterate, share: float) -> Iterate:
+    """Laws between those of two ends: they hold all that is convex, and both hold."""
+    lead, height = (a + share * (b - a) for a, b in zip(one[:2], other[:2], strict=True))
+    laws = tuple(a + share * (b - a) for a, b in zip(one.coefficients, other.coefficients, strict=True))
+    return Iterate(lead, height, laws)
 
 
 def _widened(end: Found, axis: str) -> float:

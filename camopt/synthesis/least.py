@@ -44,6 +44,7 @@ from camopt.synthesis.synthesise import (
     within,
 )
 
+TRIES = 2  # starts of convex steps: those that promise most
 ROUNDING = 1e-9  # relative: of a value that a cam holds
 LARGER = (0.0, 1e-7, 1e-6, 1e-5, 1e-4)  # by which a cam may be larger than the steps say, for a solver's error
 
@@ -127,7 +128,8 @@ class Least:
         if not self.lowered:
             yield from (calm, plain)
         if ceilings or self.lowered:
-            yield from (self.steps.run(each, ceilings, self.lowered) for each in (plain, *starts))
+            promising = self.steps.ranked([plain, *starts], ceilings, self.lowered)[:TRIES]
+            yield from (self.steps.run(each, ceilings, self.lowered) for each in promising)
 
     def _close(self, objective: float) -> bool:
         """Whether no better cam is worth looking for."""
@@ -150,8 +152,8 @@ class Least:
     def _as_solved(self, demand: Demand, laws: Iterate) -> Synthesised | None:
         """The cam of the sizes that the laws were found with, or a little larger, if it holds every limit.
 
-        The smallest cam for the laws would be no smaller, but for the margins of the steps; where a load decides, to
-        look for it takes long.
+        The smallest cam for the laws is no smaller, but for the margins of the steps, and takes long to find where
+        a load decides.
         """
         scene, name = scene_with(demand.question.scene, free_laws(demand, laws)), demand.question.size_name
         lead, height = (demand.scale * each for each in laws[:2])

@@ -26,7 +26,7 @@ from camopt.synthesis.iterate import Iterate, iterate_of, moving
 
 PRICE = 100.0  # of a curve that is above its bound by all of it, in units of the objective
 STEPS, FIRST_REACH = 60, 0.1
-ENOUGH = 1e-5  # a fall of the priced objective, relative, that is worth a step
+ENOUGH = 5e-5  # a fall of the priced objective, relative, that is worth a step
 CLOSER = 1e-4  # by which bounds are held closer than asked: between samples a curve rises a little more
 
 
@@ -119,6 +119,19 @@ class Steps:
             else:
                 reach /= 4.0
         return last
+
+    def ranked(
+        self, starts: Sequence[Iterate], held: Sequence[Ceiling], lowered: Sequence[Ceiling] = ()
+    ) -> list[Iterate]:
+        """Starts by their priced objective, with the price of convex limits that they break."""
+        lowered = _scaled(lowered, self._levels(starts[0], held, lowered)[1])
+
+        def price(start: Iterate) -> float:
+            cost = self._priced(start, held, lowered)
+            broken = max(float(np.max(limit.violation())) for limit in self.model.problem.constraints)
+            return cost + PRICE * broken
+
+        return sorted(starts, key=price)
 
     def _set(self, at: Iterate) -> None:
         """A solution in the variables, and in the parameters that a step starts from."""
