@@ -119,7 +119,7 @@ class Least:
         self, demand: Demand, value: Mapping[str, float], starts: Sequence[Iterate]
     ) -> Iterator[Iterate]:
         """Free laws for a value: what the programme gives, and bent below the ceilings if need be."""
-        self.optimum = self._solve(self.free, value, MARGINS[0])
+        self.optimum = self._solve(self.free, value, MARGINS[bool(self.keys)])
         if self.optimum == inf:
             return
         plain = iterate_of(self.free)

@@ -24,7 +24,7 @@ from camopt.synthesis.convex import SOLVED, Convex, solve
 from camopt.synthesis.demand import ORDERS
 from camopt.synthesis.iterate import Iterate, iterate_of, moving
 
-PRICE = 100.0  # of a curve that is above its bound by all of it, in units of the objective
+PRICES = 100.0, 1e4  # of a curve that is above its bound by all of it, in units of the objective: if one is too low
 STEPS, FIRST_REACH = 60, 0.1
 ENOUGH = 5e-5  # a fall of the priced objective, relative, that is worth a step
 CLOSER = 1e-4  # by which bounds are held closer than asked: between samples a curve rises a little more
@@ -63,7 +63,7 @@ class Steps:
     def __init__(self, model: Convex, held: Sequence[Ceiling], lowered: Sequence[Ceiling] = ()) -> None:
         self.model, self.count = model, len(held)
         self.missing, self.level = cp.Variable(nonneg=True), cp.Variable(nonneg=True)
-        self.reach = cp.Parameter(nonneg=True)
+        self.reach, self.price = cp.Parameter(nonneg=True), cp.Parameter(nonneg=True, value=PRICES[0])
         variables = [cp.hstack([model.sizes.lead, model.sizes.height]), *(m.coefficients for m in moving(model))]
         self.last = [cp.Parameter(variable.size) for variable in variables]
         away = [variable - last for variable, last in zip(variables, self.last, strict=True)]
@@ -72,7 +72,7 @@ class Steps:
         limits += [cp.abs(each) <= self.reach for each in away]
         self.goal = model.goal + (self.level if lowered else 0.0)
         convex = model.problem.constraints
-        self.problem = cp.Problem(cp.Minimize(self.goal + PRICE * self.missing), [*convex, *limits])
+        self.problem = cp.Problem(cp.Minimize(self.goal + self.price * self.missing), [*convex, *limits])
         self.nearest = cp.Problem(cp.Minimize(sum(map(cp.sum_squares, away))), convex)
 
     def _blocks(self, ceilings: list[Ceiling]) -> Iterator[Block]:
@@ -102,9 +102,17 @@ class Steps:
         """The local optimum that convex steps reach from the motion nearest to a start within the convex limits."""
         self._set(start)
         last = iterate_of(self.model) if solve(self.nearest) in SOLVED else start
-        reach = FIRST_REACH
         lowered = _scaled(lowered, self._levels(last, held, lowered)[1])
-        price = self._priced(last, held, lowered)
+        for self.price.value in PRICES:
+            last = self._descended(last, held, lowered)
+            if self._levels(last, held, lowered)[0] <= 1.0:
+                break
+        self.price.value = PRICES[0]
+        return last
+
+    def _descended(self, last: Iterate, held: Sequence[Ceiling], lowered: Sequence[Ceiling]) -> Iterate:
+        """Where steps end at one price."""
+        reach, price = FIRST_REACH, self._priced(last, held, lowered)
         for _ in range(STEPS):
             self._look(last, held, lowered)
             self.reach.value = reach
@@ -129,7 +137,7 @@ class Steps:
         def price(start: Iterate) -> float:
             cost = self._priced(start, held, lowered)
             broken = max(float(np.max(limit.violation())) for limit in self.model.problem.constraints)
-            return cost + PRICE * broken
+            return cost + PRICES[0] * broken
 
         return sorted(starts, key=price)
 
@@ -174,7 +182,7 @@ class Steps:
         model.sizes.prime.value = max(reach, demand.prime[0] / demand.scale)
         for name, variable in model.largest.items():
             variable.value = max(float(np.abs(motion.samples(ORDERS[name])).max()) for motion in moving(model))
-        price = float(self.goal.value) + PRICE * max(0.0, top - 1.0 + CLOSER)
+        price = float(self.goal.value) + self.price.value * max(0.0, top - 1.0 + CLOSER)
         return price if np.isfinite(price) else inf
 
 
