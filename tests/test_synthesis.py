@@ -21,14 +21,16 @@ from camopt.cli import main
 from camopt.motion import LAWS
 from camopt.motion.programme import Programme, Stroke, law_peaks, root_mean_square, span
 from camopt.motion.table import RISE, TURN
+from camopt.numerics import LARGEST_MAGNITUDE
 from camopt.proof.certify import certify
 from camopt.question import resolve
 from camopt.scene_tables import Synthesis
 from camopt.search.sweep import sweep
+from camopt.synthesis.ceilings import Sampled, ceilings_of, samples
 from camopt.synthesis.convex import convex
-from camopt.synthesis.curvature import Iterate, _limit, joined, moving, sharpest_allowed
 from camopt.synthesis.demand import demand_of
 from camopt.synthesis.free import FreeMotion
+from camopt.synthesis.iterate import Iterate, joined, moving
 from camopt.synthesis.relaxation import RelaxedMotion
 from camopt.synthesis.splines import Splines, elevated
 from camopt.synthesis.synthesise import (
@@ -572,37 +574,63 @@ def test_curvature_alone_decides():
     assert result.objective <= optimise(scene.replace(**{"search.law": ["poly345"]})).best["base_radius_mm"]
 
 
-def test_the_plane_of_curvature_is_tangent():
-    """G against the pitch curvature, and its plane against differences of G."""
+LOADED = {
+    "follower.dynamics": DYNAMICS | {"load": [[0, 40], [90, 40], [90, 300], [180, 40]]},
+    "materials": {"cam": "steel", "follower": "steel", "face_width": 12},
+    "limits.torque": 200,
+    "limits.contact_stress": 1500,
+    "limits.normal_force": 9000,
+}
+
+
+@pytest.mark.parametrize("base", [ROLLER, SPHERE, GROOVE, FLAT], ids=["roller", "sphere", "groove", "flat"])
+def test_planes_are_tangent_to_the_curves_of_limits(base):
+    """Whatever the curve: against its values a little away, in the motion and the sizes together."""
+    demand = demand_of(resolve(Scene.from_dict(base).replace(**LOADED, **{"synthesis.pieces": 6})))
+    ceilings, random, unit = ceilings_of(demand), np.random.default_rng(2), demand.scale
+    for stroke in demand.strokes:
+        sampled = Sampled(demand, stroke)
+        orders = np.arange(4)[:, None]
+        state = unit * random.uniform(0.3, 0.7, (4, samples(demand, stroke).size)) / stroke.angle**orders
+        away = random.normal(size=state.shape) / stroke.angle**orders
+        sizes, aside = np.array([4.0, 90.0]), random.normal(size=2)
+        planes = sampled.planes(ceilings, state, tuple(sizes))
+        assert len(planes.values) == sum(1 + (c.goal == LARGEST_MAGNITUDE) for c in ceilings)
+        risen = np.einsum("kcn,kn->cn", planes.motion, away) + planes.lead * aside[0] + planes.height * aside[1]
+        step, ends = 1e-4, []
+        for k in (-step, step):
+            ends.append(sampled.values(ceilings, state + k * unit * away, tuple(sizes + k * unit * aside)))
+        slopes = (ends[1] - ends[0]) / (2 * step)
+        np.testing.assert_allclose(risen, slopes, rtol=1e-5, atol=1e-5 * np.abs(slopes).max())
+
+
+def test_values_of_ceilings_by_hand():
+    """The pitch curvature and the torque from their textbook formulas."""
     demand = demand_of(resolve(made(VALVE, synthesis__pieces=6)))
-    sharpest, random = sharpest_allowed(demand), np.random.default_rng(2)
-    model = convex(demand, FreeMotion)
-    assert sharpest == pytest.approx(demand.scale / 23)
+    (curvature,) = ceilings_of(demand)
+    assert curvature.bound == pytest.approx(1 / 23)
+    stroke = demand.strokes[0]
+    y, y1, y2, _ = state = np.random.default_rng(2).uniform(1, 20, (4, 36))
+    a, w = 50 + y, y1 - 7
+    kappa = (a**2 + w * (2 * y1 - 7) - a * y2) / np.hypot(a, w) ** 3
+    np.testing.assert_allclose(Sampled(demand, stroke).values([curvature], state, (7.0, 50.0))[0], 23 * kappa)
+    demand = demand_of(resolve(made(follower__dynamics=DYNAMICS, limits__torque=200, synthesis__pieces=6)))
+    (ceiling,) = [c for c in ceilings_of(demand) if c.goal == LARGEST_MAGNITUDE]
+    omega = 1000 * pi / 30
+    torque = (0.5e-3 * omega**2 * y2 + 30 * y + 3000) * y1
+    found = Sampled(demand, stroke).values([ceiling], state, (7.0, 50.0))
+    np.testing.assert_allclose(found, [torque / 200e3, -torque / 200e3])
 
-    def at(point):
-        model.sizes.lead.value, model.sizes.height.value = point.lead, point.height
-        for motion, c in zip(moving(model), point.coefficients, strict=True):
-            motion.coefficients.value = c
-        return point
 
-    start = Iterate(0.3, 1.4, tuple(np.sort(random.random(demand.splines.count)) for _ in range(2)))
-    away = Iterate(*random.normal(size=2), tuple(random.normal(size=(2, demand.splines.count))))
-    for motion in moving(model):
-        value, plane = _limit(model, motion, at(start), sharpest)
-        y, y1, y2 = (np.asarray(row.value) for row in motion.at((np.arange(36) + 0.5) / 36))
-        a, w = start.height + y, y1 - start.lead
-        kappa = (a**2 + w * (2 * y1 - start.lead) - a * y2) / np.hypot(a, w) ** 3
-        np.testing.assert_allclose(value, (sharpest - kappa) * np.hypot(a, w), rtol=1e-9)
-        step, found = 1e-6, []
-        for sign in (1, -1):
-            parts = [c + sign * step * d for c, d in zip(start.coefficients, away.coefficients, strict=True)]
-            there = Iterate(
-                start.lead + sign * step * away.lead, start.height + sign * step * away.height, tuple(parts)
-            )
-            planar = np.asarray((at(there), plane.value)[1])
-            found.append((_limit(model, motion, there, sharpest)[0], planar))
-        slopes = [(plus - minus) / (2 * step) for plus, minus in zip(*found, strict=True)]
-        np.testing.assert_allclose(slopes[0], slopes[1], rtol=1e-5, atol=1e-5 * np.abs(slopes[1]).max())
+def test_a_limit_on_torque_is_held_by_the_motion():
+    """No size holds it: the torque is that of the motion. The textbook law of these peaks breaks it."""
+    scene = made(follower__dynamics=DYNAMICS, outputs=["sizes", "torque"])
+    least = free(scene)
+    bent = free(scene.replace(**{"limits.torque": 205}))
+    assert sound(bent)["torque_peak_N_m"] <= 205
+    assert not bent.convex
+    assert sound(least)["torque_peak_N_m"] > 215
+    assert least.objective <= bent.objective * (1 + 1e-6)
 
 
 @pytest.mark.parametrize("motion", [STRAIGHT_DOWN, NO_DWELL, SEVERAL], ids=["down", "no dwell", "several"])
