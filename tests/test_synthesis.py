@@ -610,7 +610,7 @@ def test_values_of_ceilings_by_hand():
     (curvature,) = ceilings_of(demand)
     assert curvature.bound == pytest.approx(1 / 23)
     stroke = demand.strokes[0]
-    y, y1, y2, _ = state = np.random.default_rng(2).uniform(1, 20, (4, 36))
+    y, y1, y2, _ = state = np.random.default_rng(2).uniform(1, 20, (4, 288))
     a, w = 50 + y, y1 - 7
     kappa = (a**2 + w * (2 * y1 - 7) - a * y2) / np.hypot(a, w) ** 3
     np.testing.assert_allclose(Sampled(demand, stroke).values([curvature], state, (7.0, 50.0))[0], 23 * kappa)

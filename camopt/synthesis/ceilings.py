@@ -21,7 +21,7 @@ from camopt.question import Question, resolve
 from camopt.synthesis.demand import Demand
 from camopt.synthesis.residual import TERM
 
-EACH = 6  # samples of a piece
+EACH, LEAST = 6, 288  # samples of a piece, and of a stroke
 RESTING = 24  # samples of a dwell, for a load that changes over it
 STEP = 6e-6  # of central differences, of a derivative's order: the cube root of the rounding
 ORDERS = 4  # y, y', y'' and y'''
@@ -70,7 +70,7 @@ class Planes:
 
 def samples(demand: Demand, stroke: Stroke) -> FloatArray:
     """Where a stroke is looked at: x of the unit stroke, between the ends of pieces."""
-    count = RESTING if stroke.kind == DWELL else demand.splines.pieces * EACH
+    count = RESTING if stroke.kind == DWELL else max(demand.splines.pieces * EACH, LEAST)
     return (np.arange(count) + 0.5) / count
 
 

@@ -45,6 +45,7 @@ from camopt.synthesis.synthesise import (
 )
 
 TRIES = 2  # starts of convex steps: those that promise most
+NEAR = 1e-3  # relative: of a quantity's value, which says where to look; what a cam has of it is its own
 ROUNDING = 1e-9  # relative: of a value that a cam holds
 LARGER = (0.0, 1e-7, 1e-6, 1e-5, 1e-4)  # by which a cam may be larger than the steps say, for a solver's error
 
@@ -107,12 +108,17 @@ class Least:
         return replace(self.demand, question=resolve(self.scene.replace(**limits)))
 
     def _solve(self, model: Convex, value: Mapping[str, float], margin: float) -> float:
-        """The least objective with the terms held at a value; infinite if there is none, or the solver fails."""
+        """The least objective with the terms held at a value; infinite if there is none.
+
+        Also if the solver fails, where there may be other values.
+        """
         for term, parameter in self.held.items():
             parameter.value = value[term] * (1.0 - margin)
         try:
             return model.solve()
         except Unsolved:
+            if not value:
+                raise
             return inf
 
     def _candidates(
@@ -140,21 +146,22 @@ class Least:
         programme = programme_with(demand, laws)
         if not within(demand, programme):
             return None
-        cam = self._as_solved(demand, laws) if self.keys and not _listed(self.scene) else cam_for(demand, laws)
+        cam = self._as_solved(laws) if self.keys and not _listed(self.scene) else cam_for(demand, laws)
         if cam is None:
             return None
         size = cam.design[demand.question.size_name]
         terms = {axis: term_of(demand, programme, axis, size) for axis in self.axes if axis in TERMS}
-        if any(terms[term] > value[term] * (1.0 + ROUNDING) for term in self.held):
-            return None
-        return {**terms, **cam.design, "scene": cam.scene.to_toml()}
+        row = {**terms, **cam.design, "scene": cam.scene.to_toml()}
+        loose = {axis: NEAR if axis in self.keys else ROUNDING for axis in value}
+        return row if all(row[axis] <= value[axis] * (1.0 + loose[axis]) for axis in value) else None
 
-    def _as_solved(self, demand: Demand, laws: Iterate) -> Synthesised | None:
+    def _as_solved(self, laws: Iterate) -> Synthesised | None:
         """The cam of the sizes that the laws were found with, or a little larger, if it holds every limit.
 
         The smallest cam for the laws is no smaller, but for the margins of the steps, and takes long to find where
         a load decides.
         """
+        demand = self.demand
         scene, name = scene_with(demand.question.scene, free_laws(demand, laws)), demand.question.size_name
         lead, height = (demand.scale * each for each in laws[:2])
         prime = max(float(np.hypot(lead, height)) if demand.traced else height, demand.prime[0])

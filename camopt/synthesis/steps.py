@@ -27,7 +27,7 @@ from camopt.synthesis.iterate import Iterate, iterate_of, moving
 PRICES = 100.0, 1e4  # of a curve that is above its bound by all of it, in units of the objective: if one is too low
 STEPS, FIRST_REACH = 60, 0.1
 ENOUGH = 5e-5  # a fall of the priced objective, relative, that is worth a step
-CLOSER = 1e-4  # by which bounds are held closer than asked: between samples a curve rises a little more
+CLOSER = 2e-4  # by which bounds are held closer than asked: between samples a curve rises a little more
 
 
 @dataclass
