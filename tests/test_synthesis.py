@@ -801,7 +801,7 @@ def test_a_solver_that_fails_is_said(run, monkeypatch):
     code, out, err = run(ROLLER)
     assert (code, out) == (4, "")
     assert "solver" in err
-    assert main(["frontier", "scene.toml"]) == 4
+    assert main(["frontier", "scene.toml", "--workers", "1"]) == 4
 
 
 def test_the_result_never_replaces_the_users_scene(run, tmp_path):

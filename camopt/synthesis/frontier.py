@@ -165,7 +165,7 @@ def _range(ends: Ends, axis: str) -> tuple[float, float]:
 
 def _grid(low: float, high: float, points: int) -> FloatArray:
     """Values closer together where a frontier bends most, near the least."""
-    return np.asarray(low * (high / low) ** np.linspace(0.0, 1.0, points) ** 2)
+    return np.asarray(low + (high - low) * np.linspace(0.0, 1.0, points) ** 2)
 
 
 # --------------------------------------------------------------------------------------------------- the points
