@@ -242,12 +242,14 @@ def synthesise(scene: Any, as_json: bool, quiet: bool, out: str, picture: str | 
 @click.argument("scene", default=DEFAULT_SCENE)
 @_scene_options
 @_output_options
-@click.option("--axes", default="size,acceleration", show_default=True, help="What is traded: two or three terms.")
+@click.option(
+    "--axes", default="size,acceleration", show_default=True, help="What is traded: two or three terms or loads."
+)
 @click.option("--points", type=click.IntRange(2, 500), default=24, show_default=True, help="Values of a held term.")
 @click.option("--out", default="camopt-out", show_default=True, help="Folder for the table and the picture.")
 @click.option("--workers", type=click.IntRange(1), help="Processes; one a core if not given.")
 def frontier(scene: Any, as_json: bool, quiet: bool, axes: str, points: int, out: str, workers: int | None) -> int:
-    """Trade size against acceleration, or other terms, over free motion laws."""
+    """Trade size against acceleration, or other terms and loads, over free motion laws."""
     from camopt import reports
     from camopt.synthesis.files import write_frontier
     from camopt.synthesis.frontier import frontier as run

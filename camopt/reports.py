@@ -270,7 +270,8 @@ def show_synthesis(result: "Synthesised", known: dict[str, dict[str, Any]], as_j
     if result.bound is not None:
         what += f" No motion whatever within the convex limits has less than {_number(result.bound)}:"
         what += f" a gap of {result.gap:.2%}."
-    return _print(what + ("" if result.convex else " The curvature decides too: the laws are a local optimum."))
+    local = " The curvature or a load decides too: the laws are a local optimum."
+    return _print(what + ("" if result.convex else local))
 
 
 def show_frontier(found: "Frontier", as_json: bool) -> None:
@@ -279,7 +280,8 @@ def show_frontier(found: "Frontier", as_json: bool) -> None:
         ends = {term: {"free_laws": least, "any_motion": bound} for term, (least, bound) in found.least.items()}
         every = {"rows": found.rows, "known_laws": found.known}
         tables = {name: [finite(row) for row in rows] for name, rows in every.items()}
-        return _print_json({"scene": found.scene.name, "axes": found.axes, "least": ends, **tables})
+        names = {"axes": found.axes, "local": found.local}
+        return _print_json({"scene": found.scene.name, **names, "least": ends, **tables})
     rows = [{**row, "law": "free"} for row in found.rows]
     for row in found.known:
         laws = " / ".join(dict.fromkeys((row["law_rise"], row["law_return"])))
@@ -292,8 +294,10 @@ def show_frontier(found: "Frontier", as_json: bool) -> None:
     if not all(row["within"] for row in found.known):
         _print("* beyond a limit that the free laws hold, such as the jerk of 3-4-5 where the scene limits none")
     for term, (least, bound) in found.least.items():
-        most = "" if bound is None else f"; no motion within the other limits passes {_number(bound)}"
+        most = "" if not bound else f"; no motion within the other limits passes {_number(bound)}"
         _print(f"Least {term}: {_number(least)}{most}")
+    if found.local:
+        _print(f"Not convex in the motion, so of local optima: {', '.join(found.local)}")
     return None
 
 

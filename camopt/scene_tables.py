@@ -307,7 +307,7 @@ def _is_peak(value: Any) -> Any:
     return number
 
 
-TERMS = ("size", "velocity", "acceleration", "jerk", "acceleration_rms", "jerk_rms")
+TERMS = ("size", "velocity", "acceleration", "jerk", "acceleration_rms", "jerk_rms", "residual_vibration")
 Peak = Annotated[float | tuple[float, float] | str, BeforeValidator(_is_peak)] | None
 Term = Annotated[str, _known(TERMS, "a term of the objective")]
 Points = tuple[Annotated[tuple[float, float], BeforeValidator(_is_pair)], ...]
@@ -317,14 +317,14 @@ class Synthesis(Table):
     """What free motion laws minimise and hold, beside ``[limits]``.
 
     ``minimise`` is size (mm), velocity, acceleration or jerk (largest over the turn), acceleration_rms or jerk_rms
-    (root mean square over the turn), or a table of weights for several; units are those of ``[limits]``, or by the
-    cam angle without a speed. ``peak_velocity``, ``peak_acceleration``, ``peak_jerk`` bound the unit stroke, as
-    `camopt laws` lists them: a number for ±, a range, or the name of a law that has as much. Where neither these
-    nor ``[limits]`` bound acceleration or jerk, each that is not minimised is held to poly345's. ``rest`` is how
-    many derivatives are zero beside a dwell, 2 at least where the jerk is bounded or minimised. ``points`` are (cam
-    angle in deg, displacement in mm) that the motion goes through. Laws are B-splines of a ``degree`` in so many
-    ``pieces`` a stroke, with ``continuity`` continuous
-    derivatives (one less than the degree if not given).
+    (root mean square over the turn), residual_vibration (in a dwell), or a table of weights for several; units are
+    those of ``[limits]``, or by the cam angle without a speed. ``peak_velocity``, ``peak_acceleration``,
+    ``peak_jerk`` bound the unit stroke, as `camopt laws` lists them: a number for ±, a range, or the name of a law
+    that has as much. Where neither these nor ``[limits]`` bound acceleration or jerk, each that is not minimised
+    is held to poly345's. ``rest`` is how many derivatives are zero beside a dwell, 2 at least where the jerk is
+    bounded or minimised. ``points`` are (cam angle in deg, displacement in mm) that the motion goes through. Laws
+    are B-splines of a ``degree`` in so many ``pieces`` a stroke, with ``continuity`` continuous derivatives (one
+    less than the degree if not given).
     """
 
     minimise: Annotated[

@@ -15,6 +15,7 @@ from camopt.synthesis.frontier import Frontier
 FREE = COLOURS[RISE]
 BOUND = "no motion within the other limits passes this"
 WIDE = 5.0  # a ratio of values that is shown on a logarithmic scale
+PLAIN = str.maketrans({"·": "_", "/": "_", "µ": "u"})  # units as the names of quantities write them
 WORDS = {
     "size": "radius of the cam, mm",
     "velocity": "peak velocity",
@@ -22,6 +23,7 @@ WORDS = {
     "jerk": "peak jerk",
     "acceleration_rms": "acceleration, root mean square",
     "jerk_rms": "jerk, root mean square",
+    "residual_vibration": "residual vibration in a dwell, mm",
 }
 UNITS = {"velocity": ("m/s", "mm/rad"), "acceleration": ("m/s²", "mm/rad²"), "jerk": ("m/s³", "mm/rad³")}
 
@@ -43,8 +45,8 @@ def _label(found: Frontier, axis: str) -> str:
     """What an axis shows, with its unit."""
     if axis in QUANTITIES:
         quantity = QUANTITIES[axis]
-        words = axis.removesuffix("_" + axis.rsplit("_", 1)[-1]).replace("_", " ") if quantity.unit else axis
-        return f"{words}, {quantity.unit}" if quantity.unit else words.replace("_", " ")
+        words = axis.removesuffix(f"_{quantity.unit.translate(PLAIN)}").replace("_", " ")
+        return f"{words}, {quantity.unit}" if quantity.unit else words
     unit = UNITS.get(axis.removesuffix("_rms"))
     return WORDS[axis] if unit is None else f"{WORDS[axis]}, {unit[found.scene.cam.rpm is None]}"
 
@@ -54,7 +56,7 @@ def _curve(figure: Any, axes: Any, found: Frontier) -> None:
     up, across = found.axes
     rows = sorted(found.rows, key=lambda row: float(row[across]))
     x, y = (np.array([row[axis] for row in rows]) for axis in (across, up))
-    axes.plot(x, y, "-o", color=FREE, lw=1.8, ms=4, label="free laws, proved to hold every limit", zorder=4)
+    axes.plot(x, y, "-o", color=FREE, lw=1.8, ms=4, label=_free(found), zorder=4)
     low = np.array([np.nan if row["bound"] is None else row["bound"] for row in rows])
     if np.isfinite(low).any():
         axes.plot(
@@ -68,12 +70,18 @@ def _curve(figure: Any, axes: Any, found: Frontier) -> None:
         axes.axvline(least, color=ALARM, lw=1.0, ls="--", zorder=3)
 
 
+def _free(found: Frontier) -> str:
+    """What free laws are, by how they were found."""
+    words = "free laws, proved to hold every limit"
+    return f"{words}; local optima" if found.local else words
+
+
 def _cloud(figure: Any, axes: Any, found: Frontier) -> None:
     """Three axes: the front as points, the third axis as their colour."""
     up, across, third = found.axes
     x, y, z = (np.array([row[axis] for row in found.rows]) for axis in (across, up, third))
     norm = "log" if z.min() > 0.0 and z.max() > WIDE * z.min() else "linear"
-    points = axes.scatter(x, y, c=z, cmap="viridis", norm=norm, s=26, zorder=4, label="free laws")
+    points = axes.scatter(x, y, c=z, cmap="viridis", norm=norm, s=26, zorder=4, label=_free(found))
     bar = figure.colorbar(points, ax=axes, label=_label(found, third), pad=0.01, format="{x:.3g}")
     bar.ax.yaxis.set_minor_formatter("{x:.3g}")
 

@@ -17,6 +17,7 @@ import cvxpy as cp
 from camopt.mistakes import Unsolved
 from camopt.motion.programme import Stroke
 from camopt.motion.table import DWELL
+from camopt.synthesis import residual
 from camopt.synthesis.demand import ORDERS, Demand
 
 Ranges = dict[int, list[tuple[Any, Any]]]
@@ -47,6 +48,9 @@ class Motion(Protocol):
 
     def square(self, order: int) -> Any:
         """√∫ (y⁽ᵏ⁾)² dθ over the stroke, or no more than that."""
+
+    def left_over(self) -> Any:
+        """What it adds to the vibration at the start of each dwell, mm (dwells, 2); None if that is not known."""
 
 
 MakeMotion = Callable[[Demand, Stroke, Ranges, Sizes], Motion]
@@ -112,7 +116,7 @@ def convex(demand: Demand, make: MakeMotion, held: Mapping[str, Any] | None = No
     """
     held = held or {}
     sizes = Sizes(cp.Variable(), cp.Variable(nonneg=True), cp.Variable())
-    names = dict.fromkeys((*demand.objective, *held))
+    names = dict.fromkeys((*demand.objective, *held, *([] if demand.residual is None else [residual.TERM])))
     largest = {name: cp.Variable(nonneg=True) for name in names if name in ORDERS}
     motions = [
         None if stroke.kind == DWELL else make(demand, stroke, _ranges(demand, number, largest), sizes)
@@ -122,7 +126,9 @@ def convex(demand: Demand, make: MakeMotion, held: Mapping[str, Any] | None = No
     limits = [*_of_sizes(demand, sizes), *_joints(demand, motions)]
     limits += [limit for motion in motions if motion for limit in motion.limits]
     limits += [terms[name] <= bound for name, bound in held.items()]
-    unit = sum(weight * _order_of(demand, name) for name, weight in demand.objective.items())
+    if demand.residual is not None:
+        limits.append(terms[residual.TERM] / demand.residual <= 1.0)
+    unit = sum(weight * _order_of(demand, name) for name, weight in demand.objective.items()) or 1.0
     goal = sum([weight / unit * terms[name] for name, weight in demand.objective.items()])
     return Convex(demand, cp.Problem(cp.Minimize(goal), limits), unit, sizes, motions, largest)
 
@@ -171,8 +177,10 @@ def _order_of(demand: Demand, name: str) -> float:
     """What a term of the objective is of the order of, in its own unit."""
     if name == "size":
         return demand.scale
-    order = {**ORDERS, **SQUARES}[name]
     shortest = min(stroke.angle for stroke in demand.strokes if stroke.kind != DWELL)
+    if name == residual.TERM:
+        return demand.scale / (1.0 + (demand.train[0] * shortest) ** 2)
+    order = {**ORDERS, **SQUARES}[name]
     return demand.scale * demand.per_unit[name] / shortest**order
 
 
@@ -180,8 +188,17 @@ def _term(demand: Demand, name: str, sizes: Sizes, motions: list[Motion | None],
     """A term of the objective, in its own unit."""
     if name == "size":
         return demand.scale * sizes.prime - demand.roller
+    if name == residual.TERM:
+        return _left_over([motion.left_over() for motion in motions if motion])
     factor = demand.scale * demand.per_unit[name]
     if name in largest:
         return factor * largest[name]
     squares = [motion.square(SQUARES[name]) for motion in motions if motion]
     return factor / sqrt(2.0 * pi) * cp.norm(cp.hstack(squares))
+
+
+def _left_over(parts: list[Any]) -> Any:
+    """The residual vibration, mm: the largest over the dwells; 0 where a motion does not say what it adds."""
+    if any(part is None for part in parts):
+        return cp.Constant(0.0)
+    return cp.max(cp.norm(sum(parts), axis=1))

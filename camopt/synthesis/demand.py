@@ -5,7 +5,7 @@ alone, their radius), so that the size of the cam is √(s₀² + e²) less the 
 derivatives by the cam angle.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from math import inf, pi, radians, tan
 
@@ -19,6 +19,7 @@ from camopt.scene import Scene
 from camopt.scene_tables import Range, Synthesis
 from camopt.search.closed_form import least_size
 from camopt.search.space import freed_angles
+from camopt.synthesis import residual
 from camopt.synthesis.splines import Splines
 
 ORDERS = {"velocity": 1, "acceleration": 2, "jerk": 3}
@@ -57,14 +58,22 @@ class Demand:
     lead: Interval
     prime: Interval
     """The size with the roller: √(s₀² + e²)."""
-    roller: float
+    body: float
+    """The largest radius of the roller or spherical face: it makes the least base radius of a prime radius."""
     ranges: tuple[dict[int, Interval], ...]
     """For each stroke, the range of each limited derivative, by its order."""
     floors: tuple[Floor, ...]
+    residual: float | None
+    """The largest residual vibration, mm."""
     rest: int
     monotone: bool
     points: tuple[tuple[float, float], ...]
     objective: dict[str, float]
+
+    @property
+    def roller(self) -> float:
+        """What the prime radius has over the size."""
+        return self.body if self.traced else 0.0
 
     @property
     def scale(self) -> float:
@@ -75,6 +84,17 @@ class Demand:
     def traced(self) -> bool:
         """Whether the lead is part of the size: the follower has a trace point on a disc cam."""
         return self.question.subject.mechanism is translating.MECHANISM
+
+    @property
+    def train(self) -> tuple[float, float]:
+        """ω_n/ω and the damping ratio of the follower train, where something asks for its residual vibration."""
+        found = residual.train_of(self.question.subject)
+        assert found is not None
+        return found
+
+    def place(self, stroke: Stroke) -> int:
+        """The number of a stroke among those that move."""
+        return [each for each in self.strokes if each.kind != DWELL].index(stroke)
 
     def beside_dwells(self, stroke: Stroke) -> tuple[bool, bool]:
         """Whether a stroke starts beside a dwell, and whether it ends so."""
@@ -90,8 +110,8 @@ class Demand:
         return {"size": 1.0, **per, "acceleration_rms": per["acceleration"], "jerk_rms": per["jerk"]}
 
 
-def demand_of(question: Question) -> Demand:
-    """The demand of a scene.
+def demand_of(question: Question, objective: Mapping[str, float] | None = None) -> Demand:
+    """The demand of a scene, with its own objective or another.
 
     Raises
     ------
@@ -103,12 +123,15 @@ def demand_of(question: Question) -> Demand:
     if subject.angular:
         what = "free laws are for translating followers: there the limits are convex"
         raise BadInput([Mistake(scene.file, "follower.motion", scene.follower.motion, what, bare=True)])
-    _check_rest(question, asked)
+    objective = _objective(asked) if objective is None else dict(objective)
+    _check_rest(question, asked, objective)
+    _check_train(question, objective)
     if freed := freed_angles(question, "free laws take"):
         raise BadInput(freed)
     strokes = tuple(question.programme.strokes)
-    roller = _roller(question)
-    size = _size(scene, question.size_name, asked)
+    body = _body(question)
+    roller = body if subject.mechanism is translating.MECHANISM else 0.0
+    size = _size(scene, question.size_name, objective)
     least = least_size(question, question.programme, {"size": size})
     return Demand(
         question=question,
@@ -118,13 +141,14 @@ def demand_of(question: Question) -> Demand:
         strokes=strokes,
         lead=_lead(question),
         prime=(least + roller, size[1] + roller),
-        roller=roller,
-        ranges=tuple(_ranges(question, asked, stroke) for stroke in strokes),
+        body=body,
+        ranges=tuple(_ranges(question, asked, stroke, _orders(objective)) for stroke in strokes),
         floors=tuple(_floors(question)),
+        residual=scene.limits.residual_vibration,
         rest=asked.rest,
         monotone=asked.monotone or (isinstance(asked.peak_velocity, tuple) and asked.peak_velocity[0] == 0.0),
         points=tuple(_points(question, asked)),
-        objective=_objective(asked),
+        objective=objective,
     )
 
 
@@ -137,25 +161,44 @@ def by_offset(demand: Demand) -> list[Demand]:
     return [replace(demand, lead=(lead, lead)) for lead in leads]
 
 
-def _check_rest(question: Question, asked: Synthesis) -> None:
+def _check_rest(question: Question, asked: Synthesis, objective: Mapping[str, float]) -> None:
     """A bounded or minimised jerk needs an acceleration that does not jump."""
     bounded = question.scene.limits.jerk is not None or asked.peak_jerk is not None
-    if asked.rest == 1 and (bounded or 3 in _minimised(asked)):
+    if asked.rest == 1 and (bounded or 3 in _orders(objective)):
         what = "at least 2 where the jerk is limited or minimised: the acceleration may not jump then"
         raise BadInput([Mistake(question.scene.file, "synthesis.rest", asked.rest, what)])
+
+
+def _check_train(question: Question, objective: Mapping[str, float]) -> None:
+    """A residual vibration is that of a train, at a speed, in a dwell."""
+    scene, subject = question.scene, question.subject
+    key = "synthesis.minimise" if residual.TERM in objective else "limits.residual_vibration"
+    if residual.TERM not in objective and scene.limits.residual_vibration is None:
+        return
+    speed = () if subject.omega is not None else ("cam.rpm",)
+    train = () if subject.dynamics.natural_frequency is not None else ("follower.dynamics.natural_frequency",)
+    what = None
+    if speed or train:
+        what = f"needs {', '.join((*speed, *train))}"
+    elif residual.train_of(subject) is None:
+        what = "has no bound: the undamped train resonates, a whole number of its vibrations is a turn"
+    elif all(stroke.kind != DWELL for stroke in question.programme.strokes):
+        what = "needs a dwell"
+    if what:
+        raise BadInput([Mistake(scene.file, key, residual.TERM, what, bare=True)])
 
 
 def _objective(asked: Synthesis) -> dict[str, float]:
     return {asked.minimise: 1.0} if isinstance(asked.minimise, str) else dict(asked.minimise)
 
 
-def _size(scene: Scene, name: str, asked: Synthesis) -> Interval:
+def _size(scene: Scene, name: str, objective: Mapping[str, float]) -> Interval:
     """The range of the cam's radius: that of [search], or up to the scene's own where the objective is another."""
     key = name.removesuffix("_mm")
     choice, own = getattr(scene.search, key), getattr(scene.cam, key)
     if choice is not None:
         return _ends(choice, own)
-    if "size" in _objective(asked):
+    if "size" in objective:
         return 0.0, inf
     if own is None:
         what = "missing; an objective other than the size needs the largest radius, there or in [search]"
@@ -185,12 +228,10 @@ def _points(question: Question, asked: Synthesis) -> Iterator[tuple[float, float
         raise BadInput(mistakes)
 
 
-def _roller(question: Question) -> float:
-    """The largest radius of the roller or spherical face: it makes the least base radius of a prime radius."""
-    if question.subject.mechanism is not translating.MECHANISM:
-        return 0.0
+def _body(question: Question) -> float:
+    """The largest radius of the roller or spherical face; 0 for what has none."""
     own = float(question.design.roller_radius[0])
-    if question.subject.pointed:
+    if question.subject.pointed or question.subject.mechanism.curvature is None:
         return own
     search = question.scene.search
     return _ends(search.face_radius if question.subject.spherical else search.roller_radius, own)[1]
@@ -212,8 +253,11 @@ def _lead(question: Question) -> Interval:
     return low, high
 
 
-def _ranges(question: Question, asked: Synthesis, stroke: Stroke) -> dict[int, Interval]:
-    """The ranges of a stroke's derivatives: what [limits] say of the turn and [synthesis] of the unit stroke."""
+def _ranges(question: Question, asked: Synthesis, stroke: Stroke, minimised: set[int]) -> dict[int, Interval]:
+    """The ranges of a stroke's derivatives: what [limits] say of the turn and [synthesis] of the unit stroke.
+
+    Derivatives that are minimised have none but these.
+    """
     if stroke.kind == DWELL:
         return {}
     limits, omega = question.scene.limits, question.subject.omega
@@ -225,7 +269,7 @@ def _ranges(question: Question, asked: Synthesis, stroke: Stroke) -> dict[int, I
     peaks = {name: value for name in PEAKS if (value := getattr(asked, name)) is not None}
     usual = [(name, order) for name, order in USUAL.items() if order <= asked.rest + 1]
     if not bounds.keys() & USUAL.values() and not peaks.keys() & USUAL.keys():
-        peaks |= {name: GENTLE for name, order in usual if not _minimised(asked) & {order}}
+        peaks |= {name: GENTLE for name, order in usual if order not in minimised}
     for name, value in peaks.items():
         order = PEAKS[name]
         low, high = _peak(question, name, value)
@@ -236,9 +280,9 @@ def _ranges(question: Question, asked: Synthesis, stroke: Stroke) -> dict[int, I
     return bounds
 
 
-def _minimised(asked: Synthesis) -> set[int]:
-    """The orders of the derivatives that the objective has."""
-    return {ORDERS[term] for name in _objective(asked) if (term := name.removesuffix("_rms")) in ORDERS}
+def _orders(objective: Mapping[str, float]) -> set[int]:
+    """The orders of the derivatives that an objective has."""
+    return {ORDERS[term] for name in objective if (term := name.removesuffix("_rms")) in ORDERS}
 
 
 def _peak(question: Question, name: str, value: float | str | tuple[float, float]) -> Interval:

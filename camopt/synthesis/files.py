@@ -36,6 +36,7 @@ def write_frontier(found: Frontier, folder: str | os.PathLike[str]) -> list[Path
     """Write ``frontier.parquet`` and ``frontier.png``; the files.
 
     The table has the free laws, each with its scene, and the known laws, whose ``bound`` and ``scene`` are null.
+    Its metadata name the axes along which the front is of local optima (``camopt_local``).
     """
     import pyarrow as pa
     import pyarrow.parquet as pq
@@ -49,7 +50,12 @@ def write_frontier(found: Frontier, folder: str | os.PathLike[str]) -> list[Path
     columns = {name: [row.get(name) for row in rows] for name in names if name != "scene"}
     columns["scene"] = [row.get("scene") for row in rows]
     fields = [pa.field(n, pa.array(v).type, metadata=_about(n)) for n, v in columns.items()]
-    layout = pa.schema(fields, metadata={"camopt_version": VERSION, "camopt_scene": found.scene.to_toml()})
+    about = {
+        "camopt_version": VERSION,
+        "camopt_scene": found.scene.to_toml(),
+        "camopt_local": ",".join(found.local),
+    }
+    layout = pa.schema(fields, metadata=about)
     with whole_file(out / "frontier.parquet") as partial:
         table = pa.table([pa.array(v) for v in columns.values()], schema=layout)
         pq.write_table(table, partial, compression="zstd", write_page_checksum=True)

@@ -9,6 +9,7 @@ from camopt.motion.programme import Stroke
 from camopt.numerics import FloatArray
 from camopt.synthesis.convex import Ranges, Sizes
 from camopt.synthesis.demand import Demand
+from camopt.synthesis.residual import left_over
 from camopt.synthesis.splines import elevated
 
 
@@ -16,7 +17,7 @@ class FreeMotion:
     """A stroke whose law is a free spline."""
 
     def __init__(self, demand: Demand, stroke: Stroke, ranges: Ranges, sizes: Sizes) -> None:
-        self.splines, self.stroke, self.unit = demand.splines, stroke, demand.scale
+        self.demand, self.splines, self.stroke, self.unit = demand, demand.splines, stroke, demand.scale
         first, last = (1 + demand.rest * beside for beside in demand.beside_dwells(stroke))
         self.coefficients = c = cp.Variable(self.splines.count)
         self.limits = [c[:first] == 0, c[-last:] == 1, c >= 0, c <= 1]
@@ -54,8 +55,8 @@ class FreeMotion:
         return []
 
     def at(self, x: FloatArray) -> list[Any]:
-        """y, y' and y'' at x of the unit stroke."""
-        return [self._rows(self.splines.at(x, order), order) for order in range(3)]
+        """y to y''' at x of the unit stroke."""
+        return [self._rows(self.splines.at(x, order), order) for order in range(4)]
 
     def samples(self, order: int) -> FloatArray:
         """The Bernstein coefficients of a derivative, in units of the lift, of a solved programme."""
@@ -68,6 +69,10 @@ class FreeMotion:
         x = ((pieces + (nodes + 1) / 2) / self.splines.pieces).ravel()
         share = np.tile(np.sqrt(weights / 2 / self.splines.pieces * self.stroke.angle), self.splines.pieces)
         return cp.norm(cp.multiply(share, self._rows(self.splines.at(x, order), order)))
+
+    def left_over(self) -> Any:
+        rows = left_over(self.demand.strokes, self.splines, *self.demand.train)[self.demand.place(self.stroke)]
+        return cp.vstack([each @ self.coefficients for each in rows])
 
 
 def points_of(demand: Demand, stroke: Stroke) -> list[tuple[float, float]]:

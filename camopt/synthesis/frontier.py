@@ -1,60 +1,46 @@
-"""The frontier: what free laws trade between size, acceleration, jerk and more, beside the known laws.
+"""The frontier: what free laws trade between size, acceleration, jerk, loads and more, beside the known laws.
 
-One term is minimised for each value that the others are held at. The convex programme is built once in each worker
-and solved for all values; each of its solutions becomes a cam, as in ``synthesise``, with a bound of its own.
+One axis is minimised for each value that the others are held at (``least``). Its programme is built once in each
+worker and solved for all values; each of its solutions becomes a cam, as in ``synthesise``.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
-from itertools import product
-from math import inf
-from typing import Any
+from itertools import combinations, permutations, product
+from typing import Any, NamedTuple
 
-import cvxpy as cp
 import numpy as np
 
-from camopt.mistakes import BadInput, Mistake, Unmet, Unsolved, nearest
-from camopt.motion.programme import Programme
+from camopt.effects import lacking, offered
+from camopt.mistakes import BadInput, Mistake, Unmet, nearest
 from camopt.numerics import FloatArray
-from camopt.quantities import QUANTITIES
+from camopt.quantities import GEOMETRY
 from camopt.question import resolve
 from camopt.scene import Scene
 from camopt.scene_tables import TERMS
 from camopt.search.answer import Progress
-from camopt.synthesis.convex import Convex, convex
-from camopt.synthesis.curvature import Iterate, iterate_of, sharpest_allowed, steps
+from camopt.synthesis import residual
+from camopt.synthesis.ceilings import quantities
 from camopt.synthesis.demand import Demand, demand_of
-from camopt.synthesis.free import FreeMotion
-from camopt.synthesis.relaxation import RelaxedMotion
-from camopt.synthesis.synthesise import (
-    MARGINS,
-    PANELS,
-    SOLVER_ERROR,
-    WORSE,
-    bound_of,
-    cam_for,
-    gentlest,
-    known_laws,
-    lowered,
-    programme_with,
-    term_of,
-    tightened,
-    within,
-)
+from camopt.synthesis.iterate import Iterate
+from camopt.synthesis.least import Found, Least
+from camopt.synthesis.synthesise import bound_of, known_laws, term_of, within
 
-ENDS = 1e-5  # by which an end is widened, relative, so that a solver finds its laws
-PROXY = "acceleration"  # is traded for a quantity that is not convex in the motion
+ENDS = 1e-5  # by which the end of a term is widened, relative, so that a solver finds its laws
+LOCAL_ENDS = 3e-4  # and that of a quantity, so that convex steps do
+SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)  # of one end and another, in the laws that convex steps start from
+NEARLY_NONE = 1e-3  # of an axis' largest value: less of it is not looked for
 
 
 @dataclass(frozen=True)
 class Frontier:
-    """A trade between two or three axes. A term is minimised; a quantity has its own direction, down.
+    """A trade between two or three axes: terms of the objective, and quantities; less of each is better.
 
     ``rows`` are free laws that no other row betters, by the first axis: the axes' values, the quantities of the
     cam, ``bound`` (the least of the first axis for any motion that holds the others' values; None where none was
-    computed) and ``scene`` (TOML, with the laws). ``known`` are the known laws, ``within`` the limits that all rows
-    hold or not. ``least`` is how far down each traded term goes, and what no motion within them can pass.
+    computed) and ``scene`` (TOML, with the laws, and quantities held as its limits). ``known`` are the known laws,
+    ``within`` the limits that all rows hold or not. ``least`` is how far down each axis goes, and what no motion
+    within the limits can pass, None for a quantity.
     """
 
     scene: Scene
@@ -62,6 +48,11 @@ class Frontier:
     rows: list[dict[str, Any]]
     known: list[dict[str, Any]]
     least: dict[str, tuple[float, float | None]]
+
+    @property
+    def local(self) -> tuple[str, ...]:
+        """The axes that are not convex in the motion: along them the front is of local optima."""
+        return tuple(axis for axis in self.axes if axis not in TERMS)
 
 
 def frontier(
@@ -76,11 +67,11 @@ def frontier(
     Parameters
     ----------
     axes
-        Terms of the objective (as in ``[synthesis] minimise``) or quantities of the scene's cams, such as
-        ``torque_peak_N_m``. Laws are found for the terms, with acceleration beside them if an axis is a quantity:
-        the trade in a quantity is then what these laws have, not an optimum.
+        Terms of the objective (as in ``[synthesis] minimise``), which are convex in the motion, or quantities that
+        [limits] on loads bound from above, such as ``torque_peak_N_m`` and ``contact_stress_max_MPa``. These are
+        not: they are traded by convex steps, and the front is of local optima.
     points
-        Values that each held term takes between its ends.
+        Values that each held axis takes between its ends.
     workers
         Processes; one a core if not given.
 
@@ -91,159 +82,130 @@ def frontier(
     Unmet
         If no free law holds all limits.
     """
-    scene, terms = _checked(scene, axes)
-    demand = replace(demand_of(resolve(scene)), objective={terms[0]: 1.0})
-    ends = {term: _ends(demand, terms, term) for term in terms}
-    held = terms[1:]
-    grids = [_grid(ends[t][t] * (1 + ENDS), max(ends[other][t] for other in terms), points) for t in held]
-    values = [dict(zip(held, map(float, pick), strict=True)) for pick in product(*grids)]
+    scene, axes = _checked(scene, axes)
+    demand = demand_of(resolve(scene), {axis: 1.0 for axis in axes if axis in TERMS})
+    ends = _ends(scene, axes, workers)
+    starts = tuple(
+        _between(ends[a, a].laws, ends[b, b].laws, share) for a, b in combinations(axes, 2) for share in SHARES
+    )
+    grids = [_grid(*_range(ends, axis), points) for axis in axes[1:]]
+    values = [dict(zip(axes[1:], map(float, pick), strict=True)) for pick in product(*grids)]
     rows = []
-    for done, row in enumerate(_in_parallel(scene, terms, values, workers), start=1):
-        rows += [row] if row else []
+    tasks = [Task(axes[0], value, starts, bounded=True) for value in values]
+    for done, found in enumerate(_in_parallel(scene, axes, tasks, workers), start=1):
+        rows += [found.row] if found else []
         if progress:
             progress(done, len(values))
     known = [_known(demand, axes, cam) for cam in known_laws(scene).values()]
-    least = {t: (ends[t][t], bound_of(replace(demand, objective={t: 1.0}))) for t in terms}
-    return Frontier(scene, tuple(axes), _front(rows, axes), known, least)
+    bounds = {t: bound_of(replace(demand, objective={t: 1.0})) for t in axes if t in TERMS}
+    least = {axis: (ends[axis, axis].row[axis], bounds.get(axis)) for axis in axes}
+    return Frontier(scene, axes, _front(rows, axes), known, least)
 
 
 def _checked(scene: Scene, axes: Sequence[str]) -> tuple[Scene, tuple[str, ...]]:
-    """The scene that minimises the axes, and the terms that are traded."""
-    question = resolve(scene)
-    quantities = sorted(name for name in question.wanted if _less_is_better(name))
-    mistakes = []
+    """The scene that calls for the axes, and the axes."""
+    question, mistakes = resolve(scene), []
     if not 2 <= len(axes) <= 3 or len(set(axes)) < len(axes):
         mistakes.append(Mistake("camopt", "--axes", ",".join(axes), "two or three different axes"))
+    lacks, able = lacking(question.subject), quantities(question)
+    given = [name for name in able if name in offered(question.subject)]
     for axis in axes:
-        if axis not in TERMS and axis not in quantities:
-            quantity = "a quantity that the scene calls for and less of is better"
-            what = f"{', '.join(TERMS)} or {quantity}; {nearest(axis, [*TERMS, *quantities])}"
+        name = f"{axis}_max_mm" if axis == residual.TERM else axis
+        if name in lacks and (axis in TERMS or axis in able):
+            mistakes.append(Mistake("camopt", "--axes", axis, f"needs {', '.join(lacks[name])}", bare=True))
+        elif axis not in TERMS and axis not in given:
+            what = f"{', '.join([*TERMS, *given])}; {nearest(axis, [*TERMS, *given])}"
             mistakes.append(Mistake("camopt", "--axes", axis, what))
     if mistakes:
         raise BadInput(mistakes)
-    terms = tuple(axis for axis in axes if axis in TERMS)
-    if len(terms) < len(axes):
-        terms = tuple(dict.fromkeys((*(terms or ("size",)), PROXY)))
-    return scene.replace(**{"synthesis.minimise": dict.fromkeys(terms, 1.0)}), terms
+    called = [axis for axis in axes if axis not in TERMS]
+    outputs = dict.fromkeys([*(scene.outputs or GEOMETRY), *called])
+    return scene.replace(outputs=list(outputs)) if called else scene, tuple(axes)
 
 
-def _less_is_better(name: str) -> bool:
-    """Whether a quantity can be an axis: a largest value, such as a peak or a load."""
-    return QUANTITIES[name].kind is float and any(
-        part in name for part in ("_max_", "_peak_", "_rms_", "_required_")
-    )
+Ends = dict[tuple[str, str], Found]
+"""The cams at the ends, by (axis, other): of the least of an axis, and then of another with the axis held there."""
 
 
-def _ends(demand: Demand, terms: Sequence[str], first: str) -> dict[str, float]:
-    """The least value of one term, and the least that the others have there."""
-    least = _least(demand, {first: 1.0}, {})
-    found = {first: least}
-    for other in terms:
-        if other != first:
-            found[other] = _least(demand, {other: 1.0}, {first: least + ENDS * abs(least)})
+def _ends(scene: Scene, axes: tuple[str, ...], workers: int | None) -> Ends:
+    """The cams that have the least of each axis."""
+    alone = _in_parallel(scene, axes, [Task(axis, {}) for axis in axes], workers)
+    found = {}
+    for axis, end in zip(axes, alone, strict=True):
+        if end is None:
+            raise Unmet("no free law of this kind holds all limits; more pieces may")
+        found[axis, axis] = end
+    pairs = list(permutations(axes, 2))
+    tasks = [
+        Task(other, {axis: _widened(found[axis, axis], axis)}, (found[axis, axis].laws,)) for axis, other in pairs
+    ]
+    for (axis, other), end in zip(pairs, _in_parallel(scene, axes, tasks, workers), strict=True):
+        found[axis, other] = end or found[axis, axis]
     return found
+
+
+def _between(one: Iterate, other: Iterate, share: float) -> Iterate:
+    """Laws between those of two ends: they hold all that is convex, and both hold."""
+    lead, height = (a + share * (b - a) for a, b in zip(one[:2], other[:2], strict=True))
+    laws = tuple(a + share * (b - a) for a, b in zip(one.coefficients, other.coefficients, strict=True))
+    return Iterate(lead, height, laws)
+
+
+def _widened(end: Found, axis: str) -> float:
+    """The value of an axis at its end, with room for a solver."""
+    value = float(end.row[axis])
+    return value * (1.0 + (ENDS if axis in TERMS else LOCAL_ENDS))
+
+
+def _range(ends: Ends, axis: str) -> tuple[float, float]:
+    """From the least of an axis to the most that the least of another takes."""
+    most = max(float(end.row[axis]) for (other, by), end in ends.items() if by == axis)
+    return max(_widened(ends[axis, axis], axis), NEARLY_NONE * most), most
 
 
 def _grid(low: float, high: float, points: int) -> FloatArray:
     """Values closer together where a frontier bends most, near the least."""
-    return np.asarray(low * (high / low) ** np.linspace(0.0, 1.0, points) ** 2)
-
-
-def _least(demand: Demand, objective: dict[str, float], held: Mapping[str, float]) -> float:
-    value = convex(tightened(replace(demand, objective=objective), MARGINS[0]), FreeMotion, held).solve()
-    if value == inf:
-        raise Unmet("no free law of this kind holds all limits; more pieces may")
-    return value
+    return np.asarray(low + (high - low) * np.linspace(0.0, 1.0, points) ** 2)
 
 
 # --------------------------------------------------------------------------------------------------- the points
 
 
+class Task(NamedTuple):
+    """An axis to minimise, the values that others are held at, and laws to start from."""
+
+    first: str
+    value: Mapping[str, float]
+    starts: tuple[Iterate, ...] = ()
+    bounded: bool = False
+
+
 def _in_parallel(
-    scene: Scene, terms: tuple[str, ...], values: list[dict[str, float]], workers: int | None
-) -> Iterator[dict[str, Any] | None]:
-    """The row of each point, in order, from several processes if there are points for them."""
+    scene: Scene, axes: tuple[str, ...], tasks: Sequence[Task], workers: int | None
+) -> Iterator[Found | None]:
+    """What is found for each task, in order, by several processes if there are tasks for them."""
     from os import cpu_count
 
     from joblib import Parallel, delayed
 
-    count = min(workers or cpu_count() or 1, len(values))
+    count = min(workers or cpu_count() or 1, len(tasks))
     yield from Parallel(n_jobs=count, return_as="generator", batch_size=1)(
-        delayed(_point)(scene.to_toml(), terms, value) for value in values
+        delayed(_run)(scene.to_toml(), axes, task) for task in tasks
     )
 
 
-class Worker:
-    """What a process keeps: the programme of free laws and its relaxation, with parameters for the held terms."""
-
-    def __init__(self, scene: Scene, terms: Sequence[str]) -> None:
-        self.demand = replace(demand_of(resolve(scene)), objective={terms[0]: 1.0})
-        self.held = {term: cp.Parameter(nonneg=True) for term in terms[1:]}
-        self.free = convex(tightened(self.demand, MARGINS[0]), FreeMotion, self.held)
-        wider = tightened(self.demand, -SOLVER_ERROR)
-        self.relaxed = convex(wider, partial(RelaxedMotion, PANELS[0]), self.held)
-
-    def solve(self, model: Convex, value: Mapping[str, float], margin: float = 0.0) -> float:
-        """The least objective with the terms held at a value; infinite if there is none, or the solver fails."""
-        for term, parameter in self.held.items():
-            parameter.value = value[term] * (1.0 - margin)
-        try:
-            return model.solve()
-        except Unsolved:
-            return inf
-
-    def iterates(self, value: Mapping[str, float]) -> Iterator[Iterate]:
-        """Free laws for a value: what the programme gives, and bent to the curvature if need be."""
-        least = self.solve(self.free, value, MARGINS[0])
-        if least == inf:
-            return
-        plain = iterate_of(self.free)
-        calm = gentlest(self.free, least)
-        yield from (each for each in (calm, plain) if each is not None)
-        sharpest = sharpest_allowed(self.demand)
-        if sharpest is not None:
-            yield steps(self.free, plain, sharpest)
-
-    def holds(self, found: Iterate, value: Mapping[str, float]) -> bool:
-        """Whether laws hold the ranges of their derivatives and the values, exactly."""
-        motion = (term for term in self.held if term != "size")
-        programme = programme_with(self.demand, found)
-        return within(self.demand, programme) and all(
-            term_of(self.demand, programme, t, 0.0) <= value[t] for t in motion
-        )
+_BUILT: dict[Any, Least] = {}
+"""What a process keeps: the programme of its last task."""
 
 
-_WORKERS: dict[Any, Worker] = {}
-
-
-def _point(toml: str, terms: tuple[str, ...], value: dict[str, float]) -> dict[str, Any] | None:
-    """The row of one point: the least first term with the others held at a value; None if no cam is found."""
+def _run(toml: str, axes: tuple[str, ...], task: Task) -> Found | None:
     import tomllib
 
-    worker = _WORKERS.get((toml, terms))
-    if worker is None:
-        _WORKERS.clear()
-        worker = _WORKERS[toml, terms] = Worker(Scene.from_dict(tomllib.loads(toml)), terms)
-    best = None
-    for found in worker.iterates(value):
-        cam = cam_for(worker.demand, found) if worker.holds(found, value) else None
-        if cam and (best is None or cam.objective < best.objective):
-            best = cam
-        least = worker.free.unit * worker.free.problem.value
-        if best and best.objective <= least + WORSE * (least + worker.free.unit):
-            break
-    if best is None:
-        return None
-    bound = lowered(worker.relaxed, worker.solve(worker.relaxed, value, -SOLVER_ERROR))
-    lowest = bound if worker.relaxed.exact and bound <= best.objective else None
-    row = _row(worker.demand, resolve(best.scene).programme, terms, best.design)
-    return {**row, "bound": lowest, "scene": best.scene.to_toml()}
-
-
-def _row(demand: Demand, programme: Programme, axes: Sequence[str], design: dict[str, Any]) -> dict[str, Any]:
-    """The axes' values of a cam, and its quantities."""
-    size = design[demand.question.size_name]
-    return {**{axis: term_of(demand, programme, axis, size) for axis in axes if axis in TERMS}, **design}
+    key = toml, axes, task.first, tuple(task.value)
+    if key not in _BUILT:
+        _BUILT.clear()
+        _BUILT[key] = Least(Scene.from_dict(tomllib.loads(toml)), axes, task.first, tuple(task.value))
+    return _BUILT[key].at(task.value, task.starts, task.bounded)
 
 
 def _known(demand: Demand, axes: Sequence[str], design: dict[str, Any]) -> dict[str, Any]:
@@ -252,7 +214,8 @@ def _known(demand: Demand, axes: Sequence[str], design: dict[str, Any]) -> dict[
     names = [design[f"law_{kind}"] for kind in ("rise", "return")]
     programme = question.with_laws(*(name if name in question.laws else None for name in names))
     smooth = all(jump.order > demand.rest for jump in programme.jumps)
-    return {**_row(demand, programme, axes, design), "within": within(demand, programme) and smooth}
+    terms = {axis: term_of(demand, programme, axis, design[question.size_name]) for axis in axes if axis in TERMS}
+    return {**terms, **design, "within": within(demand, programme) and smooth}
 
 
 def _front(rows: list[dict[str, Any]], axes: Sequence[str]) -> list[dict[str, Any]]:

@@ -126,6 +126,9 @@ class RelaxedMotion:
     def at_rest(self, rest: int, last: bool) -> list[Any]:
         return [values[-1 if last else 0] == 0.0 for values in (self.v, self.a)[:rest]]
 
+    def left_over(self) -> None:
+        """Between its nodes a motion may add anything."""
+
     def square(self, order: int) -> Any:
         value, slope = {2: (self.y, self.v), 3: (self.v, self.a)}[order]
         off = cp.diff(value) - cp.multiply(self.h / 2, slope[1:] + slope[:-1])

@@ -14,6 +14,7 @@ from typing import Any
 import cvxpy as cp
 import numpy as np
 
+from camopt.effects.vibration import vibration
 from camopt.mistakes import Unmet, Unsolved
 from camopt.motion import LAWS
 from camopt.motion.law import Law
@@ -24,11 +25,14 @@ from camopt.question import resolve
 from camopt.scene import Scene
 from camopt.search.answer import Progress
 from camopt.search.optimise import optimise
+from camopt.synthesis import residual
+from camopt.synthesis.ceilings import ceilings_of
 from camopt.synthesis.convex import SOLVED, SQUARES, Convex, convex, solve
-from camopt.synthesis.curvature import Iterate, iterate_of, joined, sharpest_allowed, steps
 from camopt.synthesis.demand import ORDERS, PEAKS, Demand, by_offset, demand_of
 from camopt.synthesis.free import FreeMotion
+from camopt.synthesis.iterate import Iterate, iterate_of, joined
 from camopt.synthesis.relaxation import RelaxedMotion
+from camopt.synthesis.steps import Steps
 
 SLACK = 1e-4  # of the unit of the objective, given up for the gentlest jerk among the laws that reach it
 SOLVER_ERROR = 1e-6  # relative, of an optimum
@@ -125,10 +129,10 @@ def synthesise(scene: Scene, progress: Progress | None = None) -> Synthesised:
 def _best(demand: Demand, advance: Progress) -> Synthesised:
     """The best free laws of a demand."""
     model, start, least = solved(demand)
-    found, sharpest = cam_for(demand, start), sharpest_allowed(demand)
+    found = cam_for(demand, start)
     free = found is not None and found.objective <= least + WORSE * (abs(least) + model.unit)
-    if not free and sharpest is not None:
-        cams = [*([found] if found else []), *_bent(model, demand, start, sharpest, advance)]
+    if not free and ceilings_of(demand):
+        cams = [*([found] if found else []), *_bent(model, demand, start, advance)]
         found = min(cams, key=lambda cam: cam.objective, default=None)
     if found is None:
         raise Unmet("these free laws hold the convex limits, but then no cam holds the others")
@@ -189,6 +193,7 @@ def tightened(demand: Demand, margin: float) -> Demand:
         ranges=tuple({k: (kept * low, kept * high) for k, (low, high) in row.items()} for row in demand.ranges),
         floors=tuple(replace(f, constant=f.constant - margin * abs(f.constant)) for f in demand.floors),
         prime=(demand.prime[0], max(demand.prime[0], kept * demand.prime[1])),
+        residual=None if demand.residual is None else kept * demand.residual,
     )
 
 
@@ -226,13 +231,15 @@ def programme_with(demand: Demand, found: Iterate) -> Programme:
 
 
 def within(demand: Demand, programme: Programme) -> bool:
-    """Whether laws themselves, not a solver's word, hold the ranges of their derivatives and the points."""
+    """Whether laws themselves, not a solver's word, hold the limits on their motion alone, and the points."""
     for stroke, ranges in zip(programme.strokes, demand.ranges, strict=True):
         for order, (low, high) in ranges.items():
             least, largest = span(Programme((stroke,)), (0.0,) * order + (1.0,), TURN)
             rounding = NOTHING * (high - low)
             if least < low - rounding * (low == 0.0) or largest > high + rounding * (high == 0.0):
                 return False
+    if demand.residual is not None and vibration(programme, *demand.train).residual > demand.residual:
+        return False
     angles, wanted = np.array(demand.points).reshape(-1, 2).T
     return bool(np.all(np.abs(programme.at(angles)[0] - wanted) <= OFF_POINT * demand.scale))
 
@@ -269,18 +276,22 @@ def term_of(demand: Demand, programme: Programme, name: str, size: float) -> flo
     """A term of the objective, from the motion itself or the size."""
     if name == "size":
         return size
+    if name == residual.TERM:
+        return vibration(programme, *demand.train).residual
     if name in ORDERS:
         return demand.per_unit[name] * peak(programme, ORDERS[name], TURN)
     return demand.per_unit[name] * root_mean_square(programme, SQUARES[name])
 
 
-def _bent(model: Convex, demand: Demand, start: Iterate, sharpest: float, advance: Progress) -> list[Synthesised]:
+def _bent(model: Convex, demand: Demand, start: Iterate, advance: Progress) -> list[Synthesised]:
     """The cams that convex steps reach, from the convex optimum and from every known law within the limits."""
     starts = [start, *(_placed(demand, known) for known in _known(demand, start))]
+    ceilings = ceilings_of(demand)
+    steps = Steps(model, ceilings)
     found = []
     for number, each in enumerate(starts):
         advance(number, len(starts))
-        last = steps(model, each, sharpest)
+        last = steps.run(each, ceilings)
         if within(demand, programme_with(demand, last)) and (cam := cam_for(demand, last)):
             found.append(cam)
     return found

@@ -1,0 +1,139 @@
+"""Ceilings on curves over the turn that are not convex in the motion: curvature, and the loads that a scene limits.
+
+A ceiling (``limits.Ceiling``) says that a curve over the turn is at most a bound. Its formula is the one that the
+effects use, run on samples of the turn; its tangent planes in the motion (y to y''') and in the sizes (e, s₀) are
+central differences of it. So any curve will do, and none is written twice.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from camopt.limits import LOADS, MOST, Ceiling, load_quantity
+from camopt.mechanisms import Designs
+from camopt.motion.programme import Stroke
+from camopt.motion.table import DWELL, TURN
+from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, FloatArray
+from camopt.numerics.curves import curve
+from camopt.question import Question, resolve
+from camopt.synthesis.demand import Demand
+from camopt.synthesis.residual import TERM
+
+EACH, LEAST = 6, 288  # samples of a piece, and of a stroke
+RESTING = 24  # samples of a dwell, for a load that changes over it
+STEP = 6e-6  # of central differences, of a derivative's order: the cube root of the rounding
+ORDERS = 4  # y, y', y'' and y'''
+
+Sizes = tuple[float, float]
+"""e and s₀, mm."""
+
+
+def quantities(question: Question) -> dict[str, str]:
+    """The quantities that are the largest value of a curve, each with its key in [limits]."""
+    given = {load_quantity(key, question.subject): key for key, (_, side) in LOADS.items() if side == MOST}
+    return {name: key for name, key in given.items() if key != TERM}
+
+
+def ceilings_of(demand: Demand) -> tuple[Ceiling, ...]:
+    """The ceilings of a scene; those that no motion is below for its own sake are left to the size."""
+    loads = [ceiling for limit in demand.question.limits for ceiling in limit.ceilings]
+    found = (*_curvature(demand), *loads)
+    return tuple(ceiling for ceiling in found if ceiling.bound > 0.0)
+
+
+def ceilings_at(demand: Demand, key: str, bound: float) -> tuple[Ceiling, ...]:
+    """The ceilings of one limit on loads at a bound."""
+    question = resolve(demand.question.scene.replace(**{f"limits.{key}": bound}))
+    return next(limit.ceilings for limit in question.limits if limit.name == key)
+
+
+def _curvature(demand: Demand) -> Iterator[Ceiling]:
+    """The largest curvature of a pitch curve; that of a flat face is linear."""
+    mechanism = demand.question.subject.mechanism
+    radii = [limit.bound for limit in demand.question.limits if limit.name in ("curvature_radius", "undercut")]
+    if mechanism.curvature and radii:
+        goal = LARGEST_MAGNITUDE if mechanism.grooved else LARGEST
+        yield Ceiling(mechanism.curvature, TURN, goal, 1.0 / (demand.body + max(radii)))
+
+
+@dataclass(frozen=True)
+class Planes:
+    """Curves over their bounds at samples of one stroke (n,): values, slopes by y to y''' (4, n), by e and s₀."""
+
+    values: FloatArray
+    motion: FloatArray
+    lead: FloatArray
+    height: FloatArray
+
+
+def samples(demand: Demand, stroke: Stroke) -> FloatArray:
+    """Where a stroke is looked at: x of the unit stroke, between the ends of pieces."""
+    count = RESTING if stroke.kind == DWELL else max(demand.splines.pieces * EACH, LEAST)
+    return (np.arange(count) + 0.5) / count
+
+
+class Sampled:
+    """The curves of ceilings over one stroke, at its samples."""
+
+    def __init__(self, demand: Demand, stroke: Stroke) -> None:
+        self.demand, self.stroke = demand, stroke
+        angles = stroke.start + stroke.angle * samples(demand, stroke)
+        load = demand.question.programme.load
+        self.load = () if load is None else load.at(angles)
+
+    def values(self, ceilings: Sequence[Ceiling], state: FloatArray, sizes: Sizes) -> FloatArray:
+        """Each curve over its bound (rows, n), upside down as well where the magnitude counts; infinite if none.
+
+        ``state`` is y to y''' at the samples (4, n), mm by rad.
+        """
+        designs, programme = _design(self.demand, sizes), self.demand.question.programme
+        y, y1, y2, y3 = state
+        last = (y3, *self.load) if self.load else y3
+        rows = []
+        with np.errstate(all="ignore"):
+            for ceiling in self._here(ceilings):
+                value = curve(ceiling.curve(designs, programme), ..., y, y1, y2, last)[0] / ceiling.bound
+                value = np.nan_to_num(np.broadcast_to(value, y.shape), nan=np.inf)
+                rows += [value, -value] if ceiling.goal == LARGEST_MAGNITUDE else [value]
+        return np.array(rows).reshape(-1, y.size)
+
+    def planes(self, ceilings: Sequence[Ceiling], state: FloatArray, sizes: Sizes) -> Planes:
+        """The tangent planes of the curves, for lengths in units of the lift and derivatives by rad."""
+        unit, (lead, height) = self.demand.scale, sizes
+
+        def slope(moved: Any) -> FloatArray:
+            """By a length in units of the lift, of values at so many of STEP."""
+            with np.errstate(all="ignore"):
+                found = (moved(1.0) - moved(-1.0)) / (2.0 * STEP)
+            return np.asarray(np.nan_to_num(found, posinf=0.0, neginf=0.0))
+
+        motion = []
+        for order in range(ORDERS):
+            fast = 1.0 / self.stroke.angle**order
+            away = np.zeros((ORDERS, 1))
+            away[order] = STEP * unit * fast
+            motion.append(slope(lambda k, by=away: self.values(ceilings, state + k * by, sizes)) / fast)
+        by = STEP * unit
+        return Planes(
+            self.values(ceilings, state, sizes),
+            np.array(motion),
+            slope(lambda k: self.values(ceilings, state, (lead + k * by, height))),
+            slope(lambda k: self.values(ceilings, state, (lead, height + k * by))),
+        )
+
+    def _here(self, ceilings: Sequence[Ceiling]) -> list[Ceiling]:
+        return [ceiling for ceiling in ceilings if ceiling.kinds & self.stroke.kind]
+
+
+def _design(demand: Demand, sizes: Sizes) -> Designs:
+    """The design of e and s₀, with the largest roller."""
+    lead, height = sizes
+    prime = np.hypot(lead, height) if demand.traced else height
+    return replace(
+        demand.question.design,
+        size=np.array([prime - demand.roller]),
+        roller_radius=np.array([demand.body]),
+        offset=np.array([demand.question.design.sense * lead]),
+    )
