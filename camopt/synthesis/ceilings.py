@@ -15,13 +15,14 @@ from camopt.limits import LOADS, MOST, Ceiling, load_quantity
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Stroke
 from camopt.motion.table import DWELL, TURN
-from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, FloatArray
+from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
 from camopt.numerics.curves import curve
 from camopt.question import Question, resolve
+from camopt.search.closed_form import slopes_of
 from camopt.synthesis.demand import Demand
 from camopt.synthesis.residual import TERM
 
-EACH, LEAST = 6, 288  # samples of a piece, and of a stroke
+EACH, FEWEST = 6, 288  # samples of a piece, and of a stroke
 RESTING = 24  # samples of a dwell, for a load that changes over it
 STEP = 6e-6  # of central differences, of a derivative's order: the cube root of the rounding
 ORDERS = 4  # y, y', y'' and y'''
@@ -39,8 +40,8 @@ def quantities(question: Question) -> dict[str, str]:
 def ceilings_of(demand: Demand) -> tuple[Ceiling, ...]:
     """The ceilings of a scene; those that no motion is below for its own sake are left to the size."""
     loads = [ceiling for limit in demand.question.limits for ceiling in limit.ceilings]
-    found = (*_curvature(demand), *loads)
-    return tuple(ceiling for ceiling in found if ceiling.bound > 0.0)
+    found = (*_curvature(demand), *(_swung(demand) if demand.question.subject.angular else ()), *loads)
+    return tuple(ceiling for ceiling in found if ceiling.bound > 0.0 or ceiling.goal == LEAST)
 
 
 def ceilings_at(demand: Demand, key: str, bound: float) -> tuple[Ceiling, ...]:
@@ -58,6 +59,20 @@ def _curvature(demand: Demand) -> Iterator[Ceiling]:
         yield Ceiling(mechanism.curvature, TURN, goal, 1.0 / (demand.body + max(radii)))
 
 
+def _swung(demand: Demand) -> Iterator[Ceiling]:
+    """The limits of an oscillating follower that are linear for a follower that translates."""
+    question, mechanism = demand.question, demand.question.subject.mechanism
+    bounds = {limit.name: limit.bound for limit in question.limits}
+    for tangent, kinds in slopes_of(question, question.programme):
+        yield Ceiling(mechanism.pressure, kinds, LARGEST_MAGNITUDE, tangent)
+    if mechanism.profile_radius and mechanism.reach:
+        radii = [bounds[name] for name in ("curvature_radius", "undercut") if name in bounds]
+        if radii:
+            yield Ceiling(mechanism.profile_radius, TURN, LEAST, max(radii))
+        if "face_reach" in bounds:
+            yield Ceiling(mechanism.reach, TURN, LARGEST, bounds["face_reach"])
+
+
 @dataclass(frozen=True)
 class Planes:
     """Curves over their bounds at samples of one stroke (n,): values, slopes by y to y''' (4, n), by e and s₀."""
@@ -70,7 +85,7 @@ class Planes:
 
 def samples(demand: Demand, stroke: Stroke) -> FloatArray:
     """Where a stroke is looked at: x of the unit stroke, between the ends of pieces."""
-    count = RESTING if stroke.kind == DWELL else max(demand.splines.pieces * EACH, LEAST)
+    count = RESTING if stroke.kind == DWELL else max(demand.splines.pieces * EACH, FEWEST)
     return (np.arange(count) + 0.5) / count
 
 
@@ -86,7 +101,7 @@ class Sampled:
     def values(self, ceilings: Sequence[Ceiling], state: FloatArray, sizes: Sizes) -> FloatArray:
         """Each curve over its bound (rows, n), upside down as well where the magnitude counts; infinite if none.
 
-        ``state`` is y to y''' at the samples (4, n), mm by rad.
+        ``state`` is y to y''' at the samples (4, n), mm or rad by rad.
         """
         designs, programme = _design(self.demand, sizes), self.demand.question.programme
         y, y1, y2, y3 = state
@@ -94,17 +109,21 @@ class Sampled:
         rows = []
         with np.errstate(all="ignore"):
             for ceiling in self._here(ceilings):
-                value = curve(ceiling.curve(designs, programme), ..., y, y1, y2, last)[0] / ceiling.bound
+                value = curve(ceiling.curve(designs, programme), ..., y, y1, y2, last)[0]
+                if ceiling.goal == LEAST:  # a floor, which may be 0
+                    value = 1.0 + (ceiling.bound - value) / self.demand.length
+                else:
+                    value = value / ceiling.bound
                 value = np.nan_to_num(np.broadcast_to(value, y.shape), nan=np.inf)
                 rows += [value, -value] if ceiling.goal == LARGEST_MAGNITUDE else [value]
         return np.array(rows).reshape(-1, y.size)
 
     def planes(self, ceilings: Sequence[Ceiling], state: FloatArray, sizes: Sizes) -> Planes:
-        """The tangent planes of the curves, for lengths in units of the lift and derivatives by rad."""
-        unit, (lead, height) = self.demand.scale, sizes
+        """The tangent planes of the curves, for motions and sizes in units of the programme."""
+        scale, length, (lead, height) = self.demand.scale, self.demand.length, sizes
 
         def slope(moved: Any) -> FloatArray:
-            """By a length in units of the lift, of values at so many of STEP."""
+            """By a value in its unit, of values at so many of STEP."""
             with np.errstate(all="ignore"):
                 found = (moved(1.0) - moved(-1.0)) / (2.0 * STEP)
             return np.asarray(np.nan_to_num(found, posinf=0.0, neginf=0.0))
@@ -113,9 +132,9 @@ class Sampled:
         for order in range(ORDERS):
             fast = 1.0 / self.stroke.angle**order
             away = np.zeros((ORDERS, 1))
-            away[order] = STEP * unit * fast
+            away[order] = STEP * scale * fast
             motion.append(slope(lambda k, by=away: self.values(ceilings, state + k * by, sizes)) / fast)
-        by = STEP * unit
+        by = STEP * length
         return Planes(
             self.values(ceilings, state, sizes),
             np.array(motion),

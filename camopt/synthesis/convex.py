@@ -3,7 +3,7 @@
 What a motion is made of is left open. ``free`` makes it of splines, whose limits hold at every cam angle: its
 optimum is a cam. ``relaxation`` makes it of values at nodes that every motion has: its optimum is a bound.
 
-All lengths are in units of the highest lift, so that the numbers of the programme are near 1.
+The motion is in units of the highest lift and sizes in those of ``Demand.length``, so that numbers are near 1.
 """
 
 import warnings
@@ -28,7 +28,7 @@ SQUARES = {"acceleration_rms": 2, "jerk_rms": 3}
 
 @dataclass(frozen=True)
 class Sizes:
-    """e, s₀ and the prime radius of the cam, in units of the lift."""
+    """e, s₀ and the prime radius of the cam, in units of ``Demand.length``; those that oscillate have s₀ alone."""
 
     lead: Any
     height: Any
@@ -143,7 +143,7 @@ def _ranges(demand: Demand, number: int, largest: Mapping[str, Any]) -> Ranges:
 
 def _of_sizes(demand: Demand, sizes: Sizes) -> list[Any]:
     """The intervals of the sizes, and what a dwell asks of them."""
-    unit = demand.scale
+    unit = demand.length
     limits = [sizes.lead >= demand.lead[0] / unit, sizes.lead <= demand.lead[1] / unit]
     reach = cp.norm(cp.hstack([sizes.lead, sizes.height])) if demand.traced else sizes.height
     limits += [sizes.prime >= demand.prime[0] / unit, sizes.prime >= reach]
@@ -153,7 +153,7 @@ def _of_sizes(demand: Demand, sizes: Sizes) -> list[Any]:
         if stroke.kind == DWELL:
             for floor in demand.floors:
                 if floor.kinds & DWELL:
-                    rest = (floor.displacement * stroke.low + floor.constant) / unit
+                    rest = (floor.displacement * stroke.low + floor.constant) / demand.scale
                     limits.append(rest + floor.lead * sizes.lead + floor.height * sizes.height >= 0)
     return limits
 
@@ -176,7 +176,7 @@ def _joints(demand: Demand, motions: list[Motion | None]) -> list[Any]:
 def _order_of(demand: Demand, name: str) -> float:
     """What a term of the objective is of the order of, in its own unit."""
     if name == "size":
-        return demand.scale
+        return demand.length
     shortest = min(stroke.angle for stroke in demand.strokes if stroke.kind != DWELL)
     if name == residual.TERM:
         return demand.scale / (1.0 + (demand.train[0] * shortest) ** 2)
@@ -187,7 +187,7 @@ def _order_of(demand: Demand, name: str) -> float:
 def _term(demand: Demand, name: str, sizes: Sizes, motions: list[Motion | None], largest: Mapping[str, Any]) -> Any:
     """A term of the objective, in its own unit."""
     if name == "size":
-        return demand.scale * sizes.prime - demand.roller
+        return demand.length * sizes.prime - demand.roller
     if name == residual.TERM:
         return _left_over([motion.left_over() for motion in motions if motion])
     factor = demand.scale * demand.per_unit[name]

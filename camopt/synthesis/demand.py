@@ -9,8 +9,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from math import inf, pi, radians, tan
 
-from camopt.effects import force
-from camopt.mechanisms import translating, translating_flat
+from camopt.effects import Subject, force
+from camopt.mechanisms import oscillating, translating, translating_flat
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion.programme import Stroke, law_peaks
 from camopt.motion.table import DWELL, RETURN, RISE, TURN
@@ -73,12 +73,19 @@ class Demand:
     @property
     def roller(self) -> float:
         """What the prime radius has over the size."""
-        return self.body if self.traced else 0.0
+        return _roller(self.question, self.body)
 
     @property
     def scale(self) -> float:
-        """The unit of length of the convex programme, mm."""
+        """The unit of the motion in the convex programme: the highest lift, mm or rad."""
         return max(stroke.high for stroke in self.strokes)
+
+    @property
+    def length(self) -> float:
+        """The unit of the sizes, mm: the highest lift, or what an oscillating follower measures."""
+        design = self.question.design
+        reach = float(max(design.arm_length[0], design.centre_distance[0]))
+        return reach if self.question.subject.angular else self.scale
 
     @property
     def traced(self) -> bool:
@@ -104,9 +111,9 @@ class Demand:
 
     @property
     def per_unit(self) -> dict[str, float]:
-        """What terms of the objective have for 1 mm/radᵏ: units of [limits], by the cam angle without a speed."""
-        omega = self.question.subject.omega
-        per = {name: 1.0 if omega is None else omega**order / 1e3 for name, order in ORDERS.items()}
+        """What terms of the objective have for 1 mm or rad by radᵏ: units of [limits], by angle without a speed."""
+        subject, omega = self.question.subject, self.question.subject.omega
+        per = {n: 1.0 if omega is None else omega**order / _milli(subject) for n, order in ORDERS.items()}
         return {"size": 1.0, **per, "acceleration_rms": per["acceleration"], "jerk_rms": per["jerk"]}
 
 
@@ -116,13 +123,9 @@ def demand_of(question: Question, objective: Mapping[str, float] | None = None) 
     Raises
     ------
     BadInput
-        If the follower oscillates, or a point or a size cannot be met by any law.
+        If a point or a size cannot be met by any law.
     """
-    scene, subject = question.scene, question.subject
-    asked = scene.synthesis
-    if subject.angular:
-        what = "free laws are for translating followers: there the limits are convex"
-        raise BadInput([Mistake(scene.file, "follower.motion", scene.follower.motion, what, bare=True)])
+    scene, asked = question.scene, question.scene.synthesis
     objective = _objective(asked) if objective is None else dict(objective)
     _check_rest(question, asked, objective)
     _check_train(question, objective)
@@ -130,7 +133,7 @@ def demand_of(question: Question, objective: Mapping[str, float] | None = None) 
         raise BadInput(freed)
     strokes = tuple(question.programme.strokes)
     body = _body(question)
-    roller = body if subject.mechanism is translating.MECHANISM else 0.0
+    roller = _roller(question, body)
     size = _size(scene, question.size_name, objective)
     least = least_size(question, question.programme, {"size": size})
     return Demand(
@@ -209,13 +212,15 @@ def _size(scene: Scene, name: str, objective: Mapping[str, float]) -> Interval:
 def _points(question: Question, asked: Synthesis) -> Iterator[tuple[float, float]]:
     """The points that the motion goes through; each has to lie in a rise or return, between its ends."""
     mistakes = []
-    for number, (angle, y) in enumerate(asked.points, start=1):
+    per = pi / 180 if question.subject.angular else 1.0
+    for number, (angle, given) in enumerate(asked.points, start=1):
         inside = [s for s in question.programme.strokes if s.start < radians(angle) < s.end and s.kind != DWELL]
+        y = given * per
         others = [radians(a) for a, _ in asked.points[: number - 1]]
         if not inside:
             what = "a cam angle inside a rise or return"
         elif not min(inside[0].low, inside[0].high) <= y <= max(inside[0].low, inside[0].high):
-            what = f"a displacement from {inside[0].low:g} to {inside[0].high:g} there"
+            what = f"a displacement from {inside[0].low / per:g} to {inside[0].high / per:g} there"
         elif any(
             abs(radians(angle) - a) < APART * inside[0].angle for a in (*others, inside[0].start, inside[0].end)
         ):
@@ -223,9 +228,19 @@ def _points(question: Question, asked: Synthesis) -> Iterator[tuple[float, float
         else:
             yield radians(angle), y
             continue
-        mistakes.append(Mistake(question.scene.file, f"synthesis.points.{number}", [angle, y], what))
+        mistakes.append(Mistake(question.scene.file, f"synthesis.points.{number}", [angle, given], what))
     if mistakes:
         raise BadInput(mistakes)
+
+
+def _milli(subject: Subject) -> float:
+    """How many units of the motion a limit counts as one: mm in m, rad in rad."""
+    return 1.0 if subject.angular else 1e3
+
+
+def _roller(question: Question, body: float) -> float:
+    """What the prime radius of a follower with a trace point on a disc cam has over the size."""
+    return body if question.subject.mechanism in (translating.MECHANISM, oscillating.MECHANISM) else 0.0
 
 
 def _body(question: Question) -> float:
@@ -265,7 +280,8 @@ def _ranges(question: Question, asked: Synthesis, stroke: Stroke, minimised: set
     for name, order in ORDERS.items():
         bound = getattr(limits, name)
         if bound is not None and omega is not None:
-            bounds[order] = (-bound * 1e3 / omega**order, bound * 1e3 / omega**order)
+            largest = bound * _milli(question.subject) / omega**order
+            bounds[order] = (-largest, largest)
     peaks = {name: value for name in PEAKS if (value := getattr(asked, name)) is not None}
     usual = [(name, order) for name, order in USUAL.items() if order <= asked.rest + 1]
     if not bounds.keys() & USUAL.values() and not peaks.keys() & USUAL.keys():
@@ -304,7 +320,7 @@ def _floors(question: Question) -> Iterator[Floor]:
     mechanism, bounds = subject.mechanism, {limit.name: limit.bound for limit in question.limits}
     traced = mechanism is translating.MECHANISM
     for name, kinds in (("pressure_angle", RISE | DWELL), ("pressure_angle_return", RETURN)):
-        if name in bounds and mechanism.pressure is not None and mechanism is not translating_flat.MECHANISM:
+        if name in bounds and not subject.angular and mechanism is not translating_flat.MECHANISM:
             tangent = tan(radians(bounds[name]))
             lift = tangent if traced else 0.0
             lead = 1.0 if traced else 0.0

@@ -12,7 +12,7 @@ from camopt.synthesis.free import FreeMotion
 
 
 class Iterate(NamedTuple):
-    """A solution: e and s₀ in units of the lift, and the coefficients of each moving stroke."""
+    """A solution: e and s₀ in units of the sizes, and the coefficients of each moving stroke."""
 
     lead: float
     height: float

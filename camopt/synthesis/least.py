@@ -163,7 +163,7 @@ class Least:
         """
         demand = self.demand
         scene, name = scene_with(demand.question.scene, free_laws(demand, laws)), demand.question.size_name
-        lead, height = (demand.scale * each for each in laws[:2])
+        lead, height = (demand.length * each for each in laws[:2])
         prime = max(float(np.hypot(lead, height)) if demand.traced else height, demand.prime[0])
         offset = demand.question.design.sense * lead
         sizes = {"offset_mm": offset, "roller_radius_mm": demand.body, "face_radius_mm": demand.body}

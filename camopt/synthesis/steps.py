@@ -161,15 +161,19 @@ class Steps:
             block.constant.value, block.lead.value, block.height.value = values, planes.lead, planes.height
 
     def _planes(self, block: Block, at: Iterate, ceilings: list[Ceiling]) -> Planes:
-        unit = self.model.demand.scale
-        return block.sampled.planes(ceilings, block.state(unit), (unit * at.lead, unit * at.height))
+        return block.sampled.planes(ceilings, block.state(self.model.demand.scale), self._sizes(at))
+
+    def _sizes(self, at: Iterate) -> tuple[float, float]:
+        """e and s₀, mm."""
+        length = self.model.demand.length
+        return length * at.lead, length * at.height
 
     def _levels(self, at: Iterate, held: Sequence[Ceiling], lowered: Sequence[Ceiling]) -> tuple[float, float]:
         """The largest of the curves over their bounds: of those held, and of those minimised."""
         self._set(at)
-        unit, tops = self.model.demand.scale, ([0.0], [0.0])
+        scale, tops = self.model.demand.scale, ([0.0], [0.0])
         for block in self.blocks:
-            values = block.sampled.values([*held, *lowered], block.state(unit), (unit * at.lead, unit * at.height))
+            values = block.sampled.values([*held, *lowered], block.state(scale), self._sizes(at))
             for row, which in zip(values, block.lowered, strict=True):
                 tops[int(which)].append(float(row.max()))
         return max(tops[0]), max(tops[1])
@@ -179,7 +183,7 @@ class Steps:
         top, self.level.value = self._levels(at, held, lowered)
         model, demand = self.model, self.model.demand
         reach = np.hypot(at.lead, at.height) if demand.traced else at.height
-        model.sizes.prime.value = max(reach, demand.prime[0] / demand.scale)
+        model.sizes.prime.value = max(reach, demand.prime[0] / demand.length)
         for name, variable in model.largest.items():
             variable.value = max(float(np.abs(motion.samples(ORDERS[name])).max()) for motion in moving(model))
         price = float(self.goal.value) + self.price.value * max(0.0, top - 1.0 + CLOSER)

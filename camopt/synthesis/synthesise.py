@@ -103,7 +103,7 @@ def synthesise(scene: Scene, progress: Progress | None = None) -> Synthesised:
     Raises
     ------
     BadInput
-        If the follower oscillates, or nothing limits the size from below.
+        If nothing limits the size from below.
     Unmet
         If no free law holds all limits.
     Unsolved
@@ -140,7 +140,10 @@ def _best(demand: Demand, advance: Progress) -> Synthesised:
 
 
 def bound_of(demand: Demand) -> float | None:
-    """What no motion whatever can pass; infinite if none holds the limits, None if the solver gives no bound."""
+    """What no motion whatever can pass; infinite if none holds the limits, None if the solver gives no bound.
+
+    Nothing convex bounds the size of a cam whose follower oscillates.
+    """
     wider = tightened(demand, -SOLVER_ERROR)  # then a solver's error leaves it below
     for panels in PANELS:
         relaxed = convex(wider, partial(RelaxedMotion, panels))
@@ -149,7 +152,8 @@ def bound_of(demand: Demand) -> float | None:
         except Unsolved:
             continue
         if relaxed.exact:
-            return lowered(relaxed, value)
+            sized = demand.question.subject.angular and "size" in demand.objective and value < inf
+            return None if sized else lowered(relaxed, value)
     return None
 
 
@@ -260,7 +264,7 @@ def chosen(scene: Scene, row: Mapping[str, Any]) -> Scene:
     """The scene with the sizes of a row."""
     size = "base_radius" if scene.cam.form == "disc" else "mean_radius"
     changes = {f"cam.{size}": row[f"{size}_mm"]}
-    for name in ("offset", "roller_radius", "face_radius"):
+    for name in ("offset", "roller_radius", "face_radius", "arm_length", "centre_distance", "face_offset"):
         if f"{name}_mm" in row and getattr(scene.follower, name) is not None:
             changes[f"follower.{name}"] = row[f"{name}_mm"] + 0.0  # no −0
     return scene.replace(**changes)
@@ -285,7 +289,8 @@ def term_of(demand: Demand, programme: Programme, name: str, size: float) -> flo
 
 def _bent(model: Convex, demand: Demand, start: Iterate, advance: Progress) -> list[Synthesised]:
     """The cams that convex steps reach, from the convex optimum and from every known law within the limits."""
-    starts = [start, *(_placed(demand, known) for known in _known(demand, start))]
+    first = _placed(demand, start) if demand.question.subject.angular else start
+    starts = [first, *(_placed(demand, known) for known in _known(demand, start))]
     ceilings = ceilings_of(demand)
     steps = Steps(model, ceilings)
     found = []
@@ -308,10 +313,11 @@ def _known(demand: Demand, start: Iterate) -> Iterator[Iterate]:
 
 
 def _placed(demand: Demand, known: Iterate) -> Iterate:
-    """Known laws on the smallest cam for them."""
-    cam = cam_for(demand, known)
-    if cam is None:
+    """Laws on the smallest cam for them, or on the one that misses its limits the least."""
+    found = optimise(scene_with(demand.question.scene, free_laws(demand, known)))
+    row = found.best or found.nearest_miss
+    if row is None:
         return known
-    lead = demand.question.design.sense * cam.design.get("offset_mm", 0.0)
-    prime = cam.design[demand.question.size_name] + demand.roller
-    return known._replace(lead=lead / demand.scale, height=sqrt(prime**2 - lead**2) / demand.scale)
+    lead = demand.question.design.sense * row.get("offset_mm", 0.0)
+    prime = row[demand.question.size_name] + demand.roller
+    return known._replace(lead=lead / demand.length, height=sqrt(prime**2 - lead**2) / demand.length)
