@@ -9,7 +9,7 @@ import numpy as np
 from camopt.drawing.canvas import canvas
 from camopt.drawing.picture import ALARM, COLOURS, FAINT, INK, MUTED
 from camopt.motion.table import RISE
-from camopt.quantities import QUANTITIES
+from camopt.quantities import DERIVATIVES, QUANTITIES, motion_quantity
 from camopt.synthesis.frontier import Frontier
 
 FREE = COLOURS[RISE]
@@ -25,7 +25,6 @@ WORDS = {
     "jerk_rms": "jerk, root mean square",
     "residual_vibration": "residual vibration in a dwell, mm",
 }
-UNITS = {"velocity": ("m/s", "mm/rad"), "acceleration": ("m/s²", "mm/rad²"), "jerk": ("m/s³", "mm/rad³")}
 
 
 def plot_frontier(found: Frontier, path: str | os.PathLike[str]) -> None:
@@ -47,8 +46,12 @@ def _label(found: Frontier, axis: str) -> str:
         quantity = QUANTITIES[axis]
         words = axis.removesuffix(f"_{quantity.unit.translate(PLAIN)}").replace("_", " ")
         return f"{words}, {quantity.unit}" if quantity.unit else words
-    unit = UNITS.get(axis.removesuffix("_rms"))
-    return WORDS[axis] if unit is None else f"{WORDS[axis]}, {unit[found.scene.cam.rpm is None]}"
+    derivative, scene = axis.removesuffix("_rms"), found.scene
+    if derivative not in DERIVATIVES:
+        return WORDS[axis]
+    angular = scene.follower.motion == "oscillating"
+    unit = QUANTITIES[motion_quantity(derivative, "", angular=angular, timed=scene.cam.rpm is not None)].unit
+    return f"{WORDS[axis]}, {unit}"
 
 
 def _curve(figure: Any, axes: Any, found: Frontier) -> None:

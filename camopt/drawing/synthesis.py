@@ -9,16 +9,18 @@ from camopt.drawing.cam import draw_disc
 from camopt.drawing.canvas import KINDS, canvas
 from camopt.drawing.groove import draw_groove
 from camopt.drawing.picture import COLOURS, FAINT, INK, MUTED, Picture, number
+from camopt.effects.motion import scale
 from camopt.motion import LAWS
 from camopt.motion.table import RETURN, RISE
 from camopt.points import checked_suffix
+from camopt.quantities import QUANTITIES, motion_quantity
 from camopt.question import resolve
 from camopt.scene import Scene
 from camopt.synthesis.synthesise import Synthesised
 
 BEFORE, AFTER = MUTED, COLOURS[RISE]
 SAME = 1e-6  # relative: laws as rough as each other
-ROWS = ("Displacement", "Velocity", "Acceleration", "Jerk")
+ROWS = ("displacement", "velocity", "acceleration", "jerk")
 
 
 def plot_synthesis(
@@ -101,16 +103,17 @@ def _laws(picture: Picture) -> str:
 
 def _motions(figure: Any, before: Picture, after: Picture) -> None:
     """Displacement to jerk over the turn, the known laws grey and the free ones in colour."""
-    omega = before.question.subject.omega
-    units = ("mm", "m/s", "m/s²", "m/s³") if omega else ("mm", "mm/rad", "mm/rad²", "mm/rad³")
+    subject = before.question.subject
+    whats = [motion_quantity(name, "", angular=subject.angular, timed=bool(subject.omega)) for name in ROWS[1:]]
+    units = ["deg" if subject.angular else "mm", *(QUANTITIES[what].unit for what in whats)]
     for order, (name, unit) in enumerate(zip(ROWS, units, strict=True)):
         ax = figure.add_axes((0.655, 0.71 - 0.215 * order, 0.325, 0.175))
-        per = omega**order / 1e3 if omega and order else 1.0
+        per = scale(subject, order) if order else np.degrees(1.0) if subject.angular else 1.0
         for picture, colour, width in ((before, BEFORE, 1.2), (after, AFTER, 1.7)):
             angles = np.concatenate([*(np.append(a, np.nan) for a in picture.pieces)])
             values = np.concatenate([*(np.append(m[order] * per, np.nan) for m in picture.motion)])
             ax.plot(np.degrees(angles), values, color=colour, lw=width, label=_laws(picture))
-        ax.set_title(f"{name}, {unit}", loc="left", fontsize=9, color=INK)
+        ax.set_title(f"{name.capitalize()}, {unit}", loc="left", fontsize=9, color=INK)
         ax.set(xlim=(0, 360), xticks=range(0, 361, 60))
         ax.grid(True, lw=0.4, color=FAINT, alpha=0.6)
         ax.spines[["top", "right"]].set_visible(False)

@@ -9,7 +9,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from math import inf, pi, radians, tan
 
-from camopt.effects import Subject, force
+from camopt.effects import force
+from camopt.effects.motion import scale
 from camopt.mechanisms import oscillating, translating, translating_flat
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion.programme import Stroke, law_peaks
@@ -82,15 +83,20 @@ class Demand:
 
     @property
     def length(self) -> float:
-        """The unit of the sizes, mm: the highest lift, or what an oscillating follower measures."""
+        """The unit of the sizes, mm: the highest lift, or the arc that an oscillating follower swings through."""
         design = self.question.design
-        reach = float(max(design.arm_length[0], design.centre_distance[0]))
-        return reach if self.question.subject.angular else self.scale
+        radius = float(max(design.arm_length[0], design.centre_distance[0]))
+        return radius * self.scale if self.question.subject.angular else self.scale
 
     @property
     def traced(self) -> bool:
         """Whether the lead is part of the size: the follower has a trace point on a disc cam."""
         return self.question.subject.mechanism is translating.MECHANISM
+
+    @property
+    def sized(self) -> bool:
+        """Whether what makes the cam large is convex in the motion: not where the follower oscillates."""
+        return not self.question.subject.angular
 
     @property
     def train(self) -> tuple[float, float]:
@@ -111,9 +117,8 @@ class Demand:
 
     @property
     def per_unit(self) -> dict[str, float]:
-        """What terms of the objective have for 1 mm or rad by radᵏ: units of [limits], by angle without a speed."""
-        subject, omega = self.question.subject, self.question.subject.omega
-        per = {n: 1.0 if omega is None else omega**order / _milli(subject) for n, order in ORDERS.items()}
+        """What terms of the objective have for 1 mm or rad by radᵏ: the units of [limits]."""
+        per = {name: scale(self.question.subject, order) for name, order in ORDERS.items()}
         return {"size": 1.0, **per, "acceleration_rms": per["acceleration"], "jerk_rms": per["jerk"]}
 
 
@@ -233,11 +238,6 @@ def _points(question: Question, asked: Synthesis) -> Iterator[tuple[float, float
         raise BadInput(mistakes)
 
 
-def _milli(subject: Subject) -> float:
-    """How many units of the motion a limit counts as one: mm in m, rad in rad."""
-    return 1.0 if subject.angular else 1e3
-
-
 def _roller(question: Question, body: float) -> float:
     """What the prime radius of a follower with a trace point on a disc cam has over the size."""
     return body if question.subject.mechanism in (translating.MECHANISM, oscillating.MECHANISM) else 0.0
@@ -280,7 +280,7 @@ def _ranges(question: Question, asked: Synthesis, stroke: Stroke, minimised: set
     for name, order in ORDERS.items():
         bound = getattr(limits, name)
         if bound is not None and omega is not None:
-            largest = bound * _milli(question.subject) / omega**order
+            largest = bound / scale(question.subject, order)
             bounds[order] = (-largest, largest)
     peaks = {name: value for name in PEAKS if (value := getattr(asked, name)) is not None}
     usual = [(name, order) for name, order in USUAL.items() if order <= asked.rest + 1]

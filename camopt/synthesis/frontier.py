@@ -52,7 +52,8 @@ class Frontier:
     @property
     def local(self) -> tuple[str, ...]:
         """The axes that are not convex in the motion: along them the front is of local optima."""
-        return tuple(axis for axis in self.axes if axis not in TERMS)
+        swung = self.scene.follower.motion == "oscillating"
+        return tuple(axis for axis in self.axes if axis not in TERMS or (swung and axis == "size"))
 
 
 def frontier(

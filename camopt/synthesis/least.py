@@ -37,6 +37,7 @@ from camopt.synthesis.synthesise import (
     free_laws,
     gentlest,
     lowered,
+    placed,
     programme_with,
     scene_with,
     term_of,
@@ -67,6 +68,7 @@ class Least:
         demand = demand_of(question, {axis: 1.0 for axis in axes if axis in TERMS})
         self.demand = replace(demand, objective={} if first in self.keys else {first: 1.0})
         self.held = {term: cp.Parameter(nonneg=True) for term in held if term in TERMS}
+        self.known: list[Iterate] | None = None
         self.free = convex(tightened(self.demand, MARGINS[0]), FreeMotion, self.held)
 
     @cached_property
@@ -134,8 +136,15 @@ class Least:
         if not self.lowered:
             yield from (calm, plain)
         if ceilings or self.lowered:
-            promising = self.steps.ranked([plain, *starts], ceilings, self.lowered)[:TRIES]
+            every = [plain, *starts, *([] if demand.sized else self._placed(plain))]
+            promising = self.steps.ranked(every, ceilings, self.lowered)[:TRIES]
             yield from (self.steps.run(each, ceilings, self.lowered) for each in promising)
+
+    def _placed(self, plain: Iterate) -> list[Iterate]:
+        """Known laws on their smallest cams, which do not depend on the values."""
+        if self.known is None:
+            self.known = placed(self.demand, plain)
+        return self.known
 
     def _close(self, objective: float) -> bool:
         """Whether no better cam is worth looking for."""
@@ -176,7 +185,7 @@ class Least:
 
     def _bound(self, value: Mapping[str, float], best: Found) -> float | None:
         """What no motion passes with the terms held at a value; None for a quantity, or if the solver fails."""
-        if self.lowered:
+        if self.lowered or (self.first == "size" and not self.demand.sized):
             return None
         bound = lowered(self.relaxed, self._solve(self.relaxed, value, -SOLVER_ERROR))
         return bound if self.relaxed.exact and bound <= best.row[self.first] else None

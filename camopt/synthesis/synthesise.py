@@ -152,8 +152,8 @@ def bound_of(demand: Demand) -> float | None:
         except Unsolved:
             continue
         if relaxed.exact:
-            sized = demand.question.subject.angular and "size" in demand.objective and value < inf
-            return None if sized else lowered(relaxed, value)
+            unknown = "size" in demand.objective and not demand.sized and value < inf
+            return None if unknown else lowered(relaxed, value)
     return None
 
 
@@ -288,9 +288,8 @@ def term_of(demand: Demand, programme: Programme, name: str, size: float) -> flo
 
 
 def _bent(model: Convex, demand: Demand, start: Iterate, advance: Progress) -> list[Synthesised]:
-    """The cams that convex steps reach, from the convex optimum and from every known law within the limits."""
-    first = _placed(demand, start) if demand.question.subject.angular else start
-    starts = [first, *(_placed(demand, known) for known in _known(demand, start))]
+    """The cams that convex steps reach from the convex optimum and from known laws."""
+    starts = [start, *placed(demand, start)]
     ceilings = ceilings_of(demand)
     steps = Steps(model, ceilings)
     found = []
@@ -300,6 +299,15 @@ def _bent(model: Convex, demand: Demand, start: Iterate, advance: Progress) -> l
         if within(demand, programme_with(demand, last)) and (cam := cam_for(demand, last)):
             found.append(cam)
     return found
+
+
+def placed(demand: Demand, start: Iterate) -> list[Iterate]:
+    """Laws on the smallest cam for them: the known ones within the limits, and the convex optimum.
+
+    Not the latter where the size is part of it: it lies on its smallest cam already, but for other limits.
+    """
+    laws = [*([] if demand.sized else [start]), *_known(demand, start)]
+    return [_placed(demand, each) for each in laws]
 
 
 def _known(demand: Demand, start: Iterate) -> Iterator[Iterate]:
