@@ -78,8 +78,8 @@ class Least:
     @cached_property
     def steps(self) -> Steps:
         """The steps under the ceilings of the scene and of held quantities, whatever their values."""
-        ceilings = ceilings_of(self._demand(dict.fromkeys(self.keys, 1.0)))
-        return Steps(self.free, ceilings[: len(ceilings) - len(self.lowered)], self.lowered)
+        held = self._demand(dict.fromkeys(self.keys.keys() - {self.first}, 1.0))
+        return Steps(self.free, ceilings_of(held), self.lowered)
 
     @cached_property
     def lowered(self) -> tuple[Any, ...]:
