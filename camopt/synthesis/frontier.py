@@ -14,13 +14,12 @@ import numpy as np
 from camopt.effects import lacking, offered
 from camopt.mistakes import BadInput, Mistake, Unmet, nearest
 from camopt.numerics import FloatArray
-from camopt.quantities import GEOMETRY
 from camopt.question import resolve
 from camopt.scene import Scene
 from camopt.scene_tables import TERMS
 from camopt.search.answer import Progress
 from camopt.synthesis import residual
-from camopt.synthesis.ceilings import quantities
+from camopt.synthesis.ceilings import ceilings_at, quantities
 from camopt.synthesis.demand import Demand, demand_of
 from camopt.synthesis.iterate import Iterate
 from camopt.synthesis.least import Found, Least
@@ -39,7 +38,7 @@ class Frontier:
 
     ``rows`` are free laws that no other row betters, by the first axis: the axes' values, the quantities of the
     cam, ``bound`` (the least of the first axis for any motion that holds the others' values; None where none was
-    computed) and ``scene`` (TOML, with the laws, and quantities held as its limits). ``known`` are the known laws,
+    computed; it knows nothing of quantities) and ``scene`` (TOML, with the laws). ``known`` are the known laws,
     ``within`` the limits that all rows hold or not. ``least`` is how far down each axis goes, and what no motion
     within the limits can pass, None for a quantity.
     """
@@ -115,13 +114,15 @@ def _checked(scene: Scene, axes: Sequence[str]) -> tuple[Scene, tuple[str, ...]]
         if name in lacks and (axis in TERMS or axis in able):
             mistakes.append(Mistake("camopt", "--axes", axis, f"needs {', '.join(lacks[name])}", bare=True))
         elif axis not in TERMS and axis not in given:
-            what = f"{', '.join([*TERMS, *given])}; {nearest(axis, [*TERMS, *given])}"
+            what = f"a term of the objective or a load of this scene; {nearest(axis, [*TERMS, *given])}"
             mistakes.append(Mistake("camopt", "--axes", axis, what))
+        elif axis in given and not ceilings_at(question, able[axis], 1.0):
+            mistakes.append(Mistake("camopt", "--axes", axis, "has no bound for this follower", bare=True))
     if mistakes:
         raise BadInput(mistakes)
     called = [axis for axis in axes if axis not in TERMS]
-    outputs = dict.fromkeys([*(scene.outputs or GEOMETRY), *called])
-    return scene.replace(outputs=list(outputs)) if called else scene, tuple(axes)
+    outputs = list(dict.fromkeys([*(scene.outputs or question.wanted), *called]))
+    return scene.replace(outputs=sorted(outputs)) if called else scene, tuple(axes)
 
 
 Ends = dict[tuple[str, str], Found]

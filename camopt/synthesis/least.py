@@ -84,7 +84,7 @@ class Least:
     @cached_property
     def lowered(self) -> tuple[Any, ...]:
         """The ceilings of the axis itself, if it is a quantity; their bounds do not matter."""
-        return ceilings_at(self.demand, self.keys[self.first], 1.0) if self.first in self.keys else ()
+        return ceilings_at(self.demand.question, self.keys[self.first], 1.0) if self.first in self.keys else ()
 
     def at(self, value: Mapping[str, float], starts: Sequence[Iterate] = (), bounded: bool = True) -> Found | None:
         """The best cam with the other axes held at values; None if none is found."""
