@@ -192,6 +192,19 @@ def test_axes_that_are_none(scene, axes, message):
     assert message in str(error.value)
 
 
+def test_a_load_that_nothing_bounds_is_no_axis(scene):
+    knife = find_scene("knife-300rpm-radial")
+    with pytest.raises(BadInput, match="has no bound for this follower"):
+        frontier(knife, ("size", "contact_stress_max_MPa"))
+
+
+def test_an_axis_is_called_for_where_the_scene_calls_for_nothing(scene):
+    """Whatever the scene's outputs."""
+    mass = {"follower.dynamics": {"mass": 0.5, "preload": 3000}, "outputs": None, "synthesis.pieces": 8}
+    found = frontier(scene.replace(**mass), ("size", "power_peak_W"), points=2, workers=1)
+    assert all(row["power_peak_W"] > 0.0 for row in [*found.rows, *found.known])
+
+
 def test_freed_angles_are_for_optimise(scene):
     free = {"start": 80, "stop": 130}
     freed = scene.replace(**{"search.angle_rise": free, "search.angle_return": free})

@@ -44,10 +44,11 @@ def ceilings_of(demand: Demand) -> tuple[Ceiling, ...]:
     return tuple(ceiling for ceiling in found if ceiling.bound > 0.0 or ceiling.goal == LEAST)
 
 
-def ceilings_at(demand: Demand, key: str, bound: float) -> tuple[Ceiling, ...]:
-    """The ceilings of one limit on loads at a bound."""
-    question = resolve(demand.question.scene.replace(**{f"limits.{key}": bound}))
-    return next(limit.ceilings for limit in question.limits if limit.name == key)
+def ceilings_at(question: Question, key: str, bound: float) -> tuple[Ceiling, ...]:
+    """The ceilings of one limit on loads at a bound; none where it cannot be held."""
+    limited = resolve(question.scene.replace(**{f"limits.{key}": bound}))
+    found = next(limit.ceilings for limit in limited.limits if limit.name == key)
+    return tuple(ceiling for ceiling in found if ceiling.bound > 0.0)
 
 
 def _curvature(demand: Demand) -> Iterator[Ceiling]:

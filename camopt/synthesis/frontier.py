@@ -14,13 +14,12 @@ import numpy as np
 from camopt.effects import lacking, offered
 from camopt.mistakes import BadInput, Mistake, Unmet, nearest
 from camopt.numerics import FloatArray
-from camopt.quantities import GEOMETRY
 from camopt.question import resolve
 from camopt.scene import Scene
 from camopt.scene_tables import TERMS
 from camopt.search.answer import Progress
 from camopt.synthesis import residual
-from camopt.synthesis.ceilings import quantities
+from camopt.synthesis.ceilings import ceilings_at, quantities
 from camopt.synthesis.demand import Demand, demand_of
 from camopt.synthesis.iterate import Iterate
 from camopt.synthesis.least import Found, Least
@@ -29,6 +28,7 @@ from camopt.synthesis.synthesise import bound_of, known_laws, term_of, within
 ENDS = 1e-5  # by which the end of a term is widened, relative, so that a solver finds its laws
 LOCAL_ENDS = 3e-4  # and that of a quantity, so that convex steps do
 SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)  # of one end and another, in the laws that convex steps start from
+LARGEST = 5.0  # of the least size: a cam of a load that is traded, where nothing else says
 NEARLY_NONE = 1e-3  # of an axis' largest value: less of it is not looked for
 
 
@@ -38,7 +38,7 @@ class Frontier:
 
     ``rows`` are free laws that no other row betters, by the first axis: the axes' values, the quantities of the
     cam, ``bound`` (the least of the first axis for any motion that holds the others' values; None where none was
-    computed) and ``scene`` (TOML, with the laws, and quantities held as its limits). ``known`` are the known laws,
+    computed; it knows nothing of quantities) and ``scene`` (TOML, with the laws). ``known`` are the known laws,
     ``within`` the limits that all rows hold or not. ``least`` is how far down each axis goes, and what no motion
     within the limits can pass, None for a quantity.
     """
@@ -115,13 +115,15 @@ def _checked(scene: Scene, axes: Sequence[str]) -> tuple[Scene, tuple[str, ...]]
         if name in lacks and (axis in TERMS or axis in able):
             mistakes.append(Mistake("camopt", "--axes", axis, f"needs {', '.join(lacks[name])}", bare=True))
         elif axis not in TERMS and axis not in given:
-            what = f"{', '.join([*TERMS, *given])}; {nearest(axis, [*TERMS, *given])}"
+            what = f"a term of the objective or a load of this scene; {nearest(axis, [*TERMS, *given])}"
             mistakes.append(Mistake("camopt", "--axes", axis, what))
+        elif axis in given and not ceilings_at(question, able[axis], 1.0):
+            mistakes.append(Mistake("camopt", "--axes", axis, "has no bound for this follower", bare=True))
     if mistakes:
         raise BadInput(mistakes)
     called = [axis for axis in axes if axis not in TERMS]
-    outputs = dict.fromkeys([*(scene.outputs or GEOMETRY), *called])
-    return scene.replace(outputs=list(outputs)) if called else scene, tuple(axes)
+    outputs = list(dict.fromkeys([*(scene.outputs or question.wanted), *called]))
+    return scene.replace(outputs=sorted(outputs)) if called else scene, tuple(axes)
 
 
 Ends = dict[tuple[str, str], Found]
@@ -129,20 +131,36 @@ Ends = dict[tuple[str, str], Found]
 
 
 def _ends(scene: Scene, axes: tuple[str, ...], workers: int | None) -> Ends:
-    """The cams that have the least of each axis."""
-    alone = _in_parallel(scene, axes, [Task(axis, {}) for axis in axes], workers)
-    found = {}
-    for axis, end in zip(axes, alone, strict=True):
-        if end is None:
-            raise Unmet("no free law of this kind holds all limits; more pieces may")
-        found[axis, axis] = end
+    """The cams that have the least of each axis: of terms first, for how large a cam may be with a load."""
+    found: Ends = {}
+    room: dict[str, float] = {}
+    for some in ([axis for axis in axes if axis in TERMS], [axis for axis in axes if axis not in TERMS]):
+        tasks = [Task(axis, {} if axis in TERMS else room) for axis in some]
+        for axis, end in zip(some, _in_parallel(scene, axes, tasks, workers), strict=True):
+            if end is None:
+                raise Unmet("no free law of this kind holds all limits; more pieces may")
+            found[axis, axis] = end
+        room = _room(scene, found)
     pairs = list(permutations(axes, 2))
-    tasks = [
-        Task(other, {axis: _widened(found[axis, axis], axis)}, (found[axis, axis].laws,)) for axis, other in pairs
-    ]
+    tasks = []
+    for axis, other in pairs:
+        held = {axis: _widened(found[axis, axis], axis)}
+        tasks.append(Task(other, held if other in TERMS else room | held, (found[axis, axis].laws,)))
     for (axis, other), end in zip(pairs, _in_parallel(scene, axes, tasks, workers), strict=True):
         found[axis, other] = end or found[axis, axis]
     return found
+
+
+def _room(scene: Scene, ends: Ends) -> dict[str, float]:
+    """How large the cam may be where a load is least, which may fall for ever as the cam grows.
+
+    [search] says it; if not, the scene's own size, or a multiple of the least.
+    """
+    given = (scene.search.base_radius, scene.search.mean_radius)
+    if ("size", "size") not in ends or any(choice is not None for choice in given):
+        return {}
+    own = scene.cam.base_radius or scene.cam.mean_radius or 0.0
+    return {"size": max(own, LARGEST * float(ends["size", "size"].row["size"]))}
 
 
 def _between(one: Iterate, other: Iterate, share: float) -> Iterate:
@@ -189,7 +207,7 @@ def _in_parallel(
 
     from joblib import Parallel, delayed
 
-    count = min(workers or cpu_count() or 1, len(tasks))
+    count = max(1, min(workers or cpu_count() or 1, len(tasks)))
     yield from Parallel(n_jobs=count, return_as="generator", batch_size=1)(
         delayed(_run)(scene.to_toml(), axes, task) for task in tasks
     )

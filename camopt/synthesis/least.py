@@ -80,13 +80,13 @@ class Least:
     @cached_property
     def steps(self) -> Steps:
         """The steps under the ceilings of the scene and of held quantities, whatever their values."""
-        ceilings = ceilings_of(self._demand(dict.fromkeys(self.keys, 1.0)))
-        return Steps(self.free, ceilings[: len(ceilings) - len(self.lowered)], self.lowered)
+        held = self._demand(dict.fromkeys(self.keys.keys() - {self.first}, 1.0))
+        return Steps(self.free, ceilings_of(held), self.lowered)
 
     @cached_property
     def lowered(self) -> tuple[Any, ...]:
         """The ceilings of the axis itself, if it is a quantity; their bounds do not matter."""
-        return ceilings_at(self.demand, self.keys[self.first], 1.0) if self.first in self.keys else ()
+        return ceilings_at(self.demand.question, self.keys[self.first], 1.0) if self.first in self.keys else ()
 
     def at(self, value: Mapping[str, float], starts: Sequence[Iterate] = (), bounded: bool = True) -> Found | None:
         """The best cam with the other axes held at values; None if none is found."""

@@ -56,8 +56,8 @@ class Block:
 class Steps:
     """The convex steps of a programme under ceilings, compiled once for all their bounds.
 
-    ``held`` ceilings stay below their bounds; ``lowered`` ones are minimised, beside the
-    objective of the programme.
+    ``held`` ceilings stay below their bounds; ``lowered`` ones are minimised, beside the objective of the model.
+    What is given to its methods are the same ceilings with other bounds.
     """
 
     def __init__(self, model: Convex, held: Sequence[Ceiling], lowered: Sequence[Ceiling] = ()) -> None:
@@ -113,10 +113,10 @@ class Steps:
     def _descended(self, last: Iterate, held: Sequence[Ceiling], lowered: Sequence[Ceiling]) -> Iterate:
         """Where steps end at one price."""
         reach, price = FIRST_REACH, self._priced(last, held, lowered)
-        for _ in range(STEPS):
+        for _ in range(STEPS if price < inf else 0):
             self._look(last, held, lowered)
             self.reach.value = reach
-            if price == inf or solve(self.problem) not in SOLVED:
+            if solve(self.problem) not in SOLVED:
                 break
             if price - float(self.problem.value) < ENOUGH * abs(price):  # even the planes promise no more
                 break
