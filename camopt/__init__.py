@@ -21,7 +21,8 @@ if TYPE_CHECKING:
     from camopt.search.sweep import Sweep, sweep
     from camopt.spectrum import response_spectrum
     from camopt.synthesis.frontier import Frontier, frontier
-    from camopt.synthesis.synthesise import Synthesised, synthesise
+    from camopt.synthesis.synthesise import synthesise
+    from camopt.synthesis.synthesised import Synthesised
     from camopt.table import load
 
 _HOMES = {

@@ -219,8 +219,8 @@ def optimise(scene: Any, as_json: bool, quiet: bool) -> int:
 def synthesise(scene: Any, as_json: bool, quiet: bool, out: str, picture: str | None) -> int:
     """Find free motion laws, and the smallest cam that they allow."""
     from camopt import reports
+    from camopt.synthesis.cams import known_laws
     from camopt.synthesis.files import SCENE, write
-    from camopt.synthesis.synthesise import known_laws
     from camopt.synthesis.synthesise import synthesise as run
 
     _check_folder(scene, out, SCENE)

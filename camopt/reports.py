@@ -25,7 +25,7 @@ from camopt.table import to_json
 if TYPE_CHECKING:
     from camopt.bill import Bill  # measures, and imports what only a measurement needs
     from camopt.synthesis.frontier import Frontier
-    from camopt.synthesis.synthesise import Synthesised
+    from camopt.synthesis.synthesised import Synthesised
 
 Advance = Callable[[int, int], None]
 
@@ -244,7 +244,7 @@ def show_optimum(result: Optimum, as_json: bool) -> None:
 
 def show_synthesis(result: "Synthesised", known: dict[str, dict[str, Any]], as_json: bool) -> None:
     """The cam of the free laws beside the smallest of each known law, the bound and the gap."""
-    from camopt.synthesis.synthesise import peaks_of
+    from camopt.synthesis.synthesised import peaks_of
 
     if as_json:
         return _print_json(

@@ -26,22 +26,15 @@ from camopt.proof.certify import certify
 from camopt.question import resolve
 from camopt.scene_tables import Synthesis
 from camopt.search.sweep import sweep
+from camopt.synthesis.asked import demand_of
+from camopt.synthesis.cams import free_laws, known_laws, scene_with
 from camopt.synthesis.ceilings import Sampled, ceilings_of, samples
 from camopt.synthesis.convex import convex
-from camopt.synthesis.demand import demand_of
 from camopt.synthesis.free import FreeMotion
 from camopt.synthesis.iterate import Iterate, joined, moving
 from camopt.synthesis.relaxation import RelaxedMotion
 from camopt.synthesis.splines import Splines, elevated
-from camopt.synthesis.synthesise import (
-    Unmet,
-    bound_of,
-    free_laws,
-    known_laws,
-    scene_with,
-    solved,
-    synthesise,
-)
+from camopt.synthesis.synthesise import Unmet, bound_of, solved, synthesise
 
 MOTION = [
     {"segment": "rise", "angle": 120, "lift": 50, "law": "poly345"},
@@ -707,10 +700,28 @@ def test_more_mistakes(changes, message, run):
     assert message in err
 
 
-def test_an_oscillating_follower_is_bad_input(run):
-    code, _, err = run("oscillating-roller")
-    assert code == 2
-    assert "translating" in err
+def test_a_size_that_nothing_limits_stays_where_the_objective_is_another():
+    """The least mean square of the jerk between two dwells is that of the quintic; the cam stays as large."""
+    result = free(made(limits=None, synthesis__minimise="jerk_rms", search=None))
+    assert result.design["base_radius_mm"] == 80
+    assert result.gap < 1e-5
+    assert result.peaks["free-rise"]["peak_velocity"] == pytest.approx(1.875, rel=1e-3)
+    known = known_laws(made(limits=None, synthesis__minimise="jerk_rms"))
+    assert {row["base_radius_mm"] for row in known.values()} == {80}
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"limits.acceleration": 300}, "one would without the limit on acceleration"),
+        ({"limits.jerk": 5e5, "limits.acceleration": 950}, "one would without the limit on acceleration or jerk"),
+        ({"search.base_radius": {"start": 20, "stop": 30}}, "the size"),
+        ({"limits.acceleration": 300, "limits.jerk": 1e4}, "nor all but one of them"),
+    ],
+)
+def test_what_cannot_be_met_names_the_limits_that_stand_in_the_way(changes, words):
+    with pytest.raises(Unmet, match=words):
+        synthesise(made().replace(**changes))
 
 
 JUNK = st.recursive(

@@ -23,7 +23,7 @@ WORDS = {
     "jerk": "peak jerk",
     "acceleration_rms": "acceleration, root mean square",
     "jerk_rms": "jerk, root mean square",
-    "residual_vibration": "residual vibration in a dwell, mm",
+    "residual_vibration": "residual vibration in a dwell",
 }
 
 
@@ -47,9 +47,11 @@ def _label(found: Frontier, axis: str) -> str:
         words = axis.removesuffix(f"_{quantity.unit.translate(PLAIN)}").replace("_", " ")
         return f"{words}, {quantity.unit}" if quantity.unit else words
     derivative, scene = axis.removesuffix("_rms"), found.scene
+    angular = scene.follower.motion == "oscillating"
+    if axis == "residual_vibration":
+        return f"{WORDS[axis]}, {'deg' if angular else 'mm'}"
     if derivative not in DERIVATIVES:
         return WORDS[axis]
-    angular = scene.follower.motion == "oscillating"
     unit = QUANTITIES[motion_quantity(derivative, "", angular=angular, timed=scene.cam.rpm is not None)].unit
     return f"{WORDS[axis]}, {unit}"
 

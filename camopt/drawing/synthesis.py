@@ -16,7 +16,7 @@ from camopt.points import checked_suffix
 from camopt.quantities import QUANTITIES, motion_quantity
 from camopt.question import resolve
 from camopt.scene import Scene
-from camopt.synthesis.synthesise import Synthesised
+from camopt.synthesis.synthesised import Synthesised
 
 BEFORE, AFTER = MUTED, COLOURS[RISE]
 SAME = 1e-6  # relative: laws as rough as each other
@@ -47,7 +47,8 @@ def plot_synthesis(
 
 def best_known(scene: Scene, known: dict[str, dict[str, Any]], result: Synthesised) -> Scene:
     """The scene with the known law of the smallest cam that is no rougher than the free laws, or of all."""
-    from camopt.synthesis.synthesise import chosen, peaks_of
+    from camopt.synthesis.cams import chosen
+    from camopt.synthesis.synthesised import peaks_of
 
     free = peaks_of(result.design, result)
     gentle = [

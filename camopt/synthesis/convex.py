@@ -179,7 +179,7 @@ def _order_of(demand: Demand, name: str) -> float:
         return demand.length
     shortest = min(stroke.angle for stroke in demand.strokes if stroke.kind != DWELL)
     if name == residual.TERM:
-        return demand.scale / (1.0 + (demand.train[0] * shortest) ** 2)
+        return demand.scale * demand.per_unit[name] / (1.0 + (demand.train[0] * shortest) ** 2)
     order = {**ORDERS, **SQUARES}[name]
     return demand.scale * demand.per_unit[name] / shortest**order
 
@@ -189,7 +189,7 @@ def _term(demand: Demand, name: str, sizes: Sizes, motions: list[Motion | None],
     if name == "size":
         return demand.length * sizes.prime - demand.roller
     if name == residual.TERM:
-        return _left_over([motion.left_over() for motion in motions if motion])
+        return demand.per_unit[name] * _left_over([motion.left_over() for motion in motions if motion])
     factor = demand.scale * demand.per_unit[name]
     if name in largest:
         return factor * largest[name]
@@ -198,7 +198,7 @@ def _term(demand: Demand, name: str, sizes: Sizes, motions: list[Motion | None],
 
 
 def _left_over(parts: list[Any]) -> Any:
-    """The residual vibration, mm: the largest over the dwells; 0 where a motion does not say what it adds."""
+    """The residual vibration, mm or rad: the largest over dwells; 0 where a motion does not say what it adds."""
     if any(part is None for part in parts):
         return cp.Constant(0.0)
     return cp.max(cp.norm(sum(parts), axis=1))

@@ -1,33 +1,23 @@
-"""What a scene asks of free motion laws, as linear limits on the motion and on two sizes.
+"""What free motion laws are to hold and to minimise: linear limits on the motion and on two sizes.
 
 The sizes are the lead e and the height s₀ of the trace point (a flat face and a cylindrical cam have a height
 alone, their radius), so that the size of the cam is √(s₀² + e²) less the roller. Lengths in mm, angles in rad,
 derivatives by the cam angle.
 """
 
-from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from math import inf, pi, radians, tan
+from math import degrees, inf
 
-from camopt.effects import force
 from camopt.effects.motion import scale
-from camopt.mechanisms import oscillating, translating, translating_flat
-from camopt.mistakes import BadInput, Mistake
-from camopt.motion.programme import Stroke, law_peaks
-from camopt.motion.table import DWELL, RETURN, RISE, TURN
+from camopt.mechanisms import oscillating, translating
+from camopt.motion.programme import Stroke
+from camopt.motion.table import DWELL, TURN
 from camopt.question import Question
-from camopt.scene import Scene
-from camopt.scene_tables import Range, Synthesis
-from camopt.search.closed_form import least_size
-from camopt.search.space import freed_angles
 from camopt.synthesis import residual
 from camopt.synthesis.splines import Splines
 
 ORDERS = {"velocity": 1, "acceleration": 2, "jerk": 3}
 PEAKS = {f"peak_{name}": order for name, order in ORDERS.items()}
-USUAL = {"peak_acceleration": 2, "peak_jerk": 3}
-APART = 1e-4  # of a stroke: the least distance of points
-GENTLE = "poly345"  # whose peaks hold where a scene limits neither acceleration nor jerk
 
 Interval = tuple[float, float]
 
@@ -65,7 +55,7 @@ class Demand:
     """For each stroke, the range of each limited derivative, by its order."""
     floors: tuple[Floor, ...]
     residual: float | None
-    """The largest residual vibration, mm."""
+    """The largest residual vibration, mm or deg."""
     rest: int
     monotone: bool
     points: tuple[tuple[float, float], ...]
@@ -74,7 +64,7 @@ class Demand:
     @property
     def roller(self) -> float:
         """What the prime radius has over the size."""
-        return _roller(self.question, self.body)
+        return roller_of(self.question, self.body)
 
     @property
     def scale(self) -> float:
@@ -105,6 +95,24 @@ class Demand:
         assert found is not None
         return found
 
+    def without_each(self) -> dict[str, "Demand"]:
+        """The demand without each of its limits, by name."""
+        found = {
+            name: replace(self, ranges=tuple({k: r for k, r in row.items() if k != order} for row in self.ranges))
+            for name, order in ORDERS.items()
+            if any(order in row for row in self.ranges)
+        }
+        for floor in self.floors:
+            others = tuple(each for each in self.floors if each.name != floor.name)
+            found[floor.name] = replace(self, floors=others)
+        if self.prime[1] < inf:
+            found["the size"] = replace(self, prime=(self.prime[0], inf))
+        if self.residual is not None:
+            found[residual.TERM] = replace(self, residual=None)
+        if self.points:
+            found["points"] = replace(self, points=())
+        return found
+
     def place(self, stroke: Stroke) -> int:
         """The number of a stroke among those that move."""
         return [each for each in self.strokes if each.kind != DWELL].index(stroke)
@@ -118,230 +126,12 @@ class Demand:
     @property
     def per_unit(self) -> dict[str, float]:
         """What terms of the objective have for 1 mm or rad by radᵏ: the units of [limits]."""
-        per = {name: scale(self.question.subject, order) for name, order in ORDERS.items()}
-        return {"size": 1.0, **per, "acceleration_rms": per["acceleration"], "jerk_rms": per["jerk"]}
+        subject = self.question.subject
+        per = {name: scale(subject, order) for name, order in ORDERS.items()}
+        per |= {"acceleration_rms": per["acceleration"], "jerk_rms": per["jerk"]}
+        return {"size": 1.0, **per, residual.TERM: degrees(1.0) if subject.angular else 1.0}
 
 
-def demand_of(question: Question, objective: Mapping[str, float] | None = None) -> Demand:
-    """The demand of a scene, with its own objective or another.
-
-    Raises
-    ------
-    BadInput
-        If a point or a size cannot be met by any law.
-    """
-    scene, asked = question.scene, question.scene.synthesis
-    objective = _objective(asked) if objective is None else dict(objective)
-    _check_rest(question, asked, objective)
-    _check_train(question, objective)
-    if freed := freed_angles(question, "free laws take"):
-        raise BadInput(freed)
-    strokes = tuple(question.programme.strokes)
-    body = _body(question)
-    roller = _roller(question, body)
-    size = _size(scene, question.size_name, objective)
-    least = least_size(question, question.programme, {"size": size})
-    return Demand(
-        question=question,
-        splines=Splines(
-            asked.degree, asked.pieces, asked.degree - 1 if asked.continuity is None else asked.continuity
-        ),
-        strokes=strokes,
-        lead=_lead(question),
-        prime=(least + roller, size[1] + roller),
-        body=body,
-        ranges=tuple(_ranges(question, asked, stroke, _orders(objective)) for stroke in strokes),
-        floors=tuple(_floors(question)),
-        residual=scene.limits.residual_vibration,
-        rest=asked.rest,
-        monotone=asked.monotone or (isinstance(asked.peak_velocity, tuple) and asked.peak_velocity[0] == 0.0),
-        points=tuple(_points(question, asked)),
-        objective=objective,
-    )
-
-
-def by_offset(demand: Demand) -> list[Demand]:
-    """The demand for each offset that a scene lists: between them there is no cam."""
-    listed = demand.question.scene.search.offset
-    if not isinstance(listed, tuple):
-        return [demand]
-    leads = [demand.question.design.sense * offset for offset in dict.fromkeys(listed)]
-    return [replace(demand, lead=(lead, lead)) for lead in leads]
-
-
-def _check_rest(question: Question, asked: Synthesis, objective: Mapping[str, float]) -> None:
-    """A bounded or minimised jerk needs an acceleration that does not jump."""
-    bounded = question.scene.limits.jerk is not None or asked.peak_jerk is not None
-    if asked.rest == 1 and (bounded or 3 in _orders(objective)):
-        what = "at least 2 where the jerk is limited or minimised: the acceleration may not jump then"
-        raise BadInput([Mistake(question.scene.file, "synthesis.rest", asked.rest, what)])
-
-
-def _check_train(question: Question, objective: Mapping[str, float]) -> None:
-    """A residual vibration is that of a train, at a speed, in a dwell."""
-    scene, subject = question.scene, question.subject
-    key = "synthesis.minimise" if residual.TERM in objective else "limits.residual_vibration"
-    if residual.TERM not in objective and scene.limits.residual_vibration is None:
-        return
-    speed = () if subject.omega is not None else ("cam.rpm",)
-    train = () if subject.dynamics.natural_frequency is not None else ("follower.dynamics.natural_frequency",)
-    what = None
-    if speed or train:
-        what = f"needs {', '.join((*speed, *train))}"
-    elif residual.train_of(subject) is None:
-        what = "has no bound: the undamped train resonates, a whole number of its vibrations is a turn"
-    elif all(stroke.kind != DWELL for stroke in question.programme.strokes):
-        what = "needs a dwell"
-    if what:
-        raise BadInput([Mistake(scene.file, key, residual.TERM, what, bare=True)])
-
-
-def _objective(asked: Synthesis) -> dict[str, float]:
-    return {asked.minimise: 1.0} if isinstance(asked.minimise, str) else dict(asked.minimise)
-
-
-def _size(scene: Scene, name: str, objective: Mapping[str, float]) -> Interval:
-    """The range of the cam's radius: that of [search], or up to the scene's own where the objective is another."""
-    key = name.removesuffix("_mm")
-    choice, own = getattr(scene.search, key), getattr(scene.cam, key)
-    if choice is not None:
-        return _ends(choice, own)
-    if "size" in objective:
-        return 0.0, inf
-    if own is None:
-        what = "missing; an objective other than the size needs the largest radius, there or in [search]"
-        raise BadInput([Mistake(scene.file, f"cam.{key}", None, what, bare=True)])
-    return 0.0, own
-
-
-def _points(question: Question, asked: Synthesis) -> Iterator[tuple[float, float]]:
-    """The points that the motion goes through; each has to lie in a rise or return, between its ends."""
-    mistakes = []
-    per = pi / 180 if question.subject.angular else 1.0
-    for number, (angle, given) in enumerate(asked.points, start=1):
-        inside = [s for s in question.programme.strokes if s.start < radians(angle) < s.end and s.kind != DWELL]
-        y = given * per
-        others = [radians(a) for a, _ in asked.points[: number - 1]]
-        if not inside:
-            what = "a cam angle inside a rise or return"
-        elif not min(inside[0].low, inside[0].high) <= y <= max(inside[0].low, inside[0].high):
-            what = f"a displacement from {inside[0].low / per:g} to {inside[0].high / per:g} there"
-        elif any(
-            abs(radians(angle) - a) < APART * inside[0].angle for a in (*others, inside[0].start, inside[0].end)
-        ):
-            what = f"apart from other points and the ends of the stroke, by {APART:g} of its angle at least"
-        else:
-            yield radians(angle), y
-            continue
-        mistakes.append(Mistake(question.scene.file, f"synthesis.points.{number}", [angle, given], what))
-    if mistakes:
-        raise BadInput(mistakes)
-
-
-def _roller(question: Question, body: float) -> float:
+def roller_of(question: Question, body: float) -> float:
     """What the prime radius of a follower with a trace point on a disc cam has over the size."""
     return body if question.subject.mechanism in (translating.MECHANISM, oscillating.MECHANISM) else 0.0
-
-
-def _body(question: Question) -> float:
-    """The largest radius of the roller or spherical face; 0 for what has none."""
-    own = float(question.design.roller_radius[0])
-    if question.subject.pointed or question.subject.mechanism.curvature is None:
-        return own
-    search = question.scene.search
-    return _ends(search.face_radius if question.subject.spherical else search.roller_radius, own)[1]
-
-
-def _ends(choice: Range | tuple[float, ...] | None, own: float) -> Interval:
-    """The least and the largest value of a size that a scene allows."""
-    if isinstance(choice, Range):
-        return choice.start, choice.stop
-    return (own, own) if choice is None else (min(choice), max(choice))
-
-
-def _lead(question: Question) -> Interval:
-    """e, within the offsets that the scene allows."""
-    if question.subject.mechanism not in (translating.MECHANISM, translating_flat.MECHANISM):
-        return 0.0, 0.0
-    ends = _ends(question.scene.search.offset, question.scene.follower.offset)
-    low, high = sorted(question.design.sense * e for e in ends)
-    return low, high
-
-
-def _ranges(question: Question, asked: Synthesis, stroke: Stroke, minimised: set[int]) -> dict[int, Interval]:
-    """The ranges of a stroke's derivatives: what [limits] say of the turn and [synthesis] of the unit stroke.
-
-    Derivatives that are minimised have none but these.
-    """
-    if stroke.kind == DWELL:
-        return {}
-    limits, omega = question.scene.limits, question.subject.omega
-    bounds: dict[int, Interval] = {}
-    for name, order in ORDERS.items():
-        bound = getattr(limits, name)
-        if bound is not None and omega is not None:
-            largest = bound / scale(question.subject, order)
-            bounds[order] = (-largest, largest)
-    peaks = {name: value for name in PEAKS if (value := getattr(asked, name)) is not None}
-    usual = [(name, order) for name, order in USUAL.items() if order <= asked.rest + 1]
-    if not bounds.keys() & USUAL.values() and not peaks.keys() & USUAL.keys():
-        peaks |= {name: GENTLE for name, order in usual if order not in minimised}
-    for name, value in peaks.items():
-        order = PEAKS[name]
-        low, high = _peak(question, name, value)
-        per = (stroke.high - stroke.low) / stroke.angle**order
-        low, high = sorted((low * per, high * per))
-        before = bounds.get(order, (-inf, inf))
-        bounds[order] = max(low, before[0]), min(high, before[1])
-    return bounds
-
-
-def _orders(objective: Mapping[str, float]) -> set[int]:
-    """The orders of the derivatives that an objective has."""
-    return {ORDERS[term] for name in objective if (term := name.removesuffix("_rms")) in ORDERS}
-
-
-def _peak(question: Question, name: str, value: float | str | tuple[float, float]) -> Interval:
-    """The range of a derivative of the unit stroke: ± a number, a range, or what a known law has."""
-    if isinstance(value, tuple):
-        return value
-    if isinstance(value, str):
-        found = law_peaks(question.laws[value])[name]
-        if not isinstance(found, float) or found == inf:
-            what = f"a law whose {name.replace('_', ' ')} is finite, or a number"
-            raise BadInput([Mistake(question.scene.file, f"synthesis.{name}", value, what)])
-        value = found
-    return -value, value
-
-
-def _floors(question: Question) -> Iterator[Floor]:
-    """The limits of a scene that are linear. What is not, the size holds in the end."""
-    subject, scene = question.subject, question.scene
-    mechanism, bounds = subject.mechanism, {limit.name: limit.bound for limit in question.limits}
-    traced = mechanism is translating.MECHANISM
-    for name, kinds in (("pressure_angle", RISE | DWELL), ("pressure_angle_return", RETURN)):
-        if name in bounds and not subject.angular and mechanism is not translating_flat.MECHANISM:
-            tangent = tan(radians(bounds[name]))
-            lift = tangent if traced else 0.0
-            lead = 1.0 if traced else 0.0
-            yield Floor(name, lift, -1.0, lead=lead, height=tangent, kinds=kinds)
-            yield Floor(name, lift, 1.0, lead=-lead, height=tangent, kinds=kinds)
-    if mechanism is translating_flat.MECHANISM:
-        radius = max(bounds.get("curvature_radius", 0.0), 0.0)
-        yield Floor("curvature_radius", 1.0, 0.0, 1.0, height=1.0, constant=-radius)
-        if "face_reach" in bounds:
-            for sign in (1.0, -1.0):
-                yield Floor("face_reach", velocity=sign, lead=-sign, constant=bounds["face_reach"])
-    speeds = {
-        "contact_force_min": (subject.omega, scene.limits.contact_force_min),
-        "jump_speed": (None if scene.limits.jump_speed is None else scene.limits.jump_speed * pi / 30, 0.0),
-    }
-    load = (
-        question.programme.load
-    )  # where it changes, no motion has more of it than the largest: the bound stays one
-    for name, (omega, least) in speeds.items():
-        if name in bounds and omega is not None and least is not None:
-            stiffness, damping, mass, constant = force.weights(subject.dynamics, omega)
-            constant += load.highest if load else 0.0
-            unit = abs(constant) + mass or 1.0  # of the order of 1, as the others are
-            yield Floor(name, stiffness / unit, damping / unit, mass / unit, constant=(constant - least) / unit)

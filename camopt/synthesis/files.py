@@ -9,7 +9,7 @@ import numpy as np
 from camopt.files import whole_file
 from camopt.quantities import QUANTITIES
 from camopt.synthesis.frontier import Frontier
-from camopt.synthesis.synthesise import Synthesised
+from camopt.synthesis.synthesised import Synthesised
 from camopt.table import write_text
 from camopt.version import VERSION
 

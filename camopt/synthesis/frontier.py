@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.effects import lacking, offered
+from camopt.limits import load_quantity
 from camopt.mistakes import BadInput, Mistake, Unmet, nearest
 from camopt.numerics import FloatArray
 from camopt.question import resolve
@@ -19,11 +20,13 @@ from camopt.scene import Scene
 from camopt.scene_tables import TERMS
 from camopt.search.answer import Progress
 from camopt.synthesis import residual
+from camopt.synthesis.asked import demand_of
+from camopt.synthesis.cams import known_laws, term_of, within
 from camopt.synthesis.ceilings import ceilings_at, quantities
-from camopt.synthesis.demand import Demand, demand_of
+from camopt.synthesis.demand import Demand
 from camopt.synthesis.iterate import Iterate
 from camopt.synthesis.least import Found, Least
-from camopt.synthesis.synthesise import bound_of, known_laws, term_of, within
+from camopt.synthesis.synthesise import bound_of
 
 ENDS = 1e-5  # by which the end of a term is widened, relative, so that a solver finds its laws
 LOCAL_ENDS = 3e-4  # and that of a quantity, so that convex steps do
@@ -111,7 +114,7 @@ def _checked(scene: Scene, axes: Sequence[str]) -> tuple[Scene, tuple[str, ...]]
     lacks, able = lacking(question.subject), quantities(question)
     given = [name for name in able if name in offered(question.subject)]
     for axis in axes:
-        name = f"{axis}_max_mm" if axis == residual.TERM else axis
+        name = load_quantity(axis, question.subject) if axis == residual.TERM else axis
         if name in lacks and (axis in TERMS or axis in able):
             mistakes.append(Mistake("camopt", "--axes", axis, f"needs {', '.join(lacks[name])}", bare=True))
         elif axis not in TERMS and axis not in given:

@@ -19,31 +19,17 @@ from camopt.mistakes import Unsolved
 from camopt.question import resolve
 from camopt.scene import Scene
 from camopt.scene_tables import TERMS
+from camopt.synthesis.asked import demand_of
+from camopt.synthesis.cams import cam_for, chosen, free_laws, programme_with, scene_with, term_of, within
 from camopt.synthesis.ceilings import ceilings_at, ceilings_of, quantities
 from camopt.synthesis.convex import Convex, convex
-from camopt.synthesis.demand import Demand, demand_of
+from camopt.synthesis.demand import Demand
 from camopt.synthesis.free import FreeMotion
 from camopt.synthesis.iterate import Iterate, iterate_of
 from camopt.synthesis.relaxation import RelaxedMotion
 from camopt.synthesis.steps import Steps
-from camopt.synthesis.synthesise import (
-    MARGINS,
-    PANELS,
-    SOLVER_ERROR,
-    WORSE,
-    Synthesised,
-    cam_for,
-    chosen,
-    free_laws,
-    gentlest,
-    lowered,
-    placed,
-    programme_with,
-    scene_with,
-    term_of,
-    tightened,
-    within,
-)
+from camopt.synthesis.synthesise import MARGINS, PANELS, SOLVER_ERROR, WORSE, gentlest, lowered, placed, tightened
+from camopt.synthesis.synthesised import Synthesised
 
 TRIES = 2  # starts of convex steps: those that promise most
 NEAR = 1e-3  # relative: of a quantity's value, which says where to look; what a cam has of it is its own

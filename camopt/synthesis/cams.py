@@ -1,0 +1,121 @@
+"""Free laws as laws of a scene, and the smallest cams for them."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from camopt.effects.vibration import vibration
+from camopt.mistakes import Unlimited
+from camopt.motion import LAWS
+from camopt.motion.programme import Programme, peak, root_mean_square, span
+from camopt.motion.spline import SplineLaw
+from camopt.motion.table import DWELL, TURN
+from camopt.scene import Scene
+from camopt.search.optimise import Optimum, optimise
+from camopt.synthesis import residual
+from camopt.synthesis.asked import objective_in
+from camopt.synthesis.convex import SQUARES
+from camopt.synthesis.demand import ORDERS, Demand
+from camopt.synthesis.iterate import Iterate
+from camopt.synthesis.synthesised import Synthesised, free_names
+
+NOTHING = 1e-12  # of a range that ends at 0: rounding
+OFF_POINT = 1e-6  # of the lift: by how much a solver may miss a point
+
+
+def known_laws(scene: Scene) -> dict[str, dict[str, Any]]:
+    """The smallest cam of each known law, for comparison: the laws of [search], or all of them."""
+    named = scene.search.law or scene.search.law_rise or scene.search.law_return
+    return smallest_cams(scene if named else scene.replace(**{"search.law": list(LAWS)})).by_law
+
+
+def smallest_cams(scene: Scene) -> Optimum:
+    """What ``optimise`` finds; of the scene's own size where neither limits nor the objective bear on it."""
+    try:
+        return optimise(scene)
+    except Unlimited:
+        if "size" in objective_in(scene.synthesis):
+            raise
+        key = "base_radius" if scene.cam.form == "disc" else "mean_radius"
+        return optimise(scene.replace(**{f"search.{key}": [getattr(scene.cam, key)]}))
+
+
+def scene_with(scene: Scene, laws: list[SplineLaw]) -> Scene:
+    """The scene with free laws in place of its own."""
+    data = scene.to_dict()
+    moving = [segment for segment in data["motion"] if segment["segment"] != "dwell"]
+    for segment, law in zip(moving, laws, strict=True):
+        segment["law"] = law.NAME
+        data.setdefault("laws", {})[law.NAME] = {
+            "degree": law.degree, "knots": list(law.knots), "coefficients": list(law.coefficients),
+        }  # fmt: skip
+    for key in ("law", "law_rise", "law_return"):
+        data.get("search", {}).pop(key, None)
+    return Scene.from_dict(data, scene.file)
+
+
+def free_laws(demand: Demand, found: Iterate) -> list[SplineLaw]:
+    """The laws of a solution, by the order of their strokes."""
+    return list(map(demand.splines.law, free_names(demand.question.scene), found.coefficients))
+
+
+def programme_with(demand: Demand, found: Iterate) -> Programme:
+    """The turn with free laws."""
+    laws = iter(free_laws(demand, found))
+    strokes = tuple(s if s.kind == DWELL else replace(s, law=next(laws)) for s in demand.strokes)
+    return replace(demand.question.programme, strokes=strokes)
+
+
+def within(demand: Demand, programme: Programme) -> bool:
+    """Whether laws themselves, not a solver's word, hold the limits on their motion alone, and the points."""
+    for stroke, ranges in zip(programme.strokes, demand.ranges, strict=True):
+        for order, (low, high) in ranges.items():
+            least, largest = span(Programme((stroke,)), (0.0,) * order + (1.0,), TURN)
+            rounding = NOTHING * (high - low)
+            if least < low - rounding * (low == 0.0) or largest > high + rounding * (high == 0.0):
+                return False
+    if demand.residual is not None and term_of(demand, programme, residual.TERM, 0.0) > demand.residual:
+        return False
+    angles, wanted = np.array(demand.points).reshape(-1, 2).T
+    return bool(np.all(np.abs(programme.at(angles)[0] - wanted) <= OFF_POINT * demand.scale))
+
+
+def cam_for(demand: Demand, found: Iterate) -> Synthesised | None:
+    """The smallest cam for free laws, proved, under every limit of the scene; None if there is none."""
+    scene = scene_with(demand.question.scene, free_laws(demand, found))
+    best = smallest_cams(scene).best
+    if best is None:
+        return None
+    size = demand.question.size_name
+    if best[size] + demand.roller > demand.prime[1]:
+        return None
+    return Synthesised(chosen(scene, best), best, objective_of(demand, found, best[size]))
+
+
+def chosen(scene: Scene, row: Mapping[str, Any]) -> Scene:
+    """The scene with the sizes of a row."""
+    size = "base_radius" if scene.cam.form == "disc" else "mean_radius"
+    changes = {f"cam.{size}": row[f"{size}_mm"]}
+    for name in ("offset", "roller_radius", "face_radius", "arm_length", "centre_distance", "face_offset"):
+        if f"{name}_mm" in row and getattr(scene.follower, name) is not None:
+            changes[f"follower.{name}"] = row[f"{name}_mm"] + 0.0  # no −0
+    return scene.replace(**changes)
+
+
+def objective_of(demand: Demand, found: Iterate, size: float) -> float:
+    """The objective of free laws and a size, from the motion itself."""
+    programme = programme_with(demand, found)
+    return sum(weight * term_of(demand, programme, name, size) for name, weight in demand.objective.items())
+
+
+def term_of(demand: Demand, programme: Programme, name: str, size: float) -> float:
+    """A term of the objective, from the motion itself or the size."""
+    if name == "size":
+        return size
+    if name == residual.TERM:
+        return demand.per_unit[name] * vibration(programme, *demand.train).residual
+    if name in ORDERS:
+        return demand.per_unit[name] * peak(programme, ORDERS[name], TURN)
+    return demand.per_unit[name] * root_mean_square(programme, SQUARES[name])

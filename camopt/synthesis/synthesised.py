@@ -1,0 +1,68 @@
+"""The result of a synthesis: free laws, the smallest cam for them, and how good they are."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from camopt.motion import LAWS
+from camopt.motion.law import Law
+from camopt.motion.programme import Programme, Stroke, law_peaks, span
+from camopt.motion.spline import SplineLaw
+from camopt.motion.table import RISE
+from camopt.question import resolve
+from camopt.scene import Scene
+from camopt.synthesis.demand import PEAKS
+
+
+@dataclass(frozen=True)
+class Synthesised:
+    """Free laws, the smallest cam for them, and how good they are.
+
+    ``scene`` has the laws, the size and the offset, ``design`` is the row that ``optimise`` gives for it. No motion
+    whatever that holds the convex limits has an objective below ``bound``; it is None where none was computed.
+    """
+
+    scene: Scene
+    design: dict[str, Any]
+    objective: float
+    bound: float | None = None
+    convex: bool = True
+    """Whether the convex limits alone decide; if not, the laws are a local optimum."""
+
+    @property
+    def gap(self) -> float | None:
+        """By how much the best law could have less, as a share of the objective."""
+        return None if self.bound is None else max(0.0, 1.0 - self.bound / self.objective)
+
+    @cached_property
+    def laws(self) -> dict[str, SplineLaw]:
+        """The free laws by name."""
+        names = free_names(self.scene)
+        return {n: law for n, law in resolve(self.scene).laws.items() if n in names and isinstance(law, SplineLaw)}
+
+    @cached_property
+    def peaks(self) -> dict[str, dict[str, float | str]]:
+        """The peak factors of each free law, inside its stroke: one that meets another has no dwells around it."""
+        return {name: {**law_peaks(law), **_inside(law)} for name, law in self.laws.items()}
+
+
+def _inside(law: Law) -> dict[str, float]:
+    """The largest derivatives of a unit stroke, whatever is around it."""
+    alone = Programme((Stroke(RISE, law, 0.0, 1.0, 0.0, 1.0),))
+    spans = {name: span(alone, (0.0,) * order + (1.0,), RISE) for name, order in PEAKS.items()}
+    return {name: max(-least, largest) for name, (least, largest) in spans.items()}
+
+
+def peaks_of(row: Mapping[str, Any], result: Synthesised) -> dict[str, float]:
+    """The largest peak factors of a row's laws, known or free."""
+    peaks = {**{name: law_peaks(law) for name, law in LAWS.items()}, **result.peaks}
+    each = [peaks[n] for key in ("law_rise", "law_return") for n in row[key].split("+") if n in peaks]
+    return {name: max(float(peaks[name]) for peaks in each) for name in PEAKS if each}
+
+
+def free_names(scene: Scene) -> list[str]:
+    """Names for the free laws of a scene's moving segments, in order."""
+    kinds = [segment.segment for segment in scene.motion if segment.segment != "dwell"]
+    counts = [kinds[: n + 1].count(kind) for n, kind in enumerate(kinds)]
+    return [f"free-{k}-{n}" if kinds.count(k) > 1 else f"free-{k}" for k, n in zip(kinds, counts, strict=True)]
