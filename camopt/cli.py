@@ -1,14 +1,22 @@
 """The command line. Each command is one call of the library, and a printer of its result."""
 
 import sys
-from collections.abc import Callable
-from functools import wraps
 from io import TextIOWrapper
 from pathlib import Path
 from typing import Any
 
 import click
 
+from camopt.options import (
+    Axis,
+    changed,
+    check_folder,
+    given_overrides,
+    option_of,
+    output_options,
+    override_options,
+    scene_options,
+)
 from camopt.version import VERSION
 
 DEFAULT_SCENE = "roller-1000rpm"
@@ -36,21 +44,6 @@ def camopt() -> None:
     """
 
 
-def _output_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Options common to all commands."""
-    command = click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output.")(command)
-    return click.option("--quiet", is_flag=True, help="No progress and no messages.")(command)
-
-
-OVERRIDES = {
-    "rpm": ("cam.rpm",),
-    "max_pressure": ("limits.pressure_angle", "limits.pressure_angle_return"),
-    "max_pressure_return": ("limits.pressure_angle_return",),
-    "min_curvature": ("limits.curvature_radius",),
-    "tolerance": ("accuracy.tolerance",),
-}
-
-
 def _reached(scene: Any, half_width: float) -> int:
     """The exit code for what an evaluation reached; said where it is not what was asked."""
     asked = scene.accuracy.tolerance
@@ -60,95 +53,10 @@ def _reached(scene: Any, half_width: float) -> int:
     return NOT_REACHED
 
 
-def option_of(name: str) -> str:
-    """How a user writes an option."""
-    return f"--{name.replace('_', '-')}"
-
-
-def _changed(scene: Any, changes: dict[str, tuple[str, Any]]) -> Any:
-    """The scene with changes by key, each from an option; a mistake in one names the option."""
-    from dataclasses import replace
-
-    from camopt.mistakes import BadInput, Mistake
-
-    try:
-        return scene.replace(**{key: value for key, (_, value) in changes.items()}) if changes else scene
-    except BadInput as error:
-        found: dict[str, Mistake] = {}
-        for mistake in error.mistakes:
-            key = next((key for key in changes if f"{mistake.key}.".startswith(f"{key}.")), None)
-            named = replace(mistake, file="camopt", key=changes[key][0]) if key else mistake
-            found.setdefault(str(named), named)
-        raise BadInput(found.values()) from None
-
-
-def _given(options: dict[str, Any]) -> dict[str, tuple[str, Any]]:
-    """Take the overriding options out of all options: changes by key, each from an option."""
-    given = {name: options.pop(name) for name in OVERRIDES}
-    return {
-        key: (option_of(name), value)
-        for name, value in given.items()
-        if value is not None
-        for key in OVERRIDES[name]
-    }
-
-
-def _override_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Options that override the scene."""
-    for option in (
-        click.option("--tolerance", type=float, help="Relative error of each reported value."),
-        click.option("--min-curvature", type=float, help="Least convex radius of the profile, mm."),
-        click.option("--max-pressure-return", type=float, help="Pressure angle on returns, deg."),
-        click.option("--max-pressure", type=float, help="Pressure angle on rise and return, deg."),
-        click.option("--rpm", type=float, help="Speed of the cam, rev/min."),
-    ):
-        command = option(command)
-    return command
-
-
-def _scene_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Options that override the scene; the command gets the scene itself."""
-
-    @wraps(command)
-    def with_scene(scene: str, **options: Any) -> Any:
-        from camopt.scene import find_scene
-
-        changes = _given(options)
-        return command(scene=_changed(find_scene(scene), changes), **options)
-
-    return _override_options(with_scene)
-
-
-class Axis(click.ParamType[Any]):
-    """START:STOP:STEP, or one value."""
-
-    name = "START:STOP:STEP"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        try:
-            numbers = [float(part) for part in str(value).split(":")]
-        except ValueError:
-            numbers = []
-        if len(numbers) == 1:
-            return numbers
-        if len(numbers) != 3:
-            self.fail(f"{value!r} is neither START:STOP:STEP nor one number", param, ctx)
-        return dict(zip(("start", "stop", "step"), numbers, strict=True))
-
-
-def _check_folder(scene: Any, out: str, name: str = "scene.toml") -> None:
-    """Scenes are written too; never over the user's own."""
-    from camopt.mistakes import BadInput, Mistake
-
-    written = Path(out) / name
-    if written.exists() and Path(scene.file).exists() and written.samefile(scene.file):
-        raise BadInput([Mistake("camopt", "--out", out, "another folder: this one holds the scene itself")])
-
-
 @camopt.command()
 @click.argument("scene", default=DEFAULT_SCENE)
-@_scene_options
-@_output_options
+@scene_options
+@output_options
 @click.option("--base-radius", type=Axis(), help="Base radii to sweep, mm.")
 @click.option("--offset", type=Axis(), help="Offsets to sweep, mm, positive to the right.")
 @click.option("--roller-radius", type=Axis(), help="Roller radii to sweep, mm.")
@@ -174,7 +82,7 @@ def sweep(
     **axes: Any,
 ) -> int:
     """Evaluate a design space and write its Pareto table."""
-    from camopt import reports
+    from camopt import reports, terminal
     from camopt.search.sweep import sweep as run
 
     changes = {f"search.{key}": (option_of(key), value) for key, value in axes.items() if value is not None}
@@ -185,26 +93,26 @@ def sweep(
         changes |= {"search.thin": ("--thin", thin)}
     if refine:
         changes |= {"search.refine": ("--refine", True)}
-    scene = _changed(scene, changes)
-    _check_folder(scene, out)
-    with reports.progress(quiet, "designs") as advance:
+    scene = changed(scene, changes)
+    check_folder(scene, out)
+    with terminal.progress(quiet, "designs") as advance:
         result = run(scene, out, keep, workers, advance)
     reports.show_sweep(result, as_json)
     if not quiet:
-        reports.say_written(result.files)
+        terminal.say_written(result.files)
     return _reached(scene, result.reached) if result.feasible else NOTHING_FEASIBLE
 
 
 @camopt.command()
 @click.argument("scene", default=DEFAULT_SCENE)
-@_scene_options
-@_output_options
+@scene_options
+@output_options
 def optimise(scene: Any, as_json: bool, quiet: bool) -> int:
     """Find the smallest cam that meets the limits."""
-    from camopt import reports
+    from camopt import reports, terminal
     from camopt.search.optimise import optimise as run
 
-    with reports.progress(quiet, "laws") as advance:
+    with terminal.progress(quiet, "laws") as advance:
         result = run(scene, advance)
     reports.show_optimum(result, as_json)
     return _reached(scene, result.best["relative_half_width"]) if result.best else NOTHING_FEASIBLE
@@ -212,19 +120,19 @@ def optimise(scene: Any, as_json: bool, quiet: bool) -> int:
 
 @camopt.command()
 @click.argument("scene", default=DEFAULT_SCENE)
-@_scene_options
-@_output_options
+@scene_options
+@output_options
 @click.option("--out", default="camopt-out", show_default=True, help="Folder for the scene and the laws.")
 @click.option("--plot", "picture", type=click.Path(dir_okay=False), help="Draw both cams: PNG, SVG or PDF file.")
 def synthesise(scene: Any, as_json: bool, quiet: bool, out: str, picture: str | None) -> int:
     """Find free motion laws, and the smallest cam that they allow."""
-    from camopt import reports
+    from camopt import reports, terminal
     from camopt.synthesis.cams import known_laws
     from camopt.synthesis.files import SCENE, write
     from camopt.synthesis.synthesise import synthesise as run
 
-    _check_folder(scene, out, SCENE)
-    with reports.progress(quiet, "starts") as advance:
+    check_folder(scene, out, SCENE)
+    with terminal.progress(quiet, "starts") as advance:
         result = run(scene, advance)
         known = known_laws(scene)
     if picture:
@@ -234,14 +142,14 @@ def synthesise(scene: Any, as_json: bool, quiet: bool, out: str, picture: str | 
     files = [*write(result, out), *([Path(picture)] if picture else [])]
     reports.show_synthesis(result, known, as_json)
     if not quiet:
-        reports.say_written(files)
+        terminal.say_written(files)
     return _reached(scene, result.design["relative_half_width"])
 
 
 @camopt.command()
 @click.argument("scene", default=DEFAULT_SCENE)
-@_scene_options
-@_output_options
+@scene_options
+@output_options
 @click.option(
     "--axes", default="size,acceleration", show_default=True, help="What is traded: two or three terms or loads."
 )
@@ -250,23 +158,23 @@ def synthesise(scene: Any, as_json: bool, quiet: bool, out: str, picture: str | 
 @click.option("--workers", type=click.IntRange(1), help="Processes; one a core if not given.")
 def frontier(scene: Any, as_json: bool, quiet: bool, axes: str, points: int, out: str, workers: int | None) -> int:
     """Trade size against acceleration, or other terms and loads, over free motion laws."""
-    from camopt import reports
+    from camopt import reports, terminal
     from camopt.synthesis.files import write_frontier
     from camopt.synthesis.frontier import frontier as run
 
-    with reports.progress(quiet, "points") as advance:
+    with terminal.progress(quiet, "points") as advance:
         found = run(scene, [axis.strip() for axis in axes.split(",")], points, workers, advance)
     files = write_frontier(found, out)
     reports.show_frontier(found, as_json)
     if not quiet:
-        reports.say_written(files)
+        terminal.say_written(files)
     return 0 if found.rows else NOTHING_FEASIBLE
 
 
 @camopt.command()
 @click.argument("scene")
-@_scene_options
-@_output_options
+@scene_options
+@output_options
 @click.option("--plot", "picture", type=click.Path(dir_okay=False), help="Draw to a PNG, SVG or PDF file.")
 @click.option("--points", type=click.Path(dir_okay=False), help="Write the cam's curves to a CSV or Parquet file.")
 @click.option("--cutter-radius", type=float, help="With --points: also the path of a cutter of this radius, mm.")
@@ -279,7 +187,7 @@ def evaluate(
     cutter_radius: float | None,
 ) -> int:
     """Compute every quantity of one design."""
-    from camopt import reports
+    from camopt import reports, terminal
     from camopt.evaluation import evaluate as run
 
     if cutter_radius is not None and not points:
@@ -287,7 +195,7 @@ def evaluate(
 
         message = "belongs to --points, which is not given"
         raise BadInput([Mistake("camopt", "--cutter-radius", cutter_radius, message, bare=True)])
-    with reports.progress(quiet, ""):
+    with terminal.progress(quiet, ""):
         result = run(scene)
     if picture:
         from camopt.figures import plot
@@ -299,38 +207,38 @@ def evaluate(
         write_points(scene, points, cutter_radius)
     reports.show_evaluation(result, as_json)
     if not quiet:
-        reports.say_written([file for file in (picture, points) if file])
+        terminal.say_written([file for file in (picture, points) if file])
     return _reached(scene, result["relative_half_width"])
 
 
 @camopt.command()
 @click.argument("scene", default=DEFAULT_SCENE)
-@_scene_options
-@_output_options
+@scene_options
+@output_options
 @click.option("--out", default="camopt-out", show_default=True, help="Folder for the table and the pictures.")
 def accuracy(scene: Any, as_json: bool, quiet: bool, out: str) -> int:
     """Measure what accuracy costs in time: table and figure."""
-    from camopt import reports
+    from camopt import reports, terminal
     from camopt.accuracy import measure, write
 
-    with reports.progress(quiet, "laws") as advance:
+    with terminal.progress(quiet, "laws") as advance:
         rows = measure(scene, advance)
     files = write(rows, scene, out)
     reports.show_accuracy(rows, scene, as_json)
     if not quiet:
-        reports.say_written(files)
+        terminal.say_written(files)
     return 0
 
 
 @camopt.command()
 @click.argument("scene", default=DEFAULT_SCENE)
-@_scene_options
-@_output_options
+@scene_options
+@output_options
 @click.option("--spectrum", is_flag=True, help="Response spectra of the motion laws instead: table and figure.")
 @click.option("--out", default="camopt-out", show_default=True, help="With --spectrum: folder for its files.")
 def effects(scene: Any, as_json: bool, quiet: bool, spectrum: bool, out: str) -> int:
     """Show which effects a scene calls for, what called for each, and what each costs."""
-    from camopt import reports
+    from camopt import reports, terminal
 
     if spectrum:
         from camopt.spectrum import spectrum as spectra
@@ -340,11 +248,11 @@ def effects(scene: Any, as_json: bool, quiet: bool, spectrum: bool, out: str) ->
         files = write_spectrum(rows, out)
         reports.show_spectrum(rows, as_json)
         if not quiet:
-            reports.say_written(files)
+            terminal.say_written(files)
         return 0
     from camopt.bill import bill
 
-    with reports.progress(quiet, ""):
+    with terminal.progress(quiet, ""):
         result = bill(scene)
     reports.show_bill(result, as_json)
     return 0
@@ -352,16 +260,16 @@ def effects(scene: Any, as_json: bool, quiet: bool, spectrum: bool, out: str) ->
 
 @camopt.command()
 @click.argument("target")
-@_override_options
-@_output_options
+@override_options
+@output_options
 def certify(target: str, as_json: bool, quiet: bool, **overrides: Any) -> int:
     """Prove that limits hold at every cam angle, in ball arithmetic.
 
     TARGET is a scene, or a table of a sweep, whose rows get a column with the verdict.
     """
-    from camopt import reports
+    from camopt import reports, terminal
 
-    changes = _given(overrides)
+    changes = given_overrides(overrides)
     if target.endswith(".parquet"):
         from camopt.mistakes import BadInput, Mistake
         from camopt.proof.table import certify_table
@@ -370,7 +278,7 @@ def certify(target: str, as_json: bool, quiet: bool, **overrides: Any) -> int:
             allowed = "belongs to a scene; a table has the limits that it was swept with"
             given = dict(changes.values())
             raise BadInput([Mistake("camopt", name, value, allowed, bare=True) for name, value in given.items()])
-        with reports.progress(quiet, "rows") as advance:
+        with terminal.progress(quiet, "rows") as advance:
             counts = certify_table(target, advance)
         reports.show_counts(counts, as_json)
         verdicts = set(counts)
@@ -378,26 +286,26 @@ def certify(target: str, as_json: bool, quiet: bool, **overrides: Any) -> int:
         from camopt.proof.certify import certify as prove
         from camopt.scene import find_scene
 
-        found = prove(_changed(find_scene(target), changes))
+        found = prove(changed(find_scene(target), changes))
         reports.show_verdicts(found, as_json)
         verdicts = set(found.values())
     return NOTHING_FEASIBLE if "broken" in verdicts else NOT_REACHED if "undecided" in verdicts else 0
 
 
 @camopt.command()
-@_output_options
+@output_options
 def laws(as_json: bool, quiet: bool) -> int:
     """List the motion laws with their peak factors."""
-    from camopt import reports
+    from camopt import reports, terminal
 
-    with reports.progress(quiet, ""):
+    with terminal.progress(quiet, ""):
         reports.show_laws(as_json)
     return 0
 
 
 @camopt.command()
 @click.argument("name", required=False)
-@_output_options
+@output_options
 def scenes(name: str | None, as_json: bool, quiet: bool) -> int:
     """List the shipped scenes; with a NAME, print it as TOML."""
     from camopt import reports

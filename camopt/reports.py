@@ -1,14 +1,9 @@
-"""What the commands print: tables for people, one JSON document for programs."""
+"""What the commands print of their results: tables for people, one JSON document for programs."""
 
 import sys
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
 from dataclasses import asdict
-from math import inf
 from typing import TYPE_CHECKING, Any
 
-from rich.box import SIMPLE_HEAD
-from rich.console import Console
 from rich.table import Table
 from rich.tree import Tree
 
@@ -20,129 +15,18 @@ from camopt.rows import Rows, finite
 from camopt.scene import Scene
 from camopt.search.optimise import Optimum
 from camopt.search.sweep import Sweep
-from camopt.table import to_json
+from camopt.terminal import number, print_json, show, table_of
 
 if TYPE_CHECKING:
     from camopt.bill import Bill  # measures, and imports what only a measurement needs
     from camopt.synthesis.frontier import Frontier
     from camopt.synthesis.synthesised import Synthesised
 
-Advance = Callable[[int, int], None]
-
-
-@contextmanager
-def progress(quiet: bool, unit: str) -> Iterator[Advance]:
-    """A progress bar on standard error if that is a terminal, and a word when kernels are compiled."""
-    from numba.core import event
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-    console = Console(stderr=True, quiet=quiet)
-    told: list[bool] = []
-
-    class Listener(event.Listener):
-        """Says once that the first run compiles."""
-
-        def on_start(self, happening: Any) -> None:
-            if not told:
-                told.append(True)
-                console.print("camopt: compiling kernels, this first time only …", style="dim")
-
-        def on_end(self, happening: Any) -> None:
-            pass
-
-    columns = (TextColumn(unit), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    bar = Progress(*columns, console=console, disable=quiet or not unit or not sys.stderr.isatty(), transient=True)
-    with event.install_listener("numba:compile", Listener()), bar:
-        task = bar.add_task(unit, total=None)
-        yield lambda done, total: bar.update(task, completed=done, total=total)
-
-
-def _print_json(document: Any) -> None:
-    if sys.stdout is not None:
-        sys.stdout.write(to_json(document) + "\n")
-
-
-def _number(value: Any) -> str:
-    """Six significant digits, no exponent where a reader would not want one."""
-    if isinstance(value, bool) or not isinstance(value, float):
-        return {True: "yes", False: "no"}.get(value, str(value)) if isinstance(value, bool) else str(value)
-    return "∞" if value == inf else "−∞" if value == -inf else f"{value:.6g}"
-
-
-def _heading(name: str) -> str:
-    """A quantity's name without its unit, a word a line, and the unit."""
-    unit = QUANTITIES[name].unit
-    stem = name.removesuffix(_suffix(unit)) if unit else name
-    return "\n".join([*stem.split("_"), *([unit] if unit else [])])
-
-
-def _suffix(unit: str) -> str:
-    """A unit as it is written in names: m/s² is _m_s2, N/mm is _N_per_mm."""
-    plain = unit.translate(str.maketrans("²³·µ", "23_u")).replace("/s", "_s")
-    return "_" + plain.replace("1/", "per_").replace("/", "_per_")
-
-
-def _table(title: str, records: list[dict[str, Any]], names: list[str]) -> Table:
-    table = Table(title=title, title_justify="left", box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1))
-    for name in names:
-        texts = [record.get(name, "") for record in records]
-        heading = _heading(name) if name in QUANTITIES else name.replace("_", "\n")
-        if all(isinstance(text, str) for text in texts):
-            longest = max((len(word) for text in texts for word in text.split(" ")), default=0)
-            table.add_column(heading, min_width=longest, no_wrap=True, vertical="bottom")
-        else:
-            table.add_column(heading, justify="right", no_wrap=True, vertical="bottom")
-    for record in records:
-        table.add_row(*(_number(record.get(name, "")) for name in names))
-    return table
-
-
-def _print(*things: Any) -> None:
-    """Print to standard output. Nothing is cut off: a table wider than the screen is printed row by row."""
-    if sys.stdout is None:
-        return
-    screen = Console(highlight=False, markup=False)
-    for thing in things:
-        if isinstance(thing, Tree):  # wraps within its branches on a screen, and nothing in a file
-            width = screen.width if sys.stdout.isatty() else UNBOUNDED
-            Console(width=width, highlight=False, markup=False).print(thing)
-            continue
-        if not isinstance(thing, Table):
-            screen.print(thing, soft_wrap=True)
-            continue
-        room = Console(width=UNBOUNDED).measure(thing)
-        narrow = screen.width if sys.stdout.isatty() else UNBOUNDED
-        if narrow < room.minimum:
-            screen.print(_row_by_row(thing), soft_wrap=True)
-        else:
-            most = max(room.maximum, len(str(thing.title or "")))
-            Console(width=min(most, narrow), highlight=False, markup=False).print(thing, crop=False)
-
-
-UNBOUNDED = 10_000
-
-
-def _row_by_row(table: Table) -> str:
-    """A table as text for a narrow screen: each row as lines of heading and value."""
-    heads = [str(column.header).replace("\n", " ") for column in table.columns]
-    cells = [[str(cell) for cell in column.cells] for column in table.columns]
-    rows = [
-        "\n".join(f"{head:<24} {cell}".strip() for head, cell in zip(heads, row, strict=True) if cell)
-        for row in zip(*cells, strict=True)
-    ]
-    return "\n\n".join([str(table.title or ""), *rows])
-
-
-def say_written(files: Iterable[Any]) -> None:
-    """Name the files written, on standard error."""
-    for file in files:
-        print(f"wrote {file}", file=sys.stderr)
-
 
 def show_evaluation(result: Evaluation, as_json: bool) -> None:
     """Every quantity of a design, one a line."""
     if as_json:
-        return _print_json(result.to_json())
+        return print_json(result.to_json())
     table = Table(title=result.scene.name, title_justify="left", show_header=False, box=None, pad_edge=False)
     table.add_column(no_wrap=True)
     table.add_column(style="bold", justify="right")
@@ -150,15 +34,15 @@ def show_evaluation(result: Evaluation, as_json: bool) -> None:
     table.add_column(style="dim")
     for name, value in result.items():
         about = result.unbounded.get(name) or QUANTITIES[name].sentence
-        table.add_row(name, _number(value).replace(",", ", "), QUANTITIES[name].unit, about)
-    return _print(table)
+        table.add_row(name, number(value).replace(",", ", "), QUANTITIES[name].unit, about)
+    return show(table)
 
 
 def show_sweep(result: Sweep, as_json: bool) -> None:
     """Counts, the best design of each law, and the files."""
     if as_json:
         best = {law: finite(row) for law, row in result.best.items()}
-        return _print_json(
+        return print_json(
             {
                 "scene": result.scene.name,
                 "designs": result.designs,
@@ -177,7 +61,7 @@ def show_sweep(result: Sweep, as_json: bool) -> None:
             }
         )
     undecided = f"{result.effort.undecided:,} undecided, " if result.effort.undecided else ""
-    _print(
+    show(
         f"{result.scene.name}: {result.designs:,} designs, {result.impossible:,} impossible, "
         f"{result.feasible:,} feasible, {undecided}{result.pareto:,} on the Pareto front"
     )
@@ -186,12 +70,12 @@ def show_sweep(result: Sweep, as_json: bool) -> None:
         names = [*_sizes(result.best), *search.minimise, *search.maximise, "profile_radius_min_mm"]
         names = list(dict.fromkeys(name for name in names if name in next(iter(result.best.values()))))
         where = " on the grid" if search.refine else ""
-        _print("", _table(f"The best design of each law{where}", list(result.best.values()), [*names, "held_by"]))
+        show("", table_of(f"The best design of each law{where}", list(result.best.values()), [*names, "held_by"]))
         _show_front(result, names)
     elif result.nearest_miss:
         _show_miss(result.nearest_miss)
     elif result.obstacle:
-        _print(f"No design can be put together: {result.obstacle}.")
+        show(f"No design can be put together: {result.obstacle}.")
     return None
 
 
@@ -202,8 +86,8 @@ def _show_front(result: Sweep, names: list[str]) -> None:
     volume = f"{'' if front.exact else 'about '}{front.hypervolume:.6g}"
     if front.grid_points is not None:
         volume += f"; of the grid's {front.grid_points:,} points, {front.grid_hypervolume:.6g}"
-    _print(f"Hypervolume of the Pareto front, as a share: {volume}")
-    _print("", _table("Its knee", [front.knee], names))
+    show(f"Hypervolume of the Pareto front, as a share: {volume}")
+    show("", table_of("Its knee", [front.knee], names))
 
 
 def _sizes(rows: dict[str, dict[str, Any]]) -> list[str]:
@@ -221,7 +105,7 @@ REACHED = ("pressure_angle_max_rise_deg", "pressure_angle_max_return_deg", "prof
 def _show_miss(miss: dict[str, Any]) -> None:
     names = [*_sizes({"": miss}), *(name for name in REACHED if name in miss), "violated"]
     miss = {**miss, "violated": miss["violated"].replace(",", ", ")}
-    _print("", _table("No feasible design. The nearest miss:", [miss], names))
+    show("", table_of("No feasible design. The nearest miss:", [miss], names))
 
 
 def show_optimum(result: Optimum, as_json: bool) -> None:
@@ -230,13 +114,13 @@ def show_optimum(result: Optimum, as_json: bool) -> None:
         by_law = {law: finite(row) for law, row in result.by_law.items()}
         best = next(iter(by_law.values()), {})
         miss = finite(result.nearest_miss) if result.nearest_miss else None
-        return _print_json({**best, "by_law": by_law, "obstacles": result.obstacles, "nearest_miss": miss})
+        return print_json({**best, "by_law": by_law, "obstacles": result.obstacles, "nearest_miss": miss})
     if result.by_law:
         rows = {law: {**row, **_in_words(row)} for law, row in result.by_law.items()}
         title = f"{result.scene.name}: the smallest cam of each law"
-        _print(_table(title, list(rows.values()), _optimum_columns(rows)))
+        show(table_of(title, list(rows.values()), _optimum_columns(rows)))
     for law, obstacle in result.obstacles.items():
-        _print(f"{law}: no feasible design; stopped by {obstacle}")
+        show(f"{law}: no feasible design; stopped by {obstacle}")
     if result.nearest_miss:
         _show_miss(result.nearest_miss)
     return None
@@ -247,7 +131,7 @@ def show_synthesis(result: "Synthesised", known: dict[str, dict[str, Any]], as_j
     from camopt.synthesis.synthesised import peaks_of
 
     if as_json:
-        return _print_json(
+        return print_json(
             {
                 **finite(result.design),
                 "objective": result.objective,
@@ -265,13 +149,13 @@ def show_synthesis(result: "Synthesised", known: dict[str, dict[str, Any]], as_j
     names = [*_sizes(shown), *(name for name in REACHED if name in result.design)]
     names += [name for name in next(iter(shown.values())) if name.startswith("peak_")]
     title = f"{result.scene.name}: free laws, and the smallest cam of each known law"
-    _print(_table(title, list(shown.values()), [*names, "binding"]))
-    what = f"Minimised: {_number(result.objective)}."
+    show(table_of(title, list(shown.values()), [*names, "binding"]))
+    what = f"Minimised: {number(result.objective)}."
     if result.bound is not None:
-        what += f" No motion whatever within the convex limits has less than {_number(result.bound)}:"
+        what += f" No motion whatever within the convex limits has less than {number(result.bound)}:"
         what += f" a gap of {result.gap:.2%}."
     local = " The curvature or a load decides too: the laws are a local optimum."
-    return _print(what + ("" if result.convex else local))
+    return show(what + ("" if result.convex else local))
 
 
 def show_frontier(found: "Frontier", as_json: bool) -> None:
@@ -281,7 +165,7 @@ def show_frontier(found: "Frontier", as_json: bool) -> None:
         every = {"rows": found.rows, "known_laws": found.known}
         tables = {name: [finite(row) for row in rows] for name, rows in every.items()}
         names = {"axes": found.axes, "local": found.local}
-        return _print_json({"scene": found.scene.name, **names, "least": ends, **tables})
+        return print_json({"scene": found.scene.name, **names, "least": ends, **tables})
     rows = [{**row, "law": "free"} for row in found.rows]
     for row in found.known:
         laws = " / ".join(dict.fromkeys((row["law_rise"], row["law_return"])))
@@ -290,14 +174,14 @@ def show_frontier(found: "Frontier", as_json: bool) -> None:
         name for name in ("base_radius_mm", "mean_radius_mm", "roller_radius_mm", "offset_mm") if name in rows[0]
     ]
     shown = [{**row, "bound": "" if row.get("bound") is None else row["bound"]} for row in rows]
-    _print(_table(f"{found.scene.name}: the frontier", shown, ["law", *found.axes, "bound", *sizes]))
+    show(table_of(f"{found.scene.name}: the frontier", shown, ["law", *found.axes, "bound", *sizes]))
     if not all(row["within"] for row in found.known):
-        _print("* beyond a limit that the free laws hold, such as the jerk of 3-4-5 where the scene limits none")
+        show("* beyond a limit that the free laws hold, such as the jerk of 3-4-5 where the scene limits none")
     for term, (least, bound) in found.least.items():
-        most = "" if not bound else f"; no motion within the other limits passes {_number(bound)}"
-        _print(f"Least {term}: {_number(least)}{most}")
+        most = "" if not bound else f"; no motion within the other limits passes {number(bound)}"
+        show(f"Least {term}: {number(least)}{most}")
     if found.local:
-        _print(f"Not convex in the motion, so of local optima: {', '.join(found.local)}")
+        show(f"Not convex in the motion, so of local optima: {', '.join(found.local)}")
     return None
 
 
@@ -321,33 +205,33 @@ def _optimum_columns(rows: dict[str, dict[str, Any]]) -> list[str]:
 def show_verdicts(verdicts: dict[str, str], as_json: bool) -> None:
     """The verdict on each limit."""
     if as_json:
-        return _print_json(verdicts)
+        return print_json(verdicts)
     records = [{"limit": name, "verdict": verdict} for name, verdict in verdicts.items()]
-    return _print(_table("At every cam angle", records, ["limit", "verdict"]))
+    return show(table_of("At every cam angle", records, ["limit", "verdict"]))
 
 
 def show_counts(counts: dict[str, int], as_json: bool) -> None:
     """How many rows of a table are held, broken and undecided."""
     every = {verdict: counts.get(verdict, 0) for verdict in ("held", "broken", "undecided")}
     if as_json:
-        return _print_json(every)
-    return _print(", ".join(f"{count:,} {verdict}" for verdict, count in every.items()))
+        return print_json(every)
+    return show(", ".join(f"{count:,} {verdict}" for verdict, count in every.items()))
 
 
 def show_accuracy(rows: list[dict[str, Any]], scene: Scene, as_json: bool) -> None:
     """Cost and error of each method."""
     if as_json:
-        return _print_json({"scene": scene.name, "methods": rows})
+        return print_json({"scene": scene.name, "methods": rows})
     names = list(rows[0])
     shown = [{name: f"{row[name]:.2g}" if name in names[4:] else row[name] for name in names} for row in rows]
-    return _print(_table(f"{scene.name}: what accuracy costs", shown, names))
+    return show(table_of(f"{scene.name}: what accuracy costs", shown, names))
 
 
 def show_bill(result: "Bill", as_json: bool) -> None:
     """The effects that run as a tree, what called for each, and what it costs."""
     if as_json:
         entries = [{**asdict(entry), "share": round(entry.share, 6)} for entry in result.entries]
-        return _print_json({"scene": result.scene.name, "effects": entries, "not_called_for": result.idle})
+        return print_json({"scene": result.scene.name, "effects": entries, "not_called_for": result.idle})
     whole = sum(entry.ns_per_design for entry in result.entries)
     tree = Tree(f"{result.scene.name}: {whole:,.0f} ns per design, over {result.designs:,} designs, one thread")
     for entry in result.entries:
@@ -359,7 +243,7 @@ def show_bill(result: "Bill", as_json: bool) -> None:
     for name, keys in result.idle.items():
         needs = f", and needs {', '.join(keys)}" if keys else ""
         tree.add(f"{name}  not called for{needs}")
-    return _print(tree)
+    return show(tree)
 
 
 SHOWN_RATIOS = (0.5, 1.0, 1.5, 2.0, 3.0, 5.0, 7.5, 10.0)
@@ -368,7 +252,7 @@ SHOWN_RATIOS = (0.5, 1.0, 1.5, 2.0, 3.0, 5.0, 7.5, 10.0)
 def show_spectrum(rows: Rows, as_json: bool) -> None:
     """The amplitude that each law leaves over in the dwell after it, at a few period ratios."""
     if as_json:
-        return _print_json([finite(record) for record in rows.records()])
+        return print_json([finite(record) for record in rows.records()])
     laws: dict[str, dict[str, Any]] = {}
     for record in rows.records():
         ratio = round(record["period_ratio"], 9)
@@ -376,7 +260,7 @@ def show_spectrum(rows: Rows, as_json: bool) -> None:
             row = laws.setdefault(record["law"], {"law": record["law"]})
             row[f"{ratio:g}"] = f"{record['residual']:.2g}"
     title = "Residual vibration in lifts, at period ratios t₁/T_n"
-    return _print(_table(title, list(laws.values()), ["law", *(f"{ratio:g}" for ratio in SHOWN_RATIOS)]))
+    return show(table_of(title, list(laws.values()), ["law", *(f"{ratio:g}" for ratio in SHOWN_RATIOS)]))
 
 
 def show_laws(as_json: bool) -> None:
@@ -387,9 +271,9 @@ def show_laws(as_json: bool) -> None:
         {"law": name, "title": law.TITLE, **law_peaks(law), "source": law.SOURCE} for name, law in LAWS.items()
     ]
     if as_json:
-        return _print_json([finite(record) for record in records])
+        return print_json([finite(record) for record in records])
     names = ["law", "title", "peak_velocity", "peak_acceleration", "peak_jerk", "jumps"]
-    return _print(_table("Motion laws (between dwells; stroke 1, angle 1)", records, names))
+    return show(table_of("Motion laws (between dwells; stroke 1, angle 1)", records, names))
 
 
 def show_scenes(name: str | None, as_json: bool) -> None:
@@ -401,10 +285,10 @@ def show_scenes(name: str | None, as_json: bool) -> None:
             raise BadInput([Mistake("camopt", "NAME", name, f"a shipped scene; {nearest(name, shipped_scenes())}")])
         text = shipped_toml(name)
         if as_json:
-            return _print_json({"name": name, "toml": text})
+            return print_json({"name": name, "toml": text})
         sys.stdout.write(text)
         return None
     records = [{"name": each, "title": find_scene(each).name} for each in shipped_scenes()]
     if as_json:
-        return _print_json(records)
-    return _print(_table("Shipped scenes", records, ["name", "title"]))
+        return print_json(records)
+    return show(table_of("Shipped scenes", records, ["name", "title"]))

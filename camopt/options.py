@@ -1,0 +1,108 @@
+"""Options of the command line: those that commands share, and what they change in a scene."""
+
+from collections.abc import Callable
+from functools import wraps
+from pathlib import Path
+from typing import Any
+
+import click
+
+
+def output_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Options common to all commands."""
+    command = click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output.")(command)
+    return click.option("--quiet", is_flag=True, help="No progress and no messages.")(command)
+
+
+OVERRIDES = {
+    "rpm": ("cam.rpm",),
+    "max_pressure": ("limits.pressure_angle", "limits.pressure_angle_return"),
+    "max_pressure_return": ("limits.pressure_angle_return",),
+    "min_curvature": ("limits.curvature_radius",),
+    "tolerance": ("accuracy.tolerance",),
+}
+
+
+def option_of(name: str) -> str:
+    """How a user writes an option."""
+    return f"--{name.replace('_', '-')}"
+
+
+def changed(scene: Any, changes: dict[str, tuple[str, Any]]) -> Any:
+    """The scene with changes by key, each from an option; a mistake in one names the option."""
+    from dataclasses import replace
+
+    from camopt.mistakes import BadInput, Mistake
+
+    try:
+        return scene.replace(**{key: value for key, (_, value) in changes.items()}) if changes else scene
+    except BadInput as error:
+        found: dict[str, Mistake] = {}
+        for mistake in error.mistakes:
+            key = next((key for key in changes if f"{mistake.key}.".startswith(f"{key}.")), None)
+            named = replace(mistake, file="camopt", key=changes[key][0]) if key else mistake
+            found.setdefault(str(named), named)
+        raise BadInput(found.values()) from None
+
+
+def given_overrides(options: dict[str, Any]) -> dict[str, tuple[str, Any]]:
+    """Take the overriding options out of all options: changes by key, each from an option."""
+    given = {name: options.pop(name) for name in OVERRIDES}
+    return {
+        key: (option_of(name), value)
+        for name, value in given.items()
+        if value is not None
+        for key in OVERRIDES[name]
+    }
+
+
+def override_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Options that override the scene."""
+    for option in (
+        click.option("--tolerance", type=float, help="Relative error of each reported value."),
+        click.option("--min-curvature", type=float, help="Least convex radius of the profile, mm."),
+        click.option("--max-pressure-return", type=float, help="Pressure angle on returns, deg."),
+        click.option("--max-pressure", type=float, help="Pressure angle on rise and return, deg."),
+        click.option("--rpm", type=float, help="Speed of the cam, rev/min."),
+    ):
+        command = option(command)
+    return command
+
+
+def scene_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Options that override the scene; the command gets the scene itself."""
+
+    @wraps(command)
+    def with_scene(scene: str, **options: Any) -> Any:
+        from camopt.scene import find_scene
+
+        changes = given_overrides(options)
+        return command(scene=changed(find_scene(scene), changes), **options)
+
+    return override_options(with_scene)
+
+
+class Axis(click.ParamType[Any]):
+    """START:STOP:STEP, or one value."""
+
+    name = "START:STOP:STEP"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        try:
+            numbers = [float(part) for part in str(value).split(":")]
+        except ValueError:
+            numbers = []
+        if len(numbers) == 1:
+            return numbers
+        if len(numbers) != 3:
+            self.fail(f"{value!r} is neither START:STOP:STEP nor one number", param, ctx)
+        return dict(zip(("start", "stop", "step"), numbers, strict=True))
+
+
+def check_folder(scene: Any, out: str, name: str = "scene.toml") -> None:
+    """Scenes are written too; never over the user's own."""
+    from camopt.mistakes import BadInput, Mistake
+
+    written = Path(out) / name
+    if written.exists() and Path(scene.file).exists() and written.samefile(scene.file):
+        raise BadInput([Mistake("camopt", "--out", out, "another folder: this one holds the scene itself")])

@@ -1,0 +1,126 @@
+"""The terminal: a progress bar, tables whose rows are never cut off, one JSON document."""
+
+import sys
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from math import inf
+from typing import Any
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.table import Table
+from rich.tree import Tree
+
+from camopt.quantities import QUANTITIES
+from camopt.table import to_json
+
+Advance = Callable[[int, int], None]
+
+
+@contextmanager
+def progress(quiet: bool, unit: str) -> Iterator[Advance]:
+    """A progress bar on standard error if that is a terminal, and a word when kernels are compiled."""
+    from numba.core import event
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    console = Console(stderr=True, quiet=quiet)
+    told: list[bool] = []
+
+    class Listener(event.Listener):
+        """Says once that the first run compiles."""
+
+        def on_start(self, happening: Any) -> None:
+            if not told:
+                told.append(True)
+                console.print("camopt: compiling kernels, this first time only …", style="dim")
+
+        def on_end(self, happening: Any) -> None:
+            pass
+
+    columns = (TextColumn(unit), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    bar = Progress(*columns, console=console, disable=quiet or not unit or not sys.stderr.isatty(), transient=True)
+    with event.install_listener("numba:compile", Listener()), bar:
+        task = bar.add_task(unit, total=None)
+        yield lambda done, total: bar.update(task, completed=done, total=total)
+
+
+def print_json(document: Any) -> None:
+    if sys.stdout is not None:
+        sys.stdout.write(to_json(document) + "\n")
+
+
+def number(value: Any) -> str:
+    """Six significant digits, no exponent where a reader would not want one."""
+    if isinstance(value, bool) or not isinstance(value, float):
+        return {True: "yes", False: "no"}.get(value, str(value)) if isinstance(value, bool) else str(value)
+    return "∞" if value == inf else "−∞" if value == -inf else f"{value:.6g}"
+
+
+def _heading(name: str) -> str:
+    """A quantity's name without its unit, a word a line, and the unit."""
+    unit = QUANTITIES[name].unit
+    stem = name.removesuffix(_suffix(unit)) if unit else name
+    return "\n".join([*stem.split("_"), *([unit] if unit else [])])
+
+
+def _suffix(unit: str) -> str:
+    """A unit as it is written in names: m/s² is _m_s2, N/mm is _N_per_mm."""
+    plain = unit.translate(str.maketrans("²³·µ", "23_u")).replace("/s", "_s")
+    return "_" + plain.replace("1/", "per_").replace("/", "_per_")
+
+
+def table_of(title: str, records: list[dict[str, Any]], names: list[str]) -> Table:
+    table = Table(title=title, title_justify="left", box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1))
+    for name in names:
+        texts = [record.get(name, "") for record in records]
+        heading = _heading(name) if name in QUANTITIES else name.replace("_", "\n")
+        if all(isinstance(text, str) for text in texts):
+            longest = max((len(word) for text in texts for word in text.split(" ")), default=0)
+            table.add_column(heading, min_width=longest, no_wrap=True, vertical="bottom")
+        else:
+            table.add_column(heading, justify="right", no_wrap=True, vertical="bottom")
+    for record in records:
+        table.add_row(*(number(record.get(name, "")) for name in names))
+    return table
+
+
+def show(*things: Any) -> None:
+    """Print to standard output. Nothing is cut off: a table wider than the screen is printed row by row."""
+    if sys.stdout is None:
+        return
+    screen = Console(highlight=False, markup=False)
+    for thing in things:
+        if isinstance(thing, Tree):  # wraps within its branches on a screen, and nothing in a file
+            width = screen.width if sys.stdout.isatty() else UNBOUNDED
+            Console(width=width, highlight=False, markup=False).print(thing)
+            continue
+        if not isinstance(thing, Table):
+            screen.print(thing, soft_wrap=True)
+            continue
+        room = Console(width=UNBOUNDED).measure(thing)
+        narrow = screen.width if sys.stdout.isatty() else UNBOUNDED
+        if narrow < room.minimum:
+            screen.print(_row_by_row(thing), soft_wrap=True)
+        else:
+            most = max(room.maximum, len(str(thing.title or "")))
+            Console(width=min(most, narrow), highlight=False, markup=False).print(thing, crop=False)
+
+
+UNBOUNDED = 10_000
+
+
+def _row_by_row(table: Table) -> str:
+    """A table as text for a narrow screen: each row as lines of heading and value."""
+    heads = [str(column.header).replace("\n", " ") for column in table.columns]
+    cells = [[str(cell) for cell in column.cells] for column in table.columns]
+    rows = [
+        "\n".join(f"{head:<24} {cell}".strip() for head, cell in zip(heads, row, strict=True) if cell)
+        for row in zip(*cells, strict=True)
+    ]
+    return "\n\n".join([str(table.title or ""), *rows])
+
+
+def say_written(files: Iterable[Any]) -> None:
+    """Name the files written, on standard error."""
+    for file in files:
+        print(f"wrote {file}", file=sys.stderr)
