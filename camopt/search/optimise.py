@@ -144,11 +144,11 @@ def _clear_above(question: Question, programme: Programme, answer: Smallest) -> 
     size, prime = float(design.size[0]), float(design.prime_radius[0])
     sizes = size + prime * np.geomspace(1e-6, 10.0, RADII)
     grid = replace(design.take(np.zeros(RADII, dtype=int)), size=sizes)
+    if not feasible(question, programme, grid.take([RADII - 1]))[0]:
+        return inf
     bad = np.flatnonzero(~feasible(question, programme, grid))
     if not bad.size:
         return size
-    if bad[-1] == RADII - 1:
-        return inf
     low, high = sizes[bad[-1]], sizes[min(bad[-1] + 1, RADII - 1)]
     for _ in range(60):
         middle = (low + high) / 2
