@@ -154,8 +154,13 @@ def show_synthesis(result: "Synthesised", known: dict[str, dict[str, Any]], as_j
     if result.bound is not None:
         what += f" No motion whatever within the convex limits has less than {number(result.bound)}:"
         what += f" a gap of {result.gap:.2%}."
-    local = " The curvature or a load decides too: the laws are a local optimum."
-    return show(what + ("" if result.convex else local))
+    swung = result.scene.follower.motion == "oscillating"
+    why = (
+        "The follower oscillates, so that its limits are not convex"
+        if swung
+        else "The curvature or a load decides too"
+    )
+    return show(what + ("" if result.convex else f" {why}: the laws are a local optimum."))
 
 
 def show_frontier(found: "Frontier", as_json: bool) -> None:
