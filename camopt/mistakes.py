@@ -41,10 +41,6 @@ class BadInput(ValueError):
         return "\n".join(str(mistake) for mistake in self.mistakes)
 
 
-class Unlimited(BadInput):
-    """Nothing limits the size of a cam from below, so that there is no smallest one."""
-
-
 class Unmet(Exception):
     """No free law holds all limits; the message says what is known."""
 

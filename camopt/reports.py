@@ -151,7 +151,7 @@ def show_synthesis(result: "Synthesised", known: dict[str, dict[str, Any]], as_j
     title = f"{result.scene.name}: free laws, and the smallest cam of each known law"
     show(table_of(title, list(shown.values()), [*names, "binding"]))
     what = f"Minimised: {number(result.objective)}."
-    if result.bound is not None:
+    if result.bound:
         what += f" No motion whatever within the convex limits has less than {number(result.bound)}:"
         what += f" a gap of {result.gap:.2%}."
     swung = result.scene.follower.motion == "oscillating"

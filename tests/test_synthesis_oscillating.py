@@ -137,6 +137,18 @@ def test_the_least_residual_vibration_is_the_effects_own():
     assert result.objective - jerk == pytest.approx(result.design["residual_vibration_max_deg"], rel=1e-9)
 
 
+def test_a_tighter_residual_vibration_asks_for_hardly_more():
+    """The steps start from known laws too, which have more of it."""
+    train = {"natural_frequency": 120, "damping_ratio": 0.05}
+    scene = find_scene("oscillating-roller").replace(**{"cam.rpm": 600, "limits.pressure_angle": 35})
+    scene, sizes = scene.replace(**{"follower.dynamics": train, "synthesis.pieces": 40}), []
+    for limit in (0.03, 1e-3, 1e-5):
+        found = free(scene.replace(**{"limits.residual_vibration": limit}))
+        assert sound(found)["residual_vibration_max_deg"] <= limit
+        sizes.append(found.objective)
+    assert sizes == pytest.approx([free(scene).objective] * 3, rel=0.05)
+
+
 def test_points_are_in_degrees():
     scene = Scene.from_dict(ARM).replace(**{"synthesis.points": [[50, 6.5]]})
     programme = resolve(free(scene).scene).programme

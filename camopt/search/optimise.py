@@ -9,7 +9,7 @@ import numpy as np
 
 from camopt.judging import by_excess, excesses, judged
 from camopt.mechanisms import Designs
-from camopt.mistakes import Mistake, Unlimited
+from camopt.mistakes import BadInput, Mistake
 from camopt.motion.programme import Programme
 from camopt.quantities import QUANTITIES
 from camopt.question import Question, exactly, resolve
@@ -54,7 +54,7 @@ def optimise(scene: Scene, progress: Progress | None = None) -> Optimum:
 
     Raises
     ------
-    Unlimited
+    BadInput
         If nothing limits the size from below, so that there is no smallest cam.
     """
     question = exactly(resolve(scene))
@@ -83,7 +83,7 @@ def optimise(scene: Scene, progress: Progress | None = None) -> Optimum:
     size = question.size_name
     if any(row[size] <= 2 * GAP for row in found.values()):
         wanted = "a limit that holds the size from below, such as pressure_angle or curvature_radius"
-        raise Unlimited([Mistake(scene.file, "limits", None, f"nothing limits the size: name {wanted}", bare=True)])
+        raise BadInput([Mistake(scene.file, "limits", None, f"nothing limits the size: name {wanted}", bare=True)])
     ranked = dict(sorted(found.items(), key=lambda item: float(item[1][size])))
     return Optimum(scene, next(iter(ranked.values()), None), ranked, obstacles, None if found else _least(misses))
 

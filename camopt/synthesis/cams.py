@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 
 from camopt.effects.vibration import vibration
-from camopt.mistakes import Unlimited
 from camopt.motion import LAWS
 from camopt.motion.programme import Programme, peak, root_mean_square, span
 from camopt.motion.spline import SplineLaw
 from camopt.motion.table import DWELL, TURN
+from camopt.question import resolve
 from camopt.scene import Scene
 from camopt.search.optimise import Optimum, optimise
 from camopt.synthesis import residual
@@ -33,13 +33,12 @@ def known_laws(scene: Scene) -> dict[str, dict[str, Any]]:
 
 def smallest_cams(scene: Scene) -> Optimum:
     """What ``optimise`` finds; of the scene's own size where neither limits nor the objective bear on it."""
-    try:
+    key = "base_radius" if scene.cam.form == "disc" else "mean_radius"
+    own, sought = getattr(scene.cam, key), getattr(scene.search, key)
+    limited = any(not limit.of_motion and limit.name != "undercut" for limit in resolve(scene).limits)
+    if own is None or sought is not None or limited or "size" in objective_in(scene.synthesis):
         return optimise(scene)
-    except Unlimited:
-        if "size" in objective_in(scene.synthesis):
-            raise
-        key = "base_radius" if scene.cam.form == "disc" else "mean_radius"
-        return optimise(scene.replace(**{f"search.{key}": [getattr(scene.cam, key)]}))
+    return optimise(scene.replace(**{f"search.{key}": [own]}))
 
 
 def scene_with(scene: Scene, laws: list[SplineLaw]) -> Scene:

@@ -18,6 +18,7 @@ from camopt.motion import LAWS
 from camopt.question import resolve
 from camopt.scene import Scene
 from camopt.search.answer import Progress
+from camopt.synthesis import residual
 from camopt.synthesis.asked import by_offset, demand_of
 from camopt.synthesis.cams import (
     cam_for,
@@ -40,6 +41,7 @@ SLACK = 1e-4  # of the unit of the objective, given up for the gentlest jerk amo
 SOLVER_ERROR = 1e-6  # relative, of an optimum
 PANELS = (96, 64, 32, 16)  # of a stroke in the relaxation: fewer where the solver fails
 MARGINS = (1e-7, 1e-6, 1e-5, 1e-4)  # by which limits are held closer than asked, for a solver's error
+CONE = 100.0  # times that, for a limit that is a cone: a solver errs more there
 WORSE = 1e-3  # relative: a cam above its convex optimum by more is held by a limit that is not convex
 
 
@@ -156,7 +158,7 @@ def tightened(demand: Demand, margin: float) -> Demand:
         ranges=tuple({k: (kept * low, kept * high) for k, (low, high) in row.items()} for row in demand.ranges),
         floors=tuple(replace(f, constant=f.constant - margin * abs(f.constant)) for f in demand.floors),
         prime=(demand.prime[0], max(demand.prime[0], kept * demand.prime[1])),
-        residual=None if demand.residual is None else kept * demand.residual,
+        residual=None if demand.residual is None else (1.0 - CONE * margin) * demand.residual,
     )
 
 
@@ -179,6 +181,10 @@ def placed(demand: Demand, start: Iterate) -> list[Iterate]:
 
     Not the latter where the size is part of it: it lies on its smallest cam already, but for other limits.
     """
+    scene = demand.question.scene
+    if demand.residual is not None:  # known laws have more of it; the steps begin at the nearest that have not
+        easier = scene.replace(**{f"limits.{residual.TERM}": None})
+        demand = replace(demand, residual=None, question=resolve(easier))
     laws = [*([] if demand.sized else [start]), *_known(demand, start)]
     return [_placed(demand, each) for each in laws]
 
