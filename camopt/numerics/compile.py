@@ -21,17 +21,20 @@ FLAGS: dict[str, Any] = {
 INLINE: Any = {"forceinline": True}  # a call left standing would keep a kernel's loop out of vectors
 
 
+KERNEL_FOLDERS = ("effects", "mechanisms", "motion", "numerics")
+
+
 def _source_digest() -> str:
-    """Fingerprint of the package's sources.
+    """Fingerprint of the sources that kernels are made of.
 
     numba renews a cached kernel only when the kernel's own file changes, not when a formula that it
-    inlines does. A cache folder per state of the sources closes that hole.
+    inlines does. A cache folder per state of those sources closes that hole, and survives an edit of any other file.
     """
     package = Path(__file__).resolve().parents[1]
     digest = hashlib.sha256(numba.__version__.encode())
-    for path in sorted(package.rglob("*.py")):
-        status = path.stat()
-        digest.update(f"{path.relative_to(package)}:{status.st_mtime_ns}:{status.st_size}".encode())
+    for folder in KERNEL_FOLDERS:
+        for path in sorted((package / folder).rglob("*.py")):
+            digest.update(f"{path.relative_to(package)}:".encode() + path.read_bytes())
     return digest.hexdigest()[:16]
 
 
