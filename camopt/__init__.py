@@ -11,7 +11,7 @@ from camopt.version import VERSION as __version__  # noqa: N811
 if TYPE_CHECKING:
     from camopt.evaluation import Evaluation, evaluate
     from camopt.figures import plot
-    from camopt.mistakes import BadInput, Unmet
+    from camopt.mistakes import BadInput, Unmet, Unsolved
     from camopt.motion import LAWS
     from camopt.points import cam_points
     from camopt.proof.certify import certify
@@ -36,6 +36,7 @@ _HOMES = {
     "Sweep": "search.sweep",
     "Synthesised": "synthesis.synthesise",
     "Unmet": "mistakes",
+    "Unsolved": "mistakes",
     "cam_points": "points",
     "certify": "proof.certify",
     "evaluate": "evaluation",
@@ -61,6 +62,7 @@ __all__ = [
     "Sweep",
     "Synthesised",
     "Unmet",
+    "Unsolved",
     "__version__",
     "cam_points",
     "certify",

@@ -341,11 +341,6 @@ class Synthesis(Table):
     pieces: Annotated[int, BeforeValidator(_is_whole), Field(ge=2, le=200)] = 48
     continuity: Annotated[int, BeforeValidator(_is_whole), Field(ge=2, le=8)] | None = None
 
-    def angle_of(self, segment: str) -> Range | None:
-        """The range of the angle of a rise, dwell or return; None where it stays as it is."""
-        found: Range | None = getattr(self, f"angle_{segment}")
-        return found
-
 
 class Materials(Table):
     """Bodies in contact: names of materials, or moduli in GPa and Poisson's ratios; face width in mm.

@@ -19,7 +19,7 @@ from camopt.effects import (
 from camopt.effects.case import Bodies, Case, Dynamics, Effect, Subject
 from camopt.quantities import QUANTITIES
 
-__all__ = ["EFFECTS", "Bodies", "Case", "Dynamics", "Effect", "Subject", "called", "lacking", "offered", "plan"]
+__all__ = ["EFFECTS", "Bodies", "Case", "Dynamics", "Effect", "Subject", "called", "lacking", "offered"]
 
 EFFECTS: dict[str, Effect] = {
     effect.name: effect
@@ -65,8 +65,3 @@ def called(wanted: Iterable[str], subject: Subject) -> dict[str, set[str]]:
             open_ |= set(effect.reads(subject))
         asked.setdefault(effect.name, set()).add(name)
     return {name: asked[name] for name in EFFECTS if name in asked}
-
-
-def plan(wanted: Iterable[str], subject: Subject) -> tuple[Effect, ...]:
-    """The effects that compute the wanted quantities, in order; nothing else runs."""
-    return tuple(EFFECTS[name] for name in called(wanted, subject))
