@@ -12,7 +12,7 @@ from camopt.effects.motion import KINDS
 from camopt.judging import judged, run_effects
 from camopt.motion.table import TURN
 from camopt.quantities import QUANTITIES
-from camopt.question import Question, exactly, resolve
+from camopt.question import Question, exactly, resolve_design
 from camopt.scene import Scene
 
 
@@ -48,7 +48,7 @@ def evaluate(scene: Scene) -> Evaluation:
     Extremes are those of the continuous motion, to the scene's tolerance (relative). A quantity that is
     infinite (the acceleration of a uniform-velocity law) is ``inf`` here, with its reason under ``unbounded``.
     """
-    return evaluate_design(resolve(scene))
+    return evaluate_design(resolve_design(scene))
 
 
 def evaluate_design(question: Question) -> Evaluation:

@@ -16,7 +16,7 @@ from camopt.drawing.panels import panels
 from camopt.drawing.picture import ALARM, INK, MUTED, Picture, number
 from camopt.judging import excesses, violations
 from camopt.points import checked_suffix
-from camopt.question import resolve
+from camopt.question import resolve_design
 from camopt.scene import Scene
 
 
@@ -39,7 +39,7 @@ def plot(scene: Scene, path: str | os.PathLike[str]) -> None:
         If the file cannot be written.
     """
     checked_suffix(path, "--plot", KINDS)
-    picture = Picture(resolve(scene))
+    picture = Picture(resolve_design(scene))
     grooved = picture.question.subject.mechanism.grooved
     shown = [*panels(picture), *dynamics_panels(picture), *load_panels(picture)]
     page = _below_a_groove(len(shown)) if grooved else _beside_a_disc(len(shown))

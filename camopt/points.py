@@ -13,7 +13,7 @@ from camopt.judging import run_effects
 from camopt.mechanisms.design import ComplexArray
 from camopt.mistakes import BadInput, Mistake
 from camopt.numerics import FloatArray
-from camopt.question import Question, resolve
+from camopt.question import Question, resolve_design
 from camopt.scene import Scene
 
 ABOUT = {
@@ -59,7 +59,7 @@ def cam_points(
     BadInput
         For a cutter radius that is not above 0, or larger than the groove; for cam angles outside 0 to 360.
     """
-    question = resolve(scene)
+    question = resolve_design(scene)
     degrees = _checked_angles(angles)
     _check_cutter(question, cutter_radius)
     radians = np.radians(degrees)

@@ -1,8 +1,8 @@
 """From a scene to a question in inside units (mm, s, rad): its subject, programme, design and limits."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
-from math import pi
+from math import isnan, nan, pi
 from typing import Any
 
 import numpy as np
@@ -11,15 +11,15 @@ from camopt.effects import Bodies, Dynamics, Subject, lacking, offered
 from camopt.limits import LOADS, Limit, limits_of, load_quantity
 from camopt.load_table import constant_and_changing
 from camopt.materials import MATERIALS
-from camopt.mechanisms import Designs, mechanism_for
+from camopt.mechanisms import FIELDS, SIZES, Designs, mechanism_for
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion import LAWS
 from camopt.motion.law import Law
 from camopt.motion.programme import Programme
-from camopt.numerics import FloatArray
 from camopt.own_laws import spline_of
 from camopt.quantities import EVERYTHING, GEOMETRY, QUANTITIES
 from camopt.scene import Scene
+from camopt.scene_checks import sizes_of
 
 VERDICT = ("feasible", "violated", "status", "relative_half_width")
 EXACT = 1e-13  # tolerance for single designs, whose digits people compare: it costs nothing there
@@ -35,6 +35,7 @@ class Question:
     """Every law that the scene can name: the built-in ones and its own."""
     programme: Programme
     design: Designs
+    """The scene's own design; a size that the scene leaves to its search is not a number (``resolve_design``)."""
     limits: tuple[Limit, ...]
 
     def with_laws(self, rise: str | None, fall: str | None) -> Programme:
@@ -82,15 +83,9 @@ def resolve(scene: Scene) -> Question:
         spherical=follower.contact == "spherical",
     )
     segments = [(s.segment, s.angle, s.lift, s.law) for s in scene.motion]
-    design = Designs(
-        size=_length(cam.base_radius if cam.form == "disc" else cam.mean_radius),
-        roller_radius=_length(follower.roller_radius or follower.face_radius),
-        offset=_length(follower.offset),
-        arm_length=_length(follower.arm_length),
-        centre_distance=_length(follower.centre_distance),
-        face_offset=_length(follower.face_offset),
-        sense=1.0 if cam.rotation == "ccw" else -1.0,
-    )
+    sizes = {FIELDS[key.partition(".")[2]]: np.array([_given(scene, key)]) for key in size_keys(scene)}
+    absent = {name: np.zeros(1) for name in SIZES if name not in sizes}
+    design = Designs(**sizes, **absent, sense=1.0 if cam.rotation == "ccw" else -1.0)
     mistakes = [*_not_offered(scene, subject), *_out_of_reach(scene, subject)]
     if mistakes:
         raise BadInput(mistakes)
@@ -98,6 +93,46 @@ def resolve(scene: Scene) -> Question:
     _, load = constant_and_changing(*load_and_unit(scene))
     programme = Programme.from_segments(segments, angular=subject.angular, laws=laws, load=load)
     return Question(scene, subject, laws, programme, design, limits_of(scene, subject))
+
+
+def resolve_design(scene: Scene) -> Question:
+    """As ``resolve``, for a scene that gives every size of its design.
+
+    Raises
+    ------
+    BadInput
+        For each size that it leaves to a search.
+    """
+    question = resolve(scene)
+    mistakes = missing_sizes(question)
+    if mistakes:
+        raise BadInput(mistakes)
+    return question
+
+
+def missing_sizes(question: Question, searched: Collection[str] = ()) -> list[Mistake]:
+    """A mistake for each size that the scene does not give, but for those searched (keys of ``[search]``)."""
+    scene = question.scene
+    why = "missing; optimise finds it, and a sweep whose [search] gives it values"
+    return [
+        Mistake(scene.file, key, None, why, bare=True)
+        for key in size_keys(scene)
+        if isnan(_given(scene, key)) and key.partition(".")[2] not in searched
+    ]
+
+
+def size_keys(scene: Scene) -> list[str]:
+    """The keys of the sizes that the scene's mechanism has, as ``cam.base_radius``."""
+    cam, follower = scene.cam, scene.follower
+    sizes = sizes_of(cam.form, follower.motion, follower.contact)
+    return [f"cam.{'base' if cam.form == 'disc' else 'mean'}_radius", *(f"follower.{name}" for name in sizes)]
+
+
+def _given(scene: Scene, key: str) -> float:
+    """A size in mm, not a number where the scene does not give it."""
+    table, name = key.split(".")
+    value: float | None = getattr(getattr(scene, table), name)
+    return nan if value is None else value
 
 
 def exactly(question: Question) -> Question:
@@ -189,7 +224,3 @@ def _not_offered(scene: Scene, subject: Subject) -> list[Mistake]:
                 listed = ", ".join(n for n in allowed if n in QUANTITIES)
                 mistakes.append(Mistake(scene.file, key, name, f"a quantity of this scene: {listed}"))
     return mistakes
-
-
-def _length(value: float | None) -> FloatArray:
-    return np.array([value or 0.0])

@@ -187,7 +187,7 @@ def _needed(form: str, motion: str, contact: str) -> tuple[str, ...]:
     return ("centre_distance", *(("face_offset",) if contact == "flat" else ("arm_length", *TRACE[contact])))
 
 
-def _allowed(form: str, motion: str, contact: str) -> tuple[str, ...]:
+def sizes_of(form: str, motion: str, contact: str) -> tuple[str, ...]:
     """The sizes of the follower that a mechanism may have."""
     radial = motion == "translating" and form == "disc"
     return (*_needed(form, motion, contact), *(("offset",) if radial else ()))
@@ -202,16 +202,14 @@ def _keys(data: Mapping[str, Any], form: str, motion: str, contact: str) -> Iter
     if form == "cylindrical" and contact == "flat":
         yield "follower.contact", contact, "must be 'knife', 'roller' or 'spherical' on a cylindrical cam"
         return
-    size, other = ("base_radius", "mean_radius") if form == "disc" else ("mean_radius", "base_radius")
-    if _at(data, f"cam.{size}") is None:
-        yield f"cam.{size}", None, f"missing; a {form} cam needs it"
+    other = "mean_radius" if form == "disc" else "base_radius"
     absent = [f"cam.{other}", *(["cam.shaft_diameter"] if form == "cylindrical" else [])]
-    absent += [f"follower.{name}" for name in SIZES if name not in _allowed(form, motion, contact)]
+    absent += [f"follower.{name}" for name in SIZES if name not in sizes_of(form, motion, contact)]
     for key in absent:
         if _at(data, key) not in (None, 0.0):
             yield key, _at(data, key), f"a {what} has none"
     for name in _needed(form, motion, contact):
-        if _at(data, f"follower.{name}") is None:
+        if _at(data, f"follower.{name}") is None and _at(data, f"search.{name}") is None:
             yield f"follower.{name}", None, f"missing; a {what} needs it"
 
 
@@ -306,7 +304,7 @@ def _search(data: Mapping[str, Any], form: str, motion: str, contact: str) -> It
     search = data.get("search")
     if not isinstance(search, Mapping):
         return
-    own = (*_allowed(form, motion, contact), "base_radius" if form == "disc" else "mean_radius")
+    own = (*sizes_of(form, motion, contact), "base_radius" if form == "disc" else "mean_radius")
     for key in (*SIZES, "base_radius", "mean_radius"):
         if search.get(key) is not None and key not in own:
             yield (

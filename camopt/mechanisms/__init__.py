@@ -8,9 +8,9 @@ from camopt.mechanisms import (
     translating,
     translating_flat,
 )
-from camopt.mechanisms.design import SIZES, Designs, Mechanism, chained
+from camopt.mechanisms.design import FIELDS, SIZES, Designs, Mechanism, chained
 
-__all__ = ["MECHANISMS", "SIZES", "Designs", "Mechanism", "chained", "mechanism_for"]
+__all__ = ["FIELDS", "MECHANISMS", "SIZES", "Designs", "Mechanism", "chained", "mechanism_for"]
 
 MECHANISMS: dict[tuple[str, str, bool], Mechanism] = {
     ("disc", "translating", False): translating.MECHANISM,

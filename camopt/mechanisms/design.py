@@ -16,6 +16,17 @@ BoolArray = NDArray[np.bool_]
 
 
 SIZES = ("size", "roller_radius", "offset", "arm_length", "centre_distance", "face_offset")
+FIELDS = {
+    "face_offset": "face_offset",
+    "centre_distance": "centre_distance",
+    "arm_length": "arm_length",
+    "face_radius": "roller_radius",
+    "roller_radius": "roller_radius",
+    "offset": "offset",
+    "mean_radius": "size",
+    "base_radius": "size",
+}
+"""The arrays of ``Designs`` by the keys of a scene that give them or vary them, the slowest of a sweep first."""
 
 
 @dataclass(frozen=True)

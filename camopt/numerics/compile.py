@@ -28,7 +28,8 @@ def _source_digest() -> str:
     """Fingerprint of the sources that kernels are made of.
 
     numba renews a cached kernel only when the kernel's own file changes, not when a formula that it
-    inlines does. A cache folder per state of those sources closes that hole, and survives an edit of any other file.
+    inlines does. A cache folder per state of those sources closes that hole, and survives an edit of any other
+    file.
     """
     package = Path(__file__).resolve().parents[1]
     digest = hashlib.sha256(numba.__version__.encode())

@@ -29,7 +29,7 @@ from camopt.proof.ball import Ball, as_arb, between
 from camopt.proof.laws import Piece, pieces_of
 from camopt.proof.load import Line, lines_of
 from camopt.quantities import DERIVATIVES
-from camopt.question import Question, exactly, load_and_unit, resolve
+from camopt.question import Question, exactly, load_and_unit, resolve_design
 from camopt.scene import Scene
 
 HELD, BROKEN, UNDECIDED = "held", "broken", "undecided"
@@ -266,7 +266,7 @@ def certify(scene: Scene) -> dict[str, str]:
     ball arithmetic of 200 bits; undecided is what lies within about 1e-27 of its limit. A law that the scene gives
     as a table is the spline through its points.
     """
-    question = resolve(scene)
+    question = resolve_design(scene)
     return certify_design(question, question.programme, question.design)
 
 

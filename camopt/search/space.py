@@ -8,27 +8,15 @@ from math import floor, inf, prod
 import numpy as np
 from numpy.typing import NDArray
 
-from camopt.mechanisms import SIZES, Designs
+from camopt.mechanisms import FIELDS, SIZES, Designs
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion.programme import Programme
 from camopt.motion.table import RETURN, RISE
 from camopt.numerics import FloatArray
-from camopt.question import Question
+from camopt.question import Question, missing_sizes
 from camopt.rows import Rows
 from camopt.scene_tables import Range
 from camopt.search.answer import Bounds
-
-FIELDS = {  # keys of [search] and the sizes that they vary, slowest first
-    "face_offset": "face_offset",
-    "centre_distance": "centre_distance",
-    "arm_length": "arm_length",
-    "face_radius": "roller_radius",
-    "roller_radius": "roller_radius",
-    "offset": "offset",
-    "mean_radius": "size",
-    "base_radius": "size",
-}
-
 
 MOST_VALUES = 10_000_000  # of one axis; a space may have far more designs, it is never materialised
 
@@ -111,7 +99,7 @@ def space_of(question: Question) -> Space:
             mistakes.append(Mistake(file, f"search.{key}.step", choice.step, allowed))
             continue
         axes[key] = axis_values(choice)
-    mistakes += freed_angles(question, "a sweep takes")
+    mistakes += [*missing_sizes(question, axes), *freed_angles(question, "a sweep takes")]
     if mistakes:
         raise BadInput(mistakes)
     return Space(question, programmes_of(question), axes)
