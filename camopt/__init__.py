@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from camopt.version import VERSION as __version__  # noqa: N811
 
 if TYPE_CHECKING:
+    from camopt.designs import Design, scene_of
     from camopt.evaluation import Evaluation, evaluate
     from camopt.figures import plot
     from camopt.mistakes import BadInput, Unmet, Unsolved
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "BadInput": "mistakes",
+    "Design": "designs",
     "Evaluation": "evaluation",
     "Frontier": "synthesis.frontier",
     "LAWS": "motion",
@@ -46,6 +48,7 @@ _HOMES = {
     "optimise": "search.optimise",
     "plot": "figures",
     "response_spectrum": "spectrum",
+    "scene_of": "designs",
     "shipped_scenes": "scene",
     "sweep": "search.sweep",
     "synthesise": "synthesis.synthesise",
@@ -55,6 +58,7 @@ __all__ = [
     "LAWS",
     "QUANTITIES",
     "BadInput",
+    "Design",
     "Evaluation",
     "Frontier",
     "Optimum",
@@ -73,6 +77,7 @@ __all__ = [
     "optimise",
     "plot",
     "response_spectrum",
+    "scene_of",
     "shipped_scenes",
     "sweep",
     "synthesise",

@@ -15,6 +15,8 @@ from camopt.options import (
     option_of,
     output_options,
     override_options,
+    row_option,
+    scene_at,
     scene_options,
 )
 from camopt.version import VERSION
@@ -107,14 +109,21 @@ def sweep(
 @click.argument("scene", default=DEFAULT_SCENE)
 @scene_options
 @output_options
-def optimise(scene: Any, as_json: bool, quiet: bool) -> int:
+@click.option("--out", help="Folder for the smallest cam of each law, as scenes (TOML).")
+def optimise(scene: Any, as_json: bool, quiet: bool, out: str | None) -> int:
     """Find the smallest cam that meets the limits."""
     from camopt import reports, terminal
+    from camopt.designs import OPTIMUM, write_scenes
     from camopt.search.optimise import optimise as run
 
+    if out:
+        check_folder(scene, out, OPTIMUM)
     with terminal.progress(quiet, "laws") as advance:
         result = run(scene, advance)
+    files = write_scenes(result.by_law, out) if out and result.by_law else []
     reports.show_optimum(result, as_json)
+    if not quiet:
+        terminal.say_written(files)
     return _reached(scene, result.best["relative_half_width"]) if result.best else NOTHING_FEASIBLE
 
 
@@ -261,16 +270,18 @@ def effects(scene: Any, as_json: bool, quiet: bool, spectrum: bool, out: str) ->
 @camopt.command()
 @click.argument("target")
 @override_options
+@row_option
 @output_options
-def certify(target: str, as_json: bool, quiet: bool, **overrides: Any) -> int:
+def certify(target: str, as_json: bool, quiet: bool, row: int | None, **overrides: Any) -> int:
     """Prove that limits hold at every cam angle, in ball arithmetic.
 
-    TARGET is a scene, or a table of a sweep, whose rows get a column with the verdict.
+    TARGET is a scene, or a table of a sweep. All rows of a table are proved, and a column with the verdicts is
+    added to it; with --row only that row is proved, and nothing is written.
     """
     from camopt import reports, terminal
 
     changes = given_overrides(overrides)
-    if target.endswith(".parquet"):
+    if target.endswith(".parquet") and row is None:
         from camopt.mistakes import BadInput, Mistake
         from camopt.proof.table import certify_table
 
@@ -284,9 +295,8 @@ def certify(target: str, as_json: bool, quiet: bool, **overrides: Any) -> int:
         verdicts = set(counts)
     else:
         from camopt.proof.certify import certify as prove
-        from camopt.scene import find_scene
 
-        found = prove(changed(find_scene(target), changes))
+        found = prove(changed(scene_at(target, row), changes))
         reports.show_verdicts(found, as_json)
         verdicts = set(found.values())
     return NOTHING_FEASIBLE if "broken" in verdicts else NOT_REACHED if "undecided" in verdicts else 0

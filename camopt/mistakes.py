@@ -41,6 +41,13 @@ class BadInput(ValueError):
         return "\n".join(str(mistake) for mistake in self.mistakes)
 
 
+class UnknownName(KeyError):
+    """A key that a mapping has not; the message names the nearest."""
+
+    def __str__(self) -> str:
+        return str(self.args[0])  # a KeyError would show it in quotes
+
+
 class Unmet(Exception):
     """No free law holds all limits; the message says what is known."""
 

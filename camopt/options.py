@@ -69,17 +69,36 @@ def override_options(command: Callable[..., Any]) -> Callable[..., Any]:
     return command
 
 
+def scene_at(target: str, row: int | None) -> Any:
+    """The scene of a file or of a shipped name; of a table, that of one of its rows."""
+    from camopt.designs import scene_of
+    from camopt.mistakes import BadInput, Mistake
+    from camopt.scene import find_scene
+
+    table = target.endswith(".parquet")
+    if table and row is not None:
+        return scene_of(target, row)
+    if table:
+        raise BadInput([Mistake("camopt", "SCENE", target, "is a table: say which row with --row", bare=True)])
+    if row is not None:
+        raise BadInput([Mistake("camopt", "--row", row, f"belongs to a table; {target} is a scene", bare=True)])
+    return find_scene(target)
+
+
+def row_option(command: Callable[..., Any]) -> Callable[..., Any]:
+    """The option that says which row of a table is the scene."""
+    return click.option("--row", type=int, help="If SCENE is a table of designs: which row, from 0.")(command)
+
+
 def scene_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Options that override the scene; the command gets the scene itself."""
 
     @wraps(command)
-    def with_scene(scene: str, **options: Any) -> Any:
-        from camopt.scene import find_scene
-
+    def with_scene(scene: str, row: int | None, **options: Any) -> Any:
         changes = given_overrides(options)
-        return command(scene=changed(find_scene(scene), changes), **options)
+        return command(scene=changed(scene_at(scene, row), changes), **options)
 
-    return override_options(with_scene)
+    return override_options(row_option(with_scene))
 
 
 class Axis(click.ParamType[Any]):
@@ -99,10 +118,10 @@ class Axis(click.ParamType[Any]):
         return dict(zip(("start", "stop", "step"), numbers, strict=True))
 
 
-def check_folder(scene: Any, out: str, name: str = "scene.toml") -> None:
-    """Scenes are written too; never over the user's own."""
+def check_folder(scene: Any, out: str, names: str = "scene.toml") -> None:
+    """Scenes are written too (of such names); never over the user's own."""
     from camopt.mistakes import BadInput, Mistake
 
-    written = Path(out) / name
-    if written.exists() and Path(scene.file).exists() and written.samefile(scene.file):
+    own = Path(scene.file)
+    if own.exists() and any(file.samefile(own) for file in Path(out).glob(names)):
         raise BadInput([Mistake("camopt", "--out", out, "another folder: this one holds the scene itself")])

@@ -1,6 +1,7 @@
 """What the commands print of their results: tables for people, one JSON document for programs."""
 
 import sys
+from collections.abc import Mapping
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
@@ -90,7 +91,7 @@ def _show_front(result: Sweep, names: list[str]) -> None:
     show("", table_of("Its knee", [front.knee], names))
 
 
-def _sizes(rows: dict[str, dict[str, Any]]) -> list[str]:
+def _sizes(rows: Mapping[str, dict[str, Any]]) -> list[str]:
     """The sizes worth a column: no law twice, no sum or difference of others."""
     records = list(rows.values())
     hidden = {"prime_radius_mm", "shaft_clearance_mm"}
@@ -126,7 +127,7 @@ def show_optimum(result: Optimum, as_json: bool) -> None:
     return None
 
 
-def show_synthesis(result: "Synthesised", known: dict[str, dict[str, Any]], as_json: bool) -> None:
+def show_synthesis(result: "Synthesised", known: Mapping[str, dict[str, Any]], as_json: bool) -> None:
     """The cam of the free laws beside the smallest of each known law, the bound and the gap."""
     from camopt.synthesis.synthesised import peaks_of
 

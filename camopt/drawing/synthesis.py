@@ -1,6 +1,7 @@
 """Before and after: the cam of a known law and that of free laws, at one scale, and their motions."""
 
 import os
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -24,7 +25,7 @@ ROWS = ("displacement", "velocity", "acceleration", "jerk")
 
 
 def plot_synthesis(
-    scene: Scene, known: dict[str, dict[str, Any]], result: Synthesised, path: str | os.PathLike[str]
+    scene: Scene, known: Mapping[str, dict[str, Any]], result: Synthesised, path: str | os.PathLike[str]
 ) -> None:
     """Draw the smallest cam of a known law beside that of free laws, to a PNG, SVG or PDF file.
 
@@ -45,9 +46,9 @@ def plot_synthesis(
         _motions(figure, before, after)
 
 
-def best_known(scene: Scene, known: dict[str, dict[str, Any]], result: Synthesised) -> Scene:
+def best_known(scene: Scene, known: Mapping[str, dict[str, Any]], result: Synthesised) -> Scene:
     """The scene with the known law of the smallest cam that is no rougher than the free laws, or of all."""
-    from camopt.synthesis.cams import chosen
+    from camopt.designs import chosen
     from camopt.synthesis.synthesised import peaks_of
 
     free = peaks_of(result.design, result)

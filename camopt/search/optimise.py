@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from camopt.designs import Design
 from camopt.judging import by_excess, excesses, judged
 from camopt.mechanisms import Designs
 from camopt.mistakes import BadInput, Mistake
@@ -28,7 +29,8 @@ RADII = 1024  # sizes above the optimum at which feasibility is looked at
 class Optimum:
     """The smallest cam of each law, and the smallest of all.
 
-    Each design is a mapping from quantity to value, with ``binding`` (the limits that hold it), ``proved``
+    Each design (``Design``) is a mapping from quantity to value, and has a ``scene``. Beside the quantities of the
+    scene it has ``binding`` (the limits that hold it), ``proved``
     (no feasible design of that law is smaller by more than 1e-7 mm), ``gap_mm`` (what it may be smaller by),
     ``angles_deg`` (of all segments, where ``[search]`` frees some) and ``clear_above_mm`` (the least size
     above which all are feasible: larger than the optimum where feasibility is not monotone, and infinite where
@@ -36,11 +38,11 @@ class Optimum:
     """
 
     scene: Scene
-    best: dict[str, Any] | None
-    by_law: dict[str, dict[str, Any]]
+    best: Design | None
+    by_law: dict[str, Design]
     obstacles: dict[str, str]
     """For each law without a feasible design, the limits that stop it."""
-    nearest_miss: dict[str, Any] | None
+    nearest_miss: Design | None
     """Where no law has a feasible design: the one with the least excess, and what it exceeds (``violated``)."""
 
 
@@ -84,8 +86,11 @@ def optimise(scene: Scene, progress: Progress | None = None) -> Optimum:
     if any(row[size] <= 2 * GAP for row in found.values()):
         wanted = "a limit that holds the size from below, such as pressure_angle or curvature_radius"
         raise BadInput([Mistake(scene.file, "limits", None, f"nothing limits the size: name {wanted}", bare=True)])
-    ranked = dict(sorted(found.items(), key=lambda item: float(item[1][size])))
-    return Optimum(scene, next(iter(ranked.values()), None), ranked, obstacles, None if found else _least(misses))
+    order = sorted(found, key=lambda laws: float(found[laws][size]))
+    ranked = {laws: Design(found[laws], scene) for laws in order}
+    return Optimum(
+        scene, next(iter(ranked.values()), None), ranked, obstacles, None if found else _least(misses, scene)
+    )
 
 
 def _answers(
@@ -110,8 +115,8 @@ def _missed(
     return worst, {name: values[name] for name in QUANTITIES if name in values}
 
 
-def _least(misses: list[tuple[tuple[float, float], dict[str, Any]]]) -> dict[str, Any] | None:
-    return min(misses, key=lambda miss: miss[0])[1] if misses else None
+def _least(misses: list[tuple[tuple[float, float], dict[str, Any]]], scene: Scene) -> Design | None:
+    return Design(min(misses, key=lambda miss: miss[0])[1], scene) if misses else None
 
 
 def _described(question: Question, programme: Programme, answer: Smallest) -> dict[str, Any]:

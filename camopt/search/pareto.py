@@ -4,7 +4,7 @@ Objectives are compared as costs: as they are if minimised, negated if maximised
 infinite gain better, than any finite one; rows that share it compare by their other objectives.
 """
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -174,7 +174,7 @@ class Front:
 
     def to_dict(self) -> dict[str, Any]:
         """The same as plain values, with None for what is infinite."""
-        return {**asdict(self), "knee": finite(self.knee)}
+        return {**vars(self), "knee": finite(self.knee)}
 
 
 def front_of(rows: Rows, search: Search, grid: Rows | None = None) -> Front | None:

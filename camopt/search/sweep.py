@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from camopt.designs import Design
 from camopt.files import result_folder
 from camopt.judging import Effort, by_excess, excesses, judged, least_excess, screened, settled
 from camopt.motion.programme import Programme
@@ -32,7 +33,7 @@ Block = tuple[Programme, int, int]
 
 @dataclass(frozen=True)
 class Sweep:
-    """The outcome of a sweep; rows are mappings from quantity to value."""
+    """The outcome of a sweep; rows (``Design``) are mappings from quantity to value, with their ``scene``."""
 
     scene: Scene
     designs: int
@@ -44,10 +45,10 @@ class Sweep:
     are not feasible, and in no table but that of all."""
     pareto: int
     files: tuple[Path, ...]
-    best: dict[str, dict[str, Any]]
+    best: dict[str, Design]
     """The best feasible design of each law: least first objective, ties by the next. ``held_by`` names the
     limits that the next smaller cam of the space would exceed."""
-    nearest_miss: dict[str, Any] | None
+    nearest_miss: Design | None
     """Where nothing is feasible: the design with the least excess, and what it exceeds under ``violated``."""
     reached: float = 0.0
     """The largest relative half-width of an enclosure of any row kept."""
@@ -121,6 +122,7 @@ def sweep(
         rows = refined(space, grid, progress) if search.refine else grid
         rows = rows if search.thin is None else thinned(rows, search, search.thin)
         front = front_of(rows, search, grid if search.refine else None)
+        front = front and replace(front, knee=Design(front.knee, question.scene))
         if tables:
             if keep == "pareto":
                 tables["designs"].append(grid)
@@ -212,13 +214,13 @@ def _in_order(space: Space, work: Callable[[Block], Batch], workers: int, block:
             pool.shutdown(cancel_futures=True)
 
 
-def best_of_each_law(space: Space, rows: Rows) -> dict[str, dict[str, Any]]:
+def best_of_each_law(space: Space, rows: Rows) -> dict[str, Design]:
     """The first row of each pair of laws when sorted by the objectives in turn, the best law first."""
-    best: dict[str, dict[str, Any]] = {}
+    best: dict[str, Design] = {}
     for row in ranked(rows, space.question.scene.search).records():
         laws = " / ".join(dict.fromkeys((row["law_rise"], row["law_return"])))
         if laws not in best:
-            best[laws] = {**row, "held_by": held_by(space, row)}
+            best[laws] = Design({**row, "held_by": held_by(space, row)}, space.question.scene)
     return best
 
 
@@ -238,7 +240,7 @@ def held_by(space: Space, row: dict[str, Any]) -> str:
     return str(judged(question, programme, design, frozenset()).column("violated")[0]).replace(",", ", ")
 
 
-def nearest_miss(space: Space, block: int) -> dict[str, Any] | None:
+def nearest_miss(space: Space, block: int) -> Design | None:
     """The design of the space that misses its limits the least, with its quantities."""
     question = space.question
     best: tuple[tuple[float, float], dict[str, Any]] | None = None
@@ -253,4 +255,4 @@ def nearest_miss(space: Space, block: int) -> dict[str, Any] | None:
         key = by_excess(excess[:, i])
         if best is None or key < best[0]:
             best = key, rows.take(np.array([i])).records()[0]
-    return best[1] if best else None
+    return Design(best[1], question.scene) if best else None

@@ -1,11 +1,10 @@
 """Free laws as laws of a scene, and the smallest cams for them."""
 
-from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
+from camopt.designs import Design, chosen
 from camopt.effects.vibration import vibration
 from camopt.motion import LAWS
 from camopt.motion.programme import Programme, peak, root_mean_square, span
@@ -25,7 +24,7 @@ NOTHING = 1e-12  # of a range that ends at 0: rounding
 OFF_POINT = 1e-6  # of the lift: by how much a solver may miss a point
 
 
-def known_laws(scene: Scene) -> dict[str, dict[str, Any]]:
+def known_laws(scene: Scene) -> dict[str, Design]:
     """The smallest cam of each known law, for comparison: the laws of [search], or all of them."""
     named = scene.search.law or scene.search.law_rise or scene.search.law_return
     return smallest_cams(scene if named else scene.replace(**{"search.law": list(LAWS)})).by_law
@@ -91,16 +90,6 @@ def cam_for(demand: Demand, found: Iterate) -> Synthesised | None:
     if best[size] + demand.roller > demand.prime[1]:
         return None
     return Synthesised(chosen(scene, best), best, objective_of(demand, found, best[size]))
-
-
-def chosen(scene: Scene, row: Mapping[str, Any]) -> Scene:
-    """The scene with the sizes of a row."""
-    size = "base_radius" if scene.cam.form == "disc" else "mean_radius"
-    changes = {f"cam.{size}": row[f"{size}_mm"]}
-    for name in ("offset", "roller_radius", "face_radius", "arm_length", "centre_distance", "face_offset"):
-        if f"{name}_mm" in row and getattr(scene.follower, name) is not None:
-            changes[f"follower.{name}"] = row[f"{name}_mm"] + 0.0  # no −0
-    return scene.replace(**changes)
 
 
 def objective_of(demand: Demand, found: Iterate, size: float) -> float:

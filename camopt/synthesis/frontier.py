@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from camopt.designs import Design
 from camopt.effects import lacking, offered
 from camopt.limits import load_quantity
 from camopt.mistakes import BadInput, Mistake, Unmet, nearest
@@ -48,8 +49,8 @@ class Frontier:
 
     scene: Scene
     axes: tuple[str, ...]
-    rows: list[dict[str, Any]]
-    known: list[dict[str, Any]]
+    rows: list[Design]
+    known: list[Design]
     least: dict[str, tuple[float, float | None]]
 
     @property
@@ -103,7 +104,11 @@ def frontier(
     known = [_known(demand, axes, cam) for cam in known_laws(scene).values()]
     bounds = {t: bound_of(replace(demand, objective={t: 1.0})) for t in axes if t in TERMS}
     least = {axis: (ends[axis, axis].row[axis], bounds.get(axis)) for axis in axes}
-    return Frontier(scene, axes, _front(rows, axes), known, least)
+    return Frontier(scene, axes, _designs(scene, _front(rows, axes)), _designs(scene, known), least)
+
+
+def _designs(scene: Scene, rows: list[dict[str, Any]]) -> list[Design]:
+    return [Design(row, scene) for row in rows]
 
 
 def _checked(scene: Scene, axes: Sequence[str]) -> tuple[Scene, tuple[str, ...]]:

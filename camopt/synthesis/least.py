@@ -14,13 +14,14 @@ from typing import Any, NamedTuple
 import cvxpy as cp
 import numpy as np
 
+from camopt.designs import chosen
 from camopt.evaluation import evaluate
 from camopt.mistakes import Unsolved
 from camopt.question import resolve
 from camopt.scene import Scene
 from camopt.scene_tables import TERMS
 from camopt.synthesis.asked import demand_of
-from camopt.synthesis.cams import cam_for, chosen, free_laws, programme_with, scene_with, term_of, within
+from camopt.synthesis.cams import cam_for, free_laws, programme_with, scene_with, term_of, within
 from camopt.synthesis.ceilings import ceilings_at, ceilings_of, quantities
 from camopt.synthesis.convex import Convex, convex
 from camopt.synthesis.demand import Demand

@@ -1,0 +1,134 @@
+"""Designs of a result: quantities by name, and each as a scene that every command takes."""
+
+import os
+import re
+import tomllib
+from collections.abc import Iterable, Mapping
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from camopt.files import result_folder
+from camopt.mechanisms import FIELDS
+from camopt.mistakes import BadInput, Mistake, UnknownName, nearest
+from camopt.motion import LAWS
+from camopt.question import size_keys
+from camopt.scene import Scene
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+class Design(dict[str, Any]):
+    """One design of a result: a mapping from the name of a quantity to its value.
+
+    Parameters
+    ----------
+    quantities
+        Names and values, as a row of a table has them.
+    searched
+        The scene whose sizes, laws or angles were searched.
+
+    Examples
+    --------
+    >>> import camopt
+    >>> best = camopt.optimise(camopt.find_scene("knife-300rpm-offset")).best
+    >>> best.scene.cam.base_radius == best["base_radius_mm"]
+    True
+    """
+
+    def __init__(self, quantities: Mapping[str, Any] | Iterable[tuple[str, Any]], searched: Scene) -> None:
+        super().__init__(quantities)
+        self.searched = searched
+
+    def __missing__(self, name: str) -> Any:
+        raise UnknownName(f"{name!r} is no quantity of this design; {nearest(str(name), self)}")
+
+    @cached_property
+    def scene(self) -> Scene:
+        """The scene of this one design: that which was searched, with the design's sizes, laws and angles."""
+        return scene_of_row(self.searched, self)
+
+
+def scene_of(table: "str | os.PathLike[str] | pd.DataFrame", row: int) -> Scene:
+    """The scene of one row of a table that camopt wrote: its sizes and laws in the scene that was searched.
+
+    A row that pandas takes out of a table no longer knows which scene it belongs to, so the table is given too.
+
+    Parameters
+    ----------
+    table
+        A Parquet file that ``sweep`` or ``frontier`` wrote, or the DataFrame that ``camopt.load`` makes of it;
+        rows may have been filtered out.
+    row
+        The row's label in the DataFrame: its number in the file, counted from 0.
+
+    Returns
+    -------
+    Scene
+        Which ``evaluate``, ``plot``, ``certify`` and the others take. Its limits and its ``[search]`` stay.
+
+    Raises
+    ------
+    BadInput
+        If the table has no such row, or no scene.
+    OSError
+        If the file cannot be read.
+
+    Examples
+    --------
+    >>> designs = camopt.load("camopt-out/designs.parquet")
+    >>> smallest = designs.base_radius_mm.idxmin()
+    >>> camopt.evaluate(camopt.scene_of(designs, smallest))["pressure_angle_max_deg"]
+    """
+    from camopt.table import load
+
+    name, frame = (os.fspath(table), load(table)) if isinstance(table, (str, os.PathLike)) else ("table", table)
+    text = frame.attrs.get("scene")
+    if not text:
+        raise BadInput([Mistake("camopt", "table", name, "a table that camopt wrote, which has its scene in it")])
+    if row not in frame.index:
+        has = f"a row of {name}, which has {len(frame):,}, counted from 0"
+        raise BadInput([Mistake("camopt", "row", row, has)])
+    values = {str(column): value for column, value in frame.loc[row].dropna().items()}
+    return scene_of_row(Scene.from_dict(tomllib.loads(text), name), values)
+
+
+def scene_of_row(searched: Scene, row: Mapping[str, Any]) -> Scene:
+    """The scene of a row: a frontier's has one of its own (TOML), others are designs of the scene searched."""
+    if "scene" in row:
+        return Scene.from_dict(tomllib.loads(row["scene"]), searched.file)
+    return chosen(searched, row)
+
+
+def chosen(scene: Scene, row: Mapping[str, Any]) -> Scene:
+    """The scene with the sizes, laws and angles of a row; what the row does not have stays."""
+    changes: dict[str, Any] = {}
+    for key in size_keys(scene):
+        field = FIELDS[name := key.partition(".")[2]]
+        column = f"{name if field == 'size' else field}_mm"
+        if column in row:
+            changes[key] = row[column] + 0.0  # no −0
+    known, motion = {*LAWS, *scene.laws}, scene.to_dict()["motion"]
+    for number, segment in enumerate(motion):
+        law = row.get(f"law_{segment['segment']}")
+        segment |= {"law": law} if law in known else {}  # others name several: the scene's own, one after the other
+        segment |= {"angle": row["angles_deg"][number]} if "angles_deg" in row else {}
+    return scene.replace(**changes, motion=motion)
+
+
+OPTIMUM = "optimum-*.toml"
+"""The files of ``write_scenes``."""
+
+
+def write_scenes(designs: Mapping[str, Design], folder: str | os.PathLike[str]) -> list[Path]:
+    """Write the scene of each design, by its laws, as a TOML file; the files."""
+    from camopt.table import write_text
+
+    files = []
+    with result_folder(folder) as out:
+        for laws, design in designs.items():
+            name = re.sub(r"[^\w.+-]+", "-", laws)
+            files.append(out / OPTIMUM.replace("*", name))
+            write_text(files[-1], design.scene.to_toml())
+    return files
