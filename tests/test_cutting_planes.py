@@ -16,7 +16,7 @@ from camopt.motion.programme import BESIDE, Programme
 from camopt.motion.table import DWELL, RETURN, RISE, TURN
 from camopt.question import exactly, resolve
 from camopt.search import branch_and_bound as boxes
-from camopt.search.answer import GAP, feasible
+from camopt.search.answer import GAP, feasible, gap_of
 from camopt.search.branch_and_bound import branch_and_bound
 from camopt.search.closed_form import least_size
 from camopt.search.cutting_planes import FORMS, by_cutting_planes
@@ -230,9 +230,10 @@ def test_no_sampled_design_undercuts_the_floor(name, seed):
     if design is not None:
         assert feasible(question, question.programme, design)[0]
         assert all(low <= design.sizes[key][0] <= high for key, (low, high) in bounds.items())
-        assert design.size[0] <= cut.floor + GAP
+        assert design.size[0] <= cut.floor + gap_of(design)
     top = min(
-        cut.floor - GAP, 2.0 * sum(bounds[key][1] for key in ("centre_distance", "arm_length", "face_offset"))
+        cut.floor * (1.0 - GAP),
+        2.0 * sum(bounds[key][1] for key in ("centre_distance", "arm_length", "face_offset")),
     )
     designs = sampled(question, bounds, top, design, rng)
     assert not feasible(question, question.programme, designs).any()
@@ -261,9 +262,9 @@ def test_boxes_find_the_same_cam_with_and_without_the_floor(name, monkeypatch):
         helped = branch_and_bound(question, question.programme, bounds, cut.floor)
         assert alone.design.size[0] >= cut.floor
         assert helped.proved
-        assert helped.design.size[0] == pytest.approx(cut.design.size[0], abs=2 * GAP)
+        assert helped.design.size[0] == pytest.approx(cut.design.size[0], abs=2 * gap_of(cut.design))
         if alone.proved:
-            assert alone.design.size[0] == pytest.approx(cut.design.size[0], abs=2 * GAP)
+            assert alone.design.size[0] == pytest.approx(cut.design.size[0], abs=2 * gap_of(cut.design))
             compared += 1
     assert compared >= 3
 
@@ -310,7 +311,7 @@ def test_a_turn_run_backwards_has_the_same_cam(name):
         raw["limits"].setdefault("pressure_angle", 40.0)
         one, other = (by_cutting_planes(q, q.programme, b) for q, b in (asked(raw), asked(backwards(raw))))
         assert (one.design is None) == (other.design is None)
-        assert other.floor == pytest.approx(one.floor, abs=2 * GAP)
+        assert other.floor == pytest.approx(one.floor, rel=2 * GAP)
 
 
 # Corners of the motion, and ends of ranges
@@ -383,12 +384,13 @@ def test_a_range_of_the_cam_itself_holds_to_the_last_digit(name, seed):
         assert answer.design is None or start <= answer.design.size[0] <= stop
         return answer.design
 
-    size = float(found(1.0, 500.0).size[0])
+    smallest_cam = found(1.0, 500.0)
+    size = float(smallest_cam.size[0])
     for less in (1e-15, 1e-14, 1e-13, 1e-12, 1e-10):
         found(1.0, size * (1.0 - less))
     for more in (0.0, 1e-15, 1e-13, 1e-12, 0.1, 0.3):
-        assert found(size * (1.0 + more), 500.0).size[0] <= size * (1.0 + more) + GAP
-    assert found(1.0, size).size[0] == pytest.approx(size, abs=GAP)
+        assert found(size * (1.0 + more), 500.0).size[0] <= size * (1.0 + more) + gap_of(smallest_cam)
+    assert found(1.0, size).size[0] == pytest.approx(size, abs=gap_of(smallest_cam))
     assert found(1.0, size - 1e-6) is None
 
 

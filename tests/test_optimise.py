@@ -178,6 +178,24 @@ def test_no_grid_finds_a_smaller_cam(name):
     assert not smaller.any(), grid.size[smaller].min()
 
 
+@pytest.mark.parametrize("name", ["pressure binds, offset given", "curvature binds", "flat", "oscillating"])
+@pytest.mark.parametrize("scale", [1e-6, 1e-2, 1e3])
+def test_a_scene_in_other_units_of_length_has_the_same_cam_and_proof(name, scale):
+    """All lengths times a factor: the least size too, and what it may be smaller by is 1e-9 of the prime radius."""
+    data = CASES[name].replace(**{"cam.rpm": None}).to_dict()
+    data["cam"]["base_radius"] *= scale
+    for key in ("roller_radius", "offset", "arm_length", "centre_distance"):
+        data["follower"].update({key: data["follower"][key] * scale} if key in data["follower"] else {})
+    for segment in data["motion"] if CASES[name].follower.motion == "translating" else ():
+        segment.update({"lift": segment["lift"] * scale} if "lift" in segment else {})
+    data["limits"].update({"curvature_radius": scale * data["limits"].get("curvature_radius", 0.0)})
+    data["limits"] = {key: bound for key, bound in data["limits"].items() if bound}
+    best, scaled = optimise(CASES[name]).best, optimise(Scene.from_dict(data)).best
+    assert size_of(scaled) == pytest.approx(scale * size_of(best), rel=3e-9)
+    assert scaled["proved"]
+    assert 0.0 <= scaled["gap_mm"] <= 1e-9 * scaled.get("prime_radius_mm", size_of(scaled))
+
+
 @pytest.mark.parametrize("name", ["pressure binds, offset free", "curvature binds, offset free", "roller free"])
 def test_never_larger_than_scipy_finds(name):
     """Differential evolution on size with a penalty; feasibility by the same limits."""

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from camopt.motion.programme import Programme
 from camopt.question import Question
 from camopt.rows import Rows
 
-GAP = 1e-7  # mm: the size found exceeds the least feasible size by no more
+GAP = 1e-9  # of the prime radius: a size is proved if the least feasible one is smaller by no more
 
 Progress = Callable[[int, int], None]
 Bounds = dict[str, tuple[float, float]]
@@ -25,14 +26,32 @@ class Smallest:
     """The answer for one programme: the design, or why there is none."""
 
     design: Designs | None
-    proved: bool
-    """Whether no feasible design of these bounds is smaller by more than GAP."""
+    floor: float
+    """A size that no feasible design of these bounds undercuts, mm; infinite if there is none."""
     obstacle: str = ""
     """Without a design: the limits that stop it."""
     nearest: Designs | None = None
     """Without a design: the one of a coarse grid that exceeds its limits the least."""
-    gap: float = GAP
-    """With a design: by how much a feasible one of these bounds may be smaller, mm."""
+
+    @property
+    def size(self) -> float:
+        """The size of the design; infinite if there is none."""
+        return inf if self.design is None else float(self.design.size[0])
+
+    @property
+    def gap(self) -> float:
+        """By how much a feasible design of these bounds may be smaller, mm; 0 where none exists at all."""
+        return 0.0 if self.size <= self.floor else self.size - self.floor
+
+    @property
+    def proved(self) -> bool:
+        """Whether no feasible design of these bounds is smaller by more than ``gap_of``."""
+        return self.gap <= (0.0 if self.design is None else gap_of(self.design))
+
+
+def gap_of(design: Designs) -> float:
+    """How much smaller than a proved design the least feasible one may be, mm."""
+    return GAP * float(design.prime_radius[0])
 
 
 def feasible(question: Question, programme: Programme, designs: Designs) -> Any:

@@ -13,8 +13,8 @@ from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.numerics.interval import Interval
 from camopt.question import Question
-from camopt.search.answer import GAP, Bounds, Smallest, feasible
-from camopt.search.closed_form import NUDGES
+from camopt.search.answer import Bounds, Smallest, feasible, gap_of
+from camopt.search.closed_form import NUDGES, negligible
 from camopt.search.enclosure import constraints_of, examined, points_of
 from camopt.search.zoom import nearest_miss
 
@@ -23,7 +23,7 @@ FIRST_BOXES = 32
 VALUES, FEW_VALUES = 9, 4  # of a free size in the coarse grid; few where there is no feasible design to find
 BLOCK = 512  # designs of the coarse grid
 MOST_BOXES = 1_000_000
-NARROW = 1e-3 * GAP  # a box this narrow that is not excluded stays undecided
+NARROW = 1e-3  # of a negligible size: a box this narrow that is not excluded stays undecided
 
 
 def branch_and_bound(question: Question, programme: Programme, bounds: Bounds, floor: float = 0.0) -> Smallest:
@@ -36,23 +36,24 @@ def branch_and_bound(question: Question, programme: Programme, bounds: Bounds, f
     least, most = max(bounds["size"][0], floor), size_of(incumbent, _largest_size(question, bounds))
     hopeless = incumbent is None and _stopped_at_any_size(question, programme, obstacle, nearest)
     if hopeless or most <= least or most >= LARGEST_SIZE:  # nothing to search, or no size at all is feasible
-        return Smallest(incumbent, True, obstacle, nearest)
+        return Smallest(incumbent, size_of(incumbent, inf), obstacle, nearest)
     if incumbent is None:
         most = _last_assembled(question, programme, bounds, most)
         if most <= least:
-            return Smallest(None, True, obstacle, nearest)
+            return Smallest(None, inf, obstacle, nearest)
     constraints = constraints_of(question)
     ends = {**bounds, "size": (least, most)}
     free = [name for name, (low, high) in ends.items() if high > low]
     cuts = np.linspace(least, most, FIRST_BOXES + 1)
     low = {n: np.full(FIRST_BOXES, a) for n, (a, _) in ends.items()} | {"size": cuts[:-1]}
     high = {n: np.full(FIRST_BOXES, b) for n, (_, b) in ends.items()} | {"size": cuts[1:]}
-    boxes, proved, bound = 0, True, inf
+    boxes, undercut, narrowest = 0, inf, NARROW * negligible(question, programme, bounds)
     while low["size"].size and boxes < MOST_BOXES:
         boxes += low["size"].size
         incumbent = _better(question, programme, incumbent, low, high)
-        narrow = np.all([high[n] - low[n] < NARROW for n in free], axis=0)
-        excluded = low["size"] >= size_of(incumbent, inf) - GAP
+        narrow = np.all([high[n] - low[n] < narrowest for n in free], axis=0)
+        excluded = low["size"] >= (inf if incumbent is None else size_of(incumbent, inf) - gap_of(incumbent))
+        undercut = min(undercut, np.min(low["size"][excluded], initial=inf))
         index = np.flatnonzero(~excluded)
         box = Designs(
             **{n: Interval(low[n][index], high[n][index]) for n in low},  # type: ignore[arg-type]
@@ -60,15 +61,13 @@ def branch_and_bound(question: Question, programme: Programme, bounds: Bounds, f
         )
         longest = np.zeros(low["size"].size, dtype=int)
         excluded[index], longest[index] = examined(question, programme, constraints, box, free)
-        proved &= not np.any(narrow & ~excluded)
-        bound = min(bound, np.min(low["size"][narrow & ~excluded], initial=inf))
+        undercut = min(undercut, np.min(low["size"][narrow & ~excluded], initial=inf))
         keep = ~(excluded | narrow)
         low, high, longest = _halved(low, high, free, longest, keep)
         while 0 < low["size"].size < FIRST_BOXES:  # a level of many boxes takes no longer than one of few
             low, high, longest = _halved(low, high, free, longest, np.ones(longest.size, dtype=bool))
-    bound = min(bound, np.min(low["size"], initial=inf))
-    gap = max(GAP, size_of(incumbent, inf) - float(bound))
-    return Smallest(incumbent, bool(proved) and not low["size"].size, obstacle, nearest, gap)
+    undercut = min(undercut, np.min(low["size"], initial=inf))
+    return Smallest(incumbent, float(undercut), obstacle, nearest)
 
 
 def _stopped_at_any_size(question: Question, programme: Programme, obstacle: str, nearest: Designs | None) -> bool:

@@ -28,11 +28,17 @@ def least_size(question: Question, programme: Programme, bounds: Bounds) -> floa
 
     A disc cam that dwells at its lowest is an arc of the base circle there, which has to hold the curvature.
     """
-    least = max(bounds["size"][0], question.subject.shaft_radius or 0.0, GAP)
+    least = max(bounds["size"][0], question.subject.shaft_radius or 0.0, negligible(question, programme, bounds))
     rests = any(stroke.kind == DWELL and stroke.low == 0.0 for stroke in programme.strokes)
     if rests and not question.subject.mechanism.grooved:
         least = max([least, *(lim.bound for lim in question.limits if lim.name == "curvature_radius")])
     return least
+
+
+def negligible(question: Question, programme: Programme, bounds: Bounds) -> float:
+    """A size so small beside the lift and the follower's sizes that nothing limits a cam of it, mm."""
+    lift = 0.0 if question.subject.angular else programme.lift
+    return GAP * max(lift, *(abs(end) for name, ends in bounds.items() if name != "size" for end in ends), 0.0)
 
 
 def slopes_of(question: Question, programme: Programme) -> list[tuple[float, int]]:

@@ -18,7 +18,7 @@ from camopt.mechanisms import Designs, cylindrical_oscillating, oscillating, osc
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.question import Question
-from camopt.search.answer import GAP, Bounds, feasible
+from camopt.search.answer import GAP, Bounds, feasible, gap_of
 from camopt.search.linear_forms import ARM, FACE, GROOVE, SAME, Form, LinearLimit, Planes
 
 FORMS: dict[str, Form] = {
@@ -84,7 +84,7 @@ def _inside(
         inner[:, 3] += times * max(excess, ROUNDING) * floor
         point = form.least(np.concatenate([ranges, inner]), bounds)
         design = None if point is None else _design(question, form, point, bounds)
-        if design is None or design.size[0] - floor > GAP / 2:
+        if design is None or design.size[0] - floor > gap_of(design) / 2:
             return None
         design = replace(design, size=np.clip(design.size, *bounds["size"]))  # off by rounding
         if feasible(question, programme, design)[0]:

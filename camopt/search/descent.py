@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 
 from camopt.numerics import FloatArray
-from camopt.search.answer import GAP, Bounds, Smallest
+from camopt.search.answer import Bounds, Smallest, gap_of
 from camopt.search.closed_form import closed_form
 from camopt.search.smallest import small
 from camopt.search.turns import Found, Turns, better
@@ -24,17 +24,21 @@ class Descent:
     def __init__(self, turns: Turns, bounds: Bounds) -> None:
         self.turns, self.bounds, self.box = turns, bounds, turns.box
         self.free = np.flatnonzero(self.box.high - self.box.low > NARROW)
-        self.best = Found(Smallest(None, False), turns.at(np.full(len(turns.freed), 0.5), self.box))
-        self.size(self.best.freed)
+        self.best = Found(Smallest(None, 0.0), turns.at(np.full(len(turns.freed), 0.5), self.box))
+        self.looked_at(self.best.freed)
 
-    def size(self, freed: FloatArray, *, closely: bool = False) -> float:
-        """The size of a small cam for a turn."""
+    def looked_at(self, freed: FloatArray, *, closely: bool = False) -> Smallest:
+        """A small cam for a turn."""
         best = self.best.answer.design
         answer = small(self.turns.question, self.turns.programme(freed), self.bounds, best, closely=closely)
         if answer.design is None and best is None:
             self.best = Found(answer, freed)
         self.best = better(self.best, Found(answer, freed))
-        return DEAR if answer.design is None else float(answer.design.size[0])
+        return answer
+
+    def size(self, freed: FloatArray, *, closely: bool = False) -> float:
+        """The size of a small cam for a turn."""
+        return min(self.looked_at(freed, closely=closely).size, DEAR)
 
     def by_closed_form(self, freed: FloatArray) -> float:
         """The size by the closed form alone; most often no other limit asks for more."""
@@ -45,8 +49,8 @@ class Descent:
         """Descend by the closed form; whether the cam that it ends at holds all other limits too."""
         for reach in (0.05, 1e-3) if self.free.size > 2 else (0.05,):
             turn = self.down(self.by_closed_form, reach, EXACT)
-            least = self.by_closed_form(turn)
-            decided = least < DEAR and self.size(turn) <= least + GAP
+            least, reached = self.by_closed_form(turn), self.looked_at(turn)
+            decided = least < DEAR and reached.design is not None and reached.size <= least + gap_of(reached.design)
         return decided
 
     def moved(self, start: FloatArray, steps: FloatArray) -> FloatArray:
@@ -84,7 +88,7 @@ def descended(turns: Turns, bounds: Bounds) -> Found:
     if np.all((turns.scene_angles >= descent.box.low) & (turns.scene_angles <= descent.box.high)):
         starts.append(turns.scene_angles)
     for freed in starts:
-        descent.size(freed)
+        descent.looked_at(freed)
     if several and descent.best.answer.design is not None and not descent.down_by_closed_form():
         descent.down(descent.size, 0.05, ROUGH)
         descent.down(partial(descent.size, closely=True), 1e-3, EXACT)

@@ -15,7 +15,8 @@ from camopt.motion.programme import Programme
 from camopt.quantities import QUANTITIES
 from camopt.question import Question, exactly, resolve
 from camopt.scene import Scene
-from camopt.search.answer import GAP, Progress, Smallest, feasible
+from camopt.search.answer import Progress, Smallest, feasible
+from camopt.search.closed_form import negligible
 from camopt.search.smallest import smallest
 from camopt.search.smallest_turn import smallest_of_turns
 from camopt.search.space import boxes_of, laws_of
@@ -30,8 +31,8 @@ class Optimum:
     """The smallest cam of each law, and the smallest of all.
 
     Each design (``Design``) is a mapping from quantity to value, and has a ``scene``. Beside the quantities of the
-    scene it has ``binding`` (the limits that hold it), ``proved``
-    (no feasible design of that law is smaller by more than 1e-7 mm), ``gap_mm`` (what it may be smaller by),
+    scene it has ``binding`` (the limits that hold it), ``proved`` (no feasible design of that law is smaller by
+    more than 1e-9 of the prime radius), ``gap_mm`` (what it may be smaller by),
     ``angles_deg`` (of all segments, where ``[search]`` frees some) and ``clear_above_mm`` (the least size
     above which all are feasible: larger than the optimum where feasibility is not monotone, and infinite where
     large cams fail, as with oscillating followers).
@@ -75,17 +76,14 @@ def optimise(scene: Scene, progress: Progress | None = None) -> Optimum:
             obstacles[laws] = answers[0][0].obstacle + proofs
             misses += [_missed(question, turn, answer.nearest) for answer, turn, _ in answers if answer.nearest]
             continue
-        least, turn, angles = min(designs, key=lambda each: float(each[0].design.size[0]))  # type: ignore[union-attr]
-        floor = min(float(a.design.size[0]) - a.gap for a, *_ in designs)  # type: ignore[union-attr]
-        gap = float(least.design.size[0]) - floor  # type: ignore[union-attr]
-        least = replace(
-            least, gap=gap, proved=all(a.proved for a, *_ in answers) or (least.proved and gap <= 2 * GAP)
-        )
+        least, turn, angles = min(designs, key=lambda each: each[0].size)
+        least = replace(least, floor=min(answer.floor for answer, *_ in answers))
+        if least.size <= 2 * max(negligible(question, turn, bounds) for bounds in boxes_of(question)):
+            wanted = "a limit that holds the size from below, such as pressure_angle or curvature_radius"
+            mistake = Mistake(scene.file, "limits", None, f"nothing limits the size: name {wanted}", bare=True)
+            raise BadInput([mistake])
         found[laws] = _described(question, turn, least) | angles
     size = question.size_name
-    if any(row[size] <= 2 * GAP for row in found.values()):
-        wanted = "a limit that holds the size from below, such as pressure_angle or curvature_radius"
-        raise BadInput([Mistake(scene.file, "limits", None, f"nothing limits the size: name {wanted}", bare=True)])
     order = sorted(found, key=lambda laws: float(found[laws][size]))
     ranked = {laws: Design(found[laws], scene) for laws in order}
     return Optimum(

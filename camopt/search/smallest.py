@@ -3,7 +3,7 @@
 Closed forms and cutting planes come first: the smallest cam under the limits that are linear. If it holds the
 others too, it is the answer. Otherwise curvature or a load decides, and feasibility need not be monotone in the
 size: a branch-and-bound over boxes of designs, from there on. What is left when it ends is the least feasible
-size to within GAP.
+size to within ``gap_of``.
 """
 
 from math import inf
@@ -23,7 +23,7 @@ def smallest(question: Question, programme: Programme, bounds: Bounds) -> Smalle
     question, bounds = exactly(question), _above_least(question, programme, bounds)
     found = _by_linear_limits(question, programme, bounds)
     if found.design is not None:
-        return Smallest(found.design, proved=True)
+        return Smallest(found.design, found.floor)
     return branch_and_bound(question, programme, bounds, found.floor)
 
 
@@ -37,16 +37,16 @@ def small(
     question, bounds = exactly(question), _above_least(question, programme, bounds)
     found = _by_linear_limits(question, programme, bounds)
     if found.design is not None or found.floor == inf:
-        return Smallest(found.design, proved=True)
+        return Smallest(found.design, found.floor)
     bounds = {**bounds, "size": (found.floor, bounds["size"][1])}
     zooms = CLOSE if closely else NEAR
     design = None if near is None else smaller(question, programme, bounds, near, zooms)
     if design is None:
         first, obstacle, miss = first_feasible(question, programme, bounds)
         if first is None:
-            return Smallest(None, False, obstacle, miss)
+            return Smallest(None, found.floor, obstacle, miss)
         design = smaller(question, programme, bounds, first, zooms)
-    return Smallest(design, proved=False)
+    return Smallest(design, found.floor)
 
 
 def _above_least(question: Question, programme: Programme, bounds: Bounds) -> Bounds:

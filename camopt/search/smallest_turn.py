@@ -20,7 +20,7 @@ from camopt.mechanisms import translating_flat
 from camopt.motion.programme import Programme, law_peaks
 from camopt.motion.table import DWELL
 from camopt.question import Question
-from camopt.search.answer import GAP, Bounds
+from camopt.search.answer import Bounds, gap_of
 from camopt.search.closed_form import closed_form, least_size
 from camopt.search.descent import NARROW, descended
 from camopt.search.smallest import small, smallest
@@ -44,11 +44,7 @@ def smallest_of_turns(turns: Turns, bounds: Bounds) -> Found:
     if found.answer.design is not None and not found.answer.proved:
         exact = smallest(turns.question, turns.programme(found.freed), bounds)
         found = better(Found(exact, found.freed), found)
-    answer = found.answer
-    if answer.design is None:
-        return Found(replace(answer, proved=floor == inf), found.freed)
-    gap = max(float(answer.design.size[0]) - floor, GAP if answer.proved else answer.gap)
-    return Found(replace(answer, proved=gap <= 2 * GAP, gap=gap), found.freed)
+    return Found(replace(found.answer, floor=floor), found.freed)
 
 
 def _eased(turns: Turns) -> tuple[str, ...]:
@@ -140,7 +136,9 @@ def _branched(turns: Turns, bounds: Bounds, found: Found) -> tuple[Found, float]
     push(turns.box, bounds["size"][0])
     while heap and counted < MOST_TURNS:
         floor, _, box = heap[0]
-        if floor >= _size(found) - GAP or np.all(box.high - box.low <= NARROW):
+        best = found.answer
+        close = best.design is not None and floor >= best.size - gap_of(best.design)
+        if close or np.all(box.high - box.low <= NARROW):
             break
         heappop(heap)
         for half in _halves(turns, box):
@@ -152,19 +150,12 @@ def _branched(turns: Turns, bounds: Bounds, found: Found) -> tuple[Found, float]
     return found, heap[0][0] if heap else inf
 
 
-def _size(found: Found) -> float:
-    return inf if found.answer.design is None else float(found.answer.design.size[0])
-
-
 def _floor(relaxed: Question, programme: Programme, bounds: Bounds) -> float:
     """A lower bound of the size under the limits that are eased."""
     least = bounds["size"][0]
     if not any(limit.needs for limit in relaxed.limits):
         return least
-    answer = smallest(relaxed, programme, bounds)
-    if answer.design is None:
-        return inf if answer.proved else least
-    return float(answer.design.size[0]) - answer.gap
+    return smallest(relaxed, programme, bounds).floor
 
 
 def _halves(turns: Turns, box: Box) -> list[Box]:

@@ -83,8 +83,4 @@ class Found(NamedTuple):
 
 
 def better(best: Found, other: Found) -> Found:
-    if other.answer.design is None:
-        return best
-    if best.answer.design is None or other.answer.design.size[0] < best.answer.design.size[0]:
-        return other
-    return best
+    return other if other.answer.size < best.answer.size else best
