@@ -1,14 +1,16 @@
 """The command line. Each command is one call of the library, and a printer of its result."""
 
 import sys
-from io import TextIOWrapper
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
 import click
 
+from camopt.exits import NOT_REACHED, NOTHING_FEASIBLE, run, say
 from camopt.options import (
     Axis,
+    Place,
     changed,
     check_folder,
     given_overrides,
@@ -22,7 +24,7 @@ from camopt.options import (
 from camopt.version import VERSION
 
 DEFAULT_SCENE = "roller-1000rpm"
-NOTHING_FEASIBLE, BAD_INPUT, FILE_TROUBLE, NOT_REACHED, INTERRUPTED = 1, 2, 3, 4, 130
+PICTURES = (".png", ".svg", ".pdf")
 
 
 class Aliased(click.Group):
@@ -42,7 +44,8 @@ def camopt() -> None:
     SCENE is a TOML file or the name of a shipped scene (see `camopt scenes`); without one, roller-1000rpm.
 
     Exit codes: 0 done, 1 no feasible design or a limit broken, 2 bad input, 3 file or resource trouble, 4 asked
-    tolerance not reached or a limit undecided, 130 interrupted.
+    tolerance not reached or a limit undecided, 70 a fault of camopt itself, 130 interrupted, 141 nobody reads the
+    output.
     """
 
 
@@ -51,7 +54,7 @@ def _reached(scene: Any, half_width: float) -> int:
     asked = scene.accuracy.tolerance
     if half_width <= asked:
         return 0
-    click.echo(f"camopt: tolerance {asked:g} not reached; values are good to {half_width:.2g}", err=True)
+    say(f"camopt: tolerance {asked:g} not reached; values are good to {half_width:.2g}")
     return NOT_REACHED
 
 
@@ -63,7 +66,7 @@ def _reached(scene: Any, half_width: float) -> int:
 @click.option("--offset", type=Axis(), help="Offsets to sweep, mm, positive to the right.")
 @click.option("--roller-radius", type=Axis(), help="Roller radii to sweep, mm.")
 @click.option("--law", multiple=True, help="Motion law to try; repeat for several.")
-@click.option("--out", default="camopt-out", show_default=True, help="Folder for the tables.")
+@click.option("--out", type=Place(), default="camopt-out", show_default=True, help="Folder for the tables.")
 @click.option(
     "--keep", type=click.Choice(("pareto", "feasible", "all")), default="feasible", show_default=True,
     help="Which designs go to designs.parquet.",
@@ -75,7 +78,7 @@ def sweep(
     scene: Any,
     as_json: bool,
     quiet: bool,
-    out: str,
+    out: Path,
     keep: str,
     workers: int | None,
     law: tuple[str, ...],
@@ -109,18 +112,19 @@ def sweep(
 @click.argument("scene", default=DEFAULT_SCENE)
 @scene_options
 @output_options
-@click.option("--out", help="Folder for the smallest cam of each law, as scenes (TOML).")
-def optimise(scene: Any, as_json: bool, quiet: bool, out: str | None) -> int:
+@click.option("--out", type=Place(), help="Folder for the smallest cam of each law, as scenes (TOML).")
+def optimise(scene: Any, as_json: bool, quiet: bool, out: Path | None) -> int:
     """Find the smallest cam that meets the limits."""
     from camopt import reports, terminal
     from camopt.designs import OPTIMUM, write_scenes
+    from camopt.files import result_folder
     from camopt.search.optimise import optimise as run
 
     if out:
         check_folder(scene, out, OPTIMUM)
-    with terminal.progress(quiet, "laws") as advance:
+    with result_folder(out) if out else nullcontext(), terminal.progress(quiet, "laws") as advance:
         result = run(scene, advance)
-    files = write_scenes(result.by_law, out) if out and result.by_law else []
+        files = write_scenes(result.by_law, out) if out and result.by_law else []
     reports.show_optimum(result, as_json)
     if not quiet:
         terminal.say_written(files)
@@ -131,24 +135,28 @@ def optimise(scene: Any, as_json: bool, quiet: bool, out: str | None) -> int:
 @click.argument("scene", default=DEFAULT_SCENE)
 @scene_options
 @output_options
-@click.option("--out", default="camopt-out", show_default=True, help="Folder for the scene and the laws.")
-@click.option("--plot", "picture", type=click.Path(dir_okay=False), help="Draw both cams: PNG, SVG or PDF file.")
-def synthesise(scene: Any, as_json: bool, quiet: bool, out: str, picture: str | None) -> int:
+@click.option(
+    "--out", type=Place(), default="camopt-out", show_default=True, help="Folder for the scene and the laws."
+)
+@click.option("--plot", "picture", type=Place(*PICTURES), help="Draw both cams: PNG, SVG or PDF file.")
+def synthesise(scene: Any, as_json: bool, quiet: bool, out: Path, picture: Path | None) -> int:
     """Find free motion laws, and the smallest cam that they allow."""
     from camopt import reports, terminal
+    from camopt.files import result_folder
     from camopt.synthesis.cams import known_laws
     from camopt.synthesis.files import SCENE, write
     from camopt.synthesis.synthesise import synthesise as run
 
     check_folder(scene, out, SCENE)
-    with terminal.progress(quiet, "starts") as advance:
+    with result_folder(out), terminal.progress(quiet, "starts") as advance:
         result = run(scene, advance)
         known = known_laws(scene)
+        files = write(result, out)
     if picture:
         from camopt.drawing.synthesis import plot_synthesis
 
         plot_synthesis(scene, known, result, picture)
-    files = [*write(result, out), *([Path(picture)] if picture else [])]
+        files.append(picture)
     reports.show_synthesis(result, known, as_json)
     if not quiet:
         terminal.say_written(files)
@@ -163,17 +171,20 @@ def synthesise(scene: Any, as_json: bool, quiet: bool, out: str, picture: str | 
     "--axes", default="size,acceleration", show_default=True, help="What is traded: two or three terms or loads."
 )
 @click.option("--points", type=click.IntRange(2, 500), default=24, show_default=True, help="Values of a held term.")
-@click.option("--out", default="camopt-out", show_default=True, help="Folder for the table and the picture.")
+@click.option(
+    "--out", type=Place(), default="camopt-out", show_default=True, help="Folder for the table and the picture."
+)
 @click.option("--workers", type=click.IntRange(1), help="Processes; one a core if not given.")
-def frontier(scene: Any, as_json: bool, quiet: bool, axes: str, points: int, out: str, workers: int | None) -> int:
+def frontier(scene: Any, as_json: bool, quiet: bool, axes: str, points: int, out: Path, workers: int | None) -> int:
     """Trade size against acceleration, or other terms and loads, over free motion laws."""
     from camopt import reports, terminal
+    from camopt.files import result_folder
     from camopt.synthesis.files import write_frontier
     from camopt.synthesis.frontier import frontier as run
 
-    with terminal.progress(quiet, "points") as advance:
+    with result_folder(out), terminal.progress(quiet, "points") as advance:
         found = run(scene, [axis.strip() for axis in axes.split(",")], points, workers, advance)
-    files = write_frontier(found, out)
+        files = write_frontier(found, out)
     reports.show_frontier(found, as_json)
     if not quiet:
         terminal.say_written(files)
@@ -184,15 +195,15 @@ def frontier(scene: Any, as_json: bool, quiet: bool, axes: str, points: int, out
 @click.argument("scene")
 @scene_options
 @output_options
-@click.option("--plot", "picture", type=click.Path(dir_okay=False), help="Draw to a PNG, SVG or PDF file.")
-@click.option("--points", type=click.Path(dir_okay=False), help="Write the cam's curves to a CSV or Parquet file.")
+@click.option("--plot", "picture", type=Place(*PICTURES), help="Draw to a PNG, SVG or PDF file.")
+@click.option("--points", type=Place(".csv", ".parquet"), help="Write the cam's curves to a CSV or Parquet file.")
 @click.option("--cutter-radius", type=float, help="With --points: also the path of a cutter of this radius, mm.")
 def evaluate(
     scene: Any,
     as_json: bool,
     quiet: bool,
-    picture: str | None,
-    points: str | None,
+    picture: Path | None,
+    points: Path | None,
     cutter_radius: float | None,
 ) -> int:
     """Compute every quantity of one design."""
@@ -224,15 +235,18 @@ def evaluate(
 @click.argument("scene", default=DEFAULT_SCENE)
 @scene_options
 @output_options
-@click.option("--out", default="camopt-out", show_default=True, help="Folder for the table and the pictures.")
-def accuracy(scene: Any, as_json: bool, quiet: bool, out: str) -> int:
+@click.option(
+    "--out", type=Place(), default="camopt-out", show_default=True, help="Folder for the table and the pictures."
+)
+def accuracy(scene: Any, as_json: bool, quiet: bool, out: Path) -> int:
     """Measure what accuracy costs in time: table and figure."""
     from camopt import reports, terminal
     from camopt.accuracy import measure, write
+    from camopt.files import result_folder
 
-    with terminal.progress(quiet, "laws") as advance:
+    with result_folder(out), terminal.progress(quiet, "laws") as advance:
         rows = measure(scene, advance)
-    files = write(rows, scene, out)
+        files = write(rows, scene, out)
     reports.show_accuracy(rows, scene, as_json)
     if not quiet:
         terminal.say_written(files)
@@ -244,17 +258,21 @@ def accuracy(scene: Any, as_json: bool, quiet: bool, out: str) -> int:
 @scene_options
 @output_options
 @click.option("--spectrum", is_flag=True, help="Response spectra of the motion laws instead: table and figure.")
-@click.option("--out", default="camopt-out", show_default=True, help="With --spectrum: folder for its files.")
-def effects(scene: Any, as_json: bool, quiet: bool, spectrum: bool, out: str) -> int:
+@click.option(
+    "--out", type=Place(), default="camopt-out", show_default=True, help="With --spectrum: folder for its files."
+)
+def effects(scene: Any, as_json: bool, quiet: bool, spectrum: bool, out: Path) -> int:
     """Show which effects a scene calls for, what called for each, and what each costs."""
     from camopt import reports, terminal
 
     if spectrum:
+        from camopt.files import result_folder
         from camopt.spectrum import spectrum as spectra
         from camopt.spectrum import write_spectrum
 
-        rows = spectra(scene)
-        files = write_spectrum(rows, out)
+        with result_folder(out):
+            rows = spectra(scene)
+            files = write_spectrum(rows, out)
         reports.show_spectrum(rows, as_json)
         if not quiet:
             terminal.say_written(files)
@@ -326,34 +344,7 @@ def scenes(name: str | None, as_json: bool, quiet: bool) -> int:
 
 def main(arguments: list[str] | None = None) -> int:
     """Run a command; the exit code. A user's mistake is a message, never a traceback."""
-    from camopt.mistakes import BadInput, Unmet, Unsolved
-
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, TextIOWrapper):
-            stream.reconfigure(errors="replace")  # a terminal without ∞ or ² shows ?, not a traceback
-    try:
-        return camopt.main(arguments, prog_name="camopt", standalone_mode=False) or 0
-    except click.ClickException as mistake:
-        context = getattr(mistake, "ctx", None)
-        command = context.command_path if context else "camopt"
-        click.echo(f"camopt: {mistake.format_message()} (see {command} --help)", err=True)
-        return mistake.exit_code
-    except BadInput as mistakes:
-        click.echo(str(mistakes), err=True)
-        return BAD_INPUT
-    except (Unmet, Unsolved) as why:
-        click.echo(f"camopt: {why}", err=True)
-        return NOTHING_FEASIBLE if isinstance(why, Unmet) else NOT_REACHED
-    except (KeyboardInterrupt, click.Abort):
-        click.echo("camopt: interrupted, nothing written", err=True)
-        return INTERRUPTED
-    except MemoryError:
-        click.echo("camopt: out of memory", err=True)
-        return FILE_TROUBLE
-    except OSError as trouble:
-        where = f"{trouble.filename}: " if trouble.filename else ""
-        click.echo(f"camopt: {where}{trouble.strerror or trouble}", err=True)
-        return FILE_TROUBLE
+    return run(lambda: camopt.main(arguments, prog_name="camopt", standalone_mode=False) or 0)
 
 
 if __name__ == "__main__":

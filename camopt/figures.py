@@ -14,8 +14,8 @@ from camopt.drawing.groove import draw_groove
 from camopt.drawing.loads import load_panels
 from camopt.drawing.panels import panels
 from camopt.drawing.picture import ALARM, INK, MUTED, Picture, number
+from camopt.files import checked_suffix
 from camopt.judging import excesses, violations
-from camopt.points import checked_suffix
 from camopt.question import resolve_design
 from camopt.scene import Scene
 

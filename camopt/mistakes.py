@@ -21,7 +21,12 @@ class Mistake:
 
     def __str__(self) -> str:
         shown = "" if self.value is None else f" = {_short(self.value)}"
-        return f"{self.file}: {self.key}{shown}: {'' if self.bare else 'must be '}{self.allowed}"
+        return printable(f"{self.file}: {self.key}{shown}: {'' if self.bare else 'must be '}{self.allowed}")
+
+
+def printable(text: str) -> str:
+    """A line for a terminal: what is no printable character (line ends, escape sequences) as Python writes it."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
 def _short(value: Any) -> str:

@@ -118,10 +118,31 @@ class Axis(click.ParamType[Any]):
         return dict(zip(("start", "stop", "step"), numbers, strict=True))
 
 
-def check_folder(scene: Any, out: str, names: str = "scene.toml") -> None:
+class Place(click.ParamType[Any]):
+    """A folder to write to, or a file that ends in one of some suffixes and can be written."""
+
+    name = "path"
+
+    def __init__(self, *suffixes: str) -> None:
+        self.suffixes = suffixes
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
+        from camopt.files import check_writable, checked_suffix, settled
+
+        try:
+            path = settled(value)
+        except ValueError as trouble:
+            self.fail(f"{value!r} must be {trouble}", param, ctx)
+        if self.suffixes:
+            checked_suffix(path, param.opts[0] if param else "path", self.suffixes)
+            check_writable(path)
+        return path
+
+
+def check_folder(scene: Any, out: Path, names: str = "scene.toml") -> None:
     """Scenes are written too (of such names); never over the user's own."""
     from camopt.mistakes import BadInput, Mistake
 
     own = Path(scene.file)
-    if own.exists() and any(file.samefile(own) for file in Path(out).glob(names)):
-        raise BadInput([Mistake("camopt", "--out", out, "another folder: this one holds the scene itself")])
+    if own.exists() and any(file.samefile(own) for file in out.glob(names)):
+        raise BadInput([Mistake("camopt", "--out", str(out), "another folder: this one holds the scene itself")])

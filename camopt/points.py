@@ -1,13 +1,12 @@
 """The cam as points for a machine or another program: displacement, pitch curve, profile and cutter path."""
 
 import os
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from camopt.effects import Case
-from camopt.files import whole_file
+from camopt.files import checked_suffix, whole_file
 from camopt.geometry import cam_curves
 from camopt.judging import run_effects
 from camopt.mechanisms.design import ComplexArray
@@ -104,15 +103,6 @@ def write_points(scene: Scene, path: str | os.PathLike[str], cutter_radius: floa
             csv.write_csv(table, partial, csv.WriteOptions(quoting_style="none"))
         else:
             parquet.write_table(table, partial, compression="zstd", write_page_checksum=True)
-
-
-def checked_suffix(path: str | os.PathLike[str], key: str, known: tuple[str, ...]) -> str:
-    """The suffix of a path in lower case; BadInput unless it is one of the known."""
-    suffix = Path(path).suffix.lower()
-    if suffix not in known:
-        listed = f"{', '.join(known[:-1])} or {known[-1]}"
-        raise BadInput([Mistake("camopt", key, os.fspath(path), f"a file that ends in {listed}")])
-    return suffix
 
 
 def _checked_angles(angles: ArrayLike | None) -> FloatArray:

@@ -11,6 +11,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.tree import Tree
 
+from camopt.exits import say
 from camopt.quantities import QUANTITIES
 from camopt.table import to_json
 
@@ -123,4 +124,4 @@ def _row_by_row(table: Table) -> str:
 def say_written(files: Iterable[Any]) -> None:
     """Name the files written, on standard error."""
     for file in files:
-        print(f"wrote {file}", file=sys.stderr)
+        say(f"wrote {file}")

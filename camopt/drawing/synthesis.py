@@ -11,9 +11,9 @@ from camopt.drawing.canvas import KINDS, canvas
 from camopt.drawing.groove import draw_groove
 from camopt.drawing.picture import COLOURS, FAINT, INK, MUTED, Picture, number
 from camopt.effects.motion import scale
+from camopt.files import checked_suffix
 from camopt.motion import LAWS
 from camopt.motion.table import RETURN, RISE
-from camopt.points import checked_suffix
 from camopt.quantities import QUANTITIES, motion_quantity
 from camopt.question import resolve
 from camopt.scene import Scene

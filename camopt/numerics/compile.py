@@ -2,13 +2,23 @@
 
 import hashlib
 import os
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import numba
-from numba.core import config as numba_config
 from platformdirs import user_cache_path
+
+from camopt.mistakes import BadInput, Mistake
+
+try:
+    with warnings.catch_warnings():
+        warnings.filterwarnings("error", "Environment variable")
+        import numba
+        from numba.core import config as numba_config
+except (RuntimeWarning, ValueError) as trouble:  # NUMBA_NUM_THREADS=0, NUMBA_OPT=fast
+    why = f"numba does not start with its environment variables: {str(trouble).splitlines()[0]}"
+    raise BadInput([Mistake("camopt", "NUMBA_…", None, why, bare=True)]) from None
 
 config: Any = numba_config
 FLAGS: dict[str, Any] = {
@@ -27,9 +37,8 @@ KERNEL_FOLDERS = ("effects", "mechanisms", "motion", "numerics")
 def _source_digest() -> str:
     """Fingerprint of the sources that kernels are made of.
 
-    numba renews a cached kernel only when the kernel's own file changes, not when a formula that it
-    inlines does. A cache folder per state of those sources closes that hole, and survives an edit of any other
-    file.
+    numba renews a cached kernel only when the kernel's own file changes, not when a formula that it inlines does. A
+    cache folder per state of those sources closes that hole, and survives an edit of any other file.
     """
     package = Path(__file__).resolve().parents[1]
     digest = hashlib.sha256(numba.__version__.encode())

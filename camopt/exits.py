@@ -1,0 +1,107 @@
+"""How a command ends: its exit code, and one line on standard error for what went wrong."""
+
+import os
+import sys
+from collections.abc import Callable
+from contextlib import suppress
+from io import TextIOWrapper
+from pathlib import Path
+from traceback import extract_tb, print_exception
+
+import click
+
+NOTHING_FEASIBLE, BAD_INPUT, FILE_TROUBLE, NOT_REACHED = 1, 2, 3, 4
+INTERNAL, INTERRUPTED, READER_GONE = 70, 130, 141  # the numbers of sysexits.h and of shells
+DEBUG = "CAMOPT_DEBUG"
+
+
+def run(command: Callable[[], int]) -> int:
+    """Run a command to its exit code. Whatever ends it is told in a line, never as a traceback."""
+    _open_streams()
+    try:
+        code = command()
+        sys.stdout.flush()
+        return code
+    except BaseException as end:
+        return _code_of(end)
+    finally:
+        _let_go()
+
+
+def say(text: str) -> None:
+    """Lines on standard error, in printable characters; none where nobody can read them."""
+    from camopt.mistakes import printable
+
+    with suppress(OSError):
+        for line in text.splitlines():
+            print(printable(line), file=sys.stderr, flush=True)
+
+
+def _open_streams() -> None:
+    """Closed standard streams get a place to go, so that no file of ours takes their number."""
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a terminal without ∞ or ² shows ?, not a traceback
+
+
+def _let_go() -> None:
+    """Streams that cannot be written end in nothing, so that Python's last flush finds no trouble."""
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            stream.flush()
+        except OSError:
+            with suppress(OSError):
+                os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+
+
+def _code_of(end: BaseException) -> int:
+    """The exit code for what ended a command, which is told."""
+    from camopt.mistakes import BadInput, Unmet, Unsolved
+
+    match end:
+        case SystemExit():  # click and rich end with 1 when the reader of a pipe is gone, and with nothing else
+            return READER_GONE if end.code == 1 else int(end.code or 0)
+        case BrokenPipeError():
+            return READER_GONE
+        case click.Abort() if isinstance(end.__cause__, EOFError):
+            return _internal(end.__cause__)
+        case KeyboardInterrupt() | click.Abort():
+            return _told("interrupted, nothing written", INTERRUPTED)
+        case click.ClickException():
+            context = getattr(end, "ctx", None)
+            command = context.command_path if context else "camopt"
+            return _told(f"{end.format_message()} (see {command} --help)", BAD_INPUT)
+        case BadInput():
+            say(str(end))
+            return BAD_INPUT
+        case Unmet():
+            return _told(str(end), NOTHING_FEASIBLE)
+        case Unsolved():
+            return _told(str(end), NOT_REACHED)
+        case MemoryError():
+            return _told("out of memory", FILE_TROUBLE)
+        case OSError():
+            where = f"{os.fsdecode(end.filename)}: " if isinstance(end.filename, (str, bytes)) else ""
+            return _told(f"{where}{end.strerror or end}", FILE_TROUBLE)
+    return _internal(end)
+
+
+def _told(text: str, code: int) -> int:
+    say(f"camopt: {text}")
+    return code
+
+
+def _internal(fault: BaseException) -> int:
+    """A fault of camopt itself: what it is and where, and how to see more."""
+    if os.environ.get(DEBUG):
+        print_exception(fault)
+    package = str(Path(__file__).parent)
+    frames = extract_tb(fault.__traceback__)
+    last = next((f for f in reversed(frames) if f.filename.startswith(package)), frames[-1])
+    what = f"{type(fault).__name__}: {fault}".splitlines()[0]
+    where = f"{Path(last.filename).name}, line {last.lineno}"
+    report = f"please report it with the command and its files; {DEBUG}=1 shows where it comes from"
+    return _told(f"internal error ({where}): {what}; {report}", INTERNAL)

@@ -1,0 +1,184 @@
+"""How commands end: exit codes that mean one thing each, one line for what went wrong, streams that are closed."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from camopt import exits
+from camopt.cli import camopt, main
+from camopt.mistakes import BadInput, Mistake, printable
+
+ESCAPE = "\x1b[31mred\x1b[0m\nsecond line\u202e"
+
+
+@pytest.fixture(autouse=True)
+def _in_an_empty_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+
+def shell(command, **environment):
+    """A command line of bash, in which camopt is this one: exit code, standard output, standard error."""
+    line = f'camopt() {{ "{sys.executable}" -m camopt.cli "$@"; }}; {command}'
+    variables = {**os.environ, **environment}
+    done = subprocess.run(["bash", "-c", line], capture_output=True, timeout=300, env=variables)
+    out, err = (text.decode(errors="replace") for text in (done.stdout, done.stderr))
+    assert "Traceback" not in err
+    assert "Exception ignored" not in err
+    return done.returncode, out, err
+
+
+@pytest.mark.parametrize("command", ["laws --quiet", "laws --quiet --json", "scenes two-pauses", "--help"])
+def test_a_pipe_without_a_reader_has_a_code_of_its_own(command):
+    assert shell(f"camopt {command} | head -c0; exit ${{PIPESTATUS[0]}}") == (exits.READER_GONE, "", "")
+
+
+@pytest.mark.parametrize("stream", ["2>&-", "2>/dev/full"])
+def test_a_closed_stderr_leaves_the_exit_code_and_the_output(stream):
+    assert shell(f"camopt evaluate nowhere {stream}") == (exits.BAD_INPUT, "", "")
+    code, out, _ = shell(f"camopt scenes two-pauses {stream}")
+    assert (code, "[cam]" in out) == (0, True)
+
+
+def test_a_closed_stdout_is_no_trouble_and_a_full_one_is():
+    assert shell("camopt laws >&-") == (0, "", "")
+    assert shell("camopt laws >/dev/full") == (exits.FILE_TROUBLE, "", "camopt: No space left on device\n")
+
+
+def test_a_closed_stderr_gives_its_number_to_no_file():
+    code, out, _ = shell("camopt evaluate two-pauses --points c.csv 2>&-", NUMBA_DISABLE_JIT="1")
+    assert (code, "wrote" in out) == (0, False)
+    assert Path("c.csv").read_text(encoding="utf-8").startswith('"cam_angle_deg",')
+
+
+@pytest.mark.parametrize("value", ["0", "-1", "many"])
+def test_an_environment_that_numba_refuses_is_told_in_a_line(value):
+    code, out, err = shell("camopt laws", NUMBA_NUM_THREADS=value)
+    assert (code, out, err.count("\n")) == (exits.BAD_INPUT, "", 1)
+    assert "numba does not start with its environment variables" in err
+
+
+@pytest.fixture
+def ends(monkeypatch, capsys):
+    """End a command with an exception: exit code and standard error."""
+
+    def call(end):
+        def command(ctx):
+            raise end
+
+        monkeypatch.setattr(camopt, "invoke", command)
+        code = main(["laws"])
+        return code, capsys.readouterr().err
+
+    return call
+
+
+@pytest.mark.parametrize(
+    "fault", [KeyError("size"), ZeroDivisionError("a\nb"), RecursionError(), EOFError(), AssertionError()]
+)
+def test_a_fault_of_the_program_is_told_in_a_line_with_a_code_of_its_own(ends, fault):
+    code, err = ends(fault)
+    assert (code, err.strip().count("\n")) == (exits.INTERNAL, 0)
+    assert "internal error (" in err
+    assert type(fault).__name__ in err
+    assert "please report it" in err
+
+
+def test_the_traceback_of_a_fault_is_there_for_those_who_ask(ends, monkeypatch):
+    monkeypatch.setenv(exits.DEBUG, "1")
+    assert "Traceback" in ends(KeyError("size"))[1]
+
+
+@pytest.mark.parametrize(
+    ("end", "code"),
+    [
+        (KeyboardInterrupt(), exits.INTERRUPTED),
+        (BrokenPipeError(32, "Broken pipe"), exits.READER_GONE),
+        (PermissionError(13, "Permission denied", "here"), exits.FILE_TROUBLE),
+        (MemoryError(), exits.FILE_TROUBLE),
+    ],
+)
+def test_each_end_has_its_code(ends, end, code):
+    assert ends(end)[0] == code
+
+
+def test_no_code_means_two_things():
+    codes = {name: value for name, value in vars(exits).items() if name.isupper() and isinstance(value, int)}
+    assert len(set(codes.values())) == len(codes)
+
+
+@pytest.mark.parametrize("field", ["file", "key", "value", "allowed"])
+def test_messages_are_one_line_of_printable_characters(field):
+    fields = {"file": "f", "key": "k", "value": "v", "allowed": "a", field: ESCAPE}
+    text = str(BadInput([Mistake(**fields)]))
+    assert text.isprintable()
+    assert "second line" in text
+    assert printable("Größe μ ∞ 凸轮") == "Größe μ ∞ 凸轮"
+
+
+# --------------------------------------------------------------------------- paths, before the work
+
+WORK = ["sweep", "--base-radius", "90", "--offset", "0", "--roller-radius", "5", "--law", "harmonic"]
+
+
+@pytest.fixture
+def run(capsys, monkeypatch):
+    """Run a command that must not come to its work: exit code and standard error."""
+
+    def call(*arguments):
+        code = main([str(argument) for argument in arguments])
+        out, err = capsys.readouterr()
+        assert out == ""
+        return code, err
+
+    return call
+
+
+@pytest.mark.parametrize("address", ["s3://b/t", "gs://b", "file:///tmp/x", "https://example.org/x"])
+@pytest.mark.parametrize(
+    "command", [[*WORK, "--out"], ["synthesise", "--out"], ["evaluate", "two-pauses", "--plot"]]
+)
+def test_addresses_are_no_paths(run, command, address):
+    code, err = run(*command, address)
+    assert (code, list(Path().iterdir())) == (exits.BAD_INPUT, [])
+    assert "must be a path on this machine, not an address" in err
+
+
+@pytest.mark.parametrize("command", ["synthesise", "frontier", "accuracy"])
+def test_a_folder_that_takes_no_files_is_found_out_before_the_work(run, command, monkeypatch):
+    def work(*arguments, **options):
+        raise AssertionError("the work has begun")
+
+    for home, name in (
+        ("synthesis.synthesise", "synthesise"),
+        ("synthesis.frontier", "frontier"),
+        ("accuracy", "measure"),
+    ):
+        monkeypatch.setattr(f"camopt.{home}.{name}", work)
+    code, err = run(command, "--out", "/proc/nothing/inside")
+    assert code == exits.FILE_TROUBLE
+    assert err.startswith("camopt: /proc/nothing")
+
+
+@pytest.mark.parametrize("option", ["--points", "--plot"])
+def test_a_file_that_cannot_be_written_is_found_out_before_the_scene_is_read(run, option):
+    suffix = "csv" if option == "--points" else "png"
+    assert run("evaluate", "no-such-scene", option, f"nowhere/c.{suffix}")[0] == exits.FILE_TROUBLE
+    Path(f"taken.{suffix}").mkdir()
+    code, err = run("evaluate", "no-such-scene", option, f"taken.{suffix}")
+    assert (code, err) == (exits.FILE_TROUBLE, f"camopt: taken.{suffix}: Is a directory\n")
+    assert run("evaluate", "no-such-scene", option, "c.xyz")[0] == exits.BAD_INPUT
+
+
+def test_a_tilde_is_the_home_folder(monkeypatch, tmp_path, capsys):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    assert main([*WORK, "--out=~/cams", "--quiet"]) == 0
+    assert sorted(path.name for path in (tmp_path / "cams").iterdir()) == [
+        "designs.parquet",
+        "pareto.parquet",
+        "scene.toml",
+    ]
+    assert main([*WORK, "--out=~nobody44/cams"]) == exits.BAD_INPUT
+    assert "its home folder is not known" in capsys.readouterr().err
