@@ -10,11 +10,12 @@ from hypothesis import strategies as st
 from scipy import optimize
 
 from camopt import BadInput, Scene, evaluate, find_scene, optimise
-from camopt.evaluation import exactly, judged, resolve
+from camopt.judging import judged
 from camopt.mechanisms import Designs
 from camopt.motion import LAWS
 from camopt.motion.programme import span
 from camopt.motion.table import DWELL, RETURN, RISE
+from camopt.question import exactly, resolve
 from camopt.search.answer import feasible
 
 BASE = {

@@ -8,7 +8,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from camopt import QUANTITIES, BadInput, Scene, evaluate, find_scene, load, optimise, sweep
-from camopt.evaluation import resolve
+from camopt.question import resolve
 from camopt.search.space import space_of
 
 SMALL = {
