@@ -1,0 +1,184 @@
+"""The kernels' cache on disk: what is damaged is compiled anew, and what cannot be written is no trouble."""
+
+import ast
+import os
+import subprocess
+import sys
+from pathlib import Path
+from time import time
+
+import numba
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numba.core.dispatcher import Dispatcher
+
+from camopt.numerics import kernel_cache
+from camopt.numerics.compile import FLAGS, KERNEL_FOLDERS
+from camopt.numerics.kernel_cache import DIGEST, UNUSED, KernelCache, checked, content_of, opened_folder
+
+PACKAGE = Path(kernel_cache.__file__).parents[1]
+
+
+def total(values):
+    result = 0.0
+    for value in values:
+        result += value
+    return result
+
+
+def loaded(folder):
+    """A new kernel with its cache in a folder, called once: whether its machine code came from there."""
+    kernel = numba.njit(**FLAGS)(total)
+    if not isinstance(kernel, Dispatcher):
+        pytest.skip("nothing is compiled")
+    kernel._cache = KernelCache(total, folder)
+    assert kernel(np.arange(5.0)) == 10.0
+    return bool(kernel.stats.cache_hits)
+
+
+def test_machine_code_is_kept(tmp_path):
+    assert [loaded(tmp_path) for _ in range(3)] == [False, True, True]
+    (file,) = tmp_path.iterdir()
+    assert file.suffix == ".kernel"
+
+
+DAMAGE = {
+    "emptied": lambda data: b"",
+    "cut in the digest": lambda data: data[:7],
+    "cut in half": lambda data: data[: len(data) // 2],
+    "without its end": lambda data: data[:-1],
+    "zeros, as after a power cut": lambda data: bytes(len(data)),
+    "a bit flipped at the start": lambda data: bytes([data[0] ^ 1]) + data[1:],
+    "a bit flipped inside": lambda data: (
+        data[: DIGEST + 500] + bytes([data[DIGEST + 500] ^ 64]) + data[DIGEST + 501 :]
+    ),
+    "of something else": lambda data: checked(kernel_cache.pickled(("another key", ()))),
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGE)
+def test_what_is_damaged_is_compiled_and_written_anew(tmp_path, damage):
+    loaded(tmp_path)
+    (file,) = tmp_path.iterdir()
+    whole = file.read_bytes()
+    file.write_bytes(DAMAGE[damage](whole))
+    assert not loaded(tmp_path)
+    assert loaded(tmp_path)
+    assert list(tmp_path.iterdir()) == [file]
+
+
+@given(content=st.binary(min_size=1, max_size=300), data=st.data())
+def test_every_flipped_bit_and_every_cut_is_seen(content, data):
+    whole = checked(content)
+    assert content_of(whole) == content
+    bit = data.draw(st.integers(0, 8 * len(whole) - 1))
+    flipped = bytearray(whole)
+    flipped[bit // 8] ^= 1 << bit % 8
+    assert content_of(bytes(flipped)) is None
+    assert content_of(whole[: data.draw(st.integers(0, len(whole) - 1))]) is None
+
+
+@pytest.mark.parametrize(
+    "trouble", [OSError(28, "No space left on device"), PermissionError(13, "Permission denied")]
+)
+def test_a_disk_that_takes_nothing_is_no_trouble(tmp_path, monkeypatch, trouble):
+    def full(*_, **__):
+        raise trouble
+
+    with monkeypatch.context() as disk:
+        disk.setattr(Path, "write_bytes", full)
+        assert [loaded(tmp_path) for _ in range(2)] == [False, False]
+        assert list(tmp_path.iterdir()) == []
+    monkeypatch.setattr(Path, "mkdir", full)
+    assert not loaded(opened_folder(tmp_path / "new", "0" * 16))
+
+
+def test_a_folder_in_place_of_a_file_is_no_trouble(tmp_path):
+    loaded(tmp_path)
+    (file,) = tmp_path.iterdir()
+    file.unlink()
+    file.mkdir()
+    assert not loaded(tmp_path)
+
+
+def test_another_processor_has_files_of_its_own(tmp_path, monkeypatch):
+    loaded(tmp_path)
+    monkeypatch.setattr("numba.core.codegen.CPUCodegen.magic_tuple", lambda self: ("another", "processor", ""))
+    assert not loaded(tmp_path)
+    assert len(list(tmp_path.iterdir())) == 2
+
+
+def test_folders_of_versions_long_unused_go(tmp_path):
+    old, recent, other = tmp_path / ("a" * 16), tmp_path / ("b" * 16), tmp_path / "not-a-version"
+    for folder in (old, recent, other):
+        folder.mkdir()
+        (folder / "file").touch()
+    for folder, age in ((old, 1.1 * UNUSED), (recent, 0.9 * UNUSED), (other, 9 * UNUSED)):
+        os.utime(folder, (time() - age,) * 2)
+    (tmp_path / ("d" * 16)).symlink_to(other)
+    assert opened_folder(tmp_path, "c" * 16).is_dir()
+    assert sorted(path.name[0] for path in tmp_path.iterdir()) == ["b", "c", "d", "n"]
+    assert (other / "file").exists()
+    os.utime(recent, (time() - 9 * UNUSED,) * 2)
+    assert opened_folder(tmp_path, "b" * 16) == recent  # its use keeps it
+    assert opened_folder(tmp_path, "e" * 16).is_dir()
+    assert recent.is_dir()
+
+
+def test_a_command_survives_a_torn_cache(tmp_path):
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+    command = [sys.executable, "-m", "camopt.cli", "laws", "--quiet"]
+
+    def run():
+        return subprocess.run(command, capture_output=True, text=True, timeout=300, env=environment)
+
+    first = run()
+    files = list(tmp_path.rglob("*.kernel"))
+    assert first.returncode == 0
+    for file in files:
+        file.write_bytes(b"")
+    assert (run().stdout, bool(files)) == (first.stdout, "NUMBA_DISABLE_JIT" not in os.environ)
+    assert all(file.stat().st_size for file in files)
+
+
+# ------------------------------------------------------------------------ what the folder's name depends on
+
+MESSAGES = "camopt.mistakes"  # reaches no kernel
+
+
+def modules_of(path):
+    """The modules of the package that a file imports, and whether it has to do with the compiler."""
+    names, compiler = set(), False
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        found = [node.module] if isinstance(node, ast.ImportFrom) else []
+        found += [f"{node.module}.{alias.name}" for alias in node.names] if isinstance(node, ast.ImportFrom) else []
+        found += [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+        compiler |= any(name.split(".")[0] == "numba" or name == "camopt.numerics.compile" for name in found)
+        names |= {name for name in found if name.startswith("camopt")}
+    return names, compiler
+
+
+def file_of(name):
+    path = PACKAGE.parent / name.replace(".", "/")
+    return next((file for file in (path.with_suffix(".py"), path / "__init__.py") if file.exists()), None)
+
+
+def test_kernels_are_made_of_nothing_outside_their_folders():
+    """Modules with compiled functions, and all that they import: an edit of any changes the cache's folder."""
+    folders = tuple(PACKAGE / folder for folder in KERNEL_FOLDERS)
+    sources = [path for path in PACKAGE.rglob("*.py") if modules_of(path)[1]]
+    reached = {
+        path for path in sources if path != PACKAGE / "terminal.py"
+    }  # listens to the compiler, compiles nothing
+    assert len(reached) > 10
+    waiting = list(reached)
+    while waiting:
+        for name in modules_of(waiting.pop())[0] - {MESSAGES}:
+            path = file_of(name)
+            if path is not None and path not in reached:
+                reached.add(path)
+                waiting.append(path)
+    outside = [path for path in reached if not any(map(path.is_relative_to, folders))]
+    assert outside == []
