@@ -40,6 +40,10 @@ class Limit:
     excess: Callable[[Columns, Designs], FloatArray]
     ceilings: tuple[Ceiling, ...] = ()
     """Curves that decide it, of a limit on loads; for searches and proofs."""
+    shown: tuple[str, ...] = ()
+    """The quantities that people read beside the bound."""
+    relation: str = "≤"
+    """What each of them is to be to the bound; ± for one that the bound holds in magnitude."""
 
     @property
     def of_motion(self) -> bool:
@@ -56,7 +60,8 @@ def _at_most(name: str, bound: float, *needs: str) -> Limit:
         result: FloatArray = (largest - bound) / bound
         return result
 
-    return Limit(name, bound, needs, excess)
+    shown = tuple(need for need in needs if need != "pressure_angle_max_dwell_deg")
+    return Limit(name, bound, needs, excess, shown=shown, relation="±" if name == "face_reach" else "≤")
 
 
 MOST, LEAST_ALLOWED = 1.0, -1.0
@@ -95,7 +100,8 @@ def _load(name: str, bound: float, subject: Subject) -> Limit:
 
     by_arm = name.startswith("contact_force") and subject.angular  # a moment over the length of the arm
     needs = (quantity, "arm_length_mm") if by_arm else (quantity,)
-    return Limit(name, bound, needs, excess, tuple(_ceilings(name, bound, subject)))
+    curves, relation = tuple(_ceilings(name, bound, subject)), "≤" if side == MOST else "≥"
+    return Limit(name, bound, needs, excess, curves, shown=(quantity,), relation=relation)
 
 
 def _ceilings(name: str, bound: float, subject: Subject) -> Iterator[Ceiling]:
@@ -142,10 +148,11 @@ def _curvature(name: str, subject: Subject, bound: float) -> Limit:
         result: FloatArray = sharpest * (designs.roller_radius + bound) - 1.0
         return np.where(result == 0.0, at_bound, result)
 
+    shown, relation = ("profile_radius_min_mm",), ">" if bound == 0.0 else "≥"
     if subject.mechanism.curvature is None:
-        return Limit(name, bound, ("profile_radius_min_mm",), flat)
-    needs = ("pitch_curvature_max_per_mm", "pitch_curvature_min_per_mm", "profile_radius_min_mm")
-    return Limit(name, bound, needs, trace)
+        return Limit(name, bound, shown, flat, shown=shown, relation=relation)
+    needs = ("pitch_curvature_max_per_mm", "pitch_curvature_min_per_mm", *shown)
+    return Limit(name, bound, needs, trace, shown=shown, relation=relation)
 
 
 def _implied(subject: Subject) -> list[Limit]:

@@ -8,15 +8,18 @@ from typing import TYPE_CHECKING, Any
 from rich.table import Table
 from rich.tree import Tree
 
+from camopt.columns import bounds_of, columns_of, is_nothing, with_law
+from camopt.designs import Design
 from camopt.evaluation import Evaluation
 from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.motion import LAWS
 from camopt.quantities import QUANTITIES
+from camopt.question import Question, resolve
 from camopt.rows import Rows, finite
 from camopt.scene import Scene
 from camopt.search.optimise import Optimum
 from camopt.search.sweep import Sweep
-from camopt.terminal import number, print_json, show, table_of
+from camopt.terminal import number, print_json, room_across, show, table_of
 
 if TYPE_CHECKING:
     from camopt.bill import Bill  # measures, and imports what only a measurement needs
@@ -28,15 +31,30 @@ def show_evaluation(result: Evaluation, as_json: bool) -> None:
     """Every quantity of a design, one a line."""
     if as_json:
         return print_json(result.to_json())
-    table = Table(title=result.scene.name, title_justify="left", show_header=False, box=None, pad_edge=False)
+    names = [name for name in result if not is_nothing(result.scene, name, [result])]
+    explained = room_across() >= ROOM_TO_EXPLAIN
+    about = {n: result.unbounded.get(n) or (QUANTITIES[n].sentence if explained else "") for n in names}
+    return show(_down(result.scene.name, resolve(result.scene), result, about))
+
+
+ROOM_TO_EXPLAIN = 110  # columns of a screen: on a narrower one each sentence would be a column of single words
+
+
+def _down(title: str, question: Question, design: Mapping[str, Any], about: Mapping[str, str]) -> Table:
+    """One design as a table down the page: name, value, unit, limit, and a word about each quantity."""
+    table = Table(title=title, title_justify="left", show_header=False, box=None, pad_edge=False)
+    bounds = bounds_of(question)
     table.add_column(no_wrap=True)
     table.add_column(style="bold", justify="right")
     table.add_column(no_wrap=True)
+    if bounds:
+        table.add_column(no_wrap=True)
     table.add_column(style="dim")
-    for name, value in result.items():
-        about = result.unbounded.get(name) or QUANTITIES[name].sentence
-        table.add_row(name, number(value).replace(",", ", "), QUANTITIES[name].unit, about)
-    return show(table)
+    for name, text in about.items():
+        limit = [bounds.get(name, "")] if bounds else []
+        unit = QUANTITIES[name].unit if name in QUANTITIES else ""
+        table.add_row(name, number(design[name]).replace(",", ", "), unit, *limit, text)
+    return table
 
 
 def show_sweep(result: Sweep, as_json: bool) -> None:
@@ -67,12 +85,11 @@ def show_sweep(result: Sweep, as_json: bool) -> None:
         f"{result.feasible:,} feasible, {undecided}{result.pareto:,} on the Pareto front"
     )
     if result.best:
-        search = result.scene.search
-        names = [*_sizes(result.best), *search.minimise, *search.maximise, "profile_radius_min_mm"]
-        names = list(dict.fromkeys(name for name in names if name in next(iter(result.best.values()))))
+        question, search, rows = resolve(result.scene), result.scene.search, with_law(result.best.values())
+        names, bounds = columns_of(question, rows, (*search.minimise, *search.maximise)), bounds_of(question)
         where = " on the grid" if search.refine else ""
-        show("", table_of(f"The best design of each law{where}", list(result.best.values()), [*names, "held_by"]))
-        _show_front(result, names)
+        show("", table_of(f"The best design of each law{where}", rows, [*names, "held_by"], bounds))
+        _show_front(result, names, bounds)
     elif result.nearest_miss:
         _show_miss(result.nearest_miss)
     elif result.obstacle:
@@ -80,7 +97,7 @@ def show_sweep(result: Sweep, as_json: bool) -> None:
     return None
 
 
-def _show_front(result: Sweep, names: list[str]) -> None:
+def _show_front(result: Sweep, names: list[str], bounds: Mapping[str, str]) -> None:
     """How much the front dominates, and its knee."""
     front = result.front
     assert front is not None
@@ -88,25 +105,20 @@ def _show_front(result: Sweep, names: list[str]) -> None:
     if front.grid_points is not None:
         volume += f"; of the grid's {front.grid_points:,} points, {front.grid_hypervolume:.6g}"
     show(f"Hypervolume of the Pareto front, as a share: {volume}")
-    show("", table_of("Its knee", [front.knee], names))
+    laws = ["law_rise", "law_return"] if front.knee["law_rise"] != front.knee["law_return"] else ["law"]
+    names = [*laws, *(name for name in names if not name.startswith("law"))]
+    show("", table_of("Its knee", with_law([front.knee]), names, bounds))
 
 
-def _sizes(rows: Mapping[str, dict[str, Any]]) -> list[str]:
-    """The sizes worth a column: no law twice, no sum or difference of others."""
-    records = list(rows.values())
-    hidden = {"prime_radius_mm", "shaft_clearance_mm"}
-    if all(record["law_rise"] == record["law_return"] for record in records):
-        hidden.add("law_return")
-    return [n for n in records[0] if n in QUANTITIES and QUANTITIES[n].effect == "sizes" and n not in hidden]
-
-
-REACHED = ("pressure_angle_max_rise_deg", "pressure_angle_max_return_deg", "profile_radius_min_mm")
-
-
-def _show_miss(miss: dict[str, Any]) -> None:
-    names = [*_sizes({"": miss}), *(name for name in REACHED if name in miss), "violated"]
-    miss = {**miss, "violated": miss["violated"].replace(",", ", ")}
-    show("", table_of("No feasible design. The nearest miss:", [miss], names))
+def _show_miss(miss: Design) -> None:
+    """The design that comes nearest to holding every limit: its sizes, and each limited value beside its limit."""
+    question = resolve(miss.searched)
+    (row,) = with_law([miss])
+    violated = miss["violated"].split(",")
+    broken = {name for limit in question.limits if limit.name in violated for name in limit.shown}
+    about = {name: "broken" if name in broken else "" for name in columns_of(question, [row])}
+    show("", _down("No feasible design. The nearest miss:", question, row, about))
+    show("", f"It breaks {', '.join(violated)}.")
 
 
 def show_optimum(result: Optimum, as_json: bool) -> None:
@@ -117,9 +129,12 @@ def show_optimum(result: Optimum, as_json: bool) -> None:
         miss = finite(result.nearest_miss) if result.nearest_miss else None
         return print_json({**best, "by_law": by_law, "obstacles": result.obstacles, "nearest_miss": miss})
     if result.by_law:
-        rows = {law: {**row, **_in_words(row)} for law, row in result.by_law.items()}
+        question, rows = (
+            resolve(result.scene),
+            [{**row, **_in_words(row)} for row in with_law(result.by_law.values())],
+        )
         title = f"{result.scene.name}: the smallest cam of each law"
-        show(table_of(title, list(rows.values()), _optimum_columns(rows)))
+        show(table_of(title, rows, _optimum_columns(question, rows), bounds_of(question)))
     for law, obstacle in result.obstacles.items():
         show(f"{law}: no feasible design; stopped by {obstacle}")
     if result.nearest_miss:
@@ -143,14 +158,14 @@ def show_synthesis(result: "Synthesised", known: Mapping[str, dict[str, Any]], a
                 "known_laws": {law: finite(row) for law, row in known.items()},
             }
         )
-    rows = {**known, "free": result.design}
-    shown = {
-        law: {**row, **peaks_of(row, result), "binding": ", ".join(row["binding"])} for law, row in rows.items()
-    }
-    names = [*_sizes(shown), *(name for name in REACHED if name in result.design)]
-    names += [name for name in next(iter(shown.values())) if name.startswith("peak_")]
+    question = resolve(result.scene)
+    rows = [
+        {**row, **peaks_of(row, result), "binding": ", ".join(row["binding"])}
+        for row in with_law([*known.values(), result.design])
+    ]
+    names = [*columns_of(question, rows), *(name for name in rows[0] if name.startswith("peak_"))]
     title = f"{result.scene.name}: free laws, and the smallest cam of each known law"
-    show(table_of(title, list(shown.values()), [*names, "binding"]))
+    show(table_of(title, rows, [*names, "binding"], bounds_of(question)))
     what = f"Minimised: {number(result.objective)}."
     if result.bound:
         what += f" No motion whatever within the convex limits has less than {number(result.bound)}:"
@@ -197,15 +212,14 @@ def _in_words(row: dict[str, Any]) -> dict[str, str]:
     return {"binding": ", ".join(row["binding"]), **({"angles_deg": angles} if angles else {})}
 
 
-def _optimum_columns(rows: dict[str, dict[str, Any]]) -> list[str]:
-    """Sizes, what they reach, and what holds them; whether proved, and clear above, only where it matters."""
-    names = [*_sizes(rows), *(name for name in REACHED if name in next(iter(rows.values()))), "binding"]
-    if any("angles_deg" in row for row in rows.values()):
+def _optimum_columns(question: Question, rows: list[dict[str, Any]]) -> list[str]:
+    """What a design shows, and what binds it; whether proved, and clear above, only where it matters."""
+    names = [*columns_of(question, rows), "binding"]
+    if any("angles_deg" in row for row in rows):
         names.append("angles_deg")
-    size = "base_radius_mm" if "base_radius_mm" in names else "mean_radius_mm"
-    if any(row["clear_above_mm"] > row[size] for row in rows.values()):
+    if any(row["clear_above_mm"] > row[question.size_name] for row in rows):
         names.append("clear_above_mm")
-    return names if all(row["proved"] for row in rows.values()) else [*names, "proved", "gap_mm"]
+    return names if all(row["proved"] for row in rows) else [*names, "proved", "gap_mm"]
 
 
 def show_verdicts(verdicts: dict[str, str], as_json: bool) -> None:

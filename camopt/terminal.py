@@ -1,7 +1,7 @@
 """The terminal: a progress bar, tables whose rows are never cut off, one JSON document."""
 
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from math import inf
 from typing import Any
@@ -70,14 +70,21 @@ def _suffix(unit: str) -> str:
     return "_" + plain.replace("1/", "per_").replace("/", "_per_")
 
 
-def table_of(title: str, records: list[dict[str, Any]], names: list[str]) -> Table:
+def table_of(
+    title: str, records: list[dict[str, Any]], names: list[str], bounds: Mapping[str, str] | None = None
+) -> Table:
+    """A row for each record; in the headings name, unit and, in a table with ``bounds``, the limit."""
+    bounds = bounds or {}
     table = Table(title=title, title_justify="left", box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1))
     for name in names:
         texts = [record.get(name, "") for record in records]
         heading = _heading(name) if name in QUANTITIES else name.replace("_", "\n")
+        if any(each in bounds for each in names):
+            heading += "\n" + bounds.get(name, " ")
         if all(isinstance(text, str) for text in texts):
             longest = max((len(word) for text in texts for word in text.split(" ")), default=0)
-            table.add_column(heading, min_width=longest, no_wrap=True, vertical="bottom")
+            listed = any(", " in text for text in texts)
+            table.add_column(heading, min_width=longest, no_wrap=not listed, vertical="bottom")
         else:
             table.add_column(heading, justify="right", no_wrap=True, vertical="bottom")
     for record in records:
@@ -92,33 +99,40 @@ def show(*things: Any) -> None:
     screen = Console(highlight=False, markup=False)
     for thing in things:
         if isinstance(thing, Tree):  # wraps within its branches on a screen, and nothing in a file
-            width = screen.width if sys.stdout.isatty() else UNBOUNDED
-            Console(width=width, highlight=False, markup=False).print(thing)
+            Console(width=room_across(), highlight=False, markup=False).print(thing)
             continue
         if not isinstance(thing, Table):
             screen.print(thing, soft_wrap=True)
             continue
+        screen.print(thing.title or "", soft_wrap=True)  # above the table, or it is wrapped to the table's width
+        thing.title = None
         room = Console(width=UNBOUNDED).measure(thing)
-        narrow = screen.width if sys.stdout.isatty() else UNBOUNDED
+        narrow = room_across()
         if narrow < room.minimum:
             screen.print(_row_by_row(thing), soft_wrap=True)
         else:
-            most = max(room.maximum, len(str(thing.title or "")))
-            Console(width=min(most, narrow), highlight=False, markup=False).print(thing, crop=False)
+            width = min(room.maximum, narrow)
+            Console(width=width, highlight=False, markup=False).print(thing, crop=False)
 
 
 UNBOUNDED = 10_000
 
 
+def room_across() -> int:
+    """The columns that a line may have: those of a screen; a file takes any."""
+    return Console().width if sys.stdout is not None and sys.stdout.isatty() else UNBOUNDED
+
+
 def _row_by_row(table: Table) -> str:
     """A table as text for a narrow screen: each row as lines of heading and value."""
-    heads = [str(column.header).replace("\n", " ") for column in table.columns]
+    heads = [str(column.header).replace("\n", " ").strip() for column in table.columns]
     cells = [[str(cell) for cell in column.cells] for column in table.columns]
+    width = max(map(len, heads))
     rows = [
-        "\n".join(f"{head:<24} {cell}".strip() for head, cell in zip(heads, row, strict=True) if cell)
+        "\n".join(f"{head:<{width}}  {cell}" for head, cell in zip(heads, row, strict=True) if cell)
         for row in zip(*cells, strict=True)
     ]
-    return "\n\n".join([str(table.title or ""), *rows])
+    return "\n" + "\n\n".join(rows) + "\n"
 
 
 def say_written(files: Iterable[Any]) -> None:

@@ -166,19 +166,24 @@ def _tables(stack: ExitStack, folder: Path, question: Question) -> dict[str, Tab
 
 
 def with_objectives(question: Question) -> Question:
-    """The question with objectives: the scene's, or else size, peak acceleration and pressure angle."""
+    """The question with objectives: the scene's, or else size, peak acceleration and pressure angle.
+
+    A flat face is square to its motion, or its pressure angle all but given: it is no objective there.
+    """
     search, subject = question.scene.search, question.subject
     if not (search.minimise or search.maximise):
         timed = subject.omega is not None
         acceleration = motion_quantity("acceleration", "", angular=subject.angular, timed=timed)
-        names = [question.size_name, acceleration, "pressure_angle_max_deg"]
+        names = [question.size_name, acceleration]
+        names += [] if subject.mechanism.curvature is None else ["pressure_angle_max_deg"]
         return replace(question, scene=question.scene.replace(**{"search.minimise": names}))
     return question
 
 
 def column_names(question: Question) -> tuple[str, ...]:
     """The columns of a sweep: sizes, what limits and objectives need, named outputs, and the verdict."""
-    names = question.sizes | question.needed | set(question.scene.outputs) | set(VERDICT)
+    called = question.wanted if question.scene.outputs else question.needed
+    names = question.sizes | called | set(VERDICT)
     return tuple(name for name in QUANTITIES if name in names)
 
 
