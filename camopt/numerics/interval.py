@@ -83,6 +83,8 @@ RULES: dict[np.ufunc, Callable[..., "Interval"]] = {
     np.true_divide: _divide,
     np.negative: lambda a: Interval(-a.high, -a.low),
     np.square: _square,
+    np.absolute: lambda a: Interval(a.least_magnitude, a.largest_magnitude),
+    np.sign: lambda a: _rising(np.sign)(a),
     np.power: _power,
     np.sqrt: lambda a: _rising(np.sqrt)(Interval(np.maximum(a.low, 0.0), np.maximum(a.high, 0.0))),
     np.sin: _sine,
@@ -109,6 +111,9 @@ class Interval(np.lib.mixins.NDArrayOperatorsMixin):
 
     def __getitem__(self, index: Any) -> "Interval":
         return Interval(self.low[index], self.high[index])
+
+    def reshaped(self, *shape: int) -> "Interval":
+        return Interval(self.low.reshape(shape), self.high.reshape(shape))
 
     @property
     def size(self) -> int:

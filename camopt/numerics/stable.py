@@ -6,6 +6,7 @@ import numpy as np
 
 from camopt.numerics import FloatArray
 from camopt.numerics.interval import Interval, as_interval
+from camopt.numerics.sloped import Sloped, at_point, by_chain, range_of
 
 
 def angle_minus_sine(t: FloatArray) -> FloatArray:
@@ -27,9 +28,9 @@ def angle_minus_sine(t: FloatArray) -> FloatArray:
 def sum_of(*terms: Any) -> Any:
     """A sum right to its own last digits even where its terms cancel (Ogita, Rump and Oishi 2005, Sum2).
 
-    What each addition loses is found exactly and added at the end. For intervals the plain sum.
+    What each addition loses is found exactly and added at the end. For ranges the plain sum.
     """
-    if any(isinstance(term, Interval) for term in terms):
+    if any(isinstance(term, (Interval, Sloped)) for term in terms):
         return sum(terms)
     total, lost = terms[0], 0.0
     for term in terms[1:]:
@@ -46,6 +47,14 @@ def difference_of_squares_root(a: Any, b: Any, more: Any = 0.0) -> Any:
     For intervals it rises with a and falls with |b|, so its ends are exact: by the product it would not know
     that both factors hold the same b.
     """
+    terms = (a, b, more)
+    if any(isinstance(term, Sloped) for term in terms):
+        value = difference_of_squares_root(*map(range_of, terms))
+        at = difference_of_squares_root(*map(at_point, terms))
+        longest, across = range_of(a + more), range_of(b)
+        return by_chain(
+            value, at, list(zip(terms, (longest / value, -across / value, longest / value), strict=True))
+        )
     if isinstance(a, Interval) or isinstance(b, Interval):
         a, b, more = as_interval(a), as_interval(b), as_interval(more)
         low = difference_of_squares_root(a.low, b.largest_magnitude, more.low)

@@ -54,13 +54,17 @@ def branch_and_bound(question: Question, programme: Programme, bounds: Bounds, f
         narrow = np.all([high[n] - low[n] < narrowest for n in free], axis=0)
         excluded = low["size"] >= (inf if incumbent is None else size_of(incumbent, inf) - gap_of(incumbent))
         undercut = min(undercut, np.min(low["size"][excluded], initial=inf))
+        high["size"] = np.minimum(high["size"], size_of(incumbent, inf))
         index = np.flatnonzero(~excluded)
         box = Designs(
             **{n: Interval(low[n][index], high[n][index]) for n in low},  # type: ignore[arg-type]
             sense=question.design.sense,
         )
         longest = np.zeros(low["size"].size, dtype=int)
-        excluded[index], longest[index] = examined(question, programme, constraints, box, free)
+        seen = examined(question, programme, constraints, box, free)
+        excluded[index], longest[index] = seen.empty, seen.side
+        for name in free:
+            low[name][index], high[name][index] = seen.low[name], seen.high[name]
         undercut = min(undercut, np.min(low["size"][narrow & ~excluded], initial=inf))
         keep = ~(excluded | narrow)
         low, high, longest = _halved(low, high, free, longest, keep)

@@ -1,13 +1,17 @@
-"""Boxes of designs, and the proof that one holds no feasible design.
+"""Boxes of designs: the proof that a box holds no feasible design, and the part of a box that may hold one.
 
-A limit is exceeded throughout a box if it is at one cam angle, by the limit's own formula in interval arithmetic.
+Every feasible design holds a limit at every cam angle. The formula of the limit at one angle, run on a box together
+with its slopes by the sizes (``numerics.sloped``), bounds the excess of all designs of the box. If that is above 0,
+the box is empty; if it is above 0 at one end of a size, that end is cut off.
+
+Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, ch. 8 (interval Newton).
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import product
 from math import radians, tan
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -17,20 +21,31 @@ from camopt.motion.programme import Programme
 from camopt.motion.table import DWELL, RETURN, RISE, TURN
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
 from camopt.numerics.curves import curve
-from camopt.numerics.interval import Interval, chained
+from camopt.numerics.interval import Interval
+from camopt.numerics.sloped import Quotient, Sloped, as_quotient, as_sloped, at_point, variables
 from camopt.question import Question
 
+ROUNDING = 1e-15  # relative, of an end of a side
+LARGE = 1e300  # in place of a slope without bounds
 MARGIN = 1e-11  # relative: far above the rounding of an interval, far below any tolerance
+WAYS = {LARGEST: (1.0,), LEAST: (-1.0,), LARGEST_MAGNITUDE: (1.0, -1.0)}
 
 
 @dataclass(frozen=True)
 class Constraint:
-    """A limit as a curve over the turn, with a lower bound of its relative excess over a box of designs."""
+    """A limit as a curve over the turn: its largest value (magnitude, −least) times a weight is bounded."""
 
     curve: Callable[[Designs, Programme], Any]
     kinds: int
     goal: int
-    floor: Callable[[Interval, Designs], FloatArray]
+    bound: float
+    weight: Callable[[Designs], Any] = lambda designs: 1.0
+
+    def excess(self, way: FloatArray, found: Quotient, designs: Designs) -> Any:
+        """What is above 0 where the limit is exceeded, relative to the terms of the limit."""
+        value, allowed = way * found.above * self.weight(designs), self.bound * found.below
+        scale = np.abs(at_point(value)) + np.abs(at_point(allowed))
+        return (value - allowed) / (scale if self.bound else scale + at_point(designs.size))
 
 
 def constraints_of(question: Question) -> list[Constraint]:
@@ -39,44 +54,23 @@ def constraints_of(question: Question) -> list[Constraint]:
     found = []
     for limit in question.limits:
         for top in () if limit.of_motion else limit.ceilings:
-            found.append(Constraint(top.curve, top.kinds, top.goal, _ceiling(top.bound, top.goal)))
+            found.append(Constraint(top.curve, top.kinds, top.goal, top.bound))
         if limit.name in ("pressure_angle", "pressure_angle_return"):
             kinds = RETURN if limit.name.endswith("return") else RISE | DWELL
-            bound = tan(radians(limit.bound))
-            found.append(Constraint(mechanism.pressure, kinds, LARGEST_MAGNITUDE, _magnitude(bound)))
+            found.append(Constraint(mechanism.pressure, kinds, LARGEST_MAGNITUDE, tan(radians(limit.bound))))
         elif limit.name == "face_reach" and mechanism.reach:
-            found.append(Constraint(mechanism.reach, TURN, LARGEST_MAGNITUDE, _magnitude(limit.bound)))
+            found.append(Constraint(mechanism.reach, TURN, LARGEST_MAGNITUDE, limit.bound))
         elif limit.name in ("curvature_radius", "undercut"):
             if mechanism.profile_radius:
-                found.append(Constraint(mechanism.profile_radius, TURN, LEAST, _radius(limit.bound)))
+                found.append(Constraint(mechanism.profile_radius, TURN, LEAST, -limit.bound))
             elif mechanism.curvature:
                 goal = LARGEST_MAGNITUDE if mechanism.grooved else LARGEST
-                found.append(Constraint(mechanism.curvature, TURN, goal, _curvature(limit.bound, goal)))
+                found.append(Constraint(mechanism.curvature, TURN, goal, 1.0, _radius(limit.bound)))
     return found
 
 
-def _magnitude(bound: float) -> Callable[[Interval, Designs], FloatArray]:
-    return lambda value, designs: value.least_magnitude / bound - 1.0
-
-
-def _ceiling(bound: float, goal: int) -> Callable[[Interval, Designs], FloatArray]:
-    def floor(value: Interval, designs: Designs) -> FloatArray:
-        least = value.least_magnitude if goal == LARGEST_MAGNITUDE else value.low
-        return (least - bound) / (bound or 1.0)
-
-    return floor
-
-
-def _radius(bound: float) -> Callable[[Interval, Designs], FloatArray]:
-    return lambda value, designs: (bound - value.high) / np.maximum(np.abs(value.high), 1.0)
-
-
-def _curvature(bound: float, goal: int) -> Callable[[Interval, Designs], FloatArray]:
-    def floor(value: Interval, designs: Designs) -> FloatArray:
-        least = value.least_magnitude if goal == LARGEST_MAGNITUDE else value.low
-        return least * (designs.roller_radius.low + bound) - 1.0  # type: ignore[attr-defined, no-any-return]
-
-    return floor
+def _radius(bound: float) -> Callable[[Designs], Any]:
+    return lambda designs: designs.roller_radius + bound
 
 
 def points_of(question: Question, low: dict[str, FloatArray], high: dict[str, FloatArray], share: float) -> Designs:
@@ -86,53 +80,119 @@ def points_of(question: Question, low: dict[str, FloatArray], high: dict[str, Fl
     return Designs(**{**middle, "size": size}, sense=question.design.sense)
 
 
+class Claims(NamedTuple):
+    """The excess of n boxes over the limits at m cam angles, relative: above 0 no design is feasible."""
+
+    least: FloatArray
+    """Over each box (m, n)."""
+    at: FloatArray
+    """At one design of each box (m, n)."""
+    slopes: Interval
+    """By each of the d free sizes (d, m, n)."""
+
+
+class Examined(NamedTuple):
+    """What is known of n boxes."""
+
+    empty: Any
+    """Which hold no feasible design (n,)."""
+    side: Any
+    """The free size to cut next (n,)."""
+    low: dict[str, FloatArray]
+    high: dict[str, FloatArray]
+    """The ends between which the feasible designs lie, (n,) of each free size."""
+
+
 def examined(
     question: Question, programme: Programme, constraints: list[Constraint], box: Designs, free: list[str]
-) -> tuple[Any, Any]:
-    """Which boxes hold no feasible design, and the side of each that is best cut.
+) -> Examined:
+    """What the limits say of boxes, each at the cam angles where they are worst for one design of the box.
 
-    A box is excluded if none of its designs can be assembled, or if some limit is exceeded throughout it at one cam
-    angle: where the limit is worst for one design of the box. The side to cut is the one whose length loosens the
-    bound of the worst limit the most; the longest, where no assembled design of the box is at hand.
+    The side to cut is the one across which the excess over the worst limit changes the most; the longest, where no
+    assembled design of the box is at hand.
     """
-    excluded = question.subject.mechanism.impossible(box, programme)
-    inside, exists = _representatives(question, programme, box, free, ~excluded)
+    empty = question.subject.mechanism.impossible(box, programme)
+    inside, exists = _representatives(question, programme, box, free, ~empty)
     intervals: dict[str, Any] = box.sizes
-    side = np.argmax([intervals[n].high - intervals[n].low for n in free], axis=0)
-    index = np.flatnonzero(exists)
-    inside, box = inside.take(index), box.take(index)
-    if not index.size:
-        return excluded, side
-    case, boxes = Case(question.subject, programme, inside), _variants(box, inside, free)
-    worst = np.full(index.size, -np.inf)
+    low, high = (np.array([getattr(intervals[n], end) for n in free]) for end in ("low", "high"))
+    side, index = np.argmax(high - low, axis=0), np.flatnonzero(exists)
+    present = [each for each in constraints if np.any(programme.table.kind & each.kinds)]
+    if index.size and present:
+        point = np.array([inside.sizes[n][index] for n in free])
+        span = Interval(low[:, index] - point, high[:, index] - point)
+        with np.errstate(all="ignore"):
+            claims = _claims(question, programme, present, box.take(index), inside.take(index), free)
+            empty[index] |= np.any(claims.least > MARGIN, axis=0)
+            side[index] = _widest(claims, span)
+            left = _cut_off(claims, span)
+        rounding = ROUNDING * (np.abs(point) + span.largest_magnitude)
+        low[:, index] = np.maximum(low[:, index], point + left.low - rounding)
+        high[:, index] = np.minimum(high[:, index], point + left.high + rounding)
+    empty |= np.any(low > high, axis=0)
+    return Examined(empty, side, dict(zip(free, low, strict=True)), dict(zip(free, high, strict=True)))
+
+
+def _claims(
+    question: Question,
+    programme: Programme,
+    constraints: list[Constraint],
+    box: Designs,
+    inside: Designs,
+    free: list[str],
+) -> Claims:
+    """The limits on both sides of the cam angles where one design of each box exceeds them the most."""
+    case, count, found = Case(question.subject, programme, inside), len(inside), []
     for constraint in constraints:
-        where = case.extremes(constraint.curve, [(constraint.kinds, constraint.goal)]).where[0]
-        both = programme.beside(where, constraint.kinds).ravel()
-        if not both.size:  # no such stroke
-            continue
-        motion = programme.state(np.tile(both, len(boxes) // both.size))
-        value, _ = curve(constraint.curve(boxes, programme), ..., *motion)
-        floors = constraint.floor(value, boxes).reshape(-1, 2, index.size)
-        whole, here, *alone = floors
-        excluded[index] |= np.any(whole > MARGIN, axis=0)
-        for way in (0, 1) if alone else ():
-            loosest = np.argmin([each[way] for each in alone], axis=0)
-            side[index] = np.where(here[way] > worst, loosest, side[index])
-            worst = np.maximum(worst, here[way])
-    return excluded, side
+        ways = WAYS[constraint.goal]
+        goals = [(constraint.kinds, LARGEST if way > 0.0 else LEAST) for way in ways]
+        angles = programme.beside(case.extremes(constraint.curve, goals).where, constraint.kinds).ravel()
+        rows = angles.size // count
+        designs, like = _sloped(box, inside, free, rows)
+        value, _ = curve(constraint.curve(designs, programme), ..., *programme.state(angles))
+        excess = as_sloped(constraint.excess(np.tile(np.repeat(ways, count), 2), as_quotient(value), designs), like)
+        least, at = excess.value.low.reshape(rows, count), excess.at.reshape(rows, count)
+        found.append(Claims(least, at, excess.slopes.reshaped(-1, rows, count)))
+    least, at = (np.concatenate([claim[k] for claim in found]) for k in (0, 1))
+    slopes = Interval(*(np.concatenate([getattr(c.slopes, end) for c in found], axis=1) for end in ("low", "high")))
+    return Claims(least, at, slopes)
 
 
-def _variants(box: Designs, inside: Designs, free: list[str]) -> Designs:
-    """Boxes, a design inside each, and that design with each free side of its box, if there are several.
+def _sloped(box: Designs, inside: Designs, free: list[str], rows: int) -> tuple[Designs, Sloped]:
+    """Boxes as designs of Sloped sizes, so many times one after the other; and one of these."""
+    intervals: dict[str, Any] = box.sizes
+    ends = [Interval(*(np.tile(getattr(intervals[n], end), rows) for end in ("low", "high"))) for n in free]
+    sizes = dict(zip(free, variables(ends, [np.tile(inside.sizes[n], rows) for n in free]), strict=True))
+    fixed = {n: np.tile(v, rows) for n, v in inside.sizes.items() if n not in free}
+    return Designs(**{**fixed, **sizes}, sense=box.sense), sizes[free[0]]  # type: ignore[arg-type]
 
-    Each comes twice, for the two sides of a cam angle. One array of all: formulas in intervals cost by the call.
+
+def _widest(claims: Claims, span: Interval) -> Any:
+    """The side across which the excess over the worst limit changes the most."""
+    worst = np.argmax(np.nan_to_num(claims.at, nan=-np.inf), axis=0)
+    steepest = np.take_along_axis(claims.slopes.largest_magnitude, worst[None, None, :], axis=1)[:, 0]
+    width = span.high - span.low
+    return np.argmax(np.where(np.isfinite(steepest), steepest, LARGE) * width, axis=0)
+
+
+def _cut_off(claims: Claims, span: Interval) -> Interval:
+    """The parts (d, n) of each side, seen from the point, in which every limit may be held.
+
+    With e the excess at the point less what other sizes can take off it, G·t ≤ −e has to hold at the distance t.
     """
-    boxes: dict[str, Any] = box.sizes
-    points: dict[str, Any] = {n: Interval(v, v) for n, v in inside.sizes.items()}
-    sides = [{**points, n: boxes[n]} for n in free] if len(free) > 1 else []
-    each = [sizes for sizes in (boxes, points, *sides) for _ in range(2)]
-    sizes: dict[str, Any] = {n: chained([part[n] for part in each]) for n in boxes}
-    return Designs(**sizes, sense=box.sense)
+    moved = claims.slopes * Interval(span.low[:, None], span.high[:, None])
+    slack = MARGIN * (1.0 + np.abs(claims.at) + moved.largest_magnitude.sum(axis=0))
+    low, high = span.low.copy(), span.high.copy()
+    for k in range(len(low)):
+        others = np.delete(moved.low, k, axis=0).sum(axis=0)
+        rest = claims.at + others - slack
+        asked = rest > 0.0
+        below, above = -rest / claims.slopes.high[k], -rest / claims.slopes.low[k]
+        smaller = ~asked | ((claims.slopes.high[k] > 0.0) & (below >= span.low[k]))
+        larger = ~asked | ((claims.slopes.low[k] < 0.0) & (above <= span.high[k]))
+        most = np.where(larger, span.high[k], np.where(smaller, below, -np.inf))
+        least = np.where(smaller, span.low[k], np.where(larger, above, np.inf))
+        low[k], high[k] = least.max(axis=0), most.min(axis=0)
+    return Interval(low, high)
 
 
 def _representatives(

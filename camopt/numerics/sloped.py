@@ -1,0 +1,194 @@
+"""Ranges with slopes: a formula over boxes of its arguments, and how it changes with each of them.
+
+A ``Sloped`` holds the range of a quantity over a box, its value at one point of the box, and intervals of its
+partial derivatives over the box. Formulas run on it as they run on numbers: every operation carries the derivatives
+along by the chain rule. By the mean value theorem
+
+    f(x) ∈ f(p) + Σ F_k·(x_k − p_k),    F_k ∋ ∂f/∂x_k over the box
+
+which narrows the range that interval arithmetic gives: what the range is too wide by falls with the square of the
+box's width. A quotient whose denominator may be 0 in the box stays a quotient (``Quotient``).
+
+Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, ch. 6.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from camopt.numerics import FloatArray
+from camopt.numerics.interval import RULES, Interval, as_interval
+
+
+@dataclass(frozen=True, eq=False)
+class Sloped(np.lib.mixins.NDArrayOperatorsMixin):
+    """A quantity over n boxes of d variables."""
+
+    value: Interval
+    """Its range (n,)."""
+    at: FloatArray
+    """Its value at the point (n,)."""
+    slopes: Interval
+    """Partial derivatives (d, n)."""
+    span: Interval
+    """The box as seen from the point (d, n)."""
+
+    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> Any:
+        if method != "__call__" or kwargs or any(isinstance(x, Quotient) for x in inputs):
+            return NotImplemented
+        if ufunc not in PARTIALS:
+            return NotImplemented
+        if ufunc is np.true_divide and isinstance(inputs[1], Sloped):
+            touching = inputs[1].value.low <= 0.0
+            if np.any(touching):
+                return _kept(inputs[0], inputs[1], touching)
+        ranges = [range_of(x) for x in inputs]
+        value = ufunc(*ranges)
+        at = ufunc(*map(at_point, inputs))
+        return by_chain(value, at, list(zip(inputs, PARTIALS[ufunc](value, *ranges), strict=True)))
+
+    def __getitem__(self, index: Any) -> "Sloped":
+        return Sloped(self.value[index], self.at[index], self.slopes[:, index], self.span[:, index])
+
+    @property
+    def size(self) -> int:
+        return self.value.size
+
+
+def range_of(x: Any) -> Interval:
+    """The range of a number, an array, an Interval or a Sloped."""
+    return x.value if isinstance(x, Sloped) else as_interval(x)
+
+
+def at_point(x: Any) -> Any:
+    """The value of a number, an array or a Sloped at the point."""
+    return x.at if isinstance(x, Sloped) else x
+
+
+def by_chain(value: Interval, at: Any, parts: Sequence[tuple[Any, Any]]) -> Sloped:
+    """A function of some operands from its range, its value at the point, and (operand, partial derivative)."""
+    sloped = [(operand, as_interval(partial)) for operand, partial in parts if isinstance(operand, Sloped)]
+    span = sloped[0][0].span
+    slopes = sum((partial * operand.slopes for operand, partial in sloped[1:]), sloped[0][1] * sloped[0][0].slopes)
+    moved = slopes * span
+    low = np.fmax(value.low, at + moved.low.sum(axis=0))  # fmax: what is unknown narrows nothing
+    high = np.fmin(value.high, at + moved.high.sum(axis=0))
+    return Sloped(Interval(np.minimum(low, high), np.maximum(low, high)), at + np.zeros(low.shape), slopes, span)
+
+
+def variables(box: Sequence[Interval], point: Sequence[FloatArray]) -> list[Sloped]:
+    """The variables themselves over boxes, seen from points in them."""
+    span = Interval(
+        np.array([side.low - p for side, p in zip(box, point, strict=True)]),
+        np.array([side.high - p for side, p in zip(box, point, strict=True)]),
+    )
+    ones = np.eye(len(box))[:, :, None] + np.zeros(span.low.shape)
+    return [Sloped(x, p, as_interval(one), span) for x, p, one in zip(box, point, ones, strict=True)]
+
+
+def _larger(a: Interval, b: Interval) -> Interval:
+    """What ∂max(a, b)/∂a may be: 1 where a is larger, 0 where b is."""
+    return Interval(np.where(a.low > b.high, 1.0, 0.0), np.where(a.high < b.low, 0.0, 1.0))
+
+
+def _step(a: Interval) -> Interval:
+    """What the derivative of sgn(a) may be."""
+    sure = (a.low > 0.0) | (a.high < 0.0) | (a.low == a.high)
+    return Interval(np.zeros_like(a.low), np.where(sure, 0.0, np.inf))
+
+
+def _power(value: Interval, a: Interval, exponent: Interval) -> tuple[Any, ...]:
+    return exponent * RULES[np.power](a, exponent - 1.0), 0.0
+
+
+def _arctan2(value: Interval, y: Interval, x: Interval) -> tuple[Any, ...]:
+    square = y * y + x * x
+    return x / square, -y / square
+
+
+PARTIALS: dict[np.ufunc, Callable[..., tuple[Any, ...]]] = {
+    np.add: lambda v, a, b: (1.0, 1.0),
+    np.subtract: lambda v, a, b: (1.0, -1.0),
+    np.multiply: lambda v, a, b: (b, a),
+    np.true_divide: lambda v, a, b: (1.0 / b, -v / b),
+    np.negative: lambda v, a: (-1.0,),
+    np.square: lambda v, a: (2.0 * a,),
+    np.power: _power,
+    np.sqrt: lambda v, a: (0.5 / v,),
+    np.sin: lambda v, a: (np.cos(a),),
+    np.cos: lambda v, a: (-np.sin(a),),
+    np.arcsin: lambda v, a: (1.0 / np.sqrt((1.0 - a) * (1.0 + a)),),
+    np.arctan2: _arctan2,
+    np.maximum: lambda v, a, b: (_larger(a, b), _larger(b, a)),
+    np.minimum: lambda v, a, b: (_larger(b, a), _larger(a, b)),
+    np.absolute: lambda v, a: (np.sign(a),),
+    np.sign: lambda v, a: (_step(a),),
+}
+"""Partial derivatives of each operation, from its value and its operands, all Intervals."""
+
+
+@dataclass(frozen=True, eq=False)
+class Quotient(np.lib.mixins.NDArrayOperatorsMixin):
+    """above/below, where the range of ``below`` may reach 0 or less.
+
+    Of a design that can be assembled, is not undercut and does not jam every denominator in a formula is positive,
+    so that for it above/below ≤ b is the same as above ≤ b·below, which has no pole.
+    """
+
+    above: Any
+    below: Any
+
+    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> Any:
+        if method != "__call__" or kwargs:
+            return NotImplemented
+        if ufunc in FRACTIONS:
+            return Quotient(*FRACTIONS[ufunc](*(as_quotient(x) for x in inputs)))
+        return ufunc(*(x.divided() if isinstance(x, Quotient) else x for x in inputs))
+
+    def divided(self) -> Sloped:
+        """As a range, without bounds where the denominator may be 0."""
+        above, below = as_sloped(self.above, self.below), as_sloped(self.below, self.above)
+        value, at = above.value / below.value, above.at / below.at
+        partials = PARTIALS[np.true_divide](value, above.value, below.value)
+        return by_chain(value, at, list(zip((above, below), partials, strict=True)))
+
+
+def as_quotient(x: Any) -> Quotient:
+    return x if isinstance(x, Quotient) else Quotient(x, 1.0)
+
+
+def as_sloped(x: Any, like: Sloped) -> Sloped:
+    """A constant as one that does not change over the boxes of another."""
+    if isinstance(x, Sloped):
+        return x
+    value = as_interval(x + np.zeros(like.at.shape))
+    return Sloped(value, value.low, 0.0 * as_interval(np.ones(like.slopes.low.shape)), like.span)
+
+
+def _kept(a: Any, b: Sloped, touching: Any) -> Quotient:
+    """a/b, as a quotient where the range of b reaches 0."""
+    a = as_sloped(a, b)
+    whole = Quotient(a, b).divided()
+    return Quotient(_where(touching, a, whole), _where(touching, b, as_sloped(1.0, b)))
+
+
+def _where(chosen: Any, a: Sloped, b: Sloped) -> Sloped:
+    def pick(x: Interval, y: Interval) -> Interval:
+        return Interval(np.where(chosen, x.low, y.low), np.where(chosen, x.high, y.high))
+
+    return Sloped(pick(a.value, b.value), np.where(chosen, a.at, b.at), pick(a.slopes, b.slopes), a.span)
+
+
+FRACTIONS: dict[np.ufunc, Callable[..., tuple[Any, Any]]] = {
+    np.add: lambda a, b: (a.above * b.below + b.above * a.below, a.below * b.below),
+    np.subtract: lambda a, b: (a.above * b.below - b.above * a.below, a.below * b.below),
+    np.multiply: lambda a, b: (a.above * b.above, a.below * b.below),
+    np.true_divide: lambda a, b: (a.above * b.below, a.below * b.above),
+    np.negative: lambda a: (-a.above, a.below),
+    np.square: lambda a: (np.square(a.above), np.square(a.below)),
+    np.sqrt: lambda a: (np.sqrt(a.above), np.sqrt(a.below)),
+    np.absolute: lambda a: (np.absolute(a.above), a.below),
+}
+"""Operations on fractions: (above, below)."""

@@ -1,0 +1,226 @@
+"""Ranges with slopes, and what they say of boxes of designs, against values, differences and feasible designs."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from camopt import Scene, evaluate
+from camopt.limits import LOADS
+from camopt.mechanisms import Designs
+from camopt.numerics.curves import curve
+from camopt.numerics.interval import Interval
+from camopt.numerics.sloped import PARTIALS, Quotient, as_quotient, as_sloped, variables
+from camopt.question import exactly, resolve
+from camopt.search.answer import feasible
+from camopt.search.enclosure import constraints_of, examined
+
+STEEL = {"cam": "steel", "follower": "steel", "face_width": 15}
+SURFACE = {"wear_rate": 1e-10, "viscosity": 0.05, "pressure_viscosity": 18, "roughness": 0.3}
+GUIDED = {"mass": 0.8, "spring_rate": 9, "preload": 260, "guide_length": 80, "overhang": 70, "friction": 0.12}
+SWUNG = {"inertia": 0.02, "spring_rate": 60, "preload": 35}
+FOLLOWERS = {
+    "knife": {"motion": "translating", "contact": "knife", "offset": 5},
+    "roller": {"motion": "translating", "contact": "roller", "roller_radius": 14, "offset": 5},
+    "mushroom": {"motion": "translating", "contact": "spherical", "face_radius": 60, "offset": 5},
+    "flat": {"motion": "translating", "contact": "flat"},
+    "arm": {
+        "motion": "oscillating",
+        "contact": "roller",
+        "roller_radius": 14,
+        "arm_length": 110,
+        "centre_distance": 130,
+    },
+    "face": {"motion": "oscillating", "contact": "flat", "centre_distance": 130, "face_offset": 10},
+    "groove": {"motion": "translating", "contact": "roller", "roller_radius": 6},
+    "groove-arm": {"motion": "oscillating", "contact": "roller", "roller_radius": 6, "arm_length": 110},
+}
+FREE = {
+    "translating": ("size", "offset", "roller_radius"),
+    "oscillating": ("size", "arm_length", "centre_distance", "face_offset", "roller_radius"),
+}
+
+
+def scene_of(name, limits=None):
+    follower = FOLLOWERS[name]
+    swinging, groove = follower["motion"] == "oscillating", name.startswith("groove")
+    lift = 14 if swinging else 24
+    rise, fall = ({"segment": kind, "angle": 110, "lift": lift, "law": "poly345"} for kind in ("rise", "return"))
+    return Scene.from_dict(
+        {
+            "cam": {
+                "form": "cylindrical" if groove else "disc",
+                "mean_radius" if groove else "base_radius": 90 if name == "face" else 70,
+                "rpm": 420,
+            },
+            "follower": {**follower, "dynamics": SWUNG if swinging else {**GUIDED, "stem_diameter": 16}},
+            "materials": {**STEEL, **SURFACE},
+            "motion": [rise, {"segment": "dwell", "angle": 40}, fall, {"segment": "dwell", "angle": 100}],
+            "limits": limits or {},
+            "outputs": ["all"],
+        }
+    )
+
+
+@cache
+def limited(name):
+    """The question whose limits are what the cam has, a little eased or tightened: every limit of the registry."""
+    cam, rng, limits = evaluate(scene_of(name)), np.random.default_rng(7), {}
+    for key, (quantity, way) in LOADS.items():
+        if quantity in cam and np.isfinite(cam[quantity]) and cam[quantity] > 0.0:
+            limits[key] = float(cam[quantity] * (1.0 + way * rng.uniform(0.0, 0.02)))
+    if "jamming_margin" in limits:
+        limits["jamming_margin"] = min(limits["jamming_margin"], 0.99)
+    limits["pressure_angle"] = min(80.0, 1.01 * cam["pressure_angle_max_deg"]) or 45.0
+    limits["curvature_radius"] = 0.99 * cam["profile_radius_min_mm"]
+    return exactly(resolve(scene_of(name, limits)))
+
+
+def free_of(question):
+    """The sizes that the mechanism has, of those that may be free."""
+    moving = FREE["oscillating" if question.subject.angular else "translating"]
+    return [n for n in moving if n == "size" or question.design.sizes[n][0] != 0.0]
+
+
+def drawn(question, rng, count, wide):
+    """Boxes (low, high) near the question's design and their free sizes, each a share ``wide`` of it at most."""
+    design, free = question.design.sizes, free_of(question)
+    low = {n: np.full(count, v[0]) for n, v in design.items()}
+    high = {n: v.copy() for n, v in low.items()}
+    for name in free:
+        middle = low[name] * (1.0 + wide * rng.uniform(-1.0, 1.0, count))
+        half = 0.5 * wide * rng.uniform(0.0, 1.0, count) * np.abs(low[name])
+        low[name], high[name] = middle - half, middle + half
+    return low, high, free
+
+
+def inside_of(low, high, rng, sense, k):
+    """A random design of box k, many times."""
+    share = {n: rng.uniform(0.0, 1.0, 60) for n in low}
+    return Designs(**{n: low[n][k] + share[n] * (high[n][k] - low[n][k]) for n in low}, sense=sense)
+
+
+ARGUMENTS = {np.arcsin: (-0.9, 0.9), np.sqrt: (0.1, 4.0), np.arctan2: (0.1, 3.0), np.power: (0.2, 3.0)}
+
+
+@pytest.mark.parametrize("operation", PARTIALS, ids=lambda operation: operation.__name__)
+@given(seed=st.integers(0, 10**6))
+@settings(max_examples=30, deadline=None)
+def test_values_and_differences_lie_in_ranges_and_slopes(operation, seed):
+    """Of every operation, on a function of two variables whose operands both depend on both."""
+    rng = np.random.default_rng(seed)
+    least, most = ARGUMENTS.get(operation, (-2.0, 2.0))
+    ends = np.sort(rng.uniform(least, most, (2, 2)), axis=1)
+
+    def function(x, y):
+        if operation is np.power:
+            return np.power(x + 0.1 * y, -0.7)
+        operands = (x, y * x + 4.0 if operation is np.true_divide else y)
+        return operation(*operands[: operation.nin])
+
+    def at(point):
+        return float(function(*map(np.array, point)))
+
+    points = [np.array([v]) for v in rng.uniform(ends[:, 0], ends[:, 1])]
+    box = [Interval(end[:1], end[1:]) for end in ends]
+    made = as_quotient(function(*variables(box, points)))
+    assert isinstance(made, Quotient)
+    found = made.above if isinstance(made.below, float) else made.divided()
+    for sample in rng.uniform(ends[:, 0], ends[:, 1], (40, 2)):
+        value = at(sample)
+        assert found.value.low[0] - 1e-12 <= value <= found.value.high[0] + 1e-12
+        for k, step in enumerate(1e-6 * np.eye(2)):
+            if (
+                operation is not np.sign
+                and np.all(sample - step > ends[:, 0])
+                and np.all(sample + step < ends[:, 1])
+            ):
+                slope = (at(sample + step) - at(sample - step)) / 2e-6
+                assert found.slopes.low[k, 0] - 1e-5 <= slope <= found.slopes.high[k, 0] + 1e-5
+
+
+def test_the_excess_width_falls_with_the_square_of_the_box():
+    """x·(1 − x) near ½, where its slope is 0: interval arithmetic alone is too wide by the width itself."""
+
+    def excess(width):
+        (x,) = variables([Interval(np.array([0.5 - width]), np.array([0.5 + width]))], [np.array([0.5])])
+        return (x * (1.0 - x)).value.high[0] - 0.25
+
+    assert excess(1e-3) <= 2.1e-6
+    assert excess(1e-5) <= 2.1e-10
+
+
+def test_a_quotient_by_what_may_be_zero_keeps_its_bound():
+    """1/x ≤ 4 over −1 ≤ x ≤ 1, for x > 0: 1 ≤ 4·x leaves ¼ ≤ x."""
+    (x,) = variables([Interval(np.array([-1.0]), np.array([1.0]))], [np.array([0.1])])
+    kept = 2.0 * (1.0 / x)
+    assert isinstance(kept, Quotient)
+    excess = kept.above - 8.0 * kept.below
+    assert excess.at[0] == pytest.approx(1.2)
+    assert (excess.slopes.low[0, 0], excess.slopes.high[0, 0]) == (-8.0, -8.0)
+
+
+@pytest.mark.parametrize("name", FOLLOWERS)
+@given(seed=st.integers(0, 10**6), wide=st.sampled_from([1e-6, 1e-3, 0.05, 0.5]))
+@settings(max_examples=8, deadline=None)
+def test_no_design_of_a_box_lies_outside_of_a_limit_s_range(name, seed, wide):
+    """Every limit at random cam angles: value and range of the limit's own formula."""
+    question, rng = limited(name), np.random.default_rng(seed)
+    low, high, free = drawn(question, rng, 5, wide)
+    exists = ~question.subject.mechanism.impossible(
+        Designs(**{n: Interval(low[n], high[n]) for n in low}, sense=question.design.sense), question.programme
+    )
+    for k in np.flatnonzero(exists):
+        points = inside_of(low, high, rng, question.design.sense, k)
+        points = points.take(question.subject.mechanism.exists(points, question.programme))
+        if not len(points):
+            continue
+        box = [Interval(low[n][k : k + 1], high[n][k : k + 1]) for n in free]
+        sizes = dict(zip(free, variables(box, [points.sizes[n][:1] for n in free]), strict=True))
+        made = Designs(**{**{n: v[k : k + 1] for n, v in low.items()}, **sizes}, sense=question.design.sense)
+        for constraint in constraints_of(question):
+            state = question.programme.state(rng.uniform(0.0, 2 * np.pi, 1))
+            with np.errstate(all="ignore"):
+                value = as_quotient(curve(constraint.curve(made, question.programme), ..., *state)[0])
+                values = curve(constraint.curve(points, question.programme), ..., *state)[0]
+            if not isinstance(value.below, float):
+                continue
+            ends = as_sloped(value.above, sizes[free[0]]).value
+            room = 1e-11 * np.max(np.abs(values)) + 1e-13
+            assert np.all(values >= ends.low[0] - room), constraint
+            assert np.all(values <= ends.high[0] + room), constraint
+
+
+@pytest.mark.parametrize("name", FOLLOWERS)
+@given(seed=st.integers(0, 10**6), wide=st.sampled_from([1e-3, 0.02, 0.2]))
+@settings(max_examples=10, deadline=None)
+def test_no_feasible_design_is_cut_off(name, seed, wide):
+    """Feasible designs of random boxes lie in boxes that are not empty, between the ends that are left."""
+    question, rng = limited(name), np.random.default_rng(seed)
+    low, high, free = drawn(question, rng, 12, wide)
+    box = Designs(**{n: Interval(low[n], high[n]) for n in low}, sense=question.design.sense)
+    seen = examined(question, question.programme, constraints_of(question), box, free)
+    for k in range(12):
+        points = inside_of(low, high, rng, question.design.sense, k)
+        held = points.take(feasible(question, question.programme, points))
+        assert not (seen.empty[k] and len(held))
+        for size in free:
+            assert np.all(held.sizes[size] >= seen.low[size][k])
+            assert np.all(held.sizes[size] <= seen.high[size][k])
+
+
+@pytest.mark.parametrize("name", FOLLOWERS)
+def test_boxes_of_feasible_and_of_empty_designs_are_met(name):
+    """The test above has something to say: some random boxes hold feasible designs, and some are cut or empty."""
+    question, rng = limited(name), np.random.default_rng(0)
+    low, high, free = drawn(question, rng, 200, 0.1)
+    box = Designs(**{n: Interval(low[n], high[n]) for n in low}, sense=question.design.sense)
+    seen = examined(question, question.programme, constraints_of(question), box, free)
+    middles = Designs(**{n: (low[n] + high[n]) / 2 for n in low}, sense=question.design.sense)
+    held = feasible(question, question.programme, middles)
+    assert seen.empty.any()
+    assert np.any(seen.low["size"] > low["size"])
+    assert held.any()
+    assert not np.any(held & seen.empty)
