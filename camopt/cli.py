@@ -16,6 +16,7 @@ from camopt.options import (
     given_overrides,
     option_of,
     output_options,
+    outputs_option,
     override_options,
     row_option,
     scene_at,
@@ -61,6 +62,7 @@ def _reached(scene: Any, half_width: float) -> int:
 @camopt.command()
 @click.argument("scene", default=DEFAULT_SCENE)
 @scene_options
+@outputs_option
 @output_options
 @click.option("--base-radius", type=Axis(), help="Base radii to sweep, mm.")
 @click.option("--offset", type=Axis(), help="Offsets to sweep, mm, positive to the right.")
@@ -104,6 +106,7 @@ def sweep(
         result = run(scene, out, keep, workers, advance)
     reports.show_sweep(result, as_json)
     if not quiet:
+        terminal.say_unused(scene)
         terminal.say_written(result.files)
     return _reached(scene, result.reached) if result.feasible else NOTHING_FEASIBLE
 
@@ -111,6 +114,7 @@ def sweep(
 @camopt.command()
 @click.argument("scene", default=DEFAULT_SCENE)
 @scene_options
+@outputs_option
 @output_options
 @click.option("--out", type=Place(), help="Folder for the smallest cam of each law, as scenes (TOML).")
 def optimise(scene: Any, as_json: bool, quiet: bool, out: Path | None) -> int:
@@ -127,6 +131,7 @@ def optimise(scene: Any, as_json: bool, quiet: bool, out: Path | None) -> int:
         files = write_scenes(result.by_law, out) if out and result.by_law else []
     reports.show_optimum(result, as_json)
     if not quiet:
+        terminal.say_unused(scene)
         terminal.say_written(files)
     return _reached(scene, result.best["relative_half_width"]) if result.best else NOTHING_FEASIBLE
 
@@ -194,6 +199,7 @@ def frontier(scene: Any, as_json: bool, quiet: bool, axes: str, points: int, out
 @camopt.command()
 @click.argument("scene")
 @scene_options
+@outputs_option
 @output_options
 @click.option("--plot", "picture", type=Place(*PICTURES), help="Draw to a PNG, SVG or PDF file.")
 @click.option("--points", type=Place(".csv", ".parquet"), help="Write the cam's curves to a CSV or Parquet file.")
@@ -227,6 +233,7 @@ def evaluate(
         write_points(scene, points, cutter_radius)
     reports.show_evaluation(result, as_json)
     if not quiet:
+        terminal.say_unused(scene)
         terminal.say_written([file for file in (picture, points) if file])
     return _reached(scene, result["relative_half_width"])
 

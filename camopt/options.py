@@ -20,6 +20,7 @@ OVERRIDES = {
     "max_pressure_return": ("limits.pressure_angle_return",),
     "min_curvature": ("limits.curvature_radius",),
     "tolerance": ("accuracy.tolerance",),
+    "outputs": ("outputs",),
 }
 
 
@@ -47,7 +48,7 @@ def changed(scene: Any, changes: dict[str, tuple[str, Any]]) -> Any:
 
 def given_overrides(options: dict[str, Any]) -> dict[str, tuple[str, Any]]:
     """Take the overriding options out of all options: changes by key, each from an option."""
-    given = {name: options.pop(name) for name in OVERRIDES}
+    given = {name: options.pop(name, None) for name in OVERRIDES}
     return {
         key: (option_of(name), value)
         for name, value in given.items()
@@ -67,6 +68,16 @@ def override_options(command: Callable[..., Any]) -> Callable[..., Any]:
     ):
         command = option(command)
     return command
+
+
+def outputs_option(command: Callable[..., Any]) -> Callable[..., Any]:
+    """The option that says what to report."""
+    return click.option(
+        "--outputs",
+        callback=lambda context, option, text: text and [name.strip() for name in text.split(",")],
+        metavar="NAME,NAME|all",
+        help="Quantities or effects to report, as force,hertz (see `camopt effects`), or all.",
+    )(command)
 
 
 def scene_at(target: str, row: int | None) -> Any:

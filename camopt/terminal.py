@@ -135,6 +135,14 @@ def _row_by_row(table: Table) -> str:
     return "\n" + "\n\n".join(rows) + "\n"
 
 
+def say_unused(scene: Any) -> None:
+    """Name the keys of the scene that nothing called for, on standard error."""
+    from camopt.unused import unused
+
+    for sentence in unused(scene):
+        print(f"camopt: {sentence}", file=sys.stderr)
+
+
 def say_written(files: Iterable[Any]) -> None:
     """Name the files written, on standard error."""
     for file in files:

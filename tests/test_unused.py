@@ -1,0 +1,107 @@
+"""What a scene gives and nothing reads is said; --outputs calls for it."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from camopt import evaluate, find_scene
+from camopt.cli import main
+from camopt.quantities import QUANTITIES
+from camopt.unused import LOADED, PRESSING, READERS, unused
+
+GIVEN = {
+    "cam.rpm": 600,
+    "follower.dynamics": {
+        "mass": 1.5, "spring_rate": 15, "preload": 250, "damping": 0.02, "load": 40, "gravity": 9.81,
+        "guide_length": 90, "overhang": 80, "friction": 0.1, "stem_diameter": 16, "natural_frequency": 123,
+        "damping_ratio": 0.05, "fluctuation": 0.02,
+    },
+    "materials": {
+        "cam_modulus": 200, "cam_poisson": 0.3, "follower_modulus": 110, "follower_poisson": 0.25, "face_width": 10,
+        "wear_rate": 1e-10, "viscosity": 0.02, "pressure_viscosity": 18, "roughness": 0.3,
+    },
+    "outputs": LOADED,
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def loaded():
+    """Two scenes that together have every load: rollers have a film, knives wear; without and with a swing."""
+    roller = find_scene("two-pauses").replace(**GIVEN)
+    flat = find_scene("flat-reciprocating").replace(**GIVEN)
+    return {scene: evaluate(scene) for scene in (roller, flat)}
+
+
+@pytest.mark.parametrize("key", sorted({*READERS} - {"inertia", "cam", "follower"}))
+def test_a_key_changes_quantities_of_the_effects_that_read_it(loaded, key):
+    table = "materials" if key in GIVEN["materials"] else "follower.dynamics"
+    changed = set()
+    for scene, before in loaded.items():
+        after = evaluate(scene.replace(**{f"{table}.{key}": 1.1 * GIVEN[table][key]}))
+        changed |= {QUANTITIES[n].effect for n in before if after[n] != before[n]} & {*LOADED}
+    assert changed <= {*READERS[key]}
+    assert changed
+
+
+MASS = {"mass": 1, "spring_rate": 2}
+NO_MASS = {"preload": 100, "natural_frequency": 90}
+WHY = "no limit, objective or output uses"
+EVERY = f"{', '.join([*GIVEN['follower.dynamics'], *GIVEN['materials']])}: {WHY} them; --outputs force,torque,"
+
+
+@pytest.mark.parametrize(
+    ("outputs", "dynamics", "materials", "expected"),
+    [
+        (LOADED, GIVEN["follower.dynamics"], GIVEN["materials"], []),
+        (["pressure"], GIVEN["follower.dynamics"], GIVEN["materials"], [EVERY]),
+        ([], MASS, {}, [f"mass, spring_rate: {WHY} them; --outputs force,torque,thrust shows what they do"]),
+        (
+            ["force"],
+            {"mass": 1, "friction": 0.1},
+            {},
+            [f"friction: {WHY} it; --outputs torque,thrust shows what it"],
+        ),
+        ([], {"preload": 100}, {}, ["preload: not used without follower.dynamics.mass"]),
+        (["vibration"], NO_MASS, {}, ["preload: not used without follower.dynamics.mass"]),
+        (["force"], {"mass": 1}, {"roughness": 0.3}, ["roughness: not used without "]),
+        ([], None, {}, []),
+    ],
+)
+def test_what_nothing_uses_is_named(outputs, dynamics, materials, expected):
+    tables = {"follower.dynamics": dynamics, "materials": materials}
+    found = unused(find_scene("two-pauses").replace(**{**GIVEN, **tables, "outputs": outputs}))
+    assert len(found) == len(expected)
+    assert all(line.startswith(start) for line, start in zip(found, expected, strict=True))
+
+
+def test_pressing_keys_are_those_of_the_force():
+    assert {key for key, effects in READERS.items() if "force" in effects} == {*PRESSING}
+
+
+def test_the_line_is_an_error_output_that_quiet_stops(capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    scene = find_scene("two-pauses").replace(**{"cam.rpm": 300, "follower.dynamics": {"mass": 1}})
+    Path("mine.toml").write_text(scene.to_toml(), encoding="utf-8")
+    line = "camopt: mass: no limit, objective or output uses it; --outputs force,torque,thrust shows what it does\n"
+    for command in ("evaluate", "optimise", "sweep"):
+        assert main([command, "mine.toml", "--json"]) == 0
+        out, err = capsys.readouterr()
+        assert line in err
+        assert "contact_force_max_N" not in json.loads(out)
+        main([command, "mine.toml", "--quiet"])
+        assert capsys.readouterr().err == ""
+    main(["evaluate", "mine.toml", "--json", "--outputs", "force,torque_peak_N_m"])
+    out, err = capsys.readouterr()
+    assert {"contact_force_max_N", "torque_peak_N_m", "feasible"} < json.loads(out).keys()
+    assert "torque_mean_N_m" not in json.loads(out)
+    assert err == ""
+    main(["evaluate", "mine.toml", "--json", "--outputs", "all"])
+    assert {"torque_mean_N_m", "pressure_angle_max_deg"} < json.loads(capsys.readouterr().out).keys()
+
+
+def test_an_output_that_is_none_is_refused(capsys):
+    assert main(["evaluate", "two-pauses", "--outputs", "hurtz"]) == 2
+    assert (
+        "--outputs = 'hurtz': must be a quantity, an effect or all; did you mean hertz?" in capsys.readouterr().err
+    )
