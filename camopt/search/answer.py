@@ -41,7 +41,7 @@ class Smallest:
     @property
     def gap(self) -> float:
         """By how much a feasible design of these bounds may be smaller, mm; 0 where none exists at all."""
-        return 0.0 if self.size <= self.floor else self.size - self.floor
+        return 0.0 if self.size <= self.floor else float(self.size - self.floor)
 
     @property
     def proved(self) -> bool:
