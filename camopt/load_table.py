@@ -27,7 +27,7 @@ def constant_and_changing(load: Any, unit: float) -> tuple[float, ExternalLoad |
     values = {value for _, value in load}
     if len(values) == 1:
         return values.pop() * unit, None
-    return 0.0, ExternalLoad.from_rows(load, unit)
+    return 0.0, ExternalLoad(load, unit)
 
 
 def _given(data: Mapping[str, Any]) -> tuple[Any, Any]:

@@ -84,7 +84,7 @@ def test_rows_on_the_line_change_nothing():
 def test_the_load_between_rows_is_that_of_linear_interpolation(rows):
     rows = sorted(rows)
     angles = np.linspace(0.0, 360.0, 1441)[:-1]
-    ours, slope = ExternalLoad.from_rows(rows, 1.0).at(np.radians(angles))
+    ours, slope = ExternalLoad(rows, 1.0).at(np.radians(angles))
     assert ours == pytest.approx(np.interp(angles, *zip(*rows, strict=True), period=360), abs=1e-9)
     step = 1e-3
     ahead = np.interp(angles + step, *zip(*rows, strict=True), period=360)
@@ -128,7 +128,7 @@ def test_torque_and_its_energy_against_quadrature(rows):
     parts = naive.under_load(naive.programme(moving, fp), rows, fp)
     ends = sum(naive.on_line(k, p.end) * p.jet(p.end)[0] for p, k in parts)
     ends -= sum(naive.on_line(k, p.start) * p.jet(p.start)[0] for p, k in parts)
-    slopes = ExternalLoad.from_rows(rows, 1.0).at(theta)[1]
+    slopes = ExternalLoad(rows, 1.0).at(theta)[1]
     assert ours["torque_mean_N_m"] * 2e3 * np.pi == pytest.approx(
         damped + ends - np.sum(weight * slopes * y), rel=1e-10
     )

@@ -14,14 +14,18 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 from flint import arb
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from test_optimise import BASE, CASES
 
 import camopt
 from camopt import Scene, certify, evaluate, find_scene, optimise, shipped_scenes, sweep
 from camopt.cli import main
+from camopt.judging import judged, settled
 from camopt.mistakes import BadInput
 from camopt.motion import LAWS
 from camopt.proof.ball import Ball, between
-from camopt.proof.certify import certify_design, summary
+from camopt.proof.certify import certify_design, certify_limits, summary
 from camopt.proof.laws import EXACT, pieces_of
 from camopt.proof.table import certify_table
 from camopt.question import resolve
@@ -136,6 +140,79 @@ def test_a_design_that_cannot_be_assembled_is_broken():
     question = resolve(find_scene("roller-1000rpm"))
     design = replace(question.design, offset=np.array([80.0]))
     assert certify_design(question, question.programme, design) == {"assembly": "broken"}
+
+
+TURNS = st.fixed_dictionaries(
+    {
+        "laws": st.tuples(*[st.sampled_from(sorted(LAWS))] * 2),
+        "shares": st.tuples(*[st.floats(0.05, 1.0)] * 4),
+        "lift": st.floats(0.3, 1.0),
+        "rests": st.tuples(st.booleans(), st.booleans()),
+    }
+)
+
+
+def turn_of(scene, laws, shares, lift, rests):
+    """Rise, dwell, return and dwell of a turn, as a scene has them; a dwell may have 0 deg."""
+    shares = np.array(shares) * [1.0, rests[0], 1.0, rests[1]]
+    angles = (360.0 * shares / shares.sum()).tolist()
+    most = max(segment.lift or 0.0 for segment in scene.motion) * lift
+    return [
+        {"segment": "rise", "angle": angles[0], "lift": most, "law": laws[0]},
+        {"segment": "dwell", "angle": angles[1]},
+        {"segment": "return", "angle": angles[2], "lift": most, "law": laws[1]},
+        {"segment": "dwell", "angle": angles[3]},
+    ]
+
+
+LOADED = {"mass": 0.5, "spring_rate": 5.0, "preload": 100.0, "load": [[0, 0], [95, 400], [210, -50]]}
+EACH = ("knife", "roller free", "spherical", "flat", "oscillating", "oscillating flat", "cylindrical")
+AT_ANOTHER = {
+    **{name: CASES[name] for name in (*EACH, "cylindrical oscillating")},
+    "load over the turn": CASES["roller free"].replace(
+        **{"follower.dynamics": LOADED, "limits.contact_force_min": 20.0}
+    ),
+}
+
+
+@pytest.mark.parametrize("name", AT_ANOTHER)
+@given(turn=TURNS, near=st.sampled_from([-1e-16, 0.0, 1e-16, 0.2]), size=st.floats(0.7, 2.0))
+@settings(max_examples=3, deadline=None)
+def test_a_question_at_another_programme_is_the_scene_rewritten_with_it(name, turn, near, size):
+    """Verdict for verdict, limits beside the cam's own pressure angle among them, where only balls decide."""
+    scene = AT_ANOTHER[name].replace(search=None)
+    written = scene.replace(motion=turn_of(scene, **turn))
+    key = "mean_radius" if scene.cam.form == "cylindrical" else "base_radius"
+    wider = {f"cam.{key}": size * getattr(scene.cam, key)}
+    own = evaluate(written.replace(**wider)).quantities.get("pressure_angle_max_deg", np.inf)
+    if 1e-3 < own < 89:
+        wider |= {"limits.pressure_angle": own * (1.0 + near), "limits.pressure_angle_return": own * (1.0 + near)}
+    here, there = resolve(scene.replace(**wider)), resolve(written.replace(**wider))
+    assert certify_limits(here, there.programme, here.design) == certify_limits(
+        there, there.programme, there.design
+    )
+
+
+@pytest.mark.parametrize("rest", [0.0, 20.0])
+def test_a_verdict_at_freed_angles_is_that_of_the_scene_with_them(rest):
+    """At the pressure angle of the cam itself, where balls decide; a dwell may shrink to nothing."""
+    scene = Scene.from_dict(BASE).replace(
+        **{"search.angle_dwell": {"start": 0, "stop": 90}, "search.angle_rise": {"start": 90, "stop": 300}}
+    )
+    data = scene.replace(search=None).to_dict()
+    for segment, angle in zip(data["motion"], (270.0 - rest, 0.0, 90.0, rest), strict=True):
+        segment["angle"] = angle
+    written = Scene.from_dict(data)
+    own = evaluate(written)["pressure_angle_max_return_deg"]
+    for bound in (np.nextafter(own, 0.0), own, np.nextafter(own, 90.0)):
+        limits = {"limits.pressure_angle_return": float(bound)}
+        here, there = resolve(scene.replace(**limits)), resolve(written.replace(**limits))
+        names = frozenset({"feasible", "violated", "status"})
+        rows, effort = settled(here, there.programme, here.design, names)
+        assert effort.balls == 1
+        assert (
+            rows.only(names).records() == judged(there, there.programme, there.design, names).only(names).records()
+        )
 
 
 def test_balls_enclose():

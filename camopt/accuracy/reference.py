@@ -28,7 +28,7 @@ def reference(
     ArithmeticError
         If the proof that nothing is larger fails.
     """
-    motion = motion_of(question.scene, programme)
+    motion = motion_of(programme)
     made = subject.make(in_balls(design), cast(Programme, motion))
     best: arb | None = None
     for (kinds, goal), angle in zip(subject.questions, where, strict=True):

@@ -1,6 +1,5 @@
 """An external load on the follower that changes over the turn: straight between the rows of a table, periodic."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import pi, radians
@@ -12,18 +11,23 @@ from camopt.numerics import FloatArray
 
 @dataclass(frozen=True)
 class ExternalLoad:
-    """Rows (cam angle, load): rad from 0 to 2π in order, two at the same angle where the load jumps; N (N·mm).
+    """Rows (cam angle, load) as given: deg from 0 to 360 in order, two at the same angle where the load jumps.
 
-    From the last row it goes straight to the first of the next turn. Hashable.
+    ``unit`` is that of a load in N (N·mm). From the last row the load goes straight to the first of the next turn.
     """
 
-    angles: tuple[float, ...]
-    loads: tuple[float, ...]
+    rows: tuple[tuple[float, float], ...]
+    unit: float
 
-    @classmethod
-    def from_rows(cls, rows: Sequence[tuple[float, float]], unit: float) -> "ExternalLoad":
-        """From rows (cam angle in deg, load); ``unit`` of a load in N (N·mm)."""
-        return cls(tuple(radians(angle) for angle, _ in rows), tuple(load * unit for _, load in rows))
+    @cached_property
+    def angles(self) -> tuple[float, ...]:
+        """The cam angles of the rows, rad."""
+        return tuple(radians(angle) for angle, _ in self.rows)
+
+    @cached_property
+    def loads(self) -> tuple[float, ...]:
+        """The loads of the rows, N (N·mm)."""
+        return tuple(load * self.unit for _, load in self.rows)
 
     @property
     def largest(self) -> float:

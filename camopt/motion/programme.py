@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from math import inf, pi, radians
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import polynomial
@@ -33,6 +33,14 @@ SAME = 1e-9  # jumps below this share of the largest value in the turn are round
 BESIDE = 1e-12  # rad, to either side of a jump
 
 
+class Given(NamedTuple):
+    """A segment's numbers as they were given, which a proof takes as exact."""
+
+    angle: float  # deg
+    change: float  # of the displacement, mm, or deg if angular
+    angular: bool
+
+
 @dataclass(frozen=True)
 class Stroke:
     """One segment of a turn: cam angle in rad, displacements at its ends in mm (rad when oscillating)."""
@@ -43,6 +51,8 @@ class Stroke:
     angle: float
     low: float  # displacement at its start
     high: float  # and at its end
+    given: Given | None = None
+    """What its angle and displacements are made from; None where they are exact themselves."""
 
     @property
     def end(self) -> float:
@@ -84,10 +94,11 @@ class Programme:
             if angle == 0.0:
                 continue
             kind = KINDS[segment]
-            change = {RISE: lift, RETURN: -lift, DWELL: 0.0}[kind] * (pi / 180 if angular else 1.0)
+            given = Given(angle, {RISE: lift, RETURN: -lift, DWELL: 0.0}[kind], angular)
+            change = given.change * (pi / 180 if angular else 1.0)
             end = 0.0 if abs(y + change) <= SAME * abs(change) else y + change
             chosen = None if law is None else laws[law]
-            strokes.append(Stroke(kind, chosen, start, radians(angle), y, end))
+            strokes.append(Stroke(kind, chosen, start, radians(angle), y, end, given))
             start, y = start + radians(angle), end
         return cls(tuple(strokes), load)
 

@@ -19,6 +19,7 @@ from camopt.effects.crossing import find_crossing
 from camopt.judging import run_effects
 from camopt.limits import Limit
 from camopt.mechanisms import Designs
+from camopt.motion import programme as doubles
 from camopt.motion.law import Law
 from camopt.motion.load import ExternalLoad
 from camopt.motion.programme import Programme
@@ -29,7 +30,7 @@ from camopt.proof.ball import Ball, as_arb, between
 from camopt.proof.laws import Piece, pieces_of
 from camopt.proof.load import Line, lines_of
 from camopt.quantities import DERIVATIVES
-from camopt.question import Question, exactly, load_and_unit, resolve_design
+from camopt.question import Question, exactly, resolve_design
 from camopt.scene import Scene
 
 HELD, BROKEN, UNDECIDED = "held", "broken", "undecided"
@@ -72,18 +73,23 @@ class Motion:
         return Ball(max(levels, key=lambda level: float(level.mid())))
 
 
-def motion_of(scene: Scene, programme: Programme) -> Motion:
-    """The turn of a scene, its numbers taken as exact, with the laws of a programme."""
-    degree = arb.pi() / 180
-    unit = degree if scene.follower.motion == "oscillating" else arb(1)
-    segments = [segment for segment in scene.motion if segment.angle > 0.0]
-    strokes, level, start = [], arb(0), arb(0)
-    for segment, stroke in zip(segments, programme.strokes, strict=True):
-        angle, change = arb(segment.angle), arb(segment.lift) * unit * {RISE: 1, RETURN: -1, DWELL: 0}[stroke.kind]
-        lines = () if programme.load is None else tuple(lines_of(*load_and_unit(scene), start, angle))
+def motion_of(programme: Programme) -> Motion:
+    """The turn of a programme, the numbers that it was made from taken as exact."""
+    degree, strokes, level, start = arb.pi() / 180, [], arb(0), arb(0)
+    for stroke in programme.strokes:
+        angle, change = _given(stroke)
+        lines = () if programme.load is None else tuple(lines_of(programme.load, start, angle))
         strokes.append(Stroke(stroke.kind, stroke.law, angle * degree, level, change, lines))
         level, start = level + change, start + angle
     return Motion(tuple(strokes), programme.load)
+
+
+def _given(stroke: doubles.Stroke) -> tuple[arb, arb]:
+    """The cam angle of a stroke in deg, and its change of displacement in mm (rad)."""
+    degree, given = arb.pi() / 180, stroke.given
+    if given is None:
+        return stroke.angle / degree, arb(stroke.high) - arb(stroke.low)
+    return arb(given.angle), arb(given.change) * (degree if given.angular else 1)
 
 
 def motion_at(stroke: Stroke, piece: Piece | None, x: arb, line: Line | None = None) -> list[Ball]:
@@ -231,7 +237,7 @@ def certify_limits(question: Question, programme: Programme, design: Designs) ->
     """The verdict on each limit of a question for one design: held, broken or undecided."""
     if not question.subject.mechanism.exists(design, programme)[0]:
         return {"assembly": BROKEN}
-    motion = motion_of(question.scene, programme)
+    motion = motion_of(programme)
     exact, verdicts = in_balls(design), {}
     for limit in question.limits:
         claims = claims_of(question, limit, exact, motion)

@@ -1,10 +1,12 @@
 """An external load that changes over the turn, in balls: the straight lines between the rows of its table."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from itertools import pairwise
 from typing import NamedTuple
 
 from flint import arb
+
+from camopt.motion.load import ExternalLoad
 
 
 class Line(NamedTuple):
@@ -19,12 +21,9 @@ class Line(NamedTuple):
         return self.load + self.slope * (x - self.start)
 
 
-def lines_of(rows: Sequence[tuple[float, float]], unit: float, start: arb, angle: arb) -> Iterator[Line]:
-    """The lines that reach into a stroke, from rows (cam angle in deg, load); start and angle of the stroke in deg.
-
-    ``unit`` of a load in N (N·mm). The rows are taken as exact.
-    """
-    turn = [(arb(x), arb(load) * unit) for x, load in rows]
+def lines_of(external: ExternalLoad, start: arb, angle: arb) -> Iterator[Line]:
+    """The lines of a load that reach into a stroke of a given start and angle, deg; its rows are taken as exact."""
+    turn = [(arb(x), arb(load) * external.unit) for x, load in external.rows]
     (first, one), (last, other) = turn[0], turn[-1]
     for (left, before), (right, after) in pairwise([(last - 360, other), *turn, (first + 360, one)]):
         low, high = (left - start) / angle, (right - start) / angle
