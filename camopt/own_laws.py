@@ -26,11 +26,17 @@ ENDS = ((0, 0.0), (-1, 1.0))  # where a law starts and ends
 
 
 def spline_of(name: str, law: Mapping[str, Any]) -> SplineLaw:
-    """The law that a faultless table of a scene describes. Its ends are at 0 and 1, without rounding."""
-    if law.get("x") is not None:
-        return tabulated(name, *(_with_exact_ends(law[key], 1) for key in TABLE))
-    knots = _with_exact_ends(law["knots"], law["degree"] + 1)
-    return SplineLaw(name, law["degree"], knots, _with_exact_ends(law["coefficients"], 1))
+    """The law that a faultless table of a scene describes. Its ends are at 0 and 1, without rounding.
+
+    Mirrored it is 1 − s(1 − x): what goes along x and along s is turned round, each from its other end.
+    """
+    tabled = law.get("x") is not None
+    ends = 1 if tabled else law["degree"] + 1
+    along, up = (law[key] for key in (TABLE if tabled else SPLINE[1:]))
+    if law.get("mirror") is True:
+        along, up = ([1.0 - value for value in reversed(values)] for values in (along, up))
+    along, up = _with_exact_ends(along, ends), _with_exact_ends(up, 1)
+    return tabulated(name, along, up) if tabled else SplineLaw(name, law["degree"], along, up)
 
 
 def _with_exact_ends(values: Sequence[float], count: int) -> tuple[float, ...]:

@@ -181,6 +181,9 @@ class OwnLaw(Table):
     rest at both ends; the ``status`` of its verdicts is "sampled", for the motion between the points is not known.
     A function ``f`` of Python is given as points too: ``x = [k / 200 for k in range(201)]`` and
     ``s = [f(v) for v in x]``.
+
+    A rise follows y = lift·s(x), a return y = lift·(1 − s(x)): each starts as the law starts. ``mirror`` takes
+    1 − s(1 − x) in place of s(x). On a return it then retraces the rise with the law as it was given, backwards.
     """
 
     degree: Annotated[int, BeforeValidator(_is_whole), Field(ge=DEGREES[0], le=DEGREES[-1])] | None = None
@@ -189,6 +192,7 @@ class OwnLaw(Table):
     x: Numbers | None = None
     s: Numbers | None = None
     file: str | None = None
+    mirror: Switch = False
 
 
 class Limits(Table):

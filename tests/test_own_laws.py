@@ -22,6 +22,7 @@ from camopt.motion import LAWS
 from camopt.motion.spline import SplineLaw, tabulated
 from camopt.proof.laws import pieces_of
 from camopt.proof.table import certify_table
+from camopt.question import resolve
 
 BEZIER = {"degree": 5, "knots": [0] * 6 + [1] * 6, "coefficients": [0, 0, 0, 1, 1, 1]}
 POINTS = np.linspace(0.0, 1.0, 41)
@@ -173,6 +174,41 @@ def test_a_knot_as_often_as_the_degree_is_a_corner():
 
 
 # ------------------------------------------------------------------------------------- through every command
+
+
+LOPSIDED = {"degree": 5, "knots": [0] * 6 + [0.3] + [1] * 6, "coefficients": [0, 0, 0, 0.7, 1, 1, 1]}
+UNEVEN = {"x": [0, 0.1, 0.4, 0.8, 1], "s": [0, 0.05, 0.6, 0.97, 1]}
+
+
+@pytest.mark.parametrize("law", [LOPSIDED, UNEVEN], ids=["spline", "table"])
+def test_a_mirrored_law_is_the_law_from_its_other_end(law):
+    """1 − s(1 − x): on a return the motion is that of the rise, backwards."""
+    moves = [("rise", 120, "own"), ("return", 120, "back"), ("dwell", 120, None)]
+    motion = [
+        {"segment": kind, "angle": angle, **({"lift": 40, "law": name} if name else {})}
+        for kind, angle, name in moves
+    ]
+    laws = {"own": law, "back": law | {"mirror": True}}
+    scene = find_scene("roller-1000rpm").replace(laws=laws, motion=motion, search=None)
+    x = np.linspace(0.0, 1.0, 101)
+    own, back = (resolve(scene).laws[name] for name in laws)
+    assert np.abs(own.displacement(x) - (1.0 - own.displacement(1.0 - x))).max() > 0.1  # far from even
+    for order, verb in enumerate(VERBS):
+        expected = (order == 0) - (-1.0) ** order * getattr(own, verb)(1.0 - x)
+        scale = np.abs(expected).max()
+        np.testing.assert_allclose(getattr(back, verb)(x), expected, rtol=0, atol=1e-9 * scale)
+    angles = np.radians(np.linspace(0.5, 119.5, 60))
+    there, back_again = resolve(scene).programme.at(angles), resolve(scene).programme.at(np.radians(240.0) - angles)
+    for order in range(4):
+        np.testing.assert_allclose(
+            back_again[order], (-1.0) ** order * there[order], atol=1e-9 * abs(there[order]).max()
+        )
+    assert Scene.from_dict(tomllib.loads(scene.to_toml())) == scene
+
+
+def test_mirror_is_true_or_false():
+    with pytest.raises(BadInput, match=r"laws\.own\.mirror"):
+        with_law("roller-1000rpm", LOPSIDED | {"mirror": "yes"})
 
 
 @pytest.mark.parametrize(("law", "status"), [(BEZIER, "certified"), (sampled("cycloidal", 21), "sampled")])
