@@ -10,9 +10,13 @@ from camopt.version import VERSION as __version__  # noqa: N811
 
 if TYPE_CHECKING:
     from camopt.designs import Design, scene_of
+    from camopt.drawing.accuracy import plot_accuracy
+    from camopt.drawing.frontier import plot_frontier
+    from camopt.drawing.spectrum import plot_spectrum
+    from camopt.drawing.synthesis import plot_synthesis
     from camopt.evaluation import Evaluation, evaluate
     from camopt.figures import plot
-    from camopt.mistakes import BadInput, Unmet, Unsolved
+    from camopt.mistakes import BadInput, UnknownName, Unmet, Unsolved
     from camopt.motion import LAWS
     from camopt.points import cam_points
     from camopt.proof.certify import certify
@@ -37,6 +41,7 @@ _HOMES = {
     "Scene": "scene",
     "Sweep": "search.sweep",
     "Synthesised": "synthesis.synthesise",
+    "UnknownName": "mistakes",
     "Unmet": "mistakes",
     "Unsolved": "mistakes",
     "cam_points": "points",
@@ -47,6 +52,10 @@ _HOMES = {
     "load": "table",
     "optimise": "search.optimise",
     "plot": "figures",
+    "plot_accuracy": "drawing.accuracy",
+    "plot_frontier": "drawing.frontier",
+    "plot_spectrum": "drawing.spectrum",
+    "plot_synthesis": "drawing.synthesis",
     "response_spectrum": "spectrum",
     "scene_of": "designs",
     "shipped_scenes": "scene",
@@ -65,6 +74,7 @@ __all__ = [
     "Scene",
     "Sweep",
     "Synthesised",
+    "UnknownName",
     "Unmet",
     "Unsolved",
     "__version__",
@@ -76,6 +86,10 @@ __all__ = [
     "load",
     "optimise",
     "plot",
+    "plot_accuracy",
+    "plot_frontier",
+    "plot_spectrum",
+    "plot_synthesis",
     "response_spectrum",
     "scene_of",
     "shipped_scenes",

@@ -148,19 +148,19 @@ def synthesise(scene: Any, as_json: bool, quiet: bool, out: Path, picture: Path 
     """Find free motion laws, and the smallest cam that they allow."""
     from camopt import reports, terminal
     from camopt.files import result_folder
-    from camopt.synthesis.cams import known_laws
+    from camopt.synthesis.compare import compared
     from camopt.synthesis.files import SCENE, write
     from camopt.synthesis.synthesise import synthesise as run
 
     check_folder(scene, out, SCENE)
     with result_folder(out), terminal.progress(quiet, "starts") as advance:
         result = run(scene, advance)
-        known = known_laws(scene)
+        known = compared(scene)
         files = write(result, out)
     if picture:
         from camopt.drawing.synthesis import plot_synthesis
 
-        plot_synthesis(scene, known, result, picture)
+        plot_synthesis(result, picture, known)
         files.append(picture)
     reports.show_synthesis(result, known, as_json)
     if not quiet:

@@ -2,26 +2,30 @@
 
 import os
 from math import ceil
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from camopt.drawing import diagrams
 from camopt.drawing.cam import draw_disc
-from camopt.drawing.canvas import KINDS, canvas
+from camopt.drawing.canvas import canvas
 from camopt.drawing.dynamics import dynamics_panels
 from camopt.drawing.groove import draw_groove
+from camopt.drawing.labels import settle
 from camopt.drawing.loads import load_panels
 from camopt.drawing.panels import panels
-from camopt.drawing.picture import ALARM, INK, MUTED, Picture, number
-from camopt.files import checked_suffix
+from camopt.drawing.picture import Picture, number
+from camopt.drawing.style import ALARM, HEADING, INK, MUTED, PAGE_TITLE, PROFILE, TITLE
 from camopt.judging import excesses, violations
 from camopt.question import resolve_design
 from camopt.scene import Scene
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
-def plot(scene: Scene, path: str | os.PathLike[str]) -> None:
-    """Draw a scene's cam, with its follower and diagrams, to a PNG, SVG or PDF file, as its suffix says.
+
+def plot(scene: Scene, path: str | os.PathLike[str] | None = None) -> "Figure":
+    """Draw a scene's cam, with its follower and diagrams; to a PNG, SVG or PDF file as well, if a path is given.
 
     Diagrams run over one turn of the cam in deg: displacement, velocity, acceleration and jerk (by time if the
     scene has an rpm, by cam angle if not), pressure angle (contact on the face, for a face square to the
@@ -38,16 +42,16 @@ def plot(scene: Scene, path: str | os.PathLike[str]) -> None:
     OSError
         If the file cannot be written.
     """
-    checked_suffix(path, "--plot", KINDS)
     picture = Picture(resolve_design(scene))
     grooved = picture.question.subject.mechanism.grooved
     shown = [*panels(picture), *dynamics_panels(picture), *load_panels(picture)]
     page = _below_a_groove(len(shown)) if grooved else _beside_a_disc(len(shown))
-    with canvas(path, (WIDTH, page.height), dpi=160) as figure:
+    with canvas(path, (WIDTH, page.height)) as figure:
         axes = [figure.add_axes(page.on_figure(box)) for box in page.panels]
         _header(figure, picture)
         diagrams.draw(axes, picture, shown, page.heads, page.feet)
         _draw_cam(figure, picture, page)
+    return figure
 
 
 def _draw_cam(figure: Any, picture: Picture, page: Any) -> None:
@@ -56,14 +60,15 @@ def _draw_cam(figure: Any, picture: Picture, page: Any) -> None:
     cam = figure.add_axes(page.on_figure(page.cam))
     if not picture.exists:
         cam.set_axis_off()
-        cam.text(0.5, 0.5, "this mechanism cannot be put together", ha="center", color=ALARM, fontsize=11)
+        cam.text(0.5, 0.5, "this mechanism cannot be put together", ha="center", color=ALARM, fontsize=TITLE)
         return
-    (draw_groove if grooved else draw_disc)(cam, picture)
-    handles, labels = cam.get_legend_handles_labels()
+    labels = (draw_groove if grooved else draw_disc)(cam, picture)
+    handles, names = cam.get_legend_handles_labels()
     place: dict[str, Any] = {"bbox_to_anchor": (page.legend[0], page.legend[1] / page.height)}
-    columns = len(labels) if grooved else min(len(labels), 4)
-    place |= {"ncols": columns, "fontsize": 8, "columnspacing": 1.8, "frameon": False}
-    figure.legend(handles, labels, loc="lower center", **place)
+    columns = len(names) if grooved else min(len(names), 4)
+    place |= {"ncols": columns, "columnspacing": 1.8}
+    figure.legend(handles, names, loc="lower center", **place)
+    settle(figure, labels, PROFILE)
 
 
 WIDTH, COLUMNS, ACROSS = 15.5, (0.045, 0.54), 0.44  # inches; left ends and width of diagrams, of the figure
@@ -99,7 +104,8 @@ def _beside_a_disc(count: int) -> Page:
         column, row = (0, place) if place < 6 else (place % 2, 6 + (place - 6) // 2)
         panels.append((COLUMNS[column], below + 8.5 - TALL - row * step, ACROSS, TALL))
     heads = (0, 7) if count > 7 else (0,)
-    feet = tuple(dict.fromkeys((max(count - 2, 5), count - 1)))
+    lowest = {COLUMNS.index(left): place for place, (left, *_) in enumerate(panels)}
+    feet = tuple(lowest.values())
     cam = (0.53, below + 1.25 + lift, 0.45, 7.45 - lift)
     return Page(below + 10.0, cam, (0.755, below + 0.2 + lift), panels, heads, feet)
 
@@ -121,12 +127,12 @@ def _header(figure: Any, picture: Picture) -> None:
     name = picture.question.scene.name
     shown = name if len(name) <= 90 else name[:89] + "…"
     inch = 1.0 / figure.get_figheight()
-    figure.text(0.045, 1.0 - 0.42 * inch, shown, fontsize=15, fontweight="bold")
-    figure.text(0.045, 1.0 - 0.66 * inch, _sizes(picture), fontsize=9, color=MUTED)
-    figure.text(0.045, 1.0 - 0.87 * inch, _results(picture), fontsize=9, color=INK)
+    figure.text(0.045, 1.0 - 0.42 * inch, shown, fontsize=PAGE_TITLE, fontweight="bold")
+    figure.text(0.045, 1.0 - 0.66 * inch, _sizes(picture), fontsize=HEADING, color=MUTED)
+    figure.text(0.045, 1.0 - 0.87 * inch, _results(picture), fontsize=HEADING, color=INK)
     if picture.exists:
         figure.text(
-            0.98, 1.0 - 0.42 * inch, _faults(picture), fontsize=10, color=ALARM, ha="right", fontweight="bold"
+            0.98, 1.0 - 0.42 * inch, _faults(picture), fontsize=TITLE, color=ALARM, ha="right", fontweight="bold"
         )
 
 

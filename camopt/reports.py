@@ -1,7 +1,7 @@
 """What the commands print of their results: tables for people, one JSON document for programs."""
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
@@ -23,6 +23,7 @@ from camopt.terminal import number, print_json, room_across, show, table_of
 
 if TYPE_CHECKING:
     from camopt.bill import Bill  # measures, and imports what only a measurement needs
+    from camopt.synthesis.compare import Comparison
     from camopt.synthesis.frontier import Frontier
     from camopt.synthesis.synthesised import Synthesised
 
@@ -142,10 +143,12 @@ def show_optimum(result: Optimum, as_json: bool) -> None:
     return None
 
 
-def show_synthesis(result: "Synthesised", known: Mapping[str, dict[str, Any]], as_json: bool) -> None:
+def show_synthesis(result: "Synthesised", known: "Comparison", as_json: bool) -> None:
     """The cam of the free laws beside the smallest of each known law, the bound and the gap."""
+    from camopt.synthesis.asked import default_peaks
     from camopt.synthesis.synthesised import peaks_of
 
+    defaults = default_peaks(result.asked)
     if as_json:
         return print_json(
             {
@@ -155,14 +158,20 @@ def show_synthesis(result: "Synthesised", known: Mapping[str, dict[str, Any]], a
                 "gap": result.gap,
                 "convex": result.convex,
                 "peaks": {name: finite(peaks) for name, peaks in result.peaks.items()},
-                "known_laws": {law: finite(row) for law, row in known.items()},
+                "default_peaks": defaults,
+                "known_laws": {law: finite(row) for law, row in known.rows.items()},
+                "own_law": known.own,
+                "best_known_law": known.best,
             }
         )
     question = resolve(result.scene)
     rows = [
         {**row, **peaks_of(row, result), "binding": ", ".join(row["binding"])}
-        for row in with_law([*known.values(), result.design])
+        for row in with_law([*known.rows.values(), result.design])
     ]
+    for row in rows:
+        beyond = {} if row.get("within", True) else {name: f"{row[name]} *" for name in ("law", "law_rise")}
+        row.update(beyond)
     names = [*columns_of(question, rows), *(name for name in rows[0] if name.startswith("peak_"))]
     title = f"{result.scene.name}: free laws, and the smallest cam of each known law"
     show(table_of(title, rows, [*names, "binding"], bounds_of(question)))
@@ -176,16 +185,44 @@ def show_synthesis(result: "Synthesised", known: Mapping[str, dict[str, Any]], a
         if swung
         else "The curvature or a load decides too"
     )
+    _show_limits_of_motion(known.rows.values(), defaults)
+    show(_beside_known(result, known))
     return show(what + ("" if result.convex else f" {why}: the laws are a local optimum."))
+
+
+def _show_limits_of_motion(known: Iterable[dict[str, Any]], defaults: dict[str, float]) -> None:
+    """The limits that were taken by default, and what a star says."""
+    if not all(row["within"] for row in known):
+        show("* does not hold a limit that the free laws hold")
+    if defaults:
+        peaks = " and ".join(f"{name.replace('_', ' ')} {value:.6g}" for name, value in defaults.items())
+        show(f"No limit on acceleration or jerk is given, so those of 3-4-5 are held, of the unit stroke: {peaks}.")
+
+
+def _beside_known(result: "Synthesised", known: "Comparison") -> str:
+    """The best known law that holds the same limits, and the scene's own."""
+    if known.best is None:
+        return "No known law holds all these limits."
+    value = known.rows[known.best]["objective"]
+    what = f"The best known law within the same limits is {known.best}: {number(value)}"
+    what += f"; the free laws have {1.0 - result.objective / value:.1%} less." if value else "."
+    own = "" if known.own in (None, known.best) else f" The scene's own, {known.own}: "
+    return what + (own and f"{own}{number(known.rows[str(known.own)]['objective'])}.")
 
 
 def show_frontier(found: "Frontier", as_json: bool) -> None:
     """The free laws along the frontier, the known laws, and how far down each term goes."""
+    from camopt.synthesis.asked import default_peaks
+
+    defaults = default_peaks(found.scene, found.axes)
     if as_json:
-        ends = {term: {"free_laws": least, "any_motion": bound} for term, (least, bound) in found.least.items()}
+        ends = {
+            term: {"free_laws": least, "any_motion": bound, "local": term in found.local}
+            for term, (least, bound) in found.least.items()
+        }
         every = {"rows": found.rows, "known_laws": found.known}
         tables = {name: [finite(row) for row in rows] for name, rows in every.items()}
-        names = {"axes": found.axes, "local": found.local}
+        names = {"axes": found.axes, "local": found.local, "default_peaks": defaults}
         return print_json({"scene": found.scene.name, **names, "least": ends, **tables})
     rows = [{**row, "law": "free"} for row in found.rows]
     for row in found.known:
@@ -196,13 +233,11 @@ def show_frontier(found: "Frontier", as_json: bool) -> None:
     ]
     shown = [{**row, "bound": "" if row.get("bound") is None else row["bound"]} for row in rows]
     show(table_of(f"{found.scene.name}: the frontier", shown, ["law", *found.axes, "bound", *sizes]))
-    if not all(row["within"] for row in found.known):
-        show("* beyond a limit that the free laws hold, such as the jerk of 3-4-5 where the scene limits none")
+    _show_limits_of_motion(found.known, defaults)
     for term, (least, bound) in found.least.items():
         most = "" if not bound else f"; no motion within the other limits passes {number(bound)}"
-        show(f"Least {term}: {number(least)}{most}")
-    if found.local:
-        show(f"Not convex in the motion, so of local optima: {', '.join(found.local)}")
+        local = " (a local optimum)" if term in found.local else ""
+        show(f"Least {term}: {number(least)}{local}{most}")
     return None
 
 

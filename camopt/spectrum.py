@@ -183,5 +183,7 @@ def write_spectrum(rows: "Rows", folder: str | os.PathLike[str]) -> tuple[Path, 
     table.parent.mkdir(parents=True, exist_ok=True)
     with whole_file(table) as partial:
         pq.write_table(to_table(rows, layout), partial, compression="zstd", write_page_checksum=True)
-    plot_spectrum(rows, picture)
+    laws = rows.column("law")
+    each = [{name: rows.column(name)[laws == law] for name in COLUMNS} for law in dict.fromkeys(laws.tolist())]
+    plot_spectrum(each, picture)
     return table, picture

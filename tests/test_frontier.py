@@ -7,7 +7,10 @@ import pytest
 
 from camopt import BadInput, Scene, certify, evaluate, find_scene, frontier, load, synthesise
 from camopt.mistakes import Unmet
+from camopt.question import resolve
 from camopt.search.optimise import optimise
+from camopt.synthesis.asked import demand_of
+from camopt.synthesis.cams import within
 from camopt.synthesis.files import write_frontier
 from camopt.synthesis.least import Least
 
@@ -52,7 +55,60 @@ def test_known_laws_are_not_below_the_bound(found):
         "poly345": True,
         "modified-sine": False,  # a jerk of 69.5 where 60 is allowed
         "harmonic": False,
+        "parabolic": False,  # the scene's own
     }
+
+
+def excludes(found, row):
+    """Whether a point lies where the frontier says that no motion is."""
+    first, second = found.axes
+    return any(row[second] <= at and row[first] < bound for at, bound in found.excluded)
+
+
+@pytest.mark.parametrize(
+    ("name", "changes", "axes"),
+    [
+        ("roller-1000rpm", COARSE, ("size", "acceleration")),
+        ("roller-1000rpm", COARSE, ("size", "jerk_rms")),
+        ("two-pauses", {"synthesis.pieces": 16, "limits.pressure_angle": 25}, ("size", "velocity")),
+        ("exhaust-valve", {"synthesis.pieces": 12, "limits.pressure_angle": 45}, ("size", "acceleration")),
+    ],
+)
+def test_no_certified_cam_lies_where_no_motion_is_said_to_be(name, changes, axes):
+    """Few points leave wide gaps between bounds; the cams of other points fall between them."""
+    scene = find_scene(name).replace(**{"search.law": ["poly345"], **changes})
+    coarse, fine = (frontier(scene, axes, points=n, workers=1) for n in (3, 5))
+    cams = [*coarse.rows, *fine.rows, *(row for row in (*coarse.known, *fine.known) if row["within"])]
+    assert len(cams) >= 5
+    assert not [row for row in cams if excludes(coarse, row) or excludes(fine, row)]
+
+
+def test_the_excluded_region_is_what_the_bounds_prove_and_all_of_it(found):
+    first, second = found.axes
+    rng = np.random.default_rng(1)
+    ranges = [
+        (0.8 * min(row[a] for row in found.rows), 1.2 * max(row[a] for row in found.rows)) for a in found.axes
+    ]
+    points = [dict(zip(found.axes, pick, strict=True)) for pick in rng.uniform(*np.transpose(ranges), (2000, 2))]
+    for point in points:
+        rows = any(point[second] <= row[second] and point[first] < row["bound"] for row in found.rows)
+        proved = rows or any(point[axis] < found.least[axis][1] for axis in found.axes)
+        assert excludes(found, point) == proved
+    assert 100 < sum(excludes(found, point) for point in points) < 1900
+
+
+@pytest.mark.parametrize("law", ["poly345", "cycloidal", "poly4567", "modified-sine", "modified-trapezoid"])
+@pytest.mark.parametrize("name", ["roller-1000rpm", "exhaust-valve", "two-pauses", "oscillating-roller"])
+def test_a_law_is_within_its_own_peaks(name, law):
+    """Whatever the angles and lifts, whose rounding is not that of the unit stroke."""
+    peaks = {"synthesis.peak_acceleration": law, "synthesis.peak_velocity": law, "synthesis.peak_jerk": law}
+    for lift in (37.5, 20.1, 12.7, 1 / 3):
+        motion = [
+            segment | ({"lift": lift} if "lift" in segment else {})
+            for segment in find_scene(name).to_dict()["motion"]
+        ]
+        question = resolve(find_scene(name).replace(motion=motion, **peaks))
+        assert within(demand_of(question), question.with_laws(law, law))
 
 
 def test_ends_are_those_of_single_objectives(scene, found):

@@ -13,11 +13,13 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from pictures import faults_of, texts_of
 from scipy.interpolate import BPoly, BSpline
 from scipy.optimize import linprog
 
 from camopt import BadInput, Scene, evaluate, find_scene, optimise
 from camopt.cli import main
+from camopt.drawing.synthesis import plot_synthesis
 from camopt.motion import LAWS
 from camopt.motion.programme import Programme, Stroke, law_peaks, root_mean_square, span
 from camopt.motion.table import RISE, TURN
@@ -26,9 +28,10 @@ from camopt.proof.certify import certify
 from camopt.question import resolve
 from camopt.scene_tables import Synthesis
 from camopt.search.sweep import sweep
-from camopt.synthesis.asked import demand_of
+from camopt.synthesis.asked import default_peaks, demand_of
 from camopt.synthesis.cams import free_laws, known_laws, scene_with
 from camopt.synthesis.ceilings import Sampled, ceilings_of, samples
+from camopt.synthesis.compare import compared
 from camopt.synthesis.convex import convex
 from camopt.synthesis.free import FreeMotion
 from camopt.synthesis.iterate import Iterate, joined, moving
@@ -827,9 +830,67 @@ def test_cvxpy_is_imported_for_synthesis_alone():
     assert subprocess.run([sys.executable, "-c", code], check=False, stdout=subprocess.DEVNULL).returncode == 0
 
 
-def test_known_laws_are_those_of_the_search():
+def test_known_laws_are_those_of_the_search_and_the_scenes_own():
     assert list(known_laws(made(search__law=["poly345"]))) == ["poly345"]
+    assert set(known_laws(made(search__law=["cycloidal"]))) == {"cycloidal", "poly345"}
     assert set(known_laws(made())) <= set(LAWS)
+
+
+ASKED = {"motion": [segment | ({"law": "cycloidal"} if "law" in segment else {}) for segment in MOTION]}
+SMOOTH = {"synthesis__peak_jerk": "modified-sine", "synthesis__peak_acceleration": "cycloidal"}
+
+
+def test_free_laws_are_compared_with_the_best_known_law_within_the_same_limits_and_with_the_scenes_own():
+    """The caps of acceleration and jerk here let the scene's own law through, and others that make smaller cams."""
+    known = compared(made(ROLLER | ASKED, search__law=["poly4567", "modified-sine"], **SMOOTH))
+    assert known.own == "cycloidal"
+    assert {law: row["within"] for law, row in known.rows.items()} == {
+        "modified-sine": True, "cycloidal": True, "poly4567": False,
+    }  # fmt: skip
+    sizes = {law: row["base_radius_mm"] for law, row in known.rows.items()}
+    assert known.best == "modified-sine" == min(sizes, key=sizes.get)
+    for law in known.rows:
+        cam = evaluate(known.rows[law].scene)
+        assert cam["feasible"]
+        assert cam["law_rise"] == law
+        assert cam["base_radius_mm"] == sizes[law] == known.rows[law]["objective"]
+
+
+def test_the_scenes_own_law_is_the_best_where_it_is_better():
+    known = compared(made(search__law=["cycloidal"]))  # the caps are those of 3-4-5
+    assert (known.own, known.best) == ("poly345", "poly345")
+
+
+def test_a_law_that_breaks_a_limit_is_never_drawn_as_the_one_before():
+    scene = made(search__law=["harmonic", "cycloidal"], synthesis__peak_jerk=45, synthesis__peak_acceleration=7)
+    known = compared(scene.replace(motion=[s | ({"law": "parabolic"} if "law" in s else {}) for s in MOTION]))
+    assert known.best == "cycloidal"
+    known = compared(made(search__law=["harmonic"], synthesis__peak_jerk=55, synthesis__peak_acceleration=7))
+    assert (known.own, known.best) == ("poly345", None)
+    result = synthesise(made(search__law=["harmonic"], synthesis__peak_jerk=55, synthesis__peak_acceleration=7))
+    figure = plot_synthesis(result, known=known)
+    assert faults_of(figure) == []
+    words = [text for text, _ in texts_of(figure)]
+    assert any("no known law holds all limits" in text for text in words)
+    assert not any("known law:" in text for text in words)
+
+
+def test_the_limits_taken_by_default_are_printed(run):
+    code, out, _ = run(ROLLER | {"search": {"offset": {"start": -30, "stop": 30}, "law": ["poly345"]}})
+    assert code == 0
+    assert "peak acceleration 5.7735 and peak jerk 60" in out
+    code, out, _ = run(ROLLER | {"limits": {"pressure_angle": 30, "jerk": 2e6}}, "--json")
+    assert json.loads(out)["default_peaks"] == {}
+
+
+def test_default_peaks_are_those_that_the_demand_holds():
+    scene = made()
+    peaks = default_peaks(scene)
+    assert peaks == pytest.approx({"peak_acceleration": 10 / 3**0.5, "peak_jerk": 60.0})
+    given = demand_of(resolve(scene.replace(**{f"synthesis.{name}": value for name, value in peaks.items()})))
+    assert given.ranges == demand_of(resolve(scene)).ranges
+    assert list(default_peaks(scene, ("size", "acceleration"))) == ["peak_jerk"]
+    assert default_peaks(made(limits__jerk=1e6)) == {}
 
 
 def test_a_load_that_presses_over_the_turn_is_no_limit():

@@ -5,39 +5,27 @@ from typing import Any
 import numpy as np
 
 from camopt.drawing.follower import draw_follower
-from camopt.drawing.picture import (
-    COLOURS,
-    FAINT,
-    FILL,
-    INK,
-    MUTED,
-    NAMES,
-    PITCH,
-    REFERENCE,
-    Picture,
-    area,
-    circle,
-    fit,
-    line,
-    number,
-    round_length,
-)
+from camopt.drawing.labels import Label, around
+from camopt.drawing.picture import NAMES, Picture, area, circle, fit, line, number, round_length
+from camopt.drawing.style import COLOURS, FAINT, FILL, INK, MUTED, PITCH, REFERENCE, SMALL, TEXT, TITLE
 from camopt.geometry import CamCurves, cam_curves
 from camopt.mechanisms.design import ComplexArray
 from camopt.motion.table import DWELL
 
+DISTANCES = (7.0, 16.0, 28.0)  # points: of a cam angle from where its stroke begins
 UNSEEN = 1e-4  # of the cam: an offset smaller than that is none to the eye
 
 
-def draw_disc(axes: Any, picture: Picture) -> None:
-    """A disc cam at cam angle 0 with its follower, which is then at its lowest; into square axes."""
+def draw_disc(axes: Any, picture: Picture) -> list[Label]:
+    """A disc cam at cam angle 0 with its follower, which is then at its lowest; the labels to settle."""
     pitch = np.concatenate([c.pitch for c in picture.curves])
     size = float(np.abs(pitch).max())
     _draw_body(axes, picture)
-    _draw_strokes(axes, picture, size)
+    labels = _draw_strokes(axes, picture)
     _draw_sense(axes, picture)
     parts = [pitch, *_draw_circles(axes, picture, pitch, size), *draw_follower(axes, picture, size)]
     _frame(axes, np.concatenate(parts))
+    return labels
 
 
 def _fan(before: CamCurves, after: CamCurves, radius: float) -> ComplexArray:
@@ -152,26 +140,26 @@ def _draw_offset(axes: Any, offset: float, lowest: float, size: float) -> Comple
     arrow = {"arrowstyle": "<|-|>", "color": MUTED, "lw": 0.7, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 7}
     axes.annotate("", (0.0, level), (offset, level), arrowprops=arrow)
     side = 1.0 if offset > 0 else -1.0
-    place = {"ha": "left" if offset > 0 else "right", "va": "center", "fontsize": 8, "color": INK}
+    place = {"ha": "left" if offset > 0 else "right", "va": "center", "fontsize": TEXT, "color": INK}
     axes.text(offset + side * 0.03 * size, level, f"offset {number(offset)}", **place)
     return ends
 
 
-def _draw_strokes(axes: Any, picture: Picture, size: float) -> None:
-    """Where strokes begin: a ray of the construction, and the cam angle inside the profile."""
+def _draw_strokes(axes: Any, picture: Picture) -> list[Label]:
+    """Where strokes begin: a ray of the construction; the cam angle there, inside the profile if there is room."""
     question = picture.question
     starts = np.array([s.start for s in question.programme.strokes])
     mechanism, design = question.subject.mechanism, question.design
     found = cam_curves(mechanism, design, question.programme, starts)
     feet = np.exp(-1j * design.sense * starts) * (0.0 if mechanism.curvature is None else design.offset[0])
+    labels = []
     for angle, point, foot in zip(starts, found.profile[0], feet, strict=True):
         line(axes, [foot, point], color=FAINT, lw=0.7, zorder=2)
-        inward = (foot - point) / max(abs(foot - point), 1e-300)
-        place = point + 0.075 * size * inward
         box = {"boxstyle": "round,pad=0.15", "fc": FILL, "ec": "none"}
-        text = f"{np.degrees(angle):.4g}°"
-        style = {"ha": "center", "va": "center", "fontsize": 7, "color": MUTED, "bbox": box, "zorder": 4.5}
-        axes.text(place.real, place.imag, text, **style)
+        style = {"fontsize": SMALL, "color": MUTED, "bbox": box, "zorder": 4.5}
+        places = around(DISTANCES, float(np.angle(foot - point)))
+        labels.append(Label(axes, f"{np.degrees(angle):.4g}°", (point.real, point.imag), places, style))
+    return labels
 
 
 def _draw_sense(axes: Any, picture: Picture) -> None:
@@ -190,7 +178,7 @@ def _draw_sense(axes: Any, picture: Picture) -> None:
     circles = np.array([shaft, abs(float(design.offset[0])), base])
     aside = max((0.78 * radius, 1.25 * radius), key=lambda r: float(np.abs(circles - r).min()))
     label = aside * np.exp(1j * middle)
-    axes.text(label.real, label.imag, "ω", ha="center", va="center", fontsize=10, color=INK, zorder=5)
+    axes.text(label.real, label.imag, "ω", ha="center", va="center", fontsize=TITLE, color=INK, zorder=5)
 
 
 def _frame(axes: Any, points: ComplexArray) -> None:
@@ -200,4 +188,4 @@ def _frame(axes: Any, points: ComplexArray) -> None:
     length = round_length(unit * axes.get_position().width * axes.figure.get_size_inches()[0] / 6)
     line(axes, [corner, corner + length], color=INK, lw=2.5, solid_capstyle="butt", clip_on=False)
     place = corner + 0.07j * unit
-    axes.text(place.real, place.imag, f"{length:g} mm", fontsize=8, color=INK, ha="left", va="bottom")
+    axes.text(place.real, place.imag, f"{length:g} mm", fontsize=TEXT, color=INK, ha="left", va="bottom")

@@ -1,50 +1,55 @@
-"""The sheet that every picture is drawn on: its style, and its file, which appears only when whole."""
+"""The sheet of every picture: a figure in the one style, and its file, which appears only when whole."""
 
 import os
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from camopt.drawing.picture import FAINT, INK, MUTED
-from camopt.files import whole_file
+from camopt.drawing.style import RC
+from camopt.files import checked_suffix, whole_file
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 KINDS = (".png", ".svg", ".pdf")
 DATES: dict[str, dict[str, Any]] = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
-STYLE: dict[str, Any] = {
-    "svg.fonttype": "none",  # text stays text
-    "svg.hashsalt": "camopt",  # the same picture gives the same file
-    "font.size": 8,
-    "font.family": "DejaVu Sans",
-    "axes.edgecolor": FAINT,
-    "axes.linewidth": 0.8,
-    "axes.labelcolor": INK,
-    "text.color": INK,
-    "xtick.color": MUTED,
-    "ytick.color": MUTED,
-    "xtick.labelsize": 7.5,
-    "ytick.labelsize": 7.5,
-    "hatch.linewidth": 0.6,
-    "hatch.color": MUTED,
-}
+DPI = 160
 
 
 @contextmanager
 def canvas(
-    path: str | os.PathLike[str], size: tuple[float, float], *, dpi: int = 150, powers: bool = False, **options: Any
-) -> Iterator[Any]:
+    path: str | os.PathLike[str] | None, size: tuple[float, float], *, powers: bool = False, **options: Any
+) -> "Iterator[Figure]":
     """An empty figure of a size in inches, saved as the suffix of the path says when the block ends well.
 
-    The same drawing gives the same file. Text stays as it is, unless axes are marked with ``powers`` of ten.
+    Without a path it is only drawn. The same drawing gives the same file. Text stays as it is, unless axes are
+    marked with ``powers`` of ten.
+
+    Raises
+    ------
+    BadInput
+        For another suffix.
+    OSError
+        If the file cannot be written.
     """
     import matplotlib.style
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    suffix, style = Path(path).suffix.lower(), {**STYLE, "text.parse_math": powers}
-    with matplotlib.style.context(["default", style], after_reset=True), warnings.catch_warnings():
+    if path is not None:
+        checked_suffix(path, "--plot", KINDS)
+    with (
+        matplotlib.style.context(["default", {**RC, "text.parse_math": powers}], after_reset=True),
+        warnings.catch_warnings(),
+    ):
         warnings.filterwarnings("ignore", message="Glyph .* missing")  # a name in a script the font lacks
-        figure = Figure(figsize=size, facecolor="white", **options)
+        figure = Figure(figsize=size, dpi=DPI, facecolor="white", **options)
+        FigureCanvasAgg(figure)
         yield figure
-        with whole_file(path) as partial:
-            figure.savefig(partial, format=suffix[1:], dpi=dpi, metadata=DATES.get(suffix))
+        figure.draw_without_rendering()  # ticks are made here, in this style, wherever the figure is shown
+        if path is not None:
+            suffix = Path(path).suffix.lower()
+            with whole_file(path) as partial:
+                figure.savefig(partial, format=suffix[1:], metadata=DATES.get(suffix))

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from camopt.drawing.panels import SAME, Panel, Peak, Values
-from camopt.drawing.picture import ALARM, COLOURS, FAINT, INK, MUTED, NAMES, PITCH, Picture, number
-from camopt.motion.table import DWELL, RETURN, RISE
+from camopt.drawing.picture import NAMES, Picture, number
+from camopt.drawing.style import ALARM, COLOURS, FAINT, INK, LIMIT, MUTED, PITCH, SHADES, SMALL, dress
+from camopt.numerics import FloatArray
 
-SHADES = {RISE: "#e9f1f8", RETURN: "#faefe6", DWELL: "white"}
 DEGREES_A_LETTER = 4.0  # that a letter above the diagrams takes
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -30,11 +30,14 @@ def draw(
 
 
 def _draw_panel(axes: Any, picture: Picture, panel: Panel) -> None:
-    factor, unit = _power(panel)
+    factor, unit = in_powers(panel.values, panel.unit)
+    if factor != 1.0:
+        for peak in panel.peaks:
+            peak.text = number(peak.value * factor) if peak.text[-1:].isdigit() else peak.text
     angles = [np.degrees(piece) for piece in picture.pieces]
     for stroke in picture.question.programme.strokes:
         axes.axvspan(*np.degrees([stroke.start, stroke.end]), color=SHADES[stroke.kind], lw=0, zorder=0)
-    axes.grid(True, lw=0.4, color=FAINT, alpha=0.5, zorder=0.5)
+    dress(axes)
     axes.axhline(0.0, color=FAINT, lw=0.8, zorder=1)
     for angle, value in zip(angles, panel.reference or [], strict=panel.reference is not None):
         axes.plot(angle, value * factor, color=PITCH, lw=1.0, ls=(0, (9, 2.5, 1.5, 2.5)), zorder=2)
@@ -49,24 +52,19 @@ def _draw_panel(axes: Any, picture: Picture, panel: Panel) -> None:
     _draw_alarm(axes, angles, panel)
     for peak in panel.peaks:
         _draw_peak(axes, peak, factor)
-    axes.set_title(f"{panel.title}, {unit}" if unit else panel.title, loc="left", fontsize=8.5, pad=2.5, color=INK)
-    axes.set_title(panel.note, loc="right", fontsize=7.5, pad=2.5, color=MUTED)
+    axes.set_title(f"{panel.title}, {unit}" if unit else panel.title, loc="left", pad=2.5)
+    axes.set_title(panel.note, loc="right", fontsize=SMALL, pad=2.5, color=MUTED)
     axes.set(xlim=(0, 360), xticks=range(0, 361, 30))
-    axes.tick_params(length=2.5)
-    axes.spines[["top", "right"]].set_visible(False)
 
 
-def _power(panel: Panel) -> tuple[float, str]:
-    """A factor that keeps the numbers short, and the unit with its power of ten."""
-    every = np.abs(np.concatenate(panel.values))
+def in_powers(values: Sequence[FloatArray], unit: str) -> tuple[float, str]:
+    """A factor that keeps the numbers of a diagram short, and the unit with its power of ten."""
+    every = np.abs(np.concatenate(values))
     largest = float(np.nanmax(np.append(every[np.isfinite(every)], 0.0)))
     if largest == 0.0 or 1e-2 <= largest < 1e4:
-        return 1.0, panel.unit
+        return 1.0, unit
     power = 3 * floor(log10(largest) / 3)
-    for peak in panel.peaks:
-        if peak.text[-1:].isdigit():
-            peak.text = number(peak.value / 10.0**power)
-    return 10.0**-power, f"10{str(power).translate(SUPERSCRIPT)} {panel.unit}"
+    return 10.0**-power, f"10{str(power).translate(SUPERSCRIPT)} {unit}"
 
 
 def _limits(axes: Any, panel: Panel, factor: float) -> float:
@@ -105,11 +103,11 @@ def _draw_limits(axes: Any, picture: Picture, panel: Panel, factor: float) -> No
     for kinds, bound in panel.limits:
         level = bound * factor
         if kinds == 0 and low < level < high:
-            axes.axhline(level, color=ALARM, lw=0.9, ls=(0, (5, 3)), zorder=2)
+            axes.axhline(level, zorder=2, **LIMIT)
         for stroke in picture.question.programme.strokes:
             if stroke.kind & kinds and level < high:
                 ends = np.degrees([stroke.start, stroke.end])
-                axes.hlines([level, -level], *ends, color=ALARM, lw=0.9, ls=(0, (5, 3)), zorder=2)
+                axes.hlines([level, -level], *ends, zorder=2, **LIMIT)
     shown = [f"{bound:.4g}" for _, bound in panel.limits if low < bound * factor < high]
     if shown:
         words = f"red: limit {' and '.join(dict.fromkeys(shown))} {panel.unit}".rstrip()
@@ -129,7 +127,7 @@ def _draw_impulses(axes: Any, panel: Panel) -> None:
 def _draw_alarm(axes: Any, angles: Values, panel: Panel) -> None:
     """Where the cam is undercut; said once."""
     low, high = axes.get_ylim()
-    style = {"fontsize": 7.5, "color": ALARM, "ha": "center", "va": "top"}
+    style = {"fontsize": SMALL, "color": ALARM, "ha": "center", "va": "top"}
     found = []
     for angle, bad in zip(angles, panel.alarm or [], strict=panel.alarm is not None):
         if np.any(bad):
@@ -145,7 +143,7 @@ def _draw_peak(axes: Any, peak: Peak, factor: float) -> None:
     axes.plot([peak.angle], [value], marker="o", ms=3.2, color=peak.colour, zorder=5, clip_on=False)
     width = 2.0 * len(peak.text)
     side = "left" if peak.angle < width else "right" if peak.angle > 360 - width else "center"
-    place = {"ha": side, "va": "bottom" if above else "top", "fontsize": 7.5, "color": peak.colour, "zorder": 5}
+    place = {"ha": side, "va": "bottom" if above else "top", "fontsize": SMALL, "color": peak.colour, "zorder": 5}
     axes.annotate(peak.text, (peak.angle, value), (0, 3.5 if above else -3.5), textcoords="offset points", **place)
 
 
@@ -158,6 +156,6 @@ def _name_strokes(axes: Any, picture: Picture) -> None:
         if len(lines[0]) * DEGREES_A_LETTER > angle:
             lines = [name, size]
         lines = [text for text in lines if text and len(text) * DEGREES_A_LETTER <= angle * 1.15]
-        style = {"ha": "center", "va": "top", "fontsize": 7.5, "color": COLOURS[stroke.kind]}
+        style = {"ha": "center", "va": "top", "fontsize": SMALL, "color": COLOURS[stroke.kind]}
         place = {"textcoords": "offset points", "xycoords": ("data", "axes fraction")}
         axes.annotate("\n".join(lines), (start + angle / 2, 1.0), (0, 34), **place, **style)

@@ -4,7 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from camopt.drawing.picture import BODY, INK, MUTED, Picture, area, circle, line
+from camopt.drawing.picture import Picture, area, circle, line
+from camopt.drawing.style import BODY, INK, MUTED
 from camopt.mechanisms import oscillating_flat
 from camopt.mechanisms.design import ComplexArray
 

@@ -1,20 +1,26 @@
-"""The picture of a frontier: free laws as a front, the bound that no motion passes, known laws as points."""
+"""The picture of a frontier: free laws as a front, what no motion can have, known laws as points."""
 
 import os
-from math import isinf
-from typing import Any
+from math import isinf, pi
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from camopt.drawing.canvas import canvas
-from camopt.drawing.picture import ALARM, COLOURS, FAINT, INK, MUTED
+from camopt.drawing.labels import Label, around, settle
+from camopt.drawing.style import ALARM, COLOURS, INK, LIMIT, MUTED, PAGE_TITLE, TEXT, dress
 from camopt.motion.table import RISE
 from camopt.quantities import DERIVATIVES, QUANTITIES, motion_quantity
 from camopt.synthesis.frontier import Frontier
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 FREE = COLOURS[RISE]
-BOUND = "no motion within the other limits passes this"
 WIDE = 5.0  # a ratio of values that is shown on a logarithmic scale
+MARGIN = 0.06  # of the span of the points, around them
+DISTANCES = (6.0, 10.0, 16.0)  # points: of a label from its point
+LEFT_BELOW = 1.25 * pi
 PLAIN = str.maketrans({"·": "_", "/": "_", "µ": "u"})  # units as the names of quantities write them
 WORDS = {
     "size": "radius of the cam, mm",
@@ -27,17 +33,36 @@ WORDS = {
 }
 
 
-def plot_frontier(found: Frontier, path: str | os.PathLike[str]) -> None:
-    """Draw a frontier to a PNG, SVG or PDF file: its first axis up, the second to the right, a third as colours."""
+def plot_frontier(found: Frontier, path: str | os.PathLike[str] | None = None) -> "Figure":
+    """Draw a frontier: its first axis up, the second to the right, a third as colours.
+
+    Of two axes the region that no motion within the other limits can reach is shaded. It is what the bounds prove
+    (``Frontier.excluded``), a staircase.
+
+    Parameters
+    ----------
+    path
+        A PNG, SVG or PDF file to write as well.
+
+    Raises
+    ------
+    BadInput
+        For another suffix.
+    OSError
+        If the file cannot be written.
+    """
     with canvas(path, (10.5, 7.0), layout="constrained") as figure:
         axes = figure.subplots()
         (_cloud if len(found.axes) == 3 else _curve)(figure, axes, found)
-        _known(axes, found)
+        labels = list(_known(axes, found))
         axes.set(xlabel=_label(found, found.axes[1]), ylabel=_label(found, found.axes[0]))
-        axes.set_title(f"{found.scene.name}: what free motion laws trade", loc="left", fontsize=12, color=INK)
-        axes.grid(True, lw=0.4, color=FAINT, alpha=0.6)
-        axes.spines[["top", "right"]].set_visible(False)
-        figure.legend(loc="outside lower center", ncols=2, fontsize=9, frameon=False)
+        axes.set_title(f"{found.scene.name}: what free motion laws trade", loc="left", fontsize=PAGE_TITLE)
+        dress(axes)
+        _frame(axes, found)
+        _excluded(axes, found)
+        figure.legend(loc="outside lower center", ncols=2)
+        settle(figure, labels)
+    return figure
 
 
 def _label(found: Frontier, axis: str) -> str:
@@ -57,28 +82,39 @@ def _label(found: Frontier, axis: str) -> str:
 
 
 def _curve(figure: Any, axes: Any, found: Frontier) -> None:
-    """Two axes: the front as a curve, and the bound as the edge of what cannot be."""
+    """Two axes: the front as a curve."""
     up, across = found.axes
     rows = sorted(found.rows, key=lambda row: float(row[across]))
-    x, y = (np.array([row[axis] for row in rows]) for axis in (across, up))
-    axes.plot(x, y, "-o", color=FREE, lw=1.8, ms=4, label=_free(found), zorder=4)
-    low = np.array([np.nan if row["bound"] is None else row["bound"] for row in rows])
-    if np.isfinite(low).any():
-        axes.plot(
-            x, low, color=ALARM, lw=1.0, ls="--", label="no motion within the other limits passes this", zorder=3
-        )
-        floor = min(np.nanmin(low), *(row[up] for row in found.known)) if found.known else np.nanmin(low)
-        bottom = floor - 0.06 * (np.nanmax(y) - floor)
-        axes.fill_between(x, bottom, low, color=ALARM, alpha=0.06, lw=0)
-    least = found.least.get(across, (None, None))[1]
-    if least is not None and least > 0.0:
-        axes.axvline(least, color=ALARM, lw=1.0, ls="--", zorder=3)
+    axes.plot(
+        *([row[axis] for row in rows] for axis in (across, up)),
+        "-o",
+        color=FREE,
+        lw=1.8,
+        ms=4,
+        label=_free(found),
+        zorder=4,
+    )
 
 
 def _free(found: Frontier) -> str:
     """What free laws are, by how they were found."""
     words = "free laws, proved to hold every limit"
     return f"{words}; local optima" if found.local else words
+
+
+def _excluded(axes: Any, found: Frontier) -> None:
+    """What no motion can have: a rectangle for each bound, down to the corner of the picture, and their outline."""
+    (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
+    corners = [(min(a, right), min(b, top)) for a, b in found.excluded if a > left and b > bottom]
+    if not corners:
+        return
+    x = [left, *(a for a, _ in corners)]
+    y = [b for _, b in corners]
+    axes.stairs(y, x, baseline=bottom, fill=True, color=ALARM, alpha=0.07, lw=0, zorder=1)
+    outline = [point for b, a, c in zip(y, x, x[1:], strict=False) for point in ((a, b), (c, b))]
+    outline = outline[int(y[0] == top) :]  # the edge of the picture is no bound
+    outline += [] if corners[-1][0] == right else [(corners[-1][0], bottom)]
+    axes.plot(*zip(*outline, strict=True), label="no motion within the other limits is below", zorder=3, **LIMIT)
 
 
 def _cloud(figure: Any, axes: Any, found: Frontier) -> None:
@@ -91,16 +127,37 @@ def _cloud(figure: Any, axes: Any, found: Frontier) -> None:
     bar.ax.yaxis.set_minor_formatter("{x:.3g}")
 
 
-def _known(axes: Any, found: Frontier) -> None:
-    """The known laws that the picture has room for, by name; hollow where they are beyond the other limits."""
+def _shown(found: Frontier) -> list[dict[str, Any]]:
+    """The known laws that the picture has room for."""
     up, across = found.axes[:2]
-    labelled = {True: "known laws", False: "known laws beyond the other limits"}
-    for row in found.known:
-        if isinf(row[across]) or isinf(row[up]):
-            continue
-        fill = {"facecolor": MUTED if row["within"] else "white", "edgecolor": MUTED}
-        label = labelled.pop(row["within"], None)
-        axes.scatter(row[across], row[up], s=34, zorder=5, label=label, **fill)
-        laws = " / ".join(dict.fromkeys((row["law_rise"], row["law_return"])))
-        place = {"xytext": (-6, -4), "ha": "right", "va": "top", "textcoords": "offset points"}
-        axes.annotate(laws, (row[across], row[up]), fontsize=8, color=INK, **place)
+    return [row for row in found.known if not isinf(row[across]) and not isinf(row[up])]
+
+
+def _known(axes: Any, found: Frontier) -> list[Label]:
+    """The known laws as points, hollow where they are beyond the other limits; their names."""
+    up, across = found.axes[:2]
+    words = {True: "known laws", False: "known laws beyond the other limits"}
+    labels = []
+    for within, label in words.items():
+        rows = [row for row in _shown(found) if row["within"] == within]
+        points = [(row[across], row[up]) for row in rows]
+        if points:
+            face = MUTED if within else "white"
+            axes.scatter(*zip(*points, strict=True), s=34, zorder=5, label=label, facecolor=face, edgecolor=MUTED)
+        for row, point in zip(rows, points, strict=True):
+            laws = " / ".join(dict.fromkeys((row["law_rise"], row["law_return"])))
+            style = {"fontsize": TEXT, "color": INK, "zorder": 6}
+            labels.append(Label(axes, laws, point, around(DISTANCES, LEFT_BELOW), style))
+    return labels
+
+
+def _frame(axes: Any, found: Frontier) -> None:
+    """Limits round all points and round the least that any motion has, where it is near to them."""
+    up, across = found.axes[:2]
+    for axis, name in ((axes.set_xlim, across), (axes.set_ylim, up)):
+        values = [float(row[name]) for row in (*found.rows, *_shown(found))]
+        low, high = min(values), max(values)
+        span = (high - low) or abs(high) or 1.0
+        least = found.least[name][1]
+        low = min(low, least) if least is not None and least > low - span else low
+        axis(low - MARGIN * span, high + MARGIN * span)

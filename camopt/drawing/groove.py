@@ -5,26 +5,16 @@ from typing import Any
 import numpy as np
 
 from camopt.drawing.follower import draw_arm
-from camopt.drawing.picture import (
-    BODY,
-    COLOURS,
-    FAINT,
-    FILL,
-    INK,
-    MUTED,
-    NAMES,
-    PITCH,
-    Picture,
-    area,
-    fit,
-    line,
-    round_length,
-)
+from camopt.drawing.labels import Label
+from camopt.drawing.picture import NAMES, Picture, area, fit, line, round_length
+from camopt.drawing.style import BODY, COLOURS, FAINT, FILL, INK, MUTED, PITCH, SMALL, TEXT
 from camopt.mechanisms.design import ComplexArray
 
+ABOVE = ((0.0, 2.0), (0.0, 11.0), (0.0, 20.0))  # points: of a cam angle above the sheet
 
-def draw_groove(axes: Any, picture: Picture) -> None:
-    """The developed groove of a cylindrical cam over one turn, with the roller at its start; equal scales."""
+
+def draw_groove(axes: Any, picture: Picture) -> list[Label]:
+    """The developed groove of a cylindrical cam over one turn, the roller at its start; the labels to settle."""
     design = picture.question.design
     around, radius = 2 * np.pi * float(design.size[0]), float(design.roller_radius[0])
     pitch = np.concatenate([c.pitch for c in picture.curves])
@@ -36,7 +26,7 @@ def draw_groove(axes: Any, picture: Picture) -> None:
     _draw_channel(axes, picture, around)
     for artist in [*axes.patches[1:], *axes.lines]:
         artist.set_clip_path(face)
-    _draw_boundaries(axes, picture, sheet)
+    labels = _draw_boundaries(axes, picture, sheet)
     spans = [sheet, *_draw_groove_follower(axes, picture)]
     _narrow(axes, np.concatenate(spans))
     fit(axes, np.concatenate(spans), 0.02)
@@ -44,6 +34,7 @@ def draw_groove(axes: Any, picture: Picture) -> None:
     axes.spines[:].set_visible(False)
     axes.set_xticks(np.arange(0.0, around, round_length(around / 4)))
     axes.set_yticks([y for y in axes.get_yticks() if low - edge <= y <= high + edge])
+    return labels
 
 
 def _narrow(axes: Any, points: ComplexArray) -> None:
@@ -80,17 +71,18 @@ def _draw_channel(axes: Any, picture: Picture, around: float) -> None:
         line(axes, pitch, label="pitch curve", color=PITCH, lw=1.0, ls=(0, (9, 2.5, 1.5, 2.5)), zorder=3)
 
 
-def _draw_boundaries(axes: Any, picture: Picture, sheet: ComplexArray) -> None:
+def _draw_boundaries(axes: Any, picture: Picture, sheet: ComplexArray) -> list[Label]:
     """Where strokes begin along the turn, and which way the surface moves."""
-    size, top = float(picture.question.design.size[0]), float(sheet.imag.max())
+    size, top, labels = float(picture.question.design.size[0]), float(sheet.imag.max()), []
     for angle in [*(s.start for s in picture.question.programme.strokes), 2 * np.pi]:
         line(axes, size * angle + 1j * np.array([sheet.imag.min(), top]), color=FAINT, lw=0.7, zorder=1.5)
-        style = {"ha": "center", "va": "bottom", "fontsize": 7.5, "color": MUTED}
-        axes.annotate(f"{np.degrees(angle):.4g}°", (size * angle, top), (0, 2), textcoords="offset points", **style)
+        style = {"fontsize": SMALL, "color": MUTED}
+        labels.append(Label(axes, f"{np.degrees(angle):.4g}°", (size * angle, top), ABOVE, style))
     arrow = {"arrowstyle": "-|>", "color": INK, "lw": 1.2, "mutation_scale": 11}
     axes.annotate("", (0.91, 1.14), (0.97, 1.14), xycoords="axes fraction", arrowprops=arrow)
-    place = {"ha": "right", "va": "center", "fontsize": 8, "color": INK, "transform": axes.transAxes}
+    place = {"ha": "right", "va": "center", "fontsize": TEXT, "color": INK, "transform": axes.transAxes}
     axes.text(0.905, 1.14, "the surface moves", **place)
+    return labels
 
 
 def _draw_groove_follower(axes: Any, picture: Picture) -> list[ComplexArray]:
@@ -108,7 +100,7 @@ def _draw_groove_follower(axes: Any, picture: Picture) -> list[ComplexArray]:
         reach = start - (radius + 0.25 * size)
         ends = reach + 1j * picture.question.programme.lift * np.array([0.0, 1.0])
         line(axes, ends, color=MUTED, lw=1.0, marker="_", ms=8)
-        style = {"rotation": 90, "ha": "right", "va": "center", "fontsize": 7.5, "color": MUTED}
+        style = {"rotation": 90, "ha": "right", "va": "center", "fontsize": SMALL, "color": MUTED}
         axes.annotate("travel", (reach.real, ends.imag.mean()), (-4, 0), textcoords="offset points", **style)
         spans.append(np.array([reach - 0.3 * size]))
     turn = np.exp(1j * np.linspace(0.0, 2 * np.pi, 181))

@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from camopt.drawing.picture import INK, NAMES, REFERENCE, Picture, number
+from camopt.drawing.picture import NAMES, Picture, number
+from camopt.drawing.style import INK, REFERENCE
 from camopt.effects.motion import scale
 from camopt.mechanisms.design import BoolArray
 from camopt.motion.table import DWELL, RETURN, RISE, TURN

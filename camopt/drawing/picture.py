@@ -1,4 +1,4 @@
-"""What a picture shows: the question sampled piece by piece, its exact values, and the colours and pens."""
+"""What a picture shows: the question sampled piece by piece, its exact values."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -16,9 +16,6 @@ from camopt.numerics.curves import curve
 from camopt.quantities import GEOMETRY, QUANTITIES
 from camopt.question import Question
 
-INK, MUTED, FAINT, FILL, BODY, ALARM = "#22303c", "#6b7783", "#c3cad1", "#eef2f5", "#dbe1e7", "#b3261e"
-PITCH, REFERENCE = "#3f7d58", "#8a6fae"
-COLOURS = {RISE: "#2a6ca3", RETURN: "#c0632a", DWELL: "#45525e"}
 NAMES = {RISE: "rise", RETURN: "return", DWELL: "dwell"}
 INSIDE = 1e-9  # share of a piece that samples keep from its ends, to be on its side of a jump
 PER_DEGREE = 4

@@ -1,14 +1,17 @@
 """The picture of response spectra: what is left over in the dwell and how hard the mass is driven, law by law."""
 
 import os
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from camopt.drawing.canvas import canvas
-from camopt.drawing.picture import FAINT, INK, MUTED
-from camopt.rows import Rows
+from camopt.drawing.style import DASHES, PAGE_TITLE, SERIES, dress
 
-COLOURS = ("#2a6ca3", "#c0632a", "#3f7d58", "#8a6fae", "#b3261e", "#45525e", "#c2781a", "#0b6e99")
-DASHES: tuple[Any, ...] = ("-", (0, (6, 2)), (0, (1, 1.5)), (0, (7, 2, 1.5, 2)))
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 PANELS = {
     "residual": "Amplitude left over in the dwell, of the lift",
     "acceleration": "Largest acceleration of the mass, lift/t₁²",
@@ -17,24 +20,40 @@ LEAST = 1e-4  # amplitudes of a smaller share of the lift fall off the picture
 SHOWN = (1e-4, 1e-3, 1e-2, 0.1, 1.0)
 
 
-def plot_spectrum(rows: Rows, path: str | os.PathLike[str]) -> None:
-    """Draw the rows of ``spectrum`` to a PNG, SVG or PDF file."""
+def plot_spectrum(spectra: Sequence[Mapping[str, Any]], path: str | os.PathLike[str] | None = None) -> "Figure":
+    """Draw response spectra: the amplitude left over in the dwell, and the largest acceleration of the mass.
+
+    Parameters
+    ----------
+    spectra
+        What ``response_spectrum`` gives for each law, at one damping ratio.
+    path
+        A PNG, SVG or PDF file to write as well.
+
+    Raises
+    ------
+    BadInput
+        For another suffix.
+    OSError
+        If the file cannot be written.
+    """
     with canvas(path, (12.5, 5.6), layout="constrained") as figure:
-        damping = float(rows.column("damping_ratio")[0])
-        title = f"After a rise in the time t₁: a train of natural period Tₙ, damping ratio {damping:g}"
-        figure.suptitle(title, x=0.01, ha="left", fontsize=12, fontweight="bold", color=INK)
+        damping = {float(each) for spectrum in spectra for each in np.ravel(spectrum["damping_ratio"])}
+        ratio = " and ".join(f"{each:g}" for each in sorted(damping))
+        title = f"After a rise in the time t₁: a train of natural period Tₙ, damping ratio {ratio}"
+        figure.suptitle(title, x=0.01, ha="left", fontsize=PAGE_TITLE, fontweight="bold")
         for axes, name in zip(figure.subplots(1, 2), PANELS, strict=True):
-            _draw(axes, name, rows)
+            _draw(axes, name, spectra)
         handles, labels = figure.axes[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower center", ncols=8, fontsize=8.5, frameon=False)
+        figure.legend(handles, labels, loc="outside lower center", ncols=8)
+    return figure
 
 
-def _draw(axes: Any, name: str, rows: Rows) -> None:
-    laws, ratios, values = (rows.column(each) for each in ("law", "period_ratio", name))
-    for place, law in enumerate(dict.fromkeys(laws.tolist())):
-        here = laws == law
-        style = {"color": COLOURS[place % len(COLOURS)], "ls": DASHES[place // len(COLOURS) % len(DASHES)]}
-        axes.plot(ratios[here], values[here], lw=1.4, label=law, **style)
+def _draw(axes: Any, name: str, spectra: Sequence[Mapping[str, Any]]) -> None:
+    ratios, values = (np.concatenate([each[column] for each in spectra]) for column in ("period_ratio", name))
+    for place, spectrum in enumerate(spectra):
+        style = {"color": SERIES[place % len(SERIES)], "ls": DASHES[place % len(DASHES)]}
+        axes.plot(spectrum["period_ratio"], spectrum[name], lw=1.4, label=str(spectrum["law"][0]), **style)
     axes.set(xlim=(0.0, ratios.max()), xlabel="period ratio t₁/Tₙ")
     axes.locator_params(axis="x", nbins=11)
     if name == "residual":
@@ -43,7 +62,5 @@ def _draw(axes: Any, name: str, rows: Rows) -> None:
         axes.minorticks_off()
     else:
         axes.set_ylim(0.0, 1.05 * float(values.max()))
-    axes.set_title(PANELS[name], loc="left", fontsize=9.5, color=INK)
-    axes.grid(True, which="major", lw=0.4, color=FAINT, alpha=0.6)
-    axes.tick_params(length=2.5, colors=MUTED)
-    axes.spines[["top", "right"]].set_visible(False)
+    axes.set_title(PANELS[name], loc="left")
+    dress(axes)

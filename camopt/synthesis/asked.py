@@ -1,6 +1,6 @@
 """What a scene asks of free motion laws: its limits, its ``[synthesis]`` and its ranges of sizes, as a demand."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from math import inf, pi, radians, tan
 
@@ -8,9 +8,10 @@ from camopt.effects import force
 from camopt.effects.motion import scale
 from camopt.mechanisms import translating, translating_flat
 from camopt.mistakes import BadInput, Mistake
+from camopt.motion import LAWS
 from camopt.motion.programme import Stroke, law_peaks
 from camopt.motion.table import DWELL, RETURN, RISE
-from camopt.question import Question
+from camopt.question import Question, resolve
 from camopt.scene import Scene
 from camopt.scene_tables import Range, Synthesis
 from camopt.search.closed_form import least_size
@@ -180,9 +181,7 @@ def _ranges(question: Question, asked: Synthesis, stroke: Stroke, minimised: set
             largest = bound / scale(question.subject, order)
             bounds[order] = (-largest, largest)
     peaks = {name: value for name in PEAKS if (value := getattr(asked, name)) is not None}
-    usual = [(name, order) for name, order in USUAL.items() if order <= asked.rest + 1]
-    if not bounds.keys() & USUAL.values() and not peaks.keys() & USUAL.keys():
-        peaks |= {name: GENTLE for name, order in usual if order not in minimised}
+    peaks |= dict.fromkeys(_unasked(question, asked, minimised), GENTLE)
     for name, value in peaks.items():
         order = PEAKS[name]
         low, high = _peak(question, name, value)
@@ -191,6 +190,25 @@ def _ranges(question: Question, asked: Synthesis, stroke: Stroke, minimised: set
         before = bounds.get(order, (-inf, inf))
         bounds[order] = max(low, before[0]), min(high, before[1])
     return bounds
+
+
+def _unasked(question: Question, asked: Synthesis, minimised: set[int]) -> list[str]:
+    """The peaks that are held to those of a gentle law, because the scene bounds none of them."""
+    limits, timed = question.scene.limits, question.subject.omega is not None
+    bounded = timed and any(getattr(limits, name) is not None for name, order in ORDERS.items() if order > 1)
+    if bounded or any(getattr(asked, name) is not None for name in USUAL):
+        return []
+    return [name for name, order in USUAL.items() if order <= asked.rest + 1 and order not in minimised]
+
+
+def default_peaks(scene: Scene, terms: Iterable[str] | None = None) -> dict[str, float]:
+    """The peak factors that free laws hold by default, where the scene bounds neither acceleration nor jerk.
+
+    ``terms`` are what is minimised, if not the objective of the scene.
+    """
+    objective = dict.fromkeys(terms, 1.0) if terms is not None else objective_in(scene.synthesis)
+    names = _unasked(resolve(scene), scene.synthesis, _orders(objective))
+    return {name: float(law_peaks(LAWS[GENTLE])[name]) for name in names}
 
 
 def _orders(objective: Mapping[str, float]) -> set[int]:

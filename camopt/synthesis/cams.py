@@ -1,6 +1,9 @@
 """Free laws as laws of a scene, and the smallest cams for them."""
 
+from collections.abc import Mapping
 from dataclasses import replace
+from math import isfinite
+from typing import Any
 
 import numpy as np
 
@@ -9,7 +12,7 @@ from camopt.effects.vibration import vibration
 from camopt.motion import LAWS
 from camopt.motion.programme import Programme, peak, root_mean_square, span
 from camopt.motion.spline import SplineLaw
-from camopt.motion.table import DWELL, TURN
+from camopt.motion.table import DWELL, RETURN, RISE, TURN
 from camopt.question import resolve
 from camopt.scene import Scene
 from camopt.search.optimise import Optimum, optimise
@@ -20,14 +23,41 @@ from camopt.synthesis.demand import ORDERS, Demand
 from camopt.synthesis.iterate import Iterate
 from camopt.synthesis.synthesised import Synthesised, free_names
 
-NOTHING = 1e-12  # of a range that ends at 0: rounding
+NOTHING = 1e-12  # of the range of a derivative: rounding
 OFF_POINT = 1e-6  # of the lift: by how much a solver may miss a point
 
 
 def known_laws(scene: Scene) -> dict[str, Design]:
-    """The smallest cam of each known law, for comparison: the laws of [search], or all of them."""
+    """The smallest cam of each known law: the laws of [search], or all of them, and the scene's own."""
     named = scene.search.law or scene.search.law_rise or scene.search.law_return
-    return smallest_cams(scene if named else scene.replace(**{"search.law": list(LAWS)})).by_law
+    found = smallest_cams(scene if named else scene.replace(**{"search.law": list(LAWS)})).by_law
+    own = scene.replace(**dict.fromkeys(("search.law", "search.law_rise", "search.law_return")))
+    if not any(own_laws(scene) == laws_of(row) for row in found.values()):
+        found = {**found, **smallest_cams(own).by_law}
+    return found
+
+
+def own_laws(scene: Scene) -> tuple[str, str]:
+    """The names of the scene's own laws, of rises and of returns, as the rows of designs have them."""
+    programme = resolve(scene).programme
+    return programme.law_names(RISE), programme.law_names(RETURN)
+
+
+def laws_of(row: Mapping[str, Any]) -> tuple[str, str]:
+    """The names of the laws of a design's rises and returns."""
+    return row["law_rise"], row["law_return"]
+
+
+def known_row(demand: Demand, row: Design) -> Design:
+    """A known law's cam with what it has of the objective, and whether it holds all that free laws hold."""
+    question = demand.question
+    names = (name if name in question.laws else None for name in laws_of(row))
+    programme, size = question.with_laws(*names), row[question.size_name]
+    terms = {name: term_of(demand, programme, name, size) for name in demand.objective}
+    smooth = all(jump.order > demand.rest for jump in programme.jumps)
+    small = size + demand.roller <= demand.prime[1] * (1.0 + NOTHING)
+    known = {**terms, **row, "within": small and smooth and within(demand, programme)}
+    return Design(known, row.searched)
 
 
 def smallest_cams(scene: Scene) -> Optimum:
@@ -71,8 +101,8 @@ def within(demand: Demand, programme: Programme) -> bool:
     for stroke, ranges in zip(programme.strokes, demand.ranges, strict=True):
         for order, (low, high) in ranges.items():
             least, largest = span(Programme((stroke,)), (0.0,) * order + (1.0,), TURN)
-            rounding = NOTHING * (high - low)
-            if least < low - rounding * (low == 0.0) or largest > high + rounding * (high == 0.0):
+            rounding = NOTHING * max(abs(end) for end in (low, high) if isfinite(end))
+            if least < low - rounding or largest > high + rounding:
                 return False
     if demand.residual is not None and term_of(demand, programme, residual.TERM, 0.0) > demand.residual:
         return False
@@ -89,7 +119,8 @@ def cam_for(demand: Demand, found: Iterate) -> Synthesised | None:
     size = demand.question.size_name
     if best[size] + demand.roller > demand.prime[1]:
         return None
-    return Synthesised(chosen(scene, best), best, objective_of(demand, found, best[size]))
+    objective = objective_of(demand, found, best[size])
+    return Synthesised(demand.question.scene, chosen(scene, best), best, objective)
 
 
 def objective_of(demand: Demand, found: Iterate, size: float) -> float:

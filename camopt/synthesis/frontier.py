@@ -7,6 +7,7 @@ worker and solved for all values; each of its solutions becomes a cam, as in ``s
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, permutations, product
+from math import inf
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,9 +23,8 @@ from camopt.scene_tables import TERMS
 from camopt.search.answer import Progress
 from camopt.synthesis import residual
 from camopt.synthesis.asked import demand_of
-from camopt.synthesis.cams import known_laws, term_of, within
+from camopt.synthesis.cams import known_laws, known_row
 from camopt.synthesis.ceilings import ceilings_at, quantities
-from camopt.synthesis.demand import Demand
 from camopt.synthesis.iterate import Iterate
 from camopt.synthesis.least import Found, Least
 from camopt.synthesis.synthesise import bound_of
@@ -42,9 +42,9 @@ class Frontier:
 
     ``rows`` are free laws that no other row betters, by the first axis: the axes' values, the quantities of the
     cam, ``bound`` (the least of the first axis for any motion that holds the others' values; None where none was
-    computed; it knows nothing of quantities) and ``scene`` (TOML, with the laws). ``known`` are the known laws,
-    ``within`` the limits that all rows hold or not. ``least`` is how far down each axis goes, and what no motion
-    within the limits can pass, None for a quantity.
+    computed; it knows nothing of quantities), ``local`` (whether the row is a local optimum) and ``scene`` (TOML,
+    with the laws). ``known`` are the known laws, ``within`` the limits that all rows hold or not. ``least`` is the
+    least of each axis that was found, and what no motion within the limits can pass, None for a quantity.
     """
 
     scene: Scene
@@ -52,12 +52,26 @@ class Frontier:
     rows: list[Design]
     known: list[Design]
     least: dict[str, tuple[float, float | None]]
+    local: tuple[str, ...] = ()
+    """The axes along which the front is of local optima: what decides there is not convex in the motion."""
 
     @property
-    def local(self) -> tuple[str, ...]:
-        """The axes that are not convex in the motion: along them the front is of local optima."""
-        swung = self.scene.follower.motion == "oscillating"
-        return tuple(axis for axis in self.axes if axis not in TERMS or (swung and axis == "size"))
+    def excluded(self) -> list[tuple[float, float]]:
+        """What no motion can have, of two axes: pairs (a, b), no motion with at most a of the second has less
+        than b of the first. The region is a staircase: between two rows the bound of the looser one holds.
+        """
+        if len(self.axes) > 2:
+            return []
+        first, second = self.axes
+        pairs = [(float(row[second]), row["bound"]) for row in self.rows if row["bound"] is not None]
+        lowest, leftmost = self.least[first][1], self.least[second][1]
+        pairs += [(inf, lowest)] if lowest else []
+        pairs += [(leftmost, inf)] if leftmost else []
+        corners: list[tuple[float, float]] = []
+        for at, bound in sorted(pairs, reverse=True):
+            if not corners or bound > corners[-1][1]:
+                corners.append((at, float(bound)))
+        return corners[::-1]
 
 
 def frontier(
@@ -101,14 +115,19 @@ def frontier(
         rows += [found.row] if found else []
         if progress:
             progress(done, len(values))
-    known = [_known(demand, axes, cam) for cam in known_laws(scene).values()]
+    known = [known_row(demand, cam) for cam in known_laws(scene).values()]
     bounds = {t: bound_of(replace(demand, objective={t: 1.0})) for t in axes if t in TERMS}
-    least = {axis: (ends[axis, axis].row[axis], bounds.get(axis)) for axis in axes}
-    return Frontier(scene, axes, _designs(scene, _front(rows, axes)), _designs(scene, known), least)
+    least = {axis: (min(row[axis] for row in (ends[axis, axis].row, *rows)), bounds.get(axis)) for axis in axes}
+    front = [Design(row, scene) for row in _front(rows, axes)]
+    return Frontier(scene, axes, front, known, least, _local(ends, rows, axes))
 
 
-def _designs(scene: Scene, rows: list[dict[str, Any]]) -> list[Design]:
-    return [Design(row, scene) for row in rows]
+def _local(ends: "Ends", rows: Sequence[dict[str, Any]], axes: tuple[str, ...]) -> tuple[str, ...]:
+    """The axes whose least values are local optima; where a load is held, only its own axis counts."""
+    convex = all(axis in TERMS for axis in axes)
+    found = {axis: ends[axis, axis].row["local"] for axis in axes}
+    found[axes[0]] |= convex and any(row["local"] for row in rows)
+    return tuple(axis for axis in axes if found[axis])
 
 
 def _checked(scene: Scene, axes: Sequence[str]) -> tuple[Scene, tuple[str, ...]]:
@@ -233,16 +252,6 @@ def _run(toml: str, axes: tuple[str, ...], task: Task) -> Found | None:
         _BUILT.clear()
         _BUILT[key] = Least(Scene.from_dict(tomllib.loads(toml)), axes, task.first, tuple(task.value))
     return _BUILT[key].at(task.value, task.starts, task.bounded)
-
-
-def _known(demand: Demand, axes: Sequence[str], design: dict[str, Any]) -> dict[str, Any]:
-    """The row of a cam of known laws, and whether they are within the limits on derivatives that are not traded."""
-    question = demand.question
-    names = [design[f"law_{kind}"] for kind in ("rise", "return")]
-    programme = question.with_laws(*(name if name in question.laws else None for name in names))
-    smooth = all(jump.order > demand.rest for jump in programme.jumps)
-    terms = {axis: term_of(demand, programme, axis, design[question.size_name]) for axis in axes if axis in TERMS}
-    return {**terms, **design, "within": within(demand, programme) and smooth}
 
 
 def _front(rows: list[dict[str, Any]], axes: Sequence[str]) -> list[dict[str, Any]]:

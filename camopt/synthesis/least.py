@@ -39,7 +39,7 @@ LARGER = (0.0, 1e-7, 1e-6, 1e-5, 1e-4)  # by which a cam may be larger than the 
 
 
 class Found(NamedTuple):
-    """A cam: its row (the axes' values, its quantities, ``bound`` and ``scene``), and its laws."""
+    """A cam: its row (the axes' values, its quantities, ``bound``, ``local`` and ``scene``), and its laws."""
 
     row: dict[str, Any]
     laws: Iterate
@@ -86,7 +86,9 @@ class Least:
                 break
         if best is None:
             return None
-        return best._replace(row=best.row | {"bound": self._bound(value, best) if bounded else None})
+        local = self.first not in TERMS or not self._close(best.row[self.first])
+        bound = self._bound(value, best) if bounded else None
+        return best._replace(row=best.row | {"bound": bound, "local": local})
 
     def _demand(self, value: Mapping[str, float]) -> Demand:
         """The demand with the held quantities as limits of the scene."""
@@ -123,9 +125,10 @@ class Least:
         if not self.lowered:
             yield from (calm, plain)
         if ceilings or self.lowered:
-            every = [plain, *starts, *([] if demand.sized else self._placed(plain))]
-            promising = self.steps.ranked(every, ceilings, self.lowered)[:TRIES]
-            yield from (self.steps.run(each, ceilings, self.lowered) for each in promising)
+            every = [calm, *starts, *self._placed(calm)]
+            if value:  # not the end of an axis, where every start of ``synthesise`` is tried
+                every = self.steps.ranked([plain, *every], ceilings, self.lowered)[:TRIES]
+            yield from (self.steps.run(each, ceilings, self.lowered) for each in every)
 
     def _placed(self, plain: Iterate) -> list[Iterate]:
         """Known laws on their smallest cams, which do not depend on the values."""
@@ -167,7 +170,7 @@ class Least:
             cam = chosen(scene, {**sizes, name: prime * (1.0 + larger) - demand.roller})
             found = evaluate(cam)
             if found["feasible"]:
-                return Synthesised(cam, dict(found), 0.0)
+                return Synthesised(demand.question.scene, cam, dict(found), 0.0)
         return None
 
     def _bound(self, value: Mapping[str, float], best: Found) -> float | None:

@@ -19,10 +19,12 @@ from camopt.synthesis.demand import PEAKS
 class Synthesised:
     """Free laws, the smallest cam for them, and how good they are.
 
-    ``scene`` has the laws, the size and the offset, ``design`` is the row that ``optimise`` gives for it. No motion
-    whatever that holds the convex limits has an objective below ``bound``; it is None where none was computed.
+    ``asked`` is the scene that was asked, ``scene`` has the laws, the size and the offset, ``design`` is the row
+    that ``optimise`` gives for it. No motion whatever that holds the convex limits has an objective below
+    ``bound``; it is None where none was computed.
     """
 
+    asked: Scene
     scene: Scene
     design: dict[str, Any]
     objective: float

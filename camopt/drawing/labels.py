@@ -1,0 +1,118 @@
+"""Labels at points of a finished drawing, each where it hides least: no text, no mark, and no line if it can be.
+
+One label after the other takes the cheapest of its places: the first that is free, if one is. A place costs most
+where it leaves the figure or meets another text, less where it leaves its axes or meets a mark or a body, and least
+where a line runs through it.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+from math import cos, pi, sin
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from camopt.numerics import FloatArray
+
+TEXT, MARK, LINE = 1e6, 1e3, 1.0  # what a place costs for each that it meets
+ROOM = 2.5  # points around a text that stay free
+ABOVE = 4.6  # the order of drawing: what is above hides a label
+NONE = 1e-6  # of a point: an offset that is none
+
+Place = tuple[float, float]
+"""Where the near edge of a label is, in points from its point."""
+
+
+def around(distances: Iterable[float], first: float = 0.0, directions: int = 8) -> list[Place]:
+    """Places in so many directions, those near to ``first`` (rad) first, at each distance in turn."""
+    turns = [2.0 * pi * ((k + 1) // 2) * (-1) ** k / directions for k in range(directions)]
+    return [(d * cos(first + turn), d * sin(first + turn)) for d in distances for turn in turns]
+
+
+class Label(NamedTuple):
+    """A text at a point of axes, in data, and the places that it may have, the best first."""
+
+    axes: Any
+    text: str
+    point: tuple[float, float]
+    places: Sequence[Place]
+    style: dict[str, Any]
+
+
+def settle(figure: Any, labels: Sequence[Label], thinnest: float = 0.0) -> None:
+    """Draw labels into a figure that has all else already; lines thinner than ``thinnest`` do not matter."""
+    from matplotlib.text import Text
+
+    figure.draw_without_rendering()
+    renderer = figure.canvas.get_renderer()
+    texts = figure.findobj(lambda artist: isinstance(artist, Text) and artist.get_visible() and artist.get_text())
+    taken = [text.get_window_extent(renderer) for text in texts]
+    room = ROOM * figure.dpi / 72.0
+    every = {label.axes for label in labels}
+    seen = {axes: (_marks(axes), list(_bodies(axes)), list(_lines(axes, thinnest))) for axes in every}
+    for label in labels:
+        text = label.axes.annotate(
+            label.text,
+            label.point,
+            label.places[0],
+            textcoords="offset points",
+            annotation_clip=False,
+            **label.style,
+        )
+        text.set_in_layout(False)
+        costs = []
+        for place in label.places:
+            _put(text, place)
+            box, (marks, bodies, lines) = text.get_window_extent(renderer), seen[label.axes]
+            met = sum(box.padded(room).overlaps(other) for other in taken) + _leaves(box, figure.bbox)
+            marked = box.count_contains(marks) + _leaves(box, label.axes.bbox.padded(room))
+            marked += sum(_runs_through(box, body) for body in bodies)
+            costs.append(TEXT * met + MARK * marked + LINE * sum(_runs_through(box, path) for path in lines))
+        _put(text, label.places[int(np.argmin(costs))])
+        taken.append(text.get_window_extent(renderer))
+
+
+def _put(text: Any, place: Place) -> None:
+    """A text at a place, with the edge or corner that is nearest to its point there."""
+    x, y = place
+    text.set_position(place)
+    text.set_horizontalalignment("center" if abs(x) < NONE else "left" if x > 0.0 else "right")
+    text.set_verticalalignment("center" if abs(y) < NONE else "bottom" if y > 0.0 else "top")
+
+
+def _marks(axes: Any) -> FloatArray:
+    """Where axes have marks, in pixels (n, 2)."""
+    from matplotlib.collections import PathCollection
+
+    marked = [line for line in axes.lines if line.get_marker() not in (None, "None", "")]
+    found = [line.get_transform().transform(line.get_xydata()) for line in marked]
+    clouds = [points for points in axes.collections if isinstance(points, PathCollection)]
+    found += [axes.transData.transform(points.get_offsets()) for points in clouds]
+    return np.concatenate([np.zeros((0, 2)), *found])
+
+
+def _lines(axes: Any, thinnest: float) -> Iterator[Any]:
+    """The lines of axes, in pixels."""
+    from matplotlib.collections import LineCollection
+
+    for line in axes.lines:
+        if line.get_linestyle() != "None" and line.get_linewidth() >= thinnest:
+            yield line.get_transform().transform_path(line.get_path()).cleaned(remove_nans=True)
+    for several in axes.collections:
+        if isinstance(several, LineCollection):
+            yield from map(axes.transData.transform_path, several.get_paths())
+
+
+def _bodies(axes: Any) -> Iterator[Any]:
+    """The outlines of what is drawn over the lines of axes, in pixels."""
+    for patch in axes.patches:
+        if patch.get_zorder() > ABOVE:
+            yield patch.get_transform().transform_path(patch.get_path())
+
+
+def _leaves(box: Any, bounds: Any) -> bool:
+    """Whether a box is not wholly within bounds."""
+    return bool(box.x0 < bounds.x0 or box.y0 < bounds.y0 or box.x1 > bounds.x1 or box.y1 > bounds.y1)
+
+
+def _runs_through(box: Any, path: Any) -> bool:
+    return bool(path.intersects_bbox(box, filled=False))

@@ -1,0 +1,42 @@
+"""Free laws beside the known ones, each on its smallest cam, and the best of those that hold the same limits."""
+
+from dataclasses import dataclass
+
+from camopt.designs import Design
+from camopt.question import resolve
+from camopt.scene import Scene
+from camopt.synthesis.asked import demand_of
+from camopt.synthesis.cams import known_laws, known_row, laws_of, own_laws
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """The known laws of a scene, each on the smallest cam that its [limits] allow.
+
+    ``rows`` are the designs by law. Each has ``within`` (whether the motion holds all that free laws hold) and
+    ``objective`` (in its units). The scene's own laws have no row if no cam with them is feasible.
+    """
+
+    scene: Scene
+    rows: dict[str, Design]
+
+    @property
+    def own(self) -> str | None:
+        """The key of the scene's own laws; None if no cam with them is feasible."""
+        return next((law for law, row in self.rows.items() if laws_of(row) == own_laws(self.scene)), None)
+
+    @property
+    def best(self) -> str | None:
+        """The key of the laws of the least objective within all limits; None if no known law holds them."""
+        within = {law: row["objective"] for law, row in self.rows.items() if row["within"]}
+        return min(within, key=lambda law: within[law], default=None)
+
+
+def compared(scene: Scene) -> Comparison:
+    """The known laws of a scene that ``synthesise`` takes."""
+    demand = demand_of(resolve(scene))
+    rows = {law: known_row(demand, row) for law, row in known_laws(scene).items()}
+    weights = demand.objective
+    for row in rows.values():
+        row["objective"] = sum(weight * row[name] for name, weight in weights.items())
+    return Comparison(scene, rows)

@@ -1,0 +1,123 @@
+"""Every picture: no text on another or off the page, text as text, one style; each is returned, saved or not."""
+
+import re
+
+import numpy as np
+import pytest
+from pictures import faults_of
+from test_figures import LIMITED, LOADED, OTHERS, loaded, made
+
+import camopt
+from camopt import BadInput, find_scene, shipped_scenes
+from camopt.drawing.style import COLOURS, SERIES
+from camopt.figures import plot
+
+RISE_AND_FALL = [
+    {"segment": "rise", "angle": 60, "lift": 1e4, "law": "cycloidal"},
+    {"segment": "return", "angle": 300, "lift": 1e4, "law": "poly345"},
+]
+SHORT = [
+    {"segment": "rise", "angle": 12, "lift": 2, "law": "cycloidal"},
+    {"segment": "dwell", "angle": 6},
+    {"segment": "return", "angle": 10, "lift": 2, "law": "modified-trapezoid"},
+    {"segment": "dwell", "angle": 332},
+]
+SCENES = {
+    **{name: (lambda name=name: find_scene(name)) for name in shipped_scenes()},
+    **{f"made {name}": (lambda name=name: made(name)) for name in OTHERS},
+    **{f"loaded {name}": (lambda name=name: loaded(name)) for name in LOADED},
+    "impulses": lambda: made("cornered", "uniform"),
+    "every limit": lambda: loaded("roller", limits=LIMITED),
+    "one diagram more": lambda: loaded("roller", outputs=["force"]),
+    "two diagrams more": lambda: loaded("roller", outputs=["torque"]),
+    "large": lambda: find_scene("roller-1000rpm").replace(motion=RISE_AND_FALL, **{"cam.base_radius": 2e4}),
+    "short strokes": lambda: find_scene("roller-1000rpm").replace(motion=SHORT),
+    "tiny profile": lambda: made("cornered").replace(**{"cam.base_radius": 0.5, "follower.roller_radius": 40.0}),
+    "fast": lambda: find_scene("roller-1000rpm").replace(**{"cam.rpm": 30000}),
+}
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_the_texts_of_a_cam_are_apart_and_on_the_page(name):
+    assert faults_of(plot(SCENES[name]())) == []
+
+
+@pytest.mark.parametrize("name", ["roller-1000rpm", "made groove", "made swinging face"])
+def test_text_in_a_vector_file_is_text(name, tmp_path):
+    figure = plot(SCENES[name](), tmp_path / "cam.svg")
+    written = (tmp_path / "cam.svg").read_text(encoding="utf-8")
+    assert "DejaVuSans-" not in written  # a glyph drawn as a path
+    shown = set(re.findall(r"<text[^>]*>([^<]*)</text>", written))
+    assert {"Velocity, m/s", "Velocity, mm/rad", "Velocity, rad/s"} & shown
+    assert figure.axes
+
+
+def spectra():
+    return [camopt.response_spectrum(law, np.linspace(0.5, 4.0, 20), 0.02) for law in camopt.LAWS]
+
+
+def test_spectra(tmp_path):
+    assert faults_of(camopt.plot_spectrum(spectra(), tmp_path / "spectrum.svg")) == []
+    assert "DejaVuSans-" not in (tmp_path / "spectrum.svg").read_text(encoding="utf-8")
+
+
+def accuracy_rows(shift=0.0):
+    """Rows as ``camopt.accuracy.measure`` gives them, some methods as good and as slow as each other."""
+    rows = []
+    for quantity in ("pressure angle", "smallest radius", "curvature"):
+        errors = {
+            "sampling": [(n, 3.0 * n, 1e2 / n**2) for n in (36, 72, 360, 720, 3600)],
+            "sampling, polished": [(n, 3.5 * n, 4e1 / n**2 + shift) for n in (36, 360)],
+            "enclosure": [(1e-4, 280.0, 9e-8), (1e-6, 281.0, 8.9e-8), (1e-9, 290.0, 3e-10), (1e-12, 380.0, 4e-13)],
+            "balls": [(1e-25, 2e7, 1e-25)],
+        }
+        rows += [
+            {"quantity": quantity, "method": m, "setting": n, "ns_per_design": t, "error_max": e}
+            for m, each in errors.items()
+            for n, t, e in each
+        ]
+    return rows
+
+
+@pytest.mark.parametrize("shift", [0.0, 0.05])
+def test_what_accuracy_costs(shift, tmp_path):
+    figure = camopt.plot_accuracy(accuracy_rows(shift), "a cam", tmp_path / "accuracy.svg")
+    assert faults_of(figure) == []
+    assert "DejaVuSans-" not in (tmp_path / "accuracy.svg").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("path", ["a.bmp", "a"])
+def test_another_kind_of_file_is_refused(path, tmp_path):
+    for draw in (
+        lambda file: camopt.plot_spectrum(spectra(), file),
+        lambda file: plot(find_scene("two-pauses"), file),
+    ):
+        with pytest.raises(BadInput, match=r"\.png, \.svg or \.pdf"):
+            draw(tmp_path / path)
+    assert not list(tmp_path.iterdir())
+
+
+LMS = np.array([[17.8824, 43.5161, 4.11935], [3.45565, 27.1554, 3.86714], [0.0299566, 0.184309, 1.46709]])
+BLIND = {  # Viénot, Brettel and Mollon (1999): what stands for the cone that is missing
+    "protan": np.array([[0.0, 2.02344, -2.52581], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]),
+    "deutan": np.array([[1.0, 0.0, 0.0], [0.494207, 0.0, 1.24827], [0.0, 0.0, 1.0]]),
+}
+XYZ = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
+
+
+def seen_as(colour, kind):
+    """CIE L*a*b* of a colour as a kind of colour vision sees it."""
+    rgb = np.array([int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5)])
+    linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+    linear = np.clip(np.linalg.solve(LMS, BLIND[kind] @ LMS @ linear), 0.0, 1.0)
+    ratio = XYZ @ linear / XYZ.sum(axis=1)
+    f = np.where(ratio > (6 / 29) ** 3, np.cbrt(ratio), ratio / (3 * (6 / 29) ** 2) + 4 / 29)
+    return np.array([116 * f[1] - 16, 500 * (f[0] - f[1]), 200 * (f[1] - f[2])])
+
+
+@pytest.mark.parametrize("kind", BLIND)
+@pytest.mark.parametrize("colours", [SERIES[:6], (*COLOURS.values(),)], ids=["series", "strokes"])
+def test_colours_are_apart_for_the_colour_blind(colours, kind):
+    seen = [seen_as(colour, kind) for colour in colours]
+    apart = [np.linalg.norm(a - b) for k, a in enumerate(seen) for b in seen[:k]]
+    assert min(apart) > 10.0  # ten times what is just seen
