@@ -20,6 +20,7 @@ from camopt.own_laws import read_files
 from camopt.scene_checks import check
 from camopt.scene_mistakes import mistakes_of
 from camopt.scene_tables import (
+    MOST_SEGMENTS,
     Accuracy,
     Cam,
     Follower,
@@ -47,7 +48,7 @@ class Scene(Table):
     name: Annotated[str, BeforeValidator(one_line)] = "scene"
     cam: Cam
     follower: Follower
-    motion: Annotated[tuple[Segment, ...], Field(min_length=1)]
+    motion: Annotated[tuple[Segment, ...], Field(min_length=1, max_length=MOST_SEGMENTS)]
     laws: dict[str, OwnLaw] = Field(default_factory=dict)
     limits: Limits = Limits()
     search: Search = Search()

@@ -40,6 +40,9 @@ def _mistake(each: Any, where: tuple[str | int, ...], model: type[BaseModel], ke
         return Mistake(file, key, value, f"one of {context['expected']}")
     if kind == "value_error":
         return Mistake(file, key, value, str(context["error"]))
+    if kind == "too_long":
+        allowed = f"has {context['actual_length']:,} entries; at most {context['max_length']:,} are allowed"
+        return Mistake(file, key, None, allowed, bare=True)
     words = {
         "greater_than": "above",
         "greater_than_equal": "at least",

@@ -160,6 +160,9 @@ class Follower(Table):
     dynamics: Dynamics | None = None
 
 
+MOST_SEGMENTS = 1_000
+
+
 class Segment(Table):
     """One segment of the turn: cam angle in deg, lift in mm (deg when oscillating), motion law."""
 

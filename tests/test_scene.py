@@ -293,6 +293,18 @@ def test_a_mistake_is_told_by_file_key_value_and_what_is_allowed(base, changes, 
     assert len(found) < 1200
 
 
+def many(count):
+    """A turn of so many segments."""
+    pair = [{"segment": kind, "angle": 360.0 / count, "lift": 1.0, "law": "poly345"} for kind in ("rise", "return")]
+    return changed(BASES["roller"], {"motion": pair * (count // 2)})
+
+
+def test_a_turn_has_a_thousand_segments_at_most():
+    """One line, without the ten thousand; so many as are allowed make a scene."""
+    assert mistakes(many(10_000)) == ["cam.toml: motion: has 10,000 entries; at most 1,000 are allowed"]
+    assert len(Scene.from_dict(many(1_000)).motion) == 1_000
+
+
 def test_all_mistakes_are_told_at_once():
     wrong = {"cam.rmp": 900, "follower.roller_radius": -5, "motion.1.angle": 110}
     lines = mistakes(changed(BASES["roller"], wrong))
