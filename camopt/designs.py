@@ -2,7 +2,6 @@
 
 import os
 import re
-import tomllib
 from collections.abc import Iterable, Mapping
 from functools import cached_property
 from pathlib import Path
@@ -91,13 +90,13 @@ def scene_of(table: "str | os.PathLike[str] | pd.DataFrame", row: int) -> Scene:
         has = f"a row of {name}, which has {len(frame):,}, counted from 0"
         raise BadInput([Mistake("camopt", "row", row, has)])
     values = {str(column): value for column, value in frame.loc[row].dropna().items()}
-    return scene_of_row(Scene.from_dict(tomllib.loads(text), name), values)
+    return scene_of_row(Scene.embedded(text, name), values)
 
 
 def scene_of_row(searched: Scene, row: Mapping[str, Any]) -> Scene:
     """The scene of a row: a frontier's has one of its own (TOML), others are designs of the scene searched."""
     if "scene" in row:
-        return Scene.from_dict(tomllib.loads(row["scene"]), searched.file)
+        return Scene.embedded(row["scene"], searched.file)
     return chosen(searched, row)
 
 

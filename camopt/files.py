@@ -6,10 +6,20 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from errno import EISDIR
 from pathlib import Path
+from stat import S_ISREG
 from tempfile import TemporaryFile
+from typing import BinaryIO
 
 from camopt.mistakes import BadInput, Mistake
 
+LARGEST_TEXT = 1 << 24
+NO_TEXT = {
+    b"PK\x03\x04": "an Excel workbook or another archive; save the table as CSV",
+    b"\xd0\xcf\x11\xe0": "an old Excel workbook; save the table as CSV",
+    b"PAR1": "a Parquet table",
+    b"\xff\xfe": "text in UTF-16; save it in UTF-8",
+    b"\xfe\xff": "text in UTF-16; save it in UTF-8",
+}
 ADDRESS = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+://")
 
 
@@ -30,6 +40,45 @@ def checked_suffix(path: str | os.PathLike[str], key: str, known: tuple[str, ...
         listed = f"{', '.join(known[:-1])} or {known[-1]}"
         raise BadInput([Mistake("camopt", key, os.fspath(path), f"a file that ends in {listed}")])
     return suffix
+
+
+@contextmanager
+def regular_file(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
+    """A file to read, if it has an end and can be searched: no pipe, no device.
+
+    Raises
+    ------
+    BadInput
+        If it is a pipe, a device or a folder.
+    OSError
+        If there is no such file, or it cannot be read.
+    """
+    if "\0" in os.fsdecode(path) or not S_ISREG(os.stat(path).st_mode):
+        raise BadInput([Mistake("camopt", "file", os.fsdecode(path), "a regular file, no folder, pipe or device")])
+    with open(path, "rb") as file:
+        yield file
+
+
+def read_bytes(path: str | os.PathLike[str]) -> bytes:
+    """What is in a text file of a user. Errors are those of ``regular_file``, and BadInput if it has no end."""
+    with regular_file(path) as file:
+        data = file.read(LARGEST_TEXT + 1)
+    if len(data) > LARGEST_TEXT:
+        allowed = f"a file of at most {LARGEST_TEXT >> 20} MiB"
+        raise BadInput([Mistake("camopt", "file", os.fsdecode(path), allowed)])
+    return data
+
+
+def text_of(data: bytes) -> str:
+    """The text in a file of a user; a ValueError says what the file is if not text in UTF-8, as in "is …"."""
+    for start, kind in NO_TEXT.items():
+        if data.startswith(start):
+            raise ValueError(f"is {kind}")
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        raise ValueError(f"is not UTF-8 text: line {line} has the byte 0x{data[error.start]:02x}") from None
 
 
 def check_writable(path: str | os.PathLike[str]) -> None:

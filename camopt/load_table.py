@@ -9,8 +9,9 @@ from math import inf
 from pathlib import Path
 from typing import Any
 
+from camopt.csv_columns import MOST_VALUES, read_columns
 from camopt.motion.load import ExternalLoad
-from camopt.own_laws import APART, FAR, MOST_VALUES, Fault, read_columns
+from camopt.own_laws import APART, FAR, Fault
 
 KEY = "follower.dynamics.load"
 COLUMNS = ("angle", "load")
@@ -37,12 +38,15 @@ def _given(data: Mapping[str, Any]) -> tuple[Any, Any]:
     return (dynamics, dynamics.get("load")) if isinstance(dynamics, Mapping) else (None, None)
 
 
-def read_load(data: dict[str, Any], folder: Path) -> Iterator[Fault]:
-    """Put the rows of a load that names a file in place of the name, in ``data`` itself."""
+def read_load(data: dict[str, Any], folder: Path | None) -> Iterator[Fault]:
+    """Put the rows of a load that names a file in place of the name, in ``data`` itself.
+
+    ``folder`` is where files are looked for; None if none may be named.
+    """
     dynamics, load = _given(data)
     if isinstance(load, str):
         try:
-            columns = read_columns(folder / load, COLUMNS)
+            columns = read_columns(folder, load, COLUMNS)
         except ValueError as trouble:
             yield KEY, load, str(trouble)
         else:

@@ -4,12 +4,12 @@ The checks work on the plain mapping of a scene, as those of ``scene_checks`` do
 wrong).
 """
 
-import csv
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import groupby, pairwise
 from pathlib import Path
 from typing import Any
 
+from camopt.csv_columns import MOST_VALUES, read_columns
 from camopt.motion import LAWS
 from camopt.motion.programme import unit_span
 from camopt.motion.spline import SplineLaw, tabulated
@@ -17,7 +17,6 @@ from camopt.motion.spline import SplineLaw, tabulated
 Fault = tuple[str, Any, str]
 SPLINE, TABLE = ("degree", "knots", "coefficients"), ("x", "s")
 DEGREES = range(3, 13)  # a jerk is its third derivative, and the panels of a motion hold polynomials of degree 12
-MOST_VALUES = 2000  # each span of a spline is a panel of its own in every kernel
 CLOSE = 1e-9  # to 0 or 1, of what has to be just that
 FAR = 1e9  # that a number may be from 0
 APART = 1e-6  # least distance of points or knots
@@ -46,8 +45,11 @@ def _with_exact_ends(values: Sequence[float], count: int) -> tuple[float, ...]:
 # ------------------------------------------------------------------------------------------------- from files
 
 
-def read_files(data: dict[str, Any], folder: Path) -> Iterator[Fault]:
-    """Put the points of each law that names a file in place of the name, in ``data`` itself."""
+def read_files(data: dict[str, Any], folder: Path | None) -> Iterator[Fault]:
+    """Put the points of each law that names a file in place of the name, in ``data`` itself.
+
+    ``folder`` is where files are looked for; None if none may be named.
+    """
     for name, law in _laws(data).items():
         if not isinstance(law, dict) or not isinstance(law.get("file"), str):
             continue
@@ -56,37 +58,12 @@ def read_files(data: dict[str, Any], folder: Path) -> Iterator[Fault]:
             yield key, law["file"], "give a file, or x and s"
             continue
         try:
-            columns = read_columns(folder / law["file"], TABLE)
+            columns = read_columns(folder, law["file"], TABLE)
         except ValueError as trouble:
             yield key, law["file"], str(trouble)
         else:
             del law["file"]
             law.update(columns)
-
-
-def read_columns(path: Path, wanted: tuple[str, ...]) -> dict[str, list[float]]:
-    """Columns of numbers of a CSV file, by their names; a ValueError says what is wrong with it."""
-    try:
-        return _columns(path, wanted)
-    except (OSError, ValueError, csv.Error) as trouble:
-        reason = trouble.strerror if isinstance(trouble, OSError) else trouble
-        raise ValueError(f"must be a CSV file with columns {' and '.join(wanted)}: {reason}") from None
-
-
-def _columns(path: Path, wanted: tuple[str, ...]) -> dict[str, list[float]]:
-    with path.open(encoding="utf-8-sig", newline="") as text:
-        rows = csv.reader(text)
-        names = [name.strip() for name in next(rows, [])]
-        if not set(wanted) <= set(names):
-            raise ValueError(f"its first line has no {' and no '.join(n for n in wanted if n not in names)}")
-        found: dict[str, list[float]] = {name: [] for name in wanted}
-        for row in filter(None, rows):
-            for name in wanted:
-                try:
-                    found[name].append(float(row[names.index(name)]))
-                except (ValueError, IndexError):
-                    raise ValueError(f"line {rows.line_num} has no number for {name}") from None
-    return found
 
 
 # ----------------------------------------------------------------------------------------------------- checks

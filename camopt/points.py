@@ -85,8 +85,9 @@ def write_points(scene: Scene, path: str | os.PathLike[str], cutter_radius: floa
         If the file cannot be written.
     """
     import pyarrow as pa
-    from pyarrow import csv, parquet
+    from pyarrow import csv
 
+    from camopt.table import write_table
     from camopt.version import VERSION
 
     suffix = checked_suffix(path, "--points", (".csv", ".parquet"))
@@ -98,11 +99,11 @@ def write_points(scene: Scene, path: str | os.PathLike[str], cutter_radius: floa
         for values in columns.values()
     ]
     table = pa.table(arrays, schema=layout)
-    with whole_file(path) as partial:
-        if suffix == ".csv":
-            csv.write_csv(table, partial, csv.WriteOptions(quoting_style="none"))
-        else:
-            parquet.write_table(table, partial, compression="zstd", write_page_checksum=True)
+    if suffix == ".csv":
+        with whole_file(path) as partial, partial.open("wb") as file:
+            csv.write_csv(table, file, csv.WriteOptions(quoting_style="none"))
+    else:
+        write_table(table, path)
 
 
 def _checked_angles(angles: ArrayLike | None) -> FloatArray:

@@ -14,8 +14,9 @@ from typing import Annotated, Any
 import tomli_w
 from pydantic import BaseModel, BeforeValidator, Field, PrivateAttr, ValidationError
 
+from camopt.files import read_bytes
 from camopt.load_table import read_load
-from camopt.mistakes import BadInput, Mistake, nearest
+from camopt.mistakes import BadInput, Mistake, nearest, printable
 from camopt.own_laws import read_files
 from camopt.scene_checks import check
 from camopt.scene_mistakes import mistakes_of
@@ -34,6 +35,7 @@ from camopt.scene_tables import (
     Table,
     one_line,
 )
+from camopt.scene_text import parsed, plain
 
 
 class Scene(Table):
@@ -72,16 +74,16 @@ class Scene(Table):
     def __init__(self, /, **values: Any) -> None:
         self._fill(values, str(values.get("name", "scene")))
 
-    def _fill(self, values: dict[str, Any], file: str, folder: Path = Path()) -> None:
-        plain = _plain(values)
-        unread = [*read_files(plain, folder), *read_load(plain, folder)]
+    def _fill(self, values: dict[str, Any], file: str, folder: Path | None = Path()) -> None:
+        tables = plain(values, file)
+        unread = [*read_files(tables, folder), *read_load(tables, folder)]
         found: list[Mistake] = []
         try:
-            BaseModel.__init__(self, **plain)
+            BaseModel.__init__(self, **tables)
         except ValidationError as error:
             found = mistakes_of(error, Scene, "", file)
         keys = {mistake.key for mistake in found}
-        found += [Mistake(file, *fault, bare=True) for fault in (*unread, *check(plain)) if fault[0] not in keys]
+        found += [Mistake(file, *fault, bare=True) for fault in (*unread, *check(tables)) if fault[0] not in keys]
         if found:
             raise BadInput(found)
         self._file = file
@@ -100,13 +102,26 @@ class Scene(Table):
 
     @classmethod
     def from_toml(cls, path: str | os.PathLike[str]) -> "Scene":
-        """A scene from a TOML file."""
-        try:
-            data = tomllib.loads(Path(path).read_text(encoding="utf-8-sig"))
-        except (ValueError, RecursionError) as error:  # not TOML, not UTF-8, numbers or nesting without end
-            raise BadInput([Mistake(os.fspath(path), "TOML", None, f"not valid: {error}", bare=True)]) from None
+        """A scene from a TOML file.
+
+        Raises
+        ------
+        BadInput
+            With every mistake in it.
+        OSError
+            If there is no such file, or it cannot be read.
+        """
+        name = os.fsdecode(path)
+        data = parsed(read_bytes(path), name)
         scene = cls.__new__(cls)
-        scene._fill({"name": Path(path).stem, **data}, os.fspath(path), Path(path).parent)
+        scene._fill({"name": printable(Path(name).stem), **data}, name, Path(name).parent)
+        return scene
+
+    @classmethod
+    def embedded(cls, text: str, file: str) -> "Scene":
+        """The scene (TOML) that a table holds. Its laws and loads are in it: one that names files is bad."""
+        scene = cls.__new__(cls)
+        scene._fill(parsed(text, file), file, None)
         return scene
 
     def to_dict(self) -> dict[str, Any]:
@@ -133,17 +148,8 @@ class Scene(Table):
             if value is None:
                 table.pop(last, None)
             else:
-                table[last] = _plain(value)
+                table[last] = plain(value, self.file)
         return Scene.from_dict(data, self.file)
-
-
-def _plain(value: Any) -> Any:
-    """Tables as mappings and tuples as lists, so that Python and TOML input are checked alike."""
-    if isinstance(value, BaseModel):
-        return _plain(value.model_dump(exclude_none=True, exclude_defaults=True))
-    if isinstance(value, dict):
-        return {str(key): _plain(each) for key, each in value.items()}
-    return [_plain(each) for each in value] if isinstance(value, (list, tuple)) else value
 
 
 @cache
@@ -160,11 +166,30 @@ def shipped_toml(name: str) -> str:
     return (resources.files("camopt") / "scenes" / f"{name}.toml").read_text(encoding="utf-8")
 
 
-def find_scene(name: str) -> Scene:
-    """A scene by the path of its file, or by the name of a shipped one."""
-    if name in shipped_scenes():
-        return Scene.from_dict(tomllib.loads(shipped_toml(name)), name)
-    if Path(name).is_file():
-        return Scene.from_toml(name)
-    allowed = f"a TOML file or a shipped scene; {nearest(name, shipped_scenes())}"
-    raise BadInput([Mistake("camopt", "SCENE", name, allowed)])
+def find_scene(name: str | os.PathLike[str]) -> Scene:
+    """A scene by the path of its file, or by the name of a shipped one.
+
+    Raises
+    ------
+    BadInput
+        If there is neither; with every mistake in it.
+    OSError
+        If the file cannot be read.
+    """
+    if not isinstance(name, (str, os.PathLike)):
+        raise BadInput(
+            [Mistake("camopt", "SCENE", name, "the path of a TOML file, or the name of a shipped scene")]
+        )
+    word = os.fsdecode(name)
+    if word in shipped_scenes():
+        return Scene.from_dict(tomllib.loads(shipped_toml(word)), word)
+    path = Path(word)
+    if path.is_file():
+        return Scene.from_toml(word)
+    if path.is_dir():
+        why = "a TOML file or a shipped scene; this is a folder"
+    elif path.suffix or len(path.parts) > 1:
+        why = "a TOML file or a shipped scene; there is no such file"
+    else:
+        why = f"a TOML file or a shipped scene; {nearest(word, shipped_scenes())}"
+    raise BadInput([Mistake("camopt", "SCENE", word, why)])

@@ -30,9 +30,9 @@ def _is_number(value: Any) -> Any:
         raise ValueError("a finite number") from None
 
 
-LONGEST = 1e9
+SHORTEST, LONGEST = 1e-9, 1e9
 Number = Annotated[float, BeforeValidator(_is_number), Field(allow_inf_nan=False)]
-Length = Annotated[Number, Field(ge=1e-9, le=LONGEST)]
+Length = Annotated[Number, Field(ge=SHORTEST, le=LONGEST)]
 Anywhere = Annotated[Number, Field(ge=-LONGEST, le=LONGEST)]
 Positive = Annotated[Number, Field(ge=1e-15, le=1e15)]
 NotNegative = Annotated[Number, Field(ge=0, le=1e15)]
@@ -342,7 +342,7 @@ class Synthesis(Table):
     peak_acceleration: Peak = None
     peak_jerk: Peak = None
     rest: Annotated[int, BeforeValidator(_is_whole), Field(ge=1, le=3)] = 2
-    monotone: bool = False
+    monotone: Switch = False
     points: Points = ()
     degree: Annotated[int, BeforeValidator(_is_whole), Field(ge=4, le=9)] = 5
     pieces: Annotated[int, BeforeValidator(_is_whole), Field(ge=2, le=200)] = 48

@@ -167,11 +167,9 @@ def write_spectrum(rows: "Rows", folder: str | os.PathLike[str]) -> tuple[Path, 
         If a file cannot be written.
     """
     import pyarrow as pa
-    import pyarrow.parquet as pq
 
     from camopt.drawing.spectrum import plot_spectrum
-    from camopt.files import whole_file
-    from camopt.table import TYPES, to_table
+    from camopt.table import TYPES, to_table, write_table
     from camopt.version import VERSION
 
     fields = []
@@ -181,8 +179,7 @@ def write_spectrum(rows: "Rows", folder: str | os.PathLike[str]) -> tuple[Path, 
     layout = pa.schema(fields, metadata={"camopt_version": VERSION})
     table, picture = Path(folder) / "spectrum.parquet", Path(folder) / "spectrum.svg"
     table.parent.mkdir(parents=True, exist_ok=True)
-    with whole_file(table) as partial:
-        pq.write_table(to_table(rows, layout), partial, compression="zstd", write_page_checksum=True)
+    write_table(to_table(rows, layout), table)
     laws = rows.column("law")
     each = [{name: rows.column(name)[laws == law] for name in COLUMNS} for law in dict.fromkeys(laws.tolist())]
     plot_spectrum(each, picture)

@@ -342,11 +342,17 @@ def test_a_mistake_in_a_law_is_told(changes, line):
     ("content", "line"),
     [
         (b"", "its first line has no x and no s"),
-        (b"x;s\n0;0\n1;1", "its first line has no x and no s"),
+        (b"x;s\n0;0\n1;1", "its columns are parted by semicolons, not by commas"),
+        (b"x\ts\n0\t0\n1\t1", "its columns are parted by tabs, not by commas"),
+        (b"PK\x03\x04\x14", "is an Excel workbook or another archive; save the table as CSV"),
+        (b"\xd0\xcf\x11\xe0\xa1", "is an old Excel workbook; save the table as CSV"),
+        ("x,s\n0,0\n1,1".encode("utf-16"), "is text in UTF-16; save it in UTF-8"),
+        (b"x,s\n0,0\n0,5,0,5\n1,1", "line 3 has 4 values for 2 columns; a number has no comma in it"),
+        (b"x,s\n0,0\n\xe4,0\n1,1", "is not UTF-8 text: line 3 has the byte 0xe4"),
+        (b"x,s\n" + b"0,0\n" * 2001, "has more than 2000 rows"),
         (b"x,y\n0,0\n1,1", "its first line has no s"),
         (b"x,s\n0,0\n1\n", "line 3 has no number for s"),
         (b"x,s\n0,0\n0.5,high\n1,1\n", "line 3 has no number for s"),
-        (b"\xff\xfex,s", "'utf-8' codec can't decode"),
     ],
 )
 def test_a_file_that_is_no_table_is_told(tmp_path, monkeypatch, content, line):

@@ -252,9 +252,11 @@ def test_what_is_no_table_of_a_sweep_is_told(tmp_path):
     plain = tmp_path / "plain.parquet"
     pq.write_table(pa.table({"a": [1]}), plain)
     (tmp_path / "text.parquet").write_text("no table", encoding="utf-8")
-    for name in ("plain.parquet", "text.parquet", "missing.parquet"):
-        with pytest.raises(BadInput, match="a Parquet table that camopt sweep wrote"):
+    for name in ("plain.parquet", "text.parquet"):
+        with pytest.raises(BadInput, match="a Parquet table that camopt wrote"):
             certify_table(tmp_path / name)
+    with pytest.raises(FileNotFoundError, match="No such file"):
+        certify_table(tmp_path / "missing.parquet")
 
 
 def test_the_command_proves_a_scene(capsys):

@@ -8,13 +8,11 @@ from typing import Any, TypeVar
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.parquet as pq
 
 from camopt.accuracy.methods import METHODS, Method, enclosed
 from camopt.accuracy.radius import bracketed, reference_radius, smallest_radii
 from camopt.accuracy.reference import ALIKE, reference
 from camopt.accuracy.subjects import DESIGNS, REFERENCED, Subject, designs_of, subjects_of
-from camopt.files import whole_file
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
@@ -22,6 +20,8 @@ from camopt.numerics.extremes import extremes
 from camopt.question import EXACT, Question, resolve
 from camopt.scene import Scene
 from camopt.search.space import programmes_of
+from camopt.table import write_table
+from camopt.version import VERSION
 
 RUNS = 3
 NEAR = 1e-9  # relative: how far beyond its limit a design is put, to see whether it is accepted
@@ -180,8 +180,8 @@ def write(rows: list[dict[str, Any]], scene: Scene, folder: str | os.PathLike[st
 
     out = Path(folder)
     out.mkdir(parents=True, exist_ok=True)
-    with whole_file(out / "accuracy.parquet") as partial:
-        pq.write_table(pa.Table.from_pylist(rows, metadata={"camopt_scene": scene.to_toml()}), partial)
+    about = {"camopt_version": VERSION, "camopt_scene": scene.to_toml()}
+    write_table(pa.Table.from_pylist(rows, metadata=about), out / "accuracy.parquet")
     for suffix in ("png", "svg"):
         plot_accuracy(rows, scene.name, out / f"accuracy.{suffix}")
     return [out / f"accuracy.{suffix}" for suffix in ("parquet", "png", "svg")]

@@ -1,24 +1,21 @@
 """Certify each row of a table that a sweep wrote."""
 
 import os
-import tomllib
 from collections import Counter
-from dataclasses import replace
-from pathlib import Path
-from typing import Any
+from collections.abc import Iterator
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.parquet as pq
 
-from camopt.files import whole_file
 from camopt.mechanisms import SIZES
-from camopt.mistakes import BadInput, Mistake
 from camopt.proof.certify import certify_design, summary
 from camopt.question import Question, resolve
-from camopt.scene import Scene
+from camopt.rows import Rows
+from camopt.scene_tables import LONGEST, SHORTEST
 from camopt.search.answer import Progress
-from camopt.table import schema
+from camopt.search.space import Space, programmes_of
+from camopt.search.sweep import column_names
+from camopt.table import no_table, read_table, scene_in, schema, write_table
 
 COLUMN = "proof"
 
@@ -31,31 +28,51 @@ def certify_table(path: str | os.PathLike[str], progress: Progress | None = None
     Raises
     ------
     BadInput
-        If the file is no table of a sweep.
+        If the file is no table of a sweep: other columns than its scene asks for, other types, numbers or laws
+        that are none of a design, or damage.
+    OSError
+        If there is no such file, or it cannot be read or written.
     """
-    try:
-        table = pq.read_table(os.fspath(path), page_checksum_verification=True)
-        text = table.schema.metadata[b"camopt_scene"].decode()
-    except (FileNotFoundError, IsADirectoryError, pa.ArrowInvalid, KeyError, TypeError):
-        allowed = "a Parquet table that camopt sweep wrote"
-        raise BadInput([Mistake("camopt", "TARGET", os.fspath(path), allowed)]) from None
-    question = resolve(Scene.from_dict(tomllib.loads(text), os.fspath(path)))
-    verdicts = []
-    for done, row in enumerate(table.to_pylist()):
-        if progress:
-            progress(done, table.num_rows)
-        verdicts.append(summary(_certify_row(question, row)))
+    table = read_table(path)
     if COLUMN in table.column_names:
         table = table.drop_columns([COLUMN])
-    field = schema((COLUMN,), text).field(COLUMN)
-    table = table.append_column(field, pa.array(verdicts, type=pa.string()))
-    with whole_file(Path(path)) as partial:
-        pq.write_table(table, partial, compression="zstd", write_page_checksum=True)
-    return Counter(verdicts)
+    question = resolve(scene_in(table, path))
+    for why in _oddities(table, question):
+        raise no_table(path, why)
+    rows = Rows({name: table[name].to_numpy() for name in table.column_names}, table.num_rows)
+    space = Space(question, programmes_of(question), {})
+    verdicts, done = np.full(table.num_rows, "", dtype=object), 0
+    for programme, index, designs in space.designs_of(rows):
+        for row, number in enumerate(index):
+            verdicts[number] = summary(certify_design(question, programme, designs.take(np.array([row]))))
+            done += 1
+            if progress:
+                progress(done, table.num_rows)
+    if "" in verdicts:
+        raise no_table(path, "this has laws that its scene does not have")
+    field = schema((COLUMN,), "").field(COLUMN)
+    write_table(table.append_column(field, pa.array(verdicts.tolist(), type=pa.string())), path)
+    return Counter(verdicts.tolist())
 
 
-def _certify_row(question: Question, row: dict[str, Any]) -> dict[str, str]:
-    named: dict[str, Any] = {name: np.array([row[f"{name}_mm"]]) for name in SIZES if f"{name}_mm" in row}
-    design = replace(question.design, **{**named, "size": np.array([row[question.size_name]])})
-    laws = [None if "+" in row[name] else row[name] for name in ("law_rise", "law_return")]
-    return certify_design(question, question.with_laws(*laws), design)
+def _oddities(table: pa.Table, question: Question) -> Iterator[str]:
+    """What keeps a table from being one of a sweep of a scene."""
+    names = column_names(question)
+    expected = schema((*names, "refined") if "refined" in table.column_names else names, "")
+    if table.column_names != expected.names:
+        differ = ", ".join(sorted({*table.column_names} ^ {*expected.names})) or "in another order"
+        yield f"its columns are not those of its scene: {differ}"
+        return
+    for column in expected:
+        found = table.schema.field(column.name)
+        if (found.type, found.nullable) != (column.type, column.nullable) or table[column.name].null_count:
+            yield f"its column {column.name} has not the type {column.type}"
+            return
+        if column.type == pa.float64() and np.isnan(table[column.name].to_numpy()).any():
+            yield f"its column {column.name} has values that are no numbers"
+            return
+    for name in (question.size_name, *(f"{size}_mm" for size in SIZES)):
+        least = -LONGEST if "offset" in name else SHORTEST
+        if name in names and not all(least <= value <= LONGEST for value in table[name].to_pylist()):
+            yield f"its column {name} has values that are no sizes"
+            return

@@ -10,7 +10,7 @@ from camopt.files import whole_file
 from camopt.quantities import QUANTITIES
 from camopt.synthesis.frontier import Frontier
 from camopt.synthesis.synthesised import Synthesised
-from camopt.table import write_text
+from camopt.table import write_table, write_text
 from camopt.version import VERSION
 
 SCENE, LAWS = "synthesised.toml", "laws.csv"
@@ -39,7 +39,6 @@ def write_frontier(found: Frontier, folder: str | os.PathLike[str]) -> list[Path
     Its metadata name the axes along which the front is of local optima (``camopt_local``).
     """
     import pyarrow as pa
-    import pyarrow.parquet as pq
 
     from camopt.drawing.frontier import plot_frontier
 
@@ -56,9 +55,8 @@ def write_frontier(found: Frontier, folder: str | os.PathLike[str]) -> list[Path
         "camopt_local": ",".join(found.local),
     }
     layout = pa.schema(fields, metadata=about)
-    with whole_file(out / "frontier.parquet") as partial:
-        table = pa.table([pa.array(v) for v in columns.values()], schema=layout)
-        pq.write_table(table, partial, compression="zstd", write_page_checksum=True)
+    table = pa.table([pa.array(v) for v in columns.values()], schema=layout)
+    write_table(table, out / "frontier.parquet")
     plot_frontier(found, out / "frontier.png")
     return [out / "frontier.parquet", out / "frontier.png"]
 

@@ -1,0 +1,56 @@
+"""Columns of numbers from CSV files, and what files are that people take for one."""
+
+import csv
+from collections.abc import Iterator
+from pathlib import Path
+
+from camopt.files import read_bytes, text_of
+from camopt.mistakes import BadInput
+
+MOST_VALUES = 2000  # of a law or load: each span of one is a panel of its own in every kernel
+SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "bars"}
+
+
+def read_columns(folder: Path | None, name: str, wanted: tuple[str, ...]) -> dict[str, list[float]]:
+    """Columns of numbers of a CSV file, by their names; a ValueError says what is wrong with it.
+
+    ``name`` is relative to ``folder``; None if no file may be named.
+    """
+    if folder is None:
+        raise ValueError("must be the data themselves: the scene of a table names no files")
+    try:
+        return _columns(text_of(read_bytes(folder / name)), wanted)
+    except (OSError, BadInput, ValueError, csv.Error) as trouble:
+        reason = trouble.strerror if isinstance(trouble, OSError) else trouble
+        if isinstance(trouble, BadInput):
+            reason = f"must be {trouble.mistakes[0].allowed}"
+        raise ValueError(f"must be a CSV file with columns {' and '.join(wanted)}: {reason}") from None
+
+
+def _columns(text: str, wanted: tuple[str, ...]) -> dict[str, list[float]]:
+    rows = csv.reader(text.splitlines())
+    names = [name.strip() for name in next(rows, [])]
+    absent = [name for name in wanted if name not in names]
+    if absent:
+        parted = next((word for sign, word in SEPARATORS.items() if sign in text.partition("\n")[0]), None)
+        told = f"its columns are parted by {parted}, not by commas" if parted else ""
+        raise ValueError(told or f"its first line has no {' and no '.join(absent)}")
+    found: dict[str, list[float]] = {name: [] for name in wanted}
+    for row in filter(None, rows):
+        for name, value in _numbers(row, names, wanted, rows.line_num):
+            found[name].append(value)
+        if len(found[wanted[0]]) > MOST_VALUES:
+            raise ValueError(f"has more than {MOST_VALUES} rows")
+    return found
+
+
+def _numbers(row: list[str], names: list[str], wanted: tuple[str, ...], line: int) -> Iterator[tuple[str, float]]:
+    """The wanted numbers of a row, with their names."""
+    if len(row) > len(names):
+        raise ValueError(f"line {line} has {len(row)} values for {len(names)} columns; a number has no comma in it")
+    for name in wanted:
+        text = row[names.index(name)] if names.index(name) < len(row) else ""
+        try:
+            yield name, float(text)
+        except ValueError:
+            raise ValueError(f"line {line} has no number for {name}: {text!r}") from None

@@ -1,0 +1,67 @@
+"""Scenes as text: TOML, and what is wrong with it, with the line that it is in."""
+
+import re
+import tomllib
+from typing import Any
+
+from pydantic import BaseModel
+
+from camopt.files import text_of
+from camopt.mistakes import BadInput, Mistake
+
+DEEPEST = 16  # tables within tables; a scene has five
+PLACE = re.compile(r" \(at line (\d+), column \d+\)$")
+HINTS = {
+    r"[\u2018-\u201f\u00ab\u00bb]": "a text has straight quotes, \" or '",
+    r"[=\[,]\s*[-+]?\d+,\d+\s*(#|$)": "a number has a decimal point, not a comma",
+    r"[=\[,]\s*[-+]?(\.\d|\d+\.(?!\d))": "a number has digits on both sides of its decimal point",
+    r"[=\[,]\s*[-+]?\d[\d.]*(e[-+]?\d+)?\s*([^\W\d_]|[°µ%])": "a number has no unit after it",
+    r"^\s*[\w.-]+\s*[:;]": "a key and its value have = between them",
+    r"=\s*[^\W\d]": "a text is in quotes, and a switch is true or false",
+}
+
+
+def parsed(data: bytes | str, file: str) -> dict[str, Any]:
+    """The tables of a scene's text.
+
+    Raises
+    ------
+    BadInput
+        If it is not TOML in UTF-8, with the line that is wrong; if tables lie too deep in each other.
+    """
+    try:
+        text = data if isinstance(data, str) else text_of(data)
+        tables = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise _mistake(file, _where(text, str(error))) from None
+    except ValueError as error:  # no text, numbers without end
+        raise _mistake(file, str(error)) from None
+    except RecursionError:
+        raise _mistake(file, "tables or lists lie too deep in each other") from None
+    return tables
+
+
+def _mistake(file: str, what: str) -> BadInput:
+    return BadInput([Mistake(file, "TOML", None, f"not valid: {what}", bare=True)])
+
+
+def _where(text: str, error: str) -> str:
+    """A parser's words with the line that they are about, and what is meant to be there."""
+    place = PLACE.search(error)
+    if not place:
+        return error
+    number = int(place[1])
+    line = text.split("\n")[number - 1].strip()
+    hint = next((hint for pattern, hint in HINTS.items() if re.search(pattern, line)), PLACE.sub("", error))
+    return f"line {number}, {line!r}: {hint}"
+
+
+def plain(value: Any, file: str, depth: int = 0) -> Any:
+    """Tables as mappings and tuples as lists, so that Python and TOML input are checked alike."""
+    if depth > DEEPEST:
+        raise BadInput([Mistake(file, "scene", None, "tables or lists lie too deep in each other", bare=True)])
+    if isinstance(value, BaseModel):
+        return plain(value.model_dump(exclude_none=True, exclude_defaults=True), file, depth)
+    if isinstance(value, dict):
+        return {str(key): plain(each, file, depth + 1) for key, each in value.items()}
+    return [plain(each, file, depth + 1) for each in value] if isinstance(value, (list, tuple)) else value

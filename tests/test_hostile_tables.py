@@ -1,0 +1,156 @@
+"""Tables that camopt did not write: each is refused in one line, or certified; no traceback, nothing by halves."""
+
+import os
+
+import hostile
+import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import camopt
+from camopt import BadInput, Scene, find_scene, sweep
+from camopt.cli import main
+from camopt.exits import BAD_INPUT, FILE_TROUBLE, INTERNAL
+from camopt.proof.table import certify_table
+from camopt.table import read_table, write_table
+
+CHANGES = {
+    "search.base_radius": [60, 100],
+    "search.offset": [10],
+    "search.roller_radius": [5],
+    "search.law": ["harmonic", "cycloidal"],
+    "limits": {"pressure_angle": 30},
+}
+
+
+@pytest.fixture(scope="module")
+def table(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("table")
+    sweep(find_scene("roller-1000rpm").replace(**CHANGES), folder, keep="all")
+    return read_table(folder / "designs.parquet")
+
+
+@pytest.fixture
+def certified(tmp_path, capsys):
+    """Certify the bytes of a table: exit code, what is told, and whether the file stayed as it was."""
+
+    def call(data):
+        path = tmp_path / "t.parquet"
+        path.write_bytes(data)
+        code = main(["certify", str(path), "--quiet"])
+        told = capsys.readouterr().err.strip()
+        try:
+            assert isinstance(camopt.load(path), pd.DataFrame)
+        except (BadInput, OSError):
+            assert code in (BAD_INPUT, FILE_TROUBLE)
+        return code, told, path.read_bytes() == data
+
+    return call
+
+
+def test_a_hostile_table_is_refused_in_a_line(table, certified):
+    """Those that are certified hold only what a design of the scene may be."""
+    tried = 0
+    for what, made in hostile.tables(table):
+        code, told, same = certified(made())
+        tried += 1
+        assert code != INTERNAL, (what, told)
+        assert "\n" not in told, (what, told)
+        assert same == (code in (BAD_INPUT, FILE_TROUBLE)), what
+        if what.startswith(("without ", "one more column", "another order")) or " as " in what:
+            assert code == BAD_INPUT, what
+    assert tried >= 300
+
+
+@pytest.mark.parametrize("name", ["offset_mm", "roller_radius_mm", "base_radius_mm", "law_rise"])
+@pytest.mark.parametrize("dress", [lambda t: t, hostile.resealed])
+def test_a_table_without_a_size_or_law_is_not_given_the_scene_s(table, certified, name, dress):
+    code, told, same = certified(hostile.in_bytes(dress(table.drop_columns([name]))))
+    assert (code, same) == (BAD_INPUT, True)
+    assert name in told or "not those that were written" in told
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [("offset_mm", float("nan")), ("base_radius_mm", -1.0), ("law_rise", "no-law")]
+)
+def test_a_row_that_is_no_design_is_refused(table, certified, name, value):
+    code, told, same = certified(hostile.in_bytes(hostile.resealed(hostile.with_first(table, name, value))))
+    assert (code, same) == (BAD_INPUT, True)
+    assert told.startswith("camopt: table = ")
+
+
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.data())
+def test_a_damaged_table_never_says_anything_else(table, tmp_path, data):
+    """Flipped bits and cuts: refused, or seen to change nothing that is read."""
+    whole = hostile.in_bytes(hostile.resealed(table))
+    damaged = whole
+    for bit in data.draw(st.lists(st.integers(0, 8 * len(whole) - 1), max_size=3)):
+        damaged = hostile.flipped(damaged, bit)
+    path = tmp_path / "t.parquet"
+    path.write_bytes(damaged[: data.draw(st.integers(0, len(whole)) | st.just(len(whole)))])
+    try:
+        found = read_table(path)
+    except (BadInput, OSError):
+        return
+    assert found.equals(table)
+
+
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(content=st.binary(max_size=200), framed=st.booleans())
+def test_what_is_no_table_is_refused(tmp_path, content, framed):
+    path = tmp_path / "t.parquet"
+    path.write_bytes(b"PAR1" + content + b"PAR1" if framed else content)
+    for call in (camopt.load, certify_table):
+        with pytest.raises(BadInput, match="a Parquet table that camopt wrote"):
+            call(path)
+
+
+def test_pipes_devices_and_folders_are_no_tables(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    for path in (tmp_path / "pipe", tmp_path, "/dev/zero", "a\0b"):
+        with pytest.raises(BadInput, match="must be a regular file"):
+            camopt.load(path)
+        with pytest.raises(BadInput, match="must be a regular file"):
+            certify_table(path)
+    with pytest.raises(FileNotFoundError):
+        camopt.load(tmp_path / "absent.parquet")
+
+
+def test_addresses_are_files_that_are_not_there(capsys):
+    assert main(["certify", "s3://bucket/table.parquet"]) == FILE_TROUBLE
+    assert capsys.readouterr().err == "camopt: s3://bucket/table.parquet: No such file or directory\n"
+
+
+def test_a_scene_in_a_table_names_no_files(table, tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    for key, where in (("laws.mine", "laws.mine.file"), ("follower.dynamics", "follower.dynamics.load")):
+        text = table.schema.metadata[b"camopt_scene"].decode()
+        named = f'\n[{key}]\n{where.rpartition(".")[2]} = "{tmp_path}/pipe"\n'
+        with pytest.raises(BadInput, match="names no files"):
+            Scene.embedded(text + named, "t.parquet")
+        odd = hostile.with_metadata(table, b"camopt_scene", (text + named).encode())
+        pq.write_table(hostile.resealed(odd), tmp_path / "t.parquet")
+        with pytest.raises(BadInput, match="names no files"):
+            certify_table(tmp_path / "t.parquet")
+
+
+def test_a_scene_with_files_is_whole_in_its_table(tmp_path):
+    (tmp_path / "lift.csv").write_text("x,s\n0,0\n0.2,0.1\n0.5,0.5\n0.8,0.9\n1,1\n", encoding="utf-8")
+    scene = find_scene("roller-1000rpm").replace(**CHANGES).to_dict()
+    scene["laws"] = {"mine": {"file": str(tmp_path / "lift.csv")}}
+    scene["search"]["law"] = ["mine"]
+    sweep(Scene.from_dict(scene), tmp_path / "out", keep="all")
+    (tmp_path / "lift.csv").unlink()
+    assert certify_table(tmp_path / "out" / "designs.parquet").total() == 2
+
+
+def test_a_table_whose_rows_were_chosen_is_certified(table, tmp_path):
+    write_table(table.slice(1, 2), tmp_path / "t.parquet")
+    assert certify_table(tmp_path / "t.parquet").total() == 2
+    assert certify_table(tmp_path / "t.parquet").total() == 2  # with its column of proofs
+    assert camopt.load(tmp_path / "t.parquet")["proof"].isin({"held", "broken"}).all()
+    assert read_table(tmp_path / "t.parquet").schema.field("proof").type == pa.string()
