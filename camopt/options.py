@@ -112,7 +112,7 @@ def scene_options(command: Callable[..., Any]) -> Callable[..., Any]:
     return override_options(row_option(with_scene))
 
 
-class Axis(click.ParamType[Any]):
+class Axis(click.ParamType):  # type: ignore[type-arg]  # generic from click 8.4 on
     """START:STOP:STEP, or one value."""
 
     name = "START:STOP:STEP"
@@ -129,7 +129,7 @@ class Axis(click.ParamType[Any]):
         return dict(zip(("start", "stop", "step"), numbers, strict=True))
 
 
-class Place(click.ParamType[Any]):
+class Place(click.ParamType):  # type: ignore[type-arg]
     """A folder to write to, or a file that ends in one of some suffixes and can be written."""
 
     name = "path"

@@ -188,7 +188,7 @@ def find_scene(name: str | os.PathLike[str]) -> Scene:
         return Scene.from_toml(word)
     if path.is_dir():
         why = "a TOML file or a shipped scene; this is a folder"
-    elif path.suffix or len(path.parts) > 1:
+    elif path.suffix or {"/", os.sep} & {*word}:
         why = "a TOML file or a shipped scene; there is no such file"
     else:
         why = f"a TOML file or a shipped scene; {nearest(word, shipped_scenes())}"

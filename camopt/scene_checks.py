@@ -97,6 +97,10 @@ def _programme(data: Mapping[str, Any]) -> Iterator[Fault]:
     for number, (kind, lift) in enumerate(zip(kinds, lifts, strict=True), start=1):
         before = y
         y += {"rise": 1.0, "return": -1.0}.get(str(kind), 0.0) * (lift or 0.0)
+        if y < -largest * CLOSE and "rise" not in kinds[:number]:
+            first = "the turn starts where the follower is lowest, so that a rise comes before the first return"
+            yield f"motion.{number}.segment", kind, first
+            return
         if y < -largest * CLOSE:
             below = f"must be at most {before:g}: the follower never goes below the start of the turn"
             yield f"motion.{number}.lift", lift, below

@@ -30,7 +30,7 @@ def _is_number(value: Any) -> Any:
         raise ValueError("a finite number") from None
 
 
-SHORTEST, LONGEST = 1e-9, 1e9
+SHORTEST, LONGEST, SLOWEST = 1e-9, 1e9, 1e-9
 Number = Annotated[float, BeforeValidator(_is_number), Field(allow_inf_nan=False)]
 Length = Annotated[Number, Field(ge=SHORTEST, le=LONGEST)]
 Anywhere = Annotated[Number, Field(ge=-LONGEST, le=LONGEST)]
@@ -90,12 +90,18 @@ class Table(BaseModel):
             raise BadInput(mistakes_of(error, type(self), type(self).__name__.lower())) from None
 
 
+def _turns(value: Any) -> Any:
+    if isinstance(value, Real) and not isinstance(value, bool) and value < SLOWEST:
+        raise ValueError(f"at least {SLOWEST:g}; the sense of rotation is cam.rotation, 'ccw' or 'cw'")
+    return value
+
+
 class Cam(Table):
     """The cam: form, sense of rotation, speed (rev/min) and size (mm)."""
 
     form: Literal["disc", "cylindrical"]
     rotation: Literal["ccw", "cw"] = "ccw"
-    rpm: Annotated[Number, Field(ge=1e-9, le=1e15)] | None = None
+    rpm: Annotated[Number, BeforeValidator(_turns), Field(le=1e15)] | None = None
     base_radius: Length | None = None
     mean_radius: Length | None = None
     shaft_diameter: Length | None = None

@@ -136,11 +136,12 @@ def _row_by_row(table: Table) -> str:
 
 
 def say_unused(scene: Any) -> None:
-    """Name the keys of the scene that nothing called for, on standard error."""
+    """Name the keys of the scene that nothing called for, and values that are odd, on standard error."""
+    from camopt.oddities import oddities
     from camopt.unused import unused
 
-    for sentence in unused(scene):
-        print(f"camopt: {sentence}", file=sys.stderr)
+    for sentence in (*oddities(scene), *unused(scene)):
+        say(f"camopt: {sentence}")
 
 
 def say_written(files: Iterable[Any]) -> None:

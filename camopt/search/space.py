@@ -18,6 +18,7 @@ from camopt.rows import Rows
 from camopt.scene_tables import Range
 from camopt.search.answer import Bounds
 
+MOST_DESIGNS = 2**63 - 1  # what their numbers can count
 MOST_VALUES = 10_000_000  # of one axis; a space may have far more designs, it is never materialised
 
 
@@ -100,9 +101,14 @@ def space_of(question: Question) -> Space:
             continue
         axes[key] = axis_values(choice)
     mistakes += [*missing_sizes(question, axes), *freed_angles(question, "a sweep takes")]
+    programmes = programmes_of(question)
+    count = len(programmes) * prod(values.size for values in axes.values())
+    if count > MOST_DESIGNS:
+        allowed = f"a space of at most {MOST_DESIGNS:.2g} designs; this one has {count:.2g}"
+        mistakes.append(Mistake(file, "search", None, allowed))
     if mistakes:
         raise BadInput(mistakes)
-    return Space(question, programmes_of(question), axes)
+    return Space(question, programmes, axes)
 
 
 def freed_angles(question: Question, who: str) -> list[Mistake]:

@@ -16,6 +16,7 @@ import numpy as np
 from camopt.designs import Design
 from camopt.files import result_folder
 from camopt.judging import Effort, by_excess, excesses, judged, least_excess, screened, settled
+from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.motion.programme import Programme
 from camopt.quantities import QUANTITIES, motion_quantity
 from camopt.question import VERDICT, Question, resolve
@@ -29,6 +30,8 @@ from camopt.table import TableWriter, schema, table_file, to_json, write_text
 
 BLOCK = 32768  # designs: Python's share is small, and memory stays bounded
 Block = tuple[Programme, int, int]
+KEPT = ("pareto", "feasible", "all")
+"""Which designs a sweep can write to its table of designs."""
 
 
 @dataclass(frozen=True)
@@ -94,10 +97,13 @@ def sweep(
     Raises
     ------
     BadInput
-        If the space cannot be swept: a range without a step, an objective that the mechanism has not.
+        If the space cannot be swept: a range without a step, an objective that the mechanism has not; for another
+        ``keep``.
     OSError
         If a file cannot be written.
     """
+    if keep not in KEPT:
+        raise BadInput([Mistake("camopt", "keep", keep, f"a choice of designs; {nearest(str(keep), KEPT)}")])
     question = with_objectives(resolve(scene))
     space = space_of(question)
     work = partial(_batch, space, column_names(question), keep)

@@ -142,7 +142,7 @@ def _checked(scene: Scene, axes: Sequence[str]) -> tuple[Scene, tuple[str, ...]]
         if name in lacks and (axis in TERMS or axis in able):
             mistakes.append(Mistake("camopt", "--axes", axis, f"needs {', '.join(lacks[name])}", bare=True))
         elif axis not in TERMS and axis not in given:
-            what = f"a term of the objective or a load of this scene; {nearest(axis, [*TERMS, *given])}"
+            what = f"a term of the objective or a load of this scene; {nearest(axis, [*TERMS, *able])}"
             mistakes.append(Mistake("camopt", "--axes", axis, what))
         elif axis in given and not ceilings_at(question, able[axis], 1.0):
             mistakes.append(Mistake("camopt", "--axes", axis, "has no bound for this follower", bare=True))

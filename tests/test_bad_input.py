@@ -1,0 +1,214 @@
+"""What hands type: each mistake is told in one line that names the place and what is meant to be there."""
+
+import io
+import os
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import camopt
+from camopt import BadInput, Scene, find_scene, shipped_scenes, sweep
+from camopt.cli import main
+from camopt.oddities import oddities
+from camopt.scene_text import DEEPEST, parsed
+
+TEXT = find_scene("roller-1000rpm").to_toml()
+
+
+def told(text, tmp_path, name="mine.toml"):
+    """The one line that a scene file gets."""
+    path = tmp_path / name
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    with pytest.raises(BadInput) as error:
+        Scene.from_toml(path)
+    (line,) = str(error.value).splitlines()
+    assert line.isprintable()
+    assert line.startswith(str(path))
+    return line
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "line"),
+    [
+        ("rpm = 1000.0", "rpm = 1000,5", "'rpm = 1000,5': a number has a decimal point, not a comma"),
+        ("rpm = 1000.0", "rpm = 1000 rpm", "'rpm = 1000 rpm': a number has no unit after it"),
+        ("rpm = 1000.0", "rpm = 1e3rpm", "a number has no unit after it"),
+        ("rpm = 1000.0", "rpm = 30°", "a number has no unit after it"),
+        ("rpm = 1000.0", "rpm = .5", "a number has digits on both sides of its decimal point"),
+        ("rpm = 1000.0", "rpm = 5. # slow", "a number has digits on both sides of its decimal point"),
+        ("rpm = 1000.0", "rpm: 1000", "'rpm: 1000': a key and its value have = between them"),
+        ('form = "disc"', "form = disc", "'form = disc': a text is in quotes, and a switch is true or false"),
+        ('form = "disc"', "form = “disc”", "'form = “disc”': a text has straight quotes"),
+        ('form = "disc"', "form = ‘disc’", "a text has straight quotes"),
+        ('form = "disc"', 'form = "disc', "form = "),
+    ],
+)
+def test_the_line_that_is_no_toml_is_shown(tmp_path, before, after, line):
+    assert before in TEXT
+    number = TEXT[: TEXT.index(before)].count("\n") + 1
+    found = told(TEXT.replace(before, after), tmp_path)
+    assert f"TOML: not valid: line {number}, " in found
+    assert line in found
+
+
+@pytest.mark.parametrize(
+    ("content", "line"),
+    [
+        (b"PK\x03\x04 a workbook", "is an Excel workbook"),
+        (b"PAR1 a table", "is a Parquet table"),
+        (TEXT.encode("utf-16"), "is text in UTF-16; save it in UTF-8"),
+        (b'name = "caf\xe9"', "is not UTF-8 text: line 1 has the byte 0xe9"),
+        (b"a = " + b"[" * 100_000, "too deep in each other"),
+        (b"a." * 5000 + b"a = 1", "too deep in each other"),
+        (b"a = " + b"9" * 5000, "TOML: not valid: "),
+        (b" " * ((1 << 24) + 1), "a file of at most 16 MiB"),
+    ],
+)
+def test_a_file_that_is_no_scene_is_named(tmp_path, content, line):
+    path = tmp_path / "mine.toml"
+    path.write_bytes(content)
+    with pytest.raises(BadInput) as error:
+        Scene.from_toml(path)
+    assert line in str(error.value)
+    assert len(str(error.value)) < 400
+
+
+def test_keys_and_names_reach_no_terminal_raw(tmp_path):
+    bell = '"\\u001b[2J\\nroot" = 1\n'
+    assert "\\x1b[2J\\nroot" in told(bell + TEXT, tmp_path)
+    folder = tmp_path / "a\nb"
+    folder.mkdir()
+    with pytest.raises(BadInput) as error:
+        find_scene(folder / "absent.toml")
+    assert str(error.value).isprintable()
+
+
+@given(text=st.text(max_size=300) | st.binary(max_size=300))
+def test_any_text_is_tables_or_a_mistake_in_a_line(text):
+    told = ""
+    try:
+        assert isinstance(parsed(text, "mine.toml"), dict)
+    except BadInput as error:
+        told = str(error)
+    assert told.isprintable()
+
+
+@given(depth=st.integers(0, 3 * DEEPEST), key=st.text(min_size=1, max_size=9))
+def test_tables_within_tables_are_a_mistake_however_deep(depth, key):
+    tables = 1
+    for _ in range(depth):
+        tables = {key: tables}
+    with pytest.raises(BadInput) as error:
+        Scene.from_dict(tables if depth else {key: 1})
+    assert all(line.isprintable() for line in str(error.value).split("\n"))
+    endless = {}
+    endless["cam"] = endless
+    with pytest.raises(BadInput, match="too deep"):
+        Scene.from_dict(endless)
+
+
+# ------------------------------------------------------------------------------------------------- names of scenes
+
+
+def test_a_scene_is_found_by_a_path(tmp_path):
+    (tmp_path / "mine.toml").write_text(TEXT, encoding="utf-8")
+    assert find_scene(tmp_path / "mine.toml") == find_scene(str(tmp_path / "mine.toml"))
+    assert find_scene(Path("two-pauses")) == find_scene("two-pauses")
+
+
+@pytest.mark.parametrize("name", ["nowhere.toml", "folder/nowhere", Path("nowhere.toml"), "./pauses"])
+def test_a_file_that_is_not_there_is_not_answered_by_a_list_of_scenes(name):
+    with pytest.raises(BadInput, match="there is no such file") as error:
+        find_scene(name)
+    assert not [scene for scene in shipped_scenes() if scene in str(error.value)]
+
+
+def test_other_names_are_refused():
+    with pytest.raises(BadInput, match="this is a folder"):
+        find_scene(".")
+    for name in (None, 5, io.StringIO(TEXT)):
+        with pytest.raises(BadInput, match="the path of a TOML file"):
+            find_scene(name)
+    with pytest.raises(BadInput, match="did you mean two-pauses"):
+        find_scene("two_pauses")
+
+
+def test_a_pipe_is_no_file_of_a_law_or_load(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    scene = find_scene("roller-1000rpm").to_dict()
+    for path in (tmp_path / "pipe", tmp_path, "/dev/zero"):
+        with pytest.raises(BadInput, match="must be a regular file"):
+            Scene.from_dict({**scene, "laws": {"mine": {"file": str(path)}}})
+
+
+# ------------------------------------------------------------------------------------------------- values
+
+
+def test_a_negative_speed_is_a_matter_of_rotation():
+    with pytest.raises(
+        BadInput, match=r"rpm = -100: must be at least 1e-09; the sense of rotation is cam\.rotation"
+    ):
+        find_scene("two-pauses").replace(**{"cam.rpm": -100})
+
+
+def test_a_return_before_the_rise_is_told_as_such():
+    scene = find_scene("two-pauses").to_dict()
+    turned = [*scene["motion"][2:], *scene["motion"][:2]]
+    kinds = [segment["segment"] for segment in turned]
+    assert kinds.index("return") < kinds.index("rise")
+    with pytest.raises(BadInput, match="the turn starts where the follower is lowest, so that a rise comes before"):
+        Scene.from_dict({**scene, "motion": turned})
+
+
+@pytest.mark.parametrize("value", [1, 0, "yes", 1.0])
+def test_a_switch_is_true_or_false(value):
+    with pytest.raises(BadInput, match=r"synthesis\.monotone = .*: must be true or false"):
+        find_scene("two-pauses").replace(**{"synthesis.monotone": value})
+
+
+@pytest.mark.parametrize("keep", ["paretto", "", None, 5])
+def test_what_a_sweep_keeps_is_one_of_three(keep):
+    with pytest.raises(BadInput, match=r"a choice of designs;.* known: pareto, feasible, all") as error:
+        sweep(find_scene("two-pauses"), keep=keep)
+    assert keep != "paretto" or "did you mean pareto?" in str(error.value)
+
+
+def test_a_space_beyond_what_can_be_counted_is_a_mistake():
+    fine = {"start": 1, "stop": 900, "step": 1e-4}
+    axes = {f"search.{name}": fine for name in ("base_radius", "offset", "roller_radius")}
+    with pytest.raises(BadInput, match=r"must be a space of at most 9\.2e\+18 designs; this one has 5\.1e\+21"):
+        sweep(find_scene("roller-1000rpm").replace(**axes))
+
+
+def test_an_axis_of_a_frontier_is_told_the_nearest_name(capsys, tmp_path):
+    for axis, name in (
+        ("velocty", "velocity"),
+        ("torque", "torque_peak_N_m"),
+        ("contact_stres", "contact_stress_max"),
+    ):
+        assert main(["frontier", "--axes", f"size,{axis}", "--out", str(tmp_path / "out")]) == 2
+        assert f"did you mean {name}" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_sizes_that_are_hardly_meant_are_asked_about(capsys, monkeypatch):
+    monkeypatch.setenv("NUMBA_DISABLE_JIT", "1")
+    metres = find_scene("two-pauses").replace(
+        **{"cam.base_radius": 0.05, "cam.shaft_diameter": None, "cam.rpm": 2e5}
+    )
+    found = oddities(metres)
+    assert [sentence.partition(" = ")[0] for sentence in found] == ["cam.base_radius", "cam.rpm"]
+    assert found[0] == "cam.base_radius = 0.05 mm: is this what you mean? 0.1 to 10000 mm is usual"
+    assert [scene for scene in shipped_scenes() if oddities(find_scene(scene))] == []
+    assert main(["evaluate", "two-pauses", "--rpm", "2e5"]) == 0
+    assert "camopt: cam.rpm = 200000 rev/min: is this what you mean?" in capsys.readouterr().err
+    assert main(["evaluate", "two-pauses", "--rpm", "2e5", "--quiet"]) == 0
+    assert "is this what you mean?" not in capsys.readouterr().err
+
+
+def test_python_names_the_same_things(tmp_path):
+    for call in (camopt.find_scene, camopt.load):
+        with pytest.raises((BadInput, OSError)):
+            call(tmp_path)
