@@ -24,6 +24,8 @@ from pymoo.termination.max_time import TimeBasedTermination
 from scipy.interpolate import CubicSpline
 
 from camopt import Scene, find_scene, load, sweep
+from camopt.drawing.canvas import canvas
+from camopt.drawing.style import SERIES, dress
 from camopt.effects import Case
 from camopt.judging import excesses, run_effects
 from camopt.mechanisms import Designs
@@ -129,19 +131,21 @@ def excess(costs: FloatArray, exact: FloatArray) -> FloatArray:
 
 def draw(fronts: dict[str, FloatArray], exact: FloatArray, file: Path) -> None:
     """The exact front, base radius by pressure angle, and how far each point of other fronts is above it."""
-    import matplotlib.pyplot as plt
-
-    figure, (left, right) = plt.subplots(1, 2, figsize=(11, 4.2), layout="constrained")
-    for peak, curve in curves(exact).items():
-        left.plot(curve[:, 2], curve[:, 0], label=f"{peak:.0f} m/s²")
-    for (name, costs), mark in zip(fronts.items(), "ox+", strict=True):
-        right.semilogy(costs[:, 2], np.maximum(excess(costs, exact), 1e-7), mark, markersize=3, label=name)
-    left.set(xlabel="pressure angle, deg", ylabel="base radius, mm", title="The default sweep's front, refined")
-    right.set(xlabel="pressure angle, deg", ylabel="mm", title="Base radius above the least at the same angle")
-    left.legend(title="acceleration")
-    right.legend(loc="lower left")
-    figure.savefig(file, dpi=110)
-    plt.close(figure)
+    with canvas(file, (11.0, 4.6), powers=True, layout="constrained") as figure:
+        left, right = figure.subplots(1, 2)
+        for (peak, curve), colour in zip(curves(exact).items(), SERIES, strict=False):
+            left.plot(curve[:, 2], curve[:, 0], color=colour, label=f"{peak:.0f} m/s²")
+        for (name, costs), mark, colour in zip(fronts.items(), "ox+", SERIES, strict=False):
+            above = np.maximum(excess(costs, exact), 1e-7)
+            right.semilogy(costs[:, 2], above, mark, ms=3, color=colour, label=name)
+        left.set(xlabel="pressure angle, deg", ylabel="base radius, mm")
+        left.set_title("The default sweep's front, refined", loc="left")
+        right.set(xlabel="pressure angle, deg", ylabel="mm")
+        right.set_title("Base radius above the least at the same angle", loc="left")
+        for axes in (left, right):
+            dress(axes)
+        left.legend(title="acceleration")
+        right.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=3)
 
 
 def main() -> None:

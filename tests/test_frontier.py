@@ -4,8 +4,9 @@ import tomllib
 
 import numpy as np
 import pytest
+from pictures import faults_of
 
-from camopt import BadInput, Scene, certify, evaluate, find_scene, frontier, load, synthesise
+from camopt import BadInput, Scene, certify, evaluate, find_scene, frontier, load, plot_frontier, synthesise
 from camopt.mistakes import Unmet
 from camopt.question import resolve
 from camopt.search.optimise import optimise
@@ -111,6 +112,14 @@ def test_a_law_is_within_its_own_peaks(name, law):
         assert within(demand_of(question), question.with_laws(law, law))
 
 
+def test_the_picture_of_a_frontier(found, tmp_path):
+    figure = plot_frontier(found, tmp_path / "frontier.svg")
+    assert faults_of(figure) == []
+    written = (tmp_path / "frontier.svg").read_text(encoding="utf-8")
+    assert "DejaVuSans-" not in written
+    assert all(f">{row['law_rise']}<" in written for row in found.known)
+
+
 def test_ends_are_those_of_single_objectives(scene, found):
     least = synthesise(scene.replace(**{"synthesis.peak_jerk": "poly345"})).objective
     assert found.rows[0]["size"] == pytest.approx(least, rel=2e-3)
@@ -144,6 +153,8 @@ def test_three_axes_and_quantities(scene):
     worse = (values[:, None] >= values[None]).all(axis=2) & (values[:, None] > values[None]).any(axis=2)
     assert len(three.rows) > 3
     assert not worse.any()
+    assert three.excluded == []
+    assert faults_of(plot_frontier(three)) == []
 
 
 LOADED = {

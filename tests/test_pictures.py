@@ -1,6 +1,8 @@
 """Every picture: no text on another or off the page, text as text, one style; each is returned, saved or not."""
 
 import re
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -9,7 +11,7 @@ from test_figures import LIMITED, LOADED, OTHERS, loaded, made
 
 import camopt
 from camopt import BadInput, find_scene, shipped_scenes
-from camopt.drawing.style import COLOURS, SERIES
+from camopt.drawing.style import COLOURS, DASHES, SERIES, pen_of
 from camopt.figures import plot
 
 RISE_AND_FALL = [
@@ -50,6 +52,15 @@ def test_text_in_a_vector_file_is_text(name, tmp_path):
     shown = set(re.findall(r"<text[^>]*>([^<]*)</text>", written))
     assert {"Velocity, m/s", "Velocity, mm/rad", "Velocity, rad/s"} & shown
     assert figure.axes
+
+
+def test_a_notebook_shows_a_figure_without_pyplot():
+    code = (
+        "import camopt, sys; f = camopt.plot(camopt.find_scene('two-pauses')); print(f._repr_png_()[1:4].decode())"
+    )
+    code += "; assert 'matplotlib.pyplot' not in sys.modules"
+    shown = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    assert shown.stdout == "PNG\n"
 
 
 def spectra():
@@ -95,6 +106,11 @@ def test_another_kind_of_file_is_refused(path, tmp_path):
         with pytest.raises(BadInput, match=r"\.png, \.svg or \.pdf"):
             draw(tmp_path / path)
     assert not list(tmp_path.iterdir())
+
+
+def test_no_two_lines_of_a_series_look_alike():
+    pens = [tuple(pen_of(place).values()) for place in range(len(SERIES) * len(DASHES))]
+    assert len(set(pens)) == len(pens) >= len(camopt.LAWS)
 
 
 LMS = np.array([[17.8824, 43.5161, 4.11935], [3.45565, 27.1554, 3.86714], [0.0299566, 0.184309, 1.46709]])

@@ -15,7 +15,6 @@ if TYPE_CHECKING:
 
 KINDS = (".png", ".svg", ".pdf")
 DATES: dict[str, dict[str, Any]] = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
-DPI = 160
 
 
 @contextmanager
@@ -35,8 +34,8 @@ def canvas(
         If the file cannot be written.
     """
     import matplotlib.style
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
+
+    from camopt.drawing.sheet import Sheet
 
     if path is not None:
         checked_suffix(path, "--plot", KINDS)
@@ -45,8 +44,7 @@ def canvas(
         warnings.catch_warnings(),
     ):
         warnings.filterwarnings("ignore", message="Glyph .* missing")  # a name in a script the font lacks
-        figure = Figure(figsize=size, dpi=DPI, facecolor="white", **options)
-        FigureCanvasAgg(figure)
+        figure = Sheet(size, **options)
         yield figure
         figure.draw_without_rendering()  # ticks are made here, in this style, wherever the figure is shown
         if path is not None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from camopt.drawing.canvas import canvas
-from camopt.drawing.style import DASHES, PAGE_TITLE, SERIES, dress
+from camopt.drawing.style import PAGE_TITLE, dress, pen_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -52,8 +52,8 @@ def plot_spectrum(spectra: Sequence[Mapping[str, Any]], path: str | os.PathLike[
 def _draw(axes: Any, name: str, spectra: Sequence[Mapping[str, Any]]) -> None:
     ratios, values = (np.concatenate([each[column] for each in spectra]) for column in ("period_ratio", name))
     for place, spectrum in enumerate(spectra):
-        style = {"color": SERIES[place % len(SERIES)], "ls": DASHES[place % len(DASHES)]}
-        axes.plot(spectrum["period_ratio"], spectrum[name], lw=1.4, label=str(spectrum["law"][0]), **style)
+        law = str(spectrum["law"][0])
+        axes.plot(spectrum["period_ratio"], spectrum[name], lw=1.4, label=law, **pen_of(place))
     axes.set(xlim=(0.0, ratios.max()), xlabel="period ratio t₁/Tₙ")
     axes.locator_params(axis="x", nbins=11)
     if name == "residual":

@@ -48,6 +48,12 @@ RC: dict[str, Any] = {
 }
 
 
+def pen_of(place: int) -> dict[str, Any]:
+    """Colour and dashes of a line of a series, by its place; lines of one colour have other dashes."""
+    rounds, colour = divmod(place, len(SERIES))
+    return {"color": SERIES[colour], "ls": DASHES[(colour + rounds) % len(DASHES)]}
+
+
 def dress(axes: Any) -> None:
     """The grid that all diagrams have."""
     axes.grid(True, which="major", zorder=0.5, **GRID)

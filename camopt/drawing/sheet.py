@@ -1,0 +1,23 @@
+"""The figure of every picture: matplotlib's, which notebooks show by itself, whether pyplot is imported or not."""
+
+from io import BytesIO
+from typing import Any
+
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+DPI = 160
+SCREEN = 90  # dots per inch in a notebook
+
+
+class Sheet(Figure):
+    """An empty white figure of a size in inches."""
+
+    def __init__(self, size: tuple[float, float], **options: Any) -> None:
+        super().__init__(figsize=size, dpi=DPI, facecolor="white", **options)
+        FigureCanvasAgg(self)
+
+    def _repr_png_(self) -> bytes:
+        image = BytesIO()
+        self.savefig(image, format="png", dpi=SCREEN)
+        return image.getvalue()
