@@ -14,10 +14,12 @@ from camopt.options import (
     changed,
     check_folder,
     given_overrides,
+    keys_as_options,
     option_of,
     output_options,
     outputs_option,
     override_options,
+    refuse_without,
     row_option,
     scene_at,
     scene_options,
@@ -188,7 +190,8 @@ def frontier(scene: Any, as_json: bool, quiet: bool, axes: str, points: int, out
     from camopt.synthesis.frontier import frontier as run
 
     with result_folder(out), terminal.progress(quiet, "points") as advance:
-        found = run(scene, [axis.strip() for axis in axes.split(",")], points, workers, advance)
+        with keys_as_options():
+            found = run(scene, [axis.strip() for axis in axes.split(",")], points, workers, advance)
         files = write_frontier(found, out)
     reports.show_frontier(found, as_json)
     if not quiet:
@@ -204,23 +207,22 @@ def frontier(scene: Any, as_json: bool, quiet: bool, axes: str, points: int, out
 @click.option("--plot", "picture", type=Place(*PICTURES), help="Draw to a PNG, SVG or PDF file.")
 @click.option("--points", type=Place(".csv", ".parquet"), help="Write the cam's curves to a CSV or Parquet file.")
 @click.option("--cutter-radius", type=float, help="With --points: also the path of a cutter of this radius, mm.")
+@click.option("--step", type=float, help="With --points: a point every so many deg (1 if not given).")
+@click.option("--chord", type=float, help="With --points: as many as straight lines within so many mm need.")
 def evaluate(
     scene: Any,
     as_json: bool,
     quiet: bool,
     picture: Path | None,
     points: Path | None,
-    cutter_radius: float | None,
+    **spacing: float | None,
 ) -> int:
     """Compute every quantity of one design."""
     from camopt import reports, terminal
     from camopt.evaluation import evaluate as run
 
-    if cutter_radius is not None and not points:
-        from camopt.mistakes import BadInput, Mistake
-
-        message = "belongs to --points, which is not given"
-        raise BadInput([Mistake("camopt", "--cutter-radius", cutter_radius, message, bare=True)])
+    if not points:
+        refuse_without("--points", spacing)
     with terminal.progress(quiet, ""):
         result = run(scene)
     if picture:
@@ -230,7 +232,8 @@ def evaluate(
     if points:
         from camopt.points import write_points
 
-        write_points(scene, points, cutter_radius)
+        with keys_as_options():
+            write_points(scene, points, **spacing)
     reports.show_evaluation(result, as_json)
     if not quiet:
         terminal.say_unused(scene)

@@ -1,6 +1,7 @@
 """Options of the command line: those that commands share, and what they change in a scene."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import wraps
 from pathlib import Path
 from typing import Any
@@ -27,6 +28,30 @@ OVERRIDES = {
 def option_of(name: str) -> str:
     """How a user writes an option."""
     return f"--{name.replace('_', '-')}"
+
+
+@contextmanager
+def keys_as_options() -> Iterator[None]:
+    """The library names its arguments in messages; here they are options."""
+    from dataclasses import replace
+
+    from camopt.mistakes import BadInput
+
+    try:
+        yield
+    except BadInput as error:
+        named = [replace(m, key=option_of(m.key)) if m.file == "camopt" else m for m in error.mistakes]
+        raise BadInput(named) from None
+
+
+def refuse_without(option: str, others: dict[str, Any]) -> None:
+    """BadInput for each of some options that mean nothing without another."""
+    from camopt.mistakes import BadInput, Mistake
+
+    why = f"belongs to {option}, which is not given"
+    given = {option_of(name): value for name, value in others.items() if value is not None}
+    if given:
+        raise BadInput([Mistake("camopt", name, value, why, bare=True) for name, value in given.items()])
 
 
 def changed(scene: Any, changes: dict[str, tuple[str, Any]]) -> Any:

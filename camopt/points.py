@@ -5,15 +5,18 @@ import os
 import numpy as np
 from numpy.typing import ArrayLike
 
+from camopt.drawing.picture import Picture
 from camopt.effects import Case
 from camopt.files import checked_suffix, whole_file
 from camopt.geometry import cam_curves
 from camopt.judging import run_effects
+from camopt.load_points import LOADS, loads_at
 from camopt.mechanisms.design import ComplexArray
 from camopt.mistakes import BadInput, Mistake
 from camopt.numerics import FloatArray
 from camopt.question import Question, resolve_design
 from camopt.scene import Scene
+from camopt.spacing import checked_angles, in_steps, within_chord
 
 ABOUT = {
     "cam_angle_deg": ("deg", "Cam angle."),
@@ -30,14 +33,21 @@ ABOUT = {
 
 
 def cam_points(
-    scene: Scene, angles: ArrayLike | None = None, cutter_radius: float | None = None
+    scene: Scene,
+    angles: ArrayLike | None = None,
+    cutter_radius: float | None = None,
+    *,
+    step: float | None = None,
+    chord: float | None = None,
 ) -> dict[str, FloatArray]:
     """Points of a scene's cam: columns by name, each an array (n,) with one value for each cam angle.
 
     Columns: ``cam_angle_deg``; ``displacement_mm`` (``displacement_deg`` when oscillating); and the x and y
     in mm of each curve, as ``profile_x_mm``, ``profile_y_mm``: ``pitch`` (not for a flat face, which has no
     trace point), ``profile``, and ``cutter`` if a cutter radius is given. The groove of a cylindrical cam has
-    ``profile_left`` and ``profile_right`` in place of ``profile``, and likewise two cutter paths.
+    ``profile_left`` and ``profile_right`` in place of ``profile``, and likewise two cutter paths. Then each load of
+    the effects that the scene calls for, as ``contact_force_N``, ``torque_N_m``, ``contact_stress_MPa``; of several
+    friction can make, the largest. One that is infinite somewhere has no column.
 
     A disc cam is in its own frame, which is the ground frame at cam angle 0: cam centre at the origin,
     follower above it. A cylindrical cam is developed: x runs round it at the mean radius, y along its axis.
@@ -48,19 +58,24 @@ def cam_points(
     scene
         A validated scene.
     angles
-        Cam angles in deg, from 0 to 360, in any order; without them 0, 1, … 360.
+        Cam angles in deg, from 0 to 360, in any order; without them, a step and a chord, 0, 1, … 360.
     cutter_radius
         Radius of a cutter or grinding wheel in mm. One larger than the quantity ``cutter_radius_max_mm``
         cannot reach the concave flanks: its path is given all the same.
+    step
+        Cam angles in even steps of so many deg instead.
+    chord
+        Cam angles so close that straight lines from point to point leave the curves by at most so many mm.
 
     Raises
     ------
     BadInput
-        For a cutter radius that is not above 0, or larger than the groove; for cam angles outside 0 to 360.
+        For a cutter radius that is not above 0, or larger than the groove; for cam angles outside 0 to 360, a step
+        or a chord that is not above 0, or more than one of the three.
     """
     question = resolve_design(scene)
-    degrees = _checked_angles(angles)
     _check_cutter(question, cutter_radius)
+    degrees = _degrees(question, angles, cutter_radius, step, chord)
     radians = np.radians(degrees)
     displacement = question.programme.at(radians)[0]
     unit = "deg" if question.subject.angular else "mm"
@@ -68,11 +83,38 @@ def cam_points(
     columns[f"displacement_{unit}"] = np.degrees(displacement) if unit == "deg" else displacement
     for name, points in _curves(question, radians, cutter_radius).items():
         columns |= {f"{name}_x_mm": points.real.copy(), f"{name}_y_mm": points.imag.copy()}
-    return columns
+    return columns | loads_at(Picture(question), degrees)
 
 
-def write_points(scene: Scene, path: str | os.PathLike[str], cutter_radius: float | None = None) -> None:
-    """Write ``cam_points`` in steps of 1 deg to a CSV or Parquet file, as its suffix says.
+def _degrees(
+    question: Question,
+    angles: ArrayLike | None,
+    cutter_radius: float | None,
+    step: float | None,
+    chord: float | None,
+) -> FloatArray:
+    """The cam angles of the points: those given, in even steps, or as close as the chord needs them."""
+    given = {"angles": angles, "step": step, "chord": chord}
+    if len(names := [name for name, value in given.items() if value is not None]) > 1:
+        why = f"give one of {', '.join(names)}, not several"
+        raise BadInput([Mistake("camopt", names[-1], given[names[-1]], why, bare=True)])
+    if chord is None:
+        return in_steps(1.0 if step is None else step) if angles is None else checked_angles(angles)
+    starts = np.degrees([stroke.start for stroke in question.programme.strokes])
+    return within_chord(
+        chord, starts, lambda degrees: list(_curves(question, np.radians(degrees), cutter_radius).values())
+    )
+
+
+def write_points(
+    scene: Scene,
+    path: str | os.PathLike[str],
+    cutter_radius: float | None = None,
+    *,
+    step: float | None = None,
+    chord: float | None = None,
+) -> None:
+    """Write ``cam_points`` to a CSV or Parquet file, as its suffix says.
 
     The file appears only when whole. Parquet carries units, descriptions, the scene and the version in its
     metadata (``camopt.load`` reads it); CSV has a line of column names, and every digit.
@@ -90,8 +132,8 @@ def write_points(scene: Scene, path: str | os.PathLike[str], cutter_radius: floa
     from camopt.table import write_table
     from camopt.version import VERSION
 
-    suffix = checked_suffix(path, "--points", (".csv", ".parquet"))
-    columns = cam_points(scene, None, cutter_radius)
+    suffix = checked_suffix(path, "path", (".csv", ".parquet"))
+    columns = cam_points(scene, None, cutter_radius, step=step, chord=chord)
     fields = [pa.field(name, pa.float64(), nullable=False, metadata=_about(name)) for name in columns]
     layout = pa.schema(fields, metadata={"camopt_version": VERSION, "camopt_scene": scene.to_toml()})
     arrays = [  # from their bytes: pa.array would import pandas
@@ -106,14 +148,6 @@ def write_points(scene: Scene, path: str | os.PathLike[str], cutter_radius: floa
         write_table(table, path)
 
 
-def _checked_angles(angles: ArrayLike | None) -> FloatArray:
-    degrees = np.arange(361.0) if angles is None else np.array(angles, dtype=float).reshape(-1)
-    outside = degrees[~((degrees >= 0.0) & (degrees <= 360.0))]
-    if outside.size:
-        raise BadInput([Mistake("camopt", "angles", float(outside[0]), "from 0 to 360 deg")])
-    return degrees
-
-
 def _check_cutter(question: Question, radius: float | None) -> None:
     if radius is None:
         return
@@ -122,7 +156,7 @@ def _check_cutter(question: Question, radius: float | None) -> None:
         "above 0 mm" if np.isinf(widest) else f"above 0 and at most {widest:g} mm, or it cuts into the profile"
     )
     if not (0.0 < radius <= widest and np.isfinite(radius)):
-        raise BadInput([Mistake("camopt", "--cutter-radius", radius, allowed)])
+        raise BadInput([Mistake("camopt", "cutter_radius", radius, allowed)])
 
 
 def _deepest(question: Question) -> float:
@@ -148,5 +182,8 @@ def _curves(question: Question, angles: FloatArray, cutter_radius: float | None)
 
 def _about(column: str) -> dict[str, str]:
     curve = column.removesuffix("_x_mm").removesuffix("_y_mm")
+    if curve not in ABOUT:
+        quantity = LOADS[column]
+        return {"unit": quantity.unit, "symbol": "", "description": f"Along the turn: {quantity.sentence}"}
     unit, description = ABOUT[curve]
     return {"unit": unit, "symbol": "", "description": description}

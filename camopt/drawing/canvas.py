@@ -38,7 +38,7 @@ def canvas(
     from camopt.drawing.sheet import Sheet
 
     if path is not None:
-        checked_suffix(path, "--plot", KINDS)
+        checked_suffix(path, "path", KINDS)
     with (
         matplotlib.style.context(["default", {**RC, "text.parse_math": powers}], after_reset=True),
         warnings.catch_warnings(),

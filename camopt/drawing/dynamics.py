@@ -26,7 +26,7 @@ def _force(picture: Picture) -> list[Panel]:
         return []
     question = picture.question
     values = picture.curve_values(force_curve(question.subject, question.design, question.programme))
-    panel = Panel("Force along the motion", "N", values, extremes(picture, values, *ends))
+    panel = Panel("Force along the motion", "N", values, extremes(picture, values, *ends), quantity=ends[0])
     panel.note = "contact is lost below 0"
     panel.limits = limit(picture, "contact_force_min")
     return [panel]
@@ -40,7 +40,7 @@ def _torque(picture: Picture) -> list[Panel]:
     subject, programme = picture.question.subject, picture.question.programme
     assert subject.omega is not None
     values = [1e-3 * v for v in picture.curve_values(torque_curve(subject, picture.question.design, programme))]
-    panel = Panel("Torque of the camshaft", "N·m", values, extremes(picture, values, *ends))
+    panel = Panel("Torque of the camshaft", "N·m", values, extremes(picture, values, *ends), quantity=ends[0])
     mean = picture.values["torque_mean_N_m"]
     panel.reference = [np.full_like(value, mean) for value in values]
     panel.note = f"dash-dot: mean {number(mean)} N·m"
@@ -66,12 +66,19 @@ def _train(picture: Picture) -> list[Panel]:
     wave = vibration.response(programme, ratio, given.damping_ratio)
     unit, factor = degrees(1.0) if subject.angular else 1.0, scale(subject, 2)
     driven = _sampled(picture, vibration.acceleration(wave, ratio), factor)
-    mass = Panel("Acceleration of the mass on its elastic train", QUANTITIES[acceleration].unit, driven)
+    mass = Panel(
+        "Acceleration of the mass on its elastic train",
+        QUANTITIES[acceleration].unit,
+        driven,
+        quantity=acceleration,
+    )
     mass.peaks = [peak_of(picture, driven, acceleration)]
     mass.reference = [rows[2] * factor for rows in picture.motion]
     mass.note = "dash-dot: that of the motion"
     moved = _sampled(picture, wave, unit)
-    travel = Panel("Travel of the mass off the motion", length, moved, [peak_of(picture, moved, overshoot)])
+    travel = Panel(
+        "Travel of the mass off the motion", length, moved, [peak_of(picture, moved, overshoot)], quantity=overshoot
+    )
     travel.limits = limit(picture, "residual_vibration", DWELL)
     found = [mass, travel]
     least = "contact_force_elastic_min_N"
@@ -79,7 +86,9 @@ def _train(picture: Picture) -> list[Panel]:
         lever = float(picture.question.design.arm_length[0]) if subject.angular else 1.0
         pressed = vibration.contact_wave(programme, given, subject.omega, ratio)
         values = _sampled(picture, pressed, 1.0 / lever)
-        force = Panel("Force with the elastic train", "N", values, extremes(picture, values, "", least))
+        force = Panel(
+            "Force with the elastic train", "N", values, extremes(picture, values, "", least), quantity=least
+        )
         force.note, force.limits = "contact is lost below 0", limit(picture, "contact_force_elastic")
         found.append(force)
     return found

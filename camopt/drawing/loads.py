@@ -14,12 +14,12 @@ from camopt.numerics import FloatArray
 from camopt.quantities import QUANTITIES
 
 
-def load_panels(picture: Picture) -> list[Panel]:
-    """The diagrams of thrust, Hertz and surface, as far as these effects ran and are finite."""
-    return [*_thrust(picture), *_stress(picture), *_sliding(picture), *_wear(picture), *_film(picture)]
+def load_panels(picture: Picture, *, every: bool = False) -> list[Panel]:
+    """The diagrams of thrust, Hertz and surface, of effects that ran and are finite: every one, or those drawn."""
+    return [*_thrust(picture, every), *_stress(picture), *_sliding(picture), *_wear(picture), *_film(picture)]
 
 
-def _thrust(picture: Picture) -> list[Panel]:
+def _thrust(picture: Picture, every: bool) -> list[Panel]:
     """Side thrust, or normal force where there is none; the others where they are limited."""
     subject, limits = picture.question.subject, picture.question.scene.limits
     found, levers = [], thrust.levers(subject)
@@ -30,7 +30,7 @@ def _thrust(picture: Picture) -> list[Panel]:
         ("Reaction at the near end of the guide", "guide_reaction_max_N", "guide_reaction"),
         ("Bending stress of the stem", "stem_bending_stress_max_MPa", "stem_bending_stress"),
     ):
-        if not known(picture, name) or (name != main and getattr(limits, key) is None):
+        if not known(picture, name) or not (every or name == main or getattr(limits, key) is not None):
             continue
         arm, reach, factor = levers.get(name, (0.0, 0.0, 1.0))
         make = (
@@ -40,7 +40,7 @@ def _thrust(picture: Picture) -> list[Panel]:
         )
         variants: list[Variant] = [(partial(make, side=side), kinds) for side, kinds in sides(subject)]
         values = [factor * value for value in _largest(picture, variants)]
-        panel = Panel(title, QUANTITIES[name].unit, values, [peak_of(picture, values, name)])
+        panel = Panel(title, QUANTITIES[name].unit, values, [peak_of(picture, values, name)], quantity=name)
         panel.limits = limit(picture, key, TURN)
         found.append(panel)
     return found
@@ -53,7 +53,7 @@ def _stress(picture: Picture) -> list[Panel]:
     loads = _largest(picture, [variant for *_, variant in hertz.variants(subject)])
     pressed = np.abs if subject.mechanism.grooved else partial(np.maximum, 0.0)  # a groove presses both ways
     values = [hertz.stress_of(subject, pressed(load)) for load in loads]
-    panel = Panel("Contact stress", "MPa", values, [peak_of(picture, values, hertz.STRESS)])
+    panel = Panel("Contact stress", "MPa", values, [peak_of(picture, values, hertz.STRESS)], quantity=hertz.STRESS)
     panel.limits = limit(picture, "contact_stress")
     return [panel]
 
@@ -71,7 +71,7 @@ def _sliding(picture: Picture) -> list[Panel]:
     curve = surface.sliding_curve(subject, design, question.programme)
     values = [factor * value for value in picture.curve_values(curve)]
     title = "Speed of the roller in its follower" if rolls else "Sliding speed"
-    panel = Panel(title, QUANTITIES[name].unit, values, [peak_of(picture, values, name)])
+    panel = Panel(title, QUANTITIES[name].unit, values, [peak_of(picture, values, name)], quantity=name)
     panel.limits = limit(picture, "sliding_speed", TURN)
     return [panel]
 
@@ -82,7 +82,13 @@ def _wear(picture: Picture) -> list[Panel]:
     subject = picture.question.subject
     loads = _largest(picture, [variant for variant, _ in surface.variants("wear", subject)])
     values = [surface.wear_factor(subject) * np.maximum(np.abs(load), 0.0) for load in loads]
-    panel = Panel("Wear of the profile in a million turns", "µm", values, [peak_of(picture, values, surface.WEAR)])
+    panel = Panel(
+        "Wear of the profile in a million turns",
+        "µm",
+        values,
+        [peak_of(picture, values, surface.WEAR)],
+        quantity=surface.WEAR,
+    )
     panel.limits = limit(picture, "wear")
     return [panel]
 
@@ -97,7 +103,7 @@ def _film(picture: Picture) -> list[Panel]:
     factor = surface.film_factor(subject) / (subject.bodies.roughness or 1e-3)
     values = [np.where(value > 0.0, factor / value, 0.0) for value in thinness]
     title = "Film over roughness" if name == surface.RATIO else "Film thickness"
-    panel = Panel(title, QUANTITIES[name].unit, values, [peak_of(picture, values, name, least=True)])
+    panel = Panel(title, QUANTITIES[name].unit, values, [peak_of(picture, values, name, least=True)], quantity=name)
     panel.limits = limit(picture, "film_ratio")
     return [panel]
 

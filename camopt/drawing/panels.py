@@ -46,6 +46,7 @@ class Panel:
     note: str = ""
     alarm: list[BoolArray] | None = None  # where this is true, piece by piece, the cam is undercut
     span: tuple[float, float] | None = None
+    quantity: str = ""  # that is an extreme of the values, of a load
 
 
 def panels(picture: Picture) -> list[Panel]:

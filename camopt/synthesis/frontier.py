@@ -134,18 +134,18 @@ def _checked(scene: Scene, axes: Sequence[str]) -> tuple[Scene, tuple[str, ...]]
     """The scene that calls for the axes, and the axes."""
     question, mistakes = resolve(scene), []
     if not 2 <= len(axes) <= 3 or len(set(axes)) < len(axes):
-        mistakes.append(Mistake("camopt", "--axes", ",".join(axes), "two or three different axes"))
+        mistakes.append(Mistake("camopt", "axes", ",".join(axes), "two or three different axes"))
     lacks, able = lacking(question.subject), quantities(question)
     given = [name for name in able if name in offered(question.subject)]
     for axis in axes:
         name = load_quantity(axis, question.subject) if axis == residual.TERM else axis
         if name in lacks and (axis in TERMS or axis in able):
-            mistakes.append(Mistake("camopt", "--axes", axis, f"needs {', '.join(lacks[name])}", bare=True))
+            mistakes.append(Mistake("camopt", "axes", axis, f"needs {', '.join(lacks[name])}", bare=True))
         elif axis not in TERMS and axis not in given:
             what = f"a term of the objective or a load of this scene; {nearest(axis, [*TERMS, *able])}"
-            mistakes.append(Mistake("camopt", "--axes", axis, what))
+            mistakes.append(Mistake("camopt", "axes", axis, what))
         elif axis in given and not ceilings_at(question, able[axis], 1.0):
-            mistakes.append(Mistake("camopt", "--axes", axis, "has no bound for this follower", bare=True))
+            mistakes.append(Mistake("camopt", "axes", axis, "has no bound for this follower", bare=True))
     if mistakes:
         raise BadInput(mistakes)
     called = [axis for axis in axes if axis not in TERMS]

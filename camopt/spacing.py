@@ -1,0 +1,74 @@
+"""Cam angles for the points of a cam: in even steps, or as close as a chord needs them."""
+
+from collections.abc import Callable
+from math import floor, isfinite
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from camopt.mechanisms.design import ComplexArray
+from camopt.mistakes import BadInput, Mistake
+from camopt.numerics import FloatArray
+
+MOST = 1_000_000  # points
+WIDEST = 10.0  # deg: the coarsest spacing
+NARROWEST = 1e-7  # deg: a jump of the velocity tears the curves apart, however near it the points are
+WITHIN = np.linspace(0.0, 1.0, 9)[1:-1]  # where an arc is looked at between its ends
+
+Curves = Callable[[FloatArray], list[ComplexArray]]
+"""From cam angles (deg) to the points of some curves there, mm."""
+
+
+def checked_angles(angles: ArrayLike) -> FloatArray:
+    """Cam angles as an array; BadInput for one outside 0 to 360 deg."""
+    degrees = np.array(angles, dtype=float).reshape(-1)
+    outside = degrees[~((degrees >= 0.0) & (degrees <= 360.0))]
+    if outside.size:
+        raise BadInput([Mistake("camopt", "angles", float(outside[0]), "from 0 to 360 deg")])
+    return degrees
+
+
+def in_steps(step: float) -> FloatArray:
+    """Cam angles (deg) from 0 to 360 in even steps; the last falls short where they do not divide the turn."""
+    if not (isfinite(step) and 360.0 / MOST <= step <= 360.0):
+        raise BadInput([Mistake("camopt", "step", step, f"from {360.0 / MOST:g} to 360 deg")])
+    count = floor(360.0 / step * (1.0 + 1e-12))
+    return np.append(step * np.arange(count), [step * count, 360.0] if 360.0 - step * count > 1e-9 else [360.0])
+
+
+def within_chord(chord: float, starts: FloatArray, curves: Curves) -> FloatArray:
+    """Cam angles (deg) from 0 to 360 so close that straight lines leave no curve by more than ``chord`` mm.
+
+    Arcs are halved until the curve is so near their chord at seven places between the ends. ``starts`` are angles
+    at which the motion changes; they are among those found.
+    """
+    if not (isfinite(chord) and chord > 0.0):
+        raise BadInput([Mistake("camopt", "chord", chord, "above 0 mm")])
+    angles = np.unique(np.concatenate([np.linspace(0.0, 360.0, round(360.0 / WIDEST) + 1), starts]))
+    pending = np.ones(angles.size - 1, dtype=bool)
+    while pending.any():
+        ends = np.array([angles[:-1][pending], angles[1:][pending]])
+        sagitta = _sagitta(ends, curves)
+        wide = (sagitta > chord) & (ends[1] - ends[0] > NARROWEST)
+        if angles.size + np.sqrt(sagitta[wide] / (4.0 * chord)).sum() > MOST:  # each half has a quarter of it
+            raise BadInput([Mistake("camopt", "chord", chord, f"larger: this one needs over {MOST:,} points")])
+        halved = (ends.sum(axis=0) / 2)[wide]
+        every = np.concatenate([angles, halved])
+        pending = np.isin(np.sort(every)[:-1], np.concatenate([ends[0][wide], halved]))
+        angles = np.sort(every)
+    return angles
+
+
+def _sagitta(ends: FloatArray, curves: Curves) -> FloatArray:
+    """How far the curves leave the chords of some arcs, mm: (2, arcs) to (arcs,)."""
+    low, high = ends
+    angles = low + (high - low) * np.concatenate([[0.0], WITHIN, [1.0]])[:, None]
+    furthest = np.zeros(low.size)
+    for points in curves(angles.reshape(-1)):
+        first, *between, last = points.reshape(angles.shape)
+        along = last - first
+        length = np.abs(along)
+        unit = np.where(length > 0.0, along / np.where(length > 0.0, length, 1.0), 0.0)
+        offsets = [p - first - unit * np.clip(((p - first) * unit.conjugate()).real, 0.0, length) for p in between]
+        furthest = np.maximum(furthest, np.abs(offsets).max(axis=0))
+    return furthest

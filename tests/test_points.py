@@ -1,0 +1,119 @@
+"""Points of a cam: how close they are, and the loads along the turn."""
+
+import numpy as np
+import pytest
+
+import camopt
+from camopt import BadInput, cam_points, evaluate, find_scene
+from camopt.cli import main
+from camopt.load_points import column_of
+
+LOADED = {
+    "cam.rpm": 300,
+    "follower.dynamics": {"mass": 1.5, "spring_rate": 15, "preload": 250, "natural_frequency": 152,
+                          "friction": 0.1, "guide_length": 90, "overhang": 80, "stem_diameter": 16},
+    "materials": {"cam": "steel", "follower": "steel", "face_width": 10, "wear_rate": 1e-10, "viscosity": 0.02,
+                  "pressure_viscosity": 18, "roughness": 0.3},
+    "outputs": "all",
+}  # fmt: skip
+
+
+def distance(points, corners):
+    """From each point to the nearest place of a polyline, by every one of its sides."""
+    first, along = corners[:-1], np.diff(corners)
+    share = ((points[:, None] - first) * along.conjugate()).real / np.abs(along) ** 2
+    return np.abs(points[:, None] - first - np.clip(share, 0.0, 1.0) * along).min(axis=1)
+
+
+@pytest.mark.parametrize("name", ["two-pauses", "flat-reciprocating"])
+@pytest.mark.parametrize("chord", [0.5, 0.01])
+def test_straight_lines_stay_within_the_chord(name, chord):
+    scene = find_scene(name)
+    cutter = None if name.startswith("flat") else 5.0
+    found, dense = (
+        cam_points(scene, a, cutter, chord=c) for a, c in ((None, chord), (np.arange(0, 360, 0.1), None))
+    )
+    assert found["cam_angle_deg"][[0, -1]].tolist() == [0.0, 360.0]
+    curves = {name.removesuffix("_x_mm") for name in found if name.endswith("_x_mm")}
+    assert "profile" in curves
+    for curve in curves:
+        corners, points = (p[f"{curve}_x_mm"] + 1j * p[f"{curve}_y_mm"] for p in (found, dense))
+        corners = corners[np.append(True, np.abs(np.diff(corners)) > 0.0)]
+        assert 0.02 * chord < distance(points, corners).max() <= chord
+    assert found["cam_angle_deg"].size < 40 / chord**0.5
+
+
+def test_a_velocity_that_jumps_does_not_halve_for_ever():
+    assert cam_points(find_scene("uniform-knife-offset"), chord=0.1)["cam_angle_deg"].size < 2000
+
+
+@pytest.mark.parametrize(("step", "count"), [(1, 361), (0.1, 3601), (7, 53), (360, 2), (1 / 3, 1081)])
+def test_even_steps_end_with_the_turn(step, count):
+    angles = cam_points(find_scene("two-pauses"), step=step)["cam_angle_deg"]
+    assert (angles.size, angles[0], angles[-1]) == (count, 0.0, 360.0)
+    assert np.allclose(np.diff(angles)[:-1], step, rtol=1e-9)
+    assert 0.0 < angles[-1] - angles[-2] <= step * (1 + 1e-9)
+
+
+@pytest.mark.parametrize(("given", "message"), [
+    ({"step": 0}, "camopt: step = 0: must be from 0.00036 to 360 deg"),
+    ({"step": float("nan")}, "camopt: step = nan: must be"),
+    ({"chord": -1}, "camopt: chord = -1: must be above 0 mm"),
+    ({"chord": 1e-12}, "camopt: chord = 1e-12: must be larger: this one needs over 1,000,000 points"),
+    ({"chord": 1, "step": 1}, "camopt: chord = 1: give one of step, chord, not several"),
+    ({"cutter_radius": -1}, "camopt: cutter_radius = -1: must be above 0"),
+    ({"angles": [400]}, "camopt: angles = 400.0: must be from 0 to 360 deg"),
+])  # fmt: skip
+def test_python_is_answered_in_python(given, message):
+    with pytest.raises(BadInput) as error:
+        cam_points(find_scene("two-pauses"), **given)
+    assert str(error.value).startswith(message)
+
+
+def test_loads_along_the_turn_reach_their_extremes():
+    motion = find_scene("two-pauses").to_dict()["motion"]
+    smooth = [{**segment, "law": "cycloidal"} if "law" in segment else segment for segment in motion]
+    scene = find_scene("two-pauses").replace(**LOADED, motion=smooth)  # no peak just before a jump
+    found, cam = cam_points(scene, step=0.1), evaluate(scene)
+    loads = {n for n in cam if isinstance(cam[n], float) and column_of(n) in found and n != column_of(n)}
+    every = ["contact_force_max_N", "torque_min_N_m", "normal_force_max_N", "side_thrust_max_N", "film_ratio_min"]
+    every += ["guide_reaction_max_N", "stem_bending_stress_max_MPa", "contact_stress_max_MPa", "overshoot_max_mm"]
+    every += ["roller_speed_max_rpm", "contact_force_elastic_min_N", "acceleration_elastic_max_m_s2"]
+    assert {*every} <= loads
+    for name in loads:
+        column = found[column_of(name)]
+        signed = name.startswith(("contact_force", "torque", "film"))
+        largest = column if signed else np.abs(column)
+        assert (largest.min() if "_min" in name else largest.max()) == pytest.approx(cam[name], rel=1e-3), name
+
+
+def test_loads_are_those_of_the_effects_that_run():
+    scene = find_scene("two-pauses").replace(**{**LOADED, "outputs": ["force"]})
+    angles = [350, 0, 90, 90, 17.5, 360]
+    found = cam_points(scene, angles)
+    assert [n for n in found if "_x_" not in n and "_y_" not in n] == [
+        "cam_angle_deg", "displacement_mm", "contact_force_N",
+    ]  # fmt: skip
+    in_order = cam_points(scene, sorted(angles))
+    assert found["contact_force_N"].tolist() == in_order["contact_force_N"][[4, 0, 2, 3, 1, 5]].tolist()
+    plain = cam_points(find_scene("two-pauses"))
+    assert not [name for name in plain if "force" in name]
+
+
+@pytest.mark.parametrize("suffix", ["csv", "parquet"])
+def test_the_command_spaces_and_loads_its_points(capsys, tmp_path, monkeypatch, suffix):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.toml").write_text(find_scene("two-pauses").replace(**LOADED).to_toml(), encoding="utf-8")
+    assert main(["evaluate", "mine.toml", "--points", f"p.{suffix}", "--chord", "0.01", "--quiet"]) == 0
+    if suffix == "parquet":
+        table = camopt.load("p.parquet")
+        assert table.attrs["units"]["contact_stress_MPa"] == "MPa"
+        assert len(table) == cam_points(find_scene("two-pauses"), chord=0.01)["cam_angle_deg"].size
+    capsys.readouterr()
+    for options, message in (
+        (["--step", "1"], "camopt: --step = 1.0: belongs to --points, which is not given"),
+        (["--points", f"p.{suffix}", "--step", "-1"], "camopt: --step = -1.0: must be from 0.00036 to 360 deg"),
+        (["--points", f"p.{suffix}", "--cutter-radius", "0"], "camopt: --cutter-radius = 0.0: must be above 0"),
+    ):
+        assert main(["evaluate", "mine.toml", *options]) == 2
+        assert capsys.readouterr().err.splitlines()[0].startswith(message)
