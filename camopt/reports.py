@@ -193,10 +193,12 @@ def show_synthesis(result: "Synthesised", known: "Comparison", as_json: bool) ->
 def _show_limits_of_motion(known: Iterable[dict[str, Any]], defaults: dict[str, float]) -> None:
     """The limits that were taken by default, and what a star says."""
     if not all(row["within"] for row in known):
-        show("* does not hold a limit that the free laws hold")
+        show("* beyond a limit on the motion that the free laws hold")
     if defaults:
         peaks = " and ".join(f"{name.replace('_', ' ')} {value:.6g}" for name, value in defaults.items())
-        show(f"No limit on acceleration or jerk is given, so those of 3-4-5 are held, of the unit stroke: {peaks}.")
+        show(
+            f"Without [limits] or [synthesis] on acceleration and jerk, those of 3-4-5 hold (unit stroke): {peaks}."
+        )
 
 
 def _beside_known(result: "Synthesised", known: "Comparison") -> str:

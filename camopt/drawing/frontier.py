@@ -114,7 +114,12 @@ def _excluded(axes: Any, found: Frontier) -> None:
     outline = [point for b, a, c in zip(y, x, x[1:], strict=False) for point in ((a, b), (c, b))]
     outline = outline[int(y[0] == top) :]  # the edge of the picture is no bound
     outline += [] if corners[-1][0] == right else [(corners[-1][0], bottom)]
-    axes.plot(*zip(*outline, strict=True), label="no motion within the other limits is below", zorder=3, **LIMIT)
+    axes.plot(
+        *zip(*outline, strict=True),
+        label="no motion within the other limits reaches the shaded region",
+        zorder=3,
+        **LIMIT,
+    )
 
 
 def _cloud(figure: Any, axes: Any, found: Frontier) -> None:

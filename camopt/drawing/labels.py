@@ -64,7 +64,7 @@ def settle(figure: Any, labels: Sequence[Label], thinnest: float = 0.0) -> None:
             _put(text, place)
             box, (marks, bodies, lines) = text.get_window_extent(renderer), seen[label.axes]
             met = sum(box.padded(room).overlaps(other) for other in taken) + _leaves(box, figure.bbox)
-            marked = box.count_contains(marks) + _leaves(box, label.axes.bbox.padded(room))
+            marked = box.count_contains(marks) + _leaves(box, label.axes.bbox)
             marked += sum(_runs_through(box, body) for body in bodies)
             costs.append(TEXT * met + MARK * marked + LINE * sum(_runs_through(box, path) for path in lines))
         _put(text, label.places[int(np.argmin(costs))])
