@@ -43,6 +43,16 @@ class Design(dict[str, Any]):
     def __missing__(self, name: str) -> Any:
         raise UnknownName(f"{name!r} is no quantity of this design; {nearest(str(name), self)}")
 
+    def __repr__(self) -> str:
+        sizes = [f", {name} = {self[name]:.6g}" for name in ("base_radius_mm", "mean_radius_mm") if name in self]
+        laws = " / ".join(dict.fromkeys(str(self[n]) for n in ("law_rise", "law_return") if n in self))
+        return f"<Design of {self.searched.name}: {laws}{''.join(sizes)}, {len(self)} quantities>"
+
+    def _repr_html_(self) -> str:
+        from camopt.notebook import design_html
+
+        return design_html(self)
+
     @cached_property
     def scene(self) -> Scene:
         """The scene of this one design: that which was searched, with the design's sizes, laws and angles."""

@@ -10,6 +10,7 @@ import numpy as np
 from camopt.effects import Case
 from camopt.effects.motion import KINDS
 from camopt.judging import judged, run_effects
+from camopt.mistakes import UnknownName, nearest
 from camopt.motion.table import TURN
 from camopt.quantities import QUANTITIES
 from camopt.question import Question, exactly, resolve_design
@@ -28,7 +29,21 @@ class Evaluation(Mapping[str, Any]):
     unbounded: dict[str, str] = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> Any:
+        if name not in self.quantities:
+            raise UnknownName(f"{name!r} is no quantity of this evaluation; {nearest(str(name), self)}")
         return self.quantities[name]
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.quantities
+
+    def __repr__(self) -> str:
+        verdict = "feasible" if self.quantities.get("feasible") else f"breaks {self.quantities.get('violated')}"
+        return f"<Evaluation of {self.scene.name}: {len(self)} quantities, {verdict}>"
+
+    def _repr_html_(self) -> str:
+        from camopt.notebook import evaluation_html
+
+        return evaluation_html(self)
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.quantities)

@@ -60,6 +60,23 @@ class Scene(Table):
     outputs: Outputs = ()
     _file: str = PrivateAttr("scene")
 
+    def __repr__(self) -> str:
+        cam, follower = self.cam, self.follower
+        words = [
+            f"{cam.form} cam",
+            f"{follower.motion} {follower.contact} follower",
+            f"{len(self.motion)} segments",
+        ]
+        words += [] if cam.rpm is None else [f"{cam.rpm:g} rpm"]
+        return f"<Scene {self.name}: {', '.join(words)}>"
+
+    __str__ = __repr__
+
+    def _repr_html_(self) -> str:
+        from camopt.notebook import scene_html
+
+        return scene_html(self)
+
     @property
     def file(self) -> str:
         """Where the scene comes from, as messages call it."""

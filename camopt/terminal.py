@@ -57,9 +57,9 @@ def number(value: Any) -> str:
     return "∞" if value == inf else "−∞" if value == -inf else f"{value:.6g}"
 
 
-def _heading(name: str) -> str:
-    """A quantity's name without its unit, a word a line, and the unit."""
-    unit = QUANTITIES[name].unit
+def heading(name: str) -> str:
+    """A column's name, a word a line; of a quantity without its unit, which follows."""
+    unit = QUANTITIES[name].unit if name in QUANTITIES else ""
     stem = name.removesuffix(_suffix(unit)) if unit else name
     return "\n".join([*stem.split("_"), *([unit] if unit else [])])
 
@@ -78,15 +78,15 @@ def table_of(
     table = Table(title=title, title_justify="left", box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1))
     for name in names:
         texts = [record.get(name, "") for record in records]
-        heading = _heading(name) if name in QUANTITIES else name.replace("_", "\n")
+        words = heading(name)
         if any(each in bounds for each in names):
-            heading += "\n" + bounds.get(name, " ")
+            words += "\n" + bounds.get(name, " ")
         if all(isinstance(text, str) for text in texts):
             longest = max((len(word) for text in texts for word in text.split(" ")), default=0)
             listed = any(", " in text for text in texts)
-            table.add_column(heading, min_width=longest, no_wrap=not listed, vertical="bottom")
+            table.add_column(words, min_width=longest, no_wrap=not listed, vertical="bottom")
         else:
-            table.add_column(heading, justify="right", no_wrap=True, vertical="bottom")
+            table.add_column(words, justify="right", no_wrap=True, vertical="bottom")
     for record in records:
         table.add_row(*(number(record.get(name, "")) for name in names))
     return table

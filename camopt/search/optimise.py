@@ -46,6 +46,16 @@ class Optimum:
     nearest_miss: Design | None
     """Where no law has a feasible design: the one with the least excess, and what it exceeds (``violated``)."""
 
+    def __repr__(self) -> str:
+        what = repr(self.best).removeprefix("<").removesuffix(">") if self.best else "no feasible design"
+        return f"<Optimum of {self.scene.name}: {len(self.by_law)} laws; {what}>"
+
+    def _repr_html_(self) -> str:
+        from camopt.notebook import designs_html
+
+        title = f"{self.scene.name}: the smallest cam of each law"
+        return designs_html(title, self.scene, self.by_law.values(), (), "binding")
+
 
 def optimise(scene: Scene, progress: Progress | None = None) -> Optimum:
     """The least base radius (mean radius of a cylindrical cam) that holds every limit of a scene.

@@ -60,6 +60,16 @@ class Sweep:
     obstacle: str = ""
     """Where no design can be put together: the condition that all of them break."""
 
+    def __repr__(self) -> str:
+        counts = f"{self.designs:,} designs, {self.feasible:,} feasible, {self.pareto:,} on the Pareto front"
+        return f"<Sweep of {self.scene.name}: {counts}>"
+
+    def _repr_html_(self) -> str:
+        from camopt.notebook import designs_html
+
+        asked = (*self.scene.search.minimise, *self.scene.search.maximise)
+        return designs_html(repr(self).strip("<>"), self.scene, self.best.values(), asked, "held_by")
+
 
 @dataclass(frozen=True)
 class Batch:

@@ -55,6 +55,9 @@ class Frontier:
     local: tuple[str, ...] = ()
     """The axes along which the front is of local optima: what decides there is not convex in the motion."""
 
+    def __repr__(self) -> str:
+        return f"<Frontier of {self.scene.name}: {' and '.join(self.axes)}, {len(self.rows)} cams of free laws>"
+
     @property
     def excluded(self) -> list[tuple[float, float]]:
         """What no motion can have, of two axes: pairs (a, b), no motion with at most a of the second has less

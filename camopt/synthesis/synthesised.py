@@ -32,6 +32,10 @@ class Synthesised:
     convex: bool = True
     """Whether the convex limits alone decide; if not, the laws are a local optimum."""
 
+    def __repr__(self) -> str:
+        known = "" if self.gap is None else f", at most {self.gap:.2%} from the best of any motion"
+        return f"<Synthesised {self.scene.name}: objective {self.objective:.6g}{known}>"
+
     @property
     def gap(self) -> float | None:
         """By how much the best law could have less, as a share of the objective."""

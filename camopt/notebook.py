@@ -1,0 +1,67 @@
+"""How results show themselves in a notebook: one line of text, and tables as HTML."""
+
+from collections.abc import Iterable, Mapping
+from html import escape
+from typing import TYPE_CHECKING, Any
+
+from camopt.columns import bounds_of, columns_of, is_nothing, with_law
+from camopt.evaluation import Evaluation
+from camopt.quantities import QUANTITIES
+from camopt.question import resolve
+from camopt.scene import Scene
+from camopt.terminal import heading, number
+
+if TYPE_CHECKING:
+    from camopt.designs import Design
+
+Row = Mapping[str, Any]
+
+
+def scene_html(scene: Scene) -> str:
+    """What the scene is, and its TOML to unfold."""
+    unfolded = f"<details><summary>TOML</summary><pre>{escape(scene.to_toml())}</pre></details>"
+    return f"<b>{escape(repr(scene))}</b>{unfolded}"
+
+
+def evaluation_html(result: Evaluation) -> str:
+    """Every quantity with its unit, limit and meaning, a row each."""
+    names = [name for name in result if not is_nothing(result.scene, name, [result])]
+    return _down(result.scene.name, result.scene, result, names, result.unbounded)
+
+
+def design_html(design: "Design") -> str:
+    """The sizes of a design and what its scene asks, beside the limits."""
+    (row,) = with_law([design])
+    return _down(design.searched.name, design.searched, row, columns_of(resolve(design.searched), [row]), {})
+
+
+def designs_html(title: str, scene: Scene, designs: Iterable[Row], asked: Iterable[str], last: str) -> str:
+    """A row for each design: what the scene asks, and one column of names at the end."""
+    question, rows = resolve(scene), with_law(designs)
+    if not rows:
+        return f"<b>{escape(title)}</b>"
+    names, bounds = [*columns_of(question, rows, asked), last], bounds_of(question)
+    heads = [[*heading(name).split("\n"), bounds.get(name, "")] for name in names]
+    cells = [[escape(_text(row.get(name, ""))) for name in names] for row in rows]
+    return _table(title, [[*map(escape, head)] for head in heads], cells)
+
+
+def _down(title: str, scene: Scene, row: Row, names: Iterable[str], why: Mapping[str, str]) -> str:
+    bounds = bounds_of(resolve(scene))
+    about = {name: QUANTITIES.get(name) for name in names}
+    cells = [
+        [name, _text(row[name]), q.unit if q else "", bounds.get(name, ""), why.get(name, q.sentence if q else "")]
+        for name, q in about.items()
+    ]
+    return _table(title, [], [[escape(text) for text in line] for line in cells])
+
+
+def _text(value: Any) -> str:
+    return ", ".join(value) if isinstance(value, list) else number(value)
+
+
+def _table(title: str, heads: list[list[str]], cells: list[list[str]]) -> str:
+    head = "".join(f"<th>{'<br>'.join(lines)}</th>" for lines in heads)
+    body = "".join(f"<tr>{''.join(f'<td>{text}</td>' for text in line)}</tr>" for line in cells)
+    caption = f"<caption>{escape(title)}</caption>"
+    return f"<table>{caption}<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
