@@ -2,7 +2,7 @@
 
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from math import inf
 from typing import Any
 
@@ -39,8 +39,9 @@ def progress(quiet: bool, unit: str) -> Iterator[Advance]:
             pass
 
     columns = (TextColumn(unit), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    bar = Progress(*columns, console=console, disable=quiet or not unit or not sys.stderr.isatty(), transient=True)
-    with event.install_listener("numba:compile", Listener()), bar:
+    bar = Progress(*columns, console=console, transient=True)
+    shown = unit and not quiet and sys.stderr.isatty()
+    with event.install_listener("numba:compile", Listener()), bar if shown else nullcontext():
         task = bar.add_task(unit, total=None)
         yield lambda done, total: bar.update(task, completed=done, total=total)
 
