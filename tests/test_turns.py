@@ -17,6 +17,7 @@ from camopt.motion.programme import Programme, law_peaks, span
 from camopt.motion.table import RETURN, RISE
 from camopt.numerics import LARGEST_MAGNITUDE
 from camopt.question import exactly, resolve
+from camopt.search.closed_form import least_size
 from camopt.search.optimise import boxes_of
 from camopt.search.smallest import smallest
 from camopt.search.smallest_turn import convex_floor
@@ -69,6 +70,25 @@ def test_no_turn_of_a_grid_has_a_smaller_cam(name):
     assert size_of(best) - best["gap_mm"] <= min(sizes)
     assert min(sizes) == pytest.approx(size_of(best), abs=1e-2)
     assert evaluate(put_back(case, best))["feasible"]
+
+
+@pytest.mark.parametrize("law", ["harmonic", "parabolic"])
+def test_the_rest_at_the_lowest_may_vanish(law):
+    """However short, it is an arc of the base circle, and has its curvature; only without it is the cam smaller."""
+    motion = [{**each, **({"law": law, "lift": 20} if "law" in each else {})} for each in BASE["motion"]]
+    ranges = {**ANGLES, "search.angle_dwell": {"start": 0, "stop": 160}}
+    case = scene(motion=motion, **ranges, limits={"pressure_angle": 40, "curvature_radius": 30})
+    best, question = optimise(case).best, exactly(resolve(case))
+    turns = Turns(question, (None, None))
+    assert best["angles_deg"][3] == 0.0
+    sizes = []
+    for rise, fall in ((160, 160), (140, 150)):
+        turn = turns.programme(np.array([rise, 360.0 - rise - fall, fall, 0.0]))
+        sizes.append(smallest(question, turn, boxes_of(question)[0]).size)
+    assert size_of(best) <= min(sizes) * (1.0 + 1e-8)
+    assert size_of(best) < 29.0
+    rests = turns.programme(np.array([159.9, 40.0, 159.9, 0.2]))
+    assert least_size(question, rests, boxes_of(question)[0]) == 30.0
 
 
 def test_rise_against_return_is_where_two_monotone_functions_cross():

@@ -2,8 +2,11 @@
 
 from collections.abc import Callable
 from functools import partial
+from itertools import permutations
+from math import inf
 
 import numpy as np
+from numpy.typing import NDArray
 
 from camopt.numerics import FloatArray
 from camopt.search.answer import Bounds, Smallest, gap_of
@@ -15,7 +18,11 @@ STARTS = 8  # for each freed segment, turns from which the descent starts
 NARROW = 1e-9  # deg
 DEAR = 1e9  # mm, what a turn without a feasible design costs a descent
 MOVES = 80  # of a descent, for each angle
+SHORTEST, GAIN = 1e-3, 1e-7  # of trades between segments: deg, and share of the size
 ROUGH, EXACT = 1e-6, 1e-10  # where a descent ends, mm and shares of a range
+
+
+IntArray = NDArray[np.intp]
 
 
 class Descent:
@@ -53,28 +60,50 @@ class Descent:
             decided = least < DEAR and reached.design is not None and reached.size <= least + gap_of(reached.design)
         return decided
 
-    def moved(self, start: FloatArray, steps: FloatArray) -> FloatArray:
-        """A turn whose free segments but the last are longer by shares of their ranges."""
-        wanted, lengths = start.copy(), steps * (self.box.high - self.box.low)[self.free[:-1]]
-        wanted[self.free[:-1]] += lengths
-        wanted[self.free[-1]] -= lengths.sum()
+    def moved(self, start: FloatArray, order: IntArray, steps: FloatArray) -> FloatArray:
+        """A turn whose free segments but the last, in some order, are longer by shares of their ranges."""
+        wanted, lengths = start.copy(), steps * (self.box.high - self.box.low)[order[:-1]]
+        wanted[order[:-1]] += lengths
+        wanted[order[-1]] -= lengths.sum()
         return wanted
+
+    def traded(self, cost: Callable[[FloatArray], float]) -> None:
+        """From the best turn, give degrees of one segment to another as long as that helps, up to their ends.
+
+        Two segments at a time are the edges of the box of turns: those at an end of their range stay exactly there.
+        """
+        turn = self.best.freed
+        least, step = cost(turn), float(np.max(self.box.high - self.box.low)) / 4.0
+        while step > SHORTEST:
+            before = least
+            for longer, shorter in permutations(self.free, 2):
+                room = min(self.box.high[longer] - turn[longer], turn[shorter] - self.box.low[shorter])
+                other = turn.copy()
+                other[longer] += min(step, room)
+                other[shorter] = self.box.low[shorter] if room <= step else turn[shorter] - step
+                size = cost(other) if room > 0.0 else inf
+                if size < least:
+                    turn, least = other, size
+            step = step if least < before * (1.0 - GAIN) else step / 4.0
 
     def down(self, cost: Callable[[FloatArray], float], reach: float, closest: float) -> FloatArray:
         """The turn of least cost that a simplex of a given reach finds from the best one."""
         from scipy.optimize import minimize
 
         start = self.best.freed
+        room = np.minimum(start - self.box.low, self.box.high - start)[self.free]
+        order = self.free[np.argsort(room, kind="stable")]
+        inwards = np.where(self.box.high - start >= start - self.box.low, reach, -reach)[order[:-1]]
 
         def at(steps: FloatArray) -> float:
-            wanted = self.moved(start, steps)
+            wanted = self.moved(start, order, steps)
             outside = float(np.maximum(self.box.low - wanted, wanted - self.box.high).max(initial=0.0))
             return cost(wanted) if outside <= 0.0 else DEAR * (1.0 + outside)
 
-        corners = np.vstack([np.zeros(self.free.size - 1), np.diag(np.full(self.free.size - 1, reach))])
+        corners = np.vstack([np.zeros(self.free.size - 1), np.diag(inwards)])
         most = MOVES * (self.free.size - 1)
         options = {"initial_simplex": corners, "xatol": closest, "fatol": closest, "maxfev": most}
-        return self.moved(start, minimize(at, corners[0], method="Nelder-Mead", options=options).x)
+        return self.moved(start, order, minimize(at, corners[0], method="Nelder-Mead", options=options).x)
 
 
 def descended(turns: Turns, bounds: Bounds) -> Found:
@@ -84,12 +113,13 @@ def descended(turns: Turns, bounds: Bounds) -> Found:
     if several and descent.down_by_closed_form():
         return descent.best
     shares = np.random.default_rng(0).uniform(size=(STARTS * (len(turns.freed) - 1), len(turns.freed)))
-    starts = [turns.at(share, descent.box) for share in shares]
+    starts = [*turns.corners, *(turns.at(share, descent.box) for share in shares)]
     if np.all((turns.scene_angles >= descent.box.low) & (turns.scene_angles <= descent.box.high)):
         starts.append(turns.scene_angles)
     for freed in starts:
         descent.looked_at(freed)
     if several and descent.best.answer.design is not None and not descent.down_by_closed_form():
         descent.down(descent.size, 0.05, ROUGH)
+        descent.traded(descent.size)
         descent.down(partial(descent.size, closely=True), 1e-3, EXACT)
     return descent.best

@@ -11,6 +11,7 @@ such: convex in the angles. Between two angles it then lies above the lines thro
 """
 
 from dataclasses import replace
+from functools import reduce
 from heapq import heappop, heappush
 from math import inf
 
@@ -35,8 +36,15 @@ FLAT = ("curvature_radius", "undercut")  # of a flat face that translates
 
 def smallest_of_turns(turns: Turns, bounds: Bounds) -> Found:
     """The design of least size over the angles as well, with its proven gap."""
-    box = turns.box
-    bounds = {**bounds, "size": (least_size(turns.question, turns.programme(box.low), bounds), bounds["size"][1])}
+    answers = [_smallest_of_kind(each, bounds) for each in turns.kinds]
+    found = reduce(better, answers)
+    return Found(replace(found.answer, floor=min(answer.floor for answer, _ in answers)), found.freed)
+
+
+def _smallest_of_kind(turns: Turns, bounds: Bounds) -> Found:
+    """As ``smallest_of_turns``, where the follower rests at its lowest in all turns, or in none."""
+    least = least_size(turns.question, turns.programme(turns.box.high), bounds)
+    bounds = {**bounds, "size": (least, bounds["size"][1])}
     found = descended(turns, bounds)
     floor = _floor_if_convex(turns, bounds, found)
     if floor is None or found.answer.design is None:
@@ -54,8 +62,8 @@ def _eased(turns: Turns) -> tuple[str, ...]:
     jumps = {law_peaks(stroke.law)["jumps"] for stroke in middle.strokes if stroke.law is not None}
     if "velocity" in jumps:  # at the end of a stroke y' is not 0
         return ("shaft_diameter",)
-    least = turns.programme(box.low)
-    rests = any(stroke.kind == DWELL and stroke.low == 0.0 for stroke in least.strokes)
+    most = turns.programme(box.high)
+    rests = any(stroke.kind == DWELL and stroke.low == 0.0 for stroke in most.strokes)
     flat = question.subject.mechanism is translating_flat.MECHANISM and (rests or "acceleration" not in jumps)
     jerk = () if "acceleration" in jumps else ("jerk",)  # jumps where strokes meet may cancel at some angles alone
     return (*EASED, *jerk, *(FLAT if flat else ()))

@@ -10,6 +10,8 @@ from camopt.numerics import FloatArray
 from camopt.question import Question
 from camopt.search.answer import Smallest
 
+SAME = 1e-9  # mm or deg of displacement
+
 
 class Box(NamedTuple):
     """Angles of the freed segments from ``low`` to ``high``, deg, of the turns among them."""
@@ -24,6 +26,8 @@ class Turns:
 
     question: Question
     laws: tuple[str | None, str | None]
+    without: tuple[int, ...] = ()
+    """Freed dwells that these turns go without."""
 
     @property
     def freed(self) -> tuple[int, ...]:
@@ -43,7 +47,38 @@ class Turns:
         ranges = [scene.search.angle_of(scene.motion[i].segment) for i in self.freed]
         ends = [(r.start, r.stop) for r in ranges if r is not None]
         low, high = np.array(ends, dtype=float).reshape(-1, 2).T
+        high[[i in self.without for i in self.freed]] = 0.0
         return self.tightened(Box(low, high))
+
+    @property
+    def kinds(self) -> list["Turns"]:
+        """The turns in which the follower rests at its lowest, and, where they may, those in which it does not.
+
+        However short, such a rest is an arc of the base circle, and has its curvature.
+        """
+        scene, level, rests = self.question.scene, 0.0, []
+        for i, segment in enumerate(scene.motion):
+            if segment.segment == "dwell" and abs(level) <= SAME:
+                rests.append(i)
+            level += (segment.lift or 0.0) * {"rise": 1.0, "return": -1.0, "dwell": 0.0}[segment.segment]
+        without = replace(self, without=tuple(i for i in rests if i in self.freed))
+        least = dict(zip(self.freed, self.box.low, strict=True))
+        gone = all(least.get(i, scene.motion[i].angle) == 0.0 for i in rests)
+        room = without.box.high.sum() >= self.scene_angles.sum()
+        return [self, without] if rests and gone and room else [self]
+
+    @property
+    def corners(self) -> list[FloatArray]:
+        """Turns whose segments, one after the other in a few orders, are as long as they can be, the rest short."""
+        box, count, found = self.box, len(self.freed), []
+        for first in range(count):
+            for way in (1, -1):
+                freed, left = box.low.copy(), self.scene_angles.sum() - box.low.sum()
+                for k in (first + way * np.arange(count)) % count:
+                    more = min(left, box.high[k] - box.low[k])
+                    freed[k], left = freed[k] + more, left - more
+                found.append(freed)
+        return found
 
     def tightened(self, box: Box) -> Box:
         """The least box of the same turns: what others cannot take or give is no choice."""
