@@ -20,6 +20,7 @@ from camopt.cli import main
 from camopt.mistakes import BadInput
 from camopt.motion import LAWS
 from camopt.motion.spline import SplineLaw, tabulated
+from camopt.proof.ball import precisely
 from camopt.proof.laws import pieces_of
 from camopt.proof.table import certify_table
 from camopt.question import resolve
@@ -103,6 +104,7 @@ def spline(made):
 @settings(max_examples=60, deadline=None)
 @given(splines)
 @mpmath.workdps(50)
+@precisely()
 def test_a_spline_is_that_of_scipy_and_of_fifty_digits(made):
     table = spline(made)
     law = SplineLaw("own", table["degree"], tuple(table["knots"]), tuple(table["coefficients"]))

@@ -23,7 +23,7 @@ from camopt.numerics.point_contact import (
     pressure_factor,
     pressure_table,
 )
-from camopt.proof.ball import Ball, between
+from camopt.proof.ball import Ball, between, precisely
 from camopt.proof.certify import certify
 from camopt.question import resolve
 
@@ -167,6 +167,7 @@ def test_jets_hold_the_pressure_over_a_stretch(low, width):
 
 @given(RATIOS, st.floats(0.0, 3.0))
 @settings(max_examples=25, deadline=None)
+@precisely()
 def test_balls_and_intervals_hold_the_pressure(low, width):
     high = low * (1 + width)
     interval, slope = pressure_factor(Interval(np.array(low), np.array(high)), TABLE)
@@ -181,12 +182,14 @@ def test_balls_and_intervals_hold_the_pressure(low, width):
         assert float(ball_slope.arb.lower()) * (1 + 1e-9) <= h1 <= float(ball_slope.arb.upper()) * (1 - 1e-9)
 
 
+@precisely()
 def test_a_ball_has_far_more_digits_than_a_number():
     ball = pressure_factor(Ball(0.03), TABLE)[0].arb
     assert float(ball.rad()) < 1e-50
     assert abs(mp.mpf(ball.mid().str(45, radius=False)) / exact(0.03)[0] - 1) < 1e-43
 
 
+@precisely()
 def test_outside_the_table():
     for t in (0.0, -1.0, 1e-11):
         jet = pressure_factor(Jet(t, 1.0, 0.0, 1.0, 1.0, 1.0), TABLE)[0]

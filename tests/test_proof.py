@@ -1,6 +1,9 @@
 """Proofs in ball arithmetic, against 50 digits, the laws, and the verdicts of the kernels."""
 
 import json
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from itertools import pairwise
 from math import isfinite
@@ -13,7 +16,7 @@ import own
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from flint import arb
+from flint import arb, ctx
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from test_optimise import BASE, CASES
@@ -24,7 +27,7 @@ from camopt.cli import main
 from camopt.judging import judged, settled
 from camopt.mistakes import BadInput
 from camopt.motion import LAWS
-from camopt.proof.ball import Ball, between
+from camopt.proof.ball import Ball, between, precisely
 from camopt.proof.certify import certify_design, certify_limits, summary
 from camopt.proof.laws import EXACT, pieces_of
 from camopt.proof.table import certify_table
@@ -40,6 +43,7 @@ def test_every_law_has_an_exact_form():
 
 
 @pytest.mark.parametrize("law", own.EVERY)
+@precisely()
 def test_exact_laws_join_and_are_the_laws(law):
     pieces = pieces_of(own.EVERY[law])
     assert pieces[0].start == 0
@@ -58,6 +62,7 @@ def test_exact_laws_join_and_are_the_laws(law):
 
 @pytest.mark.parametrize("law", [*(law for law in naive.LAWS if law in LAWS), *own.OWN])
 @mpmath.workdps(50)
+@precisely()
 def test_exact_laws_against_fifty_digits(law):
     for piece in pieces_of(own.EVERY[law]):
         x = mpmath.mpf(float(piece.start + (piece.end - piece.start) * 0.3))
@@ -121,6 +126,30 @@ def test_an_optimum_is_proved_and_a_hair_smaller_is_refused(name):
     assert summary(certify(scene.replace(**{"cam.base_radius": best}))) == "held"
     hair = 2e-7 if name == "oscillating-roller" else 1e-12 * (best + 30)  # where a search decides: its gap
     assert summary(certify(scene.replace(**{"cam.base_radius": best - hair}))) == "broken"
+
+
+def test_a_proof_leaves_the_precision_of_flint_as_it_was():
+    """At 200 bits within, though other precisions come before; nothing is changed by an import, nor by an error."""
+    scene, verdicts = find_scene("two-pauses"), []
+    for bits in (30, 53, 300):
+        with ctx.workprec(bits):
+            verdicts.append(certify(scene))
+            assert ctx.prec == bits
+            assert precisely()(lambda: ctx.prec)() == 200
+            with pytest.raises(ZeroDivisionError):
+                precisely()(lambda: 1 / 0)()
+            assert ctx.prec == bits
+    assert verdicts[0] == verdicts[1] == verdicts[2]
+    code = "import camopt.proof.certify, camopt.proof.table, camopt.accuracy.table, flint; print(flint.ctx.prec)"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "53\n"
+
+
+def test_proofs_in_threads_do_not_change_each_others_precision():
+    scene, before = find_scene("two-pauses"), ctx.prec
+    with ThreadPoolExecutor(4) as threads:
+        verdicts = list(threads.map(certify, [scene] * 8))
+    assert ctx.prec == before
+    assert all(each == verdicts[0] for each in verdicts)
 
 
 def test_speed_limits_are_proved():
@@ -215,6 +244,7 @@ def test_a_verdict_at_freed_angles_is_that_of_the_scene_with_them(rest):
         )
 
 
+@precisely()
 def test_balls_enclose():
     x = Ball(between(arb(1), arb(2)))
     for function in (np.sqrt, np.square, np.sin, np.cos, np.negative):

@@ -11,6 +11,7 @@ from camopt.geometry import cam_curves
 from camopt.numerics.compile import compiled
 from camopt.numerics.interval import Interval
 from camopt.numerics.jet import Jet
+from camopt.proof.ball import precisely
 from camopt.proof.certify import certify
 from camopt.question import resolve
 
@@ -208,6 +209,7 @@ def to_power(a, exponent, found):
 
 @pytest.mark.parametrize("exponent", [0.13, 0.7, -0.35, -0.43, 2.5])
 @pytest.mark.parametrize("width", [1e-6, 1e-2, 0.5])
+@precisely()
 def test_powers_of_jets_hold_all_that_they_may(exponent, width):
     """At 200 bits at the corners of the operand; bounds are close where the stretch is short."""
     rng = np.random.default_rng(7)

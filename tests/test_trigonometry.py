@@ -10,7 +10,7 @@ from camopt.numerics.compile import compiled
 from camopt.numerics.interval import Interval
 from camopt.numerics.jet import UNIT
 from camopt.numerics.trigonometry import sine_cosine, turned
-from camopt.proof.ball import Ball
+from camopt.proof.ball import Ball, precisely
 
 
 @compiled
@@ -47,6 +47,7 @@ def test_an_angle_turned_on(start, y):
     assert sine == pytest.approx(np.sin(start + y), abs=8 * UNIT)
 
 
+@precisely()
 def test_what_stands_for_a_number():
     sine, cosine = sine_cosine(Interval(np.array([0.1]), np.array([0.2])))
     assert sine.low <= np.sin(0.15) <= sine.high

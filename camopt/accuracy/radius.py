@@ -17,7 +17,7 @@ from camopt.accuracy.subjects import Subject
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
-from camopt.proof.ball import Ball, as_arb
+from camopt.proof.ball import Ball, as_arb, precisely
 from camopt.proof.certify import in_balls
 from camopt.question import Question
 
@@ -61,6 +61,7 @@ def smallest_radii(
     return found.bracket[0], found.bracket[1]
 
 
+@precisely()
 def reference_radius(
     subject: Subject, question: Question, programme: Programme, design: Designs, limit: float, where: FloatArray
 ) -> arb:

@@ -8,7 +8,7 @@ from camopt.accuracy.subjects import Subject
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
-from camopt.proof.ball import as_arb
+from camopt.proof.ball import as_arb, precisely
 from camopt.proof.certify import HELD, Claim, decide, in_balls, motion_at, motion_of, of_curve
 from camopt.proof.laws import pieces_of
 from camopt.question import Question
@@ -18,6 +18,7 @@ ALIKE = arb(10) ** -25
 SIGNS = {LARGEST: (1,), LEAST: (-1,), LARGEST_MAGNITUDE: (1, -1)}  # of a curve whose largest value answers a goal
 
 
+@precisely()
 def reference(
     subject: Subject, question: Question, programme: Programme, design: Designs, where: FloatArray
 ) -> arb:

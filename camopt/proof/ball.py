@@ -3,14 +3,27 @@
 A ``Ball`` wraps python-flint's ``arb``. Every operation encloses all results that its operands allow.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from threading import RLock
 from typing import Any
 
 import numpy as np
 from flint import arb, ctx
 
 BITS = 200
-ctx.prec = BITS
+TURNS = RLock()
+
+
+@contextmanager
+def precisely() -> Iterator[None]:
+    """Ball arithmetic at ``BITS`` within, and after it at the precision of before; a decorator, too.
+
+    flint has one precision for the whole process, so that proofs in several threads wait for each other.
+    """
+    with TURNS, ctx.workprec(BITS):
+        yield
+
 
 RULES: dict[np.ufunc, Callable[..., Any]] = {
     np.add: lambda a, b: a + b,

@@ -26,7 +26,7 @@ from camopt.motion.programme import Programme
 from camopt.motion.table import DWELL, RETURN, RISE, TURN
 from camopt.numerics import LARGEST_MAGNITUDE
 from camopt.numerics.curves import curve
-from camopt.proof.ball import Ball, as_arb, between
+from camopt.proof.ball import Ball, as_arb, between, precisely
 from camopt.proof.laws import Piece, pieces_of
 from camopt.proof.load import Line, lines_of
 from camopt.quantities import DERIVATIVES
@@ -73,6 +73,7 @@ class Motion:
         return Ball(max(levels, key=lambda level: float(level.mid())))
 
 
+@precisely()
 def motion_of(programme: Programme) -> Motion:
     """The turn of a programme, the numbers that it was made from taken as exact."""
     degree, strokes, level, start = arb.pi() / 180, [], arb(0), arb(0)
@@ -113,6 +114,7 @@ class Claim(NamedTuple):
     bound: arb
 
 
+@precisely()
 def decide(claim: Claim, motion: Motion) -> str:
     """Whether a claim holds."""
     verdict = HELD
@@ -233,6 +235,7 @@ def _in_doubles(question: Question, limit: Limit, programme: Programme, design: 
     return HELD if outer <= 0.0 else BROKEN if inner > 0.0 else UNDECIDED
 
 
+@precisely()
 def certify_limits(question: Question, programme: Programme, design: Designs) -> dict[str, str]:
     """The verdict on each limit of a question for one design: held, broken or undecided."""
     if not question.subject.mechanism.exists(design, programme)[0]:

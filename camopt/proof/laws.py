@@ -12,6 +12,7 @@ from flint import arb, fmpq, fmpq_poly
 
 from camopt.motion.law import Law
 from camopt.motion.spline import SplineLaw
+from camopt.proof.ball import precisely
 
 Wave = tuple[arb, arb, arb]
 """A·sin(w·d + φ)."""
@@ -138,6 +139,7 @@ def _de_boor(degree: int, knots: list[fmpq], coefficients: list[fmpq], k: int) -
 
 
 @cache
+@precisely()
 def pieces_of(law: Law) -> tuple[Piece, ...]:
     """The pieces of a law."""
     return _spline(law) if isinstance(law, SplineLaw) else EXACT[law.NAME]()
