@@ -74,7 +74,14 @@ def test_a_table_without_a_size_or_law_is_not_given_the_scene_s(table, certified
 
 
 @pytest.mark.parametrize(
-    ("name", "value"), [("offset_mm", float("nan")), ("base_radius_mm", -1.0), ("law_rise", "no-law")]
+    ("name", "value"),
+    [
+        ("offset_mm", float("nan")),
+        ("base_radius_mm", -1.0),
+        ("prime_radius_mm", float("inf")),
+        ("pressure_angle_max_deg", float("nan")),
+        ("law_rise", "no-law"),
+    ],
 )
 def test_a_row_that_is_no_design_is_refused(table, certified, name, value):
     code, told, same = certified(hostile.in_bytes(hostile.resealed(hostile.with_first(table, name, value))))

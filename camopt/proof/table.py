@@ -9,6 +9,7 @@ import pyarrow as pa
 
 from camopt.mechanisms import SIZES
 from camopt.proof.certify import certify_design, summary
+from camopt.quantities import QUANTITIES
 from camopt.question import Question, resolve
 from camopt.rows import Rows
 from camopt.scene_tables import LONGEST, SHORTEST
@@ -68,8 +69,9 @@ def _oddities(table: pa.Table, question: Question) -> Iterator[str]:
         if (found.type, found.nullable) != (column.type, column.nullable) or table[column.name].null_count:
             yield f"its column {column.name} has not the type {column.type}"
             return
-        if column.type == pa.float64() and np.isnan(table[column.name].to_numpy()).any():
-            yield f"its column {column.name} has values that are no numbers"
+        odd = np.isnan if QUANTITIES[column.name].effect != "sizes" else lambda values: ~np.isfinite(values)
+        if column.type == pa.float64() and odd(table[column.name].to_numpy()).any():
+            yield f"its column {column.name} has values that are no numbers, or no sizes"
             return
     for name in (question.size_name, *(f"{size}_mm" for size in SIZES)):
         least = -LONGEST if "offset" in name else SHORTEST
