@@ -57,7 +57,7 @@ def _reached(scene: Any, half_width: float) -> int:
     asked = scene.accuracy.tolerance
     if half_width <= asked:
         return 0
-    say(f"camopt: tolerance {asked:g} not reached; values are good to {half_width:.2g}")
+    say(f"camopt: tolerance {asked:g} not reached; values are exact to {half_width:.2g}")
     return NOT_REACHED
 
 
@@ -76,7 +76,12 @@ def _reached(scene: Any, half_width: float) -> int:
     help="Which designs go to designs.parquet.",
 )  # fmt: skip
 @click.option("--refine", is_flag=True, help="Move each design of the front off the grid, to an optimum.")
-@click.option("--thin", type=float, metavar="EPS", help="Leave out of the front what is nearer than this share.")
+@click.option(
+    "--thin",
+    type=float,
+    metavar="EPS",
+    help="Drop rows of the front nearer than this share to one that stays.",
+)
 @click.option("--workers", type=click.IntRange(1), help="Threads; one a core if not given.")
 def sweep(
     scene: Any,
@@ -175,9 +180,15 @@ def synthesise(scene: Any, as_json: bool, quiet: bool, out: Path, picture: Path 
 @scene_options
 @output_options
 @click.option(
-    "--axes", default="size,acceleration", show_default=True, help="What is traded: two or three terms or loads."
+    "--axes", default="size,acceleration", show_default=True, help="What to trade off: two or three terms or loads."
 )
-@click.option("--points", type=click.IntRange(2, 500), default=24, show_default=True, help="Values of a held term.")
+@click.option(
+    "--points",
+    type=click.IntRange(2, 500),
+    default=24,
+    show_default=True,
+    help="Values of each further axis.",
+)
 @click.option(
     "--out", type=Place(), default="camopt-out", show_default=True, help="Folder for the table and the picture."
 )
@@ -314,7 +325,7 @@ def certify(target: str, as_json: bool, quiet: bool, row: int | None, **override
         from camopt.proof.table import certify_table
 
         if changes:
-            allowed = "belongs to a scene; a table has the limits that it was swept with"
+            allowed = "is not possible with a table, which has the limits of its sweep"
             given = dict(changes.values())
             raise BadInput([Mistake("camopt", name, value, allowed, bare=True) for name, value in given.items()])
         with terminal.progress(quiet, "rows") as advance:

@@ -82,7 +82,7 @@ def _overloaded(name: str, question: Question) -> str:
     """Why a load of a motion without corners is infinite."""
     effect, subject = QUANTITIES[name].effect, question.subject
     if effect == "force":
-        return "the force lacks where the follower is at its lowest, and no spring rate adds to it there"
+        return "the force is too low where the follower is at its lowest, and no spring rate adds to it there"
     case = Case(subject, question.programme, question.design)
     shaped = effect in ("hertz", "surface") and not subject.pointed
     if shaped and run_effects(case, ["undercut"]).column("undercut")[0]:
@@ -96,7 +96,7 @@ def _reason(name: str, question: Question) -> str:
     """Why a quantity is infinite."""
     programme = question.programme
     if QUANTITIES[name].effect == "vibration":
-        return "the undamped train resonates: a whole number of its vibrations is a turn"
+        return "the undamped train resonates: it vibrates a whole number of times in a turn"
     kinds = next((kind for stroke, kind in KINDS.items() if stroke and f"_{stroke}_" in name), TURN)
     corners = ", ".join(f"{np.degrees(j.at):g}°" for j in programme.corners if j.kinds & kinds)
     jumps = ", ".join(f"{np.degrees(j.at):g}°" for j in programme.jumps if j.kinds & kinds)

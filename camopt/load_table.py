@@ -86,7 +86,7 @@ def _order(angles: list[float]) -> Iterator[Fault]:
         yield (
             f"{KEY}.{len(angles)}",
             angles[-1],
-            f"must be a turn after the first cam angle, or {APART:g} less",
+            f"must be one turn after the first cam angle, or at least {APART:g} deg less",
         )
         return
     turned = [angle % 360.0 for angle in angles]

@@ -56,14 +56,24 @@ def _vibration_quantities() -> list[Quantity]:
     return [
         Quantity(name, symbol, unit, "vibration", sentence)
         for stem, symbol, units, sentence in (
-            ("overshoot_max", "z_max", ("mm", "deg"), "Largest travel of the elastic train off its cam's motion."),
+            (
+                "overshoot_max",
+                "z_max",
+                ("mm", "deg"),
+                "Largest deviation of the train from its cam's motion.",
+            ),
             (
                 "acceleration_elastic_max",
                 "a_max",
                 ("m/s²", "rad/s²"),
                 "Largest |acceleration| of the mass on the elastic train.",
             ),
-            ("residual_vibration_max", "A", ("mm", "deg"), "Largest amplitude left over at the start of a dwell."),
+            (
+                "residual_vibration_max",
+                "A",
+                ("mm", "deg"),
+                "Largest vibration that remains in a dwell (amplitude).",
+            ),
         )
         for unit in units
         for name in (f"{stem}_{unit.replace('²', '2').replace('/', '_')}",)
@@ -99,7 +109,7 @@ _ALL = [
     Quantity("pressure_angle_max_at_deg", "θ_p", "deg", "pressure", "Cam angle of the pitch point (largest |β|)."),
     Quantity("pitch_circle_radius_mm", "", "mm", "pressure", "Radius of the circle through the pitch point."),
     Quantity("pitch_curvature_max_per_mm", "κ", "1/mm", "curvature", "Largest curvature of the pitch curve."),
-    Quantity("pitch_curvature_min_per_mm", "κ", "1/mm", "curvature", "Least (most concave) curvature of it."),
+    Quantity("pitch_curvature_min_per_mm", "κ", "1/mm", "curvature", "Least (most concave) curvature of the same."),
     Quantity(
         "profile_radius_min_mm",
         "ρ_min",
@@ -115,9 +125,16 @@ _ALL = [
         "Largest cutter or grinding wheel that reaches every concave flank of the profile.",
     ),
     Quantity("undercut", "", "", "curvature", "Whether a part of the profile is cut away by its neighbour.", bool),
-    Quantity("self_crossing", "", "", "crossing", "Whether the profile crosses itself; yes if unproved.", bool),
-    Quantity("face_reach_max_mm", "", "mm", "reach", "Furthest contact on a flat face, one way."),
-    Quantity("face_reach_min_mm", "", "mm", "reach", "Furthest contact on a flat face, the other way."),
+    Quantity(
+        "self_crossing",
+        "",
+        "",
+        "crossing",
+        "Whether the profile crosses itself; yes if undecided.",
+        bool,
+    ),
+    Quantity("face_reach_max_mm", "", "mm", "reach", "Farthest contact on a flat face, positive side."),
+    Quantity("face_reach_min_mm", "", "mm", "reach", "Farthest contact on a flat face, negative side."),
     *[
         Quantity(name, symbol, unit, "force", sentence)
         for name, symbol, unit, sentence in (
@@ -147,7 +164,7 @@ _ALL = [
             ("torque_rms_N_m", "", "N·m", "Root mean square of the torque over the turn."),
             ("power_peak_W", "P_max", "W", "Largest |power| over the turn."),
             ("power_mean_W", "P_mean", "W", "Mean power over the turn."),
-            ("energy_fluctuation_J", "ΔE", "J", "Largest minus least work of torque less mean torque."),
+            ("energy_fluctuation_J", "ΔE", "J", "Largest minus least work of the torque minus its mean."),
             ("flywheel_inertia_kg_m2", "I", "kg·m²", "Inertia that keeps the speed within its fluctuation."),
         )
     ],
@@ -167,14 +184,19 @@ _ALL = [
         "contact_half_length_mm", "", "mm", "hertz", "Half-length across the cam of a contact in a point, there."
     ),
     Quantity("contact_shear_max_MPa", "τ_max", "MPa", "hertz", "Largest shear stress below the contact."),
-    Quantity("contact_shear_depth_mm", "", "mm", "hertz", "Depth at which it lies."),
+    Quantity("contact_shear_depth_mm", "", "mm", "hertz", "Depth of the largest shear stress."),
     *[
         Quantity(name, symbol, unit, "surface", sentence)
         for name, symbol, unit, sentence in (
             ("sliding_speed_max_m_s", "v", "m/s", "Largest sliding speed at the contact."),
             ("roller_speed_max_rpm", "", "rpm", "Largest speed of a roller that does not slip, in its follower."),
             ("entrainment_speed_max_m_s", "u", "m/s", "Largest mean speed of both surfaces over the contact."),
-            ("entrainment_speed_min_m_s", "u", "m/s", "Least of it; where it passes 0 the film has no supply."),
+            (
+                "entrainment_speed_min_m_s",
+                "u",
+                "m/s",
+                "Least of the same; at 0, no oil is carried in.",
+            ),
             ("wear_depth_max_um", "", "µm", "Largest depth worn off the profile in a million turns (Archard)."),
             (
                 "film_thickness_min_um",
@@ -192,7 +214,7 @@ _ALL = [
         "",
         "",
         "limits",
-        "certified: the verdict is proved; sampled: so for the spline of a table; undecided: no feasible design.",
+        "certified: the verdict is proved; sampled: proved for the spline of a table; undecided: not feasible.",
         str,
     ),
     Quantity("refined", "", "", "proof", "Whether the design was moved off the grid to a local optimum.", bool),

@@ -113,7 +113,7 @@ def resolve_design(scene: Scene) -> Question:
 def missing_sizes(question: Question, searched: Collection[str] = ()) -> list[Mistake]:
     """A mistake for each size that the scene does not give, but for those searched (keys of ``[search]``)."""
     scene = question.scene
-    why = "missing; optimise finds it, and a sweep whose [search] gives it values"
+    why = "missing; only optimise, or a sweep whose [search] has it, can do without it"
     return [
         Mistake(scene.file, key, None, why, bare=True)
         for key in size_keys(scene)

@@ -167,10 +167,18 @@ def _searched_angles(data: Mapping[str, Any]) -> Iterator[Fault]:
         return
     total, low, high = (sum(column) for column in zip(*freed, strict=True))
     if len(freed) == 1:
-        yield next(iter(ranges)), None, "no other segment is free to give or take degrees: free another kind too"
+        yield (
+            next(iter(ranges)),
+            None,
+            "no other segment can exchange degrees with it: give another kind a range too",
+        )
     elif not low - CLOSE * total <= total <= high + CLOSE * total:
         between = f"between {low:g} and {high:g}"
-        yield next(iter(ranges)), None, f"the freed segments have {total:g} deg together, their ranges {between}"
+        yield (
+            next(iter(ranges)),
+            None,
+            f"the segments with a range share {total:g} deg, their ranges allow {between}",
+        )
 
 
 def _synthesis(data: Mapping[str, Any]) -> Iterator[Fault]:
@@ -229,7 +237,7 @@ def _dynamics(data: Mapping[str, Any], form: str, motion: str, contact: str) -> 
         yield (
             "follower.dynamics.overhang",
             overhang,
-            f"must be at least the lift ({lift:g}): it shrinks by that much",
+            f"must be at least the lift ({lift:g}): the rise shortens it by that much",
         )
 
 
@@ -321,7 +329,7 @@ def _search(data: Mapping[str, Any], form: str, motion: str, contact: str) -> It
             yield f"search.{key}", search[key], "must be above 0"
     for name in _texts(search.get("minimise")):
         if name in _texts(search.get("maximise")):
-            yield "search.maximise", name, "is minimised too; an objective is either"
+            yield "search.maximise", name, "is minimised too: an objective can be only one of the two"
     if search.get("law") and (search.get("law_rise") or search.get("law_return")):
         yield "search.law", search["law"], "name either law, or law_rise and law_return"
 

@@ -553,7 +553,7 @@ def test_nothing_is_cut_off_in_a_pipe():
 def test_a_tolerance_out_of_reach_is_told(run, command):
     code, out, err = run(*command, "--tolerance", "1e-14")
     assert (code, bool(out)) == (4, True)
-    assert "tolerance 1e-14 not reached; values are good to" in err
+    assert "tolerance 1e-14 not reached; values are exact to" in err
     assert run(*command)[0] == 0
 
 

@@ -261,7 +261,7 @@ def test_axes_that_are_none(scene, axes, message):
 
 def test_a_load_that_nothing_bounds_is_no_axis(scene):
     knife = find_scene("knife-300rpm-radial")
-    with pytest.raises(BadInput, match="has no bound for this follower"):
+    with pytest.raises(BadInput, match="cannot be an axis for this follower"):
         frontier(knife, ("size", "contact_stress_max_MPa"))
 
 

@@ -40,7 +40,7 @@ def test_the_scene_is_optimised_and_a_limit_holds_it():
 def test_free_angles_make_the_cam_smaller():
     free = scene_with("search")
     assert optimise(free).best["base_radius_mm"] < optimise(Scene.from_dict(WHOLE)).best["base_radius_mm"]
-    with pytest.raises(BadInput, match=r"angle_rise: a sweep takes the angles as they are"):
+    with pytest.raises(BadInput, match=r"angle_rise: a sweep takes the angles of the scene"):
         sweep(free)
 
 

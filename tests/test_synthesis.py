@@ -719,7 +719,7 @@ def test_a_size_that_nothing_limits_stays_where_the_objective_is_another():
         ({"limits.acceleration": 300}, "one would without the limit on acceleration"),
         ({"limits.jerk": 5e5, "limits.acceleration": 950}, "one would without the limit on acceleration or jerk"),
         ({"search.base_radius": {"start": 20, "stop": 30}}, "the size"),
-        ({"limits.acceleration": 300, "limits.jerk": 1e4}, "nor all but one of them"),
+        ({"limits.acceleration": 300, "limits.jerk": 1e4}, "leaving out one is not enough"),
     ],
 )
 def test_what_cannot_be_met_names_the_limits_that_stand_in_the_way(changes, words):

@@ -189,7 +189,7 @@ def test_lines_through_neighbours_bound_a_convex_function(places, bend, lowest):
 
 
 MISTAKES = [
-    ({"search.angle_rise": {"start": 60, "stop": 100}}, "search.angle_rise: no other segment is free"),
+    ({"search.angle_rise": {"start": 60, "stop": 100}}, "search.angle_rise: no other segment can exchange"),
     ({**ANGLES, "search.angle_rise": 5}, "search.angle_rise = 5: must be a table"),
     (
         {**ANGLES, "search.angle_rise": {"start": 0, "stop": 90}},
@@ -210,7 +210,7 @@ MISTAKES = [
             "search.angle_rise": {"start": 60, "stop": 70},
             "search.angle_return": {"start": 60, "stop": 70},
         },
-        "search.angle_rise: the freed segments have 210 deg together, their ranges between 120 and 140",
+        "search.angle_rise: the segments with a range share 210 deg, their ranges allow between 120 and 140",
     ),
     ({**ANGLES, "search.angle_fall": {"start": 60, "stop": 70}}, "search.angle_fall = "),
 ]
@@ -252,7 +252,7 @@ def test_whatever_the_ranges_they_are_right_or_told(ranges):
 
 
 def test_a_sweep_leaves_angles_to_optimise():
-    with pytest.raises(BadInput, match=r"search\.angle_rise: a sweep takes the angles as they are"):
+    with pytest.raises(BadInput, match=r"search\.angle_rise: a sweep takes the angles of the scene"):
         sweep(scene(**ANGLES))
 
 

@@ -116,6 +116,6 @@ MECHANISM = Mechanism(
     sliding=lambda designs, programme: OscillatingPitchSpeed(*_fields(designs)),
     curvature=lambda designs, programme: OscillatingPitchCurvature(*_fields(designs)),
     rooms=_rooms,
-    assembly="prime radius, arm and centre distance have to form a triangle that the lift leaves open",
+    assembly="prime radius, arm and centre distance have to form a triangle throughout the lift",
     travel=_travel,
 )

@@ -89,8 +89,8 @@ def optimise(scene: Scene, progress: Progress | None = None) -> Optimum:
         least, turn, angles = min(designs, key=lambda each: each[0].size)
         least = replace(least, floor=min(answer.floor for answer, *_ in answers))
         if least.size <= 2 * max(negligible(question, turn, bounds) for bounds in boxes_of(question)):
-            wanted = "a limit that holds the size from below, such as pressure_angle or curvature_radius"
-            mistake = Mistake(scene.file, "limits", None, f"nothing limits the size: name {wanted}", bare=True)
+            wanted = "a limit that small cams break, such as pressure_angle or curvature_radius"
+            mistake = Mistake(scene.file, "limits", None, f"nothing limits the size: add {wanted}", bare=True)
             raise BadInput([mistake])
         found[laws] = _described(question, turn, least) | angles
     size = question.size_name

@@ -113,7 +113,7 @@ def space_of(question: Question) -> Space:
 
 def freed_angles(question: Question, who: str) -> list[Mistake]:
     """A mistake for each kind of segment that ``[search]`` frees, for those that take angles as they are."""
-    search, what = question.scene.search, f"{who} the angles as they are: leave it to optimise"
+    search, what = question.scene.search, f"{who} the angles of the scene; only optimise can vary them"
     freed = [kind for kind in ("rise", "return", "dwell") if search.angle_of(kind) is not None]
     return [Mistake(question.scene.file, f"search.angle_{kind}", None, what, bare=True) for kind in freed]
 

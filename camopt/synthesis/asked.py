@@ -92,7 +92,7 @@ def _check_train(question: Question, objective: Mapping[str, float]) -> None:
     if speed or train:
         what = f"needs {', '.join((*speed, *train))}"
     elif residual.train_of(subject) is None:
-        what = "has no bound: the undamped train resonates, a whole number of its vibrations is a turn"
+        what = "has no bound: the undamped train resonates, it vibrates a whole number of times in a turn"
     elif all(stroke.kind != DWELL for stroke in question.programme.strokes):
         what = "needs a dwell"
     if what:
@@ -132,7 +132,7 @@ def _points(question: Question, asked: Synthesis) -> Iterator[tuple[float, float
         elif any(
             abs(radians(angle) - a) < APART * inside[0].angle for a in (*others, inside[0].start, inside[0].end)
         ):
-            what = f"apart from other points and the ends of the stroke, by {APART:g} of its angle at least"
+            what = f"at least {APART:g} of the stroke's angle away from its ends and from other points"
         else:
             yield radians(angle), y
             continue

@@ -148,7 +148,7 @@ def _checked(scene: Scene, axes: Sequence[str]) -> tuple[Scene, tuple[str, ...]]
             what = f"a term of the objective or a load of this scene; {nearest(axis, [*TERMS, *able])}"
             mistakes.append(Mistake("camopt", "axes", axis, what))
         elif axis in given and not ceilings_at(question, able[axis], 1.0):
-            mistakes.append(Mistake("camopt", "axes", axis, "has no bound for this follower", bare=True))
+            mistakes.append(Mistake("camopt", "axes", axis, "cannot be an axis for this follower", bare=True))
     if mistakes:
         raise BadInput(mistakes)
     called = [axis for axis in axes if axis not in TERMS]
@@ -168,7 +168,7 @@ def _ends(scene: Scene, axes: tuple[str, ...], workers: int | None) -> Ends:
         tasks = [Task(axis, {} if axis in TERMS else room) for axis in some]
         for axis, end in zip(some, _in_parallel(scene, axes, tasks, workers), strict=True):
             if end is None:
-                raise Unmet("no free law of this kind holds all limits; more pieces may")
+                raise Unmet("no free law with so many pieces holds all limits; try more (synthesis.pieces)")
             found[axis, axis] = end
         room = _room(scene, found)
     pairs = list(permutations(axes, 2))

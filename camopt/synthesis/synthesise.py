@@ -88,7 +88,7 @@ def _best(demand: Demand, advance: Progress) -> Synthesised:
     if found is None:
         others = smallest_cams(scene_with(demand.question.scene, free_laws(demand, start))).obstacles.values()
         what = f": {', '.join(dict.fromkeys(others))}" if others else ""
-        raise Unmet(f"these free laws hold the convex limits, but no cam was found that holds the others{what}")
+        raise Unmet(f"free laws hold the convex limits, but no cam was found that also holds the others{what}")
     return replace(found, convex=free)
 
 
@@ -96,7 +96,7 @@ def _unmet(demands: Sequence[Demand]) -> Unmet:
     """Which limits no motion holds together: those of which one can be left out."""
     without = [name for name, wider in demands[0].without_each().items() if bound_of(wider) != inf]
     limits = " or ".join(dict.fromkeys(without))
-    rest = f"one would without the limit on {limits}" if without else "nor all but one of them"
+    rest = f"one would without the limit on {limits}" if without else "leaving out one is not enough"
     return Unmet(f"no motion whatever holds all limits; {rest}")
 
 
@@ -133,7 +133,7 @@ def solved(demand: Demand) -> tuple[Convex, Iterate, float]:
         model = convex(tightened(demand, margin), FreeMotion)
         least = model.solve()
         if least == inf:
-            raise Unmet("no free law of this kind holds all limits; more pieces may")
+            raise Unmet("no free law with so many pieces holds all limits; try more (synthesis.pieces)")
         found = iterate_of(model)
         calm = gentlest(model, least)
         for each in (calm, found):
