@@ -1,18 +1,17 @@
 """Limits: what a scene forbids, the quantities each limit calls for, and by how much a design exceeds it."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from camopt.effects import EFFECTS, Subject, hertz, surface, thrust
-from camopt.effects.loads import driven, goal_of, normal_curve, sides, torque_curve
+from camopt.effects.loads import drag_curve, driven, goal_of, normal_curve, torque_curve, ways
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
-from camopt.motion.table import TURN
-from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, FloatArray
+from camopt.numerics import LARGEST_MAGNITUDE, FloatArray
 from camopt.quantities import QUANTITIES, motion_quantity
 from camopt.rows import Columns
 from camopt.scene import Scene
@@ -44,12 +43,8 @@ class Limit:
     """The quantities that people read beside the bound."""
     relation: str = "≤"
     """What each of them is to be to the bound; ± for one that the bound holds in magnitude."""
-
-    @property
-    def of_motion(self) -> bool:
-        """Whether the motion and the speed decide it, whatever the design."""
-        effects = [EFFECTS[QUANTITIES[name].effect] for name in self.needs]
-        return bool(effects) and all(effect.of_motion for effect in effects)
+    of_motion: bool = False
+    """Whether the motion and the speed decide it, whatever the design."""
 
 
 def _at_most(name: str, bound: float, *needs: str) -> Limit:
@@ -106,27 +101,26 @@ def _load(name: str, bound: float, subject: Subject) -> Limit:
 
 def _ceilings(name: str, bound: float, subject: Subject) -> Iterator[Ceiling]:
     """The curves that decide a limit on loads; none for one that the motion alone decides."""
-    if name == "contact_stress" and subject.pointed:  # no bound, whatever the force
-        yield Ceiling(partial(normal_curve, subject), TURN, LARGEST, 0.0)
-    elif name == "contact_stress":
+    if name == "contact_stress" and not subject.pointed:  # that of a knife edge has no bound
         for *_, (make, kinds) in hertz.variants(subject):
             yield Ceiling(make, kinds, goal_of(subject), hertz.load_of(subject, bound))
     elif name in ("wear", "sliding_speed", "film_ratio"):
         for (make, kinds), goal in surface.variants(name, subject):
             yield Ceiling(make, kinds, goal, surface.ceiling(name, subject, bound))
     elif name == "jamming_margin":
-        yield Ceiling(partial(thrust.drag_curve, subject), driven(subject), LARGEST_MAGNITUDE, 1.0 - bound)
+        yield Ceiling(partial(drag_curve, subject), driven(subject), LARGEST_MAGNITUDE, 1.0 - bound)
     elif name == "normal_force":
-        for side, kinds in sides(subject):
-            yield Ceiling(partial(normal_curve, subject, side=side), kinds, goal_of(subject), bound)
+        for way, kinds in ways(subject):
+            yield Ceiling(partial(normal_curve, subject, way=way), kinds, goal_of(subject), bound)
     elif name in ("torque", "power"):
         assert subject.omega is not None
         per = 1.0 if name == "torque" else subject.omega
-        yield Ceiling(partial(torque_curve, subject), TURN, LARGEST_MAGNITUDE, 1e3 * bound / per)
+        for way, kinds in ways(subject):
+            yield Ceiling(partial(torque_curve, subject, way=way), kinds, LARGEST_MAGNITUDE, 1e3 * bound / per)
     elif name in ("side_thrust", "guide_reaction", "stem_bending_stress"):
         arm, reach, factor = thrust.levers(subject)[LOADS[name][0]]
-        for side, kinds in sides(subject):
-            make = partial(thrust.thrust_curve, subject, side=side, arm=arm, reach=reach)
+        for way, kinds in ways(subject):
+            make = partial(thrust.thrust_curve, subject, way=way, arm=arm, reach=reach)
             yield Ceiling(make, kinds, LARGEST_MAGNITUDE, bound / factor)
 
 
@@ -193,4 +187,11 @@ def limits_of(scene: Scene, subject: Subject) -> tuple[Limit, ...]:
     if asked.curvature_radius is not None:
         limits.append(_curvature("curvature_radius", subject, asked.curvature_radius))
     loads = [_load(name, bound, subject) for name in LOADS if (bound := getattr(asked, name)) is not None]
-    return (*limits, *_implied(subject), *loads)
+    return tuple(
+        replace(limit, of_motion=_of_motion(limit, subject)) for limit in (*limits, *_implied(subject), *loads)
+    )
+
+
+def _of_motion(limit: Limit, subject: Subject) -> bool:
+    effects = [EFFECTS[QUANTITIES[name].effect] for name in limit.needs]
+    return bool(effects) and all(effect.of_motion(subject) for effect in effects)

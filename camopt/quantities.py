@@ -149,7 +149,12 @@ _ALL = [
                 "N·m/rad",
                 "Least spring rate that keeps contact at this speed.",
             ),
-            ("jump_speed_rpm", "", "rpm", "Least speed at which contact is lost."),
+            (
+                "jump_speed_rpm",
+                "",
+                "rpm",
+                "Speed above which contact is lost; 0 where nothing presses the follower.",
+            ),
             ("jump_speed_ratio", "", "", "Jump speed over the speed of the cam."),
         )
     ],
@@ -157,7 +162,7 @@ _ALL = [
     *[
         Quantity(name, symbol, unit, "torque", sentence)
         for name, symbol, unit, sentence in (
-            ("torque_max_N_m", "T_max", "N·m", "Largest torque of the camshaft, free of friction."),
+            ("torque_max_N_m", "T_max", "N·m", "Largest torque of the camshaft; a guide's friction adds to it."),
             ("torque_min_N_m", "T_min", "N·m", "Least torque; below 0 where the follower drives the cam."),
             ("torque_peak_N_m", "", "N·m", "Largest |torque| over the turn."),
             ("torque_mean_N_m", "T_mean", "N·m", "Mean torque over the turn."),
@@ -175,7 +180,11 @@ _ALL = [
     Quantity("guide_reaction_max_N", "", "N", "thrust", "Largest reaction at the near end of the guide."),
     Quantity("stem_bending_stress_max_MPa", "σ", "MPa", "thrust", "Largest bending stress of a round stem."),
     Quantity(
-        "jamming_margin", "", "", "thrust", "1 − μ·q·|tan β| on the rises, in a groove on the returns too; 0 jams."
+        "jamming_margin",
+        "",
+        "",
+        "thrust",
+        "1 − μ·q·|tan β| where the follower moves outward, in a groove inward too; 0 jams.",
     ),
     Quantity("jamming_angle_deg", "", "deg", "thrust", "Pressure angle at which the follower jams at its lowest."),
     Quantity("contact_stress_max_MPa", "p_0", "MPa", "hertz", "Largest contact pressure (Hertz)."),

@@ -1,13 +1,15 @@
 """Diagrams of what the motion and the speed decide: force along it, torque, and the elastic train."""
 
+from functools import partial
 from math import degrees, pi
 
 import numpy as np
 
+from camopt.drawing.loads import by_way
 from camopt.drawing.panels import Panel, extremes, known, limit, peak_of
 from camopt.drawing.picture import Picture, number
 from camopt.effects import vibration
-from camopt.effects.loads import force_curve, torque_curve
+from camopt.effects.loads import Variant, force_curve, torque_curve, ways
 from camopt.effects.motion import scale
 from camopt.motion.table import DWELL, TURN
 from camopt.numerics import FloatArray
@@ -37,9 +39,10 @@ def _torque(picture: Picture) -> list[Panel]:
     ends = ("torque_max_N_m", "torque_min_N_m")
     if not known(picture, *ends):
         return []
-    subject, programme = picture.question.subject, picture.question.programme
+    subject = picture.question.subject
     assert subject.omega is not None
-    values = [1e-3 * v for v in picture.curve_values(torque_curve(subject, picture.question.design, programme))]
+    variants: list[Variant] = [(partial(torque_curve, subject, way=way), kinds) for way, kinds in ways(subject)]
+    values = [1e-3 * v for v in by_way(picture, variants)]
     panel = Panel("Torque of the camshaft", "N·m", values, extremes(picture, values, *ends), quantity=ends[0])
     mean = picture.values["torque_mean_N_m"]
     panel.reference = [np.full_like(value, mean) for value in values]

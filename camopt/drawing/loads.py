@@ -8,7 +8,7 @@ import numpy as np
 from camopt.drawing.panels import Panel, Values, known, limit, peak_of
 from camopt.drawing.picture import Picture
 from camopt.effects import hertz, surface, thrust
-from camopt.effects.loads import Variant, normal_curve, sides
+from camopt.effects.loads import Variant, normal_curve, ways
 from camopt.motion.table import TURN
 from camopt.numerics import FloatArray
 from camopt.quantities import QUANTITIES
@@ -38,8 +38,8 @@ def _thrust(picture: Picture, every: bool) -> list[Panel]:
             if name == "normal_force_max_N"
             else partial(thrust.thrust_curve, subject, arm=arm, reach=reach)
         )
-        variants: list[Variant] = [(partial(make, side=side), kinds) for side, kinds in sides(subject)]
-        values = [factor * value for value in _largest(picture, variants)]
+        variants: list[Variant] = [(partial(make, way=way), kinds) for way, kinds in ways(subject)]
+        values = [factor * value for value in by_way(picture, variants)]
         panel = Panel(title, QUANTITIES[name].unit, values, [peak_of(picture, values, name)], quantity=name)
         panel.limits = limit(picture, key, TURN)
         found.append(panel)
@@ -50,7 +50,7 @@ def _stress(picture: Picture) -> list[Panel]:
     if not known(picture, hertz.STRESS):
         return []
     subject = picture.question.subject
-    loads = _largest(picture, [variant for *_, variant in hertz.variants(subject)])
+    loads = by_way(picture, [variant for *_, variant in hertz.variants(subject)])
     pressed = np.abs if subject.mechanism.grooved else partial(np.maximum, 0.0)  # a groove presses both ways
     values = [hertz.stress_of(subject, pressed(load)) for load in loads]
     panel = Panel("Contact stress", "MPa", values, [peak_of(picture, values, hertz.STRESS)], quantity=hertz.STRESS)
@@ -80,7 +80,7 @@ def _wear(picture: Picture) -> list[Panel]:
     if not known(picture, surface.WEAR):
         return []
     subject = picture.question.subject
-    loads = _largest(picture, [variant for variant, _ in surface.variants("wear", subject)])
+    loads = by_way(picture, [variant for variant, _ in surface.variants("wear", subject)])
     values = [surface.wear_factor(subject) * np.maximum(np.abs(load), 0.0) for load in loads]
     panel = Panel(
         "Wear of the profile in a million turns",
@@ -99,7 +99,7 @@ def _film(picture: Picture) -> list[Panel]:
     if not known(picture, name):
         return []
     subject = picture.question.subject
-    thinness = _largest(picture, [variant for variant, _ in surface.variants("film_ratio", subject)])
+    thinness = by_way(picture, [variant for variant, _ in surface.variants("film_ratio", subject)])
     factor = surface.film_factor(subject) / (subject.bodies.roughness or 1e-3)
     values = [np.where(value > 0.0, factor / value, 0.0) for value in thinness]
     title = "Film over roughness" if name == surface.RATIO else "Film thickness"
@@ -108,12 +108,12 @@ def _film(picture: Picture) -> list[Panel]:
     return [panel]
 
 
-def _largest(picture: Picture, variants: list[Variant]) -> Values:
-    """The largest of a load's variants over each piece of the turn."""
+def by_way(picture: Picture, variants: list[Variant]) -> Values:
+    """A load over each piece of the turn: the largest of its variants there."""
     question = picture.question
     each = [(picture.curve_values(make(question.design, question.programme)), kinds) for make, kinds in variants]
     values: Values = []
-    for k, kind in enumerate(picture.kinds):
+    for k, kind in enumerate(question.programme.table.kind):
         here: FloatArray = np.array([curves[k] for curves, kinds in each if kinds & kind])
         values.append(np.take_along_axis(here, np.abs(here).argmax(axis=0)[None], axis=0)[0])
     return values

@@ -10,7 +10,7 @@ from camopt.effects import Case, offered
 from camopt.geometry import CamCurves, cam_curves
 from camopt.judging import run_effects
 from camopt.mechanisms.design import ComplexArray
-from camopt.motion.table import DWELL, RETURN, RISE
+from camopt.motion.table import DWELL, RETURN, RISE, TURN
 from camopt.numerics import FloatArray
 from camopt.numerics.curves import curve
 from camopt.quantities import GEOMETRY, QUANTITIES
@@ -43,7 +43,7 @@ class Picture:
     @cached_property
     def kinds(self) -> list[int]:
         """RISE, RETURN or DWELL of each piece."""
-        return [int(kind) for kind in self.question.programme.table.kind]
+        return [int(kind) & TURN for kind in self.question.programme.table.kind]
 
     @cached_property
     def motion(self) -> list[FloatArray]:

@@ -114,7 +114,8 @@ class Case:
         made, table = curve(self.designs, self.programme), self.programme.table
         if type(made) not in LOADED:  # one kernel for both kinds of turn
             table = table._replace(load=None)
-        extremes(made, count, table, asked, tolerance, location, value, where, width)
+        with np.errstate(all="ignore"):  # uncompiled, jets without bounds would warn
+            extremes(made, count, table, asked, tolerance, location, value, where, width)
         return Extremes(value, where, width)
 
 
@@ -131,5 +132,5 @@ class Effect:
     """For each of them that cannot be computed from what the scene gives: the keys that it lacks."""
     reads: Callable[[Subject], tuple[str, ...]] = lambda subject: ()
     """Quantities of other effects that this one reads, from ``Case.found``."""
-    of_motion: bool = False
+    of_motion: Callable[[Subject], bool] = lambda subject: False
     """Whether they depend on the motion and the speed alone, whatever the design."""

@@ -6,8 +6,8 @@
 with the relative radius R of ``effects.loads``, half-width b, face width L. The ellipse of a point contact has the
 relative radius R_s·(1 − κ·R_s) in the plane of the cam and R_s across it, where the cam is a cylinder; its h and
 half-axes are those of ``numerics.point_contact``, and must be small against the radii and the cam's width.
-On a concave flank that nearly conforms
-to the roller R grows without end and the stress falls to zero: the formulas hold while b is small against R_r.
+On a concave flank that nearly conforms to the roller R grows without end and the stress falls to zero: the formulas
+hold while b is small against R_r.
 A knife edge has no width, and its stress no bound. In a groove the roller touches one flank or the other, and the
 sharper counts. Source: Johnson, Contact Mechanics, ch. 4.
 """
@@ -19,7 +19,7 @@ import numpy as np
 
 from camopt.effects import force
 from camopt.effects.case import Bounded, Case, Effect, Subject
-from camopt.effects.loads import Largest, Variant, contact_load, goal_of, largest, normal_curve, sides
+from camopt.effects.loads import Largest, Variant, contact_load, goal_of, largest, normal_curve, rubs, ways
 from camopt.numerics import FloatArray
 from camopt.numerics.curves import curve
 from camopt.numerics.point_contact import ellipticity_of, integrals
@@ -46,16 +46,16 @@ def lacks(subject: Subject) -> dict[str, tuple[str, ...]]:
 def reads(subject: Subject) -> tuple[str, ...]:
     if subject.pointed:
         return ()
-    return ("undercut", *(("jamming_margin",) if subject.dynamics.friction and subject.mechanism.curvature else ()))
+    return ("undercut", *(("jamming_margin",) if rubs(subject) else ()))
 
 
 def variants(subject: Subject) -> list[tuple[float, float, Variant]]:
-    """The load that decides the stress on each flank, with the guide's friction on each side: (flank, side, it)."""
+    """The load that decides the stress on each flank, with the guide's friction each way: (flank, way, it)."""
     flanks = (1.0, -1.0) if subject.mechanism.grooved else (1.0,)
     return [
-        (flank, side, (partial(contact_load, subject, flank=flank, side=side), kinds))
+        (flank, way, (partial(contact_load, subject, flank=flank, way=way), kinds))
         for flank in flanks
-        for side, kinds in sides(subject)
+        for way, kinds in ways(subject)
     ]
 
 
@@ -93,10 +93,10 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
         top = largest(case, curves, goal, sound, located=True)
         width, length = np.zeros((2, *stress.shape))
         width[~np.isfinite(load)] = length[~np.isfinite(load)] = np.inf
-        for number, (flank, side, (make, _)) in enumerate(every):
+        for number, (flank, way, (make, _)) in enumerate(every):
             here = np.flatnonzero(np.isfinite(load) & (load > 0.0) & (top.variant == number))
             if here.size:
-                width[here], length[here] = _patch(case, make, flank, side, here, top)
+                width[here], length[here] = _patch(case, make, flank, way, here, top)
         columns[WIDTH] = width
         if subject.spherical:
             return {**columns, LENGTH: length}
@@ -106,14 +106,14 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
 
 
 def _patch(
-    case: Case, make: Any, flank: float, side: float, index: Any, top: Largest
+    case: Case, make: Any, flank: float, way: float, index: Any, top: Largest
 ) -> tuple[FloatArray, FloatArray]:
     """Half-axes of the contact where the stress is largest, in the plane of the cam and across it.
 
     A line has the half-width 2·N/(π·L·p₀), and half its face width; an ellipse a = 2·R_s·p₀·B/(μ·E*) and b = μ·a.
     """
     subject, designs, programme = case.subject, case.designs.take(index), case.programme
-    load, normal = make(designs, programme), normal_curve(subject, designs, programme, side)
+    load, normal = make(designs, programme), normal_curve(subject, designs, programme, way)
     curved = subject.mechanism.curvature(designs, programme) if subject.mechanism.curvature else None
     values = []
     for turn in (-1e-12, 1e-12):  # to both sides of a jump
@@ -133,4 +133,4 @@ def _patch(
     return 2.0 * np.abs(force) / (np.pi * bodies.face_width * stress), np.full_like(force, 0.5 * bodies.face_width)
 
 
-EFFECT = Effect("hertz", offers, run, lacks, reads)
+EFFECT = Effect("hertz", offers, run, lacks, reads, of_motion=lambda subject: subject.pointed)

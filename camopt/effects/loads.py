@@ -1,13 +1,15 @@
-"""Loads on the contact as curves over the turn: normal force, side thrust, and what decides the contact stress.
+"""Loads on the contact as curves over the turn: normal force, side thrust, torque, what decides the stress.
 
 With F the force along the motion (``effects.force``), t = tan β and a guide of length b and overhang a = a₀ − y,
+the contact gives G along the motion: F, and the friction at both ends of the guide, μ·q·|S|, against the motion.
 
-    N = F·√(1 + t²)/D,    S = F·t/D,    D = 1 − side·μ·q·t,    q = (2a + b)/b
+    G = F/D,    D = 1 − sgn(F·y')·μ·q·|t|,    q = (2a + b)/b,    N = G·√(1 + t²),    S = G·t,    T = G·y'
 
-side·t = |t| on the side that the follower is thrust to; without friction D = 1. F/l takes the place of F where the
+An open cam cannot pull: where F < 0 contact is lost, and N and S are 0. T is that of the motion as prescribed.
+At rest friction may act either way, up to its limit; none is counted, and D = 1. F/l takes the place of F where the
 follower oscillates; a flat face that does touches at the distance r from the pivot, N = F/r. Line contact needs
 
-    q = N/R,    roller: 1/R = κ/(1 − κ·R_r) + 1/R_r = 1/(R_r·(1 − κ·R_r)),    flat face: R = ρ
+    N/R,    roller: 1/R = κ/(1 − κ·R_r) + 1/R_r = 1/(R_r·(1 − κ·R_r)),    flat face: R = ρ
 
 and a spherical face N·h(1 − κ·R_s)/R_s² (``numerics.point_contact``).
 
@@ -16,15 +18,16 @@ Each is built from the mechanism's own curves of pressure angle, curvature, radi
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.effects.case import Bounded, Case, Dynamics, Subject
+from camopt.effects.case import Bounded, Case, Dynamics, Extremes, Subject
 from camopt.effects.force import weights
 from camopt.mechanisms.design import Designs
 from camopt.motion.programme import Programme
-from camopt.motion.table import DWELL, RETURN, RISE, TURN
+from camopt.motion.table import INWARD, OUTWARD, RESTING, TURN
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, FloatArray
 from camopt.numerics.curves import Linear, curve, formula
 from camopt.numerics.point_contact import pressure_factor, pressure_table
@@ -37,22 +40,33 @@ class ChangingForce(NamedTuple):
     share: FloatArray
 
 
-class NormalForce(NamedTuple):
-    """N of a follower with a trace point, N; D = 1 − (drag + slide·y)·t."""
+class Borne(NamedTuple):
+    """What an open cam bears of a force: 0 where it would have to pull."""
+
+    force: Any
+
+
+class Guided(NamedTuple):
+    """G of a follower in a guide with friction, N; D = 1 − sgn(F)·(drag + slide·y)·|t|."""
 
     force: Any
     pressure: Any
     drag: FloatArray
     slide: FloatArray
+
+
+class NormalForce(NamedTuple):
+    """N of a follower with a trace point, N."""
+
+    along: Any
+    pressure: Any
 
 
 class SideThrust(NamedTuple):
-    """S·(arm + reach·y), fields as in NormalForce: N, or N·mm where the arm is a length."""
+    """S·(arm + reach·y): N, or N·mm where the arm is a length."""
 
-    force: Any
+    along: Any
     pressure: Any
-    drag: FloatArray
-    slide: FloatArray
     arm: FloatArray
     reach: FloatArray
 
@@ -99,9 +113,9 @@ class FaceLoad(NamedTuple):
 
 
 class ShaftTorque(NamedTuple):
-    """T = F·y', N·mm."""
+    """T = G·y', N·mm."""
 
-    force: Any
+    along: Any
 
 
 @formula(ChangingForce, loaded=True)
@@ -111,27 +125,37 @@ def changing_force(f, i, y, y1, y2, y3):
     return force + f.share[i] * load, force1 + f.share[i] * load1
 
 
-@formula(NormalForce, loaded=True)
-def normal_force(f, i, y, y1, y2, y3):
+@formula(Borne, loaded=True)
+def borne(f, i, y, y1, y2, y3):
+    force, force1 = curve(f.force, i, y, y1, y2, y3)
+    return np.maximum(force, 0.0), 0.5 * (1.0 + np.sign(force)) * force1
+
+
+@formula(Guided, loaded=True)
+def guided(f, i, y, y1, y2, y3):
     force, force1 = curve(f.force, i, y, y1, y2, y3)
     t, t1 = curve(f.pressure, i, y, y1, y2, y3)
     drag, drag1 = f.drag[i] + f.slide[i] * y, f.slide[i] * y1
+    lean, pulled = np.abs(t), np.sign(force)
+    left = 1.0 - pulled * drag * lean
+    value = force / left
+    return value, (force1 + value * pulled * (drag1 * lean + drag * (np.sign(t) * t1))) / left
+
+
+@formula(NormalForce, loaded=True)
+def normal_force(f, i, y, y1, y2, y3):
+    along, along1 = curve(f.along, i, y, y1, y2, y3)
+    t, t1 = curve(f.pressure, i, y, y1, y2, y3)
     root = np.sqrt(np.square(t) + 1.0)
-    left = 1.0 - drag * t
-    value = force * root / left
-    return value, (force1 * root + force * (t * t1) / root + value * (drag1 * t + drag * t1)) / left
+    return along * root, along1 * root + along * (t * t1) / root
 
 
 @formula(SideThrust, loaded=True)
 def side_thrust(f, i, y, y1, y2, y3):
-    force, force1 = curve(f.force, i, y, y1, y2, y3)
+    along, along1 = curve(f.along, i, y, y1, y2, y3)
     t, t1 = curve(f.pressure, i, y, y1, y2, y3)
-    drag, drag1 = f.drag[i] + f.slide[i] * y, f.slide[i] * y1
     arm, arm1 = f.arm[i] + f.reach[i] * y, f.reach[i] * y1
-    left = 1.0 - drag * t
-    thrust = force * t / left
-    thrust1 = (force1 * t + force * t1 + thrust * (drag1 * t + drag * t1)) / left
-    return thrust * arm, thrust1 * arm + thrust * arm1
+    return along * t * arm, (along1 * t + along * t1) * arm + along * t * arm1
 
 
 @formula(GuideDrag)
@@ -178,8 +202,8 @@ def face_load(f, i, y, y1, y2, y3):
 
 @formula(ShaftTorque, loaded=True)
 def shaft_torque(f, i, y, y1, y2, y3):
-    force, force1 = curve(f.force, i, y, y1, y2, y3)
-    return force * y1, force1 * y1 + force * y2
+    along, along1 = curve(f.along, i, y, y1, y2, y3)
+    return along * y1, along1 * y1 + along * y2
 
 
 def force_curve(subject: Subject, designs: Designs, programme: Programme) -> Any:
@@ -195,37 +219,59 @@ def _force_at(lever: Any, subject: Subject, programme: Programme) -> Any:
     return steady if programme.load is None else ChangingForce(steady, 1.0 / lever)
 
 
-def friction(dynamics: Dynamics, count: int, side: float) -> tuple[FloatArray, FloatArray]:
-    """drag and slide: side·μ·q as a line in y."""
-    zeros = np.zeros(count)
-    if not dynamics.friction or dynamics.guide_length is None or dynamics.overhang is None:
-        return zeros, zeros
+def rubs(subject: Subject) -> bool:
+    """Whether the follower runs in a guide with friction."""
+    given = subject.dynamics
+    guided = not subject.angular and subject.mechanism.curvature is not None
+    return bool(guided and given.friction and given.guide_length is not None and given.overhang is not None)
+
+
+def friction(dynamics: Dynamics, count: int, way: float) -> tuple[FloatArray, FloatArray]:
+    """drag and slide: way·μ·q as a line in y."""
+    assert dynamics.guide_length is not None
+    assert dynamics.overhang is not None
     q = 1.0 + 2.0 * dynamics.overhang / dynamics.guide_length
-    return zeros + side * dynamics.friction * q, zeros - side * dynamics.friction * 2.0 / dynamics.guide_length
+    slide = -2.0 * dynamics.friction / dynamics.guide_length
+    return np.full(count, way * dynamics.friction * q), np.full(count, way * slide)
 
 
-def normal_curve(subject: Subject, designs: Designs, programme: Programme, side: float = 0.0) -> Any:
-    """The normal force of a mechanism, N; with the guide's friction on one side, or none (0)."""
+def along_curve(
+    subject: Subject, designs: Designs, programme: Programme, way: float = 0.0, *, pulls: bool = False
+) -> Any:
+    """G, N (F/l, or the moment of an oscillating flat face), of a follower that moves outward (1), inward (−1) or
+    rests (0); ``pulls`` says that the cam gives F < 0 too."""
     force = force_curve(subject, designs, programme)
-    if subject.mechanism.curvature:
-        drag = friction(subject.dynamics, len(designs), side)
-        return NormalForce(force, subject.mechanism.pressure(designs, programme), *drag)
-    if not subject.angular:
+    if not (pulls or subject.mechanism.grooved):
+        force = Borne(force)
+    if not rubs(subject):
         return force
+    pressure = subject.mechanism.pressure(designs, programme)
+    return Guided(force, pressure, *friction(subject.dynamics, len(designs), way))
+
+
+def normal_curve(subject: Subject, designs: Designs, programme: Programme, way: float = 0.0) -> Any:
+    """The normal force of a mechanism, N, of a follower that moves one way."""
+    along = along_curve(subject, designs, programme, way)
+    if subject.mechanism.curvature:
+        return NormalForce(along, subject.mechanism.pressure(designs, programme))
+    if not subject.angular:
+        return along
     assert subject.mechanism.reach is not None
-    return FaceForce(force, subject.mechanism.reach(designs, programme))
+    return FaceForce(along, subject.mechanism.reach(designs, programme))
 
 
-def torque_curve(subject: Subject, designs: Designs, programme: Programme) -> ShaftTorque:
-    """The torque of the camshaft, the same for all designs."""
+def torque_curve(subject: Subject, designs: Designs, programme: Programme, way: float = 0.0) -> ShaftTorque:
+    """The torque of the camshaft while the follower moves one way; without friction the same for all designs."""
+    if rubs(subject):
+        return ShaftTorque(along_curve(subject, designs, programme, way, pulls=True))
     return ShaftTorque(_force_at(np.ones(len(designs)), subject, programme))
 
 
 def contact_load(
-    subject: Subject, designs: Designs, programme: Programme, flank: float = 1.0, side: float = 0.0
+    subject: Subject, designs: Designs, programme: Programme, flank: float = 1.0, way: float = 0.0
 ) -> Any:
     """What decides the contact stress of a mechanism: N/R, N/mm; at a spherical face N·h/R_s², N/mm²."""
-    normal = normal_curve(subject, designs, programme, side)
+    normal = normal_curve(subject, designs, programme, way)
     if subject.mechanism.curvature:
         turned = np.full(len(designs), flank)
         curvature = subject.mechanism.curvature(designs, programme)
@@ -236,25 +282,29 @@ def contact_load(
     return FaceLoad(normal, subject.mechanism.profile_radius(designs, programme))
 
 
-def sides(subject: Subject) -> tuple[tuple[float, int], ...]:
-    """On which side the guide's friction acts, and over which strokes; together they hold the largest load.
-
-    A rise may thrust to either side, and the larger load counts. A return thrusts to the negative side, where
-    friction carries a part of the load; where it does not, the load given is a little above the true one. In a
-    groove the follower may be pulled against its friction on either stroke.
-    """
-    if subject.mechanism.curvature is None or not np.any(friction(subject.dynamics, 1, 1.0)):
-        return ((0.0, TURN),)
-    return (1.0, RISE | RETURN), (-1.0, driven(subject)), (0.0, DWELL)
+def ways(subject: Subject) -> tuple[tuple[float, int], ...]:
+    """Which way the guide's friction acts, and on which pieces of the turn."""
+    return ((1.0, OUTWARD), (-1.0, INWARD), (0.0, RESTING)) if rubs(subject) else ((0.0, TURN),)
 
 
 def driven(subject: Subject) -> int:
-    """The strokes on which the cam works against the guide's friction, so that the follower may jam."""
-    return RISE | RETURN if subject.mechanism.grooved else RISE
+    """The pieces on which the cam works against the guide's friction, so that the follower may jam."""
+    return OUTWARD | INWARD if subject.mechanism.grooved else OUTWARD
+
+
+def drag_curve(subject: Subject, designs: Designs, programme: Programme) -> GuideDrag:
+    """μ·q·t."""
+    drag = friction(subject.dynamics, len(designs), 1.0)
+    return GuideDrag(subject.mechanism.pressure(designs, programme), *drag)
+
+
+def drag_of(case: Case, kinds: int) -> Extremes:
+    """The largest μ·q·|t| on some pieces of the turn."""
+    return case.extremes(partial(drag_curve, case.subject), [(kinds, LARGEST_MAGNITUDE)])
 
 
 Variant = tuple[Callable[[Designs, Programme], Any], int]
-"""A curve and the kinds of stroke over which it is the load."""
+"""A curve and the kinds of piece over which it is the load."""
 
 
 class Largest(NamedTuple):
@@ -286,7 +336,7 @@ def largest(case: Case, variants: Sequence[Variant], goal: int, sound: Any, *, l
     if not index.size:
         return found
     some = replace(case, designs=case.designs.take(index))
-    asked = [v for v in variants if any(stroke.kind & v[1] for stroke in case.programme.strokes)]
+    asked = [v for v in variants if np.any(case.programme.table.kind & v[1])]
     each = [some.extremes(make, [(kinds, goal)], located=located) for make, kinds in asked]
     values = np.array([f.value[0] for f in each])
     tops = np.array([f.value[0] + f.width[0] for f in each])

@@ -44,4 +44,4 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     }
 
 
-EFFECT = Effect("motion", offers, run, of_motion=True)
+EFFECT = Effect("motion", offers, run, of_motion=lambda subject: True)

@@ -29,7 +29,7 @@ import numpy as np
 
 from camopt.effects import force
 from camopt.effects.case import Bounded, Case, Effect, Subject
-from camopt.effects.loads import Variant, contact_load, largest, normal_curve, sides
+from camopt.effects.loads import Variant, contact_load, largest, normal_curve, rubs, ways
 from camopt.mechanisms.design import Designs
 from camopt.motion.programme import Programme
 from camopt.motion.table import TURN
@@ -71,12 +71,11 @@ class FaceEntrainment(NamedTuple):
 
 
 class FaceWear(NamedTuple):
-    """sign·N·v/(q·ρ), N."""
+    """N·|v|/(q·ρ), N."""
 
     load: Any
     sliding: Any
     turning: FloatArray
-    sign: FloatArray
 
 
 class RollerRadius(NamedTuple):
@@ -124,8 +123,9 @@ def face_wear(f, i, y, y1, y2, y3):
     load, load1 = curve(f.load, i, y, y1, y2, y3)
     v, v1 = curve(f.sliding, i, y, y1, y2, y3)
     q, q1 = 1.0 + f.turning[i] * y1, f.turning[i] * y2
-    value = load * v / q
-    return f.sign[i] * value, f.sign[i] * (load1 * v + load * v1 - value * q1) / q
+    fast, fast1 = np.abs(v), np.sign(v) * v1
+    value = load * fast / q
+    return value, (load1 * fast + load * fast1 - value * q1) / q
 
 
 @formula(RollerRadius)
@@ -174,8 +174,7 @@ def lacks(subject: Subject) -> dict[str, tuple[str, ...]]:
 
 
 def reads(subject: Subject) -> tuple[str, ...]:
-    jams = subject.dynamics.friction and subject.mechanism.curvature
-    return (*(() if subject.pointed else ("undercut",)), *(("jamming_margin",) if jams else ()))
+    return (*(() if subject.pointed else ("undercut",)), *(("jamming_margin",) if rubs(subject) else ()))
 
 
 def turning(subject: Subject, designs: Designs) -> FloatArray:
@@ -204,21 +203,19 @@ def entrainment_curve(subject: Subject, designs: Designs, programme: Programme) 
     return TraceEntrainment(sliding, mechanism.curvature(designs, programme), designs.roller_radius, turns, slip)
 
 
-def wear_curve(
-    subject: Subject, designs: Designs, programme: Programme, side: float = 0.0, sign: float = 1.0
-) -> Any:
-    """N·v/c, N; a knife edge has v = c."""
+def wear_curve(subject: Subject, designs: Designs, programme: Programme, way: float = 0.0) -> Any:
+    """N·|v|/c, N; a knife edge has v = c."""
     if subject.pointed:
-        return normal_curve(subject, designs, programme, side)
+        return normal_curve(subject, designs, programme, way)
     load, sliding = contact_load(subject, designs, programme), sliding_curve(subject, designs, programme)
-    return FaceWear(load, sliding, turning(subject, designs), np.full(len(designs), sign))
+    return FaceWear(load, sliding, turning(subject, designs))
 
 
-def thinness_curve(subject: Subject, designs: Designs, programme: Programme, side: float = 0.0) -> Thinness:
+def thinness_curve(subject: Subject, designs: Designs, programme: Programme, way: float = 0.0) -> Thinness:
     """The inverse of the film, but for ``film_factor``."""
     mechanism = subject.mechanism
     normal, entrainment = (
-        normal_curve(subject, designs, programme, side),
+        normal_curve(subject, designs, programme, way),
         entrainment_curve(subject, designs, programme),
     )
     if mechanism.curvature:
@@ -232,12 +229,8 @@ def variants(name: str, subject: Subject) -> list[tuple[Variant, int]]:
     """The curves that decide a limit, each with its goal."""
     if name == "sliding_speed":
         return [((partial(sliding_curve, subject), TURN), LARGEST_MAGNITUDE)]
-    if name == "film_ratio":
-        return [((partial(thinness_curve, subject, side=side), kinds), LARGEST) for side, kinds in sides(subject)]
-    if subject.pointed:
-        return [((partial(wear_curve, subject, side=side), kinds), LARGEST) for side, kinds in sides(subject)]
-    signs = (1.0, -1.0) if subject.angular else (1.0,)
-    return [((partial(wear_curve, subject, sign=sign), TURN), LARGEST) for sign in signs]
+    make = thinness_curve if name == "film_ratio" else wear_curve
+    return [((partial(make, subject, way=way), kinds), LARGEST) for way, kinds in ways(subject)]
 
 
 def ceiling(name: str, subject: Subject, bound: float) -> float:
@@ -296,8 +289,7 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
             columns |= _film(case, sound & ((least - below > 0.0) | (most + above < 0.0)))
     if WEAR in wanted:
         worn = largest(case, [variant for variant, _ in variants("wear", subject)], LARGEST, sound)
-        depth = worn.bounded(wear_factor(subject))
-        columns[WEAR] = depth._replace(value=np.maximum(depth.value, 0.0))
+        columns[WEAR] = worn.bounded(wear_factor(subject))
     return columns
 
 

@@ -1,10 +1,13 @@
 """Normal force, side thrust, and what they do to the guide and the stem of the follower.
 
-    N = F/(cos β ∓ μ·q·|sin β|),  q = (2a + b)/b           − on the rise, + on the return; S = N·sin β
+    N = F/(cos β − sgn(F·y')·μ·q·|sin β|),  q = (2a + b)/b,    S = N·sin β
     guide reaction S·(a + b)/b,    bending stress of the stem 32·S·a/(π·d³),    jams where μ·q·|tan β| = 1
 
-for a guide of length b and an overhang a = a₀ − y, from the trace point to the near end of the guide. Without a
-guide there is no friction. An oscillating follower has S along its arm, and no guide.
+for a guide of length b and an overhang a = a₀ − y, from the trace point to the near end of the guide: both ends of
+the guide bear on the stem, S·(a + b)/b + S·a/b = q·S together, and rub against the motion, whose sign is that of y'
+whatever the stroke is called; at rest no friction is counted. Where F < 0 an open cam has lost contact: no load.
+The follower jams while it is driven outward, in a groove inward too. Without a guide there is no friction. An
+oscillating follower has S along its arm, and no guide.
 
 Source: Rothbart, Cam Design Handbook, ch. 6; Norton, Cam Design and Manufacturing Handbook, ch. 7.
 """
@@ -18,15 +21,16 @@ import numpy as np
 from camopt.effects import force
 from camopt.effects.case import Bounded, Case, Effect, Subject
 from camopt.effects.loads import (
-    GuideDrag,
     SideThrust,
+    along_curve,
+    drag_of,
     driven,
-    force_curve,
     friction,
     goal_of,
     largest,
     normal_curve,
-    sides,
+    rubs,
+    ways,
 )
 from camopt.mechanisms.design import Designs
 from camopt.motion.programme import Programme
@@ -62,37 +66,30 @@ def lacks(subject: Subject) -> dict[str, tuple[str, ...]]:
 
 
 def thrust_curve(
-    subject: Subject, designs: Designs, programme: Programme, side: float, arm: float, reach: float
+    subject: Subject, designs: Designs, programme: Programme, way: float, arm: float, reach: float
 ) -> SideThrust:
-    """S·(arm + reach·y)."""
-    ones, drag = np.ones(len(designs)), friction(subject.dynamics, len(designs), side)
-    pressure = subject.mechanism.pressure(designs, programme)
-    return SideThrust(force_curve(subject, designs, programme), pressure, *drag, arm * ones, reach * ones)
-
-
-def drag_curve(subject: Subject, designs: Designs, programme: Programme) -> GuideDrag:
-    """μ·q·t."""
-    drag = friction(subject.dynamics, len(designs), 1.0)
-    return GuideDrag(subject.mechanism.pressure(designs, programme), *drag)
+    """S·(arm + reach·y) of a follower that moves one way."""
+    ones, pressure = np.ones(len(designs)), subject.mechanism.pressure(designs, programme)
+    return SideThrust(along_curve(subject, designs, programme, way), pressure, arm * ones, reach * ones)
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     subject, given = case.subject, case.subject.dynamics
     columns: dict[str, Any] = {}
     sound = np.ones(len(case.designs), dtype=bool)
-    if subject.mechanism.curvature and np.any(friction(given, 1, 1.0)):
-        drag = case.extremes(partial(drag_curve, subject), [(driven(subject), LARGEST_MAGNITUDE)])
+    if rubs(subject):
+        drag = drag_of(case, driven(subject))
         columns["jamming_margin"] = Bounded(1.0 - drag.value[0], -drag.width[0], 1.0)
         columns["jamming_angle_deg"] = float(np.degrees(np.arctan2(1.0, friction(given, 1, 1.0)[0][0])))
         sound = drag.value[0] + drag.width[0] < 1.0
     if "normal_force_max_N" in wanted:
-        normal = [(partial(normal_curve, subject, side=side), kinds) for side, kinds in sides(subject)]
+        normal = [(partial(normal_curve, subject, way=way), kinds) for way, kinds in ways(subject)]
         columns["normal_force_max_N"] = largest(case, normal, goal_of(subject), sound).bounded()
     for name, (arm, reach, factor) in levers(subject).items():
         if name in wanted:
             thrust = [
-                (partial(thrust_curve, subject, side=side, arm=arm, reach=reach), kinds)
-                for side, kinds in sides(subject)
+                (partial(thrust_curve, subject, way=way, arm=arm, reach=reach), kinds)
+                for way, kinds in ways(subject)
             ]
             columns[name] = largest(case, thrust, LARGEST_MAGNITUDE, sound).bounded(factor)
     return columns

@@ -1,4 +1,4 @@
-"""The torque that the camshaft gives, free of friction, and what it asks of the drive and the flywheel.
+"""The torque that the camshaft gives, and what it asks of the drive and the flywheel.
 
     T = F·y',    F = m·ω²·y'' + c·ω·y' + k·y + F₀ + F_ext            (oscillating: M·ψ' with moments)
 
@@ -10,13 +10,19 @@ the turn (``motion.load``) do not, so that ∮T dθ = ∮(c·ω·y' + F_ext)·y'
 
 up to a constant, the fluctuation of energy is ΔE = max W − min W and the flywheel I = ΔE/(C_f·ω²).
 
+A follower that rubs in its guide asks for more: T = G·y' with the force G that the cam gives along the motion
+(``effects.loads``), whose work over a turn is greater by what the guide takes. It depends on the design then; its
+extremes are found as those of the other loads, its integrals from panel polynomials (``effects.guided``). It is
+infinite where the follower jams, and none of it is known at a corner.
+
 At a corner of the motion y' passes from one value to the other at once: T is infinite, upwards where |y'| grows,
 downwards where it falls; W is not.
 
 Source: Norton, Design of Machinery, ch. 15 (camshaft torque) and 11 (flywheel).
 """
 
-from functools import lru_cache
+from dataclasses import replace
+from functools import lru_cache, partial
 from math import inf, pi, sqrt
 from typing import Any, NamedTuple
 
@@ -25,9 +31,12 @@ from numpy.polynomial import polynomial
 
 from camopt.effects import force
 from camopt.effects.case import Bounded, Case, Dynamics, Effect, Subject
+from camopt.effects.guided import guided_torque
+from camopt.effects.loads import drag_of, driven, rubs, torque_curve, ways
 from camopt.effects.work import ROUNDED, added, derivative, integral, largest, product, total
 from camopt.motion.programme import SAME, Programme
-from camopt.numerics import FloatArray
+from camopt.motion.table import INWARD, OUTWARD
+from camopt.numerics import LARGEST, LEAST, FloatArray
 from camopt.numerics.piecewise import load_series
 
 NAMES = (
@@ -40,6 +49,7 @@ NAMES = (
     "power_mean_W",
     "energy_fluctuation_J",
 )
+EXTREMES = frozenset(("torque_max_N_m", "torque_min_N_m", "torque_peak_N_m", "power_peak_W"))
 FLYWHEEL = "flywheel_inertia_kg_m2"
 
 
@@ -55,38 +65,47 @@ def lacks(subject: Subject) -> dict[str, tuple[str, ...]]:
 
 
 class Turn(NamedTuple):
-    """What the torque amounts to over a turn, N·mm."""
+    """What the torque amounts to over a turn, N·mm: numbers, or arrays where it depends on the design."""
 
-    largest: float
-    least: float
-    mean: float
-    rms: float
-    fluctuation: float
+    largest: Any
+    least: Any
+    mean: Any
+    rms: Any
+    fluctuation: Any
+    room: Any
+    """By how much the largest magnitude may be above."""
 
 
-def torque_series(programme: Programme, dynamics: Dynamics, omega: float) -> FloatArray:
-    """T on the panels, N·mm; impulses at corners are apart."""
+def force_series(programme: Programme, dynamics: Dynamics, omega: float) -> FloatArray:
+    """F on the panels, N (N·mm)."""
     table = programme.table
     *factors, constant = force.weights(dynamics, omega)
     along = added(*(factor * derivative(table, order) for order, factor in enumerate(factors)), load_series(table))
     along[0] += constant
-    return product(along, derivative(table, 1))
+    return along
+
+
+def torque_series(programme: Programme, dynamics: Dynamics, omega: float) -> FloatArray:
+    """T on the panels, N·mm; impulses at corners are apart."""
+    return product(force_series(programme, dynamics, omega), derivative(programme.table, 1))
 
 
 @lru_cache(maxsize=4096)
 def turn_of(programme: Programme, dynamics: Dynamics, omega: float) -> Turn:
     """Extremes, mean, root mean square and fluctuation of energy of the torque."""
     series = torque_series(programme, dynamics, omega)
-    speed = derivative(programme.table, 1)
-    mean = total(programme.table, product(lasting(programme, dynamics, omega), speed)) / (2.0 * pi)
-    rms = sqrt(total(programme.table, product(series, series)) / (2.0 * pi))
+    speed, half_width = derivative(programme.table, 1), programme.table.half_width
+    mean = total(half_width, product(lasting(programme, dynamics, omega), speed)) / (2.0 * pi)
+    rms = sqrt(total(half_width, product(series, series)) / (2.0 * pi))
     upwards, downwards = _impulses(programme)
+    top, bottom = inf if upwards else largest(series), -inf if downwards else -largest(-series)
     return Turn(
-        inf if upwards else largest(series),
-        -inf if downwards else -largest(-series),
+        top,
+        bottom,
         mean,
         inf if upwards or downwards else rms,
         _fluctuation(programme, dynamics, omega, mean),
+        0.0 if upwards or downwards else ROUNDED * max(top, -bottom),
     )
 
 
@@ -108,20 +127,67 @@ def _fluctuation(programme: Programme, dynamics: Dynamics, omega: float, mean: f
     y, speed = derivative(table, 0), derivative(table, 1)
     angle, spent = np.array([table.centre, table.half_width]), product(lasting(programme, dynamics, omega), speed)
     kinetic = 0.5 * mass * product(speed, speed)
-    rest = added(0.5 * stiffness * product(y, y), constant * y, integral(table, spent), -mean * angle)
+    rest = added(0.5 * stiffness * product(y, y), constant * y, integral(table.half_width, spent), -mean * angle)
     turned = [corner.at for corner in programme.corners if 0.0 < corner.after / corner.size < 1.0]
     within = np.asarray(polynomial.polyval(-1.0, rest))[np.searchsorted(table.centre, turned)]
     work = added(rest, kinetic)
     return largest(work) - min([-largest(-work), *map(float, within)])
 
 
+def guided_turn(case: Case, *, integrals: bool) -> Turn:
+    """As ``turn_of`` where followers rub in their guides, arrays (designs,); infinite for those that jam."""
+    subject, programme, count = case.subject, case.programme, len(case.designs)
+    assert subject.omega is not None
+    top, mean, rms, fluctuation = np.full((4, count), inf)
+    turn = Turn(top, np.full(count, -inf), mean, rms, fluctuation, np.zeros(count))
+    pulled = force.force_span(programme, subject.dynamics, subject.omega)[0] < 0.0
+    drag = drag_of(case, OUTWARD | INWARD if pulled else driven(subject))
+    index = np.flatnonzero((drag.value[0] + drag.width[0] < 1.0) & (not programme.corners))
+    if not index.size:
+        return turn
+    some = replace(case, designs=case.designs.take(index))
+    turn.largest[index], above = _extreme(some, LARGEST)
+    turn.least[index], below = _extreme(some, LEAST)
+    turn.room[index] = np.maximum(above, below)
+    along = force_series(programme, subject.dynamics, subject.omega)
+    for number in index if integrals else ():
+        design = case.designs.take([number])
+        turn.mean[number], turn.rms[number], turn.fluctuation[number] = _integrals(
+            *guided_torque(subject, design, programme, along)
+        )
+    return turn
+
+
+def _extreme(case: Case, goal: int) -> tuple[FloatArray, FloatArray]:
+    """The largest or the least torque of designs, and by how much it may be further out."""
+    sign = -1.0 if goal == LEAST else 1.0
+    found = [
+        case.extremes(partial(torque_curve, case.subject, way=way), [(kinds, goal)])
+        for way, kinds in ways(case.subject)
+        if np.any(case.programme.table.kind & kinds)
+    ]
+    values = np.max([sign * each.value[0] for each in found], axis=0)
+    bounds = np.max([sign * each.value[0] + each.width[0] for each in found], axis=0)
+    return sign * values, bounds - values
+
+
+def _integrals(half_width: FloatArray, series: FloatArray) -> tuple[float, float, float]:
+    """Mean, root mean square and fluctuation of energy of a torque on panels of these half-widths."""
+    mean = total(half_width, series) / (2.0 * pi)
+    square = total(half_width, product(series, series)) / (2.0 * pi)
+    work = integral(half_width, added(series, np.full((1, half_width.size), -mean)))
+    return mean, sqrt(square), largest(work) + largest(-work)
+
+
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     dynamics, omega = case.subject.dynamics, case.subject.omega
     assert omega is not None
-    turn = turn_of(case.programme, dynamics, omega)
+    if rubs(case.subject):
+        turn = guided_turn(case, integrals=not wanted <= EXTREMES)
+    else:
+        turn = turn_of(case.programme, dynamics, omega)
     unit, power = 1e-3, 1e-3 * omega  # to N·m from N·mm, to W from N·mm
-    peak = max(turn.largest, -turn.least)
-    room = 0.0 if peak == inf else ROUNDED * peak
+    peak, room = np.maximum(turn.largest, -turn.least), turn.room
     columns: dict[str, Any] = {
         "torque_max_N_m": turn.largest * unit,
         "torque_min_N_m": turn.least * unit,
@@ -137,4 +203,4 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     return columns
 
 
-EFFECT = Effect("torque", offers, run, lacks, of_motion=True)
+EFFECT = Effect("torque", offers, run, lacks, of_motion=lambda subject: not rubs(subject))

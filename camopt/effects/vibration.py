@@ -159,4 +159,4 @@ def _bounded(found: tuple[float, float], unit: Any) -> Bounded:
     return Bounded(value * unit, outward * unit, abs(value) * unit)
 
 
-EFFECT = Effect("vibration", offers, run, lacks, of_motion=True)
+EFFECT = Effect("vibration", offers, run, lacks, of_motion=lambda subject: True)

@@ -36,18 +36,18 @@ def product(a: FloatArray, b: FloatArray) -> FloatArray:
     return found
 
 
-def integral(table: MotionTable, series: FloatArray) -> FloatArray:
-    """The integral over the cam angle from the start of the turn, as a series."""
-    found = polynomial.polyint(series) * table.half_width
+def integral(half_width: FloatArray, series: FloatArray) -> FloatArray:
+    """The integral over the cam angle from the start of the turn, as a series on panels of these half-widths."""
+    found = polynomial.polyint(series) * half_width
     found[0] -= polynomial.polyval(-1.0, found)
     found[0, 1:] += np.cumsum(polynomial.polyval(1.0, found))[:-1]
     return np.asarray(found)
 
 
-def total(table: MotionTable, series: FloatArray) -> float:
+def total(half_width: FloatArray, series: FloatArray) -> float:
     """The integral over the whole turn: even powers alone contribute."""
     even = series[::2]
-    return float(np.sum(2.0 / np.arange(1, 2 * len(even), 2) @ even * table.half_width))
+    return float(np.sum(2.0 / np.arange(1, 2 * len(even), 2) @ even * half_width))
 
 
 def largest(series: FloatArray) -> float:

@@ -14,7 +14,7 @@ from camopt.motion import LAWS
 from camopt.motion.law import Law
 from camopt.motion.load import ExternalLoad
 from camopt.motion.spline import SplineLaw
-from camopt.motion.table import DWELL, RETURN, RISE, cut, stroke_coefficients
+from camopt.motion.table import DWELL, INWARD, OUTWARD, RESTING, RETURN, RISE, cut, stroke_coefficients, turnings
 from camopt.numerics import FloatArray
 from camopt.numerics.loading import tabulated_load
 from camopt.numerics.piecewise import (
@@ -125,6 +125,12 @@ class Programme:
         """The programme as panel polynomials."""
         return _table(self)
 
+    @property
+    def starts(self) -> FloatArray:
+        """The cam angle at which each piece of the table starts, rad."""
+        first = self.table.first_panel[:-1]
+        return np.asarray(self.table.centre[first] - self.table.half_width[first])
+
     @cached_property
     def jumps(self) -> tuple[Jump, ...]:
         """Where y' or y'' is discontinuous, the end of the turn joined to its start."""
@@ -154,20 +160,22 @@ class Programme:
     def beside(self, angles: FloatArray, kinds: int) -> FloatArray:
         """The cam angles just before and just after the given ones, (2, …), for both one-sided values at a jump.
 
-        All lie in strokes of the given kinds: an angle that does not becomes that of the other side, or else the
-        middle of one of the strokes. (0, …) if there is no such stroke.
+        All lie in pieces of the given kinds: an angle that does not becomes that of the other side, or else the
+        middle of one of the pieces. (0, …) if there is no such piece.
         """
-        middles = [s.start + s.angle / 2 for s in self.strokes if s.kind & kinds]
-        if not middles:
+        table, starts = self.table, self.starts
+        chosen = np.flatnonzero(table.kind & kinds)
+        if not chosen.size:
             return np.empty((0, *angles.shape))
+        middle = np.mean([*starts, self.strokes[-1].end][chosen[0] : chosen[0] + 2])
         sides = np.mod(np.stack([angles - BESIDE, angles + BESIDE]), self.strokes[-1].end)
-        edges, kind = (np.array([getattr(s, name) for s in self.strokes]) for name in ("start", "kind"))
-        inside = (kind[np.searchsorted(edges, sides, side="right") - 1] & kinds) != 0
-        return np.where(inside, sides, np.where(inside[::-1], sides[::-1], middles[0]))
+        inside = (table.kind[np.searchsorted(starts[1:], sides, side="right")] & kinds) != 0
+        return np.where(inside, sides, np.where(inside[::-1], sides[::-1], middle))
 
     def cuts(self, stroke: Stroke) -> tuple[float, ...]:
-        """Where the load has corners, as shares of a stroke; those outside it too."""
-        return tuple((angle - stroke.start) / stroke.angle for angle in (self.load.angles if self.load else ()))
+        """Where the motion turns back or the load has a corner, as shares of a stroke; those outside it too."""
+        corners = tuple((angle - stroke.start) / stroke.angle for angle in (self.load.angles if self.load else ()))
+        return corners if stroke.law is None else (*turnings(stroke.law, PANELS), *corners)
 
 
 def _stroke_motion(stroke: Stroke, angles: FloatArray) -> FloatArray:
@@ -193,14 +201,15 @@ def _table(programme: Programme) -> MotionTable:
         else:
             coefficients, ends, counts = stroke_coefficients(stroke.law, PANELS, programme.cuts(stroke))
         row = coefficients * (stroke.high - stroke.low)
+        ways = _ways(row, counts)
         row[:, 0] += stroke.low
         rows.append(row)
         centres.append(stroke.start + stroke.angle * (ends[1:] + ends[:-1]) / 2)
         halves.append(stroke.angle * np.diff(ends) / 2)
         numbers.append(np.full(len(row), len(numbers), dtype=np.int64))
-        for count in counts:
+        for count, way in zip(counts, ways, strict=True):
             pieces.append(pieces[-1] + count)
-            kinds.append(stroke.kind)
+            kinds.append(stroke.kind | way)
     coefficients, centre, half_width = np.concatenate(rows), np.concatenate(centres), np.concatenate(halves)
     first_panel, load = np.array(pieces), programme.load
     group = groups_of(first_panel)
@@ -221,6 +230,14 @@ def _table(programme: Programme) -> MotionTable:
     )
     fill_nodes(table)
     return table
+
+
+def _ways(coefficients: FloatArray, counts: Sequence[int]) -> list[int]:
+    """Which way each piece of a stroke moves, from its coefficients (panels, powers): none turns back."""
+    last = np.cumsum(counts) - 1
+    first = last - np.array(counts) + 1
+    left, right = polynomial.polyval(np.array([-1.0, 1.0]), coefficients.T).T
+    return [int({1: OUTWARD, -1: INWARD}.get(way, RESTING)) for way in np.sign(right[last] - left[first])]
 
 
 def _jumps(programme: Programme) -> list[Jump]:

@@ -1,32 +1,37 @@
 """Laws as panel polynomials (``numerics.piecewise``), and the kinds of stroke."""
 
-from functools import lru_cache
+from functools import cache, lru_cache
 from itertools import pairwise
 
 import numpy as np
 from numpy.polynomial import chebyshev, polynomial
+from numpy.typing import NDArray
 
 from camopt.motion.law import Law
 from camopt.numerics import FloatArray
-from camopt.numerics.piecewise import DEGREE
+from camopt.numerics.piecewise import DEGREE, sign_changes
 
 RISE, RETURN, DWELL = 1, 2, 4  # bits, so that a question can ask for several kinds at once
+IntArray = NDArray[np.int64]
 TURN = RISE | RETURN | DWELL
+OUTWARD, INWARD, RESTING = 8, 16, 32  # which way a piece moves: the sign of y', whatever its stroke
+WAYS = OUTWARD | INWARD | RESTING
 
 JERK_DEGREE = DEGREE - 3
 SAME = 1e-12  # of a stroke: a cut this near to a break is one but for rounding
 
 
-def _chebyshev_projection() -> tuple[FloatArray, FloatArray]:
+@cache
+def chebyshev_projection(degree: int) -> tuple[FloatArray, FloatArray]:
     """Nodes inside (−1, 1) and the matrix from values there to power-basis coefficients."""
-    count = JERK_DEGREE + 1
+    count = degree + 1
     u = chebyshev.chebpts1(count)
-    to_chebyshev = np.linalg.inv(chebyshev.chebvander(u, JERK_DEGREE))
+    to_chebyshev = np.linalg.inv(chebyshev.chebvander(u, degree))
     to_powers = np.array([np.pad(chebyshev.cheb2poly(row), (0, count))[:count] for row in np.eye(count)]).T
     return u, to_powers @ to_chebyshev
 
 
-NODES, TO_POWERS = _chebyshev_projection()
+NODES, TO_POWERS = chebyshev_projection(JERK_DEGREE)
 
 
 def cut(breaks: tuple[float, ...], cuts: tuple[float, ...]) -> tuple[float, ...]:
@@ -58,3 +63,14 @@ def stroke_coefficients(
         series[:, 0] = constant
     series.flags.writeable = False
     return series, np.append(low, 1.0), tuple(counts)
+
+
+@lru_cache(maxsize=256)
+def turnings(law: Law, panels: int) -> tuple[float, ...]:
+    """Where in a stroke a law turns back: the roots of its velocity at which the sign changes; none if monotone."""
+    series, ends, _ = stroke_coefficients(law, panels)
+    centre, half = (ends[1:] + ends[:-1]) / 2, np.diff(ends) / 2
+    velocity = polynomial.polyder(series.T) / half
+    places = np.unique([*ends, *(centre[k] + half[k] * u for k, u in sign_changes(velocity))])
+    signs = np.sign(np.diff(law.displacement(places)))
+    return tuple(float(x) for x in places[1:-1][signs[1:] != signs[:-1]])

@@ -224,6 +224,8 @@ def split(f, i, table, panel, part, error, sign, tolerance, location, best, stac
                 best, largest, at = value, value, u
         elif verdict == OPEN:
             bound = min(bound, max(left, right) + 0.5 * known(jet.second) * (reach * half_width) ** 2)
+            if not bound < np.inf:  # a corner of the curve: its range is what is known
+                bound = jet.high if sign > 0.0 else -jet.low
             if bound > best + allowance and parts < MOST_PARTS and depth + 2 <= DEPTH:
                 y, y1, y2, y3 = motion(table, panel, middle)
                 value, slope = oriented(f, i, y, y1, y2, y3, sign)

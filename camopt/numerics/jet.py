@@ -136,7 +136,7 @@ def divide(a, b):
     n = least_magnitude(b) if apart else 0.0
     low, high = (1.0 / b.high, 1.0 / b.low) if apart else (-np.inf, np.inf)
     p, q, r, s = a.low * low, a.low * high, a.high * low, a.high * high
-    inverse = 1.0 / n
+    inverse = 1.0 / n if apart else np.inf
     m = magnitude(a) * inverse
     first = (a.first + m * b.first) * inverse
     second = (a.second + 2.0 * first * b.first + m * b.second) * inverse
@@ -154,6 +154,30 @@ def root(a):
     second = (0.5 * a.second + first * first) * inverse
     third = (0.5 * a.third + 3.0 * first * second) * inverse
     return Jet(low, high, 0.5 * a.error * inverse + UNIT * high, first, second, third)
+
+
+@inlined
+def absolute(a):
+    """|a|; its slope is known where a may pass through zero, what is beyond is not."""
+    kink = 0.0 if (a.low >= 0.0) | (a.high <= 0.0) else np.inf
+    return Jet(least_magnitude(a), magnitude(a), a.error, a.first, a.second + kink, a.third + kink)
+
+
+@inlined
+def at_least(a, x):
+    """The larger of a and a number."""
+    kink = 0.0 if (a.low >= x) | (a.high <= x) else np.inf
+    share = 0.0 if a.high <= x else 1.0
+    return Jet(
+        max(a.low, x), max(a.high, x), a.error, share * a.first, share * a.second + kink, share * a.third + kink
+    )
+
+
+@inlined
+def sign(a):
+    """−1, 0 or 1; without derivatives where a may pass through zero."""
+    jump = 0.0 if (a.low > 0.0) | (a.high < 0.0) else np.inf
+    return Jet(np.sign(a.low), np.sign(a.high), 0.0, jump, jump, jump)
 
 
 @inlined
@@ -242,6 +266,9 @@ RULES: dict[Callable[..., Any], dict[tuple[bool, ...], Any]] = {
     operator.neg: {(JET,): lambda a: negative(a)},
     np.sqrt: {(JET,): lambda a: root(a)},
     np.square: {(JET,): lambda a: square(a)},
+    np.absolute: {(JET,): lambda a: absolute(a)},
+    np.maximum: {(JET, NUMBER): lambda a, b: at_least(a, b)},
+    np.sign: {(JET,): lambda a: sign(a)},
     np.power: {(JET, NUMBER): lambda a, b: power(a, b)},
     np.sin: {(JET,): lambda a: sine(a)},
     np.cos: {(JET,): lambda a: cosine(a)},

@@ -5,6 +5,7 @@ polynomial of degree 12 in u ∈ [−1, 1]. Jumps of any derivative lie between 
 are seen by construction. A piece of m panels has m + 1 nodes (panel ends) at which the motion is tabulated.
 """
 
+from collections.abc import Iterator
 from functools import cache
 from itertools import pairwise
 from math import comb
@@ -22,6 +23,8 @@ from camopt.numerics.loading import LoadTable, loaded, loaded_node, loaded_part,
 GROUPED = 4  # panels of a group
 DEGREE = 12  # truncation of the trigonometric laws is then below rounding, in the jerk too
 CONVERTED = 1e-10  # relative, for rounding in the ranges below
+STILL = 1e-12  # of a polynomial's largest value: less is rounding
+NEARLY_REAL = 1e-6  # imaginary part of a root that is taken for real: a double root, and no change of sign
 PLACED = 1.5  # errors of the cam angle, in roundings of the stroke's
 ROUNDED = (4.0, 8.0, 32.0, 512.0)  # errors of y … as tabulated, in roundings of the largest in the stroke
 
@@ -123,6 +126,17 @@ def bernstein(degree: int) -> FloatArray:
 
     powers = range(degree + 1)
     return np.array([[blossom(ones, power) / comb(degree, power) for power in powers] for ones in powers])
+
+
+def sign_changes(series: FloatArray) -> Iterator[tuple[int, float]]:
+    """Where panel polynomials (powers, panels) may change sign within a panel: (panel, u)."""
+    bounds = bernstein(len(series) - 1) @ series
+    still = STILL * np.abs(bounds).max()
+    for panel in np.flatnonzero((bounds.min(axis=0) < -still) & (bounds.max(axis=0) > still)):
+        row = series[:, panel]
+        roots = polynomial.polyroots(polynomial.polytrim(row, STILL * np.abs(row).max()))
+        for root in roots[(np.abs(roots.imag) < NEARLY_REAL) & (np.abs(roots.real) < 1.0)]:
+            yield int(panel), float(root.real)
 
 
 def groups_of(first_panel: NDArray[np.int64]) -> NDArray[np.int64]:

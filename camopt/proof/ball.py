@@ -32,6 +32,8 @@ RULES: dict[np.ufunc, Callable[..., Any]] = {
     np.true_divide: lambda a, b: a / b,
     np.negative: lambda a: -a,
     np.square: lambda a: a * a,
+    np.absolute: abs,
+    np.sign: lambda a: a.sgn(),
     np.sqrt: lambda a: a.sqrt(),
     np.power: lambda a, b: a**b,
     np.sin: lambda a: a.sin(),

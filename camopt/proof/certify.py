@@ -23,7 +23,7 @@ from camopt.motion import programme as doubles
 from camopt.motion.law import Law
 from camopt.motion.load import ExternalLoad
 from camopt.motion.programme import Programme
-from camopt.motion.table import DWELL, RETURN, RISE, TURN
+from camopt.motion.table import DWELL, INWARD, OUTWARD, RESTING, RETURN, RISE, TURN, WAYS
 from camopt.numerics import LARGEST_MAGNITUDE
 from camopt.numerics.curves import curve
 from camopt.proof.ball import Ball, as_arb, between, precisely
@@ -103,7 +103,7 @@ def motion_at(stroke: Stroke, piece: Piece | None, x: arb, line: Line | None = N
 
 
 class Claim(NamedTuple):
-    """factor · value ≤ bound at every cam angle of some kinds of stroke.
+    """factor · value ≤ bound at every cam angle of some kinds of stroke, or where the follower moves some way.
 
     ``values`` gives (value, slope by the cam angle) from the motion and its derivatives.
     """
@@ -113,13 +113,28 @@ class Claim(NamedTuple):
     factor: arb
     bound: arb
 
+    def of_stroke(self, kind: int) -> bool:
+        """Whether it is about strokes of a kind; about which way the follower moves, if it is about that."""
+        return bool(self.kinds & (kind | WAYS))
+
+    def applies(self, speed: Any) -> tuple[bool, bool]:
+        """Whether it may be, and whether it is sure to be, about a motion with this y'."""
+        if not self.kinds & WAYS:
+            return True, True
+        outward, inward = bool(speed > 0), bool(speed < 0)
+        still = not outward and not inward and bool(speed == 0)
+        if outward or inward or still:
+            sure = bool(self.kinds & (OUTWARD if outward else INWARD if inward else RESTING))
+            return sure, sure
+        return bool(self.kinds & (OUTWARD * (not speed <= 0) | INWARD * (not speed >= 0))), False
+
 
 @precisely()
 def decide(claim: Claim, motion: Motion) -> str:
     """Whether a claim holds."""
     verdict = HELD
     for stroke in motion.strokes:
-        if stroke.kind & claim.kinds:
+        if claim.of_stroke(stroke.kind):
             for part in stroke.smooth():
                 found = _decide_part(claim, stroke, *part)
                 if found == BROKEN:
@@ -129,29 +144,33 @@ def decide(claim: Claim, motion: Motion) -> str:
 
 
 def _decide_part(claim: Claim, stroke: Stroke, piece: Piece | None, line: Line | None, start: arb, end: arb) -> str:
-    def over(x: arb) -> tuple[arb, arb]:
-        """By how much the curve is above the bound, and its slope by x."""
-        value, slope = claim.values(motion_at(stroke, piece, x, line))
-        return as_arb(value) * claim.factor - claim.bound, as_arb(slope) * claim.factor * stroke.angle
+    def over(x: arb) -> tuple[arb, arb, tuple[bool, bool]]:
+        """By how much the curve is above the bound, its slope by x, and whether the claim applies."""
+        motion = motion_at(stroke, piece, x, line)
+        value, slope = claim.values(motion)
+        above, steep = as_arb(value) * claim.factor - claim.bound, as_arb(slope) * claim.factor * stroke.angle
+        return above, steep, claim.applies(motion[1].arb)
 
     if piece is None and line is None:
-        return _sign(over(arb(0))[0])
+        above, _, (about, _) = over(arb(0))
+        return _sign(above) if about else HELD
     cuts = [start + (end - start) * k / FIRST_PARTS for k in range(FIRST_PARTS + 1)]
     stack, parts = list(pairwise(cuts)), 0
     while stack:
         parts += 1
         low, high = stack.pop()
         middle = (low + high) / 2
-        here, (whole, slope) = over(middle)[0], over(between(low, high))
-        if here > 0:
+        (here, _, (_, surely)), (whole, slope, (about, everywhere)) = over(middle), over(between(low, high))
+        if here > 0 and surely:
             return BROKEN
-        if whole <= 0 or here + abs(slope) * (high - low) / 2 <= 0:
+        if not about or whole <= 0 or here + abs(slope) * (high - low) / 2 <= 0:
             continue
         if slope > 0 or slope < 0:
             found = _sign(over(high if slope > 0 else low)[0])
             if found == HELD:
                 continue
-            return found
+            if everywhere:
+                return found
         if high - low < NARROWEST or parts > MOST_PARTS:
             return UNDECIDED
         stack += [(low, middle), (middle, high)]

@@ -80,7 +80,8 @@ def free_sizes(question: Question) -> Bounds:
 
 def decided_objectives(question: Question) -> list[str]:
     """The objectives that depend on the design, not on the motion alone."""
-    return [name for name in signs(question.scene.search) if not EFFECTS[QUANTITIES[name].effect].of_motion]
+    effects = {name: EFFECTS[QUANTITIES[name].effect] for name in signs(question.scene.search)}
+    return [name for name, effect in effects.items() if not effect.of_motion(question.subject)]
 
 
 def _smallest_cams(space: Space, question: Question, names: frozenset[str]) -> Iterator[Rows]:

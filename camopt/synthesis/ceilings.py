@@ -14,7 +14,7 @@ import numpy as np
 from camopt.limits import LOADS, MOST, Ceiling, load_quantity
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Stroke
-from camopt.motion.table import DWELL, TURN
+from camopt.motion.table import DWELL, INWARD, OUTWARD, RESTING, RETURN, RISE, TURN
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
 from camopt.numerics.curves import curve
 from camopt.question import Question, resolve
@@ -23,7 +23,7 @@ from camopt.synthesis.demand import Demand
 from camopt.synthesis.residual import TERM
 
 EACH, FEWEST = 6, 288  # samples of a piece, and of a stroke
-RESTING = 24  # samples of a dwell, for a load that changes over it
+OF_DWELL = 24  # samples of a dwell, for a load that changes over it
 STEP = 6e-6  # of central differences, of a derivative's order: the cube root of the rounding
 ORDERS = 4  # y, y', y'' and y'''
 
@@ -86,7 +86,7 @@ class Planes:
 
 def samples(demand: Demand, stroke: Stroke) -> FloatArray:
     """Where a stroke is looked at: x of the unit stroke, between the ends of pieces."""
-    count = RESTING if stroke.kind == DWELL else max(demand.splines.pieces * EACH, FEWEST)
+    count = OF_DWELL if stroke.kind == DWELL else max(demand.splines.pieces * EACH, FEWEST)
     return (np.arange(count) + 0.5) / count
 
 
@@ -99,14 +99,24 @@ class Sampled:
         load = demand.question.programme.load
         self.load = () if load is None else load.at(angles)
 
-    def values(self, ceilings: Sequence[Ceiling], state: FloatArray, sizes: Sizes) -> FloatArray:
+    def counts(self, ceiling: Ceiling) -> bool:
+        """Whether a ceiling is about the stroke, or about a way in which the follower may move there."""
+        own = {RISE: OUTWARD, RETURN: INWARD, DWELL: RESTING}[self.stroke.kind]
+        ways = own if self.demand.monotone or own == RESTING else OUTWARD | INWARD
+        return bool(ceiling.kinds & (self.stroke.kind | ways))
+
+    def values(
+        self, ceilings: Sequence[Ceiling], state: FloatArray, sizes: Sizes, near: FloatArray | None = None
+    ) -> FloatArray:
         """Each curve over its bound (rows, n), upside down as well where the magnitude counts; infinite if none.
 
-        ``state`` is y to y''' at the samples (4, n), mm or rad by rad.
+        ``state`` is y to y''' at the samples (4, n), mm or rad by rad. A curve of one way to move is 0 where the
+        follower moves the other way, in the state ``near`` this one if it is given.
         """
         designs, programme = _design(self.demand, sizes), self.demand.question.programme
         y, y1, y2, y3 = state
         last = (y3, *self.load) if self.load else y3
+        outward = (state if near is None else near)[1] >= 0.0
         rows = []
         with np.errstate(all="ignore"):
             for ceiling in self._here(ceilings):
@@ -116,6 +126,8 @@ class Sampled:
                 else:
                     value = value / ceiling.bound
                 value = np.nan_to_num(np.broadcast_to(value, y.shape), nan=np.inf)
+                if ceiling.kinds & (OUTWARD | INWARD):
+                    value = np.where(outward == bool(ceiling.kinds & OUTWARD), value, 0.0)
                 rows += [value, -value] if ceiling.goal == LARGEST_MAGNITUDE else [value]
         return np.array(rows).reshape(-1, y.size)
 
@@ -134,7 +146,7 @@ class Sampled:
             fast = 1.0 / self.stroke.angle**order
             away = np.zeros((ORDERS, 1))
             away[order] = STEP * scale * fast
-            motion.append(slope(lambda k, by=away: self.values(ceilings, state + k * by, sizes)) / fast)
+            motion.append(slope(lambda k, by=away: self.values(ceilings, state + k * by, sizes, state)) / fast)
         by = STEP * length
         return Planes(
             self.values(ceilings, state, sizes),
@@ -144,7 +156,7 @@ class Sampled:
         )
 
     def _here(self, ceilings: Sequence[Ceiling]) -> list[Ceiling]:
-        return [ceiling for ceiling in ceilings if ceiling.kinds & self.stroke.kind]
+        return [ceiling for ceiling in ceilings if self.counts(ceiling)]
 
 
 def _design(demand: Demand, sizes: Sizes) -> Designs:

@@ -80,13 +80,13 @@ class Steps:
         motions = iter(moving(self.model))
         for stroke in self.model.demand.strokes:
             motion = None if stroke.kind == DWELL else next(motions)
-            sides = [1 + (c.goal == LARGEST_MAGNITUDE) for c in ceilings if c.kinds & stroke.kind]
-            lowered = [n >= self.count for n, c in enumerate(ceilings) if c.kinds & stroke.kind]
+            sampled = Sampled(self.model.demand, stroke)
+            sides = [1 + (c.goal == LARGEST_MAGNITUDE) for c in ceilings if sampled.counts(c)]
+            lowered = [n >= self.count for n, c in enumerate(ceilings) if sampled.counts(c)]
             if sides:
                 x = samples(self.model.demand, stroke)
                 rows = motion.at(x) if motion else []
                 constant, lead, height, *parts = (cp.Parameter((sum(sides), x.size)) for _ in range(3 + len(rows)))
-                sampled = Sampled(self.model.demand, stroke)
                 yield Block(sampled, rows, np.repeat(lowered, sides), constant, parts, lead, height)
 
     def _limits(self, block: Block) -> Iterator[Any]:
