@@ -1,7 +1,7 @@
 """Forces, thrust and contact stress against dense samples of the textbook formulas, and identities."""
 
 from dataclasses import replace
-from math import inf, pi
+from math import inf, pi, sqrt
 
 import numpy as np
 import pytest
@@ -147,6 +147,55 @@ def test_the_jump_speed_is_where_the_least_force_is_zero(law, damping):
     )
     assert abs(at) < 1e-9
     assert above < 0 < below
+
+
+ECCENTRIC = FLAT.replace(
+    motion=[{"segment": kind, "angle": 180, "lift": 20, "law": "harmonic"} for kind in ("rise", "return")],
+    outputs=["force"],
+    **{"follower.dynamics": {"mass": 0.5, "spring_rate": 2}, "cam.base_radius": 40},
+)
+
+
+@pytest.mark.parametrize("preload", [None, 1e-9, 40.0])
+def test_an_eccentric_jumps_at_the_top_whether_it_is_preloaded_or_not(preload):
+    """F = m·ω²·h/2·cos θ + k·h/2·(1 − cos θ) + F₀ is least at 180°: ω² = 2·(k·h + F₀)/(m·h)."""
+    found = evaluate(ECCENTRIC.replace(**{"follower.dynamics.preload": preload}))
+    expected = sqrt(2 * (2 * 20 + (preload or 0.0)) / (0.5e-3 * 20)) * 30 / pi
+    assert found["jump_speed_rpm"] == pytest.approx(expected, rel=1e-13)
+    if preload is None:
+        assert found["jump_speed_rpm"] == pytest.approx(854.115, abs=5e-4)
+
+
+@pytest.mark.parametrize("law", ["cycloidal", "poly345", "modified-sine", "parabolic"])
+def test_a_follower_that_nothing_preloads_jumps_as_with_a_preload_that_vanishes(law):
+    bare = with_law(VALVE, law).replace(
+        outputs=["force"], **{"follower.dynamics": {"mass": 1.5, "spring_rate": 15, "damping": 0.002}}
+    )
+    slight = bare.replace(**{"follower.dynamics.preload": 1e-9})
+    speed = evaluate(bare)["jump_speed_rpm"]
+    assert speed > 100
+    assert speed == pytest.approx(evaluate(slight)["jump_speed_rpm"], rel=1e-9)
+    lost = evaluate(bare.replace(**{"cam.rpm": 1.001 * speed}))["contact_force_min_N"]
+    kept = evaluate(bare.replace(**{"cam.rpm": 0.999 * speed}))["contact_force_min_N"]
+    assert lost < -1e-3
+    assert kept > -1e-10
+
+
+@pytest.mark.parametrize("dynamics", [{"mass": 0.5}, {"mass": 0.5, "damping": 0.1}, {"mass": 0.5, "load": -5.0}])
+def test_what_nothing_presses_has_no_jump_speed(dynamics):
+    assert evaluate(ECCENTRIC.replace(**{"follower.dynamics": dynamics}))["jump_speed_rpm"] == 0.0
+
+
+@pytest.mark.parametrize("given", [{"cam.rpm": None}, {"follower.dynamics": None}, {}])
+def test_the_stress_of_a_knife_edge_has_no_bound_whatever_is_known_of_the_force(given):
+    follower = {"motion": "translating", "contact": "knife", "dynamics": SPRING}
+    limited = VALVE.replace(outputs=[], follower=follower, limits={"contact_stress": 900}).replace(**given)
+    found = evaluate(limited)
+    assert (found["contact_stress_max_MPa"], found["violated"]) == (inf, "contact_stress")
+    assert certify(limited)["contact_stress"] == "broken"
+    best = optimise(limited)
+    assert best.best is None
+    assert set(best.obstacles.values()) == {"contact_stress"}
 
 
 def test_what_is_required_is_just_enough():

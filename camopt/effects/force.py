@@ -1,11 +1,12 @@
 """The force along the follower's motion: contact, springs that keep it, and the speed at which it is lost.
 
-    F = m·ω²·y'' + c·ω·y' + k·y + F₀ + F_ext            contact is kept while F > 0
+    F = m·ω²·y'' + c·ω·y' + k·y + F₀ + F_ext            contact is lost where F < 0
 
 It is linear in the motion, and F_ext constant or straight between corners (``motion.load``), so that its extremes
 over the turn are those of a polynomial on each panel: exact, and the same for all designs of a programme. For an
 oscillating follower F is the moment about the pivot, and forces are those at the trace point, F/l. The jump speed
-is the least ω at which the least F is 0.
+is the ω up to which F is nowhere below 0, to 1e-14 of its largest value: a follower that nothing preloads rests on
+its cam without force, which is no loss of contact.
 
 Source: Norton, Cam Design and Manufacturing Handbook, ch. 8 and 9.
 """
@@ -22,7 +23,7 @@ from camopt.motion.table import TURN
 
 HALVINGS = 60
 STIFFEST = 1e12  # times the force over the lift: a spring that no stiffer one betters
-ROUNDED = 1e-14  # of the largest force: a dwell on a spring without preload has no force at all
+ROUNDED = 1e-14  # of the largest force: less below 0 is rounding
 
 
 def offers(subject: Subject) -> tuple[str, ...]:
@@ -68,12 +69,12 @@ def force_span(programme: Programme, dynamics: Dynamics, omega: float) -> tuple[
 
 @lru_cache(maxsize=4096)
 def jump_speed(programme: Programme, dynamics: Dynamics) -> float:
-    """The least ω at which contact is lost, rad/s; 0 if it is not kept at rest.
+    """The largest ω up to which contact is kept, rad/s; 0 if it is not at rest, or nothing presses there.
 
     With damping, contact may be lost, won and lost again as ω grows. So ω goes up in steps over which it is proved
     to be kept, longer and longer while that succeeds, and halved where it does not, down to rounding.
     """
-    if programme.corners or force_span(programme, dynamics, 0.0)[0] <= 0.0:
+    if programme.corners or not _kept(*(at_rest := force_span(programme, dynamics, 0.0))) or at_rest[1] <= 0.0:
         return 0.0
     omega, step = 0.0, 1.0
     while omega + step > omega:
@@ -84,8 +85,13 @@ def jump_speed(programme: Programme, dynamics: Dynamics) -> float:
     return omega
 
 
+def _kept(least: float, largest: float) -> bool:
+    """Whether a force with these extremes keeps contact."""
+    return least >= -ROUNDED * max(-least, largest)
+
+
 def kept_between(programme: Programme, dynamics: Dynamics, low: float, high: float) -> bool:
-    """Whether F > 0 over the turn is sure at all speeds between two: F is linear in ω·y' and in ω²·y''.
+    """Whether F ≥ 0 over the turn is sure at all speeds between two: F is linear in ω·y' and in ω²·y''.
 
     Undamped, that is so if it is at both ends.
     """
@@ -93,7 +99,8 @@ def kept_between(programme: Programme, dynamics: Dynamics, low: float, high: flo
     ends = {
         (dynamics.damping * slow, (dynamics.mass or 0.0) * fast**2) for slow, fast in product((low, high), repeat=2)
     }
-    return all(span(programme, (stiffness, *pair), TURN, 1.0)[0] + constant > 0.0 for pair in ends)
+    spans = (span(programme, (stiffness, *pair), TURN, 1.0) for pair in ends)
+    return all(_kept(least + constant, largest + constant) for least, largest in spans)
 
 
 @lru_cache(maxsize=4096)
@@ -142,4 +149,4 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     return columns
 
 
-EFFECT = Effect("force", offers, run, lacks, of_motion=True)
+EFFECT = Effect("force", offers, run, lacks, of_motion=lambda subject: True)
