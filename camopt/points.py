@@ -129,7 +129,7 @@ def write_points(
     import pyarrow as pa
     from pyarrow import csv
 
-    from camopt.table import write_table
+    from camopt.sealed_table import write_table
     from camopt.version import VERSION
 
     suffix = checked_suffix(path, "path", (".csv", ".parquet"))

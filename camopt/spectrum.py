@@ -169,7 +169,8 @@ def write_spectrum(rows: "Rows", folder: str | os.PathLike[str]) -> tuple[Path, 
     import pyarrow as pa
 
     from camopt.drawing.spectrum import plot_spectrum
-    from camopt.table import TYPES, to_table, write_table
+    from camopt.sealed_table import TYPES, write_table
+    from camopt.table import to_table
     from camopt.version import VERSION
 
     fields = []

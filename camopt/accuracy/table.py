@@ -19,8 +19,8 @@ from camopt.numerics import FloatArray
 from camopt.numerics.extremes import extremes
 from camopt.question import EXACT, Question, resolve
 from camopt.scene import Scene
+from camopt.sealed_table import write_table
 from camopt.search.space import programmes_of
-from camopt.table import write_table
 from camopt.version import VERSION
 
 RUNS = 3

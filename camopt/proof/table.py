@@ -13,10 +13,11 @@ from camopt.quantities import QUANTITIES
 from camopt.question import Question, resolve
 from camopt.rows import Rows
 from camopt.scene_tables import LONGEST, SHORTEST
+from camopt.sealed_table import no_table, read_table, scene_in, write_table
 from camopt.search.answer import Progress
 from camopt.search.space import Space, programmes_of
 from camopt.search.sweep import column_names
-from camopt.table import no_table, read_table, scene_in, schema, write_table
+from camopt.table import schema
 
 COLUMN = "proof"
 

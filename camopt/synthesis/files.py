@@ -8,9 +8,10 @@ import numpy as np
 
 from camopt.files import whole_file
 from camopt.quantities import QUANTITIES
+from camopt.sealed_table import write_table
 from camopt.synthesis.frontier import Frontier
 from camopt.synthesis.synthesised import Synthesised
-from camopt.table import write_table, write_text
+from camopt.table import write_text
 from camopt.version import VERSION
 
 SCENE, LAWS = "synthesised.toml", "laws.csv"
