@@ -60,8 +60,9 @@ class Evaluation(Mapping[str, Any]):
 def evaluate(scene: Scene) -> Evaluation:
     """Every quantity that a scene calls for, of its one design.
 
-    Extremes are those of the continuous motion, to the scene's tolerance (relative). A quantity that is
-    infinite (the acceleration of a uniform-velocity law) is ``inf`` here, with its reason under ``unbounded``.
+    Extremes are those of the continuous motion, to a relative 1e-13, or the scene's tolerance if that is smaller.
+    A quantity that is infinite (the acceleration of a uniform-velocity law) is ``inf`` here, with its reason under
+    ``unbounded``.
     """
     return evaluate_design(resolve_design(scene))
 

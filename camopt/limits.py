@@ -163,7 +163,7 @@ def _implied(subject: Subject) -> list[Limit]:
 
 
 def pressure_limits(on_rise: float | None, on_return: float | None) -> Iterator[Limit]:
-    """The limits on the pressure angle in deg, of rises and dwells and of returns."""
+    """The limits on the pressure angle in deg: one of rises and dwells, one of returns alone."""
     if on_rise is not None:
         rises = ("pressure_angle_max_rise_deg", "pressure_angle_max_dwell_deg")
         yield _at_most("pressure_angle", on_rise, *rises)

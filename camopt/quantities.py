@@ -133,8 +133,22 @@ _ALL = [
         "Whether the profile crosses itself; yes if undecided.",
         bool,
     ),
-    Quantity("face_reach_max_mm", "", "mm", "reach", "Farthest contact on a flat face, positive side."),
-    Quantity("face_reach_min_mm", "", "mm", "reach", "Farthest contact on a flat face, negative side."),
+    Quantity(
+        "face_reach_max_mm",
+        "",
+        "mm",
+        "reach",
+        "Largest reach of the contact along a flat face: from the axis, + to the right if ccw, to the left if cw; "
+        "oscillating: from the pivot.",
+    ),
+    Quantity(
+        "face_reach_min_mm",
+        "",
+        "mm",
+        "reach",
+        "Least reach of the contact along a flat face, with the sign of the largest: "
+        "below 0 on the other side of the axis.",
+    ),
     *[
         Quantity(name, symbol, unit, "force", sentence)
         for name, symbol, unit, sentence in (

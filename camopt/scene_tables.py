@@ -205,7 +205,11 @@ class OwnLaw(Table):
 
 
 class Limits(Table):
-    """What the cam must hold, each optional: deg, mm, m/s, m/s², m/s³ (oscillating: rad), N, rpm, MPa, N·m, W."""
+    """What the cam must hold, each optional: deg, mm, m/s, m/s², m/s³ (oscillating: rad), N, rpm, MPa, N·m, W.
+
+    ``pressure_angle`` holds for rises, dwells and returns; ``pressure_angle_return`` replaces it for returns alone.
+    ``face_reach`` bounds both sides of a flat face.
+    """
 
     pressure_angle: Acute | None = None
     pressure_angle_return: Acute | None = None

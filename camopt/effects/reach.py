@@ -1,7 +1,7 @@
 """Face reach: how far the contact travels along a flat face.
 
-Translating: from the follower's axis, positive to the side the contact moves to on the rise. Oscillating:
-distance from the pivot.
+Translating: from the follower's axis, y' − e·sense (sense +1 for ccw, −1 for cw); positive to the right of the axis
+if the cam turns ccw, to the left if cw. Oscillating: the distance from the pivot.
 """
 
 from typing import Any
