@@ -66,8 +66,8 @@ def _code_of(end: BaseException) -> int:
             return READER_GONE if end.code == 1 else int(end.code or 0)
         case BrokenPipeError():
             return READER_GONE
-        case click.Abort() if isinstance(end.__cause__, EOFError):
-            return _internal(end.__cause__)
+        case click.Abort() if isinstance(end.__context__, EOFError):
+            return _internal(end.__context__)
         case KeyboardInterrupt() | click.Abort():
             return _told("interrupted, nothing written", INTERRUPTED)
         case click.ClickException():
