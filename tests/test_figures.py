@@ -126,9 +126,9 @@ def test_more_than_one_rise_and_no_dwell(tmp_path: Path) -> None:
 
 def test_wrong_suffix_and_folder(tmp_path: Path) -> None:
     scene = find_scene("exhaust-valve")
-    with pytest.raises(BadInput, match=r"--plot.*\.png, \.svg or \.pdf"):
+    with pytest.raises(BadInput, match=r"path.*\.png, \.svg or \.pdf"):
         plot(scene, tmp_path / "cam.bmp")
-    with pytest.raises(BadInput, match=r"--points.*\.csv or \.parquet"):
+    with pytest.raises(BadInput, match=r"path.*\.csv or \.parquet"):
         write_points(scene, tmp_path / "cam.xlsx")
     for write, file in ((plot, "cam.svg"), (write_points, "cam.csv"), (write_points, "cam.parquet")):
         with pytest.raises(FileNotFoundError) as trouble:
@@ -195,7 +195,7 @@ def test_cutter_path_and_bad_requests() -> None:
     np.testing.assert_allclose(np.abs(curve(points, "cutter") - curve(points, "profile")), 7.5, atol=1e-12)
     assert points["cam_angle_deg"].tolist() == [0, 10.5, 360]
     for radius in (0.0, -1.0, float("nan"), float("inf")):
-        with pytest.raises(BadInput, match="--cutter-radius"):
+        with pytest.raises(BadInput, match="cutter_radius"):
             cam_points(scene, cutter_radius=radius)
     with pytest.raises(BadInput, match="above 0 and at most 10 mm"):
         cam_points(made("groove"), cutter_radius=10.5)

@@ -13,6 +13,7 @@ from camopt.question import resolve
 from camopt.synthesis.asked import demand_of
 from camopt.synthesis.ceilings import Sampled, ceilings_of, samples
 from camopt.synthesis.frontier import frontier
+from camopt.synthesis.synthesise import synthesise
 
 MOTION = [
     {"segment": "rise", "angle": 110, "lift": 18, "law": "poly345"},
@@ -156,8 +157,10 @@ def test_points_are_in_degrees():
 
 
 def test_a_frontier_of_local_optima_is_below_the_known_laws():
-    found = frontier(Scene.from_dict(ARM).replace(**{"synthesis.pieces": 16}), points=5, workers=1)
+    scene = Scene.from_dict(ARM).replace(**{"synthesis.pieces": 16})
+    found = frontier(scene, points=5, workers=1)
     assert found.local == ("size",)
+    assert found.least["size"][0] <= synthesise(scene).objective * (1.0 + 1e-6)
     assert all(row["bound"] is None for row in found.rows)
     assert found.least["size"][1] is None
     assert found.least["acceleration"][1] <= found.least["acceleration"][0]
