@@ -124,7 +124,14 @@ def sweep(
 @outputs_option
 @output_options
 @click.option("--out", type=Place(), help="Folder for the smallest cam of each law, as scenes (TOML).")
-def optimise(scene: Any, as_json: bool, quiet: bool, out: Path | None) -> int:
+@click.option(
+    "--seconds",
+    type=click.FloatRange(0, min_open=True),
+    default=60,
+    show_default=True,
+    help="After this time the best cam so far is shown, and by how much a smaller one may be feasible.",
+)
+def optimise(scene: Any, as_json: bool, quiet: bool, out: Path | None, seconds: float) -> int:
     """Find the smallest cam that meets the limits."""
     from camopt import reports, terminal
     from camopt.designs import OPTIMUM, write_scenes
@@ -134,7 +141,7 @@ def optimise(scene: Any, as_json: bool, quiet: bool, out: Path | None) -> int:
     if out:
         check_folder(scene, out, OPTIMUM)
     with result_folder(out) if out else nullcontext(), terminal.progress(quiet, "laws") as advance:
-        result = run(scene, advance)
+        result = run(scene, advance, seconds)
         files = write_scenes(result.by_law, out) if out and result.by_law else []
     reports.show_optimum(result, as_json)
     if not quiet:

@@ -128,7 +128,8 @@ def show_optimum(result: Optimum, as_json: bool) -> None:
         by_law = {law: finite(row) for law, row in result.by_law.items()}
         best = next(iter(by_law.values()), {})
         miss = finite(result.nearest_miss) if result.nearest_miss else None
-        return print_json({**best, "by_law": by_law, "obstacles": result.obstacles, "nearest_miss": miss})
+        about = {"by_law": by_law, "obstacles": result.obstacles, "nearest_miss": miss}
+        return print_json({**best, **about, "out_of_time": result.out_of_time})
     if result.by_law:
         question, rows = (
             resolve(result.scene),
@@ -138,6 +139,11 @@ def show_optimum(result: Optimum, as_json: bool) -> None:
         show(table_of(title, rows, _optimum_columns(question, rows), bounds_of(question)))
     for law, obstacle in result.obstacles.items():
         show(f"{law}: no feasible design; stopped by {obstacle}")
+    for law, row in result.by_law.items():
+        if not row["proved"]:
+            show(f"{law}: not proved; a feasible cam may be smaller by up to {number(row['gap_mm'])} mm")
+    if result.out_of_time:
+        show("The time was over before the search was; --seconds gives it more.")
     if result.nearest_miss:
         _show_miss(result.nearest_miss)
     return None

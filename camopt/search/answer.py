@@ -28,10 +28,8 @@ class Smallest:
     design: Designs | None
     floor: float
     """A size that no feasible design of these bounds undercuts, mm; infinite if there is none."""
-    obstacle: str = ""
-    """Without a design: the limits that stop it."""
     nearest: Designs | None = None
-    """Without a design: the one of a coarse grid that exceeds its limits the least."""
+    """Without a design: the one of those looked at that exceeds its limits the least."""
 
     @property
     def size(self) -> float:

@@ -4,12 +4,14 @@ from collections.abc import Callable
 from functools import partial
 from itertools import permutations
 from math import inf
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from camopt.numerics import FloatArray
 from camopt.search.answer import Bounds, Smallest, gap_of
+from camopt.search.clock import now
 from camopt.search.closed_form import closed_form
 from camopt.search.smallest import small
 from camopt.search.turns import Found, Turns, better
@@ -74,7 +76,7 @@ class Descent:
         """
         turn = self.best.freed
         least, step = cost(turn), float(np.max(self.box.high - self.box.low)) / 4.0
-        while step > SHORTEST:
+        while step > SHORTEST and now() < self.turns.until:
             before = least
             for longer, shorter in permutations(self.free, 2):
                 room = min(self.box.high[longer] - turn[longer], turn[shorter] - self.box.low[shorter])
@@ -100,10 +102,15 @@ class Descent:
             outside = float(np.maximum(self.box.low - wanted, wanted - self.box.high).max(initial=0.0))
             return cost(wanted) if outside <= 0.0 else DEAR * (1.0 + outside)
 
+        def stop(intermediate_result: Any) -> None:
+            if now() > self.turns.until:
+                raise StopIteration
+
         corners = np.vstack([np.zeros(self.free.size - 1), np.diag(inwards)])
         most = MOVES * (self.free.size - 1)
         options = {"initial_simplex": corners, "xatol": closest, "fatol": closest, "maxfev": most}
-        return self.moved(start, order, minimize(at, corners[0], method="Nelder-Mead", options=options).x)
+        found = minimize(at, corners[0], method="Nelder-Mead", callback=stop, options=options)
+        return self.moved(start, order, found.x)
 
 
 def descended(turns: Turns, bounds: Bounds) -> Found:
@@ -117,6 +124,8 @@ def descended(turns: Turns, bounds: Bounds) -> Found:
     if np.all((turns.scene_angles >= descent.box.low) & (turns.scene_angles <= descent.box.high)):
         starts.append(turns.scene_angles)
     for freed in starts:
+        if now() > turns.until:
+            return descent.best
         descent.looked_at(freed)
     if several and descent.best.answer.design is not None and not descent.down_by_closed_form():
         descent.down(descent.size, 0.05, ROUGH)

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from math import inf
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,14 +15,17 @@ from camopt.motion.programme import Programme
 from camopt.quantities import QUANTITIES
 from camopt.question import Question, exactly, resolve
 from camopt.scene import Scene
-from camopt.search.answer import Progress, Smallest, feasible
+from camopt.search.answer import Bounds, Progress, Smallest, feasible
+from camopt.search.clock import now
 from camopt.search.closed_form import negligible
+from camopt.search.reasons import reason
 from camopt.search.smallest import smallest
 from camopt.search.smallest_turn import smallest_of_turns
-from camopt.search.space import boxes_of, laws_of
+from camopt.search.space import boxes_of, choices, laws_of
 from camopt.search.turns import Turns
 
 BINDS = 1e-6  # a limit within this relative distance of its bound holds the optimum
+SECONDS = 60.0  # of a search, unless told
 RADII = 1024  # sizes above the optimum at which feasibility is looked at
 
 
@@ -42,9 +45,11 @@ class Optimum:
     best: Design | None
     by_law: dict[str, Design]
     obstacles: dict[str, str]
-    """For each law without a feasible design, the limits that stop it."""
+    """For each law without a feasible design, what stops it."""
     nearest_miss: Design | None
     """Where no law has a feasible design: the one with the least excess, and what it exceeds (``violated``)."""
+    out_of_time: bool = False
+    """Whether a search was stopped because its time was over, so that its answer is not proved."""
 
     def __repr__(self) -> str:
         what = repr(self.best).removeprefix("<").removesuffix(">") if self.best else "no feasible design"
@@ -57,60 +62,106 @@ class Optimum:
         return designs_html(title, self.scene, self.by_law.values(), (), "binding")
 
 
-def optimise(scene: Scene, progress: Progress | None = None) -> Optimum:
+def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SECONDS) -> Optimum:
     """The least base radius (mean radius of a cylindrical cam) that holds every limit of a scene.
 
     The base radius is free, within the range that ``[search]`` gives it, if any. Other sizes: a range is a
     closed interval, a list a choice; what ``[search]`` does not name stays as the scene has it.
 
-    ``progress`` is called with (laws done, laws in all).
+    ``progress`` is called with (laws done, laws in all). The search takes ``seconds``, each law its share of what
+    the laws before it have left; then the smallest cam so far is the answer, with ``proved`` False and its gap.
 
     Raises
     ------
     BadInput
         If nothing limits the size from below, so that there is no smallest cam.
     """
-    question = exactly(resolve(scene))
+    if not (isinstance(seconds, int | float) and seconds > 0.0):
+        raise BadInput([Mistake("camopt", "seconds", seconds, "a number above 0")])
+    question, end = exactly(resolve(scene)), now() + seconds
     found: dict[str, dict[str, Any]] = {}
     misses: list[tuple[tuple[float, float], dict[str, Any]]] = []
     obstacles: dict[str, str] = {}
-    programmes = laws_of(question)
+    out_of_time, programmes = False, laws_of(question)
     for done, (programme, pair) in enumerate(programmes.items()):
         if progress:
             progress(done, len(programmes))
         laws = " / ".join(dict.fromkeys((programme.law_names(1), programme.law_names(2))))
-        answers = list(_answers(question, programme, Turns(question, pair)))
-        designs = [each for each in answers if each[0].design is not None]
-        if not designs:
-            proofs = "" if all(answer.proved for answer, *_ in answers) else " (not proved)"
-            obstacles[laws] = answers[0][0].obstacle + proofs
-            misses += [_missed(question, turn, answer.nearest) for answer, turn, _ in answers if answer.nearest]
+        until = share(end, len(programmes) - done)
+        answers = list(_answers(question, programme, Turns(question, pair, until=until), until))
+        out_of_time |= now() > until
+        row = _smallest(question, answers)
+        if row is not None:
+            found[laws] = row
             continue
-        least, turn, angles = min(designs, key=lambda each: each[0].size)
-        least = replace(least, floor=min(answer.floor for answer, *_ in answers))
-        if least.size <= 2 * max(negligible(question, turn, bounds) for bounds in boxes_of(question)):
-            wanted = "a limit that small cams break, such as pressure_angle or curvature_radius"
-            mistake = Mistake(scene.file, "limits", None, f"nothing limits the size: add {wanted}", bare=True)
-            raise BadInput([mistake])
-        found[laws] = _described(question, turn, least) | angles
-    size = question.size_name
-    order = sorted(found, key=lambda laws: float(found[laws][size]))
+        obstacles[laws] = _obstacle(question, answers, max(until, share(end, len(programmes) - done)))
+        misses += [
+            _missed(question, each.programme, each.answer.nearest) for each in answers if each.answer.nearest
+        ]
+    order = sorted(found, key=lambda laws: float(found[laws][question.size_name]))
     ranked = {laws: Design(found[laws], scene) for laws in order}
-    return Optimum(
-        scene, next(iter(ranked.values()), None), ranked, obstacles, None if found else _least(misses, scene)
-    )
+    nearest = None if found else _least(misses, scene)
+    return Optimum(scene, next(iter(ranked.values()), None), ranked, obstacles, nearest, out_of_time)
 
 
-def _answers(
-    question: Question, programme: Programme, turns: Turns
-) -> Iterator[tuple[Smallest, Programme, dict[str, Any]]]:
-    """The smallest cam of each box of sizes, with its turn and, where angles are free, what it chooses."""
-    for bounds in boxes_of(question):
+def share(end: float, left: int) -> float:
+    """When the first of so many equal tasks is to stop, to leave the others as long before the end."""
+    start = now()
+    return start + max(end - start, 0.0) / left
+
+
+class Answered(NamedTuple):
+    """The answer for one box of sizes: with the turn of the cam and, where angles are free, what it chooses."""
+
+    bounds: Bounds
+    answer: Smallest
+    programme: Programme
+    angles: dict[str, Any]
+
+
+def _answers(question: Question, programme: Programme, turns: Turns, until: float) -> Iterator[Answered]:
+    """The smallest cam of each box of sizes."""
+    boxes = boxes_of(question)
+    for done, bounds in enumerate(boxes):
+        end = share(until, len(boxes) - done)
         if not turns.freed:
-            yield smallest(question, programme, bounds), programme, {}
+            yield Answered(bounds, smallest(question, programme, bounds, end), programme, {})
             continue
-        answer, freed = smallest_of_turns(turns, bounds)
-        yield answer, turns.programme(freed), {"angles_deg": turns.angles(freed)}
+        answer, freed = smallest_of_turns(replace(turns, until=end), bounds)
+        yield Answered(bounds, answer, turns.programme(freed), {"angles_deg": turns.angles(freed)})
+
+
+def _smallest(question: Question, answers: list[Answered]) -> dict[str, Any] | None:
+    """The smallest cam of all boxes, and what is proved of it; None if there is none."""
+    least = min(answers, key=lambda each: each.answer.size)
+    if least.answer.design is None:
+        return None
+    if least.answer.size <= 2 * max(negligible(question, each.programme, each.bounds) for each in answers):
+        wanted = "a limit that small cams break, such as pressure_angle or curvature_radius"
+        what = f"nothing limits the size: add {wanted}"
+        raise BadInput([Mistake(question.scene.file, "limits", None, what, bare=True)])
+    answer = replace(least.answer, floor=min(each.answer.floor for each in answers))
+    return _described(question, least.programme, answer) | least.angles
+
+
+def _obstacle(question: Question, answers: list[Answered], until: float) -> str:
+    """Why no box of sizes holds a feasible design; box by box, where the reasons differ."""
+    texts = {}
+    for done, each in enumerate(answers):
+        end = share(until, len(answers) - done)
+        texts[choices(question, each.bounds)] = _why(question, each, end)
+    if len(set(texts.values())) == 1:
+        return next(iter(texts.values()))
+    return "; ".join(f"{text}, where {where}" for where, text in texts.items())
+
+
+def _why(question: Question, each: Answered, until: float) -> str:
+    if each.answer.proved:
+        return reason(question, each.programme, each.bounds, until)
+    if each.answer.nearest is None:
+        return "nothing that was found (not proved)"
+    rows = judged(question, each.programme, each.answer.nearest, frozenset())
+    return f"{rows.records()[0]['violated'].replace(',', ', ')} (not proved)"
 
 
 def _missed(

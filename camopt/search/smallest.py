@@ -12,19 +12,23 @@ from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
 from camopt.question import Question, exactly
 from camopt.search.answer import Bounds, Smallest
-from camopt.search.branch_and_bound import branch_and_bound, first_feasible
+from camopt.search.branch_and_bound import branch_and_bound
 from camopt.search.closed_form import NUDGES, closed_form, least_size, nudged
 from camopt.search.cutting_planes import Cut, by_cutting_planes
+from camopt.search.first_look import first_look
 from camopt.search.zoom import CLOSE, NEAR, smaller
 
 
-def smallest(question: Question, programme: Programme, bounds: Bounds) -> Smallest:
-    """The design of least size within bounds that holds every limit of the question."""
+def smallest(question: Question, programme: Programme, bounds: Bounds, until: float = inf) -> Smallest:
+    """The design of least size within bounds that holds every limit of the question.
+
+    After ``until`` (``clock.now``) the best so far, not proved.
+    """
     question, bounds = exactly(question), _above_least(question, programme, bounds)
     found = _by_linear_limits(question, programme, bounds)
     if found.design is not None:
         return Smallest(found.design, found.floor)
-    return branch_and_bound(question, programme, bounds, found.floor)
+    return branch_and_bound(question, programme, bounds, found.floor, until)
 
 
 def small(
@@ -42,15 +46,17 @@ def small(
     zooms = CLOSE if closely else NEAR
     design = None if near is None else smaller(question, programme, bounds, near, zooms)
     if design is None:
-        first, obstacle, miss = first_feasible(question, programme, bounds)
-        if first is None:
-            return Smallest(None, found.floor, obstacle, miss)
-        design = smaller(question, programme, bounds, first, zooms)
+        look = first_look(question, programme, bounds)
+        if look.design is None:
+            return Smallest(None, inf if look.hopeless else found.floor, look.nearest)
+        design = smaller(question, programme, bounds, look.design, zooms)
     return Smallest(design, found.floor)
 
 
 def _above_least(question: Question, programme: Programme, bounds: Bounds) -> Bounds:
-    return {**bounds, "size": (least_size(question, programme, bounds), bounds["size"][1])}
+    """The bounds from the least size on that may be feasible; of a range that ends below it, the end alone."""
+    most = bounds["size"][1]
+    return {**bounds, "size": (min(least_size(question, programme, bounds), most), most)}
 
 
 def _by_linear_limits(question: Question, programme: Programme, bounds: Bounds) -> Cut:

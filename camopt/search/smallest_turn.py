@@ -22,6 +22,7 @@ from camopt.motion.programme import Programme, law_peaks
 from camopt.motion.table import DWELL
 from camopt.question import Question
 from camopt.search.answer import Bounds, gap_of
+from camopt.search.clock import now
 from camopt.search.closed_form import closed_form, least_size
 from camopt.search.descent import NARROW, descended
 from camopt.search.smallest import small, smallest
@@ -50,7 +51,7 @@ def _smallest_of_kind(turns: Turns, bounds: Bounds) -> Found:
     if floor is None or found.answer.design is None:
         found, floor = _branched(turns, bounds, found)
     if found.answer.design is not None and not found.answer.proved:
-        exact = smallest(turns.question, turns.programme(found.freed), bounds)
+        exact = smallest(turns.question, turns.programme(found.freed), bounds, turns.until)
         found = better(Found(exact, found.freed), found)
     return Found(replace(found.answer, floor=floor), found.freed)
 
@@ -138,11 +139,11 @@ def _branched(turns: Turns, bounds: Bounds, found: Found) -> tuple[Found, float]
     def push(box: Box, least: float) -> None:
         nonlocal counted
         counted += 1
-        floor = max(least, _floor(relaxed, turns.programme(box.high), bounds))
+        floor = max(least, _floor(relaxed, turns.programme(box.high), bounds, turns.until))
         heappush(heap, (floor, counted, box))
 
     push(turns.box, bounds["size"][0])
-    while heap and counted < MOST_TURNS:
+    while heap and counted < MOST_TURNS and now() < turns.until:
         floor, _, box = heap[0]
         best = found.answer
         close = best.design is not None and floor >= best.size - gap_of(best.design)
@@ -158,12 +159,12 @@ def _branched(turns: Turns, bounds: Bounds, found: Found) -> tuple[Found, float]
     return found, heap[0][0] if heap else inf
 
 
-def _floor(relaxed: Question, programme: Programme, bounds: Bounds) -> float:
+def _floor(relaxed: Question, programme: Programme, bounds: Bounds, until: float) -> float:
     """A lower bound of the size under the limits that are eased."""
     least = bounds["size"][0]
     if not any(limit.needs for limit in relaxed.limits):
         return least
-    return smallest(relaxed, programme, bounds).floor
+    return smallest(relaxed, programme, bounds, until).floor
 
 
 def _halves(turns: Turns, box: Box) -> list[Box]:

@@ -138,6 +138,17 @@ def boxes_of(question: Question) -> list[Bounds]:
     return [dict(zip(options, pick, strict=True)) for pick in product(*options.values())]
 
 
+def choices(question: Question, bounds: Bounds) -> str:
+    """What a box has of the sizes of which ``[search]`` lists several, as a user writes them."""
+    search = question.scene.search
+    listed = {
+        key: bounds[field][0]
+        for key, field in FIELDS.items()
+        if field != "size" and isinstance(getattr(search, key), tuple)
+    }
+    return " and ".join(f"{key} = {value:.6g}" for key, value in listed.items())
+
+
 def axis_values(choice: Range | tuple[float, ...]) -> FloatArray:
     """The values of a list, or of a range with both its ends (the last step may fall short)."""
     if not isinstance(choice, Range):

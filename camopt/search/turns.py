@@ -1,6 +1,7 @@
 """The turns of a scene whose freed segments share out the degrees that they have together."""
 
 from dataclasses import dataclass, replace
+from math import inf
 from typing import NamedTuple
 
 import numpy as np
@@ -28,6 +29,8 @@ class Turns:
     laws: tuple[str | None, str | None]
     without: tuple[int, ...] = ()
     """Freed dwells that these turns go without."""
+    until: float = inf
+    """When the search among them is to stop (``clock.now``)."""
 
     @property
     def freed(self) -> tuple[int, ...]:

@@ -1,0 +1,108 @@
+"""A first look at a box of designs: a coarse grid, and from its best design on a search for the least excess."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import inf
+from typing import Any
+
+import numpy as np
+
+from camopt.effects import Case
+from camopt.judging import excesses, judged, least_excess, run_effects
+from camopt.mechanisms import Designs
+from camopt.motion.programme import Programme
+from camopt.numerics import FloatArray
+from camopt.question import Question
+from camopt.scene_tables import LONGEST
+from camopt.search.answer import Bounds, feasible
+from camopt.search.clock import now
+from camopt.search.zoom import nearest_miss
+
+VALUES, FEW_VALUES = 9, 4  # of a free size in the coarse grid; few where there is no feasible design to find
+SIZES = 800  # of the cam in the coarse grid
+BLOCK = 512  # designs looked at together
+
+
+@dataclass(frozen=True)
+class Look:
+    """The smallest feasible design seen; without one the nearest to it, if any can be assembled."""
+
+    design: Designs | None
+    nearest: Designs | None = None
+    hopeless: bool = False
+    """Whether some limit is exceeded whatever the sizes: the motion decides it, or its corners make it infinite."""
+
+
+def first_look(
+    question: Question, programme: Programme, bounds: Bounds, values: int = VALUES, until: float = inf
+) -> Look:
+    """What a coarse grid shows, with so many values of each free size but the cam's; it ends after ``until``."""
+    points = coarse_grid(question, bounds, programme.lift, values)
+    points = points.take(question.subject.mechanism.exists(points, programme))
+    points = points.take(np.argsort(points.size, kind="stable"))
+    for block in _blocks(points, until):
+        held = np.flatnonzero(feasible(question, programme, block))
+        if held.size:
+            return Look(block.take(held[:1]))
+    if not len(points):
+        return Look(None)
+    seen = [_excess(question, programme, block) for block in _blocks(points, until)]
+    excess = np.concatenate(seen, axis=1)
+    if _whatever_the_size(question, programme, excess):
+        return Look(None, points.take([least_excess(excess)]), hopeless=True)
+    near = nearest_miss(question, programme, bounds, points.take([least_excess(excess)]))
+    held = judged(question, programme, near, frozenset()).column("feasible")[0]
+    return Look(near) if held else Look(None, near)
+
+
+def spread(low: Any, high: Any, scale: float, count: int) -> FloatArray:
+    """Sizes from low to high, (count, …), even up to a scale and geometric beyond."""
+    sizes = scale * np.sinh(np.linspace(np.arcsinh(low / scale), np.arcsinh(high / scale), count))
+    return np.asarray(np.clip(sizes, low, high))
+
+
+def scale_of(bounds: Bounds, lift: float) -> float:
+    """A length that the sizes of interest are no larger than by orders of magnitude, mm."""
+    lengths = [*(end for name, ends in bounds.items() if name != "size" for end in ends), bounds["size"][0]]
+    return max([abs(length) for length in lengths] + [lift])
+
+
+def coarse_grid(question: Question, bounds: Bounds, lift: float, values: int) -> Designs:
+    """Sizes even near the least and geometric beyond, at a few values of each other free size."""
+    low, high = bounds["size"][0], largest_size(question, bounds)
+    scale = scale_of(bounds, lift)
+    near = np.linspace(low, min(high, low + 20 * scale), SIZES // 2)
+    sizes = np.unique(np.concatenate([near, spread(low, high, scale, SIZES // 2)])) if high >= low else near[:0]
+    others = {n: np.linspace(a, b, values if b > a else 1) for n, (a, b) in bounds.items() if n != "size"}
+    mesh = np.meshgrid(*others.values(), sizes[sizes > 0.0], indexing="ij")
+    fields = dict(zip([*others, "size"], (m.ravel() for m in mesh), strict=True))
+    return Designs(**fields, sense=question.design.sense)
+
+
+def largest_size(question: Question, bounds: Bounds) -> float:
+    """The largest size worth a look: the given one, or what the triangle of an oscillating follower allows."""
+    reach = bounds["centre_distance"][1] + bounds["arm_length"][1] + max(bounds["face_offset"][1], 0.0)
+    triangle = question.subject.angular and not question.subject.mechanism.grooved
+    return min(bounds["size"][1], reach if triangle else inf, LONGEST)
+
+
+def _blocks(points: Designs, until: float) -> Iterator[Designs]:
+    """The designs a block at a time; after ``until`` none but the first."""
+    for first in range(0, len(points), BLOCK):
+        if first and now() > until:
+            return
+        yield points.take(slice(first, first + BLOCK))
+
+
+def _excess(question: Question, programme: Programme, designs: Designs) -> FloatArray:
+    columns = run_effects(Case(question.subject, programme, designs), question.needed).columns
+    return excesses(question.limits, columns, designs)
+
+
+def _whatever_the_size(question: Question, programme: Programme, excess: FloatArray) -> bool:
+    for limit, over in zip(question.limits, excess, strict=True):
+        if limit.of_motion and np.all(over > 0.0):
+            return True
+        if limit.needs and programme.corners and np.all(np.isinf(over)):
+            return True
+    return False
