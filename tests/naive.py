@@ -27,6 +27,9 @@ LAWS = (
     "poly4567",
     "modified-trapezoid",
     "modified-sine",
+    "cubic",
+    "double-harmonic",
+    "poly56789",
 )
 
 Jet = tuple[Any, Any, Any, Any]
@@ -68,6 +71,22 @@ def harmonic(ctx: Any) -> Curve:
         w = ctx.pi * 1
         c, d = ctx.cos(w * x), ctx.sin(w * x)
         return (1 - c) / 2, w * d / 2, w**2 * c / 2, -(w**3) * d / 2
+
+    return jet
+
+
+def double_harmonic(ctx: Any) -> Curve:
+    """s = (1 - cos pi x)/2 - (1 - cos 2 pi x)/8: a harmonic less a quarter of one of twice its speed."""
+
+    def jet(x: Any) -> Jet:
+        w = ctx.pi * 1
+        c, d, c2, d2 = ctx.cos(w * x), ctx.sin(w * x), ctx.cos(2 * w * x), ctx.sin(2 * w * x)
+        return (
+            (1 - c) / 2 - (1 - c2) / 8,
+            w * d / 2 - w * d2 / 4,
+            w**2 * c / 2 - w**2 * c2 / 2,
+            -(w**3) * d / 2 + w**3 * d2,
+        )
 
     return jet
 
@@ -154,6 +173,9 @@ def law_pieces(law: str, ctx: Any = mp) -> list[tuple[Any, Any, Curve]]:
         "cycloidal": lambda: cycloidal(ctx),
         "poly345": lambda: polynomial({3: 10, 4: -15, 5: 6}, ctx),
         "poly4567": lambda: polynomial({4: 35, 5: -84, 6: 70, 7: -20}, ctx),
+        "cubic": lambda: polynomial({2: 3, 3: -2}, ctx),
+        "double-harmonic": lambda: double_harmonic(ctx),
+        "poly56789": lambda: polynomial({5: 126, 6: -420, 7: 540, 8: -315, 9: 70}, ctx),
     }
     return [(zero, one, whole[law]())]
 

@@ -20,8 +20,8 @@ def displacement(x: ArrayLike) -> FloatArray:
 
 
 def velocity(x: ArrayLike) -> FloatArray:
-    half = np.pi / 2 * np.asarray(x, dtype=float)
-    return 2 * np.pi * np.sin(half) ** 3 * np.sin(np.pi / 2 - half)
+    x = np.asarray(x, dtype=float)
+    return 2 * np.pi * np.sin(np.pi / 2 * x) ** 3 * np.sin(np.pi / 2 * (1.0 - x))
 
 
 def acceleration(x: ArrayLike) -> FloatArray:
@@ -30,5 +30,6 @@ def acceleration(x: ArrayLike) -> FloatArray:
 
 
 def jerk(x: ArrayLike) -> FloatArray:
-    half = np.pi / 2 * np.asarray(x, dtype=float)
-    return np.pi**3 * np.sin(2 * half) * (1.5 - 4.0 * np.sin(half) ** 2)
+    x = np.asarray(x, dtype=float)
+    rise, rest = np.sin(np.pi / 2 * x), np.sin(np.pi / 2 * (1.0 - x))
+    return np.pi**3 * rise * rest * (3.0 - 8.0 * rise**2)

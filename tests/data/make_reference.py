@@ -105,7 +105,7 @@ def scene_of(mechanism: str, m: int, law: str, k: int) -> Scene:
     before, up, top, down, after = ANGLES[(k + m) % len(ANGLES)]
     cam = cam | {"rotation": ("ccw", "cw")[(k // 2 + m) % 2]}
     if (k + m) % 2:
-        cam["rpm"] = SPEEDS[k]
+        cam["rpm"] = SPEEDS[k % len(SPEEDS)]
     if mechanism.startswith("disc-translating"):
         follower = follower | {"offset": OFFSETS[(k + 3 * m) % len(OFFSETS)]}
     motion = [stroke("rise", up, lift, law), dwell(top), stroke("return", down, lift, law), dwell(after)]
