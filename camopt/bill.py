@@ -52,7 +52,7 @@ def bill(scene: Scene) -> Bill:
     rows, times = Rows({}, len(designs)), {}
     asked = called(question.wanted, subject)
     for name, names in asked.items():
-        case = Case(subject, question.programme, designs, rows.columns)
+        case = Case(subject, question.programme, designs, rows.columns, rows.outward)
         found, times[name] = _timed(EFFECTS[name], case, frozenset(names))
         rows = with_found(rows, found, frozenset(names))
     whole = sum(times.values())

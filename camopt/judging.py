@@ -33,7 +33,7 @@ def run_effects(case: Case, wanted: Iterable[str]) -> Rows:
     """The wanted quantities of a block of designs."""
     wanted, rows = frozenset(wanted), Rows({}, len(case.designs))
     for effect, names in planned(wanted, case.subject):
-        rows = with_found(rows, effect.run(replace(case, found=rows.columns), names), names)
+        rows = extended(rows, case, effect, names)
     return rows.only(wanted)
 
 
@@ -41,6 +41,11 @@ def planned(wanted: frozenset[str], subject: Subject) -> list[tuple[Effect, froz
     """The effects to run, each with the quantities to keep: those wanted, and those that another effect reads."""
     asked = called(wanted, subject)
     return [(EFFECTS[name], frozenset(names)) for name, names in asked.items()]
+
+
+def extended(rows: Rows, case: Case, effect: Effect, names: frozenset[str]) -> Rows:
+    """The rows of a case with some quantities of one more effect, which may read those that the rows have."""
+    return with_found(rows, effect.run(replace(case, found=rows.columns, outward=rows.outward), names), names)
 
 
 def with_found(rows: Rows, found: dict[str, Any], wanted: frozenset[str]) -> Rows:
@@ -51,7 +56,7 @@ def with_found(rows: Rows, found: dict[str, Any], wanted: frozenset[str]) -> Row
         if isinstance(found[name], Bounded):
             columns[name], width, scale = found[name]
             outward[name] = np.where(np.isinf(columns[name]), 0.0, width)  # ∞ − ∞ is no width
-            relative = np.abs(outward[name]) / np.where((scale > 0.0) & np.isfinite(scale), scale, 1.0)
+            relative = np.abs(outward[name]) / np.where(scale > 0.0, scale, 1.0)
             half_width = np.maximum(half_width, relative)
     return Rows(columns, rows.count, outward, half_width)
 
@@ -76,9 +81,7 @@ def settled(
     question: Question, programme: Programme, designs: Designs, wanted: frozenset[str]
 ) -> tuple[Rows, Effort]:
     """As ``judged``, and what it took."""
-    rows = run_effects(Case(question.subject, programme, designs), wanted | question.needed)
-    outer = excesses(question.limits, rows.shifted(1.0), designs)
-    inner = excesses(question.limits, rows.shifted(-1.0), designs)
+    rows, outer, inner = weighed(question, programme, designs, wanted)
     feasible = np.all(outer <= 0.0, axis=0)
     undecided = ~feasible & ~np.any(inner > 0.0, axis=0)
     proved = proved_status(programme)
@@ -100,16 +103,52 @@ def settled(
     return rows.with_rows(index, closer), Effort(balls=index.size, undecided=left)
 
 
+class Weighed(NamedTuple):
+    """Designs with their quantities, and the relative excess over each limit, (limits, designs).
+
+    ``outer`` is that of the far sides of enclosures, ``inner`` that of the near sides. Of a limit that is asked
+    last it is −∞ where a design may exceed another.
+    """
+
+    rows: Rows
+    outer: FloatArray
+    inner: FloatArray
+
+
+def weighed(question: Question, programme: Programme, designs: Designs, wanted: frozenset[str]) -> Weighed:
+    """The wanted quantities of all designs, and those that limits need but the last, with all excesses."""
+    case, rows, later = Case(question.subject, programme, designs), Rows({}, len(designs)), []
+    for effect, names in planned(wanted | question.needed, question.subject):
+        if effect.last and not names & wanted:
+            later.append((effect, names))
+        else:
+            rows = extended(rows, case, effect, names)
+    first = [limit for limit in question.limits if not limit.last]
+    outer, inner = np.full((2, len(question.limits), len(designs)), -np.inf)
+    outer[: len(first)] = excesses(first, rows.shifted(1.0), designs)
+    inner[: len(first)] = excesses(first, rows.shifted(-1.0), designs)
+    index = np.flatnonzero(np.all(outer <= 0.0, axis=0))
+    if len(first) < len(question.limits) and index.size:
+        some, case = rows.take(index), replace(case, designs=designs.take(index))
+        for effect, names in later:
+            some = extended(some, case, effect, names)
+        last = question.limits[len(first) :]
+        outer[len(first) :, index] = excesses(last, some.shifted(1.0), case.designs)
+        inner[len(first) :, index] = excesses(last, some.shifted(-1.0), case.designs)
+    return Weighed(rows, outer, inner)
+
+
 def _by_balls(question: Question, programme: Programme, designs: Designs, rows: Rows) -> Rows:
     """The rows with the verdicts of ball arithmetic: what rounding hides, 200 bits show."""
     from camopt.proof.certify import BROKEN, HELD, certify_limits
 
-    verdicts = [certify_limits(question, programme, designs.take([i])) for i in range(len(designs))]
-    kept = [[name for name, verdict in found.items() if verdict != HELD] for found in verdicts]
-    settled = [not names or BROKEN in found.values() for names, found in zip(kept, verdicts, strict=True)]
+    found = [list(certify_limits(question, programme, designs.take([i])).values()) for i in range(len(designs))]
+    verdicts = np.array(found).T
+    feasible = np.all(verdicts == HELD, axis=0)
+    settled = feasible | np.any(verdicts == BROKEN, axis=0)
     verdict = {
-        "feasible": np.array([not names for names in kept]),
-        "violated": np.array([",".join(names) for names in kept]),
+        "feasible": feasible,
+        "violated": violations(question.limits, np.where(verdicts == HELD, -1.0, 1.0)),
         "status": np.where(settled, proved_status(programme), UNDECIDED),
     }
     return Rows(rows.columns | verdict, rows.count)
@@ -122,11 +161,9 @@ def screened(
 
     Effects run cheapest first, and a design that breaks a limit is dropped before the next effect runs.
     """
-    wanted = wanted | question.needed
     rows, pending, held = Rows({}, len(designs)), list(question.limits), np.ones(len(designs), dtype=bool)
-    for effect, names in planned(wanted, question.subject):
-        case = Case(question.subject, programme, designs, rows.columns)
-        rows = with_found(rows, effect.run(case, names), names)
+    for effect, names in planned(wanted | question.needed, question.subject):
+        rows = extended(rows, Case(question.subject, programme, designs), effect, names)
         ready = [limit for limit in pending if rows.columns.keys() >= set(limit.needs)]
         pending = [limit for limit in pending if limit not in ready]
         possible = np.all(excesses(ready, rows.shifted(-1.0), designs) <= 0.0, axis=0)
@@ -166,8 +203,13 @@ def least_excess(excess: FloatArray) -> int:
 
 
 def violations(limits: Iterable[Limit], excess: FloatArray) -> NDArray[np.str_]:
-    """The names of the limits that each design exceeds, joined by commas."""
-    names = [limit.name for limit in limits]
-    kinds, which = np.unique(excess > 0.0, axis=1, return_inverse=True)
+    """The names of the limits that each design exceeds, joined by commas.
+
+    A limit that is asked last is named only where a design holds all others.
+    """
+    names, last = [limit.name for limit in limits], np.array([limit.last for limit in limits], dtype=bool)
+    over = excess > 0.0
+    over[last] &= ~np.any(over[~last], axis=0)
+    kinds, which = np.unique(over, axis=1, return_inverse=True)
     texts = [",".join(n for n, bad in zip(names, kind, strict=True) if bad) for kind in kinds.T]
     return np.array(texts, dtype=str)[which.reshape(-1)]

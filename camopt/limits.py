@@ -46,6 +46,11 @@ class Limit:
     of_motion: bool = False
     """Whether the motion and the speed decide it, whatever the design."""
 
+    @property
+    def last(self) -> bool:
+        """Whether it is asked only of designs that hold all other limits."""
+        return any(EFFECTS[QUANTITIES[name].effect].last for name in self.needs)
+
 
 def _at_most(name: str, bound: float, *needs: str) -> Limit:
     """The largest magnitude of some quantities is bounded."""
@@ -149,8 +154,20 @@ def _curvature(name: str, subject: Subject, bound: float) -> Limit:
     return Limit(name, bound, needs, trace, shown=shown, relation=relation)
 
 
+def _crossing() -> Limit:
+    """The profile does not cross itself: held or not, without a measure of how far."""
+
+    def excess(columns: Columns, designs: Designs) -> FloatArray:
+        return columns["self_crossing"] - 0.5 + np.zeros(len(designs))
+
+    return Limit("self_crossing", 0.0, ("self_crossing",), excess)
+
+
 def _implied(subject: Subject) -> list[Limit]:
-    """What every cam has to hold, asked or not: no undercut, and clear of its shaft."""
+    """What every cam has to hold, asked or not: no undercut, no self-crossing, and clear of its shaft.
+
+    Without undercut, only a round body can make a profile that crosses itself.
+    """
     limits = []
     if not subject.pointed:
         limits.append(_curvature("undercut", subject, 0.0))
@@ -159,6 +176,8 @@ def _implied(subject: Subject) -> list[Limit]:
         limits.append(
             Limit("shaft_diameter", 2 * radius, (), lambda columns, designs: (radius - designs.size) / radius)
         )
+    if subject.mechanism.curvature is not None and not (subject.mechanism.grooved or subject.pointed):
+        limits.append(_crossing())
     return limits
 
 
@@ -172,7 +191,7 @@ def pressure_limits(on_rise: float | None, on_return: float | None) -> Iterator[
 
 
 def limits_of(scene: Scene, subject: Subject) -> tuple[Limit, ...]:
-    """The limits of a scene, cheapest first, with those that every cam has to hold."""
+    """The limits of a scene, those that are asked last at the end, with those that every cam has to hold."""
     asked = scene.limits
     limits = []
     for derivative in ("velocity", "acceleration", "jerk"):
@@ -187,9 +206,9 @@ def limits_of(scene: Scene, subject: Subject) -> tuple[Limit, ...]:
     if asked.curvature_radius is not None:
         limits.append(_curvature("curvature_radius", subject, asked.curvature_radius))
     loads = [_load(name, bound, subject) for name in LOADS if (bound := getattr(asked, name)) is not None]
-    return tuple(
-        replace(limit, of_motion=_of_motion(limit, subject)) for limit in (*limits, *_implied(subject), *loads)
-    )
+    found = (*limits, *_implied(subject), *loads)
+    limited = [replace(limit, of_motion=_of_motion(limit, subject)) for limit in found]
+    return tuple(sorted(limited, key=lambda limit: limit.last))
 
 
 def _of_motion(limit: Limit, subject: Subject) -> bool:

@@ -59,11 +59,16 @@ class Question:
         return frozenset([*objectives, *(need for limit in self.limits for need in limit.needs)])
 
     @property
-    def wanted(self) -> frozenset[str]:
-        """What the scene calls for: its named outputs, or else motion and geometry; and what limits need."""
+    def named(self) -> frozenset[str]:
+        """The quantities of the scene's named outputs, or else those of motion and geometry."""
         outputs = self.scene.outputs or GEOMETRY
         named = [n for n in offered(self.subject) if QUANTITIES[n].effect in outputs or EVERYTHING in outputs]
-        return self.needed | frozenset(named) | (frozenset(outputs) & QUANTITIES.keys())
+        return frozenset(named) | (frozenset(outputs) & QUANTITIES.keys())
+
+    @property
+    def wanted(self) -> frozenset[str]:
+        """What the scene calls for: its named outputs, or else motion and geometry; and what limits need."""
+        return self.needed | self.named
 
 
 def resolve(scene: Scene) -> Question:

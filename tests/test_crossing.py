@@ -10,14 +10,17 @@ from hypothesis import strategies as st
 from scipy.optimize import fsolve, minimize_scalar
 from shapely import LinearRing
 
-from camopt import Scene, certify, evaluate
-from camopt.effects import Case, Subject, crossing, curvature
-from camopt.effects.crossing import find_crossing
+from camopt import Scene, certify, evaluate, find_scene, load, optimise, sweep
+from camopt.effects import Case, Subject
+from camopt.effects.crossing import find_crossing, surely_round
+from camopt.effects.crossing_boxes import CrossingBoxes
 from camopt.effects.parts import cover, first_parts
 from camopt.geometry import profile_points
+from camopt.judging import run_effects
 from camopt.mechanisms import MECHANISMS, Designs
 from camopt.motion import LAWS
 from camopt.motion.programme import Programme
+from camopt.numerics.interval import Interval
 from camopt.question import resolve
 
 DISC = [key for key in MECHANISMS if key[0] == "disc"]
@@ -70,11 +73,11 @@ def polygon_crosses(case: Case) -> bool:
 
 
 def undercut(case: Case) -> bool:
-    return bool(curvature.run(case, frozenset())["undercut"][0])
+    return bool(run_effects(case, ["undercut"]).column("undercut")[0])
 
 
 def self_crossing(case: Case) -> bool:
-    return bool(crossing.run(case, frozenset())["self_crossing"][0])
+    return bool(run_effects(case, ["self_crossing"]).column("self_crossing")[0])
 
 
 @settings(max_examples=150, deadline=None)
@@ -239,7 +242,7 @@ def test_verdicts_of_a_block_are_those_of_its_designs():
         size=8.0 - radii, roller_radius=radii,
     )  # fmt: skip
     case = Case(question.subject, question.programme, design)
-    found = crossing.run(case, frozenset())["self_crossing"]
+    found = run_effects(case, ["self_crossing"]).column("self_crossing")
     assert np.array_equal(found, radii >= touching_roller("parabolic")[0])
     for i in (0, 300, 599):
         assert found[i] == self_crossing(replace(case, designs=design.take([i])))
@@ -249,3 +252,143 @@ def test_undercut_is_a_crossing_in_proofs_too():
     scene = lobe(5.0).replace(**{"cam.base_radius": 0.5, "follower.roller_radius": 60.0})
     assert certify(scene) == {"undercut": "broken", "self_crossing": "broken"}
     assert evaluate(scene)["self_crossing"] is True
+
+
+def dense_polygon_crosses(case: Case) -> bool:
+    """The profile as a polygon of 36,000 sides."""
+    points = points_of(case, np.linspace(0.0, 2 * np.pi, 36_000, endpoint=False))
+    return not LinearRing(np.column_stack([points.real, points.imag])).is_simple
+
+
+def case_of(scene: Scene) -> Case:
+    question = resolve(scene)
+    return Case(question.subject, question.programme, question.design)
+
+
+@pytest.mark.parametrize("law", ["parabolic", "modified-sine", "cycloidal"])
+@pytest.mark.parametrize("share", [0.5, 0.9, 1.1, 1.3])
+def test_a_steep_narrow_lobe_is_feasible_if_it_does_not_cross_itself(law, share):
+    scene = lobe(touching_roller(law)[0] * share, law=law)
+    crosses = dense_polygon_crosses(case_of(scene))
+    found = evaluate(scene)
+    assert crosses is (share > 1.0)
+    assert found["feasible"] is not crosses
+    assert found["violated"] == ("self_crossing" if crosses else "")
+    assert (certify(scene)["self_crossing"] == "broken") is crosses
+
+
+def test_what_is_undecided_is_not_feasible():
+    found = evaluate(lobe(touching_roller("parabolic")[0]))
+    assert (found["feasible"], found["status"], found["violated"]) == (False, "undecided", "self_crossing")
+
+
+def test_self_crossing_is_named_only_where_all_other_limits_hold():
+    scene = lobe(touching_roller("parabolic")[0] * 1.1)
+    assert evaluate(scene.replace(**{"limits.pressure_angle": 30}))["violated"] == (
+        "pressure_angle,pressure_angle_return"
+    )
+
+
+@pytest.mark.parametrize("law", ["parabolic", "cycloidal"])
+@pytest.mark.parametrize("share", [1.01, 1.05])
+def test_the_smallest_cam_is_the_least_that_does_not_cross_itself(law, share):
+    """Down from a large cam, bisection on polygons ends where it does."""
+    scene = lobe(touching_roller(law)[0] * share, law=law)
+    best = optimise(scene).best
+    size = best["base_radius_mm"]
+    assert (
+        best["gap_mm"] < 2e-10 * 168.0
+    )  # of the size of the cam: as near as crossings are shown, and shown absent
+    assert best["feasible"]
+    assert best["binding"] == ["self_crossing"]
+    assert certify(scene.replace(**{"cam.base_radius": size}))["self_crossing"] == "held"
+    assert not dense_polygon_crosses(case_of(scene.replace(**{"cam.base_radius": size * (1 + 1e-4)})))
+    for smaller in np.linspace(0.3, 1.0 - 1e-4, 8) * size:
+        less = scene.replace(**{"cam.base_radius": smaller})
+        assert evaluate(less)["feasible"] is False
+        assert dense_polygon_crosses(case_of(less)) or evaluate(less)["undercut"]
+
+
+def test_a_sweep_leaves_out_cams_that_cross_themselves(tmp_path):
+    radius = touching_roller("parabolic")[0]
+    rollers = [radius * share for share in (0.8, 0.95, 1.05, 1.2)]
+    scene = lobe(radius).replace(
+        **{"search.roller_radius": rollers, "search.base_radius": {"start": 1, "stop": 3, "step": 0.25}}
+    )
+    result = sweep(scene, tmp_path, keep="all")
+    rows = load(tmp_path / "designs.parquet")
+    assert "self_crossing" not in rows.columns
+    for row in rows.to_dict("records"):
+        sizes = {"cam.base_radius": row["base_radius_mm"], "follower.roller_radius": row["roller_radius_mm"]}
+        one = scene.replace(search=None, **sizes)
+        crosses = dense_polygon_crosses(case_of(one))
+        assert row["feasible"] is not (crosses or row["violated"] == "undercut")
+        assert evaluate(one)["violated"] == row["violated"]
+    assert 0 < result.feasible < len(rows)
+    assert (rows.violated == "self_crossing").any()
+    asked = sweep(scene.replace(outputs=["crossing"]), tmp_path / "asked", keep="all")
+    assert asked.feasible == result.feasible
+    assert load(tmp_path / "asked" / "designs.parquet").self_crossing.sum() == len(rows) - result.feasible
+    kept = sweep(scene, tmp_path / "kept")
+    assert kept.feasible == len(load(tmp_path / "kept" / "designs.parquet")) == result.feasible
+
+
+def test_what_crosses_itself_in_all_of_a_space_is_named():
+    radius = touching_roller("parabolic")[0]
+    scene = lobe(1.2 * radius).replace(**{"search.base_radius": {"start": 1.0, "stop": 2.0, "step": 0.5}})
+    assert sweep(scene).nearest_miss["violated"] == "self_crossing"
+    found = optimise(scene)
+    assert found.obstacles == {"parabolic": "self_crossing"}
+    assert found.nearest_miss["violated"] == "self_crossing"
+
+
+def with_pressure_angle(case: Case) -> Case:
+    found = run_effects(case, ["pressure_angle_max_deg"])
+    return replace(case, found=found.columns, outward=found.outward)
+
+
+@settings(max_examples=150, deadline=None)
+@given(case=cases(keys=ROUND, slimmest=2))
+def test_the_largest_pressure_angle_tells_that_the_normal_points_outwards(case):
+    """A bound: where it tells so, it is so at each of some thousand points."""
+    assume(case.designs.roller_radius[0] > 0.0)
+    if surely_round(with_pressure_angle(case))[0]:
+        angles = np.linspace(0.0, 2 * np.pi, 5000, endpoint=False)
+        travel = case.subject.mechanism.travel(case.designs, case.programme, angles)
+        assert np.min((travel.trace * travel.normal.conj()).real) > case.designs.roller_radius[0]
+
+
+def test_of_the_main_job_the_largest_pressure_angle_decides_all_but_a_few():
+    question = resolve(find_scene("roller-1000rpm"))
+    base, roller, offset = np.meshgrid(np.arange(20.0, 151, 5), [4, 12, 20], np.arange(-40, 41, 8), indexing="ij")
+    sizes = {"size": base.ravel(), "roller_radius": roller.ravel() + 0.0, "offset": offset.ravel()}
+    fixed = {n: np.resize(v, base.size) for n, v in question.design.sizes.items()}
+    designs = Designs(**{**fixed, **sizes}, sense=1.0)
+    designs = designs.take(question.subject.mechanism.exists(designs, question.programme))
+    case = with_pressure_angle(Case(question.subject, question.programme, designs))
+    held = case.far("pressure_angle_max_deg") <= 30.0
+    assert held.sum() > 200
+    assert surely_round(case)[held].mean() > 0.99
+
+
+@pytest.mark.parametrize("key", ROUND)
+def test_all_cams_of_an_excluded_box_cross_themselves(key):
+    """Random designs of boxes, and the corners, against polygons; all boxes round a crossing are, once narrow."""
+    random, excluded = np.random.default_rng(5), 0
+    for case in slim_cams(30, key):
+        if find_crossing(case.subject, case.designs, case.programme).shown is not True:
+            continue
+        others = ("arm_length", "centre_distance") if case.subject.angular else ("offset",)
+        free = ("size", "roller_radius", *others)
+        for width in (0.3, 0.03, 1e-3, 1e-9):
+            half = {n: width * (n in free) + 0.0 * v for n, v in case.designs.sizes.items()}
+            sides = {n: Interval(v - half[n], v + half[n]) for n, v in case.designs.sizes.items()}
+            box = Designs(**sides, sense=1.0)
+            shown = CrossingBoxes(case.subject, case.programme).excluded(box)[0]
+            assert shown or width > 1e-9
+            excluded += int(shown)
+            for share in random.choice([-1.0, 1.0, 0.3, -0.7], (3, len(free))) if shown else ():
+                moved = {n: case.designs.sizes[n] + x * width for n, x in zip(free, share, strict=True)}
+                other = replace(case, designs=replace(case.designs, **moved))
+                assert not case.subject.mechanism.exists(other.designs, case.programme)[0] or polygon_crosses(other)
+    assert excluded > 20

@@ -59,7 +59,9 @@ def test_a_limit_calls_for_what_it_needs_and_what_that_reads():
     assert "limits.contact_stress" in entries["hertz"].called_by
     assert "effect hertz" in entries["curvature"].called_by
     assert "undercut" in entries["hertz"].reads
-    assert not {"force", "torque", "vibration", "pressure", "crossing"} & entries.keys()
+    assert not {"force", "torque", "vibration", "thrust"} & entries.keys()
+    assert entries["crossing"].called_by == ("limits.self_crossing",)  # asked of every cam
+    assert entries["pressure"].called_by == ("effect crossing",)
     question = resolve(scene)
     assert list(called(question.wanted, question.subject)) == list(entries)
 

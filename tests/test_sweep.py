@@ -87,6 +87,46 @@ def test_rows_do_not_depend_on_workers_or_blocks(scene, tables, tmp_path, worker
     pd.testing.assert_frame_equal(designs, reference, check_exact=True)
 
 
+def own_scene(scene, row):
+    """The scene of one row: its sizes and laws, without a space but with its objectives."""
+    search = {f"search.{key}": None for key in ("base_radius", "offset", "roller_radius", "law")}
+    sizes = {
+        "cam.base_radius": row["base_radius_mm"],
+        "follower.roller_radius": row["roller_radius_mm"],
+        "follower.offset": row["offset_mm"],
+    }
+    motion = [s.model_dump(exclude_none=True, exclude_defaults=True) for s in scene.motion]
+    motion = [s | ({"law": row["law_rise"]} if "law" in s else {}) for s in motion]
+    return scene.replace(**search, **sizes, motion=motion)
+
+
+@pytest.mark.parametrize("refine", [False, True])
+@pytest.mark.parametrize("tolerance", [1e-9, 1e-4])
+def test_rows_that_people_compare_are_those_of_evaluate_bit_for_bit(scene, tmp_path, refine, tolerance):
+    loose = scene.replace(**{"accuracy.tolerance": tolerance, "search.refine": refine, "search.thin": 0.02})
+    result = sweep(loose, tmp_path)
+    tables = [load(tmp_path / f"{name}.parquet") for name in ("pareto", *(("pareto-grid",) if refine else ()))]
+    rows = [row for table in tables for row in table.to_dict("records")]
+    rows += [*result.best.values(), result.front.knee]
+    assert len(rows) > 20
+    for row in rows:
+        one = evaluate(own_scene(result.scene, row))
+        assert {name: value for name, value in row.items() if name in one and one[name] != value} == {}
+        assert set(row) - set(one) <= {"refined", "held_by"}
+
+
+def test_the_front_is_the_one_that_the_sweep_decided(scene, tmp_path):
+    """Digits do not change which rows are on it, nor their order."""
+    sweep(scene, tmp_path / "pareto")
+    sweep(scene, tmp_path / "all", keep="all")
+    designs, front = load(tmp_path / "all" / "designs.parquet"), load(tmp_path / "pareto" / "pareto.parquet")
+    feasible = designs[designs.feasible]
+    costs = feasible[list(sweep(scene).scene.search.minimise)].to_numpy()
+    dominated = [bool(np.any(np.all(costs <= c, axis=1) & np.any(costs < c, axis=1))) for c in costs]
+    sizes = ["law_rise", "base_radius_mm", "roller_radius_mm", "offset_mm"]
+    pd.testing.assert_frame_equal(front[sizes], feasible[~np.array(dominated)][sizes].reset_index(drop=True))
+
+
 def test_the_best_of_each_law_and_what_holds_it(tables):
     result, designs, _ = tables
     for law, row in result.best.items():

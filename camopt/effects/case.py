@@ -95,6 +95,12 @@ class Case:
     programme: Programme
     designs: Designs
     found: Mapping[str, Any] = field(default_factory=dict)
+    outward: Mapping[str, Any] = field(default_factory=dict)
+    """How far the true value of each may lie from what was found, with its sign."""
+
+    def far(self, name: str) -> Any:
+        """The far side of the enclosure of a quantity that an earlier effect found."""
+        return self.found[name] + self.outward.get(name, 0.0)
 
     def extremes(
         self,
@@ -134,3 +140,5 @@ class Effect:
     """Quantities of other effects that this one reads, from ``Case.found``."""
     of_motion: Callable[[Subject], bool] = lambda subject: False
     """Whether they depend on the motion and the speed alone, whatever the design."""
+    last: bool = False
+    """Whether it costs so much that a limit on its quantities is asked only of designs that hold all others."""

@@ -6,7 +6,7 @@ An undercut profile crosses itself where it is undercut. What is nowhere undercu
 - if a knife edge draws it: two of its points at one distance from the centre are at one displacement, and so at one
   cam angle, since the distance grows with the displacement.
 - if the profile's normal points away from the centre all along, P·n > 0: it then goes once round the centre, always
-  forwards. So do nearly all cams.
+  forwards. So do nearly all cams, and of most the largest pressure angle tells.
 - if no two parts of the turn meet (``effects.parts``). Two do not if their discs or strips are apart, or if the
   tangent turns by less than π from the one to the other, so that the profile goes one way. Pairs left are halved.
 
@@ -19,13 +19,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.effects import curvature
-from camopt.effects.case import Case, Effect, Subject
-from camopt.effects.parts import Cover, IntArray, cover, first_parts
-from camopt.geometry import profile_points
+from camopt.effects.case import Bounded, Case, Effect, Subject
+from camopt.effects.parts import ROUNDING, Cover, Ends, IntArray, cover, ends_of, first_parts
 from camopt.mechanisms.design import BoolArray, ComplexArray, Designs
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
+from camopt.numerics.curves import curve
 
 AT_ONCE = 256  # designs, so that memory stays bounded
 HALVINGS = 24
@@ -47,23 +46,50 @@ def offers(subject: Subject) -> tuple[str, ...]:
     return () if subject.mechanism.grooved else ("self_crossing",)
 
 
+def reads(subject: Subject) -> tuple[str, ...]:
+    if subject.pointed:
+        return ()
+    round_body = subject.mechanism.curvature is not None
+    return ("undercut", "profile_radius_min_mm", *(("pressure_angle_max_deg",) if round_body else ()))
+
+
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
-    crossing, parts = _perhaps_undercut(case), first_parts(case.programme)
-    if case.subject.mechanism.curvature is not None:
-        for some in np.array_split(np.flatnonzero(~crossing), 1 + len(case.designs) // AT_ONCE):
-            column = case.designs.take((some, None))
-            for i in some[~_goes_round(cover(case.subject, column, case.programme, parts))]:
-                found = find_crossing(case.subject, case.designs.take([i]), case.programme)
-                crossing[i] = found.shown is not False
-    return {"self_crossing": crossing}
+    if case.subject.pointed:
+        return {"self_crossing": False}
+    trace_point = case.subject.mechanism.curvature is not None
+    sharp = trace_point & (case.designs.roller_radius == 0.0)
+    crossing = np.array(case.found["undercut"])
+    undecided = ~crossing & ~sharp & (case.far("profile_radius_min_mm") <= 0.0)
+    if trace_point:
+        for i in _perhaps(case, np.flatnonzero(~(crossing | undecided | surely_round(case)))):
+            shown = find_crossing(case.subject, case.designs.take([i]), case.programme).shown
+            crossing[i], undecided[i] = shown is True, shown is None
+    return {"self_crossing": Bounded(crossing | undecided, undecided.astype(float), np.inf)}
 
 
-def _perhaps_undercut(case: Case) -> BoolArray:
-    """Which designs are undercut, or so near to it that the enclosure does not tell."""
-    found = curvature.run(case, frozenset())
-    radius = found["profile_radius_min_mm"]
-    blunt = (case.designs.roller_radius > 0.0) | (case.subject.mechanism.curvature is None)
-    return np.asarray(found["undercut"] | (blunt & (radius.value + radius.outward <= 0.0)))
+def surely_round(case: Case) -> BoolArray:
+    """For which designs the largest pressure angle shows that P·n > 0.
+
+    Seen from the direction in which the trace point T moves, the normal is at the pressure angle β, and T is at the
+    angle β₀ that β would be with y' = 0: P·n = |T|·cos(β − β₀) − R_r. With the largest |β|, |T|·cos(|β| + |β₀|) is
+    linear in y (translating) or a sine less a constant (oscillating): least at an end of the lift. And |T| ≥ R_p.
+    """
+    designs, strokes = case.designs, case.programme.strokes
+    levels = [y for stroke in strokes for y in (stroke.low, stroke.high)]
+    record = case.subject.mechanism.pressure(designs, case.programme)
+    standing = [np.abs(curve(record, ..., y, 0.0, 0.0, 0.0)[0]) for y in (min(levels), max(levels))]
+    slant = np.radians(case.far("pressure_angle_max_deg")) + np.arctan(np.maximum(*standing))
+    share = np.cos(np.minimum(slant, np.pi / 2)) - ROUNDING
+    return np.asarray(designs.prime_radius * share > designs.roller_radius)
+
+
+def _perhaps(case: Case, index: IntArray) -> IntArray:
+    """Those of some designs, none of them undercut, whose normal does not point away from the centre all along."""
+    parts, left = first_parts(case.programme), [index[:0]]
+    for some in np.array_split(index, 1 + index.size // AT_ONCE) if index.size else ():
+        column = case.designs.take((some, None))
+        left.append(some[~_goes_round(cover(case.subject, column, case.programme, parts))])
+    return np.concatenate(left)
 
 
 def find_crossing(subject: Subject, design: Designs, programme: Programme) -> Crossing:
@@ -80,9 +106,9 @@ def find_crossing(subject: Subject, design: Designs, programme: Programme) -> Cr
             return Crossing(False)
         if first.size > MOST_PAIRS:
             break
-        starts, ends = parts.middle - parts.half, parts.middle + parts.half
-        tips = [profile_points(subject.mechanism, design, programme, angles) for angles in (starts, ends)]
-        shown = np.flatnonzero(_across(found, tips, first, second) & _across(found, tips, second, first))
+        ends = ends_of(subject, design, programme, parts)
+        both = ([tip[index] for tip in ends] for index in (first, second))
+        shown = np.flatnonzero(meet(found.take(first), found.take(second), *both))
         if shown.size:
             pair = [first[shown[0]], second[shown[0]]]
             return Crossing(True, tuple(parts.middle[pair].tolist()), float(parts.half[pair].max()))
@@ -117,22 +143,27 @@ def _one_way(found: Cover, first: IntArray, second: IntArray) -> BoolArray:
 
 def _apart(a: Cover, b: Cover) -> BoolArray:
     """Whether two parts are apart: their discs, or the one's strip along its tangent from the other."""
-    gap, slant = b.point - a.point, np.abs(_cross(a.tangent, b.tangent))
+    gap, slant = b.point - a.point, np.abs(cross(a.tangent, b.tangent))
     discs = np.abs(gap) > a.radius + b.radius
-    along_a = np.abs(_cross(a.tangent, gap)) > a.bulge + b.bulge + b.radius * slant
-    along_b = np.abs(_cross(b.tangent, gap)) > a.bulge + b.bulge + a.radius * slant
+    along_a = np.abs(cross(a.tangent, gap)) > a.bulge + b.bulge + b.radius * slant
+    along_b = np.abs(cross(b.tangent, gap)) > a.bulge + b.bulge + a.radius * slant
     return np.asarray(discs | along_a | along_b)
 
 
-def _across(found: Cover, tips: list[ComplexArray], first: IntArray, second: IntArray) -> BoolArray:
-    """Whether the ends of one part lie on opposite sides of the strip round another."""
-    start, end = (_cross(found.tangent[second], tip[first] - found.point[second]) for tip in tips)
-    far = np.minimum(np.abs(start), np.abs(end)) > found.bulge[second] + found.rounding[first]
+def meet(found: Cover, other: Cover, ends: Ends, other_ends: Ends, moved: FloatArray | float = 0.0) -> BoolArray:
+    """Whether parts surely meet others, though the points of both may move, by so much (mm) in all."""
+    return _across(ends, found, other, moved) & _across(other_ends, other, found, moved)
+
+
+def _across(ends: Ends, found: Cover, other: Cover, moved: FloatArray | float) -> BoolArray:
+    """Whether the ends of a part lie on opposite sides of the strip round another, wherever both may move to."""
+    start, end = (cross(other.tangent, tip - other.point) for tip in ends)
+    far = np.minimum(np.abs(start), np.abs(end)) > other.bulge + found.rounding + moved
     return np.asarray((start * end < 0.0) & far)
 
 
-def _cross(a: ComplexArray, b: ComplexArray) -> FloatArray:
+def cross(a: ComplexArray, b: ComplexArray) -> FloatArray:
     return np.asarray((a.conj() * b).imag)
 
 
-EFFECT = Effect("crossing", offers, run)
+EFFECT = Effect("crossing", offers, run, reads=reads, last=True)

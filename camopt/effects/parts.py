@@ -7,15 +7,19 @@ middle point. The trace point moves along a line, or on a circle about the pivot
 the bounds of y' and y'' in the motion's panels. In double precision, with a margin for rounding.
 """
 
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from camopt.effects.case import Subject
 from camopt.mechanisms.design import ComplexArray, Designs
+from camopt.mechanisms.oscillating import first_angle
+from camopt.mechanisms.translating import height
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
+from camopt.numerics.interval import as_interval
 
 IntArray = NDArray[np.int64]
 WIDEST = np.pi / 100  # half of the cam angle of a first part
@@ -61,6 +65,8 @@ class Cover(NamedTuple):
     """How far it is from the tangent in the middle point, at most."""
     rounding: FloatArray
     """How exact its points are."""
+    slowest: FloatArray
+    """The least speed of the trace point over the cam, mm/rad; 0 or less if nothing is known."""
 
     def take(self, index: IntArray) -> "Cover":
         """Some of the parts."""
@@ -86,4 +92,47 @@ def cover(subject: Subject, design: Designs, programme: Programme, parts: Parts)
     shift = design.roller_radius * np.minimum(spread, 2.0)
     radius = parts.half * (speed + parts.half * bend) + shift + rounding
     bulge = radius * np.sin(np.minimum(spread, np.pi / 2)) + rounding
-    return Cover(point, tangent, normal, spread, radius, bulge, rounding)
+    slowest = speed - parts.half * bend - rounding
+    return Cover(point, tangent, normal, spread, radius, bulge, rounding, slowest)
+
+
+Ends = Sequence[ComplexArray]
+"""Where parts of a profile start, and where they end."""
+
+
+def ends_of(subject: Subject, design: Designs, programme: Programme, parts: Parts) -> Ends:
+    """The ends of parts of the profile of one design, or of several, (n, 1) each."""
+    angles = (parts.middle - parts.half, parts.middle + parts.half)
+    return [points_at(subject, design, programme, angle) for angle in angles]
+
+
+def points_at(subject: Subject, design: Designs, programme: Programme, angles: FloatArray) -> ComplexArray:
+    """The profile of one design, or of several, (n, 1) each, at cam angles in rad."""
+    travel = subject.mechanism.travel(design, programme, np.mod(angles, 2 * np.pi))
+    turn = np.exp(-1j * design.sense * angles)
+    return np.asarray(turn * (travel.trace - design.roller_radius * travel.normal))
+
+
+def drift(subject: Subject, design: Designs, box: Designs, parts: Parts, found: Cover) -> FloatArray:
+    """How far the profiles of a box of designs (Intervals) are from that of one of them at each cam angle, at most.
+
+    Over each part, (n,), in mm. If the trace point moves by ΔT, and its lever changes by ΔK, its velocity v over
+    the cam changes by Δv = |y'|·ΔK + ΔT at most, and the normal turns by no more than arcsin(Δv/|v|).
+    """
+
+    def change(name: str) -> Any:
+        side = as_interval(getattr(box, name))
+        return np.maximum(side.high - design.sizes[name], design.sizes[name] - side.low)
+
+    if subject.angular:
+        start = as_interval(first_angle(box))
+        pivot = change("centre_distance")
+        trace = pivot + change("arm_length") + as_interval(box.arm_length).high * (start.high - start.low)
+        lever = pivot + trace
+    else:
+        heights = as_interval(height(box))
+        trace, lever = np.hypot(change("offset"), heights.high - heights.low), 0.0
+    ratio = (lever * parts.velocity + trace) / np.maximum(found.slowest, 1e-300)
+    turned = np.where(ratio < 1.0, np.arcsin(np.minimum(ratio, 1.0)), 2.0)
+    moved = trace + change("roller_radius") + design.roller_radius * turned + found.rounding
+    return np.asarray(moved)

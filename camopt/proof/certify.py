@@ -254,6 +254,14 @@ def _in_doubles(question: Question, limit: Limit, programme: Programme, design: 
     return HELD if outer <= 0.0 else BROKEN if inner > 0.0 else UNDECIDED
 
 
+def _free_of_crossing(question: Question, programme: Programme, design: Designs, undercut: str) -> str:
+    """Whether the profile of a round body crosses itself nowhere; what is undercut does."""
+    if undercut != HELD:
+        return undercut
+    shown = find_crossing(question.subject, design, programme).shown
+    return UNDECIDED if shown is None else BROKEN if shown else HELD
+
+
 @precisely()
 def certify_limits(question: Question, programme: Programme, design: Designs) -> dict[str, str]:
     """The verdict on each limit of a question for one design: held, broken or undecided."""
@@ -264,7 +272,9 @@ def certify_limits(question: Question, programme: Programme, design: Designs) ->
     for limit in question.limits:
         claims = claims_of(question, limit, exact, motion)
         found = [decide(claim, motion) for claim in claims]
-        if not claims:
+        if limit.name == "self_crossing":
+            found = [_free_of_crossing(question, programme, design, verdicts["undercut"])]
+        elif not claims:
             found = [_in_doubles(question, limit, programme, design)]
         if broken_by_jumps(question, limit, programme):
             found = [BROKEN]
@@ -274,14 +284,11 @@ def certify_limits(question: Question, programme: Programme, design: Designs) ->
 
 def certify_design(question: Question, programme: Programme, design: Designs) -> dict[str, str]:
     """As ``certify_limits``, and for a disc cam whether it is free of a self-crossing, under ``self_crossing``."""
-    verdicts, mechanism = certify_limits(question, programme, design), question.subject.mechanism
-    if mechanism.grooved or "assembly" in verdicts:
+    verdicts = certify_limits(question, programme, design)
+    if question.subject.mechanism.grooved or "assembly" in verdicts:
         return verdicts
-    found = verdicts.get("undercut", HELD)  # a knife edge undercuts nothing
-    if found == HELD and mechanism.curvature:
-        shown = find_crossing(question.subject, design, programme).shown
-        found = UNDECIDED if shown is None else BROKEN if shown else HELD
-    return verdicts | {"self_crossing": found}
+    undercut = verdicts.get("undercut", HELD)  # flat faces and knife edges make no other crossing
+    return verdicts | {"self_crossing": verdicts.get("self_crossing", undercut)}
 
 
 def certify(scene: Scene) -> dict[str, str]:

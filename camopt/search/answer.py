@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from camopt.effects import Case
-from camopt.judging import excesses, planned, with_found
+from camopt.judging import excesses, extended, planned
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
 from camopt.question import Question
@@ -60,8 +60,7 @@ def feasible(question: Question, programme: Programme, designs: Designs) -> Any:
     held = question.subject.mechanism.exists(designs, programme) & (designs.size > 0.0)
     designs, rows, pending = designs.take(held), Rows({}, int(held.sum())), list(question.limits)
     for effect, names in planned(question.needed, question.subject):
-        case = Case(question.subject, programme, designs, rows.columns)
-        rows = with_found(rows, effect.run(case, names), names)
+        rows = extended(rows, Case(question.subject, programme, designs), effect, names)
         ready = [limit for limit in pending if rows.columns.keys() >= set(limit.needs)]
         pending = [limit for limit in pending if limit not in ready]
         passed = np.all(excesses(ready, rows.shifted(1.0), designs) <= 0.0, axis=0)

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from camopt.effects.crossing_boxes import CrossingBoxes
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
 from camopt.question import Question
@@ -43,7 +44,7 @@ def branch_and_bound(
     if look.hopeless or most <= least:
         return Smallest(look.design, inf, look.nearest)
     boxes = Boxes.one({**bounds, "size": (least, most)}, scale_of(bounds, programme.lift))
-    search = Search(question, programme, constraints_of(question), look.design)
+    search = Search(question, programme, constraints_of(question), _crossings(question, programme), look.design)
     floor = search.run(boxes, until)
     return Smallest(search.incumbent, floor, look.nearest)
 
@@ -55,6 +56,8 @@ class Search:
     question: Question
     programme: Programme
     constraints: list[Constraint]
+    crossings: CrossingBoxes | None
+    """What shows that all cams of a box cross themselves, if that is a limit."""
     incumbent: Designs | None
     """The smallest feasible design so far."""
     floor: float = inf
@@ -81,6 +84,8 @@ class Search:
 
     def narrowed(self, boxes: Boxes) -> Boxes:
         """Those of some boxes that may hold a smaller cam and can be cut, with the side to cut."""
+        if self.crossings is not None:  # before any design of them is looked at, which costs far more
+            boxes = boxes.take(~self.crossings.excluded(boxes.designs(self.question.design.sense)))
         self.improve(boxes)
         if self.incumbent is not None:
             boxes = self.left(boxes, boxes.low["size"] >= self.incumbent.size[0] - gap_of(self.incumbent))
@@ -110,6 +115,11 @@ class Search:
             points = points.take(feasible(self.question, self.programme, points))
             if len(points):
                 self.incumbent = points.take(np.argmin(points.size, keepdims=True))
+
+
+def _crossings(question: Question, programme: Programme) -> CrossingBoxes | None:
+    limited = any(limit.name == "self_crossing" for limit in question.limits)
+    return CrossingBoxes(question.subject, programme) if limited else None
 
 
 def _last_assembled(question: Question, programme: Programme, bounds: Bounds, most: float) -> float:

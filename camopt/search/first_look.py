@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from camopt.effects import Case
-from camopt.judging import excesses, judged, least_excess, run_effects
+from camopt.judging import judged, least_excess, weighed
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
@@ -95,14 +94,13 @@ def _blocks(points: Designs, until: float) -> Iterator[Designs]:
 
 
 def _excess(question: Question, programme: Programme, designs: Designs) -> FloatArray:
-    columns = run_effects(Case(question.subject, programme, designs), question.needed).columns
-    return excesses(question.limits, columns, designs)
+    return weighed(question, programme, designs, frozenset()).outer
 
 
 def _whatever_the_size(question: Question, programme: Programme, excess: FloatArray) -> bool:
     for limit, over in zip(question.limits, excess, strict=True):
         if limit.of_motion and np.all(over > 0.0):
             return True
-        if limit.needs and programme.corners and np.all(np.isinf(over)):
+        if limit.needs and programme.corners and np.all(over == inf):
             return True
     return False

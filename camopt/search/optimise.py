@@ -186,7 +186,13 @@ def _described(question: Question, programme: Programme, answer: Smallest) -> di
     excess = excesses(question.limits, rows.columns, design)[:, 0]
     values = rows.records()[0]
     quantities = {name: values[name] for name in QUANTITIES if name in values}
-    binding = [lim.name for lim, over in zip(question.limits, excess, strict=True) if over > -BINDS]
+    smaller = replace(design, size=design.size - BINDS * design.prime_radius)
+    stopped = str(judged(question, programme, smaller, frozenset()).column("violated")[0]).split(",")
+    binding = [
+        limit.name
+        for limit, over in zip(question.limits, excess, strict=True)
+        if over > -BINDS or (limit.last and limit.name in stopped)
+    ]
     clear = _clear_above(question, programme, answer)
     return {
         **quantities,

@@ -10,8 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from camopt.effects import Case
-from camopt.judging import excesses, run_effects
+from camopt.judging import weighed
 from camopt.limits import pressure_limits
 from camopt.mechanisms import Designs, chained
 from camopt.motion.programme import Programme
@@ -52,9 +51,9 @@ class Problem:
         held = question.subject.mechanism.exists(designs, self.programme) & (designs.size > 0.0)
         costs = np.full((len(designs), len(signs(question.scene.search))), np.inf)
         some = designs.take(held)
-        columns = run_effects(Case(question.subject, self.programme, some), question.needed).shifted(1.0)
-        costs[held] = costs_of(columns, len(some), question.scene.search)
-        held[held] = np.all(excesses(question.limits, columns, some) <= 0.0, axis=0)
+        rows, excess, _ = weighed(question, self.programme, some, frozenset())
+        costs[held] = costs_of(rows.shifted(1.0), len(some), question.scene.search)
+        held[held] = np.all(excess <= 0.0, axis=0)
         return costs, held
 
     def allowed(self, designs: Designs, ceilings: FloatArray) -> Any:

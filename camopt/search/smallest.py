@@ -3,15 +3,17 @@
 Closed forms and cutting planes come first: the smallest cam under the limits that are linear. If it holds the
 others too, it is the answer. Otherwise curvature or a load decides, and feasibility need not be monotone in the
 size: a branch-and-bound over boxes of designs, from there on. What is left when it ends is the least feasible
-size to within ``gap_of``.
+size to within ``gap_of``. Limits that are asked last come last here too: no cam that holds them is smaller than the
+smallest one that holds all others, and most often that one does.
 """
 
+from dataclasses import replace
 from math import inf
 
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
 from camopt.question import Question, exactly
-from camopt.search.answer import Bounds, Smallest
+from camopt.search.answer import Bounds, Smallest, feasible
 from camopt.search.branch_and_bound import branch_and_bound
 from camopt.search.closed_form import NUDGES, closed_form, least_size, nudged
 from camopt.search.cutting_planes import Cut, by_cutting_planes
@@ -25,10 +27,11 @@ def smallest(question: Question, programme: Programme, bounds: Bounds, until: fl
     After ``until`` (``clock.now``) the best so far, not proved.
     """
     question, bounds = exactly(question), _above_least(question, programme, bounds)
-    found = _by_linear_limits(question, programme, bounds)
-    if found.design is not None:
-        return Smallest(found.design, found.floor)
-    return branch_and_bound(question, programme, bounds, found.floor, until)
+    first = replace(question, limits=tuple(limit for limit in question.limits if not limit.last))
+    answer = _smallest(first, programme, bounds, until)
+    if answer.design is None or feasible(question, programme, answer.design)[0]:
+        return answer
+    return branch_and_bound(question, programme, bounds, answer.floor, until)
 
 
 def small(
@@ -51,6 +54,13 @@ def small(
             return Smallest(None, inf if look.hopeless else found.floor, look.nearest)
         design = smaller(question, programme, bounds, look.design, zooms)
     return Smallest(design, found.floor)
+
+
+def _smallest(question: Question, programme: Programme, bounds: Bounds, until: float) -> Smallest:
+    found = _by_linear_limits(question, programme, bounds)
+    if found.design is not None:
+        return Smallest(found.design, found.floor)
+    return branch_and_bound(question, programme, bounds, found.floor, until)
 
 
 def _above_least(question: Question, programme: Programme, bounds: Bounds) -> Bounds:

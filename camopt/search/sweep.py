@@ -15,11 +15,12 @@ import numpy as np
 
 from camopt.designs import Design
 from camopt.files import result_folder
-from camopt.judging import Effort, by_excess, excesses, judged, least_excess, screened, settled
+from camopt.judging import Effort, by_excess, judged, least_excess, screened, settled, weighed
+from camopt.mechanisms import Designs
 from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.motion.programme import Programme
 from camopt.quantities import QUANTITIES, motion_quantity
-from camopt.question import VERDICT, Question, resolve
+from camopt.question import VERDICT, Question, exactly, resolve
 from camopt.rows import Rows, joined
 from camopt.scene import Scene
 from camopt.search.answer import Progress
@@ -137,6 +138,7 @@ def sweep(
         grid = archive.front()
         rows = refined(space, grid, progress) if search.refine else grid
         rows = rows if search.thin is None else thinned(rows, search, search.thin)
+        rows, grid = to_compare(space, rows), to_compare(space, grid) if search.refine or keep == "pareto" else grid
         front = front_of(rows, search, grid if search.refine else None)
         front = front and replace(front, knee=Design(front.knee, question.scene))
         if tables:
@@ -198,8 +200,9 @@ def with_objectives(question: Question) -> Question:
 
 def column_names(question: Question) -> tuple[str, ...]:
     """The columns of a sweep: sizes, what limits and objectives need, named outputs, and the verdict."""
-    called = question.wanted if question.scene.outputs else question.needed
-    names = question.sizes | called | set(VERDICT)
+    numbers = {name for name in question.needed if QUANTITIES[name].kind is float}  # the verdict tells the rest
+    outputs = question.named if question.scene.outputs else frozenset()
+    names = question.sizes | numbers | outputs | set(VERDICT)
     return tuple(name for name in QUANTITIES if name in names)
 
 
@@ -237,12 +240,31 @@ def _in_order(space: Space, work: Callable[[Block], Batch], workers: int, block:
 
 def best_of_each_law(space: Space, rows: Rows) -> dict[str, Design]:
     """The first row of each pair of laws when sorted by the objectives in turn, the best law first."""
-    best: dict[str, Design] = {}
-    for row in ranked(rows, space.question.scene.search).records():
-        laws = " / ".join(dict.fromkeys((row["law_rise"], row["law_return"])))
-        if laws not in best:
-            best[laws] = Design({**row, "held_by": held_by(space, row)}, space.question.scene)
-    return best
+    rows, scene = ranked(rows, space.question.scene.search), space.question.scene
+    first: dict[str, int] = {}
+    for i, row in enumerate(rows.records()):
+        first.setdefault(" / ".join(dict.fromkeys((row["law_rise"], row["law_return"]))), i)
+    best = to_compare(space, rows.take(np.array(list(first.values()), dtype=int))).records()
+    return {
+        laws: Design({**row, "held_by": held_by(space, row)}, scene) for laws, row in zip(first, best, strict=True)
+    }
+
+
+def to_compare(space: Space, rows: Rows) -> Rows:
+    """Rows that people compare, with the digits that ``evaluate`` gives: equal designs have equal rows."""
+    parts, places = [rows.take(np.arange(0))], []
+    for programme, index, designs in space.designs_of(rows):
+        for first in range(0, index.size, BLOCK):
+            some = slice(first, first + BLOCK)
+            found = as_evaluated(space.question, programme, designs.take(some), frozenset(rows.columns))
+            parts.append(Rows(rows.take(index[some]).columns | found.columns, found.count))
+            places.append(index[some])
+    return joined(parts).take(np.argsort(np.concatenate(places))) if places else rows
+
+
+def as_evaluated(question: Question, programme: Programme, designs: Designs, names: frozenset[str]) -> Rows:
+    """Quantities of designs as ``evaluate`` gives them: what else it is asked for shows in their last digits."""
+    return judged(exactly(question), programme, designs, names | question.wanted).only(names)
 
 
 def held_by(space: Space, row: dict[str, Any]) -> str:
@@ -264,16 +286,18 @@ def held_by(space: Space, row: dict[str, Any]) -> str:
 def nearest_miss(space: Space, block: int) -> Design | None:
     """The design of the space that misses its limits the least, with its quantities."""
     question = space.question
-    best: tuple[tuple[float, float], dict[str, Any]] | None = None
+    best: tuple[tuple[float, float], Programme, Designs] | None = None
     for programme, first, last in space.blocks(block):
         designs = space.designs(np.arange(first, last))
         designs = designs.take(question.subject.mechanism.exists(designs, programme))
         if not len(designs):
             continue
-        rows = judged(question, programme, designs, frozenset(column_names(question)))
-        excess = excesses(question.limits, rows.columns, designs)
+        excess = weighed(question, programme, designs, frozenset()).outer
         i = least_excess(excess)
         key = by_excess(excess[:, i])
         if best is None or key < best[0]:
-            best = key, rows.take(np.array([i])).records()[0]
-    return Design(best[1], question.scene) if best else None
+            best = key, programme, designs.take([i])
+    if best is None:
+        return None
+    (row,) = as_evaluated(question, *best[1:], frozenset(column_names(question))).records()
+    return Design(row, question.scene)

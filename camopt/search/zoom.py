@@ -5,8 +5,7 @@ from math import inf
 
 import numpy as np
 
-from camopt.effects import Case
-from camopt.judging import excesses, least_excess, run_effects
+from camopt.judging import least_excess, weighed
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
@@ -54,7 +53,7 @@ def _zoomed(
         points = Designs(**{n: moved.get(n, v * ones) for n, v in design.sizes.items()}, sense=design.sense)
         points = points.take(question.subject.mechanism.exists(points, programme) & (points.size > 0.0))
         if len(points):
-            columns = run_effects(Case(question.subject, programme, points), question.needed).shifted(1.0)
-            design = points.take([choice(points, excesses(question.limits, columns, points))])
+            excess = weighed(question, programme, points, frozenset()).outer
+            design = points.take([choice(points, excess)])
         spans = {name: span / SHRINKS for name, span in spans.items()}
     return design
