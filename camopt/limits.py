@@ -158,7 +158,7 @@ def _crossing() -> Limit:
     """The profile does not cross itself: held or not, without a measure of how far."""
 
     def excess(columns: Columns, designs: Designs) -> FloatArray:
-        return columns["self_crossing"] - 0.5 + np.zeros(len(designs))
+        return np.asarray(columns["self_crossing"] - 0.5 + np.zeros(len(designs)))
 
     return Limit("self_crossing", 0.0, ("self_crossing",), excess)
 

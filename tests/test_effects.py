@@ -59,7 +59,7 @@ def test_a_limit_calls_for_what_it_needs_and_what_that_reads():
     assert "limits.contact_stress" in entries["hertz"].called_by
     assert "effect hertz" in entries["curvature"].called_by
     assert "undercut" in entries["hertz"].reads
-    assert not {"force", "torque", "vibration", "thrust"} & entries.keys()
+    assert not {"force", "torque", "vibration"} & entries.keys()
     assert entries["crossing"].called_by == ("limits.self_crossing",)  # asked of every cam
     assert entries["pressure"].called_by == ("effect crossing",)
     question = resolve(scene)

@@ -107,8 +107,8 @@ def find_crossing(subject: Subject, design: Designs, programme: Programme) -> Cr
         if first.size > MOST_PAIRS:
             break
         ends = ends_of(subject, design, programme, parts)
-        both = ([tip[index] for tip in ends] for index in (first, second))
-        shown = np.flatnonzero(meet(found.take(first), found.take(second), *both))
+        one, other = ([tip[index] for tip in ends] for index in (first, second))
+        shown = np.flatnonzero(meet(found.take(first), found.take(second), one, other))
         if shown.size:
             pair = [first[shown[0]], second[shown[0]]]
             return Crossing(True, tuple(parts.middle[pair].tolist()), float(parts.half[pair].max()))

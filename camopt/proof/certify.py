@@ -268,7 +268,8 @@ def certify_limits(question: Question, programme: Programme, design: Designs) ->
     if not question.subject.mechanism.exists(design, programme)[0]:
         return {"assembly": BROKEN}
     motion = motion_of(programme)
-    exact, verdicts = in_balls(design), {}
+    exact = in_balls(design)
+    verdicts: dict[str, str] = {}
     for limit in question.limits:
         claims = claims_of(question, limit, exact, motion)
         found = [decide(claim, motion) for claim in claims]
