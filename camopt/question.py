@@ -53,6 +53,11 @@ class Question:
         return frozenset(n for n in offered(self.subject) if QUANTITIES[n].effect == "sizes")
 
     @property
+    def without_last(self) -> "Question":
+        """The question without the limits that are asked last."""
+        return replace(self, limits=tuple(limit for limit in self.limits if not limit.last))
+
+    @property
     def needed(self) -> frozenset[str]:
         """The quantities that limits and objectives call for."""
         objectives = (*self.scene.search.minimise, *self.scene.search.maximise)

@@ -338,7 +338,8 @@ def test_what_crosses_itself_in_all_of_a_space_is_named():
     scene = lobe(1.2 * radius).replace(**{"search.base_radius": {"start": 1.0, "stop": 2.0, "step": 0.5}})
     assert sweep(scene).nearest_miss["violated"] == "self_crossing"
     found = optimise(scene)
-    assert found.obstacles == {"parabolic": "self_crossing"}
+    obstacle = found.obstacles["parabolic"]
+    assert obstacle.startswith("self_crossing, within the range of base_radius (1 to 2 mm); the smallest feasible")
     assert found.nearest_miss["violated"] == "self_crossing"
 
 
@@ -391,4 +392,4 @@ def test_all_cams_of_an_excluded_box_cross_themselves(key):
                 moved = {n: case.designs.sizes[n] + x * width for n, x in zip(free, share, strict=True)}
                 other = replace(case, designs=replace(case.designs, **moved))
                 assert not case.subject.mechanism.exists(other.designs, case.programme)[0] or polygon_crosses(other)
-    assert excluded > 20
+    assert excluded >= 20  # the test has met boxes to check

@@ -102,8 +102,8 @@ Ends = Sequence[ComplexArray]
 
 def ends_of(subject: Subject, design: Designs, programme: Programme, parts: Parts) -> Ends:
     """The ends of parts of the profile of one design, or of several, (n, 1) each."""
-    angles = (parts.middle - parts.half, parts.middle + parts.half)
-    return [points_at(subject, design, programme, angle) for angle in angles]
+    angles = np.concatenate([parts.middle - parts.half, parts.middle + parts.half], axis=-1)
+    return np.split(points_at(subject, design, programme, angles), 2, axis=-1)
 
 
 def points_at(subject: Subject, design: Designs, programme: Programme, angles: FloatArray) -> ComplexArray:

@@ -67,3 +67,22 @@ def feasible(question: Question, programme: Programme, designs: Designs) -> Any:
         held[held] = passed
         designs, rows = designs.take(passed), rows.take(passed)
     return held
+
+
+def first_feasible(question: Question, programme: Programme, designs: Designs) -> Designs | None:
+    """The first of some designs that is feasible, if one is found.
+
+    Limits that are asked last cost too much to ask them of all: which design is the first that holds them is found
+    by bisection, as if all designs after it held them too.
+    """
+    designs = designs.take(feasible(question.without_last, programme, designs))
+    found, low, high = None, 0, len(designs) - 1
+    middle = 0
+    while low <= high:
+        one = designs.take([middle])
+        if feasible(question, programme, one)[0]:
+            found, high = one, middle - 1
+        else:
+            low = middle + 1
+        middle = (low + high) // 2
+    return found

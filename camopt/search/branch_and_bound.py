@@ -17,7 +17,7 @@ from camopt.effects.crossing_boxes import CrossingBoxes
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
 from camopt.question import Question
-from camopt.search.answer import Bounds, Smallest, feasible, gap_of
+from camopt.search.answer import Bounds, Smallest, first_feasible, gap_of
 from camopt.search.boxes import Boxes
 from camopt.search.clock import now
 from camopt.search.closed_form import NUDGES, negligible
@@ -112,9 +112,8 @@ class Search:
                     points, size=np.minimum(points.size + NUDGES[-1] * points.prime_radius, high["size"])
                 )
             points = points.take(points.size < (inf if self.incumbent is None else self.incumbent.size[0]))
-            points = points.take(feasible(self.question, self.programme, points))
-            if len(points):
-                self.incumbent = points.take(np.argmin(points.size, keepdims=True))
+            points = points.take(np.argsort(points.size, kind="stable"))
+            self.incumbent = first_feasible(self.question, self.programme, points) or self.incumbent
 
 
 def _crossings(question: Question, programme: Programme) -> CrossingBoxes | None:

@@ -13,7 +13,7 @@ from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.question import Question
 from camopt.scene_tables import LONGEST
-from camopt.search.answer import Bounds, feasible
+from camopt.search.answer import Bounds, first_feasible
 from camopt.search.clock import now
 from camopt.search.zoom import nearest_miss
 
@@ -40,9 +40,9 @@ def first_look(
     points = points.take(question.subject.mechanism.exists(points, programme))
     points = points.take(np.argsort(points.size, kind="stable"))
     for block in _blocks(points, until):
-        held = np.flatnonzero(feasible(question, programme, block))
-        if held.size:
-            return Look(block.take(held[:1]))
+        found = first_feasible(question, programme, block)
+        if found is not None:
+            return Look(found)
     if not len(points):
         return Look(None)
     seen = [_excess(question, programme, block) for block in _blocks(points, until)]

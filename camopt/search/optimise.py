@@ -27,6 +27,7 @@ from camopt.search.turns import Turns
 BINDS = 1e-6  # a limit within this relative distance of its bound holds the optimum
 SECONDS = 60.0  # of a search, unless told
 RADII = 1024  # sizes above the optimum at which feasibility is looked at
+SPARSE = 16  # every so many of them, where limits that are asked last are looked at
 
 
 @dataclass(frozen=True)
@@ -206,8 +207,8 @@ def _described(question: Question, programme: Programme, answer: Smallest) -> di
 def _clear_above(question: Question, programme: Programme, answer: Smallest) -> float:
     """The least size above which all sizes looked at are feasible, the other sizes being the optimum's.
 
-    Feasibility is looked at on a geometric grid up to ten times the prime radius, and the last change found
-    is bisected; an infeasible gap narrower than the grid can be missed.
+    Feasibility is looked at on a geometric grid up to ten times the prime radius, a coarser one for limits that are
+    asked last, and the last change found is bisected; an infeasible gap narrower than the grid can be missed.
     """
     design = answer.design
     assert design is not None
@@ -216,10 +217,12 @@ def _clear_above(question: Question, programme: Programme, answer: Smallest) -> 
     grid = replace(design.take(np.zeros(RADII, dtype=int)), size=sizes)
     if not feasible(question, programme, grid.take([RADII - 1]))[0]:
         return inf
-    bad = np.flatnonzero(~feasible(question, programme, grid))
+    held, some = feasible(question.without_last, programme, grid), np.arange(SPARSE - 1, RADII, SPARSE)
+    held[some] &= feasible(question, programme, grid.take(some))
+    bad = np.flatnonzero(~held)
     if not bad.size:
         return size
-    low, high = sizes[bad[-1]], sizes[min(bad[-1] + 1, RADII - 1)]
+    low, high = sizes[bad[-1]], sizes[some[some > bad[-1]][0]]
     for _ in range(60):
         middle = (low + high) / 2
         held = feasible(question, programme, replace(design, size=np.array([middle])))[0]

@@ -7,7 +7,6 @@ size to within ``gap_of``. Limits that are asked last come last here too: no cam
 smallest one that holds all others, and most often that one does.
 """
 
-from dataclasses import replace
 from math import inf
 
 from camopt.mechanisms import Designs
@@ -27,8 +26,7 @@ def smallest(question: Question, programme: Programme, bounds: Bounds, until: fl
     After ``until`` (``clock.now``) the best so far, not proved.
     """
     question, bounds = exactly(question), _above_least(question, programme, bounds)
-    first = replace(question, limits=tuple(limit for limit in question.limits if not limit.last))
-    answer = _smallest(first, programme, bounds, until)
+    answer = _smallest(question.without_last, programme, bounds, until)
     if answer.design is None or feasible(question, programme, answer.design)[0]:
         return answer
     return branch_and_bound(question, programme, bounds, answer.floor, until)
