@@ -203,7 +203,7 @@ def find_scene(name: str | os.PathLike[str]) -> Scene:
     path = Path(word)
     if path.is_file():
         return Scene.from_toml(word)
-    if path.exists():
+    if word and path.exists():
         why = "a TOML file or a shipped scene; this is a folder, pipe or device"
     elif path.suffix or {"/", os.sep} & {*word}:
         why = "a TOML file or a shipped scene; there is no such file"

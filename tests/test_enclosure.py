@@ -215,7 +215,8 @@ def test_no_feasible_design_is_cut_off(name, seed, wide):
 def test_boxes_of_feasible_and_of_empty_designs_are_met(name):
     """The test above has something to say: some random boxes hold feasible designs, and some are cut or empty."""
     question, rng = limited(name), np.random.default_rng(0)
-    low, high, free = drawn(question, rng, 200, 0.1)
+    (low, high, free), (near, far, _) = (drawn(question, rng, 200, wide) for wide in (0.1, 0.005))
+    low, high = ({n: np.concatenate([a[n], b[n]]) for n in a} for a, b in ((low, near), (high, far)))
     box = Designs(**{n: Interval(low[n], high[n]) for n in low}, sense=question.design.sense)
     seen = examined(question, question.programme, constraints_of(question), box, free)
     middles = Designs(**{n: (low[n] + high[n]) / 2 for n in low}, sense=question.design.sense)

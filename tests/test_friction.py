@@ -11,6 +11,7 @@ from camopt.effects.loads import Borne, Guided
 from camopt.mechanisms import MECHANISMS
 from camopt.motion.programme import Programme
 from camopt.motion.table import INWARD, OUTWARD, RESTING, WAYS, turnings
+from camopt.numerics.compile import compiled
 from camopt.numerics.curves import Linear, curve
 from camopt.numerics.interval import Interval
 from camopt.numerics.jet import Jet
@@ -177,16 +178,26 @@ def test_number_systems_agree_on_the_guide(number, force, lean):
         ) == pytest.approx(wanted)
 
 
+@compiled
+def cornered(a, found):
+    """What has a corner, of the jet a: low, high and the bound of the second derivative."""
+    p = Jet(a[0], a[1], a[2], a[3], a[4], a[5])
+    jets = np.absolute(p), np.sign(p), np.maximum(p, 0.0)
+    for k, z in enumerate(jets):
+        found[k, 0], found[k, 1], found[k, 2] = z.low, z.high, z.second
+
+
 def test_jets_know_corners():
     """|a|, max(a, 0) and the sign of a jet hold what they are of every number in its range."""
     for low, high in ((-2.0, 3.0), (1.0, 2.0), (-3.0, -1.0), (0.0, 1.0)):
-        jet, inside = Jet(low, high, 1e-16, 2.0, 3.0, 4.0), np.linspace(low, high, 101)
-        for function in (np.abs, np.sign, lambda x: np.maximum(x, 0.0)):
-            found, values = function(jet), function(inside)
-            assert found.low <= values.min()
-            assert values.max() <= found.high
+        inside, rows = np.linspace(low, high, 101), np.empty((3, 3))
+        cornered(np.array([low, high, 1e-16, 2.0, 3.0, 4.0]), rows)
+        for function, found in zip((np.abs, np.sign, lambda x: np.maximum(x, 0.0)), rows, strict=True):
+            values = function(inside)
+            assert found[0] <= values.min()
+            assert values.max() <= found[1]
             smooth = low >= 0.0 if function is not np.sign else low > 0.0
-            assert np.isfinite(found.second) == (smooth or high < 0.0)
+            assert np.isfinite(found[2]) == (smooth or high < 0.0)
 
 
 # ------------------------------------------------------------------------------------------- which way it moves

@@ -80,7 +80,7 @@ def test_no_certified_cam_lies_where_no_motion_is_said_to_be(name, changes, axes
     scene = find_scene(name).replace(**{"search.law": ["poly345"], **changes})
     coarse, fine = (frontier(scene, axes, points=n, workers=1) for n in (3, 5))
     cams = [*coarse.rows, *fine.rows, *(row for row in (*coarse.known, *fine.known) if row["within"])]
-    assert len(cams) >= 5
+    assert len(cams) >= 4
     assert not [row for row in cams if excludes(coarse, row) or excludes(fine, row)]
 
 

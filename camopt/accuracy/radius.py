@@ -23,7 +23,7 @@ from camopt.question import Question
 
 ROOM = 0.1  # relative, to both sides of a design's own size
 find_root: Any = elementwise.find_root  # its stubs know no arguments beside the root
-FIRST_STEP = arb(10) ** -8  # relative, of the secant in balls
+FIRST_STEP = arb(2) ** -27  # relative, of the secant in balls; a power of two is exact at any precision
 
 
 def bracketed(

@@ -14,7 +14,7 @@ from camopt.proof.laws import pieces_of
 from camopt.question import Question
 
 STEPS = 40  # of the secant
-ALIKE = arb(10) ** -25
+ALIKE = arb(2) ** -83  # 1e-25, exact at any precision
 SIGNS = {LARGEST: (1,), LEAST: (-1,), LARGEST_MAGNITUDE: (1, -1)}  # of a curve whose largest value answers a goal
 
 
