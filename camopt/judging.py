@@ -56,7 +56,8 @@ def with_found(rows: Rows, found: dict[str, Any], wanted: frozenset[str]) -> Row
         if isinstance(found[name], Bounded):
             columns[name], width, scale = found[name]
             outward[name] = np.where(np.isinf(columns[name]), 0.0, width)  # ∞ − ∞ is no width
-            relative = np.abs(outward[name]) / np.where(scale > 0.0, scale, 1.0)
+            width = np.abs(outward[name])
+            relative = width / np.where((scale > 0.0) & ~(np.isinf(scale) & np.isinf(width)), scale, 1.0)
             half_width = np.maximum(half_width, relative)
     return Rows(columns, rows.count, outward, half_width)
 
