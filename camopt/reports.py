@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from rich.table import Table
 from rich.tree import Tree
 
-from camopt.columns import bounds_of, columns_of, is_nothing, with_law
+from camopt.columns import bounds_of, columns_of, is_nothing, sizes_shown, with_law
 from camopt.designs import Design
 from camopt.evaluation import Evaluation
 from camopt.mistakes import BadInput, Mistake, nearest
@@ -221,6 +221,7 @@ def _beside_known(result: "Synthesised", known: "Comparison") -> str:
 def show_frontier(found: "Frontier", as_json: bool) -> None:
     """The free laws along the frontier, the known laws, and how far down each term goes."""
     from camopt.synthesis.asked import default_peaks
+    from camopt.synthesis.units import unit_of
 
     defaults = default_peaks(found.scene, found.axes)
     if as_json:
@@ -236,16 +237,18 @@ def show_frontier(found: "Frontier", as_json: bool) -> None:
     for row in found.known:
         laws = " / ".join(dict.fromkeys((row["law_rise"], row["law_return"])))
         rows.append({**row, "law": laws if row["within"] else f"{laws} *"})
-    sizes = [
-        name for name in ("base_radius_mm", "mean_radius_mm", "roller_radius_mm", "offset_mm") if name in rows[0]
-    ]
+    sizes = [name for name in sizes_shown(found.scene, rows) if not name.startswith("law")]
     shown = [{**row, "bound": "" if row.get("bound") is None else row["bound"]} for row in rows]
-    show(table_of(f"{found.scene.name}: the frontier", shown, ["law", *found.axes, "bound", *sizes]))
+    units = {axis: unit_of(axis, found.scene) for axis in found.axes}
+    units["bound"] = units[found.axes[0]]
+    names = ["law", *found.axes, "bound", *sizes]
+    show(table_of(f"{found.scene.name}: the frontier", shown, names, units=units))
+    show("The known laws are on the smallest cams that the limits allow them.")
     _show_limits_of_motion(found.known, defaults)
     for term, (least, bound) in found.least.items():
-        most = "" if not bound else f"; no motion within the other limits passes {number(bound)}"
+        most = "" if not bound else f"; no motion within the other limits has less than {number(bound)}"
         local = " (a local optimum)" if term in found.local else ""
-        show(f"Least {term}: {number(least)}{local}{most}")
+        show(f"Least {term}: {f'{number(least)} {units[term]}'.rstrip()}{local}{most}")
     return None
 
 

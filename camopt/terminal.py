@@ -58,9 +58,10 @@ def number(value: Any) -> str:
     return "∞" if value == inf else "−∞" if value == -inf else f"{value:.6g}"
 
 
-def heading(name: str) -> str:
-    """A column's name, a word a line; of a quantity without its unit, which follows."""
-    unit = QUANTITIES[name].unit if name in QUANTITIES else ""
+def heading(name: str, unit: str | None = None) -> str:
+    """A column's name, one word per line, then its unit: that of the quantity of this name if none is given."""
+    if unit is None:
+        unit = QUANTITIES[name].unit if name in QUANTITIES else ""
     stem = name.removesuffix(_suffix(unit)) if unit else name
     return "\n".join([*stem.split("_"), *([unit] if unit else [])])
 
@@ -72,14 +73,21 @@ def _suffix(unit: str) -> str:
 
 
 def table_of(
-    title: str, records: list[dict[str, Any]], names: list[str], bounds: Mapping[str, str] | None = None
+    title: str,
+    records: list[dict[str, Any]],
+    names: list[str],
+    bounds: Mapping[str, str] | None = None,
+    units: Mapping[str, str] | None = None,
 ) -> Table:
-    """A row for each record; in the headings name, unit and, in a table with ``bounds``, the limit."""
-    bounds = bounds or {}
+    """A row for each record; in the headings name, unit and, in a table with ``bounds``, the limit.
+
+    ``units`` are those of columns that are no quantities.
+    """
+    bounds, units = bounds or {}, units or {}
     table = Table(title=title, title_justify="left", box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1))
     for name in names:
         texts = [record.get(name, "") for record in records]
-        words = heading(name)
+        words = heading(name, units.get(name))
         if any(each in bounds for each in names):
             words += "\n" + bounds.get(name, " ")
         if all(isinstance(text, str) for text in texts):

@@ -9,11 +9,14 @@ from pictures import faults_of
 from camopt import BadInput, Scene, certify, evaluate, find_scene, frontier, load, plot_frontier, synthesise
 from camopt.mistakes import Unmet
 from camopt.question import resolve
+from camopt.reports import show_frontier
+from camopt.scene_tables import TERMS
 from camopt.search.optimise import optimise
 from camopt.synthesis.asked import demand_of
 from camopt.synthesis.cams import within
 from camopt.synthesis.files import write_frontier
 from camopt.synthesis.least import Least
+from camopt.synthesis.units import unit_of
 
 COARSE = {
     "synthesis.pieces": 20,
@@ -133,7 +136,10 @@ def test_the_table_has_each_cam(found, tmp_path):
     table, picture = write_frontier(found, tmp_path)
     assert picture.read_bytes().startswith(b"\x89PNG")
     frame = load(table)
-    assert frame.attrs["units"]["base_radius_mm"] == "mm"
+    units = frame.attrs["units"]
+    assert {name: units[name] for name in ("base_radius_mm", *found.axes, "bound")} == {
+        "base_radius_mm": "mm", "size": "mm", "acceleration": "m/s²", "bound": "mm",
+    }  # fmt: skip
     free = frame[frame["free"]]
     assert len(free) == len(found.rows)
     assert frame.loc[~frame["free"], ["bound", "scene"]].isna().all(axis=None)
@@ -145,6 +151,31 @@ def test_the_table_has_each_cam(found, tmp_path):
         assert evaluate(cam)["base_radius_mm"] == row["base_radius_mm"]
         assert set(certify(cam).values()) == {"held"}
         assert optimise(cam).best["base_radius_mm"] == pytest.approx(row["base_radius_mm"], abs=1e-6)
+
+
+def test_the_printed_table_has_units_and_no_column_of_zeros(capsys):
+    knife = find_scene("knife-900rpm-radial").replace(
+        **{"synthesis.pieces": 8, "search": {"law": ["cycloidal"]}, "limits": {"pressure_angle": 30}}
+    )
+    found = frontier(knife, points=2, workers=1)
+    show_frontier(found, as_json=False)
+    printed = capsys.readouterr().out
+    head = [line for line in printed.splitlines()[:8] if "mm" in line]
+    assert [word for word in head[0].split() if word != "law"] == ["mm", "m/s²", "mm", "mm"]
+    assert "roller" not in printed
+    assert "Least acceleration" in printed
+    assert "m/s²;" in printed
+    assert "smallest cams" in printed
+
+
+def test_units_of_terms_are_those_of_the_quantities(scene):
+    slow = scene.replace(**{"cam.rpm": None})
+    swung = find_scene("oscillating-roller")
+    every = {term: (unit_of(term, scene), unit_of(term, slow), unit_of(term, swung)) for term in TERMS}
+    assert every["jerk"] == every["jerk_rms"] == ("m/s³", "mm/rad³", "deg/rad³")
+    assert every["size"] == ("mm", "mm", "mm")
+    assert every["residual_vibration"] == ("mm", "mm", "deg")
+    assert unit_of("power_peak_W", swung) == "W"
 
 
 def test_three_axes_and_quantities(scene):

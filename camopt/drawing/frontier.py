@@ -10,8 +10,8 @@ from camopt.drawing.canvas import canvas
 from camopt.drawing.labels import Label, around, settle
 from camopt.drawing.style import ALARM, COLOURS, INK, LIMIT, MUTED, PAGE_TITLE, TEXT, dress
 from camopt.motion.table import RISE
-from camopt.quantities import DERIVATIVES, QUANTITIES, motion_quantity
 from camopt.synthesis.frontier import Frontier
+from camopt.synthesis.units import unit_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -23,7 +23,7 @@ DISTANCES = (6.0, 10.0, 16.0)  # points: of a label from its point
 LEFT_BELOW = 1.25 * pi
 PLAIN = str.maketrans({"·": "_", "/": "_", "µ": "u"})  # units as the names of quantities write them
 WORDS = {
-    "size": "radius of the cam, mm",
+    "size": "radius of the cam",
     "velocity": "peak velocity",
     "acceleration": "peak acceleration",
     "jerk": "peak jerk",
@@ -56,7 +56,7 @@ def plot_frontier(found: Frontier, path: str | os.PathLike[str] | None = None) -
         (_cloud if len(found.axes) == 3 else _curve)(figure, axes, found)
         labels = list(_known(axes, found))
         axes.set(xlabel=_label(found, found.axes[1]), ylabel=_label(found, found.axes[0]))
-        axes.set_title(f"{found.scene.name}: what free motion laws trade", loc="left", fontsize=PAGE_TITLE)
+        axes.set_title(f"{found.scene.name}: the trade-off with free motion laws", loc="left", fontsize=PAGE_TITLE)
         dress(axes)
         _frame(axes, found)
         _excluded(axes, found)
@@ -67,18 +67,9 @@ def plot_frontier(found: Frontier, path: str | os.PathLike[str] | None = None) -
 
 def _label(found: Frontier, axis: str) -> str:
     """What an axis shows, with its unit."""
-    if axis in QUANTITIES:
-        quantity = QUANTITIES[axis]
-        words = axis.removesuffix(f"_{quantity.unit.translate(PLAIN)}").replace("_", " ")
-        return f"{words}, {quantity.unit}" if quantity.unit else words
-    derivative, scene = axis.removesuffix("_rms"), found.scene
-    angular = scene.follower.motion == "oscillating"
-    if axis == "residual_vibration":
-        return f"{WORDS[axis]}, {'deg' if angular else 'mm'}"
-    if derivative not in DERIVATIVES:
-        return WORDS[axis]
-    unit = QUANTITIES[motion_quantity(derivative, "", angular=angular, timed=scene.cam.rpm is not None)].unit
-    return f"{WORDS[axis]}, {unit}"
+    unit = unit_of(axis, found.scene)
+    words = WORDS.get(axis) or axis.removesuffix(f"_{unit.translate(PLAIN)}").replace("_", " ")
+    return f"{words}, {unit}" if unit else words
 
 
 def _curve(figure: Any, axes: Any, found: Frontier) -> None:
@@ -141,7 +132,7 @@ def _shown(found: Frontier) -> list[dict[str, Any]]:
 def _known(axes: Any, found: Frontier) -> list[Label]:
     """The known laws as points, hollow where they are beyond the other limits; their names."""
     up, across = found.axes[:2]
-    words = {True: "known laws", False: "known laws beyond the other limits"}
+    words = {True: "known laws, each on its smallest cam", False: "known laws beyond the other limits, likewise"}
     labels = []
     for within, label in words.items():
         rows = [row for row in _shown(found) if row["within"] == within]

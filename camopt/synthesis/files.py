@@ -11,6 +11,7 @@ from camopt.quantities import QUANTITIES
 from camopt.sealed_table import write_table
 from camopt.synthesis.frontier import Frontier
 from camopt.synthesis.synthesised import Synthesised
+from camopt.synthesis.units import unit_of
 from camopt.table import write_text
 from camopt.version import VERSION
 
@@ -49,7 +50,7 @@ def write_frontier(found: Frontier, folder: str | os.PathLike[str]) -> list[Path
     names = dict.fromkeys(("free", *found.axes, "bound", "law_rise", "law_return", *(n for r in rows for n in r)))
     columns = {name: [row.get(name) for row in rows] for name in names if name != "scene"}
     columns["scene"] = [row.get("scene") for row in rows]
-    fields = [pa.field(n, pa.array(v).type, metadata=_about(n)) for n, v in columns.items()]
+    fields = [pa.field(n, pa.array(v).type, metadata=_about(n, found)) for n, v in columns.items()]
     about = {
         "camopt_version": VERSION,
         "camopt_scene": found.scene.to_toml(),
@@ -62,6 +63,10 @@ def write_frontier(found: Frontier, folder: str | os.PathLike[str]) -> list[Path
     return [out / "frontier.parquet", out / "frontier.png"]
 
 
-def _about(name: str) -> dict[str, str]:
+def _about(name: str, found: Frontier) -> dict[str, str]:
+    """What a column says of itself: of a quantity all, of the axes and the bound the unit."""
     quantity = QUANTITIES.get(name)
-    return {"unit": quantity.unit, "symbol": quantity.symbol, "description": quantity.sentence} if quantity else {}
+    if quantity:
+        return {"unit": quantity.unit, "symbol": quantity.symbol, "description": quantity.sentence}
+    axis = found.axes[0] if name == "bound" else name
+    return {"unit": unit_of(axis, found.scene)} if axis in found.axes else {}

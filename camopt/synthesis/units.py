@@ -1,0 +1,16 @@
+"""Units of what free laws minimise and trade off: terms of the objective, and quantities."""
+
+from camopt.quantities import DERIVATIVES, QUANTITIES, motion_quantity
+from camopt.scene import Scene
+from camopt.synthesis import residual
+
+
+def unit_of(axis: str, scene: Scene) -> str:
+    """The unit of a term of the objective, or of a quantity, for a scene: m/s² with a speed, mm/rad² without."""
+    if axis in QUANTITIES:
+        return QUANTITIES[axis].unit
+    angular, derivative = scene.follower.motion == "oscillating", axis.removesuffix("_rms")
+    if derivative in DERIVATIVES:
+        name = motion_quantity(derivative, "", angular=angular, timed=scene.cam.rpm is not None)
+        return QUANTITIES[name].unit
+    return "deg" if angular and axis == residual.TERM else "mm"
