@@ -39,21 +39,25 @@ class Aliased(click.Group):
         )
 
 
-@click.group(cls=Aliased, context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(cls=Aliased, invoke_without_command=True, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(VERSION, prog_name="camopt")
-def camopt() -> None:
-    """Find the smallest cam that does a motion within your limits, and what you trade for it.
+@click.pass_context
+def camopt(context: click.Context) -> None:
+    """Find the smallest cam that gives a motion within your limits, and what a smaller one would cost.
 
-    SCENE is a TOML file or the name of a shipped scene (see `camopt scenes`); without one, roller-1000rpm.
+    SCENE is a TOML file, or the name of a scene that comes with camopt (`camopt scenes` lists them). Without one,
+    commands take roller-1000rpm; evaluate and certify need one.
 
-    Exit codes: 0 done, 1 no feasible design or a limit broken, 2 bad input, 3 file or resource trouble, 4 asked
-    tolerance not reached or a limit undecided, 70 a fault of camopt itself, 130 interrupted, 141 nobody reads the
-    output.
+    Exit codes: 0 done; 1 no feasible design, or a limit is broken; 2 bad input; 3 trouble with a file or memory;
+    4 the tolerance was not reached, or a limit is undecided; 70 an error of camopt itself; 130 interrupted; 141 the
+    program that read the output has ended.
     """
+    if context.invoked_subcommand is None:
+        click.echo(context.get_help())
 
 
 def _reached(scene: Any, half_width: float) -> int:
-    """The exit code for what an evaluation reached; said where it is not what was asked."""
+    """The exit code for the accuracy that was reached; a message if it is worse than the tolerance."""
     asked = scene.accuracy.tolerance
     if half_width <= asked:
         return 0
@@ -69,20 +73,21 @@ def _reached(scene: Any, half_width: float) -> int:
 @click.option("--base-radius", type=Axis(), help="Base radii to sweep, mm.")
 @click.option("--offset", type=Axis(), help="Offsets to sweep, mm, positive to the right.")
 @click.option("--roller-radius", type=Axis(), help="Roller radii to sweep, mm.")
-@click.option("--law", multiple=True, help="Motion law to try; repeat for several.")
+@click.option("--law", multiple=True, help="Motion law to try; repeat the option for several laws.")
 @click.option("--out", type=Place(), default="camopt-out", show_default=True, help="Folder for the tables.")
 @click.option(
     "--keep", type=click.Choice(("pareto", "feasible", "all")), default="feasible", show_default=True,
-    help="Which designs go to designs.parquet.",
+    help="Which designs to write to designs.parquet.",
 )  # fmt: skip
-@click.option("--refine", is_flag=True, help="Move each design of the front off the grid, to an optimum.")
+@click.option("--refine", is_flag=True, help="Move each design of the Pareto front off the grid, to an optimum.")
 @click.option(
     "--thin",
     type=float,
     metavar="EPS",
-    help="Drop rows of the front nearer than this share to one that stays.",
+    help="Shorten the Pareto front: leave out rows that are within EPS of one that stays, in every objective "
+    "(normalised to 0 to 1).",
 )
-@click.option("--workers", type=click.IntRange(1), help="Threads; one a core if not given.")
+@click.option("--workers", type=click.IntRange(1), help="Number of threads; one per core by default.")
 def sweep(
     scene: Any,
     as_json: bool,
@@ -95,7 +100,7 @@ def sweep(
     refine: bool,
     **axes: Any,
 ) -> int:
-    """Evaluate a design space and write its Pareto table."""
+    """Evaluate every design of a grid; write the feasible ones and the Pareto front as tables."""
     from camopt import reports, terminal
     from camopt.search.sweep import sweep as run
 
@@ -123,16 +128,16 @@ def sweep(
 @scene_options
 @outputs_option
 @output_options
-@click.option("--out", type=Place(), help="Folder for the smallest cam of each law, as scenes (TOML).")
+@click.option("--out", type=Place(), help="Folder to write the smallest cam of each law to, as a scene (TOML).")
 @click.option(
     "--seconds",
     type=click.FloatRange(0, min_open=True),
     default=60,
     show_default=True,
-    help="After this time the best cam so far is shown, and by how much a smaller one may be feasible.",
+    help="Time for the search. After it, the smallest cam so far is shown, and how much smaller one might be.",
 )
 def optimise(scene: Any, as_json: bool, quiet: bool, out: Path | None, seconds: float) -> int:
-    """Find the smallest cam that meets the limits."""
+    """Find the smallest cam of each motion law that meets every limit."""
     from camopt import reports, terminal
     from camopt.designs import OPTIMUM, write_scenes
     from camopt.files import result_folder
@@ -157,9 +162,14 @@ def optimise(scene: Any, as_json: bool, quiet: bool, out: Path | None, seconds: 
 @click.option(
     "--out", type=Place(), default="camopt-out", show_default=True, help="Folder for the scene and the laws."
 )
-@click.option("--plot", "picture", type=Place(*PICTURES), help="Draw both cams: PNG, SVG or PDF file.")
+@click.option(
+    "--plot",
+    "picture",
+    type=Place(*PICTURES),
+    help="Draw the cams of new and known laws: PNG, SVG, PDF.",
+)
 def synthesise(scene: Any, as_json: bool, quiet: bool, out: Path, picture: Path | None) -> int:
-    """Find free motion laws, and the smallest cam that they allow."""
+    """Compute new motion laws (B-splines) that allow the smallest cam."""
     from camopt import reports, terminal
     from camopt.files import result_folder
     from camopt.synthesis.compare import compared
@@ -187,21 +197,24 @@ def synthesise(scene: Any, as_json: bool, quiet: bool, out: Path, picture: Path 
 @scene_options
 @output_options
 @click.option(
-    "--axes", default="size,acceleration", show_default=True, help="What to trade off: two or three terms or loads."
+    "--axes",
+    default="size,acceleration",
+    show_default=True,
+    help="What to trade off: two or three terms or loads.",
 )
 @click.option(
     "--points",
     type=click.IntRange(2, 500),
     default=24,
     show_default=True,
-    help="Values of each further axis.",
+    help="Number of values for each axis but the first.",
 )
 @click.option(
     "--out", type=Place(), default="camopt-out", show_default=True, help="Folder for the table and the picture."
 )
-@click.option("--workers", type=click.IntRange(1), help="Processes; one a core if not given.")
+@click.option("--workers", type=click.IntRange(1), help="Number of processes; one per core by default.")
 def frontier(scene: Any, as_json: bool, quiet: bool, axes: str, points: int, out: Path, workers: int | None) -> int:
-    """Trade size against acceleration, or other terms and loads, over free motion laws."""
+    """Show the trade-off between size and acceleration, or other terms and loads, with new motion laws."""
     from camopt import reports, terminal
     from camopt.files import result_folder
     from camopt.synthesis.files import write_frontier
@@ -222,11 +235,15 @@ def frontier(scene: Any, as_json: bool, quiet: bool, axes: str, points: int, out
 @scene_options
 @outputs_option
 @output_options
-@click.option("--plot", "picture", type=Place(*PICTURES), help="Draw to a PNG, SVG or PDF file.")
-@click.option("--points", type=Place(".csv", ".parquet"), help="Write the cam's curves to a CSV or Parquet file.")
+@click.option("--plot", "picture", type=Place(*PICTURES), help="Draw the cam and its diagrams: PNG, SVG, PDF.")
+@click.option("--points", type=Place(".csv", ".parquet"), help="Write points of the cam's curves: CSV, Parquet.")
 @click.option("--cutter-radius", type=float, help="With --points: also the path of a cutter of this radius, mm.")
-@click.option("--step", type=float, help="With --points: a point every so many deg (1 if not given).")
-@click.option("--chord", type=float, help="With --points: as many as straight lines within so many mm need.")
+@click.option("--step", type=float, help="With --points: degrees between points; 1 by default.")
+@click.option(
+    "--chord",
+    type=float,
+    help="With --points: deviation of straight lines from the curve, mm.",
+)
 def evaluate(
     scene: Any,
     as_json: bool,
@@ -267,7 +284,7 @@ def evaluate(
     "--out", type=Place(), default="camopt-out", show_default=True, help="Folder for the table and the pictures."
 )
 def accuracy(scene: Any, as_json: bool, quiet: bool, out: Path) -> int:
-    """Measure what accuracy costs in time: table and figure."""
+    """Measure how much time accuracy costs, as a table and a picture."""
     from camopt import reports, terminal
     from camopt.accuracy import measure, write
     from camopt.files import result_folder
@@ -285,12 +302,16 @@ def accuracy(scene: Any, as_json: bool, quiet: bool, out: Path) -> int:
 @click.argument("scene", default=DEFAULT_SCENE)
 @scene_options
 @output_options
-@click.option("--spectrum", is_flag=True, help="Response spectra of the motion laws instead: table and figure.")
+@click.option(
+    "--spectrum",
+    is_flag=True,
+    help="Compute response spectra of the motion laws instead.",
+)
 @click.option(
     "--out", type=Place(), default="camopt-out", show_default=True, help="With --spectrum: folder for its files."
 )
 def effects(scene: Any, as_json: bool, quiet: bool, spectrum: bool, out: Path) -> int:
-    """Show which effects a scene calls for, what called for each, and what each costs."""
+    """Show which computations (effects) a scene needs, why, and how long each takes."""
     from camopt import reports, terminal
 
     if spectrum:
@@ -319,10 +340,11 @@ def effects(scene: Any, as_json: bool, quiet: bool, spectrum: bool, out: Path) -
 @row_option
 @output_options
 def certify(target: str, as_json: bool, quiet: bool, row: int | None, **overrides: Any) -> int:
-    """Prove that limits hold at every cam angle, in ball arithmetic.
+    """Prove that the limits are met at every cam angle, in ball arithmetic.
 
-    TARGET is a scene, or a table of a sweep. All rows of a table are proved, and a column with the verdicts is
-    added to it; with --row only that row is proved, and nothing is written.
+    TARGET is a scene, or a table written by a sweep. The verdict on a limit is "held" (it is proved to be met),
+    "broken" (it is proved not to be met) or "undecided". To a table, the verdict on each row is added as a column;
+    with --row, only that row is checked, and nothing is written.
     """
     from camopt import reports, terminal
 
@@ -351,7 +373,7 @@ def certify(target: str, as_json: bool, quiet: bool, row: int | None, **override
 @camopt.command()
 @output_options
 def laws(as_json: bool, quiet: bool) -> int:
-    """List the motion laws with their peak factors."""
+    """List the motion laws with their peak velocity, acceleration and jerk."""
     from camopt import reports, terminal
 
     with terminal.progress(quiet, ""):
@@ -363,7 +385,7 @@ def laws(as_json: bool, quiet: bool) -> int:
 @click.argument("name", required=False)
 @output_options
 def scenes(name: str | None, as_json: bool, quiet: bool) -> int:
-    """List the shipped scenes; with a NAME, print it as TOML."""
+    """List the scenes that come with camopt; with a NAME, print that one as TOML."""
     from camopt import reports
 
     reports.show_scenes(name, as_json)

@@ -11,8 +11,8 @@ import click
 
 def output_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Options common to all commands."""
-    command = click.option("--json", "as_json", is_flag=True, help="One JSON document on standard output.")(command)
-    return click.option("--quiet", is_flag=True, help="No progress and no messages.")(command)
+    command = click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")(command)
+    return click.option("--quiet", is_flag=True, help="Print no progress bar and no messages.")(command)
 
 
 OVERRIDES = {
@@ -85,10 +85,14 @@ def given_overrides(options: dict[str, Any]) -> dict[str, tuple[str, Any]]:
 def override_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Options that override the scene."""
     for option in (
-        click.option("--tolerance", type=float, help="Relative error of each reported value."),
-        click.option("--min-curvature", type=float, help="Least convex radius of the profile, mm."),
-        click.option("--max-pressure-return", type=float, help="Pressure angle on returns, deg."),
-        click.option("--max-pressure", type=float, help="Pressure angle on rise and return, deg."),
+        click.option("--tolerance", type=float, help="Largest relative error of each value."),
+        click.option(
+            "--min-curvature",
+            type=float,
+            help="Least convex radius allowed on the profile, mm.",
+        ),
+        click.option("--max-pressure-return", type=float, help="Largest pressure angle allowed on returns, deg."),
+        click.option("--max-pressure", type=float, help="Largest pressure angle allowed, deg."),
         click.option("--rpm", type=float, help="Speed of the cam, rev/min."),
     ):
         command = option(command)
@@ -101,7 +105,7 @@ def outputs_option(command: Callable[..., Any]) -> Callable[..., Any]:
         "--outputs",
         callback=lambda context, option, text: text and [name.strip() for name in text.split(",")],
         metavar="NAME,NAME|all",
-        help="Quantities or effects to report, as force,hertz (see `camopt effects`), or all.",
+        help="Quantities or effects to report, such as force,hertz (`camopt effects` lists the effects), or all.",
     )(command)
 
 
@@ -123,7 +127,7 @@ def scene_at(target: str, row: int | None) -> Any:
 
 def row_option(command: Callable[..., Any]) -> Callable[..., Any]:
     """The option that says which row of a table is the scene."""
-    return click.option("--row", type=int, help="If SCENE is a table of designs: which row, from 0.")(command)
+    return click.option("--row", type=int, help="If SCENE is a table: number of the row, from 0.")(command)
 
 
 def scene_options(command: Callable[..., Any]) -> Callable[..., Any]:

@@ -490,6 +490,11 @@ def test_quiet_says_nothing_on_standard_error():
     assert (done.returncode, done.stderr) == (0, "")
 
 
+def test_without_a_command_there_is_the_help(run):
+    assert run() == run("--help")
+    assert run()[0] == 0
+
+
 @pytest.mark.parametrize("arguments", [["--help"], ["--version"], ["sweep", "--help"]])
 def test_help_imports_nothing_heavy(arguments):
     code = (
