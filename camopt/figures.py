@@ -11,11 +11,11 @@ from camopt.drawing.cam import draw_disc
 from camopt.drawing.canvas import canvas
 from camopt.drawing.dynamics import dynamics_panels
 from camopt.drawing.groove import draw_groove
-from camopt.drawing.labels import settle
+from camopt.drawing.labels import Label, settle
 from camopt.drawing.loads import load_panels
 from camopt.drawing.panels import panels
 from camopt.drawing.picture import Picture, number
-from camopt.drawing.style import ALARM, HEADING, INK, MUTED, PAGE_TITLE, PROFILE, TITLE
+from camopt.drawing.style import ALARM, HEADING, INK, MUTED, PAGE_TITLE, TITLE
 from camopt.judging import excesses, violations
 from camopt.question import resolve_design
 from camopt.scene import Scene
@@ -49,26 +49,26 @@ def plot(scene: Scene, path: str | os.PathLike[str] | None = None) -> "Figure":
     with canvas(path, (WIDTH, page.height)) as figure:
         axes = [figure.add_axes(page.on_figure(box)) for box in page.panels]
         _header(figure, picture)
-        diagrams.draw(axes, picture, shown, page.heads, page.feet)
-        _draw_cam(figure, picture, page)
+        labels = diagrams.draw(axes, picture, shown, page.heads, page.feet)
+        settle(figure, [*labels, *_draw_cam(figure, picture, page)])
     return figure
 
 
-def _draw_cam(figure: Any, picture: Picture, page: Any) -> None:
-    """The cam to scale, with the legend of its lines."""
+def _draw_cam(figure: Any, picture: Picture, page: Any) -> list[Label]:
+    """The cam to scale, with the legend of its lines; the labels to settle."""
     grooved = picture.question.subject.mechanism.grooved
     cam = figure.add_axes(page.on_figure(page.cam))
     if not picture.exists:
         cam.set_axis_off()
         cam.text(0.5, 0.5, "this mechanism cannot be put together", ha="center", color=ALARM, fontsize=TITLE)
-        return
-    labels = (draw_groove if grooved else draw_disc)(cam, picture)
+        return []
+    labels: list[Label] = (draw_groove if grooved else draw_disc)(cam, picture)
     handles, names = cam.get_legend_handles_labels()
     place: dict[str, Any] = {"bbox_to_anchor": (page.legend[0], page.legend[1] / page.height)}
     columns = len(names) if grooved else min(len(names), 4)
     place |= {"ncols": columns, "columnspacing": 1.8}
     figure.legend(handles, names, loc="lower center", **place)
-    settle(figure, labels, PROFILE)
+    return labels
 
 
 WIDTH, COLUMNS, ACROSS = 15.5, (0.045, 0.54), 0.44  # inches; left ends and width of diagrams, of the figure

@@ -243,7 +243,7 @@ TITLES = {
     "torque": {"Torque of the camshaft"},
     "vibration": {
         "Acceleration of the mass on its elastic train",
-        "Travel of the mass off the motion",
+        "Deviation of the mass from the motion",
         "Force with the elastic train",
     },
     "thrust": {"Side thrust"},

@@ -872,7 +872,7 @@ def test_a_law_that_breaks_a_limit_is_never_drawn_as_the_one_before():
     result = synthesise(made(search__law=["harmonic"], synthesis__peak_jerk=55, synthesis__peak_acceleration=7))
     figure = plot_synthesis(result, known=known)
     assert faults_of(figure) == []
-    words = [text for text, _ in texts_of(figure)]
+    words = [text.get_text() for text, _ in texts_of(figure)]
     assert any("no known law holds all limits" in text for text in words)
     assert not any("known law:" in text for text in words)
 

@@ -7,12 +7,13 @@ import numpy as np
 from camopt.drawing.follower import draw_follower
 from camopt.drawing.labels import Label, around
 from camopt.drawing.picture import NAMES, Picture, area, circle, fit, line, number, round_length
-from camopt.drawing.style import COLOURS, FAINT, FILL, INK, MUTED, PITCH, REFERENCE, SMALL, TEXT, TITLE
+from camopt.drawing.style import COLOURS, FAINT, FILL, INK, MUTED, PITCH, PROFILE, REFERENCE, SMALL, TEXT, TITLE
 from camopt.geometry import CamCurves, cam_curves
 from camopt.mechanisms.design import ComplexArray
 from camopt.motion.table import DWELL
 
 DISTANCES = (7.0, 16.0, 28.0)  # points: of a cam angle from where its stroke begins
+ASIDE = (5.0, 8.0, 12.0, 16.0, 22.0, 30.0)  # points: of ω from its arrow
 UNSEEN = 1e-4  # of the cam: an offset smaller than that is none to the eye
 
 
@@ -21,8 +22,7 @@ def draw_disc(axes: Any, picture: Picture) -> list[Label]:
     pitch = np.concatenate([c.pitch for c in picture.curves])
     size = float(np.abs(pitch).max())
     _draw_body(axes, picture)
-    labels = _draw_strokes(axes, picture)
-    _draw_sense(axes, picture)
+    labels = [*_draw_strokes(axes, picture), _draw_sense(axes, picture)]
     parts = [pitch, *_draw_circles(axes, picture, pitch, size), *draw_follower(axes, picture, size)]
     _frame(axes, np.concatenate(parts))
     return labels
@@ -95,13 +95,13 @@ def _draw_circles(axes: Any, picture: Picture, pitch: ComplexArray, size: float)
     values, question = picture.values, picture.question
     base, radius = float(question.design.size[0]), float(question.design.roller_radius[0])
     thin = {"lw": 0.8, "zorder": 2.5}
-    circle(axes, base, color=MUTED, label=f"base circle, R {base:.4g}", **thin)
+    circle(axes, base, color=MUTED, label=f"base circle, R {number(base)}", **thin)
     if radius > 0.0:
-        label = f"prime circle, R {base + radius:.4g}"
+        label = f"prime circle, R {number(base + radius)}"
         circle(axes, base + radius, color=MUTED, ls=(0, (5, 3)), label=label, **thin)
     if question.subject.mechanism.curvature is not None:
-        label = f"pitch circle, R {values['pitch_circle_radius_mm']:.4g}"
         through = values["pitch_circle_radius_mm"]
+        label = f"pitch circle, R {number(through)}"
         circle(axes, through, color=REFERENCE, ls=(0, (1.5, 2.5)), label=label, **thin)
         spans.append(through * np.array([1, 1j, -1, -1j]))
         lowest = min(lowest, -through)
@@ -135,7 +135,7 @@ def _draw_offset(axes: Any, offset: float, lowest: float, size: float) -> Comple
     line(axes, ends, **dashes)
     if offset == 0.0:
         return ends
-    circle(axes, abs(offset), color=REFERENCE, lw=0.8, zorder=2.5, label=f"offset circle, R {abs(offset):.4g}")
+    circle(axes, abs(offset), color=REFERENCE, lw=0.8, zorder=2.5, label=f"offset circle, R {number(abs(offset))}")
     line(axes, offset + 1j * np.array([level - 0.03 * size, 0.9 * size]), **dashes)
     arrow = {"arrowstyle": "<|-|>", "color": MUTED, "lw": 0.7, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 7}
     axes.annotate("", (0.0, level), (offset, level), arrowprops=arrow)
@@ -158,12 +158,12 @@ def _draw_strokes(axes: Any, picture: Picture) -> list[Label]:
         box = {"boxstyle": "round,pad=0.15", "fc": FILL, "ec": "none"}
         style = {"fontsize": SMALL, "color": MUTED, "bbox": box, "zorder": 4.5}
         places = around(DISTANCES, float(np.angle(foot - point)))
-        labels.append(Label(axes, f"{np.degrees(angle):.4g}°", (point.real, point.imag), places, style))
+        labels.append(Label(axes, f"{np.degrees(angle):.4g}°", (point.real, point.imag), places, style, PROFILE))
     return labels
 
 
-def _draw_sense(axes: Any, picture: Picture) -> None:
-    """An arrow for the sense of rotation, inside the cam where most room is left."""
+def _draw_sense(axes: Any, picture: Picture) -> Label:
+    """An arrow for the sense of rotation, inside the cam where most room is left; its label."""
     design = picture.question.design
     marks = [np.pi / 2, *(np.pi / 2 - design.sense * s.start for s in picture.question.programme.strokes)]
     places = np.radians(np.arange(0, 360, 15))
@@ -175,10 +175,9 @@ def _draw_sense(axes: Any, picture: Picture) -> None:
     line(axes, arc, color=INK, lw=1.3, zorder=5)
     ends = [(point.real, point.imag) for point in (arc[-1], arc[-3])]
     axes.annotate("", *ends, arrowprops={"arrowstyle": "-|>", "color": INK, "mutation_scale": 13}, zorder=5)
-    circles = np.array([shaft, abs(float(design.offset[0])), base])
-    aside = max((0.78 * radius, 1.25 * radius), key=lambda r: float(np.abs(circles - r).min()))
-    label = aside * np.exp(1j * middle)
-    axes.text(label.real, label.imag, "ω", ha="center", va="center", fontsize=TITLE, color=INK, zorder=5)
+    beside = radius * np.exp(1j * middle)
+    style = {"fontsize": TITLE, "color": INK, "zorder": 5}
+    return Label(axes, "ω", (beside.real, beside.imag), around(ASIDE, middle + np.pi, 24), style)
 
 
 def _frame(axes: Any, points: ComplexArray) -> None:

@@ -1,35 +1,40 @@
 """Diagrams over the cam angle, drawn: strokes shaded, jumps as breaks, impulses as arrows, peaks marked."""
 
 from collections.abc import Iterable, Sequence
-from math import floor, log10
+from math import copysign, floor, log10, pi
 from typing import Any
 
 import numpy as np
 
+from camopt.drawing.labels import Label, around
 from camopt.drawing.panels import SAME, Panel, Peak, Values
 from camopt.drawing.picture import NAMES, Picture, number
 from camopt.drawing.style import ALARM, COLOURS, FAINT, INK, LIMIT, MUTED, PITCH, SHADES, SMALL, dress
 from camopt.numerics import FloatArray
 
 DEGREES_A_LETTER = 4.0  # that a letter above the diagrams takes
+DISTANCES = (3.5, 9.0, 16.0)  # points: of a peak's value from the peak
+CURVE = 1.0  # points: lines as thick as that do not run through it
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def draw(
     axes: Sequence[Any], picture: Picture, shown: Sequence[Panel], heads: Iterable[int], feet: Iterable[int]
-) -> None:
-    """Diagrams into as many axes; stroke names above the ``heads``, cam angles below the ``feet``."""
+) -> list[Label]:
+    """Draw diagrams, stroke names above the ``heads``, cam angles below the ``feet``; the labels to settle."""
+    labels = []
     for place, (each, panel) in enumerate(zip(axes, shown, strict=True)):
-        _draw_panel(each, picture, panel)
+        labels += _draw_panel(each, picture, panel)
         if place in heads:
             _name_strokes(each, picture)
         if place in feet:
             each.set_xlabel("cam angle, deg", labelpad=2)
         else:
             each.tick_params(labelbottom=False)
+    return labels
 
 
-def _draw_panel(axes: Any, picture: Picture, panel: Panel) -> None:
+def _draw_panel(axes: Any, picture: Picture, panel: Panel) -> list[Label]:
     factor, unit = in_powers(panel.values, panel.unit)
     if factor != 1.0:
         for peak in panel.peaks:
@@ -50,11 +55,10 @@ def _draw_panel(axes: Any, picture: Picture, panel: Panel) -> None:
     _draw_limits(axes, picture, panel, factor)
     _draw_impulses(axes, panel)
     _draw_alarm(axes, angles, panel)
-    for peak in panel.peaks:
-        _draw_peak(axes, peak, factor)
     axes.set_title(f"{panel.title}, {unit}" if unit else panel.title, loc="left", pad=2.5)
     axes.set_title(panel.note, loc="right", fontsize=SMALL, pad=2.5, color=MUTED)
     axes.set(xlim=(0, 360), xticks=range(0, 361, 30))
+    return [_draw_peak(axes, peak, factor) for peak in panel.peaks]
 
 
 def in_powers(values: Sequence[FloatArray], unit: str) -> tuple[float, str]:
@@ -132,19 +136,20 @@ def _draw_alarm(axes: Any, angles: Values, panel: Panel) -> None:
     for angle, bad in zip(angles, panel.alarm or [], strict=panel.alarm is not None):
         if np.any(bad):
             axes.fill_between(angle, low, high, where=bad, color=ALARM, alpha=0.15, lw=0, zorder=0.5)
-            found.append(float(np.mean(angle[bad])))
+            inside = np.flatnonzero(bad)
+            (ends,) = np.nonzero(np.diff(inside, append=len(bad) + 1) > 1)
+            found.append(float(np.mean(angle[inside[: ends[0] + 1]])))
     if found:
         axes.text(min(max(found[0], 18.0), 342.0), high - 0.04 * (high - low), "undercut", **style)
 
 
-def _draw_peak(axes: Any, peak: Peak, factor: float) -> None:
+def _draw_peak(axes: Any, peak: Peak, factor: float) -> Label:
+    """Mark a peak; the label with its value."""
     value = peak.value * factor
-    above = value >= 0.0 and not peak.least
+    outwards = copysign(pi / 2, -1.0 if peak.least else value)
     axes.plot([peak.angle], [value], marker="o", ms=3.2, color=peak.colour, zorder=5, clip_on=False)
-    width = 2.0 * len(peak.text)
-    side = "left" if peak.angle < width else "right" if peak.angle > 360 - width else "center"
-    place = {"ha": side, "va": "bottom" if above else "top", "fontsize": SMALL, "color": peak.colour, "zorder": 5}
-    axes.annotate(peak.text, (peak.angle, value), (0, 3.5 if above else -3.5), textcoords="offset points", **place)
+    style = {"fontsize": SMALL, "color": peak.colour, "zorder": 5}
+    return Label(axes, peak.text, (peak.angle, value), around(DISTANCES, outwards), style, CURVE)
 
 
 def _name_strokes(axes: Any, picture: Picture) -> None:

@@ -29,9 +29,15 @@ def _force(picture: Picture) -> list[Panel]:
     question = picture.question
     values = picture.curve_values(force_curve(question.subject, question.design, question.programme))
     panel = Panel("Force along the motion", "N", values, extremes(picture, values, *ends), quantity=ends[0])
-    panel.note = "contact is lost below 0"
+    panel.note = _below_zero(picture)
     panel.limits = limit(picture, "contact_force_min")
     return [panel]
+
+
+def _below_zero(picture: Picture) -> str:
+    """What a force below 0 means."""
+    grooved = picture.question.subject.mechanism.grooved
+    return "below 0, the other flank bears" if grooved else "contact is lost below 0"
 
 
 def _torque(picture: Picture) -> list[Panel]:
@@ -53,7 +59,7 @@ def _torque(picture: Picture) -> list[Panel]:
 
 
 def _train(picture: Picture) -> list[Panel]:
-    """The mass on the elastic train: its acceleration, its travel off the motion, and the force that it leaves."""
+    """The mass on the elastic train: its acceleration, its deviation from the motion, and the contact force."""
     subject, programme, given = (
         picture.question.subject,
         picture.question.programme,
@@ -79,9 +85,8 @@ def _train(picture: Picture) -> list[Panel]:
     mass.reference = [rows[2] * factor for rows in picture.motion]
     mass.note = "dash-dot: that of the motion"
     moved = _sampled(picture, wave, unit)
-    travel = Panel(
-        "Travel of the mass off the motion", length, moved, [peak_of(picture, moved, overshoot)], quantity=overshoot
-    )
+    travel = Panel("Deviation of the mass from the motion", length, moved, quantity=overshoot)
+    travel.peaks = [peak_of(picture, moved, overshoot)]
     travel.limits = limit(picture, "residual_vibration", DWELL)
     found = [mass, travel]
     least = "contact_force_elastic_min_N"
@@ -92,7 +97,7 @@ def _train(picture: Picture) -> list[Panel]:
         force = Panel(
             "Force with the elastic train", "N", values, extremes(picture, values, "", least), quantity=least
         )
-        force.note, force.limits = "contact is lost below 0", limit(picture, "contact_force_elastic")
+        force.note, force.limits = _below_zero(picture), limit(picture, "contact_force_elastic")
         found.append(force)
     return found
 

@@ -7,7 +7,7 @@ import numpy as np
 from camopt.drawing.follower import draw_arm
 from camopt.drawing.labels import Label
 from camopt.drawing.picture import NAMES, Picture, area, fit, line, round_length
-from camopt.drawing.style import BODY, COLOURS, FAINT, FILL, INK, MUTED, PITCH, SMALL, TEXT
+from camopt.drawing.style import BODY, COLOURS, FAINT, FILL, INK, MUTED, PITCH, PROFILE, SMALL, TEXT
 from camopt.mechanisms.design import ComplexArray
 
 ABOVE = ((0.0, 2.0), (0.0, 11.0), (0.0, 20.0))  # points: of a cam angle above the sheet
@@ -77,7 +77,7 @@ def _draw_boundaries(axes: Any, picture: Picture, sheet: ComplexArray) -> list[L
     for angle in [*(s.start for s in picture.question.programme.strokes), 2 * np.pi]:
         line(axes, size * angle + 1j * np.array([sheet.imag.min(), top]), color=FAINT, lw=0.7, zorder=1.5)
         style = {"fontsize": SMALL, "color": MUTED}
-        labels.append(Label(axes, f"{np.degrees(angle):.4g}°", (size * angle, top), ABOVE, style))
+        labels.append(Label(axes, f"{np.degrees(angle):.4g}°", (size * angle, top), ABOVE, style, PROFILE))
     arrow = {"arrowstyle": "-|>", "color": INK, "lw": 1.2, "mutation_scale": 11}
     axes.annotate("", (0.91, 1.14), (0.97, 1.14), xycoords="axes fraction", arrowprops=arrow)
     place = {"ha": "right", "va": "center", "fontsize": TEXT, "color": INK, "transform": axes.transAxes}

@@ -36,10 +36,12 @@ class Label(NamedTuple):
     point: tuple[float, float]
     places: Sequence[Place]
     style: dict[str, Any]
+    thinnest: float = 0.0
+    """Lines thinner than that (points) may run through the text."""
 
 
-def settle(figure: Any, labels: Sequence[Label], thinnest: float = 0.0) -> None:
-    """Draw labels into a figure that has all else already; lines thinner than ``thinnest`` do not matter."""
+def settle(figure: Any, labels: Sequence[Label]) -> None:
+    """Draw labels into a figure that has all else already."""
     from matplotlib.text import Text
 
     figure.draw_without_rendering()
@@ -47,8 +49,8 @@ def settle(figure: Any, labels: Sequence[Label], thinnest: float = 0.0) -> None:
     texts = figure.findobj(lambda artist: isinstance(artist, Text) and artist.get_visible() and artist.get_text())
     taken = [text.get_window_extent(renderer) for text in texts]
     room = ROOM * figure.dpi / 72.0
-    every = {label.axes for label in labels}
-    seen = {axes: (_marks(axes), list(_bodies(axes)), list(_lines(axes, thinnest))) for axes in every}
+    every = {(label.axes, label.thinnest) for label in labels}
+    seen = {(axes, pen): (_marks(axes), list(_bodies(axes)), list(_lines(axes, pen))) for axes, pen in every}
     for label in labels:
         text = label.axes.annotate(
             label.text,
@@ -62,7 +64,7 @@ def settle(figure: Any, labels: Sequence[Label], thinnest: float = 0.0) -> None:
         costs = []
         for place in label.places:
             _put(text, place)
-            box, (marks, bodies, lines) = text.get_window_extent(renderer), seen[label.axes]
+            box, (marks, bodies, lines) = text.get_window_extent(renderer), seen[label.axes, label.thinnest]
             met = sum(box.padded(room).overlaps(other) for other in taken) + _leaves(box, figure.bbox)
             marked = box.count_contains(marks) + _leaves(box, label.axes.bbox)
             marked += sum(_runs_through(box, body) for body in bodies)

@@ -104,8 +104,9 @@ def circle(axes: Any, radius: float, centre: complex = 0.0, **style: Any) -> Non
 
 
 def number(value: float) -> str:
-    """A number in four digits, with a real minus sign."""
-    return f"{value:.4g}".replace("-", "−")
+    """A number in four digits, or all of a larger whole number, with a real minus sign."""
+    text = f"{value:.0f}" if 1e4 <= abs(value) < 1e7 else f"{value:.4g}"
+    return text.replace("-", "−")
 
 
 def fit(axes: Any, points: ComplexArray, margin: float) -> tuple[complex, float]:

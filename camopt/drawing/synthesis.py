@@ -11,7 +11,7 @@ from camopt.drawing.diagrams import in_powers
 from camopt.drawing.groove import draw_groove
 from camopt.drawing.labels import settle
 from camopt.drawing.picture import Picture, number
-from camopt.drawing.style import COLOURS, MUTED, PAGE_TITLE, PROFILE, TITLE, dress
+from camopt.drawing.style import COLOURS, MUTED, PAGE_TITLE, TITLE, dress
 from camopt.effects.motion import scale
 from camopt.motion.table import RETURN, RISE
 from camopt.quantities import QUANTITIES, motion_quantity
@@ -101,7 +101,7 @@ def _cams(figure: Any, pictures: dict[str, Picture]) -> None:
         if disc and each != lowest:  # one bar for the scale of both
             ax.lines[-1].remove()
             ax.texts[-1].remove()
-    settle(figure, labels, PROFILE)
+    settle(figure, labels)
 
 
 def _laws(picture: Picture) -> str:
