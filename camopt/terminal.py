@@ -20,28 +20,20 @@ Advance = Callable[[int, int], None]
 
 @contextmanager
 def progress(quiet: bool, unit: str) -> Iterator[Advance]:
-    """A progress bar on standard error if that is a terminal, and a word when kernels are compiled."""
-    from numba.core import event
+    """A progress bar on standard error if that is a terminal, and a message if kernels are compiled."""
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
+    from camopt.compiling import announced
+
     console = Console(stderr=True, quiet=quiet)
-    told: list[bool] = []
-
-    class Listener(event.Listener):
-        """Says once that the first run compiles."""
-
-        def on_start(self, happening: Any) -> None:
-            if not told:
-                told.append(True)
-                console.print("camopt: compiling kernels, this first time only …", style="dim")
-
-        def on_end(self, happening: Any) -> None:
-            pass
-
     columns = (TextColumn(unit), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     bar = Progress(*columns, console=console, transient=True)
     shown = unit and not quiet and sys.stderr.isatty()
-    with event.install_listener("numba:compile", Listener()), bar if shown else nullcontext():
+
+    def tell() -> None:
+        console.print("camopt: compiling kernels, this first time only …", style="dim")
+
+    with announced(tell), bar if shown else nullcontext():
         task = bar.add_task(unit, total=None)
         yield lambda done, total: bar.update(task, completed=done, total=total)
 

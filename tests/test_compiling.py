@@ -1,0 +1,50 @@
+"""While kernels are compiled: the seconds are counted once, whatever compiles what, and a word is said once."""
+
+import pytest
+
+from camopt import compiling
+from camopt.compiling import COMPILING, Compiling, announced
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    """A clock that goes on by hand."""
+    time = [0.0]
+    monkeypatch.setattr(compiling, "monotonic", lambda: time[0])
+    return time
+
+
+def test_a_kernel_that_compiles_another_counts_once(clock):
+    found = Compiling()
+    found.on_start(None)
+    clock[0] = 2.0
+    found.on_start(None)
+    clock[0] = 3.0
+    found.on_end(None)
+    assert found.seconds == 0.0
+    clock[0] = 7.0
+    found.on_end(None)
+    clock[0] = 9.0
+    assert found.seconds == 7.0
+
+
+def test_a_word_is_said_at_the_first_kernel_of_a_block():
+    said = []
+    with announced(lambda: said.append("compiling")):
+        for _ in range(3):
+            COMPILING.on_start(None)
+            COMPILING.on_end(None)
+    COMPILING.on_start(None)
+    COMPILING.on_end(None)
+    assert said == ["compiling"]
+    assert COMPILING.depth == 0
+
+
+def test_numba_tells_it():
+    import numba
+
+    before, said = COMPILING.seconds, []
+    with announced(lambda: said.append("compiling")):
+        assert numba.njit(lambda x: x + 1)(1) == 2
+    jit = not numba.config.DISABLE_JIT
+    assert (COMPILING.seconds > before, said) == (jit, ["compiling"] if jit else [])
