@@ -1,6 +1,5 @@
 """One picture of one design: the diagrams of its motion, pressure angle and curvature, and the cam to scale."""
 
-import os
 from math import ceil
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -8,7 +7,7 @@ import numpy as np
 
 from camopt.drawing import diagrams
 from camopt.drawing.cam import draw_disc
-from camopt.drawing.canvas import canvas
+from camopt.drawing.canvas import Target, canvas, saving
 from camopt.drawing.dynamics import dynamics_panels
 from camopt.drawing.groove import draw_groove
 from camopt.drawing.labels import Label, settle
@@ -24,7 +23,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def plot(scene: Scene, path: str | os.PathLike[str] | None = None) -> "Figure":
+@saving
+def plot(scene: Scene, path: Target = None) -> "Figure":
     """Draw a scene's cam, with its follower and diagrams; to a PNG, SVG or PDF file as well, if a path is given.
 
     Diagrams run over one turn of the cam in deg: displacement, velocity, acceleration and jerk (by time if the
@@ -34,13 +34,6 @@ def plot(scene: Scene, path: str | os.PathLike[str] | None = None) -> "Figure":
     are breaks, impulses arrows. A disc cam is drawn at cam angle 0, the follower at its lowest; the groove of a
     cylindrical cam is developed. Lengths in mm. The same scene gives the same file, and the file appears only when
     whole.
-
-    Raises
-    ------
-    BadInput
-        For another suffix.
-    OSError
-        If the file cannot be written.
     """
     picture = Picture(resolve_design(scene))
     grooved = picture.question.subject.mechanism.grooved

@@ -241,8 +241,8 @@ def show_frontier(found: "Frontier", as_json: bool) -> None:
     shown = [{**row, "bound": "" if row.get("bound") is None else row["bound"]} for row in rows]
     units = {axis: unit_of(axis, found.scene) for axis in found.axes}
     units["bound"] = units[found.axes[0]]
-    names = ["law", *found.axes, "bound", *sizes]
-    show(table_of(f"{found.scene.name}: the frontier", shown, names, units=units))
+    columns = ["law", *found.axes, "bound", *sizes]
+    show(table_of(f"{found.scene.name}: the frontier", shown, columns, units=units))
     show("The known laws are on the smallest cams that the limits allow them.")
     _show_limits_of_motion(found.known, defaults)
     for term, (least, bound) in found.least.items():

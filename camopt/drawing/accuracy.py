@@ -1,10 +1,9 @@
 """The picture of what accuracy costs: error against time, log-log, the losing methods in it."""
 
-import os
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from camopt.drawing.canvas import canvas
+from camopt.drawing.canvas import Target, canvas, saving
 from camopt.drawing.labels import Label, around, settle
 from camopt.drawing.style import FAINT, INK, MUTED, PAGE_TITLE, SERIES, SMALL, TITLE, dress
 
@@ -29,9 +28,8 @@ FLOOR = 3e-17  # errors below a double's rounding are drawn there
 ROUNDING = 2.2e-16
 
 
-def plot_accuracy(
-    rows: Sequence[dict[str, Any]], title: str = "", path: str | os.PathLike[str] | None = None
-) -> "Figure":
+@saving
+def plot_accuracy(rows: Sequence[dict[str, Any]], title: str = "", path: Target = None) -> "Figure":
     """Draw what accuracy costs: the largest error of each method against its time, a diagram for each quantity.
 
     Parameters
@@ -42,13 +40,6 @@ def plot_accuracy(
         What was measured.
     path
         A PNG, SVG or PDF file to write as well.
-
-    Raises
-    ------
-    BadInput
-        For another suffix.
-    OSError
-        If the file cannot be written.
     """
     names = list(dict.fromkeys(row["quantity"] for row in rows))
     with canvas(path, (6.4 * len(names), 5.6), powers=True, layout="constrained") as figure:

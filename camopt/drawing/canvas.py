@@ -2,10 +2,10 @@
 
 import os
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from camopt.drawing.style import RC
 from camopt.files import checked_suffix, whole_file
@@ -17,21 +17,32 @@ KINDS = (".png", ".svg", ".pdf")
 DATES: dict[str, dict[str, Any]] = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
 
 
-@contextmanager
-def canvas(
-    path: str | os.PathLike[str] | None, size: tuple[float, float], *, powers: bool = False, **options: Any
-) -> "Iterator[Figure]":
-    """An empty figure of a size in inches, saved as the suffix of the path says when the block ends well.
+Target = str | os.PathLike[str] | None
+"""The file of a picture; None for a figure that is only drawn."""
 
-    Without a path it is only drawn. The same drawing gives the same file. Text stays as it is, unless axes are
-    marked with ``powers`` of ten.
-
+ERRORS = """
     Raises
     ------
     BadInput
-        For another suffix.
+        If the file's name does not end in .png, .svg or .pdf.
     OSError
         If the file cannot be written.
+    """
+Drawing = TypeVar("Drawing", bound=Callable[..., "Figure"])
+
+
+def saving(draw: Drawing) -> Drawing:
+    """Say in the docstring of a function that saves its figure which errors that raises."""
+    draw.__doc__ = f"{(draw.__doc__ or '').rstrip()}\n{ERRORS}"
+    return draw
+
+
+@contextmanager
+def canvas(path: Target, size: tuple[float, float], *, powers: bool = False, **options: Any) -> "Iterator[Figure]":
+    """An empty figure of a size in inches; if the block ends without an error, it is saved to the path, if any.
+
+    The suffix of the path gives the format; the errors are those of ``saving``. The same drawing gives the same
+    file. A $ in a text stays a $, unless ``powers`` asks for axes with powers of ten.
     """
     import matplotlib.style
 

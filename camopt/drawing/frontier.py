@@ -1,12 +1,11 @@
 """The picture of a frontier: free laws as a front, what no motion can have, known laws as points."""
 
-import os
 from math import isinf, pi
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from camopt.drawing.canvas import canvas
+from camopt.drawing.canvas import Target, canvas, saving
 from camopt.drawing.labels import Label, around, settle
 from camopt.drawing.style import ALARM, COLOURS, INK, LIMIT, MUTED, PAGE_TITLE, TEXT, dress
 from camopt.motion.table import RISE
@@ -33,7 +32,8 @@ WORDS = {
 }
 
 
-def plot_frontier(found: Frontier, path: str | os.PathLike[str] | None = None) -> "Figure":
+@saving
+def plot_frontier(found: Frontier, path: Target = None) -> "Figure":
     """Draw a frontier: its first axis up, the second to the right, a third as colours.
 
     Of two axes the region that no motion within the other limits can reach is shaded. It is what the bounds prove
@@ -43,13 +43,6 @@ def plot_frontier(found: Frontier, path: str | os.PathLike[str] | None = None) -
     ----------
     path
         A PNG, SVG or PDF file to write as well.
-
-    Raises
-    ------
-    BadInput
-        For another suffix.
-    OSError
-        If the file cannot be written.
     """
     with canvas(path, (10.5, 7.0), layout="constrained") as figure:
         axes = figure.subplots()

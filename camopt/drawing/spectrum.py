@@ -1,12 +1,11 @@
 """The picture of response spectra: what is left over in the dwell and how hard the mass is driven, law by law."""
 
-import os
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from camopt.drawing.canvas import canvas
+from camopt.drawing.canvas import Target, canvas, saving
 from camopt.drawing.style import PAGE_TITLE, dress, pen_of
 
 if TYPE_CHECKING:
@@ -20,7 +19,8 @@ LEAST = 1e-4  # amplitudes of a smaller share of the lift fall off the picture
 SHOWN = (1e-4, 1e-3, 1e-2, 0.1, 1.0)
 
 
-def plot_spectrum(spectra: Sequence[Mapping[str, Any]], path: str | os.PathLike[str] | None = None) -> "Figure":
+@saving
+def plot_spectrum(spectra: Sequence[Mapping[str, Any]], path: Target = None) -> "Figure":
     """Draw response spectra: the amplitude left over in the dwell, and the largest acceleration of the mass.
 
     Parameters
@@ -29,13 +29,6 @@ def plot_spectrum(spectra: Sequence[Mapping[str, Any]], path: str | os.PathLike[
         What ``response_spectrum`` gives for each law, at one damping ratio.
     path
         A PNG, SVG or PDF file to write as well.
-
-    Raises
-    ------
-    BadInput
-        For another suffix.
-    OSError
-        If the file cannot be written.
     """
     with canvas(path, (12.5, 5.6), layout="constrained") as figure:
         damping = {float(each) for spectrum in spectra for each in np.ravel(spectrum["damping_ratio"])}

@@ -1,12 +1,11 @@
 """Before and after: the cam of the best known law and that of free laws, at one scale, and their motions."""
 
-import os
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from camopt.drawing.cam import draw_disc
-from camopt.drawing.canvas import canvas
+from camopt.drawing.canvas import Target, canvas, saving
 from camopt.drawing.diagrams import in_powers
 from camopt.drawing.groove import draw_groove
 from camopt.drawing.labels import settle
@@ -26,9 +25,8 @@ BEFORE, AFTER = MUTED, COLOURS[RISE]
 ROWS = ("displacement", "velocity", "acceleration", "jerk")
 
 
-def plot_synthesis(
-    result: Synthesised, path: str | os.PathLike[str] | None = None, known: Comparison | None = None
-) -> "Figure":
+@saving
+def plot_synthesis(result: Synthesised, path: Target = None, known: Comparison | None = None) -> "Figure":
     """Draw the cam of free laws beside that of the best known law within the same limits, if there is one.
 
     Parameters
@@ -37,13 +35,6 @@ def plot_synthesis(
         A PNG, SVG or PDF file to write as well.
     known
         The known laws, if they were compared already (``synthesis.compare.compared``).
-
-    Raises
-    ------
-    BadInput
-        For another suffix.
-    OSError
-        If the file cannot be written.
     """
     known = known or compared(result.asked)
     with canvas(path, (15.5, 9.0)) as figure:
