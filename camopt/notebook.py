@@ -1,11 +1,12 @@
-"""How results show themselves in a notebook: one line of text, and tables as HTML."""
+"""How results show themselves in a notebook: tables as HTML, designs with a small picture of the cam."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from html import escape
 from typing import TYPE_CHECKING, Any
 
 from camopt.columns import bounds_of, columns_of, is_nothing, with_law
 from camopt.evaluation import Evaluation
+from camopt.mistakes import BadInput
 from camopt.quantities import QUANTITIES
 from camopt.question import resolve
 from camopt.scene import Scene
@@ -13,6 +14,7 @@ from camopt.terminal import heading, number
 
 if TYPE_CHECKING:
     from camopt.designs import Design
+    from camopt.search.optimise import Optimum
 
 Row = Mapping[str, Any]
 
@@ -26,13 +28,22 @@ def scene_html(scene: Scene) -> str:
 def evaluation_html(result: Evaluation) -> str:
     """Every quantity with its unit, limit and meaning, a row each."""
     names = [name for name in result if not is_nothing(result.scene, name, [result])]
-    return _down(result.scene.name, result.scene, result, names, result.unbounded)
+    table = _down(result.scene.name, result.scene, result, names, result.unbounded)
+    return _beside_the_cam(table, lambda: result.scene)
 
 
 def design_html(design: "Design") -> str:
     """The sizes of a design and what its scene asks, beside the limits."""
     (row,) = with_law([design])
-    return _down(design.searched.name, design.searched, row, columns_of(resolve(design.searched), [row]), {})
+    table = _down(design.searched.name, design.searched, row, columns_of(resolve(design.searched), [row]), {})
+    return _beside_the_cam(table, lambda: design.scene)
+
+
+def optimum_html(result: "Optimum") -> str:
+    """The smallest cam of each law, and the smallest of all as a picture."""
+    title, best = f"{result.scene.name}: the smallest cam of each law", result.best
+    table = designs_html(title, result.scene, result.by_law.values(), (), "binding")
+    return table if best is None else _beside_the_cam(table, lambda: best.scene)
 
 
 def designs_html(title: str, scene: Scene, designs: Iterable[Row], asked: Iterable[str], last: str) -> str:
@@ -44,6 +55,17 @@ def designs_html(title: str, scene: Scene, designs: Iterable[Row], asked: Iterab
     heads = [[*heading(name).split("\n"), bounds.get(name, "")] for name in names]
     cells = [[escape(_text(row.get(name, ""))) for name in names] for row in rows]
     return _table(title, [[*map(escape, head)] for head in heads], cells)
+
+
+def _beside_the_cam(table: str, scene_of: Callable[[], Scene]) -> str:
+    """A table with the picture of a cam on its right, if there is such a cam."""
+    from camopt.drawing.small import small_cam
+
+    try:
+        cam = small_cam(scene_of())
+    except BadInput:  # sizes that no scene has: the table shows them all the same
+        cam = ""
+    return f'<div style="display: flex; flex-wrap: wrap; gap: 2em">{table}{cam}</div>' if cam else table
 
 
 def _down(title: str, scene: Scene, row: Row, names: Iterable[str], why: Mapping[str, str]) -> str:

@@ -57,10 +57,9 @@ class Optimum:
         return f"<Optimum of {self.scene.name}: {len(self.by_law)} laws; {what}>"
 
     def _repr_html_(self) -> str:
-        from camopt.notebook import designs_html
+        from camopt.notebook import optimum_html
 
-        title = f"{self.scene.name}: the smallest cam of each law"
-        return designs_html(title, self.scene, self.by_law.values(), (), "binding")
+        return optimum_html(self)
 
 
 def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SECONDS) -> Optimum:

@@ -1,0 +1,64 @@
+"""A cam as a small picture within a page of a notebook: its profile to scale, as SVG made without matplotlib."""
+
+from collections.abc import Iterable
+from html import escape
+from typing import Any
+
+import numpy as np
+
+from camopt.drawing.picture import Picture, number
+from camopt.drawing.style import COLOURS, FILL, INK, MUTED
+from camopt.mechanisms.design import ComplexArray
+from camopt.question import resolve_design
+from camopt.scene import Scene
+
+SIZE, MARGIN, LINE = 180.0, 4.0, 16.0  # pixels: the longer side of the cam, what is left around it, the text below
+NEAR = 2.0  # pixels: points closer together than that are left out
+
+
+def small_cam(scene: Scene) -> str:
+    """The profile of a disc cam and its base circle, or the developed flanks of a groove; "" if there is no cam."""
+    picture = Picture(resolve_design(scene))
+    if not picture.exists:
+        return ""
+    grooved = picture.question.subject.mechanism.grooved
+    sides = [curves.profile[: 2 if grooved else 1] for curves in picture.curves]
+    size = float(picture.question.design.size[0])
+    circle = np.zeros(0, dtype=complex) if grooved else size * np.exp(2j * np.pi * np.linspace(0.0, 1.0, 61))
+    every = np.concatenate([circle, *(side for piece in sides for side in piece)])
+    if not np.isfinite(every).all():
+        return ""
+    corner = complex(every.real.min(), every.imag.max())
+    extent = np.array([np.ptp(every.real), np.ptp(every.imag)])
+    scale = SIZE / extent.max()
+
+    def path(points: Any, **style: object) -> str:
+        return _path((points - corner).conj() * scale, **style)
+
+    drawn = [] if grooved else [path(np.concatenate([s[0] for s in sides]), fill=FILL), path(circle, stroke=MUTED)]
+    for kind, piece in zip(picture.kinds, sides, strict=True):
+        drawn += [path(side, stroke=COLOURS[kind], stroke_width=2) for side in piece]
+    cross = 0.06 * size * np.array([-1, 1], dtype=complex)
+    drawn += [] if grooved else [path(cross, stroke=INK), path(1j * cross, stroke=INK)]
+    return _page(drawn, scale * extent, f"{'mean' if grooved else 'base'} radius {number(size)} mm", scene.name)
+
+
+def _path(points: ComplexArray, **style: object) -> str:
+    """A line through points in pixels, y downwards; points that are near to the one before are left out."""
+    kept = [points[0]]
+    for here in points[1:-1]:
+        if abs(here - kept[-1]) > NEAR:
+            kept.append(here)
+    places = "L".join(f"{p.real:.1f},{p.imag:.1f}" for p in (*kept, points[-1]))
+    pens = " ".join(f'{name.replace("_", "-")}="{value}"' for name, value in {"fill": "none", **style}.items())
+    return f'<path d="M{places}" {pens}/>'
+
+
+def _page(drawn: Iterable[str], extent: Iterable[float], words: str, title: str) -> str:
+    """The picture of what is drawn, with a line of text below."""
+    width, height = (side + 2.0 * MARGIN for side in extent)
+    box = f"{-MARGIN} {-MARGIN} {width:.1f} {height + LINE:.1f}"
+    text = f'<text y="{height + 0.7 * LINE - MARGIN:.1f}" font-size="11" fill="{INK}">{escape(words)}</text>'
+    size = f'width="{max(width, SIZE):.0f}" height="{height + LINE:.0f}" font-family="sans-serif"'
+    opening = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{box}" {size}><title>{escape(title)}</title>'
+    return opening + "".join(drawn) + text + "</svg>"
