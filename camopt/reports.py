@@ -94,7 +94,7 @@ def show_sweep(result: Sweep, as_json: bool) -> None:
     elif result.nearest_miss:
         _show_miss(result.nearest_miss)
     elif result.obstacle:
-        show(f"No design can be put together: {result.obstacle}.")
+        show(f"No design can be assembled: {result.obstacle}.")
     return None
 
 
@@ -143,7 +143,7 @@ def show_optimum(result: Optimum, as_json: bool) -> None:
         if not row["proved"]:
             show(f"{law}: not proved; a feasible cam may be smaller by up to {number(row['gap_mm'])} mm")
     if result.out_of_time:
-        show("The time was over before the search was; --seconds gives it more.")
+        show("The search ran out of time; --seconds gives it more.")
     if result.nearest_miss:
         _show_miss(result.nearest_miss)
     return None
@@ -153,6 +153,7 @@ def show_synthesis(result: "Synthesised", known: "Comparison", as_json: bool) ->
     """The cam of the free laws beside the smallest of each known law, the bound and the gap."""
     from camopt.synthesis.asked import default_peaks
     from camopt.synthesis.synthesised import peaks_of
+    from camopt.synthesis.units import objective_unit
 
     defaults = default_peaks(result.asked)
     if as_json:
@@ -181,45 +182,45 @@ def show_synthesis(result: "Synthesised", known: "Comparison", as_json: bool) ->
     names = [*columns_of(question, rows), *(name for name in rows[0] if name.startswith("peak_"))]
     title = f"{result.scene.name}: free laws, and the smallest cam of each known law"
     show(table_of(title, rows, [*names, "binding"], bounds_of(question)))
-    what = f"Minimised: {number(result.objective)}."
+    unit = objective_unit(result.asked)
+    what = f"Minimised: {number(result.objective)}{unit}."
     if result.bound:
-        what += f" No motion whatever within the convex limits has less than {number(result.bound)}:"
+        what += f" No motion at all can have less than {number(result.bound)}{unit} within the convex limits:"
         what += f" a gap of {result.gap:.2%}."
     swung = result.scene.follower.motion == "oscillating"
-    why = (
-        "The follower oscillates, so that its limits are not convex"
-        if swung
-        else "The curvature or a load decides too"
-    )
+    why = "The limits of an oscillating follower are not convex" if swung else "Curvature or a load decides too"
     _show_limits_of_motion(known.rows.values(), defaults)
     show(_beside_known(result, known))
-    return show(what + ("" if result.convex else f" {why}: the laws are a local optimum."))
+    return show(what + ("" if result.convex else f" {why}, so the laws are a local optimum."))
 
 
 def _show_limits_of_motion(known: Iterable[dict[str, Any]], defaults: dict[str, float]) -> None:
-    """The limits that were taken by default, and what a star says."""
+    """The limits that were taken by default, and what a star means."""
     if not all(row["within"] for row in known):
-        show("* beyond a limit on the motion that the free laws hold")
+        show("* breaks a limit on the motion that the free laws meet")
     if defaults:
         peaks = " and ".join(f"{name.replace('_', ' ')} {value:.6g}" for name, value in defaults.items())
         show(
-            f"Without [limits] or [synthesis] on acceleration and jerk, those of 3-4-5 hold (unit stroke): {peaks}."
+            "The scene limits neither acceleration nor jerk, so the peaks of poly345 are the limits "
+            f"(for unit stroke and angle): {peaks}."
         )
 
 
 def _beside_known(result: "Synthesised", known: "Comparison") -> str:
     """The best known law that holds the same limits, and the scene's own."""
+    from camopt.synthesis.units import objective_unit
+
     if known.best is None:
-        return "No known law holds all these limits."
-    value = known.rows[known.best]["objective"]
-    what = f"The best known law within the same limits is {known.best}: {number(value)}"
-    what += f"; the free laws have {1.0 - result.objective / value:.1%} less." if value else "."
+        return "No known law meets all these limits."
+    value, unit = known.rows[known.best]["objective"], objective_unit(result.asked)
+    what = f"The best known law that meets the same limits is {known.best}: {number(value)}{unit}"
+    what += f"; the free laws need {1.0 - result.objective / value:.1%} less." if value else "."
     own = "" if known.own in (None, known.best) else f" The scene's own, {known.own}: "
-    return what + (own and f"{own}{number(known.rows[str(known.own)]['objective'])}.")
+    return what + (own and f"{own}{number(known.rows[str(known.own)]['objective'])}{unit}.")
 
 
 def show_frontier(found: "Frontier", as_json: bool) -> None:
-    """The free laws along the frontier, the known laws, and how far down each term goes."""
+    """The free laws along the frontier, the known laws, and the least value of each axis."""
     from camopt.synthesis.asked import default_peaks
     from camopt.synthesis.units import unit_of
 
@@ -290,6 +291,8 @@ def show_accuracy(rows: list[dict[str, Any]], scene: Scene, as_json: bool) -> No
         return print_json({"scene": scene.name, "methods": rows})
     names = list(rows[0])
     shown = [{name: f"{row[name]:.2g}" if name in names[4:] else row[name] for name in names} for row in rows]
+    for row in shown:
+        row |= {"setting": float(f"{row['setting']:.2g}"), "ns_per_design": float(f"{row['ns_per_design']:.3g}")}
     return show(table_of(f"{scene.name}: what accuracy costs", shown, names))
 
 
@@ -316,7 +319,7 @@ SHOWN_RATIOS = (0.5, 1.0, 1.5, 2.0, 3.0, 5.0, 7.5, 10.0)
 
 
 def show_spectrum(rows: Rows, as_json: bool) -> None:
-    """The amplitude that each law leaves over in the dwell after it, at a few period ratios."""
+    """The residual amplitude in the dwell after each law, at a few period ratios."""
     if as_json:
         return print_json([finite(record) for record in rows.records()])
     laws: dict[str, dict[str, Any]] = {}
@@ -325,7 +328,7 @@ def show_spectrum(rows: Rows, as_json: bool) -> None:
         if ratio in SHOWN_RATIOS:
             row = laws.setdefault(record["law"], {"law": record["law"]})
             row[f"{ratio:g}"] = f"{record['residual']:.2g}"
-    title = "Residual vibration in lifts, at period ratios t₁/T_n"
+    title = "Residual vibration as a share of the lift, at ratios t₁/Tₙ of the rise time to the natural period"
     return show(table_of(title, list(laws.values()), ["law", *(f"{ratio:g}" for ratio in SHOWN_RATIOS)]))
 
 

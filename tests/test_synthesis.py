@@ -1,6 +1,7 @@
 """Free motion laws: exact classical optima, textbook laws, proofs of every limit, and bounds that motions keep."""
 
 import json
+import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -886,6 +887,7 @@ def test_the_limits_taken_by_default_are_printed(run):
     code, out, _ = run(ROLLER | {"search": {"offset": {"start": -30, "stop": 30}, "law": ["poly345"]}})
     assert code == 0
     assert "peak acceleration 5.7735 and peak jerk 60" in out
+    assert re.search(r"Minimised: [\d.]+ mm\. No motion at all can have less than [\d.]+ mm ", out)
     code, out, _ = run(ROLLER | {"limits": {"pressure_angle": 30, "jerk": 2e6}}, "--json")
     assert json.loads(out)["default_peaks"] == {}
 

@@ -3,6 +3,7 @@
 from camopt.quantities import DERIVATIVES, QUANTITIES, motion_quantity
 from camopt.scene import Scene
 from camopt.synthesis import residual
+from camopt.synthesis.asked import objective_in
 
 
 def unit_of(axis: str, scene: Scene) -> str:
@@ -14,3 +15,9 @@ def unit_of(axis: str, scene: Scene) -> str:
         name = motion_quantity(derivative, "", angular=angular, timed=scene.cam.rpm is not None)
         return QUANTITIES[name].unit
     return "deg" if angular and axis == residual.TERM else "mm"
+
+
+def objective_unit(scene: Scene) -> str:
+    """The unit of what a scene minimises, after a space; "" of a weighted sum."""
+    weights = objective_in(scene.synthesis)
+    return "".join(f" {unit_of(term, scene)}" for term in weights) if [*weights.values()] == [1.0] else ""
