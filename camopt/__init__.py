@@ -1,6 +1,11 @@
-"""camopt: the design-space optimiser for cams and followers.
+"""camopt finds the smallest cam that gives a motion within your limits, and computes new motion laws for it.
 
-The public names below are imported when first used, so that ``import camopt`` costs nothing.
+A question is a ``Scene`` (``find_scene``, ``Scene.from_toml``, ``Scene.from_dict``). ``evaluate`` computes one
+design, ``optimise`` finds the smallest, ``sweep`` evaluates a grid, ``synthesise`` and ``frontier`` compute new
+motion laws, ``certify`` proves limits, ``plot`` draws. ``QUANTITIES`` lists what can be reported, ``LAWS`` the
+motion laws.
+
+Names are imported when they are first used, so that ``import camopt`` takes no time.
 """
 
 from importlib import import_module

@@ -24,9 +24,9 @@ class Design(dict[str, Any]):
     Parameters
     ----------
     quantities
-        Names and values, as a row of a table has them.
+        The names and values of a row of a table.
     searched
-        The scene whose sizes, laws or angles were searched.
+        The scene that was searched: the design has its own sizes, laws and angles, the rest is that of the scene.
 
     Examples
     --------
@@ -60,9 +60,9 @@ class Design(dict[str, Any]):
 
 
 def scene_of(table: "str | os.PathLike[str] | pd.DataFrame", row: int) -> Scene:
-    """The scene of one row of a table that camopt wrote: its sizes and laws in the scene that was searched.
+    """The scene of one row of a table: the scene that was searched, with the sizes and laws of the row.
 
-    A row that pandas takes out of a table no longer knows which scene it belongs to, so the table is given too.
+    The table is needed as well as the row, because only the table contains the scene.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ def scene_of(table: "str | os.PathLike[str] | pd.DataFrame", row: int) -> Scene:
     Returns
     -------
     Scene
-        Which ``evaluate``, ``plot``, ``certify`` and the others take. Its limits and its ``[search]`` stay.
+        For ``evaluate``, ``plot``, ``certify`` and the others; limits and ``[search]`` are those of the table.
 
     Raises
     ------

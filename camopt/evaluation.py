@@ -19,9 +19,9 @@ from camopt.scene import Scene
 
 @dataclass(frozen=True)
 class Evaluation(Mapping[str, Any]):
-    """The quantities of one design, a mapping from name to value.
+    """The quantities of one design: a mapping from name to value.
 
-    ``unbounded`` gives the reason for each infinite value.
+    ``unbounded`` says why a value is infinite, for each that is.
     """
 
     scene: Scene
@@ -52,17 +52,22 @@ class Evaluation(Mapping[str, Any]):
         return len(self.quantities)
 
     def to_json(self) -> dict[str, Any]:
-        """Values with None for what is infinite, and the reasons under ``unbounded``."""
+        """The values with None in place of infinity, and the reasons under ``unbounded``."""
         finite = {n: None if isinstance(v, float) and isinf(v) else v for n, v in self.quantities.items()}
         return {**finite, **({"unbounded": self.unbounded} if self.unbounded else {})}
 
 
 def evaluate(scene: Scene) -> Evaluation:
-    """Every quantity that a scene calls for, of its one design.
+    """Compute every quantity that a scene calls for, for the sizes that the scene gives.
 
-    Extremes are those of the continuous motion, to a relative 1e-13, or the scene's tolerance if that is smaller.
-    A quantity that is infinite (the acceleration of a uniform-velocity law) is ``inf`` here, with its reason under
-    ``unbounded``.
+    Extremes are those of the continuous motion, with a relative error of at most 1e-13, or the scene's tolerance if
+    that is smaller. An infinite quantity (such as the acceleration of a uniform-velocity law) is ``inf``, and
+    ``unbounded`` says why.
+
+    Raises
+    ------
+    BadInput
+        If the scene lacks a size of its own.
     """
     return evaluate_design(resolve_design(scene))
 

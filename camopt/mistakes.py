@@ -1,4 +1,4 @@
-"""What a command ends with: mistakes of a user, each one line, limits that cannot be met, a solver that fails."""
+"""Errors: mistakes of a user, each one line; limits that cannot be met; a solver that fails."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -36,7 +36,7 @@ def _short(value: Any) -> str:
 
 
 class BadInput(ValueError):
-    """One or more mistakes of a user, all at once."""
+    """Mistakes in what was asked: ``mistakes`` has each, with its place and what is allowed there."""
 
     def __init__(self, mistakes: Iterable[Mistake]) -> None:
         self.mistakes = tuple(mistakes)
@@ -47,18 +47,18 @@ class BadInput(ValueError):
 
 
 class UnknownName(KeyError):
-    """A key that a mapping has not; the message names the nearest."""
+    """A mapping has no such key; the message names the most similar one."""
 
     def __str__(self) -> str:
         return str(self.args[0])  # a KeyError would show it in quotes
 
 
 class Unmet(Exception):
-    """No free law holds all limits; the message says what is known."""
+    """No new motion law meets all limits; the message says why, as far as it is known."""
 
 
 class Unsolved(ArithmeticError):
-    """A solver failed; the message says how."""
+    """The convex solver failed; the message says how."""
 
 
 def nearest(word: str, known: Iterable[str]) -> str:

@@ -109,7 +109,13 @@ _ALL = [
     Quantity("pressure_angle_max_at_deg", "θ_p", "deg", "pressure", "Cam angle of the pitch point (largest |β|)."),
     Quantity("pitch_circle_radius_mm", "", "mm", "pressure", "Radius of the circle through the pitch point."),
     Quantity("pitch_curvature_max_per_mm", "κ", "1/mm", "curvature", "Largest curvature of the pitch curve."),
-    Quantity("pitch_curvature_min_per_mm", "κ", "1/mm", "curvature", "Least (most concave) curvature of the same."),
+    Quantity(
+        "pitch_curvature_min_per_mm",
+        "κ",
+        "1/mm",
+        "curvature",
+        "Least curvature; below 0 where concave.",
+    ),
     Quantity(
         "profile_radius_min_mm",
         "ρ_min",
@@ -124,13 +130,13 @@ _ALL = [
         "curvature",
         "Largest cutter or grinding wheel that reaches every concave flank of the profile.",
     ),
-    Quantity("undercut", "", "", "curvature", "Whether a part of the profile is cut away by its neighbour.", bool),
+    Quantity("undercut", "", "", "curvature", "Whether the follower cuts away a part of the profile.", bool),
     Quantity(
         "self_crossing",
         "",
         "",
         "crossing",
-        "Whether the profile crosses itself; yes if undecided.",
+        "Whether the profile crosses itself; also yes if that is undecided.",
         bool,
     ),
     Quantity(
@@ -183,7 +189,12 @@ _ALL = [
             ("torque_rms_N_m", "", "N·m", "Root mean square of the torque over the turn."),
             ("power_peak_W", "P_max", "W", "Largest |power| over the turn."),
             ("power_mean_W", "P_mean", "W", "Mean power over the turn."),
-            ("energy_fluctuation_J", "ΔE", "J", "Largest minus least work of the torque minus its mean."),
+            (
+                "energy_fluctuation_J",
+                "ΔE",
+                "J",
+                "Range of the work of the torque less its mean.",
+            ),
             ("flywheel_inertia_kg_m2", "I", "kg·m²", "Inertia that keeps the speed within its fluctuation."),
         )
     ],
@@ -204,7 +215,11 @@ _ALL = [
     Quantity("contact_stress_max_MPa", "p_0", "MPa", "hertz", "Largest contact pressure (Hertz)."),
     Quantity("contact_half_width_mm", "b", "mm", "hertz", "Half-width of the contact where its stress is largest."),
     Quantity(
-        "contact_half_length_mm", "", "mm", "hertz", "Half-length across the cam of a contact in a point, there."
+        "contact_half_length_mm",
+        "",
+        "mm",
+        "hertz",
+        "Half-length of a point contact across the cam, there.",
     ),
     Quantity("contact_shear_max_MPa", "τ_max", "MPa", "hertz", "Largest shear stress below the contact."),
     Quantity("contact_shear_depth_mm", "", "mm", "hertz", "Depth of the largest shear stress."),
@@ -212,13 +227,13 @@ _ALL = [
         Quantity(name, symbol, unit, "surface", sentence)
         for name, symbol, unit, sentence in (
             ("sliding_speed_max_m_s", "v", "m/s", "Largest sliding speed at the contact."),
-            ("roller_speed_max_rpm", "", "rpm", "Largest speed of a roller that does not slip, in its follower."),
+            ("roller_speed_max_rpm", "", "rpm", "Largest speed of the roller about its pin, if it does not slip."),
             ("entrainment_speed_max_m_s", "u", "m/s", "Largest mean speed of both surfaces over the contact."),
             (
                 "entrainment_speed_min_m_s",
                 "u",
                 "m/s",
-                "Least of the same; at 0, no oil is carried in.",
+                "Least mean speed of both surfaces; at 0, no oil is carried in.",
             ),
             ("wear_depth_max_um", "", "µm", "Largest depth worn off the profile in a million turns (Archard)."),
             (
@@ -230,24 +245,31 @@ _ALL = [
             ("film_ratio_min", "λ", "", "Least film over the composite roughness."),
         )
     ],
-    Quantity("feasible", "", "", "limits", "Whether every limit of the scene is held.", bool),
-    Quantity("violated", "", "", "limits", "The limits that are not held, separated by commas.", str),
+    Quantity("feasible", "", "", "limits", "Whether it is proved that the design meets every limit.", bool),
+    Quantity("violated", "", "", "limits", "The limits that are broken, separated by commas.", str),
     Quantity(
         "status",
         "",
         "",
         "limits",
-        "certified: the verdict is proved; sampled: proved for the spline of a table; undecided: not feasible.",
+        "certified: the verdict is proved; sampled: proved for the spline of a table; undecided: not proved.",
         str,
     ),
     Quantity("refined", "", "", "proof", "Whether the design was moved off the grid to a local optimum.", bool),
-    Quantity("proof", "", "", "proof", "held, broken or undecided: the limits, and no self-crossing.", str),
+    Quantity(
+        "proof",
+        "",
+        "",
+        "proof",
+        "Verdict of certify: held (limits are met), broken or undecided.",
+        str,
+    ),
     Quantity(
         "relative_half_width",
         "",
         "",
         "limits",
-        "Largest width of an enclosure in the row, relative to the quantity.",
+        "Bound on the relative error of the numbers in the row.",
     ),
 ]
 

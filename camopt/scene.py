@@ -79,7 +79,7 @@ class Scene(Table):
 
     @property
     def file(self) -> str:
-        """Where the scene comes from, as messages call it."""
+        """The name of the scene's file, or what messages call it if it has none."""
         return self._file
 
     def __eq__(self, other: object) -> bool:

@@ -58,7 +58,7 @@ COLUMNS = {
 
 
 def response_spectrum(law: str | Law, ratios: ArrayLike = RATIOS, damping_ratio: float = 0.0) -> dict[str, Any]:
-    """Columns of the response to one rise of lift 1, for each period ratio t₁/T_n.
+    """Compute how a follower train vibrates after one rise, by the ratio t₁/Tₙ of rise time to natural period.
 
     Parameters
     ----------

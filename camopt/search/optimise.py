@@ -32,25 +32,29 @@ SPARSE = 16  # every so many of them, where limits that are asked last are looke
 
 @dataclass(frozen=True)
 class Optimum:
-    """The smallest cam of each law, and the smallest of all.
+    """The smallest cam of each law (``by_law``), and the smallest of all (``best``).
 
-    Each design (``Design``) is a mapping from quantity to value, and has a ``scene``. Beside the quantities of the
-    scene it has ``binding`` (the limits that hold it), ``proved`` (no feasible design of that law is smaller by
-    more than 1e-9 of the prime radius), ``gap_mm`` (what it may be smaller by),
-    ``angles_deg`` (of all segments, where ``[search]`` frees some) and ``clear_above_mm`` (the least size
-    above which all are feasible: larger than the optimum where feasibility is not monotone, and infinite where
-    large cams fail, as with oscillating followers).
+    Each ``Design`` is a mapping from quantity to value, and has a ``scene``. Besides the quantities that the scene
+    calls for, it has:
+
+    - ``binding``: the limits that it just meets, so that it cannot be smaller;
+    - ``proved``: whether it is proved that no feasible design of that law is smaller by more than 1e-9 of the prime
+      radius;
+    - ``gap_mm``: by how much a feasible design might be smaller;
+    - ``angles_deg``: the angles of all segments, if ``[search]`` varies some;
+    - ``clear_above_mm``: all larger designs that were tried above this size are feasible. It exceeds the optimum if
+      larger cams break a limit again, and is infinite if large cams fail, as with oscillating followers.
     """
 
     scene: Scene
     best: Design | None
     by_law: dict[str, Design]
     obstacles: dict[str, str]
-    """For each law without a feasible design, what stops it."""
+    """For each law without a feasible design, the limits that are in the way."""
     nearest_miss: Design | None
-    """Where no law has a feasible design: the one with the least excess, and what it exceeds (``violated``)."""
+    """If no law has a feasible design: the one that breaks its limits the least; ``violated`` names them."""
     out_of_time: bool = False
-    """Whether a search was stopped because its time was over, so that its answer is not proved."""
+    """Whether a search ran out of time, so that its answer is not proved."""
 
     def __repr__(self) -> str:
         what = repr(self.best).removeprefix("<").removesuffix(">") if self.best else "no feasible design"
@@ -63,13 +67,19 @@ class Optimum:
 
 
 def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SECONDS) -> Optimum:
-    """The least base radius (mean radius of a cylindrical cam) that holds every limit of a scene.
+    """Find the smallest base radius (mean radius of a cylindrical cam) with which every limit of a scene is met.
 
-    The base radius is free, within the range that ``[search]`` gives it, if any. Other sizes: a range is a
-    closed interval, a list a choice; what ``[search]`` does not name stays as the scene has it.
+    The base radius is free, within the range that ``[search]`` gives it, if any. For other sizes, a range in
+    ``[search]`` means any value in it, and a list one of its values; sizes that ``[search]`` does not name stay as
+    they are in the scene.
 
-    ``progress`` is called with (laws done, laws in all). The search takes ``seconds``, each law its share of what
-    the laws before it have left; then the smallest cam so far is the answer, with ``proved`` False and its gap.
+    Parameters
+    ----------
+    progress
+        Called with (laws done, laws in all).
+    seconds
+        Time for the search, shared between the laws. If it runs out, the answer is the smallest cam found so far,
+        with ``proved`` False and its gap.
 
     Raises
     ------

@@ -37,7 +37,7 @@ KEPT = ("pareto", "feasible", "all")
 
 @dataclass(frozen=True)
 class Sweep:
-    """The outcome of a sweep; rows (``Design``) are mappings from quantity to value, with their ``scene``."""
+    """The result of a sweep: counts, files, and the best designs. Each ``Design`` maps quantities to values."""
 
     scene: Scene
     designs: int
@@ -95,7 +95,7 @@ def sweep(
     progress: Progress | None = None,
     block: int = BLOCK,
 ) -> Sweep:
-    """Evaluate the space that a scene's ``[search]`` spans, and keep its Pareto set.
+    """Evaluate every design of the grid that a scene's ``[search]`` spans, and find the Pareto front.
 
     Parameters
     ----------

@@ -38,13 +38,16 @@ NEARLY_NONE = 1e-3  # of an axis' largest value: less of it is not looked for
 
 @dataclass(frozen=True)
 class Frontier:
-    """A trade between two or three axes: terms of the objective, and quantities; less of each is better.
+    """The trade-off between two or three axes; less of each is better.
 
-    ``rows`` are free laws that no other row betters, by the first axis: the axes' values, the quantities of the
-    cam, ``bound`` (the least of the first axis for any motion that holds the others' values; None where none was
-    computed; it knows nothing of quantities), ``local`` (whether the row is a local optimum) and ``scene`` (TOML,
-    with the laws). ``known`` are the known laws, ``within`` the limits that all rows hold or not. ``least`` is the
-    least of each axis that was found, and what no motion within the limits can pass, None for a quantity.
+    An axis is a term of the objective or a load. ``rows`` are the cams with new ("free") motion laws that no other
+    cam betters, in the order of the first axis. Each has the values of the axes, the quantities of the cam,
+    ``bound`` (no motion with the same values of the other axes has less of the first; loads are not considered;
+    None if it was not computed), ``local`` (whether it is only a local optimum) and ``scene`` (TOML with the laws).
+
+    ``known`` are the known laws, each on its smallest cam; ``within`` says whether it meets all limits that the
+    rows meet. ``least`` gives for each axis the least value found, and a value that no motion can go below (None
+    for a load).
     """
 
     scene: Scene
@@ -60,8 +63,10 @@ class Frontier:
 
     @property
     def excluded(self) -> list[tuple[float, float]]:
-        """What no motion can have, of two axes: pairs (a, b), no motion with at most a of the second has less
-        than b of the first. The region is a staircase: between two rows the bound of the looser one holds.
+        """The region of two axes that no motion can reach, as corners (a, b) of a staircase.
+
+        No motion with at most a of the second axis has less than b of the first. Between two rows, the bound of the
+        row with more of the second axis applies.
         """
         if len(self.axes) > 2:
             return []
@@ -84,25 +89,27 @@ def frontier(
     workers: int | None = None,
     progress: Progress | None = None,
 ) -> Frontier:
-    """The trade between two or three axes over free laws.
+    """Compute the trade-off between two or three axes with new motion laws.
 
     Parameters
     ----------
     axes
-        Terms of the objective (as in ``[synthesis] minimise``), which are convex in the motion, or quantities that
-        [limits] on loads bound from above, such as ``torque_peak_N_m`` and ``contact_stress_max_MPa``. These are
-        not: they are traded by convex steps, and the front is of local optima.
+        Terms of the objective (as in ``[synthesis] minimise``), or loads that a limit bounds from above, such as
+        ``torque_peak_N_m`` and ``contact_stress_max_MPa``. Terms are convex in the motion, so that the results are
+        global optima. Loads are not: with them, the results are local optima.
     points
-        Values that each held axis takes between its ends.
+        Number of values of each axis but the first, between its ends.
     workers
-        Processes; one a core if not given.
+        Number of processes; one per core by default.
+    progress
+        Called with (points done, points in all).
 
     Raises
     ------
     BadInput
         For other axes, or a scene that ``synthesise`` does not take.
     Unmet
-        If no free law holds all limits.
+        If no free law meets all limits.
     """
     scene, axes = _checked(scene, axes)
     demand = demand_of(resolve(scene), {axis: 1.0 for axis in axes if axis in TERMS})

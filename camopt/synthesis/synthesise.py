@@ -46,18 +46,18 @@ WORSE = 1e-3  # relative: a cam above its convex optimum by more is held by a li
 
 
 def synthesise(scene: Scene, progress: Progress | None = None) -> Synthesised:
-    """Free motion laws for a scene, by its ``[synthesis]``, and the smallest cam for them.
+    """Compute new motion laws for a scene, as its ``[synthesis]`` asks, and the smallest cam for them.
 
-    ``progress`` is called with (starts done, starts in all).
+    ``progress`` is called with (starting points done, starting points in all).
 
     Raises
     ------
     BadInput
         If nothing limits the size from below, and it is part of the objective.
     Unmet
-        If no free law holds all limits.
+        If no new law meets all limits.
     Unsolved
-        If a solver fails.
+        If the convex solver fails.
     """
     advance = progress or (lambda done, most: None)
     demands = by_offset(demand_of(resolve(scene)))

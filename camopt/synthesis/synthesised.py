@@ -17,11 +17,11 @@ from camopt.synthesis.demand import PEAKS
 
 @dataclass(frozen=True)
 class Synthesised:
-    """Free laws, the smallest cam for them, and how good they are.
+    """New ("free") motion laws, the smallest cam for them, and how good they are.
 
-    ``asked`` is the scene that was asked, ``scene`` has the laws, the size and the offset, ``design`` is the row
-    that ``optimise`` gives for it. No motion whatever that holds the convex limits has an objective below
-    ``bound``; it is None where none was computed.
+    ``asked`` is the scene that was given; ``scene`` is the answer, with the new laws, the size and the offset;
+    ``design`` has its quantities, as from ``optimise``. No motion at all that meets the convex limits has an
+    objective below ``bound`` (None if no bound was computed).
     """
 
     asked: Scene
@@ -38,7 +38,7 @@ class Synthesised:
 
     @property
     def gap(self) -> float | None:
-        """By how much the best law could have less, as a share of the objective."""
+        """The most that any other motion could improve, as a share of the objective; None without a bound."""
         return None if self.bound is None else max(0.0, 1.0 - self.bound / self.objective)
 
     @cached_property
