@@ -20,14 +20,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.effects.case import Bounded, Case, Effect, Subject
-from camopt.effects.parts import ROUNDING, Cover, Ends, IntArray, cover, ends_of, first_parts
+from camopt.effects.parts import ROUNDING, Cover, Ends, IntArray, Parts, cover, ends_of, first_parts
 from camopt.mechanisms.design import BoolArray, ComplexArray, Designs
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.numerics.curves import curve
 
-AT_ONCE = 256  # designs, so that memory stays bounded
-HALVINGS = 24
+AT_ONCE, PAIRED = 256, 16  # designs, so that memory stays bounded
+CUT, ROUNDS = 4, 12  # a part is cut into four, at most so often
 MOST_PAIRS = 200_000
 
 
@@ -61,9 +61,9 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     crossing = np.array(case.found["undercut"])
     undecided = ~crossing & ~sharp & (case.far("profile_radius_min_mm") <= 0.0)
     if trace_point:
-        for i in _perhaps(case, np.flatnonzero(~(crossing | undecided | surely_round(case)))):
-            shown = find_crossing(case.subject, case.designs.take([i]), case.programme).shown
-            crossing[i], undecided[i] = shown is True, shown is None
+        left = _perhaps(case, np.flatnonzero(~(crossing | undecided | surely_round(case))))
+        shown = [each.shown for each in find_crossings(case.subject, case.designs.take(left), case.programme)]
+        crossing[left], undecided[left] = [each is True for each in shown], [each is None for each in shown]
     return {"self_crossing": Bounded(crossing | undecided, undecided.astype(float), np.inf)}
 
 
@@ -88,78 +88,126 @@ def _perhaps(case: Case, index: IntArray) -> IntArray:
     parts, left = first_parts(case.programme), [index[:0]]
     for some in np.array_split(index, 1 + index.size // AT_ONCE) if index.size else ():
         column = case.designs.take((some, None))
-        left.append(some[~_goes_round(cover(case.subject, column, case.programme, parts))])
+        left.append(some[~np.all(_forwards(cover(case.subject, column, case.programme, parts)), axis=-1)])
     return np.concatenate(left)
 
 
 def find_crossing(subject: Subject, design: Designs, programme: Programme) -> Crossing:
     """Whether the profile of one disc cam that is not undercut, with a trace point, crosses itself."""
-    if design.roller_radius[0] == 0.0:
-        return Crossing(False)
-    parts = first_parts(programme)
-    first, second = np.triu_indices(parts.middle.size)
-    for _ in range(HALVINGS):
-        found = cover(subject, design, programme, parts)
-        left = ~(_one_way(found, first, second) | _apart(found.take(first), found.take(second)))
-        first, second = first[left], second[left]
-        if first.size == 0 or _goes_round(found):
-            return Crossing(False)
-        if first.size > MOST_PAIRS:
-            break
-        ends = ends_of(subject, design, programme, parts)
-        one, other = ([tip[index] for tip in ends] for index in (first, second))
-        shown = np.flatnonzero(meet(found.take(first), found.take(second), one, other))
-        if shown.size:
-            pair = [first[shown[0]], second[shown[0]]]
-            return Crossing(True, tuple(parts.middle[pair].tolist()), float(parts.half[pair].max()))
-        into = np.ones(parts.middle.size, dtype=int)
-        into[first] = into[second] = 2
+    return find_crossings(subject, design, programme)[0]
+
+
+def find_crossings(subject: Subject, designs: Designs, programme: Programme) -> list[Crossing]:
+    """Of each of some disc cams that are not undercut, with a trace point, whether its profile crosses itself."""
+    found = [Crossing(None if radius > 0.0 else False) for radius in designs.roller_radius]
+    rounded = np.flatnonzero(designs.roller_radius > 0.0)
+    for some in np.array_split(rounded, 1 + rounded.size // PAIRED) if rounded.size else ():
+        pairs = Pairs.all_of(some, first_parts(programme))
+        for _ in range(ROUNDS):
+            pairs = pairs.left(subject, designs, programme, found).split()
+            if not pairs.first.size:
+                break
+    return found
+
+
+class Pairs(NamedTuple):
+    """Parts of the profiles of some designs, and the pairs of them of which nothing is known yet."""
+
+    parts: Parts
+    owner: IntArray
+    """The design of each part."""
+    first: IntArray
+    """Of each pair the part that comes first, and then the other."""
+    second: IntArray
+
+    @classmethod
+    def all_of(cls, designs: IntArray, parts: Parts) -> "Pairs":
+        """All pairs of parts of the turn, of each design."""
+        count = parts.middle.size
+        starts = np.repeat(count * np.arange(designs.size), count * (count + 1) // 2)
+        first, second = (starts + np.tile(index, designs.size) for index in np.triu_indices(count))
+        tiled = Parts(*(np.tile(x, designs.size) for x in parts))
+        return cls(tiled, np.repeat(designs, count), first, second)
+
+    def left(self, subject: Subject, designs: Designs, programme: Programme, found: list[Crossing]) -> "Pairs":
+        """The pairs that may meet, of designs that stay undecided; ``found`` gets what is found of the others."""
+        each = designs.take(self.owner)
+        covered = cover(subject, each, programme, self.parts)
+        pairs = self.only(~_one_way(covered, self.owner, self.first, self.second))
+        pairs = pairs.only(~_discs_apart(covered, pairs.first, pairs.second))
+        pairs = pairs.only(~_strips_apart(covered.take(pairs.first), covered.take(pairs.second)))
+        met = _meet(covered, ends_of(subject, each, programme, self.parts), pairs.first, pairs.second)
+        for pair in np.flatnonzero(met)[::-1]:
+            both = [pairs.first[pair], pairs.second[pair]]
+            within = float(self.parts.half[both].max())
+            found[self.owner[both[0]]] = Crossing(True, tuple(self.parts.middle[both].tolist()), within)
+        count = np.bincount(self.owner[pairs.first], minlength=len(designs))
+        done = (count == 0) | _goes_round(covered, self.owner, len(designs))
+        for i in np.unique(self.owner[done[self.owner]]):
+            found[i] = Crossing(False)
+        left = ~done & (count <= MOST_PAIRS) & [each.shown is None for each in found]
+        return pairs.only(left[self.owner[pairs.first]])
+
+    def only(self, kept: BoolArray) -> "Pairs":
+        """Some of the pairs."""
+        return self._replace(first=self.first[kept], second=self.second[kept])
+
+    def split(self) -> "Pairs":
+        """The pairs of what each part is cut into; of designs without pairs nothing is left."""
+        into = np.zeros(self.owner.size, dtype=int)
+        into[np.isin(self.owner, self.owner[self.first])] = 1
+        into[self.first] = into[self.second] = CUT
         start = np.cumsum(into) - into
-        parts, first, second = parts.split(into), *_halves(start[first], start[second])
-    return Crossing(None)
+        one, other = (part.ravel()[:, None] for part in np.indices((CUT, CUT)))
+        first, second = start[self.first] + one, start[self.second] + other
+        once = first <= second  # of a part with itself
+        return Pairs(self.parts.split(into), np.repeat(self.owner, into), first[once], second[once])
 
 
-def _halves(first: IntArray, second: IntArray) -> tuple[IntArray, IntArray]:
-    """The pairs of halves of pairs of parts, from the first half of each; each pair once."""
-    first, second = first + np.array([[0], [0], [1], [1]]), second + np.array([[0], [1], [0], [1]])
-    once = first <= second
-    return first[once], second[once]
-
-
-def _goes_round(found: Cover) -> BoolArray:
-    """Whether P·n > 0 over all parts: over one, P moves by its radius, at most 2δ from square to n."""
+def _forwards(found: Cover) -> BoolArray:
+    """Over which parts P·n > 0: over one, P moves by its radius, at most 2δ from square to n."""
     outwards = (found.point.conj() * found.normal).real
     needed = (np.abs(found.point) + 2.0 * found.radius) * found.spread + found.rounding
-    return np.asarray(np.all(outwards > needed, axis=-1))
+    return np.asarray(outwards > needed)
 
 
-def _one_way(found: Cover, first: IntArray, second: IntArray) -> BoolArray:
+def _goes_round(found: Cover, owner: IntArray, count: int) -> BoolArray:
+    """Of which of so many designs P·n > 0 over all parts."""
+    return np.asarray(np.bincount(owner[~_forwards(found)], minlength=count) == 0)
+
+
+def _one_way(found: Cover, owner: IntArray, first: IntArray, second: IntArray) -> BoolArray:
     """Whether the tangent turns by less than π from one part to the end of another, or from that on to the one."""
     turned = np.concatenate([[0.0], np.cumsum(2.0 * found.spread)])
     between = turned[second + 1] - turned[first]
-    around = turned[-1] - turned[second] + turned[first + 1]
+    around = np.bincount(owner, 2.0 * found.spread)[owner[first]] - turned[second] + turned[first + 1]
     return np.asarray(np.minimum(between, around) < np.pi)
 
 
-def _apart(a: Cover, b: Cover) -> BoolArray:
-    """Whether two parts are apart: their discs, or the one's strip along its tangent from the other."""
+def _discs_apart(found: Cover, first: IntArray, second: IntArray) -> BoolArray:
+    gap = np.abs(found.point[second] - found.point[first])
+    return np.asarray(gap > found.radius[first] + found.radius[second])
+
+
+def _strips_apart(a: Cover, b: Cover) -> BoolArray:
+    """Whether the strip of one part along its tangent is apart from the other."""
     gap, slant = b.point - a.point, np.abs(cross(a.tangent, b.tangent))
-    discs = np.abs(gap) > a.radius + b.radius
     along_a = np.abs(cross(a.tangent, gap)) > a.bulge + b.bulge + b.radius * slant
     along_b = np.abs(cross(b.tangent, gap)) > a.bulge + b.bulge + a.radius * slant
-    return np.asarray(discs | along_a | along_b)
+    return np.asarray(along_a | along_b)
 
 
-def meet(found: Cover, other: Cover, ends: Ends, other_ends: Ends, moved: FloatArray | float = 0.0) -> BoolArray:
-    """Whether parts surely meet others, though the points of both may move, by so much (mm) in all."""
-    return _across(ends, found, other, moved) & _across(other_ends, other, found, moved)
+def _meet(found: Cover, ends: Ends, first: IntArray, second: IntArray) -> BoolArray:
+    """Which pairs of parts surely meet."""
+    one, other = ((found.take(index), [tip[index] for tip in ends]) for index in (first, second))
+    return np.asarray((across(*one, other[0]) > 0.0) & (across(*other, one[0]) > 0.0))
 
 
-def _across(ends: Ends, found: Cover, other: Cover, moved: FloatArray | float) -> BoolArray:
-    """Whether the ends of a part lie on opposite sides of the strip round another, wherever both may move to."""
+def across(found: Cover, ends: Ends, other: Cover) -> FloatArray:
+    """How far the ends of parts reach, on opposite sides, beyond the strips round others, mm; −∞ if on one side."""
     start, end = (cross(other.tangent, tip - other.point) for tip in ends)
-    far = np.minimum(np.abs(start), np.abs(end)) > other.bulge + found.rounding + moved
-    return np.asarray((start * end < 0.0) & far)
+    far = np.minimum(np.abs(start), np.abs(end)) - other.bulge - found.rounding
+    return np.where(start * end < 0.0, far, -np.inf)
 
 
 def cross(a: ComplexArray, b: ComplexArray) -> FloatArray:

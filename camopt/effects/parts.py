@@ -2,41 +2,44 @@
 
 For a follower with a trace point, on a cam that is not undercut. Over the part [m − h, m + h] of the turn the pitch
 curve p has |p'(θ) − p'(m)| ≤ h·sup|p''|. So its direction, which is the profile's too, stays within
-δ = arcsin(h·sup|p''|/|p'(m)|) of that in the middle, and the profile within h·(|p'(m)| + h·sup|p''|) + R_r·δ of its
-middle point. The trace point moves along a line, or on a circle about the pivot, so that sup|p''| follows from
-the bounds of y' and y'' in the motion's panels. In double precision, with a margin for rounding.
+δ = arcsin(h·sup|p''|/|p'(m)|) of that in the middle; the profile stays within h·(|p'(m)| + h·sup|p''|) + R_r·δ of
+its middle point, and within ½h²·sup|p''| + R_r·(1 − cos δ) of its tangent there. The trace point moves along a
+line, or on a circle about the pivot, so that sup|p''| follows from bounds of y' and y''. In double precision,
+with a margin for rounding.
 """
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.polynomial import polynomial
 from numpy.typing import NDArray
 
 from camopt.effects.case import Subject
 from camopt.mechanisms.design import ComplexArray, Designs
-from camopt.mechanisms.oscillating import first_angle
-from camopt.mechanisms.translating import height
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
-from camopt.numerics.interval import as_interval
+from camopt.numerics.piecewise import MotionTable
 
 IntArray = NDArray[np.int64]
 WIDEST = np.pi / 100  # half of the cam angle of a first part
-ROUNDING = 1e-12  # relative to the size of the cam, thousands of times what the formulas lose
+ROUNDING = 2e-14  # relative to the size of the cam, beyond the motion's error: some tens of what formulas lose
 
 
 class Parts(NamedTuple):
-    """Parts of the turn (n,), in order: cam angles in rad, bounds of |y'| and |y''| in each."""
+    """Parts of the turn (n,), in order: cam angles in rad, and bounds of |y'|, |y''| and of errors in each."""
 
     middle: FloatArray
     half: FloatArray
     velocity: FloatArray
     acceleration: FloatArray
+    error: FloatArray
+    """Of y and y'."""
 
     def split(self, into: IntArray) -> "Parts":
-        """Each part in so many equal ones."""
-        start, half, *bounds = (np.repeat(x, into) for x in (self.middle - self.half, self.half / into, *self[2:]))
+        """Each part in so many equal ones, or left out."""
+        halves = self.half / np.maximum(into, 1)
+        start, half, *bounds = (np.repeat(x, into) for x in (self.middle - self.half, halves, *self[2:]))
         place = np.arange(half.size) - np.repeat(np.cumsum(into) - into, into)
         return Parts(start + (2 * place + 1) * half, half, *bounds)
 
@@ -44,8 +47,8 @@ class Parts(NamedTuple):
 def first_parts(programme: Programme) -> Parts:
     """The panels of the motion, or parts of them: a jump of y' or y'' lies between two parts."""
     table = programme.table
-    most = table.most[: table.centre.size]  # the rest is of groups of panels
-    panels = Parts(table.centre, table.half_width, most[:, 1], most[:, 2])
+    most, error = (rows[: table.centre.size] for rows in (table.most, table.error))  # the rest is of groups
+    panels = Parts(table.centre, table.half_width, most[:, 1], most[:, 2], np.max(error[:, :2], axis=1))
     return panels.split(np.ceil(table.half_width / WIDEST).astype(int))
 
 
@@ -65,35 +68,31 @@ class Cover(NamedTuple):
     """How far it is from the tangent in the middle point, at most."""
     rounding: FloatArray
     """How exact its points are."""
-    slowest: FloatArray
-    """The least speed of the trace point over the cam, mm/rad; 0 or less if nothing is known."""
 
-    def take(self, index: IntArray) -> "Cover":
+    def take(self, index: Any) -> "Cover":
         """Some of the parts."""
         return self._replace(**{name: values[index] for name, values in self._asdict().items()})
 
 
 def cover(subject: Subject, design: Designs, programme: Programme, parts: Parts) -> Cover:
     """Enclose the profile of one design, or of several, (n, 1) each, over parts of the turn."""
-    trace = subject.mechanism.travel(design, programme, parts.middle).trace
-    lever = 1j * (design.centre_distance - trace) if subject.angular else 1j  # of the trace point by y
-    reach, distance = np.abs(lever), np.abs(trace)
-    velocity = lever * programme.at(parts.middle)[1] - 1j * design.sense * trace
-    speed = np.abs(velocity)
-    swing = np.square(parts.velocity) if subject.angular else 0.0
-    bend = reach * (parts.acceleration + swing + (2.0 + parts.half) * parts.velocity) + distance
-    rounding = ROUNDING * (distance + reach * parts.velocity + design.roller_radius)
+    y, y1 = motion_at(programme.table, parts.middle)
+    trace, velocity = (x + 1j * z for x, z in drawn(subject, design, y, y1))
+    reach = np.abs(design.centre_distance - trace) if subject.angular else 1.0  # of the trace point by y
+    distance, speed, radius = np.abs(trace), np.abs(velocity), design.roller_radius
+    fastest = np.minimum(parts.velocity, np.abs(y1) + parts.half * parts.acceleration + parts.error)
+    swing = np.square(fastest) if subject.angular else 0.0
+    bend = reach * (parts.acceleration + swing + (2.0 + parts.half) * fastest) + distance
+    rounding = ROUNDING * (distance + reach * fastest + radius) + reach * parts.error
+    rounding = rounding * (1.0 + radius / speed)
     ratio = (parts.half * bend + rounding) / speed
     spread = np.where(ratio < 1.0, np.arcsin(np.minimum(ratio, 1.0)), np.pi)
     turn = np.exp(-1j * design.sense * parts.middle)
     tangent = turn * velocity / speed
     normal = 1j * design.sense * tangent
-    point = turn * trace - design.roller_radius * normal
-    shift = design.roller_radius * np.minimum(spread, 2.0)
-    radius = parts.half * (speed + parts.half * bend) + shift + rounding
-    bulge = radius * np.sin(np.minimum(spread, np.pi / 2)) + rounding
-    slowest = speed - parts.half * bend - rounding
-    return Cover(point, tangent, normal, spread, radius, bulge, rounding, slowest)
+    away = parts.half * (speed + parts.half * bend) + radius * np.minimum(spread, 2.0) + rounding
+    bulge = 0.5 * np.square(parts.half) * bend + radius * 2.0 * np.square(np.sin(0.5 * spread)) + rounding
+    return Cover(turn * trace - radius * normal, tangent, normal, spread, away, bulge, rounding)
 
 
 Ends = Sequence[ComplexArray]
@@ -102,37 +101,39 @@ Ends = Sequence[ComplexArray]
 
 def ends_of(subject: Subject, design: Designs, programme: Programme, parts: Parts) -> Ends:
     """The ends of parts of the profile of one design, or of several, (n, 1) each."""
-    angles = np.concatenate([parts.middle - parts.half, parts.middle + parts.half], axis=-1)
-    return np.split(points_at(subject, design, programme, angles), 2, axis=-1)
+    angles = np.stack([parts.middle - parts.half, parts.middle + parts.half])
+    return list(points_at(subject, design, programme, angles))
 
 
 def points_at(subject: Subject, design: Designs, programme: Programme, angles: FloatArray) -> ComplexArray:
     """The profile of one design, or of several, (n, 1) each, at cam angles in rad."""
-    travel = subject.mechanism.travel(design, programme, np.mod(angles, 2 * np.pi))
-    turn = np.exp(-1j * design.sense * angles)
-    return np.asarray(turn * (travel.trace - design.roller_radius * travel.normal))
+    x, z = profile(subject, design, *motion_at(programme.table, angles))
+    return np.asarray(np.exp(-1j * design.sense * angles) * (x + 1j * z))
 
 
-def drift(subject: Subject, design: Designs, box: Designs, parts: Parts, found: Cover) -> FloatArray:
-    """How far the profiles of a box of designs (Intervals) are from that of one of them at each cam angle, at most.
+def motion_at(table: MotionTable, angles: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """y and y' at cam angles in rad, by the panels' polynomials; neither jumps on a cam that is not undercut."""
+    angles = np.mod(angles, 2 * np.pi)
+    panel = np.searchsorted((table.centre - table.half_width)[1:], angles, side="right")
+    h, series = table.half_width[panel], table.coefficients.T
+    u = (angles - table.centre[panel]) / h
+    y, y1 = (polynomial.polyval(u, each[:, panel], tensor=False) for each in (series, polynomial.polyder(series)))
+    return np.asarray(y), np.asarray(y1 / h)
 
-    Over each part, (n,), in mm. If the trace point moves by ΔT, and its lever changes by ΔK, its velocity v over
-    the cam changes by Δv = |y'|·ΔK + ΔT at most, and the normal turns by no more than arcsin(Δv/|v|).
+
+def drawn(subject: Subject, designs: Designs, y: Any, y1: Any) -> tuple[tuple[Any, Any], tuple[Any, Any]]:
+    """The trace point T in the ground frame, and its velocity over the cam, mm/rad: (x, y) of each.
+
+    K·y' − iσT, where T moves by K = i per displacement, or, about a pivot at c, by i(c − T). Numbers or ranges.
     """
+    assert subject.mechanism.trace_point is not None
+    x, z = subject.mechanism.trace_point(designs, y)
+    along, up = (z * y1, (designs.centre_distance - x) * y1) if subject.angular else (0.0, y1)
+    return (x, z), (along + designs.sense * z, up - designs.sense * x)
 
-    def change(name: str) -> Any:
-        side = as_interval(getattr(box, name))
-        return np.maximum(side.high - design.sizes[name], design.sizes[name] - side.low)
 
-    if subject.angular:
-        start = as_interval(first_angle(box))
-        pivot = change("centre_distance")
-        trace = pivot + change("arm_length") + as_interval(box.arm_length).high * (start.high - start.low)
-        lever = pivot + trace
-    else:
-        heights = as_interval(height(box))
-        trace, lever = np.hypot(change("offset"), heights.high - heights.low), 0.0
-    ratio = (lever * parts.velocity + trace) / np.maximum(found.slowest, 1e-300)
-    turned = np.where(ratio < 1.0, np.arcsin(np.minimum(ratio, 1.0)), 2.0)
-    moved = trace + change("roller_radius") + design.roller_radius * turned + found.rounding
-    return np.asarray(moved)
+def profile(subject: Subject, designs: Designs, y: Any, y1: Any) -> tuple[Any, Any]:
+    """The contact point (x, y) in the ground frame: T − R_r·n. Numbers or ranges."""
+    (x, z), (along, up) = drawn(subject, designs, y, y1)
+    share = designs.sense * designs.roller_radius / np.sqrt(np.square(along) + np.square(up))
+    return x + share * up, z - share * along

@@ -109,6 +109,8 @@ class Mechanism:
     sliding: Callable[[Designs, Programme], Any] | None = None
     """Curve of the speed at which the trace point or the flat face slides over a disc cam, mm/rad."""
     curvature: Callable[[Designs, Programme], Any] | None = None
+    trace_point: Callable[[Designs, Any], tuple[Any, Any]] | None = None
+    """Of a disc cam, (x, y) of the trace point in the ground frame at displacements."""
     profile_radius: Callable[[Designs, Programme], Any] | None = None
     reach: Callable[[Designs, Programme], Any] | None = None
     grooved: bool = False

@@ -71,10 +71,14 @@ def _rooms(designs: Designs, programme: Programme) -> tuple[Any, ...]:
     return designs.prime_radius - designs.offset, designs.prime_radius + designs.offset
 
 
+def trace_point(designs: Designs, displacement: Any) -> tuple[Any, Any]:
+    return designs.offset, height(designs) + displacement
+
+
 def _travel(design: Designs, programme: Programme, angles: FloatArray) -> Travel:
     motion = programme.at(angles)
-    s, w = height(design) + motion[0], motion[1] - design.lead
-    return Travel(design.offset + 1j * s, (-design.sense * w + 1j * s) / np.hypot(s, w))
+    (x, s), w = trace_point(design, motion[0]), motion[1] - design.lead
+    return Travel(x + 1j * s, (-design.sense * w + 1j * s) / np.hypot(s, w))
 
 
 MECHANISM = Mechanism(
@@ -82,6 +86,7 @@ MECHANISM = Mechanism(
     pressure=lambda designs, programme: TranslatingPressureAngle(designs.lead, height(designs)),
     sliding=lambda designs, programme: TranslatingPitchSpeed(designs.lead, height(designs)),
     curvature=lambda designs, programme: TranslatingPitchCurvature(designs.lead, height(designs)),
+    trace_point=trace_point,
     rooms=_rooms,
     assembly="the offset has to be smaller than the prime radius",
     travel=_travel,

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from camopt.effects import Case
+from camopt.effects.crossing_boxes import KnownCrossings
 from camopt.judging import excesses, extended, planned
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
@@ -69,20 +70,29 @@ def feasible(question: Question, programme: Programme, designs: Designs) -> Any:
     return held
 
 
-def first_feasible(question: Question, programme: Programme, designs: Designs) -> Designs | None:
-    """The first of some designs that is feasible, if one is found.
+def first_feasible(
+    question: Question, programme: Programme, designs: Designs, crossings: KnownCrossings | None = None
+) -> Designs | None:
+    """The first of some designs that is feasible, if there is one.
 
-    Limits that are asked last cost too much to ask them of all: which design is the first that holds them is found
-    by bisection, as if all designs after it held them too.
+    Limits that are asked last cost too much to ask them of all: where a design is found to cross itself, all others
+    that do so there are left out.
     """
     designs = designs.take(feasible(question.without_last, programme, designs))
-    found, low, high = None, 0, len(designs) - 1
-    middle = 0
-    while low <= high:
-        one = designs.take([middle])
-        if feasible(question, programme, one)[0]:
-            found, high = one, middle - 1
-        else:
-            low = middle + 1
-        middle = (low + high) // 2
-    return found
+    crossings = crossings or known_crossings(question, programme)
+    if crossings is None:
+        return designs.take([0]) if len(designs) else None
+    while len(designs):
+        designs = designs.take(~crossings.shown(designs))
+        one, designs = designs.take(slice(0, 1)), designs.take(slice(1, None))
+        if len(one) and feasible(question, programme, one)[0]:
+            return one
+        if len(one):
+            crossings.learn(one)
+    return None
+
+
+def known_crossings(question: Question, programme: Programme) -> KnownCrossings | None:
+    """What is known of cams that cross themselves, nothing so far; None if they may."""
+    limited = any(limit.name == "self_crossing" for limit in question.limits)
+    return KnownCrossings(question.subject, programme) if limited else None

@@ -13,11 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from camopt.effects.crossing_boxes import CrossingBoxes
+from camopt.effects.crossing_boxes import UNKNOWN, KnownCrossings
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
 from camopt.question import Question
-from camopt.search.answer import Bounds, Smallest, first_feasible, gap_of
+from camopt.search.answer import Bounds, Smallest, first_feasible, gap_of, known_crossings
 from camopt.search.boxes import Boxes
 from camopt.search.clock import now
 from camopt.search.closed_form import NUDGES, negligible
@@ -44,7 +44,9 @@ def branch_and_bound(
     if look.hopeless or most <= least:
         return Smallest(look.design, inf, look.nearest)
     boxes = Boxes.one({**bounds, "size": (least, most)}, scale_of(bounds, programme.lift))
-    search = Search(question, programme, constraints_of(question), _crossings(question, programme), look.design)
+    search = Search(
+        question, programme, constraints_of(question), known_crossings(question, programme), look.design
+    )
     floor = search.run(boxes, until)
     return Smallest(search.incumbent, floor, look.nearest)
 
@@ -56,7 +58,7 @@ class Search:
     question: Question
     programme: Programme
     constraints: list[Constraint]
-    crossings: CrossingBoxes | None
+    crossings: KnownCrossings | None
     """What shows that all cams of a box cross themselves, if that is a limit."""
     incumbent: Designs | None
     """The smallest feasible design so far."""
@@ -84,8 +86,7 @@ class Search:
 
     def narrowed(self, boxes: Boxes) -> Boxes:
         """Those of some boxes that may hold a smaller cam and can be cut, with the side to cut."""
-        if self.crossings is not None:  # before any design of them is looked at, which costs far more
-            boxes = boxes.take(~self.crossings.excluded(boxes.designs(self.question.design.sense)))
+        boxes = self.without_crossings(boxes)
         self.improve(boxes)
         if self.incumbent is not None:
             boxes = self.left(boxes, boxes.low["size"] >= self.incumbent.size[0] - gap_of(self.incumbent))
@@ -94,8 +95,19 @@ class Search:
             return boxes
         designs = boxes.designs(self.question.design.sense)
         seen = examined(self.question, self.programme, self.constraints, designs, list(boxes.free))
-        boxes = boxes.narrowed(seen.low, seen.high, seen.side).take(~seen.empty)
+        side = np.where(boxes.side == UNKNOWN, seen.side, boxes.side)
+        boxes = boxes.narrowed(seen.low, seen.high, side).take(~seen.empty)
         return self.left(boxes, boxes.narrow)
+
+    def without_crossings(self, boxes: Boxes) -> Boxes:
+        """The boxes that are not shown to hold only cams that cross themselves, with the side to cut, where known.
+
+        Asked before any design of a box is looked at, which costs far more.
+        """
+        if self.crossings is None:
+            return replace(boxes, side=np.full(len(boxes), UNKNOWN))
+        excluded, side = self.crossings.excluded(boxes.designs(self.question.design.sense), boxes.free)
+        return replace(boxes, side=side).take(~excluded)
 
     def left(self, boxes: Boxes, done: Any) -> Boxes:
         """Some boxes without those that are done with, though they may hold a feasible design."""
@@ -113,12 +125,8 @@ class Search:
                 )
             points = points.take(points.size < (inf if self.incumbent is None else self.incumbent.size[0]))
             points = points.take(np.argsort(points.size, kind="stable"))
-            self.incumbent = first_feasible(self.question, self.programme, points) or self.incumbent
-
-
-def _crossings(question: Question, programme: Programme) -> CrossingBoxes | None:
-    limited = any(limit.name == "self_crossing" for limit in question.limits)
-    return CrossingBoxes(question.subject, programme) if limited else None
+            found = first_feasible(self.question, self.programme, points, self.crossings)
+            self.incumbent = found or self.incumbent
 
 
 def _last_assembled(question: Question, programme: Programme, bounds: Bounds, most: float) -> float:
