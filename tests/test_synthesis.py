@@ -874,7 +874,7 @@ def test_a_law_that_breaks_a_limit_is_never_drawn_as_the_one_before():
     figure = plot_synthesis(result, known=known)
     assert faults_of(figure) == []
     words = [text.get_text() for text, _ in texts_of(figure)]
-    assert any("no known law holds all limits" in text for text in words)
+    assert any("no known law meets all limits" in text for text in words)
     assert not any("known law:" in text for text in words)
 
 

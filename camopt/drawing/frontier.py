@@ -49,7 +49,8 @@ def plot_frontier(found: Frontier, path: Target = None) -> "Figure":
         (_cloud if len(found.axes) == 3 else _curve)(figure, axes, found)
         labels = list(_known(axes, found))
         axes.set(xlabel=_label(found, found.axes[1]), ylabel=_label(found, found.axes[0]))
-        axes.set_title(f"{found.scene.name}: the trade-off with free motion laws", loc="left", fontsize=PAGE_TITLE)
+        title = f"{found.scene.name}: the trade-off with free motion laws"
+        axes.set_title(title, loc="left", fontsize=PAGE_TITLE, weight="bold")
         dress(axes)
         _frame(axes, found)
         _excluded(axes, found)
@@ -82,7 +83,7 @@ def _curve(figure: Any, axes: Any, found: Frontier) -> None:
 
 def _free(found: Frontier) -> str:
     """What free laws are, by how they were found."""
-    words = "free laws, proved to hold every limit"
+    words = "free laws, proved to meet every limit"
     return f"{words}; local optima" if found.local else words
 
 
@@ -125,7 +126,7 @@ def _shown(found: Frontier) -> list[dict[str, Any]]:
 def _known(axes: Any, found: Frontier) -> list[Label]:
     """The known laws as points, hollow where they are beyond the other limits; their names."""
     up, across = found.axes[:2]
-    words = {True: "known laws, each on its smallest cam", False: "known laws beyond the other limits, likewise"}
+    words = {True: "known laws, each on its smallest cam", False: "the same, but another limit is broken"}
     labels = []
     for within, label in words.items():
         rows = [row for row in _shown(found) if row["within"] == within]

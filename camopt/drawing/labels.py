@@ -14,7 +14,8 @@ import numpy as np
 from camopt.numerics import FloatArray
 
 TEXT, MARK, LINE = 1e6, 1e3, 1.0  # what a place costs for each that it meets
-ROOM = 2.5  # points around a text that stay free
+ROOM = 2.5  # points around a text without another
+CLEAR = 2.4  # and without the middle of a mark
 ABOVE = 4.6  # the order of drawing: what is above hides a label
 NONE = 1e-6  # of a point: an offset that is none
 
@@ -48,7 +49,7 @@ def settle(figure: Any, labels: Sequence[Label]) -> None:
     renderer = figure.canvas.get_renderer()
     texts = figure.findobj(lambda artist: isinstance(artist, Text) and artist.get_visible() and artist.get_text())
     taken = [text.get_window_extent(renderer) for text in texts]
-    room = ROOM * figure.dpi / 72.0
+    room, clear = (points * figure.dpi / 72.0 for points in (ROOM, CLEAR))
     every = {(label.axes, label.thinnest) for label in labels}
     seen = {(axes, pen): (_marks(axes), list(_bodies(axes)), list(_lines(axes, pen))) for axes, pen in every}
     for label in labels:
@@ -66,7 +67,7 @@ def settle(figure: Any, labels: Sequence[Label]) -> None:
             _put(text, place)
             box, (marks, bodies, lines) = text.get_window_extent(renderer), seen[label.axes, label.thinnest]
             met = sum(box.padded(room).overlaps(other) for other in taken) + _leaves(box, figure.bbox)
-            marked = box.count_contains(marks) + _leaves(box, label.axes.bbox)
+            marked = box.padded(clear).count_contains(marks) + _leaves(box, label.axes.bbox)
             marked += sum(_runs_through(box, body) for body in bodies)
             costs.append(TEXT * met + MARK * marked + LINE * sum(_runs_through(box, path) for path in lines))
         _put(text, label.places[int(np.argmin(costs))])

@@ -1,4 +1,4 @@
-"""The picture of response spectra: what is left over in the dwell and how hard the mass is driven, law by law."""
+"""The picture of response spectra: residual vibration and peak acceleration of the mass, law by law."""
 
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
@@ -12,8 +12,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 PANELS = {
-    "residual": "Amplitude left over in the dwell, of the lift",
-    "acceleration": "Largest acceleration of the mass, lift/t₁²",
+    "residual": "Residual amplitude in the dwell, as a share of the lift",
+    "acceleration": "Largest acceleration of the mass, in lift/t₁²",
 }
 LEAST = 1e-4  # amplitudes of a smaller share of the lift fall off the picture
 SHOWN = (1e-4, 1e-3, 1e-2, 0.1, 1.0)
@@ -21,7 +21,7 @@ SHOWN = (1e-4, 1e-3, 1e-2, 0.1, 1.0)
 
 @saving
 def plot_spectrum(spectra: Sequence[Mapping[str, Any]], path: Target = None) -> "Figure":
-    """Draw response spectra: the amplitude left over in the dwell, and the largest acceleration of the mass.
+    """Draw response spectra: residual amplitude in the dwell, and largest acceleration of the mass.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ def plot_spectrum(spectra: Sequence[Mapping[str, Any]], path: Target = None) -> 
     with canvas(path, (12.5, 5.6), layout="constrained") as figure:
         damping = {float(each) for spectrum in spectra for each in np.ravel(spectrum["damping_ratio"])}
         ratio = " and ".join(f"{each:g}" for each in sorted(damping))
-        title = f"After a rise in the time t₁: a train of natural period Tₙ, damping ratio {ratio}"
+        title = f"Follower train after a rise in the time t₁: natural period Tₙ, damping ratio {ratio}"
         figure.suptitle(title, x=0.01, ha="left", fontsize=PAGE_TITLE, fontweight="bold")
         for axes, name in zip(figure.subplots(1, 2), PANELS, strict=True):
             _draw(axes, name, spectra)

@@ -55,12 +55,12 @@ def plot_synthesis(result: Synthesised, path: Target = None, known: Comparison |
 def _own(known: Comparison) -> str:
     """What becomes of the scene's own law, and whether any known law holds the limits."""
     size = "base" if known.scene.cam.form == "disc" else "mean"
-    words = [] if known.best is not None else ["no known law holds all limits"]
+    words = [] if known.best is not None else ["no known law meets all limits"]
     if known.own is None:
-        words.append("no cam with the scene's own law holds them" if words else "with the scene's own law, no cam")
+        words.append("nor does the scene's own" if words else "no feasible cam with the scene's own law")
     elif known.own != known.best:
         row = known.rows[known.own]
-        beyond = "" if row["within"] else ", beyond the limits on its motion"
+        beyond = "" if row["within"] else ", which breaks the limits on its motion"
         words.append(
             f"the scene's own law, {known.own}: {size} radius {number(row[f'{size}_radius_mm'])} mm{beyond}"
         )
