@@ -95,6 +95,6 @@ def _callers(question: Question, asked: dict[str, set[str]], names: set[str]) ->
     effect = QUANTITIES[next(iter(names))].effect
     found += [f"outputs {name}" for name in scene.outputs if name in (*names, effect, EVERYTHING)]
     if not scene.outputs and names & (question.wanted - question.needed):
-        found.append("motion and geometry, for want of outputs")
+        found.append("the default outputs (motion and geometry)")
     found += [f"effect {name}" for name in asked if set(EFFECTS[name].reads(question.subject)) & names]
     return found
