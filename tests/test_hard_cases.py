@@ -21,7 +21,7 @@ from camopt.mistakes import BadInput
 from camopt.motion import LAWS
 from camopt.motion.programme import Programme
 from camopt.motion.table import TURN
-from camopt.numerics import LARGEST, LEAST
+from camopt.numerics import LARGEST, LEAST, compile
 from camopt.numerics.curves import curve
 from camopt.rows import Rows
 from camopt.scene_tables import Search
@@ -270,7 +270,8 @@ def test_lengths_out_of_range_are_refused(k):
 
 
 @pytest.mark.parametrize("name", ["roller-1000rpm", "oscillating-roller", "flat-reciprocating"])
-def test_compiled_and_uncompiled_agree_bit_for_bit(name):
+def test_compiled_and_uncompiled_agree_bit_for_bit(name, monkeypatch):
+    monkeypatch.setattr(compile, "FEW", -1)
     command = [sys.executable, "-m", "camopt.cli", "evaluate", name, "--json"]
     plain = subprocess.run(
         command, capture_output=True, text=True, check=True, env={**os.environ, "NUMBA_DISABLE_JIT": "1"}

@@ -4,9 +4,12 @@ import hashlib
 import sys
 import warnings
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
+from time import thread_time
 from typing import Any
 
+import numpy as np
 from platformdirs import user_cache_path
 
 from camopt.mistakes import BadInput, Mistake
@@ -17,7 +20,7 @@ try:
         import llvmlite
         import numba
         from numba.core import config
-        from numba.core.dispatcher import Dispatcher
+        from numba.core.registry import CPUDispatcher
 except (RuntimeWarning, ValueError) as trouble:  # NUMBA_NUM_THREADS=0, NUMBA_OPT=fast
     why = f"numba does not start with its environment variables: {str(trouble).splitlines()[0]}"
     raise BadInput([Mistake("camopt", "NUMBA_…", None, why, bare=True)]) from None
@@ -33,6 +36,9 @@ FLAGS: dict[str, Any] = {
 
 INLINE: Any = {"forceinline": True}  # a call left standing would keep a kernel's loop out of vectors
 
+
+FEW = 16  # numbers in the largest array to fill: for more, a kernel is compiled at once
+PAYS = 1.0  # seconds of plain runs, after which it is compiled
 
 KERNEL_FOLDERS = ("effects", "mechanisms", "motion", "numerics")
 
@@ -58,19 +64,69 @@ CACHE_FOLDER = opened_folder(Path(CACHE_DIR or user_cache_path("camopt")), _vers
 UNWRAPPED: Any = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}  # never called from Python: compiles faster
 
 
+class Part(CPUDispatcher):
+    """A function that kernels compile into themselves; called from Python it runs as it is written."""
+
+    def __call__(self, *arguments: Any) -> Any:
+        return self.py_func(*arguments)
+
+
+class Kernel(CPUDispatcher):
+    """A kernel that is compiled once that pays: for many designs, or when plain runs have taken as long.
+
+    Both give the same bits. A kernel that is on disk is not compiled, so it is taken at once.
+    """
+
+    spent: dict[Any, float]
+    """Seconds of plain runs, by the types of the arguments."""
+    targetctx: Any
+    _cache: Any
+
+    def _compile_for_args(self, *arguments: Any, **named: Any) -> Any:
+        """The function to run: numba asks where nothing fits that is compiled."""
+        types = tuple(map(self.typeof_pyval, arguments))
+        work = max((values.size for values in arguments if isinstance(values, np.ndarray)), default=0)
+        if work > FEW or self.spent.get(types, 0.0) > PAYS or self._cache.holds(types, self.targetctx.codegen()):
+            return super()._compile_for_args(*arguments, **named)  # type: ignore[misc]
+        return partial(self._plain, types)
+
+    def _plain(self, types: Any, *arguments: Any) -> Any:
+        start = thread_time()
+        with np.errstate(all="ignore"):  # as machine code
+            result = self.py_func(*arguments)
+        self.spent[types] = self.spent.get(types, 0.0) + thread_time() - start
+        return result
+
+
+def _dispatched(function: Callable[..., Any], kind: type, **options: Any) -> Any:
+    """A function for numba to compile, of one of the kinds above; with NUMBA_DISABLE_JIT the function itself."""
+    made: Any = numba.njit(**options, **FLAGS)(function)
+    if isinstance(made, CPUDispatcher):  # not with NUMBA_DISABLE_JIT
+        made.__class__ = kind
+    return made
+
+
 def inlined(function: Callable[..., Any]) -> Any:
     """Compile a function into each kernel that calls it."""
-    return numba.njit(**INLINE, **UNWRAPPED, **FLAGS)(function)
+    return _dispatched(function, Part, **INLINE, **UNWRAPPED)
 
 
 def called(function: Callable[..., Any]) -> Any:
     """Compile a function that kernels call, but rarely."""
-    return numba.njit(**UNWRAPPED, **FLAGS)(function)
+    return _dispatched(function, Part, **UNWRAPPED)
 
 
 def compiled(function: Callable[..., Any]) -> Any:
     """Compile a kernel with numba, cached on disk."""
-    kernel: Any = numba.njit(**FLAGS)(function)
-    if isinstance(kernel, Dispatcher):  # not with NUMBA_DISABLE_JIT
+    kernel: Any = _dispatched(function, CPUDispatcher)
+    if isinstance(kernel, CPUDispatcher):
         kernel._cache = KernelCache(function, CACHE_FOLDER)  # type: ignore[attr-defined]
+    return kernel
+
+
+def compiled_for_many(function: Callable[..., Any]) -> Any:
+    """As ``compiled``, but plain Python where a call fills arrays of a few numbers."""
+    kernel: Any = compiled(function)
+    if isinstance(kernel, CPUDispatcher):
+        kernel.__class__, vars(kernel)["spent"] = Kernel, {}
     return kernel

@@ -28,7 +28,7 @@ from camopt.numerics.climbing import (
     oriented,
     split,
 )
-from camopt.numerics.compile import called, compiled, inlined
+from camopt.numerics.compile import called, compiled_for_many, inlined
 from camopt.numerics.curves import curve
 from camopt.numerics.jet import UNIT, known
 from camopt.numerics.piecewise import motion, node_motion, row_jets
@@ -172,7 +172,7 @@ def search_panel(
     climb_all(f, first, climbing, climbs, table, panel, error, sign, tolerance, location, best, at, top, scratch)
 
 
-@compiled
+@compiled_for_many
 def extremes(f, designs, table, questions, tolerance, location, value, where, width):
     """Answer questions about a curve for designs 0 … designs − 1.
 

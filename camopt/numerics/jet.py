@@ -34,6 +34,7 @@ from camopt.numerics.compile import INLINE, inlined
 
 UNIT = 2.0**-53  # relative rounding error of one operation
 GIVEN = 4.0 * UNIT  # of a number that enters
+NOTHING = np.float64(0.0)  # what divides by it is infinite, in plain Python too
 FIELDS = ("low", "high", "error", "first", "second", "third")
 
 
@@ -184,7 +185,7 @@ def sign(a):
 def power(a, exponent):
     """a to the power of a number, for a > 0; without bounds where a may be zero or less."""
     inside = a.low > 0.0
-    low, high = (a.low, a.high) if inside else (0.0, np.inf)
+    low, high = (a.low, a.high) if inside else (NOTHING, np.inf)
     p, q = low**exponent, high**exponent
     m, inverse = max(p, q), 1.0 / low
     ratio1, ratio2, ratio3 = a.first * inverse, a.second * inverse, a.third * inverse

@@ -62,6 +62,10 @@ class KernelCache(NullCache):
     def _file(self, key: tuple[Any, ...]) -> Path:
         return self._folder / f"{self._stem}-{sha256(repr(key).encode()).hexdigest()[:16]}.kernel"
 
+    def holds(self, signature: Any, codegen: Any) -> bool:
+        """Whether there is a file for a signature."""
+        return self._file(self._key(signature, codegen)).is_file()
+
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """The compiled function for a signature; None if there is none on disk that is whole."""
         target_context.refresh()

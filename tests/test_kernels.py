@@ -1,0 +1,112 @@
+"""Kernels are compiled where that pays, and give the same bits as plain Python."""
+
+import numpy as np
+import pytest
+from numba.core.registry import CPUDispatcher
+
+from camopt.effects import Case
+from camopt.mechanisms import Designs
+from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, compile
+from camopt.numerics.compile import FEW, PAYS, compiled_for_many, inlined
+from camopt.numerics.extremes import extremes
+from camopt.numerics.jet import Jet, power
+from camopt.question import exactly, resolve
+from camopt.scene import find_scene
+
+pytestmark = pytest.mark.skipif(not isinstance(extremes, CPUDispatcher), reason="nothing is compiled")
+
+
+@inlined
+def half(x):
+    return 0.5 * x
+
+
+def kernel_of_halves():
+    def halves(x, out):
+        for i in range(out.size):
+            out[i] = half(x[i])
+
+    return compiled_for_many(halves)
+
+
+def halved(kernel, count):
+    """Call the kernel for so many numbers: whether it is compiled then."""
+    x, out = np.arange(float(count)), np.empty(count)
+    kernel(x, out)
+    assert np.array_equal(out, x / 2)
+    return bool(kernel.signatures)
+
+
+@pytest.fixture
+def _no_disk(monkeypatch):
+    """No kernel is found in the cache, and none is written."""
+    monkeypatch.setattr(compile.KernelCache, "holds", lambda *_: False)
+    monkeypatch.setattr(compile.KernelCache, "load_overload", lambda *_: None)
+    monkeypatch.setattr(compile.KernelCache, "save_overload", lambda *_: None)
+
+
+@pytest.mark.usefixtures("_no_disk")
+def test_a_few_numbers_compile_nothing_and_many_do():
+    kernel = kernel_of_halves()
+    assert [halved(kernel, FEW), halved(kernel, 1), halved(kernel, FEW + 1), halved(kernel, 1)] == [0, 0, 1, 1]
+
+
+@pytest.mark.usefixtures("_no_disk")
+def test_what_plain_runs_have_cost_is_paid_once(monkeypatch):
+    """Each plain run takes three quarters of what compiling is worth: the third call compiles."""
+    clock = iter(np.arange(0.0, 99.0, 0.75 * PAYS))
+    monkeypatch.setattr(compile, "thread_time", lambda: next(clock))
+    kernel = kernel_of_halves()
+    assert [halved(kernel, 1) for _ in range(3)] == [False, False, True]
+
+
+def test_a_kernel_on_disk_is_taken_at_once(monkeypatch, tmp_path):
+    monkeypatch.setattr(compile, "CACHE_FOLDER", tmp_path)
+    assert halved(kernel_of_halves(), FEW + 1)
+    again = kernel_of_halves()
+    assert halved(again, 1)
+    assert sum(again.stats.cache_hits.values()) == 1
+
+
+def test_evaluating_a_design_compiles_nothing(monkeypatch):
+    def refuse(*_):
+        raise AssertionError("a kernel is compiled for a single design")
+
+    monkeypatch.setattr(compile.KernelCache, "holds", lambda *_: False)
+    monkeypatch.setattr(compile.Kernel, "compile", refuse)
+    question = exactly(resolve(find_scene("roller-1000rpm")))
+    fresh = compiled_for_many(extremes.py_func)
+    monkeypatch.setattr("camopt.effects.case.extremes", fresh)
+    found = curve_of(question, question.subject.mechanism.pressure, 1)
+    assert np.isfinite(found.value).all()
+
+
+QUESTIONS = [(15, LARGEST), (15, LEAST), (15, LARGEST_MAGNITUDE), (1, LARGEST)]
+
+
+def curve_of(question, make, count):
+    """Extremes of a curve of a question's mechanism, of designs around the scene's own."""
+    rng, sizes = np.random.default_rng(4), question.design.sizes
+    drawn = {name: values[0] * rng.uniform(1.0, 1.3, count) for name, values in sizes.items()}
+    case = Case(question.subject, question.programme, Designs(**drawn, sense=question.design.sense))
+    return case.extremes(make, QUESTIONS, located=True)
+
+
+@pytest.mark.parametrize("name", ["roller-1000rpm", "oscillating-roller", "knife-300rpm-offset"])
+def test_compiled_and_plain_extremes_are_the_same_bits(name, monkeypatch):
+    question = exactly(resolve(find_scene(name)))
+    mechanism = question.subject.mechanism
+    compiled = curve_of(question, mechanism.pressure, FEW + 1)
+    monkeypatch.setattr("camopt.effects.case.extremes", extremes.py_func)
+    plain = curve_of(question, mechanism.pressure, FEW + 1)
+    for one, other in zip(compiled, plain, strict=True):
+        assert np.array_equal(one, other)
+
+
+@pytest.mark.parametrize("exponent", [0.13, -0.35, -0.43])
+@pytest.mark.parametrize("low", [-1.0, 0.0])
+def test_a_power_of_what_may_be_zero_has_no_bounds_in_plain_python_either(low, exponent):
+    with np.errstate(all="ignore"):
+        found = power(Jet(np.float64(low), *np.array([1.0, 0.0, 1.0, 1.0, 1.0])), exponent)
+    assert found.high == np.inf
+    assert not np.isfinite([found.error, found.first, found.second, found.third]).any()
