@@ -90,19 +90,21 @@ def test_limits_on_either_side_of_a_fifty_digit_extreme(name):
             assert "undecided" not in either
 
 
-@pytest.mark.parametrize("name", REFERENCE)
+ANGLES = {name: cam["expected"].get("pressure_angle_max_deg", "inf") for name, cam in REFERENCE.items()}
+
+
+@pytest.mark.parametrize("name", [name for name, angle in ANGLES.items() if 1e-6 < float(angle) < 89])
 @mpmath.workdps(50)
 def test_balls_decide_what_rounding_hides(name):
     """A limit at the double next to the exact extreme: the verdict is that of 50 digits."""
-    scene = Scene.from_dict(REFERENCE[name]["scene"])
-    exact = mpmath.mpf(REFERENCE[name]["expected"].get("pressure_angle_max_deg", "inf"))
-    if not 1e-6 < exact < 89 or evaluate(scene.replace(limits=None))["violated"]:
-        return  # where another limit is broken anyway, the verdict needs no balls
+    scene, exact = Scene.from_dict(REFERENCE[name]["scene"]), mpmath.mpf(ANGLES[name])
+    sound = not evaluate(scene.replace(limits=None))["violated"]
     for bound in (float(exact), np.nextafter(float(exact), 0), np.nextafter(float(exact), 90)):
         if abs(exact - mpmath.mpf(float(bound))) < mpmath.mpf("1e-25"):
             continue  # an angle that is the double itself, such as 30°
         found = evaluate(scene.replace(limits={"pressure_angle": float(bound)}))
-        assert (found["feasible"], found["status"]) == (bool(exact <= mpmath.mpf(float(bound))), "certified")
+        held = sound and bool(exact <= mpmath.mpf(float(bound)))
+        assert (found["feasible"], found["status"]) == (held, "certified")
 
 
 @pytest.mark.parametrize("name", shipped_scenes())
