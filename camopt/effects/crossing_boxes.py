@@ -14,18 +14,33 @@ import numpy as np
 
 from camopt.effects.case import Subject
 from camopt.effects.crossing import across, cross, find_crossing
-from camopt.effects.parts import WIDEST, Cover, IntArray, Parts, cover, ends_of, motion_at, points_at, profile
+from camopt.effects.parts import (
+    WIDEST,
+    Cover,
+    IntArray,
+    Parts,
+    cover,
+    ends_of,
+    motion_at,
+    points_at,
+    profile,
+    start_of,
+)
 from camopt.mechanisms.design import BoolArray, Designs
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
-from camopt.numerics.interval import Interval
+from camopt.numerics.interval import Interval, as_interval
 from camopt.numerics.sloped import Quotient, Sloped, variables
 
 MOST_KNOWN = 4
 UNKNOWN = -1  # which size to cut
 STEPS, SHORT = 8, 1e-7  # of Newton's method; of its difference quotients, rad
 HALVINGS = 24  # from the widest part round a crossing to the narrowest
-CAREFUL = 1.0 + 1e-9  # what rounding of ranges may take
+CAREFUL = 1.001  # far more than what rounding of ranges takes, where they are narrow, too
+START = "start"
+
+Sides = dict[str, tuple[Interval, FloatArray]]
+"""Boxes of some variables of designs (free sizes, or START), and a point in each."""
 
 
 class Met(NamedTuple):
@@ -95,9 +110,10 @@ class KnownCrossings:
         if not index.size:
             return left
         some = left[index]
-        moved = moves(self._subject, middles.take(some), box.take(some), free, self._programme, taken(met, index))
-        crossing[some] = np.all(moved.sum(axis=0) * CAREFUL < met.reach[:, index], axis=0)
-        cut[some] = np.argmax(moved.max(axis=1), axis=0)
+        shown, side = throughout(
+            self._subject, middles.take(some), box.take(some), free, self._programme, taken(met, index)
+        )
+        crossing[some], cut[some] = shown, side
         return left[~crossing[left]]
 
 
@@ -119,14 +135,29 @@ def met_near(subject: Subject, designs: Designs, programme: Programme, near: tup
     return Met((one, other), (covers[0].take(best), covers[1].take(best)), reach[:, best[0], best[1]])
 
 
-def moves(
+def throughout(
     subject: Subject, designs: Designs, box: Designs, free: Sequence[str], programme: Programme, met: Met
-) -> FloatArray:
-    """How much of its reach across the other a part may lose in a box, by each free size: (sizes, 2, n), mm."""
-    shifts = [shift(subject, designs, box, free, programme, each) for each in met.parts]
-    apart = [one - other for one, other in zip(*shifts, strict=True)]
+) -> tuple[BoolArray, IntArray]:
+    """In which boxes the parts that meet do so throughout; and which free size moves them the most.
+
+    Seen by the free sizes, or with the follower's height or angle at displacement 0 in place of the cam's size: by
+    the size that changes without bounds where a follower can only just be assembled.
+    """
     sides: dict[str, Any] = box.sizes
-    half = np.array([np.maximum(sides[n].high - designs.sizes[n], designs.sizes[n] - sides[n].low) for n in free])
+    others = {name: (sides[name], designs.sizes[name]) for name in free}
+    by_size = moves(subject, designs, others, programme, met)
+    others[START] = as_interval(start_of(subject, box)), start_of(subject, designs)
+    del others["size"]
+    by_start = moves(subject, designs, others, programme, met)
+    shown = [np.all(moved.sum(axis=0) * CAREFUL < met.reach, axis=0) for moved in (by_size, by_start)]
+    return np.logical_or(*shown), np.argmax(np.nan_to_num(by_size.max(axis=1), nan=np.inf), axis=0)
+
+
+def moves(subject: Subject, designs: Designs, sides: Sides, programme: Programme, met: Met) -> FloatArray:
+    """How much of its reach across the other a part may lose in boxes of some variables: (variables, 2, n), mm."""
+    shifts = [shift(subject, designs, sides, programme, each) for each in met.parts]
+    apart = [one - other for one, other in zip(*shifts, strict=True)]
+    half = np.array([np.maximum(side.high - point, point - side.low) for side, point in sides.values()])
     lost = [
         (found.tangent.real * apart[1] - found.tangent.imag * apart[0]).largest_magnitude * half
         for found in reversed(met.covers)
@@ -135,18 +166,21 @@ def moves(
 
 
 def shift(
-    subject: Subject, designs: Designs, box: Designs, free: Sequence[str], programme: Programme, parts: Parts
+    subject: Subject, designs: Designs, sides: Sides, programme: Programme, parts: Parts
 ) -> tuple[Interval, Interval]:
-    """The ranges of ∂x and ∂y of the profile on the cam, by each free size, over a box and a part: (sizes, n)."""
-    sides: dict[str, Any] = box.sizes
+    """The ranges of ∂x and ∂y of the profile on the cam, by each variable, over boxes and parts: (variables, n)."""
     turn = Interval(parts.middle - parts.half, parts.middle + parts.half)
-    *within, angle = variables([*(sides[n] for n in free), turn], [*(designs.sizes[n] for n in free), parts.middle])
-    sizes: dict[str, Any] = dict(zip(free, within, strict=True))
+    boxes, points = zip(*sides.values(), (turn, parts.middle), strict=True)
+    *within, angle = variables(boxes, points)
+    sizes: dict[str, Any] = dict(zip(sides, within, strict=True))
+    start = sizes.pop(START, None)
     y, y1 = motion_at(programme.table, parts.middle)
     velocity = np.minimum(parts.velocity, np.abs(y1) + parts.half * parts.acceleration)
-    moving = (_moving(angle, y, velocity, parts), _moving(angle, y1, parts.acceleration, parts))
     with np.errstate(all="ignore"):
-        places = profile(subject, replace(designs, **sizes), *moving)
+        some = replace(designs, **sizes)
+        start = start_of(subject, some) if start is None else start
+        speed = _moving(angle, y1, parts.acceleration, parts)
+        places = profile(subject, some, start + _moving(angle, y, velocity, parts), speed)
         x, z = (place.divided() if isinstance(place, Quotient) else place for place in places)
     cosine, sine = np.cos(angle), designs.sense * np.sin(angle)
     across_x, across_y = x * cosine + z * sine, z * cosine - x * sine

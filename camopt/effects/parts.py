@@ -77,7 +77,7 @@ class Cover(NamedTuple):
 def cover(subject: Subject, design: Designs, programme: Programme, parts: Parts) -> Cover:
     """Enclose the profile of one design, or of several, (n, 1) each, over parts of the turn."""
     y, y1 = motion_at(programme.table, parts.middle)
-    trace, velocity = (x + 1j * z for x, z in drawn(subject, design, y, y1))
+    trace, velocity = (x + 1j * z for x, z in drawn(subject, design, start_of(subject, design) + y, y1))
     reach = np.abs(design.centre_distance - trace) if subject.angular else 1.0  # of the trace point by y
     distance, speed, radius = np.abs(trace), np.abs(velocity), design.roller_radius
     fastest = np.minimum(parts.velocity, np.abs(y1) + parts.half * parts.acceleration + parts.error)
@@ -107,7 +107,8 @@ def ends_of(subject: Subject, design: Designs, programme: Programme, parts: Part
 
 def points_at(subject: Subject, design: Designs, programme: Programme, angles: FloatArray) -> ComplexArray:
     """The profile of one design, or of several, (n, 1) each, at cam angles in rad."""
-    x, z = profile(subject, design, *motion_at(programme.table, angles))
+    y, y1 = motion_at(programme.table, angles)
+    x, z = profile(subject, design, start_of(subject, design) + y, y1)
     return np.asarray(np.exp(-1j * design.sense * angles) * (x + 1j * z))
 
 
@@ -121,19 +122,25 @@ def motion_at(table: MotionTable, angles: FloatArray) -> tuple[FloatArray, Float
     return np.asarray(y), np.asarray(y1 / h)
 
 
-def drawn(subject: Subject, designs: Designs, y: Any, y1: Any) -> tuple[tuple[Any, Any], tuple[Any, Any]]:
-    """The trace point T in the ground frame, and its velocity over the cam, mm/rad: (x, y) of each.
+def start_of(subject: Subject, designs: Designs) -> Any:
+    """The height of the trace point, or the angle of the arm, at displacement 0. Numbers or ranges."""
+    assert subject.mechanism.start is not None
+    return subject.mechanism.start(designs)
+
+
+def drawn(subject: Subject, designs: Designs, s: Any, y1: Any) -> tuple[tuple[Any, Any], tuple[Any, Any]]:
+    """The trace point T in the ground frame at a height or angle, and its velocity over the cam, mm/rad, as (x, y).
 
     K·y' − iσT, where T moves by K = i per displacement, or, about a pivot at c, by i(c − T). Numbers or ranges.
     """
     assert subject.mechanism.trace_point is not None
-    x, z = subject.mechanism.trace_point(designs, y)
+    x, z = subject.mechanism.trace_point(designs, s)
     along, up = (z * y1, (designs.centre_distance - x) * y1) if subject.angular else (0.0, y1)
     return (x, z), (along + designs.sense * z, up - designs.sense * x)
 
 
-def profile(subject: Subject, designs: Designs, y: Any, y1: Any) -> tuple[Any, Any]:
-    """The contact point (x, y) in the ground frame: T − R_r·n. Numbers or ranges."""
-    (x, z), (along, up) = drawn(subject, designs, y, y1)
+def profile(subject: Subject, designs: Designs, s: Any, y1: Any) -> tuple[Any, Any]:
+    """The contact point (x, y) in the ground frame at a height or angle: T − R_r·n. Numbers or ranges."""
+    (x, z), (along, up) = drawn(subject, designs, s, y1)
     share = designs.sense * designs.roller_radius / np.sqrt(np.square(along) + np.square(up))
     return x + share * up, z - share * along

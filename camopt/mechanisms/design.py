@@ -109,8 +109,10 @@ class Mechanism:
     sliding: Callable[[Designs, Programme], Any] | None = None
     """Curve of the speed at which the trace point or the flat face slides over a disc cam, mm/rad."""
     curvature: Callable[[Designs, Programme], Any] | None = None
+    start: Callable[[Designs], Any] | None = None
+    """Of a disc cam, the height of the trace point, or the angle of the arm, at displacement 0."""
     trace_point: Callable[[Designs, Any], tuple[Any, Any]] | None = None
-    """Of a disc cam, (x, y) of the trace point in the ground frame at displacements."""
+    """And (x, y) of the trace point in the ground frame at heights, or angles; the prime radius plays no part."""
     profile_radius: Callable[[Designs, Programme], Any] | None = None
     reach: Callable[[Designs, Programme], Any] | None = None
     grooved: bool = False

@@ -102,14 +102,14 @@ def _rooms(designs: Designs, programme: Programme) -> tuple[Any, ...]:
     return r - (c - l), r - (l - c), c + l - r, np.pi - programme.lift - first_angle(designs)
 
 
-def trace_point(designs: Designs, displacement: Any) -> tuple[Any, Any]:
-    angle, l = first_angle(designs) + displacement, designs.arm_length  # noqa: E741
+def trace_point(designs: Designs, angle: Any) -> tuple[Any, Any]:
+    l = designs.arm_length  # noqa: E741
     return designs.centre_distance - l * np.cos(angle), l * np.sin(angle)
 
 
 def _travel(design: Designs, programme: Programme, angles: FloatArray) -> Travel:
     motion = programme.at(angles)
-    x, y = trace_point(design, motion[0])
+    x, y = trace_point(design, first_angle(design) + motion[0])
     trace = x + 1j * y
     along = 1j * motion[1] * (design.centre_distance - trace) - 1j * design.sense * trace
     return Travel(trace, 1j * design.sense * along / np.abs(along))
@@ -120,6 +120,7 @@ MECHANISM = Mechanism(
     pressure=lambda designs, programme: OscillatingPressureAngle(*_fields(designs)),
     sliding=lambda designs, programme: OscillatingPitchSpeed(*_fields(designs)),
     curvature=lambda designs, programme: OscillatingPitchCurvature(*_fields(designs)),
+    start=first_angle,
     trace_point=trace_point,
     rooms=_rooms,
     assembly="prime radius, arm and centre distance have to form a triangle throughout the lift",

@@ -71,14 +71,10 @@ def _rooms(designs: Designs, programme: Programme) -> tuple[Any, ...]:
     return designs.prime_radius - designs.offset, designs.prime_radius + designs.offset
 
 
-def trace_point(designs: Designs, displacement: Any) -> tuple[Any, Any]:
-    return designs.offset, height(designs) + displacement
-
-
 def _travel(design: Designs, programme: Programme, angles: FloatArray) -> Travel:
     motion = programme.at(angles)
-    (x, s), w = trace_point(design, motion[0]), motion[1] - design.lead
-    return Travel(x + 1j * s, (-design.sense * w + 1j * s) / np.hypot(s, w))
+    s, w = height(design) + motion[0], motion[1] - design.lead
+    return Travel(design.offset + 1j * s, (-design.sense * w + 1j * s) / np.hypot(s, w))
 
 
 MECHANISM = Mechanism(
@@ -86,7 +82,8 @@ MECHANISM = Mechanism(
     pressure=lambda designs, programme: TranslatingPressureAngle(designs.lead, height(designs)),
     sliding=lambda designs, programme: TranslatingPitchSpeed(designs.lead, height(designs)),
     curvature=lambda designs, programme: TranslatingPitchCurvature(designs.lead, height(designs)),
-    trace_point=trace_point,
+    start=height,
+    trace_point=lambda designs, height: (designs.offset, height),
     rooms=_rooms,
     assembly="the offset has to be smaller than the prime radius",
     travel=_travel,

@@ -29,7 +29,7 @@ def smallest(question: Question, programme: Programme, bounds: Bounds, until: fl
     answer = _smallest(question.without_last, programme, bounds, until)
     if answer.design is None or feasible(question, programme, answer.design)[0]:
         return answer
-    return branch_and_bound(question, programme, bounds, answer.floor, until)
+    return branch_and_bound(question, programme, bounds, min(answer.floor, answer.size), until)
 
 
 def small(
