@@ -16,7 +16,6 @@ from camopt.search.closed_form import closed_form
 from camopt.search.smallest import small
 from camopt.search.turns import Found, Turns, better
 
-STARTS = 8  # for each freed segment, turns from which the descent starts
 NARROW = 1e-9  # deg
 DEAR = 1e9  # mm, what a turn without a feasible design costs a descent
 MOVES = 80  # of a descent, for each angle
@@ -30,11 +29,30 @@ IntArray = NDArray[np.intp]
 class Descent:
     """A descent over the angles from the best turn so far; no proof, but most often the optimum."""
 
-    def __init__(self, turns: Turns, bounds: Bounds) -> None:
+    def __init__(self, turns: Turns, bounds: Bounds, best: Found | None = None) -> None:
         self.turns, self.bounds, self.box = turns, bounds, turns.box
         self.free = np.flatnonzero(self.box.high - self.box.low > NARROW)
-        self.best = Found(Smallest(None, 0.0), turns.at(np.full(len(turns.freed), 0.5), self.box))
+        self.best = best or Found(Smallest(None, 0.0), turns.at(np.full(len(turns.freed), 0.5), self.box))
+
+    def few_turns(self) -> Found:
+        """The best turn by the closed form, if it decides; else the best of the middle, corners and the scene."""
         self.looked_at(self.best.freed)
+        if self.free.size > 1 and self.down_by_closed_form():
+            return self.best
+        scene = self.turns.scene_angles
+        inside = np.all((scene >= self.box.low) & (scene <= self.box.high))
+        for freed in [*self.turns.corners, *([scene] if inside else [])]:
+            if now() < self.turns.until:
+                self.looked_at(freed)
+        return self.best
+
+    def run(self) -> Found:
+        """The turn that descents reach from the best one so far."""
+        if self.free.size > 1 and self.best.answer.design is not None:
+            self.down(self.size, 0.05, ROUGH)
+            self.traded(self.size, self.best.freed)
+            self.down(partial(self.size, closely=True), 1e-3, EXACT)
+        return self.best
 
     def looked_at(self, freed: FloatArray, *, closely: bool = False) -> Smallest:
         """A small cam for a turn."""
@@ -56,8 +74,8 @@ class Descent:
 
     def down_by_closed_form(self) -> bool:
         """Descend by the closed form; whether the cam that it ends at holds all other limits too."""
-        for reach in (0.05, 1e-3) if self.free.size > 2 else (0.05,):
-            turn = self.down(self.by_closed_form, reach, EXACT)
+        for reach in (0.05, 1e-3):
+            turn = self.traded(self.by_closed_form, self.down(self.by_closed_form, reach, EXACT))
             least, reached = self.by_closed_form(turn), self.looked_at(turn)
             decided = least < DEAR and reached.design is not None and reached.size <= least + gap_of(reached.design)
         return decided
@@ -69,24 +87,26 @@ class Descent:
         wanted[order[-1]] -= lengths.sum()
         return wanted
 
-    def traded(self, cost: Callable[[FloatArray], float]) -> None:
-        """From the best turn, give degrees of one segment to another as long as that helps, up to their ends.
+    def traded(self, cost: Callable[[FloatArray], float], turn: FloatArray) -> FloatArray:
+        """From a turn, give degrees of one segment to another as long as that helps, up to their ends.
 
         Two segments at a time are the edges of the box of turns: those at an end of their range stay exactly there.
         """
-        turn = self.best.freed
         least, step = cost(turn), float(np.max(self.box.high - self.box.low)) / 4.0
         while step > SHORTEST and now() < self.turns.until:
             before = least
             for longer, shorter in permutations(self.free, 2):
-                room = min(self.box.high[longer] - turn[longer], turn[shorter] - self.box.low[shorter])
+                taken, given = self.box.high[longer] - turn[longer], turn[shorter] - self.box.low[shorter]
+                room = min(taken, given)
+                moved = min(step, room)
                 other = turn.copy()
-                other[longer] += min(step, room)
-                other[shorter] = self.box.low[shorter] if room <= step else turn[shorter] - step
+                other[longer] = self.box.high[longer] if moved == taken else turn[longer] + moved
+                other[shorter] = self.box.low[shorter] if moved == given else turn[shorter] - moved
                 size = cost(other) if room > 0.0 else inf
                 if size < least:
                     turn, least = other, size
             step = step if least < before * (1.0 - GAIN) else step / 4.0
+        return turn
 
     def down(self, cost: Callable[[FloatArray], float], reach: float, closest: float) -> FloatArray:
         """The turn of least cost that a simplex of a given reach finds from the best one."""
@@ -111,24 +131,3 @@ class Descent:
         options = {"initial_simplex": corners, "xatol": closest, "fatol": closest, "maxfev": most}
         found = minimize(at, corners[0], method="Nelder-Mead", callback=stop, options=options)
         return self.moved(start, order, found.x)
-
-
-def descended(turns: Turns, bounds: Bounds) -> Found:
-    """The best turn by descents: from the middle where the closed form decides, else from the best of a few."""
-    descent = Descent(turns, bounds)
-    several = descent.free.size > 1
-    if several and descent.down_by_closed_form():
-        return descent.best
-    shares = np.random.default_rng(0).uniform(size=(STARTS * (len(turns.freed) - 1), len(turns.freed)))
-    starts = [*turns.corners, *(turns.at(share, descent.box) for share in shares)]
-    if np.all((turns.scene_angles >= descent.box.low) & (turns.scene_angles <= descent.box.high)):
-        starts.append(turns.scene_angles)
-    for freed in starts:
-        if now() > turns.until:
-            return descent.best
-        descent.looked_at(freed)
-    if several and descent.best.answer.design is not None and not descent.down_by_closed_form():
-        descent.down(descent.size, 0.05, ROUGH)
-        descent.traded(descent.size)
-        descent.down(partial(descent.size, closely=True), 1e-3, EXACT)
-    return descent.best

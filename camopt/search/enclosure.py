@@ -90,6 +90,11 @@ class Claims(NamedTuple):
     slopes: Interval
     """By each of the d free sizes (d, m, n)."""
 
+    @classmethod
+    def of(cls, excess: Sloped) -> "Claims":
+        """That of one limit at one cam angle for each box."""
+        return cls(excess.value.low[None], excess.at[None], excess.slopes.reshaped(-1, 1, excess.size))
+
 
 class Examined(NamedTuple):
     """What is known of n boxes."""
@@ -123,8 +128,8 @@ def examined(
         with np.errstate(all="ignore"):
             claims = _claims(question, programme, present, box.take(index), inside.take(index), free)
             empty[index] |= np.any(claims.least > MARGIN, axis=0)
-            side[index] = _widest(claims, span)
-            left = _cut_off(claims, span)
+            side[index] = widest(claims, span)
+            left = cut_off(claims, span)
         rounding = ROUNDING * (np.abs(point) + span.largest_magnitude)
         low[:, index] = np.maximum(low[:, index], point + left.low - rounding)
         high[:, index] = np.minimum(high[:, index], point + left.high + rounding)
@@ -152,8 +157,13 @@ def _claims(
         excess = as_sloped(constraint.excess(np.tile(np.repeat(ways, count), 2), as_quotient(value), designs), like)
         least, at = excess.value.low.reshape(rows, count), excess.at.reshape(rows, count)
         found.append(Claims(least, at, excess.slopes.reshaped(-1, rows, count)))
-    least, at = (np.concatenate([claim[k] for claim in found]) for k in (0, 1))
-    slopes = Interval(*(np.concatenate([getattr(c.slopes, end) for c in found], axis=1) for end in ("low", "high")))
+    return chained_claims(found)
+
+
+def chained_claims(parts: list[Claims]) -> Claims:
+    """Claims on the same boxes, one after the other."""
+    least, at = (np.concatenate([claim[k] for claim in parts]) for k in (0, 1))
+    slopes = Interval(*(np.concatenate([getattr(c.slopes, end) for c in parts], axis=1) for end in ("low", "high")))
     return Claims(least, at, slopes)
 
 
@@ -166,7 +176,7 @@ def _sloped(box: Designs, inside: Designs, free: list[str], rows: int) -> tuple[
     return Designs(**{**fixed, **sizes}, sense=box.sense), sizes[free[0]]  # type: ignore[arg-type]
 
 
-def _widest(claims: Claims, span: Interval) -> Any:
+def widest(claims: Claims, span: Interval) -> Any:
     """The side across which the excess over the worst limit changes the most."""
     worst = np.argmax(np.nan_to_num(claims.at, nan=-np.inf), axis=0)
     steepest = np.take_along_axis(claims.slopes.largest_magnitude, worst[None, None, :], axis=1)[:, 0]
@@ -174,7 +184,7 @@ def _widest(claims: Claims, span: Interval) -> Any:
     return np.argmax(np.where(np.isfinite(steepest), steepest, LARGE) * width, axis=0)
 
 
-def _cut_off(claims: Claims, span: Interval) -> Interval:
+def cut_off(claims: Claims, span: Interval) -> Interval:
     """The parts (d, n) of each side, seen from the point, in which every limit may be held.
 
     With e the excess at the point less what other sizes can take off it, G·t ≤ −e has to hold at the distance t.

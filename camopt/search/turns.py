@@ -110,7 +110,7 @@ class Turns:
         wanted, total = box.low + share * (box.high - box.low), self.scene_angles.sum()
         over = wanted.sum() - total
         room = wanted - box.low if over > 0.0 else box.high - wanted
-        return np.asarray(wanted - over * room / (room.sum() or 1.0))
+        return np.asarray(np.clip(wanted - over * room / (room.sum() or 1.0), box.low, box.high))
 
 
 class Found(NamedTuple):

@@ -1,0 +1,213 @@
+"""The smallest cam over sizes and angles together, by bisection of boxes of both, many at once.
+
+A box is dropped only if a limit, at some share of a stroke (``stroke_limits``), shows that it holds no feasible
+cam, if its angles are no part of a turn, or if a feasible cam is known that is as small. What is left when the
+search is stopped bounds how much smaller a cam may be. Limits that depend on where in the turn a stroke is, as
+under a load over the turn, drop no box; a cam has to hold them like all others to be the answer.
+
+Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, ch. 11.
+"""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import cached_property
+from math import inf
+from typing import Any
+
+import numpy as np
+
+from camopt.effects.motion import scale
+from camopt.mechanisms import SIZES, Designs
+from camopt.motion.programme import Programme, Stroke, span
+from camopt.motion.table import DWELL, TURN
+from camopt.numerics import FloatArray
+from camopt.numerics.interval import Interval
+from camopt.numerics.sloped import Sloped
+from camopt.question import Question, exactly
+from camopt.search.answer import Bounds, Smallest, first_feasible, gap_of
+from camopt.search.boxes import Boxes
+from camopt.search.clock import now
+from camopt.search.closed_form import least_size
+from camopt.search.combined import combined
+from camopt.search.enclosure import MARGIN, ROUNDING, Claims, chained_claims, constraints_of, cut_off, widest
+from camopt.search.first_look import largest_size, scale_of
+from camopt.search.smallest import small
+from camopt.search.stroke_limits import SlopedBoxes, stroke_limits
+from camopt.search.turns import SAME, Box, Found, Turns, better
+
+FEW, MANY = 32, 256  # boxes examined together: no fewer, for they take no longer, and no more, to stop in time
+MOST_BOXES = 50_000
+LOOKED_INTO = 12  # boxes whose middle is searched: the best turn so far may be in another valley
+LADDERS, LADDER = 3, 16  # how often so many sizes of a box are looked at, closer and closer
+ORDERS = {"velocity": 1, "acceleration": 2, "jerk": 3}
+
+
+class TurnSearch:
+    """A search in progress among the turns that have the same segments, below the best cam so far."""
+
+    def __init__(self, turns: Turns, bounds: Bounds, found: Found) -> None:
+        self.turns, self.bounds, self.found, self.floor = turns, bounds, found, inf
+        self.question, self.box = exactly(turns.question), turns.box
+        self.longest = turns.programme(self.box.high)
+        """The strokes at their longest angles: no turn, but each of its strokes is one of turns."""
+        self.limits = stroke_limits(constraints_of(self.asked), self.strokes, self.longest)
+
+    @cached_property
+    def asked(self) -> Question:
+        """With the limits that are the same wherever in the turn a stroke is."""
+        loaded = self.longest.load is not None
+        limits = tuple(limit for limit in self.question.limits if not (loaded and limit.ceilings))
+        return replace(self.question, limits=limits)
+
+    @cached_property
+    def names(self) -> dict[str, int]:
+        """The place among the freed segments of each that moves, by the name that its angle has in boxes."""
+        motion = self.question.scene.motion
+        return {f"angle {i}": k for k, i in enumerate(self.turns.freed) if motion[i].segment != "dwell"}
+
+    @cached_property
+    def strokes(self) -> dict[Stroke, str | None]:
+        """What all of these turns have: strokes with the names of their angles, and rests, which have none."""
+        motion, longest = self.question.scene.motion, self.turns.angles(self.box.high)
+        least = self.turns.angles(self.box.low)
+        found: dict[Stroke, str | None] = {}
+        present = [i for i in range(len(motion)) if longest[i] > 0.0]
+        for i, stroke in zip(present, self.longest.strokes, strict=True):
+            if stroke.kind != DWELL:
+                found[stroke] = f"angle {i}" if i in self.turns.freed else None
+            elif least[i] > 0.0 or abs(stroke.low) <= SAME:  # at the lowest there is one in all of these turns
+                found[stroke] = None
+        return found
+
+    @cached_property
+    def room(self) -> tuple[float, float]:
+        """The least and the most that the freed strokes have together, deg."""
+        dwells = [k for k in range(len(self.turns.freed)) if k not in self.names.values()]
+        total = float(self.turns.scene_angles.sum())
+        slack = ROUNDING * total
+        return total - self.box.high[dwells].sum() - slack, total - self.box.low[dwells].sum() + slack
+
+    def run(self) -> Found:
+        """The smallest cam, with a size that no cam of these turns undercuts."""
+        ends, seen = self.ends(), 0
+        least, most = ends["size"]
+        if most <= least:  # as small as any cam may be
+            return self.found._replace(answer=replace(self.found.answer, floor=least))
+        boxes = Boxes.one(ends, scale_of(self.bounds, self.longest.lift))
+        while len(boxes) and seen < MOST_BOXES and now() < self.turns.until:
+            while len(boxes) < FEW:
+                boxes = boxes.halved()
+            order = np.argsort(boxes.low["size"], kind="stable")
+            chosen, boxes = self.summed(boxes.take(order[:MANY])), boxes.take(order[MANY:])
+            seen += MANY
+            if len(chosen):
+                self.look_into(chosen, closely=seen <= LOOKED_INTO * MANY)
+                boxes = boxes.and_(self.narrowed(chosen).halved())
+        floor = float(np.min(boxes.low["size"], initial=self.floor))
+        return self.found._replace(answer=replace(self.found.answer, floor=floor))
+
+    def ends(self) -> Bounds:
+        """Between which sizes and angles are worth a look."""
+        least = least_size(self.question, self.longest, self.bounds)
+        most = min(largest_size(self.question, self.bounds), self.found.answer.size)
+        low = {name: self.gentlest(stroke) for stroke, name in self.strokes.items() if name}
+        angles = {
+            name: (min(max(low[name], self.box.low[k]), self.box.high[k]), self.box.high[k])
+            for name, k in self.names.items()
+        }
+        return {**self.bounds, **angles, "size": (least, most)}
+
+    def gentlest(self, stroke: Stroke) -> float:
+        """The least angle of a stroke, deg, at which it holds the limits on velocity, acceleration and jerk."""
+        least = 0.0
+        for limit in self.question.limits:
+            if limit.name in ORDERS:
+                order = ORDERS[limit.name]
+                ends = span(Programme((stroke,)), (0.0,) * order + (1.0,), TURN)
+                share = max(-ends[0], ends[1]) * scale(self.question.subject, order) / limit.bound
+                least = max(least, np.degrees(stroke.angle) * share ** (1.0 / order) * (1.0 - MARGIN))
+        return float(least)
+
+    def narrowed(self, boxes: Boxes) -> Boxes:
+        """Those of some boxes that may hold a smaller cam, without what limits cut off, and the side to cut."""
+        best = self.found.answer
+        if best.design is not None:
+            boxes = self.left(boxes, boxes.low["size"] >= best.size - gap_of(best.design)).below(best.size)
+        if not len(boxes):
+            return boxes
+        point = {name: (low + boxes.high[name]) / 2.0 for name, low in boxes.low.items()}
+        ends = {name: Interval(boxes.low[name], boxes.high[name]) for name in boxes.free}
+        looked = SlopedBoxes.of(ends, point, self.question.design.sense)
+        with np.errstate(all="ignore"):
+            reach = looked.like.span
+            alone = [claim for limit in self.limits for claim in limit.claims(looked)]
+            if not alone:
+                return boxes.narrowed({}, {}, np.argmax(reach.high, axis=0))
+            claims = chained_claims([*alone, *self.sums(looked)])
+            left = cut_off(combined(claims, reach, boxes.free.index("size")), reach)
+            side = widest(chained_claims(alone), reach)
+        middle = np.array([point[name] for name in boxes.free])
+        rounding = ROUNDING * (np.abs(middle) + reach.largest_magnitude)
+        low = np.maximum([boxes.low[name] for name in boxes.free], middle + left.low - rounding)
+        high = np.minimum([boxes.high[name] for name in boxes.free], middle + left.high + rounding)
+        held = np.all(low <= high, axis=0) & ~np.any(claims.least > MARGIN, axis=0)
+        named = (dict(zip(boxes.free, each, strict=True)) for each in (low, high))
+        boxes = boxes.narrowed(next(named), next(named), side).take(held)
+        return self.left(boxes, boxes.narrow)
+
+    def sums(self, boxes: SlopedBoxes) -> Iterator[Claims]:
+        """That strokes leave the dwells what these can take."""
+        together = sum(boxes.sloped[name] for name in self.names)
+        if isinstance(together, Sloped):
+            for excess in (together - self.room[1], self.room[0] - together):
+                yield Claims.of(excess / 360.0)
+
+    def summed(self, boxes: Boxes) -> Boxes:
+        """What of some boxes can be part of a turn."""
+        names = list(self.names)
+        low, high = (np.array([ends[name] for name in names]) for ends in (boxes.low, boxes.high))
+        low = np.maximum(low, self.room[0] - (high.sum(axis=0) - high))
+        high = np.minimum(high, self.room[1] - (low.sum(axis=0) - low))
+        ends = ({n: end for n, end in zip(names, each, strict=True) if n in boxes.free} for each in (low, high))
+        return boxes.narrowed(next(ends), next(ends), boxes.side).take(np.all(low <= high + SAME, axis=0))
+
+    def left(self, boxes: Boxes, done: Any) -> Boxes:
+        """Some boxes without those that are done with, though they may hold a feasible cam."""
+        self.floor = float(np.min(boxes.low["size"][done], initial=self.floor))
+        return boxes.take(~done)
+
+    def look_into(self, boxes: Boxes, *, closely: bool) -> None:
+        """Look at cams in the middle of the least box, and for where they exceed limits the most."""
+        middle = {name: (low[:1] + boxes.high[name][:1]) / 2.0 for name, low in boxes.low.items()}
+        design = Designs(**{name: middle[name] for name in SIZES}, sense=self.question.design.sense)
+        if self.question.subject.mechanism.exists(design, self.longest)[0]:
+            for limit in self.limits:
+                limit.look_at(self.question, design, middle)
+        freed = self.turn(boxes)
+        programme = self.turns.programme(freed)
+        if closely:
+            near = small(self.question, programme, self.bounds, self.found.answer.design)
+            self.found = better(self.found, Found(near, freed))
+        rounding = gap_of(design) / 4.0
+        low, high = (
+            float(boxes.low["size"][0]),
+            min(float(boxes.high["size"][0]) + rounding, self.found.answer.size),
+        )
+        for _ in range(LADDERS):
+            sizes = np.linspace(low, high, LADDER)
+            ladder = replace(design.take(np.zeros(LADDER, dtype=int)), size=sizes)
+            cam = first_feasible(self.question, programme, ladder)
+            if cam is None:
+                return
+            self.found = better(self.found, Found(Smallest(cam, 0.0), freed))
+            low, high = float(cam.size[0]) - (sizes[1] - sizes[0]), float(cam.size[0])
+
+    def turn(self, boxes: Boxes) -> FloatArray:
+        """A turn in the middle of the first box; dwells share what strokes leave, if they can."""
+        low, high = self.box.low.copy(), self.box.high.copy()
+        for name, k in self.names.items():
+            low[k] = high[k] = (boxes.low[name][0] + boxes.high[name][0]) / 2.0
+        if not low.sum() <= self.turns.scene_angles.sum() <= high.sum():
+            for name, k in self.names.items():
+                low[k], high[k] = boxes.low[name][0], boxes.high[name][0]
+        return self.turns.at(np.full(low.size, 0.5), Box(low, high))
