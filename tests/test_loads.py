@@ -747,4 +747,5 @@ def test_a_limit_that_no_size_holds_is_named(contact, limits):
         scene["search"] = {"base_radius": {"start": 40, "stop": 120}}
     answer = optimise(Scene.from_dict(scene))
     assert answer.best is None
+    assert not answer.out_of_time
     assert all(next(iter(limits)) in obstacle for obstacle in answer.obstacles.values())

@@ -40,12 +40,14 @@ class Constraint:
     goal: int
     bound: float
     weight: Callable[[Designs], Any] = lambda designs: 1.0
+    unit: Callable[[Designs], Any] = lambda designs: 1.0
+    """What a value is compared with where the bound is 0."""
 
     def excess(self, way: FloatArray, found: Quotient, designs: Designs) -> Any:
         """What is above 0 where the limit is exceeded, relative to the terms of the limit."""
         value, allowed = way * found.above * self.weight(designs), self.bound * found.below
         scale = np.abs(at_point(value)) + np.abs(at_point(allowed))
-        return (value - allowed) / (scale if self.bound else scale + at_point(designs.size))
+        return (value - allowed) / (scale if self.bound else scale + at_point(self.unit(designs)))
 
 
 def constraints_of(question: Question) -> list[Constraint]:
@@ -62,7 +64,7 @@ def constraints_of(question: Question) -> list[Constraint]:
             found.append(Constraint(mechanism.reach, TURN, LARGEST_MAGNITUDE, limit.bound))
         elif limit.name in ("curvature_radius", "undercut"):
             if mechanism.profile_radius:
-                found.append(Constraint(mechanism.profile_radius, TURN, LEAST, -limit.bound))
+                found.append(Constraint(mechanism.profile_radius, TURN, LEAST, -limit.bound, unit=_size))
             elif mechanism.curvature:
                 goal = LARGEST_MAGNITUDE if mechanism.grooved else LARGEST
                 found.append(Constraint(mechanism.curvature, TURN, goal, 1.0, _radius(limit.bound)))
@@ -71,6 +73,10 @@ def constraints_of(question: Question) -> list[Constraint]:
 
 def _radius(bound: float) -> Callable[[Designs], Any]:
     return lambda designs: designs.roller_radius + bound
+
+
+def _size(designs: Designs) -> Any:
+    return designs.size
 
 
 def points_of(question: Question, low: dict[str, FloatArray], high: dict[str, FloatArray], share: float) -> Designs:
