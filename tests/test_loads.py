@@ -749,3 +749,32 @@ def test_a_limit_that_no_size_holds_is_named(contact, limits):
     assert answer.best is None
     assert not answer.out_of_time
     assert all(next(iter(limits)) in obstacle for obstacle in answer.obstacles.values())
+
+
+@pytest.mark.parametrize("contact", ["flat", "knife"])
+@pytest.mark.parametrize("law", ["cycloidal", "poly345"])
+def test_a_limit_equal_to_the_least_load_of_all_sizes_is_solved(contact, law):
+    """The spring at full lift, 100 N + 5 N/mm · 24 mm, which no size changes, decides but for rounding."""
+    scene = question(contact, law, {"mass": 0.5, "spring_rate": 5, "preload": 100}, rpm=300)
+
+    def smallest(bound):
+        return optimise(Scene.from_dict({**scene, "limits": {"normal_force": bound}})).best
+
+    best, eased = smallest(np.nextafter(220.0, 221.0)), smallest(220.0 * (1.0 + 1e-11))
+    assert best["proved"]
+    assert best["base_radius_mm"] == pytest.approx(eased["base_radius_mm"], abs=5e-9 * 80)
+    assert evaluate(best.scene)["feasible"]
+
+
+def test_a_limit_at_the_end_of_a_stroke_is_held_at_the_bound():
+    scene = question("flat", "cycloidal", {"mass": 0.5, "spring_rate": 5, "preload": 100}, rpm=300)
+    assert certify(Scene.from_dict({**scene, "limits": {"normal_force": 220.0}}))["normal_force"] == "held"
+
+
+def test_a_motion_that_rounding_leaves_undecided_is_no_proof():
+    scene = question("flat", "cycloidal", {"mass": 0.5, "spring_rate": 5, "preload": 100}, rpm=300)
+    torque = evaluate(Scene.from_dict(scene))["torque_peak_N_m"]
+    limited = {**scene, "limits": {"torque": torque * (1.0 - 1e-15)}, "outputs": ["sizes"]}
+    answer = optimise(Scene.from_dict(limited))
+    assert (answer.best, answer.out_of_time) == (None, False)
+    assert next(iter(answer.obstacles.values())) == "torque (not proved)"

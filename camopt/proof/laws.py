@@ -15,12 +15,12 @@ from camopt.motion.spline import SplineLaw
 from camopt.proof.ball import precisely
 
 Wave = tuple[arb, arb, arb]
-"""A·sin(w·d + φ)."""
+"""A·sin(π·(w·d + φ)): sin π·x is exact where x is a whole number, so that strokes end exactly where they should."""
 
 
 @dataclass(frozen=True)
 class Piece:
-    """s(x) = Σ cₖ·dᵏ + Σ A·sin(w·d + φ) with d = x − start, up to ``end``."""
+    """s(x) = Σ cₖ·dᵏ + Σ A·sin(π·(w·d + φ)) with d = x − start, up to ``end``."""
 
     start: arb
     end: arb
@@ -36,7 +36,7 @@ class Piece:
                 factor *= k - j
             total = total * d + self.powers[k] * factor
         for size, speed, phase in self.waves:
-            total += size * speed**order * (speed * d + phase + arb.pi() * order / 2).sin()
+            total += size * (arb.pi() * speed) ** order * (speed * d + phase + arb(order) / 2).sin_pi()
         return total
 
 
@@ -45,15 +45,15 @@ def _polynomial(*powers: int) -> tuple[Piece, ...]:
 
 
 def _from_accelerations(*pieces: tuple[arb, arb, arb, arb]) -> tuple[Piece, ...]:
-    """Pieces from (length, A, w, φ): a = A·sin(w·d + φ), or a = A where w is 0; integrated twice from rest."""
+    """Pieces from (length, A, w, φ): a = A·sin(π·(w·d + φ)), or a = A where w is 0; integrated twice from rest."""
     found, start, s, v = [], arb(0), arb(0), arb(0)
     for length, size, speed, phase in pieces:
         if speed == 0:
             piece = Piece(start, start + length, (s, v, size / 2))
         else:
-            swing = size / speed
-            powers = (s + swing / speed * phase.sin(), v + swing * phase.cos())
-            piece = Piece(start, start + length, powers, ((-swing / speed, speed, phase),))
+            swing, fast = size / (arb.pi() * speed), arb.pi() * speed
+            powers = (s + swing / fast * phase.sin_pi(), v + swing * phase.cos_pi())
+            piece = Piece(start, start + length, powers, ((-swing / fast, speed, phase),))
         found.append(piece)
         start = start + length
         s, v = piece.derivative(0, start), piece.derivative(1, start)
@@ -61,28 +61,28 @@ def _from_accelerations(*pieces: tuple[arb, arb, arb, arb]) -> tuple[Piece, ...]
 
 
 def _modified_sine() -> tuple[Piece, ...]:
-    pi, eighth = arb.pi(), arb(1) / 8
-    size, slow = 4 * pi**2 / (4 + pi), 4 * pi / 3
+    pi, eighth, half = arb.pi(), arb(1) / 8, arb(1) / 2
+    size, fast, slow = 4 * pi**2 / (4 + pi), arb(4), arb(4) / 3
     return _from_accelerations(
-        (eighth, size, 4 * pi, arb(0)), (6 * eighth, size, slow, pi / 2), (eighth, size, 4 * pi, 3 * pi / 2)
+        (eighth, size, fast, arb(0)), (6 * eighth, size, slow, half), (eighth, size, fast, 3 * half)
     )
 
 
 def _modified_trapezoid() -> tuple[Piece, ...]:
-    pi, eighth, none = arb.pi(), arb(1) / 8, arb(0)
-    size = 8 * pi / (2 + pi)
+    pi, eighth, half, none = arb.pi(), arb(1) / 8, arb(1) / 2, arb(0)
+    size, fast = 8 * pi / (2 + pi), arb(4)
     return _from_accelerations(
-        (eighth, size, 4 * pi, none),
+        (eighth, size, fast, none),
         (2 * eighth, size, none, none),
-        (2 * eighth, size, 4 * pi, pi / 2),
+        (2 * eighth, size, fast, half),
         (2 * eighth, -size, none, none),
-        (eighth, size, 4 * pi, 3 * pi / 2),
+        (eighth, size, fast, 3 * half),
     )
 
 
 def _double_harmonic() -> tuple[Piece, ...]:
-    pi = arb.pi()
-    waves = ((arb(-1) / 2, pi, pi / 2), (arb(1) / 8, 2 * pi, pi / 2))
+    half = arb(1) / 2
+    waves = ((-half, arb(1), half), (arb(1) / 8, arb(2), half))
     return (Piece(arb(0), arb(1), (arb(3) / 8,), waves),)
 
 
@@ -93,12 +93,11 @@ def _parabolic() -> tuple[Piece, ...]:
 
 def _harmonic() -> tuple[Piece, ...]:
     half = arb(1) / 2
-    return (Piece(arb(0), arb(1), (half,), ((-half, arb.pi(), arb.pi() / 2),)),)
+    return (Piece(arb(0), arb(1), (half,), ((-half, arb(1), half),)),)
 
 
 def _cycloidal() -> tuple[Piece, ...]:
-    turn = 2 * arb.pi()
-    return (Piece(arb(0), arb(1), (arb(0), arb(1)), ((-1 / turn, turn, arb(0)),)),)
+    return (Piece(arb(0), arb(1), (arb(0), arb(1)), ((-1 / (2 * arb.pi()), arb(2), arb(0)),)),)
 
 
 EXACT: dict[str, Callable[[], tuple[Piece, ...]]] = {

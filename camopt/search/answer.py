@@ -53,8 +53,8 @@ def gap_of(design: Designs) -> float:
     return GAP * float(design.prime_radius[0])
 
 
-def feasible(question: Question, programme: Programme, designs: Designs) -> Any:
-    """Which designs can be assembled and are proved to hold every limit.
+def feasible(question: Question, programme: Programme, designs: Designs, side: float = 1.0) -> Any:
+    """Which designs can be assembled and are proved to hold every limit; at side −1, which are not shown to break one.
 
     Effects run cheapest first, on the designs that hold the limits before.
     """
@@ -64,7 +64,7 @@ def feasible(question: Question, programme: Programme, designs: Designs) -> Any:
         rows = extended(rows, Case(question.subject, programme, designs), effect, names)
         ready = [limit for limit in pending if rows.columns.keys() >= set(limit.needs)]
         pending = [limit for limit in pending if limit not in ready]
-        passed = np.all(excesses(ready, rows.shifted(1.0), designs) <= 0.0, axis=0)
+        passed = np.all(excesses(ready, rows.shifted(side), designs) <= 0.0, axis=0)
         held[held] = passed
         designs, rows = designs.take(passed), rows.take(passed)
     return held
@@ -96,3 +96,17 @@ def known_crossings(question: Question, programme: Programme) -> KnownCrossings 
     """What is known of cams that cross themselves, nothing so far; None if they may."""
     limited = any(limit.name == "self_crossing" for limit in question.limits)
     return KnownCrossings(question.subject, programme) if limited else None
+
+
+def first_that(designs: Designs, holds: Callable[[Designs], bool]) -> Designs | None:
+    """The first of some designs that holds what is dear to ask, by bisection, as if all designs after it did too."""
+    found, low, high = None, 0, len(designs) - 1
+    middle = 0
+    while low <= high:
+        one = designs.take([middle])
+        if holds(one):
+            found, high = one, middle - 1
+        else:
+            low = middle + 1
+        middle = (low + high) // 2
+    return found

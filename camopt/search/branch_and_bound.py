@@ -14,14 +14,23 @@ from typing import Any
 import numpy as np
 
 from camopt.effects.crossing_boxes import UNKNOWN, KnownCrossings
+from camopt.judging import judged
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
 from camopt.question import Question
-from camopt.search.answer import Bounds, Smallest, first_feasible, gap_of, known_crossings
+from camopt.search.answer import (
+    Bounds,
+    Smallest,
+    feasible,
+    first_feasible,
+    first_that,
+    gap_of,
+    known_crossings,
+)
 from camopt.search.boxes import Boxes
 from camopt.search.clock import now
 from camopt.search.closed_form import NUDGES, negligible
-from camopt.search.enclosure import Constraint, constraints_of, examined, points_of
+from camopt.search.enclosure import Constraint, Examined, constraints_of, examined, points_of
 from camopt.search.first_look import FEW_VALUES, VALUES, coarse_grid, first_look, largest_size, scale_of
 
 FEW, MANY = 32, 512  # boxes examined together: no fewer, for they take no longer, and no more, to stop in time
@@ -96,8 +105,25 @@ class Search:
         designs = boxes.designs(self.question.design.sense)
         seen = examined(self.question, self.programme, self.constraints, designs, list(boxes.free))
         side = np.where(boxes.side == UNKNOWN, seen.side, boxes.side)
-        boxes = boxes.narrowed(seen.low, seen.high, side).take(~seen.empty)
-        return self.left(boxes, boxes.narrow)
+        boxes, kept = boxes.narrowed(seen.low, seen.high, side), ~seen.empty
+        return self.left(boxes.take(kept), (boxes.narrow | self.settled(seen))[kept])
+
+    def settled(self, seen: Examined) -> Any:
+        """Boxes whose designs hold all limits but for rounding, none of them surely, and not in balls either.
+
+        To cut such boxes tells no more: the bound is what a load is, or comes to.
+        """
+        alike, question = seen.level & ~seen.empty, self.question.without_last
+        index = np.flatnonzero(alike)
+        alike[index[feasible(question, self.programme, seen.inside.take(index))]] = False
+        inside = seen.inside.take(alike)
+        inside = inside.take(np.argsort(inside.size, kind="stable"))
+        first = first_that(inside, lambda one: _proved(question, self.programme, one))
+        if first is None:
+            return alike
+        if _proved(self.question, self.programme, first):
+            self.incumbent = first
+        return alike & (seen.inside.size < first.size)
 
     def without_crossings(self, boxes: Boxes) -> Boxes:
         """The boxes that are not shown to hold only cams that cross themselves, with the side to cut, where known.
@@ -127,6 +153,11 @@ class Search:
             points = points.take(np.argsort(points.size, kind="stable"))
             found = first_feasible(self.question, self.programme, points, self.crossings)
             self.incumbent = found or self.incumbent
+
+
+def _proved(question: Question, programme: Programme, design: Designs) -> bool:
+    """Whether a design is feasible, decided in balls where doubles do not tell."""
+    return bool(judged(question, programme, design, frozenset()).column("feasible")[0])
 
 
 def _last_assembled(question: Question, programme: Programme, bounds: Bounds, most: float) -> float:

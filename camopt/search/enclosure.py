@@ -91,15 +91,18 @@ class Claims(NamedTuple):
 
     least: FloatArray
     """Over each box (m, n)."""
+    most: FloatArray
+    """Over each box (m, n)."""
     at: FloatArray
     """At one design of each box (m, n)."""
     slopes: Interval
     """By each of the d free sizes (d, m, n)."""
 
     @classmethod
-    def of(cls, excess: Sloped) -> "Claims":
-        """That of one limit at one cam angle for each box."""
-        return cls(excess.value.low[None], excess.at[None], excess.slopes.reshaped(-1, 1, excess.size))
+    def of(cls, excess: Sloped, rows: int = 1) -> "Claims":
+        """That of one limit at so many cam angles, one after the other, for each box."""
+        least, most, at = (x.reshape(rows, -1) for x in (excess.value.low, excess.value.high, excess.at))
+        return cls(least, most, at, excess.slopes.reshaped(-1, rows, at.shape[1]))
 
 
 class Examined(NamedTuple):
@@ -107,6 +110,10 @@ class Examined(NamedTuple):
 
     empty: Any
     """Which hold no feasible design (n,)."""
+    level: Any
+    """Of which no design is seen to exceed a limit by more than rounding, one of them the design ``inside`` (n,)."""
+    inside: Designs
+    """One design of each."""
     side: Any
     """The free size to cut next (n,)."""
     low: dict[str, FloatArray]
@@ -126,7 +133,7 @@ def examined(
     inside, exists = _representatives(question, programme, box, free, ~empty)
     intervals: dict[str, Any] = box.sizes
     low, high = (np.array([getattr(intervals[n], end) for n in free]) for end in ("low", "high"))
-    side, index = np.argmax(high - low, axis=0), np.flatnonzero(exists)
+    side, index, level = np.argmax(high - low, axis=0), np.flatnonzero(exists), exists.copy()
     present = [each for each in constraints if np.any(programme.table.kind & each.kinds)]
     if index.size and present:
         point = np.array([inside.sizes[n][index] for n in free])
@@ -134,13 +141,15 @@ def examined(
         with np.errstate(all="ignore"):
             claims = _claims(question, programme, present, box.take(index), inside.take(index), free)
             empty[index] |= np.any(claims.least > MARGIN, axis=0)
+            level[index] = np.all(claims.most <= MARGIN, axis=0)
             side[index] = widest(claims, span)
             left = cut_off(claims, span)
         rounding = ROUNDING * (np.abs(point) + span.largest_magnitude)
         low[:, index] = np.maximum(low[:, index], point + left.low - rounding)
         high[:, index] = np.minimum(high[:, index], point + left.high + rounding)
     empty |= np.any(low > high, axis=0)
-    return Examined(empty, side, dict(zip(free, low, strict=True)), dict(zip(free, high, strict=True)))
+    ends = (dict(zip(free, end, strict=True)) for end in (low, high))
+    return Examined(empty, level, inside, side, *ends)
 
 
 def _claims(
@@ -161,16 +170,15 @@ def _claims(
         designs, like = _sloped(box, inside, free, rows)
         value, _ = curve(constraint.curve(designs, programme), ..., *programme.state(angles))
         excess = as_sloped(constraint.excess(np.tile(np.repeat(ways, count), 2), as_quotient(value), designs), like)
-        least, at = excess.value.low.reshape(rows, count), excess.at.reshape(rows, count)
-        found.append(Claims(least, at, excess.slopes.reshaped(-1, rows, count)))
+        found.append(Claims.of(excess, rows))
     return chained_claims(found)
 
 
 def chained_claims(parts: list[Claims]) -> Claims:
     """Claims on the same boxes, one after the other."""
-    least, at = (np.concatenate([claim[k] for claim in parts]) for k in (0, 1))
+    least, most, at = (np.concatenate([claim[k] for claim in parts]) for k in range(3))
     slopes = Interval(*(np.concatenate([getattr(c.slopes, end) for c in parts], axis=1) for end in ("low", "high")))
-    return Claims(least, at, slopes)
+    return Claims(least, most, at, slopes)
 
 
 def _sloped(box: Designs, inside: Designs, free: list[str], rows: int) -> tuple[Designs, Sloped]:

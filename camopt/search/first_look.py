@@ -45,9 +45,9 @@ def first_look(
             return Look(found)
     if not len(points):
         return Look(None)
-    seen = [_excess(question, programme, block) for block in _blocks(points, until)]
-    excess = np.concatenate(seen, axis=1)
-    if _whatever_the_size(question, programme, excess):
+    seen = [weighed(question, programme, block, frozenset()) for block in _blocks(points, until)]
+    excess, surely = (np.concatenate([getattr(each, side) for each in seen], axis=1) for side in ("outer", "inner"))
+    if _whatever_the_size(question, programme, surely):
         return Look(None, points.take([least_excess(excess)]), hopeless=True)
     near = nearest_miss(question, programme, bounds, points.take([least_excess(excess)]))
     held = judged(question, programme, near, frozenset()).column("feasible")[0]
@@ -91,10 +91,6 @@ def _blocks(points: Designs, until: float) -> Iterator[Designs]:
         if first and now() > until:
             return
         yield points.take(slice(first, first + BLOCK))
-
-
-def _excess(question: Question, programme: Programme, designs: Designs) -> FloatArray:
-    return weighed(question, programme, designs, frozenset()).outer
 
 
 def _whatever_the_size(question: Question, programme: Programme, excess: FloatArray) -> bool:
