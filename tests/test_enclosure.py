@@ -15,6 +15,7 @@ from camopt.numerics.interval import Interval
 from camopt.numerics.sloped import PARTIALS, Quotient, as_quotient, as_sloped, variables
 from camopt.question import exactly, resolve
 from camopt.search.answer import feasible
+from camopt.search.boxes import Boxes
 from camopt.search.enclosure import constraints_of, examined
 
 STEEL = {"cam": "steel", "follower": "steel", "face_width": 15}
@@ -160,6 +161,29 @@ def test_a_quotient_by_what_may_be_zero_keeps_its_bound():
     excess = kept.above - 8.0 * kept.below
     assert excess.at[0] == pytest.approx(1.2)
     assert (excess.slopes.low[0, 0], excess.slopes.high[0, 0]) == (-8.0, -8.0)
+
+
+@pytest.mark.parametrize("power", [0.5, -0.5])
+def test_a_power_of_a_quotient_keeps_its_bound(power):
+    """(1/x)^p ≤ 2 over −1 ≤ x ≤ 1, for x > 0: above − 2·below is finite, with the sign of the excess at ½ and ⅛."""
+    (x,) = variables([Interval(np.array([-1.0, -1.0]), np.array([1.0, 1.0]))], [np.array([0.5, 0.125])])
+    with np.errstate(divide="ignore"):
+        kept = np.power(1.0 / x, power)
+    assert isinstance(kept, Quotient)
+    excess = kept.above - 2.0 * kept.below
+    assert np.all(np.isfinite(excess.value.low))
+    assert np.array_equal(np.sign(excess.at), np.sign(np.array([0.5, 0.125]) ** -power - 2.0))
+
+
+def test_a_side_too_narrow_to_be_cut_is_not_cut():
+    """A side that decides the most, but is a unit in the last place wide, gives way to the widest."""
+    ends = {"size": (50.0, 60.0), "offset": (-5.0, 5.0)}
+    boxes = Boxes.one(ends, 60.0)
+    point = np.array([50.0])
+    narrowed = boxes.narrowed({"size": point}, {"size": np.nextafter(point, 51.0)}, boxes.side)
+    halves = narrowed.halved()
+    assert np.array_equal(halves.low["offset"], [-5.0, 0.0])
+    assert np.array_equal(halves.low["size"], [50.0, 50.0])
 
 
 @pytest.mark.parametrize("name", FOLLOWERS)

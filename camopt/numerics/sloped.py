@@ -167,6 +167,13 @@ def as_sloped(x: Any, like: Sloped) -> Sloped:
     return Sloped(value, value.low, 0.0 * as_interval(np.ones(like.slopes.low.shape)), like.span)
 
 
+def _fraction_power(a: Quotient, exponent: Quotient) -> tuple[Any, Any]:
+    """A positive fraction to the power of a number."""
+    over, under = (a.above, a.below) if exponent.above > 0.0 else (a.below, a.above)
+    size = abs(exponent.above)
+    return np.power(over, size), np.power(under, size)
+
+
 def _kept(a: Any, b: Sloped, touching: Any) -> Quotient:
     """a/b, as a quotient where the range of b reaches 0."""
     a = as_sloped(a, b)
@@ -189,6 +196,7 @@ FRACTIONS: dict[np.ufunc, Callable[..., tuple[Any, Any]]] = {
     np.negative: lambda a: (-a.above, a.below),
     np.square: lambda a: (np.square(a.above), np.square(a.below)),
     np.sqrt: lambda a: (np.sqrt(a.above), np.sqrt(a.below)),
+    np.power: _fraction_power,
     np.absolute: lambda a: (np.absolute(a.above), a.below),
 }
 """Operations on fractions: (above, below)."""

@@ -54,7 +54,7 @@ def gap_of(design: Designs) -> float:
 
 
 def feasible(question: Question, programme: Programme, designs: Designs, side: float = 1.0) -> Any:
-    """Which designs can be assembled and are proved to hold every limit; at side −1, which are not shown to break one.
+    """Which designs can be assembled and are proved to hold every limit; at side −1, not shown to break one.
 
     Effects run cheapest first, on the designs that hold the limits before.
     """
@@ -99,7 +99,7 @@ def known_crossings(question: Question, programme: Programme) -> KnownCrossings 
 
 
 def first_that(designs: Designs, holds: Callable[[Designs], bool]) -> Designs | None:
-    """The first of some designs that holds what is dear to ask, by bisection, as if all designs after it did too."""
+    """The first of some designs that holds what costs much to ask, by bisection, as if all after it held it too."""
     found, low, high = None, 0, len(designs) - 1
     middle = 0
     while low <= high:

@@ -40,8 +40,14 @@ class Boxes:
     @property
     def narrow(self) -> Any:
         """Which boxes are so narrow that there is no use in cutting them."""
-        least = {n: NARROW * np.maximum(self.scale, np.abs(self.high[n])) for n in self.free}
-        return np.all([self.high[n] - self.low[n] < least[n] for n in self.free], axis=0)
+        return np.all(self._width < 1.0, axis=0)
+
+    @property
+    def _width(self) -> FloatArray:
+        """How many times each side is as wide as one that is not to be cut (sides, boxes)."""
+        least = [NARROW * np.maximum(self.scale, np.abs(self.low[n])) for n in self.free]
+        wide = np.array([self.high[n] - self.low[n] for n in self.free])
+        return np.where(wide > 0.0, wide, 0.0) / np.array(least)
 
     def take(self, index: Any) -> "Boxes":
         low, high = ({n: v[index] for n, v in ends.items()} for ends in (self.low, self.high))
@@ -52,8 +58,11 @@ class Boxes:
         return replace(self, high={**self.high, "size": np.minimum(self.high["size"], most)})
 
     def narrowed(self, low: dict[str, FloatArray], high: dict[str, FloatArray], side: Any) -> "Boxes":
-        """The boxes with other ends of the sizes that have a range, and other sides to be cut."""
-        return replace(self, low={**self.low, **low}, high={**self.high, **high}, side=side)
+        """The boxes with other ends of the sizes that have a range, and other sides to be cut, if wide enough."""
+        left = replace(self, low={**self.low, **low}, high={**self.high, **high}, side=side)
+        width = left._width
+        cut = np.take_along_axis(width, side[None], axis=0)[0] >= 1.0
+        return replace(left, side=np.where(cut, side, np.argmax(width, axis=0)))
 
     def and_(self, other: "Boxes") -> "Boxes":
         """These boxes and others."""

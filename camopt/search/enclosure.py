@@ -111,7 +111,7 @@ class Examined(NamedTuple):
     empty: Any
     """Which hold no feasible design (n,)."""
     level: Any
-    """Of which no design is seen to exceed a limit by more than rounding, one of them the design ``inside`` (n,)."""
+    """Of which no design is seen to exceed a limit by more than rounding (n,)."""
     inside: Designs
     """One design of each."""
     side: Any
