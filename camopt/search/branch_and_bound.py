@@ -53,10 +53,9 @@ def branch_and_bound(
     if look.hopeless or most <= least:
         return Smallest(look.design, inf, look.nearest)
     boxes = Boxes.one({**bounds, "size": (least, most)}, scale_of(bounds, programme.lift))
-    search = Search(
-        question, programme, constraints_of(question), known_crossings(question, programme), look.design
-    )
-    floor = search.run(boxes, until)
+    crossings = known_crossings(question, programme)
+    search = Search(question, programme, constraints_of(question), crossings, look.design, until)
+    floor = search.run(boxes)
     return Smallest(search.incumbent, floor, look.nearest)
 
 
@@ -71,13 +70,15 @@ class Search:
     """What shows that all cams of a box cross themselves, if that is a limit."""
     incumbent: Designs | None
     """The smallest feasible design so far."""
+    until: float = inf
+    """When to stop (``clock.now``)."""
     floor: float = inf
     """The least size of the boxes that are not shown to be empty and not worth another look."""
 
-    def run(self, boxes: Boxes, until: float) -> float:
+    def run(self, boxes: Boxes) -> float:
         """Search all boxes; a size that no feasible design undercuts."""
         seen = 0
-        while len(boxes) and seen < MOST_BOXES and now() < until:
+        while len(boxes) and seen < MOST_BOXES and now() < self.until:
             while len(boxes) < FEW:
                 boxes = boxes.halved()
             chosen, rest = self.split(boxes)
@@ -118,7 +119,7 @@ class Search:
         alike[index[feasible(question, self.programme, seen.inside.take(index))]] = False
         inside = seen.inside.take(alike)
         inside = inside.take(np.argsort(inside.size, kind="stable"))
-        first = first_that(inside, lambda one: _proved(question, self.programme, one))
+        first = first_that(inside, lambda one: now() < self.until and _proved(question, self.programme, one))
         if first is None:
             return alike
         if _proved(self.question, self.programme, first):

@@ -100,7 +100,7 @@ def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SE
         until = share(end, len(programmes) - done)
         answers = list(_answers(question, programme, Turns(question, pair, until=until), until))
         out_of_time |= now() > until
-        row = _smallest(question, answers)
+        row = _smallest(question, answers, until)
         if row is not None:
             found[laws] = row
             continue
@@ -141,7 +141,7 @@ def _answers(question: Question, programme: Programme, turns: Turns, until: floa
         yield Answered(bounds, answer, turns.programme(freed), {"angles_deg": turns.angles(freed)})
 
 
-def _smallest(question: Question, answers: list[Answered]) -> dict[str, Any] | None:
+def _smallest(question: Question, answers: list[Answered], until: float) -> dict[str, Any] | None:
     """The smallest cam of all boxes, and what is proved of it; None if there is none."""
     least = min(answers, key=lambda each: each.answer.size)
     if least.answer.design is None:
@@ -151,7 +151,7 @@ def _smallest(question: Question, answers: list[Answered]) -> dict[str, Any] | N
         what = f"nothing limits the size: add {wanted}"
         raise BadInput([Mistake(question.scene.file, "limits", None, what, bare=True)])
     answer = replace(least.answer, floor=min(each.answer.floor for each in answers))
-    return _described(question, least.programme, answer) | least.angles
+    return _described(question, least.programme, answer, until) | least.angles
 
 
 def _obstacle(question: Question, answers: list[Answered], until: float) -> str:
@@ -188,7 +188,7 @@ def _least(misses: list[tuple[tuple[float, float], dict[str, Any]]], scene: Scen
     return Design(min(misses, key=lambda miss: miss[0])[1], scene) if misses else None
 
 
-def _described(question: Question, programme: Programme, answer: Smallest) -> dict[str, Any]:
+def _described(question: Question, programme: Programme, answer: Smallest, until: float) -> dict[str, Any]:
     """The quantities of an optimum, the limits that bind it, and where feasibility is clear above it."""
     design = answer.design
     assert design is not None
@@ -203,7 +203,7 @@ def _described(question: Question, programme: Programme, answer: Smallest) -> di
         for limit, over in zip(question.limits, excess, strict=True)
         if over > -BINDS or (limit.last and limit.name in stopped)
     ]
-    clear = _clear_above(question, programme, answer)
+    clear = _clear_above(question, programme, answer, until)
     return {
         **quantities,
         "binding": binding,
@@ -213,11 +213,12 @@ def _described(question: Question, programme: Programme, answer: Smallest) -> di
     }
 
 
-def _clear_above(question: Question, programme: Programme, answer: Smallest) -> float:
+def _clear_above(question: Question, programme: Programme, answer: Smallest, until: float) -> float:
     """The least size above which all sizes looked at are feasible, the other sizes being the optimum's.
 
     Feasibility is looked at on a geometric grid up to ten times the prime radius, a coarser one for limits that are
-    asked last, and the last change found is bisected; an infeasible gap narrower than the grid can be missed.
+    asked last, and the last change found is bisected until the time is over. An infeasible gap narrower than the
+    grid can be missed.
     """
     design = answer.design
     assert design is not None
@@ -233,6 +234,8 @@ def _clear_above(question: Question, programme: Programme, answer: Smallest) -> 
         return size
     low, high = sizes[bad[-1]], sizes[some[some > bad[-1]][0]]
     for _ in range(60):
+        if now() > until:
+            break
         middle = (low + high) / 2
         held = feasible(question, programme, replace(design, size=np.array([middle])))[0]
         low, high = (low, middle) if held else (middle, high)
