@@ -214,7 +214,7 @@ def _described(question: Question, programme: Programme, answer: Smallest, until
 
 
 def _clear_above(question: Question, programme: Programme, answer: Smallest, until: float) -> float:
-    """The least size above which all sizes looked at are feasible, the other sizes being the optimum's.
+    """The least size above which no size looked at is shown to break a limit, the other sizes being the optimum's.
 
     Feasibility is looked at on a geometric grid up to ten times the prime radius, a coarser one for limits that are
     asked last, and the last change found is bisected until the time is over. An infeasible gap narrower than the
@@ -225,10 +225,10 @@ def _clear_above(question: Question, programme: Programme, answer: Smallest, unt
     size, prime = float(design.size[0]), float(design.prime_radius[0])
     sizes = size + prime * np.geomspace(1e-6, 10.0, RADII)
     grid = replace(design.take(np.zeros(RADII, dtype=int)), size=sizes)
-    if not feasible(question, programme, grid.take([RADII - 1]))[0]:
+    if not feasible(question, programme, grid.take([RADII - 1]), -1.0)[0]:
         return inf
-    held, some = feasible(question.without_last, programme, grid), np.arange(SPARSE - 1, RADII, SPARSE)
-    held[some] &= feasible(question, programme, grid.take(some))
+    held, some = feasible(question.without_last, programme, grid, -1.0), np.arange(SPARSE - 1, RADII, SPARSE)
+    held[some] &= feasible(question, programme, grid.take(some), -1.0)
     bad = np.flatnonzero(~held)
     if not bad.size:
         return size
@@ -237,6 +237,6 @@ def _clear_above(question: Question, programme: Programme, answer: Smallest, unt
         if now() > until:
             break
         middle = (low + high) / 2
-        held = feasible(question, programme, replace(design, size=np.array([middle])))[0]
+        held = feasible(question, programme, replace(design, size=np.array([middle])), -1.0)[0]
         low, high = (low, middle) if held else (middle, high)
     return float(high)
