@@ -30,7 +30,7 @@ def combined(claims: Claims, span: Interval, size: int) -> Claims:
         for end in (claims.slopes.low, claims.slopes.high)
     ]
     at = (weights[some] @ claims.at[some])[None]
-    return chained_claims([claims, Claims(np.full(at.shape, -inf), at, Interval(*ends))])
+    return chained_claims([claims, Claims(np.full(at.shape, -inf), np.full(at.shape, inf), at, Interval(*ends))])
 
 
 def _multipliers(claims: Claims, span: Interval, size: int) -> FloatArray:
