@@ -598,9 +598,7 @@ def test_what_two_plans_share_is_the_same_to_the_bit(contact):
     for outputs in (["pressure", "curvature"], ["force"], ["normal_force_max_N"], ["jump_speed_ratio"], ["thrust"]):
         some = found({**scene, "outputs": outputs})
         assert some.keys() - {"relative_half_width"} <= everything.keys()
-        angles = {n for n in some if n.startswith("pressure_angle")}  # to the digits that finding the place takes
-        assert all(some[n] == pytest.approx(everything[n], rel=1e-12) for n in angles)
-        assert all(some[n] == everything[n] for n in some if n != "relative_half_width" and n not in angles)
+        assert all(some[n] == everything[n] for n in some if n != "relative_half_width")
     if "contact_stress_max_MPa" in everything:
         alone = found({**scene, "outputs": ["contact_stress_max_MPa"]})
         assert alone["contact_stress_max_MPa"] == everything["contact_stress_max_MPa"]
@@ -609,7 +607,6 @@ def test_what_two_plans_share_is_the_same_to_the_bit(contact):
 def test_a_sweep_with_and_without_loads_agrees_to_the_bit(tmp_path):
     scene = question("roller", dynamics=GUIDED, search={"base_radius": [50, 60, 70]})
     names = ["base_radius_mm", "pressure_angle_max_deg", "profile_radius_min_mm"]
-    names += ["pressure_angle_max_at_deg"]  # where an angle is largest takes more digits of it: both look for it
     for folder, outputs in (("few", names), ("all", ["all"])):
         sweep(Scene.from_dict({**scene, "outputs": outputs}), tmp_path / folder, keep="all")
     few, everything = (load(tmp_path / folder / "designs.parquet") for folder in ("few", "all"))

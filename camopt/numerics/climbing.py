@@ -17,7 +17,7 @@ MOST_PARTS = 4096  # looked at in one panel, before it stays undecided
 MOST_STEPS = 60
 
 # rows of the scratch table, one column for each climb that goes on
-LOW, HIGH, RISING, FALLING, SIDE, BEST, AT, BOUND, CONCAVITY, GAIN, SLOPE, NEXT, SCRATCH = range(13)
+LOW, HIGH, RISING, FALLING, SIDE, BEST, AT, BOUND, CONCAVITY, GAIN, SLOPE, NEXT, EXACT, SCRATCH = range(14)
 CONCAVE, CLIMBS, SETTLED, OPEN = 0, 1, 2, 3
 
 
@@ -94,7 +94,7 @@ def begin_climb(scratch, j, part, half_width, concavity):
     scratch[LOW, j], scratch[HIGH, j] = low, high
     scratch[RISING, j], scratch[FALLING, j], scratch[CONCAVITY, j] = rising, falling, concavity
     scratch[SIDE, j], scratch[BEST, j], scratch[AT, j] = 0.0, -np.inf, 0.0
-    scratch[BOUND, j], scratch[SLOPE, j] = np.inf, np.inf
+    scratch[BOUND, j], scratch[SLOPE, j], scratch[EXACT, j] = np.inf, np.inf, 0.0
 
 
 @inlined
@@ -128,7 +128,11 @@ def step_all(f, first, index, many, table, panel, sign, scratch):
 
 @inlined
 def climb_all(f, first, index, many, table, panel, error, sign, tolerance, location, best, at, top, scratch):
-    """Climb to the maximum of every concave part at once. ``index`` and the scratch table lose what has ended."""
+    """Climb to the maximum of every concave part at once. ``index`` and the scratch table lose what has ended.
+
+    A value that is exact enough stays as it is while the climb goes on to find its place: whether somebody asks for
+    the place does not change a digit of the value.
+    """
     for step in range(MOST_STEPS):
         if many == 0:
             break
@@ -137,14 +141,15 @@ def climb_all(f, first, index, many, table, panel, error, sign, tolerance, locat
         for j in range(many):
             i = index[j]
             if scratch[BEST, j] >= best[i] - error[panel, i]:  # the place is better known than that of a node
-                best[i] = max(best[i], scratch[BEST, j])
+                best[i] = best[i] if scratch[EXACT, j] else max(best[i], scratch[BEST, j])
                 at[i] = table.centre[panel] + table.half_width[panel] * scratch[AT, j]
             near = scratch[SLOPE, j] <= location * scratch[CONCAVITY, j]
-            exact = scratch[GAIN, j] <= allowed(best[i], tolerance, error[panel, i])
+            exact = scratch[EXACT, j] > 0.0 or scratch[GAIN, j] <= allowed(best[i], tolerance, error[panel, i])
             lost = scratch[BOUND, j] < best[i] - error[panel, i]
             if (exact and near) or lost or step == MOST_STEPS - 1:
                 top[i] = max(top[i], scratch[BOUND, j])
             else:
+                scratch[EXACT, j] = exact
                 for k in range(SCRATCH):
                     scratch[k, still] = scratch[k, j]
                 index[still] = i
@@ -156,18 +161,19 @@ def climb_all(f, first, index, many, table, panel, error, sign, tolerance, locat
 def climb(f, i, table, panel, part, concavity, sign, best, allowance, location):
     """As ``climb_all``, for one design: (largest value, where in the panel, bound of the maximum)."""
     low, high, _, rising, _, falling = part
-    side, largest, at, bound, flattest = 0, -np.inf, low, np.inf, np.inf
+    side, largest, at, bound, flattest, exact = 0, -np.inf, low, np.inf, np.inf, False
     half_width = table.half_width[panel]
     for _ in range(MOST_STEPS):
         u = low + (high - low) * (rising / (rising - falling))
         y, y1, y2, y3 = motion(table, panel, u)
         value, slope = oriented(f, i, y, y1, y2, y3, sign)
-        largest = max(largest, value)
+        largest = largest if exact else max(largest, value)
         if abs(slope) < flattest:
             flattest, at = abs(slope), u
         gain = abs(slope) * min((high - low) * half_width, 0.5 * abs(slope) / concavity)
         bound = min(bound, value + gain)
-        if bound < best or (gain <= allowance and abs(slope) <= location * concavity):
+        exact = exact or gain <= allowance
+        if bound < best or (exact and abs(slope) <= location * concavity):
             break
         if slope > 0.0:
             low, rising, falling = u, slope, 0.5 * falling if side == 1 else falling
