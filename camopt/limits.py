@@ -1,29 +1,32 @@
 """Limits: what a scene forbids, the quantities each limit calls for, and by how much a design exceeds it."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
+from camopt.claims import ByCamAngle, Claim, Derivative, Offset, Plain, Tangent, size_of
 from camopt.effects import EFFECTS, Subject, hertz, surface, thrust
 from camopt.effects.loads import drag_curve, driven, goal_of, normal_curve, torque_curve, ways
-from camopt.mechanisms import Designs
+from camopt.mechanisms import Designs, Mechanism
 from camopt.motion.programme import Programme
-from camopt.numerics import LARGEST_MAGNITUDE, FloatArray
-from camopt.quantities import QUANTITIES, motion_quantity
+from camopt.motion.table import DWELL, RETURN, RISE, TURN
+from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
+from camopt.quantities import DERIVATIVES, QUANTITIES, motion_quantity
 from camopt.rows import Columns
 from camopt.scene import Scene
 
 
-class Ceiling(NamedTuple):
-    """A limit as a claim on a curve: its largest value over some kinds of stroke is at most a bound."""
+def never(programme: Programme) -> bool:
+    """Of the motions at whose jumps no claim is infinite: all."""
+    return False
 
-    curve: Callable[[Designs, Programme], Any]
-    kinds: int
-    goal: int
-    bound: float
+
+def at_corners(programme: Programme) -> bool:
+    """Whether the velocity jumps, where an inertia would make a load infinite."""
+    return bool(programme.corners)
 
 
 @dataclass(frozen=True)
@@ -35,10 +38,13 @@ class Limit:
 
     name: str
     bound: float
+    """In the unit of its key."""
     needs: tuple[str, ...]
     excess: Callable[[Columns, Designs], FloatArray]
-    ceilings: tuple[Ceiling, ...] = ()
-    """Curves that decide it, of a limit on loads; for searches and proofs."""
+    claims: tuple[Claim, ...] = ()
+    """The curves that decide it, for searches, proofs and pictures; none of one that is no matter of curves."""
+    infinite_at: Callable[[Programme], bool] = never
+    """Whether jumps of a motion make infinite what it bounds, so that no design of that motion holds it."""
     shown: tuple[str, ...] = ()
     """The quantities that people read beside the bound."""
     relation: str = "≤"
@@ -52,7 +58,7 @@ class Limit:
         return any(EFFECTS[QUANTITIES[name].effect].last for name in self.needs)
 
 
-def _at_most(name: str, bound: float, *needs: str) -> Limit:
+def _at_most(name: str, bound: float, *needs: str, claims: Iterable[Claim] = (), **more: Any) -> Limit:
     """The largest magnitude of some quantities is bounded."""
 
     def excess(columns: Columns, designs: Designs) -> FloatArray:
@@ -61,7 +67,7 @@ def _at_most(name: str, bound: float, *needs: str) -> Limit:
         return result
 
     shown = tuple(need for need in needs if need != "pressure_angle_max_dwell_deg")
-    return Limit(name, bound, needs, excess, shown=shown, relation="±" if name == "face_reach" else "≤")
+    return Limit(name, bound, needs, excess, tuple(claims), shown=shown, **more)
 
 
 MOST, LEAST_ALLOWED = 1.0, -1.0
@@ -100,33 +106,35 @@ def _load(name: str, bound: float, subject: Subject) -> Limit:
 
     by_arm = name.startswith("contact_force") and subject.angular  # a moment over the length of the arm
     needs = (quantity, "arm_length_mm") if by_arm else (quantity,)
-    curves, relation = tuple(_ceilings(name, bound, subject)), "≤" if side == MOST else "≥"
-    return Limit(name, bound, needs, excess, curves, shown=(quantity,), relation=relation)
+    claims, relation = tuple(_load_claims(name, bound, subject)), "≤" if side == MOST else "≥"
+    jumps = at_corners if claims and name != "jamming_margin" else never
+    return Limit(name, bound, needs, excess, claims, jumps, shown=(quantity,), relation=relation)
 
 
-def _ceilings(name: str, bound: float, subject: Subject) -> Iterator[Ceiling]:
+def _load_claims(name: str, bound: float, subject: Subject) -> Iterator[Claim]:
     """The curves that decide a limit on loads; none for one that the motion alone decides."""
     if name == "contact_stress" and not subject.pointed:  # that of a knife edge has no bound
         for *_, (make, kinds) in hertz.variants(subject):
-            yield Ceiling(make, kinds, goal_of(subject), hertz.load_of(subject, bound))
+            yield Claim(make, kinds, goal_of(subject), Plain(hertz.load_of(subject, bound)))
     elif name in ("wear", "sliding_speed", "film_ratio"):
         for (make, kinds), goal in surface.variants(name, subject):
-            yield Ceiling(make, kinds, goal, surface.ceiling(name, subject, bound))
+            yield Claim(make, kinds, goal, Plain(surface.ceiling(name, subject, bound)))
     elif name == "jamming_margin":
-        yield Ceiling(partial(drag_curve, subject), driven(subject), LARGEST_MAGNITUDE, 1.0 - bound)
+        yield Claim(partial(drag_curve, subject), driven(subject), LARGEST_MAGNITUDE, Plain(1.0 - bound))
     elif name == "normal_force":
         for way, kinds in ways(subject):
-            yield Ceiling(partial(normal_curve, subject, way=way), kinds, goal_of(subject), bound)
+            yield Claim(partial(normal_curve, subject, way=way), kinds, goal_of(subject), Plain(bound))
     elif name in ("torque", "power"):
         assert subject.omega is not None
         per = 1.0 if name == "torque" else subject.omega
         for way, kinds in ways(subject):
-            yield Ceiling(partial(torque_curve, subject, way=way), kinds, LARGEST_MAGNITUDE, 1e3 * bound / per)
+            make, most = partial(torque_curve, subject, way=way), Plain(1e3 * bound / per)
+            yield Claim(make, kinds, LARGEST_MAGNITUDE, most)
     elif name in ("side_thrust", "guide_reaction", "stem_bending_stress"):
         arm, reach, factor = thrust.levers(subject)[LOADS[name][0]]
         for way, kinds in ways(subject):
             make = partial(thrust.thrust_curve, subject, way=way, arm=arm, reach=reach)
-            yield Ceiling(make, kinds, LARGEST_MAGNITUDE, bound / factor)
+            yield Claim(make, kinds, LARGEST_MAGNITUDE, Plain(bound / factor))
 
 
 def _curvature(name: str, subject: Subject, bound: float) -> Limit:
@@ -147,11 +155,19 @@ def _curvature(name: str, subject: Subject, bound: float) -> Limit:
         result: FloatArray = sharpest * (designs.roller_radius + bound) - 1.0
         return np.where(result == 0.0, at_bound, result)
 
-    shown, relation = ("profile_radius_min_mm",), ">" if bound == 0.0 else "≥"
-    if subject.mechanism.curvature is None:
-        return Limit(name, bound, shown, flat, shown=shown, relation=relation)
+    mechanism, shown, relation = subject.mechanism, ("profile_radius_min_mm",), ">" if bound == 0.0 else "≥"
+
+    def pointed(programme: Programme) -> bool:
+        return any(mechanism.grooved or corner.size < 0.0 for corner in programme.corners)
+
+    if mechanism.curvature is None:
+        assert mechanism.profile_radius is not None
+        claim = Claim(mechanism.profile_radius, TURN, LEAST, Plain(bound), unit=size_of)
+        return Limit(name, bound, shown, flat, (claim,), pointed, shown, relation)
+    goal = LARGEST_MAGNITUDE if mechanism.grooved else LARGEST
+    claim = Claim(mechanism.curvature, TURN, goal, Plain(1.0), Offset(bound))
     needs = ("pitch_curvature_max_per_mm", "pitch_curvature_min_per_mm", *shown)
-    return Limit(name, bound, needs, trace, shown=shown, relation=relation)
+    return Limit(name, bound, needs, trace, (claim,), pointed, shown, relation)
 
 
 def _crossing() -> Limit:
@@ -181,28 +197,46 @@ def _implied(subject: Subject) -> list[Limit]:
     return limits
 
 
-def pressure_limits(on_rise: float | None, on_return: float | None) -> Iterator[Limit]:
+def pressure_limits(mechanism: Mechanism, on_rise: float | None, on_return: float | None) -> Iterator[Limit]:
     """The limits on the pressure angle in deg: one of rises and dwells, one of returns alone."""
+
+    def limit(name: str, bound: float, kinds: int, *needs: str) -> Limit:
+        claim = Claim(mechanism.pressure, kinds, LARGEST_MAGNITUDE, Tangent(bound))
+        return _at_most(name, bound, *needs, claims=[claim])
+
     if on_rise is not None:
         rises = ("pressure_angle_max_rise_deg", "pressure_angle_max_dwell_deg")
-        yield _at_most("pressure_angle", on_rise, *rises)
+        yield limit("pressure_angle", on_rise, RISE | DWELL, *rises)
     if on_return is not None:
-        yield _at_most("pressure_angle_return", on_return, "pressure_angle_max_return_deg")
+        yield limit("pressure_angle_return", on_return, RETURN, "pressure_angle_max_return_deg")
+
+
+def _derivative(name: str, order: int, bound: float, subject: Subject, rpm: float) -> Limit:
+    """The largest magnitude of a derivative of the motion by time is bounded."""
+
+    def jumps(programme: Programme) -> bool:
+        return any(jump.order < order for jump in programme.jumps)
+
+    quantity = motion_quantity(name, "", angular=subject.angular, timed=True)
+    by_angle = ByCamAngle(bound, 1.0 if subject.angular else 1e3, order, rpm)
+    claim = Claim(Derivative(order), RISE | RETURN, LARGEST_MAGNITUDE, by_angle)
+    return _at_most(name, bound, quantity, claims=[claim], infinite_at=jumps)
 
 
 def limits_of(scene: Scene, subject: Subject) -> tuple[Limit, ...]:
     """The limits of a scene, those that are asked last at the end, with those that every cam has to hold."""
     asked = scene.limits
     limits = []
-    for derivative in ("velocity", "acceleration", "jerk"):
-        bound = getattr(asked, derivative)
-        if bound is not None:
-            quantity = motion_quantity(derivative, "", angular=subject.angular, timed=True)
-            limits.append(_at_most(derivative, bound, quantity))
+    for order, derivative in enumerate(DERIVATIVES, start=1):
+        if (bound := getattr(asked, derivative)) is not None:
+            assert scene.cam.rpm is not None
+            limits.append(_derivative(derivative, order, bound, subject, scene.cam.rpm))
     on_return = asked.pressure_angle if asked.pressure_angle_return is None else asked.pressure_angle_return
-    limits += pressure_limits(asked.pressure_angle, on_return)
-    if asked.face_reach is not None:
-        limits.append(_at_most("face_reach", asked.face_reach, "face_reach_max_mm", "face_reach_min_mm"))
+    limits += pressure_limits(subject.mechanism, asked.pressure_angle, on_return)
+    if asked.face_reach is not None and subject.mechanism.reach is not None:
+        claim = Claim(subject.mechanism.reach, TURN, LARGEST_MAGNITUDE, Plain(asked.face_reach))
+        ends = ("face_reach_max_mm", "face_reach_min_mm")
+        limits.append(_at_most("face_reach", asked.face_reach, *ends, claims=[claim], relation="±"))
     if asked.curvature_radius is not None:
         limits.append(_curvature("curvature_radius", subject, asked.curvature_radius))
     loads = [_load(name, bound, subject) for name in LOADS if (bound := getattr(asked, name)) is not None]

@@ -1,12 +1,13 @@
 """From a scene to a question in inside units (mm, s, rad): its subject, programme, design and limits."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
 from math import isnan, nan, pi
 from typing import Any
 
 import numpy as np
 
+from camopt.claims import Claim
 from camopt.effects import Bodies, Dynamics, Subject, lacking, offered
 from camopt.limits import LOADS, Limit, limits_of, load_quantity
 from camopt.load_table import constant_and_changing
@@ -143,6 +144,21 @@ def _given(scene: Scene, key: str) -> float:
     table, name = key.split(".")
     value: float | None = getattr(getattr(scene, table), name)
     return nan if value is None else value
+
+
+def claims_on(question: Question, made: Callable[[Designs, Programme], Any] | None) -> list[Claim]:
+    """What the limits say of one of the mechanism's curves; nothing of one that it has not."""
+    return [claim for limit in question.limits for claim in limit.claims if claim.curve is made]
+
+
+def strictest(question: Question) -> list[Claim]:
+    """The claims on the size, without those that another one on the same curve and strokes implies."""
+    found: dict[Any, Claim] = {}
+    for claim in (claim for limit in question.limits if not limit.of_motion for claim in limit.claims):
+        same = (claim.curve, claim.strokes, claim.goal)
+        if same not in found or claim.strictness > found[same].strictness:
+            found[same] = claim
+    return list(found.values())
 
 
 def exactly(question: Question) -> Question:

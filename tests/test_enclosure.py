@@ -16,7 +16,7 @@ from camopt.numerics.sloped import PARTIALS, Quotient, as_quotient, as_sloped, v
 from camopt.question import exactly, resolve
 from camopt.search.answer import feasible
 from camopt.search.boxes import Boxes
-from camopt.search.enclosure import constraints_of, examined
+from camopt.search.enclosure import claims_on_size, examined
 
 STEEL = {"cam": "steel", "follower": "steel", "face_width": 15}
 SURFACE = {"wear_rate": 1e-10, "viscosity": 0.05, "pressure_viscosity": 18, "roughness": 0.3}
@@ -204,17 +204,17 @@ def test_no_design_of_a_box_lies_outside_of_a_limit_s_range(name, seed, wide):
         box = [Interval(low[n][k : k + 1], high[n][k : k + 1]) for n in free]
         sizes = dict(zip(free, variables(box, [points.sizes[n][:1] for n in free]), strict=True))
         made = Designs(**{**{n: v[k : k + 1] for n, v in low.items()}, **sizes}, sense=question.design.sense)
-        for constraint in constraints_of(question):
+        for claim in claims_on_size(question):
             state = question.programme.state(rng.uniform(0.0, 2 * np.pi, 1))
             with np.errstate(all="ignore"):
-                value = as_quotient(curve(constraint.curve(made, question.programme), ..., *state)[0])
-                values = curve(constraint.curve(points, question.programme), ..., *state)[0]
+                value = as_quotient(curve(claim.curve(made, question.programme), ..., *state)[0])
+                values = curve(claim.curve(points, question.programme), ..., *state)[0]
             if not isinstance(value.below, float):
                 continue
             ends = as_sloped(value.above, sizes[free[0]]).value
             room = 1e-11 * np.max(np.abs(values)) + 1e-13
-            assert np.all(values >= ends.low[0] - room), constraint
-            assert np.all(values <= ends.high[0] + room), constraint
+            assert np.all(values >= ends.low[0] - room), claim
+            assert np.all(values <= ends.high[0] + room), claim
 
 
 @pytest.mark.parametrize("name", FOLLOWERS)
@@ -225,7 +225,7 @@ def test_no_feasible_design_is_cut_off(name, seed, wide):
     question, rng = limited(name), np.random.default_rng(seed)
     low, high, free = drawn(question, rng, 12, wide)
     box = Designs(**{n: Interval(low[n], high[n]) for n in low}, sense=question.design.sense)
-    seen = examined(question, question.programme, constraints_of(question), box, free)
+    seen = examined(question, question.programme, claims_on_size(question), box, free)
     for k in range(12):
         points = inside_of(low, high, rng, question.design.sense, k)
         held = points.take(feasible(question, question.programme, points))
@@ -242,7 +242,7 @@ def test_boxes_of_feasible_and_of_empty_designs_are_met(name):
     (low, high, free), (near, far, _) = (drawn(question, rng, 200, wide) for wide in (0.1, 0.005))
     low, high = ({n: np.concatenate([a[n], b[n]]) for n in a} for a, b in ((low, near), (high, far)))
     box = Designs(**{n: Interval(low[n], high[n]) for n in low}, sense=question.design.sense)
-    seen = examined(question, question.programme, constraints_of(question), box, free)
+    seen = examined(question, question.programme, claims_on_size(question), box, free)
     middles = Designs(**{n: (low[n] + high[n]) / 2 for n in low}, sense=question.design.sense)
     held = feasible(question, question.programme, middles)
     assert seen.empty.any()

@@ -9,7 +9,7 @@ from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
 from camopt.proof.ball import as_arb, precisely
-from camopt.proof.certify import HELD, Claim, decide, in_balls, motion_at, motion_of, of_curve
+from camopt.proof.certify import HELD, Statement, decide, in_balls, motion_at, motion_of, of_curve
 from camopt.proof.laws import pieces_of
 from camopt.question import Question
 
@@ -39,7 +39,7 @@ def reference(
     assert best is not None
     for kinds, goal in subject.questions:
         for sign in SIGNS[int(goal)]:
-            claim = Claim(of_curve(made), int(kinds), arb(sign), best + abs(best) * ALIKE)
+            claim = Statement(of_curve(made), int(kinds), arb(sign), best + abs(best) * ALIKE)
             if decide(claim, motion) != HELD:
                 raise ArithmeticError(f"no proof of the {subject.name} of {design}")
     return best

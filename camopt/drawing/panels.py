@@ -6,13 +6,15 @@ from typing import Any
 
 import numpy as np
 
+from camopt.claims import Tangent
 from camopt.drawing.picture import NAMES, Picture, number
 from camopt.drawing.style import INK, REFERENCE
 from camopt.effects.motion import scale
 from camopt.mechanisms.design import BoolArray
-from camopt.motion.table import DWELL, RETURN, RISE, TURN
+from camopt.motion.table import RETURN, RISE, TURN
 from camopt.numerics import FloatArray
 from camopt.quantities import DERIVATIVES, QUANTITIES, motion_quantity
+from camopt.question import claims_on
 
 SAME = 1e-6  # jumps below this share of the range are none, samples this near the peak are the peak
 CLIP = 4.0  # times the usual pitch curvature: where the diagram of curvature is cut off
@@ -97,8 +99,8 @@ def _pressure(picture: Picture) -> Panel:
     bounds = {kind: exact[f"pressure_angle_max_{NAMES[kind]}_deg"] for kind in (RISE, RETURN)}
     panel = Panel("Pressure angle", "deg", values, _peaks(picture, values, bounds, "°"))
     _mark_pitch_point(panel, exact)
-    kinds = {"pressure_angle": RISE | DWELL, "pressure_angle_return": RETURN}
-    panel.limits = [(kinds[lim.name], lim.bound) for lim in picture.question.limits if lim.name in kinds]
+    claims = claims_on(picture.question, mechanism.pressure)
+    panel.limits = [(c.strokes, c.bound.degrees) for c in claims if isinstance(c.bound, Tangent)]
     return panel
 
 

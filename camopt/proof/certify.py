@@ -14,6 +14,7 @@ from typing import Any, NamedTuple, cast
 from flint import arb
 
 import camopt.proof.point_contact  # noqa: F401  what formulas do to balls at a point contact
+from camopt.claims import Claim, Derivative, Numbers
 from camopt.effects import Case
 from camopt.effects.crossing import find_crossing
 from camopt.judging import run_effects
@@ -23,13 +24,11 @@ from camopt.motion import programme as doubles
 from camopt.motion.law import Law
 from camopt.motion.load import ExternalLoad
 from camopt.motion.programme import Programme
-from camopt.motion.table import DWELL, INWARD, OUTWARD, RESTING, RETURN, RISE, TURN, WAYS
-from camopt.numerics import LARGEST_MAGNITUDE
+from camopt.motion.table import INWARD, OUTWARD, RESTING, WAYS
 from camopt.numerics.curves import curve
 from camopt.proof.ball import Ball, as_arb, between, precisely
 from camopt.proof.laws import Piece, pieces_of
 from camopt.proof.load import Line, lines_of
-from camopt.quantities import DERIVATIVES
 from camopt.question import Question, exactly, resolve_design
 from camopt.scene import Scene
 
@@ -37,6 +36,7 @@ HELD, BROKEN, UNDECIDED = "held", "broken", "undecided"
 FIRST_PARTS = 8  # of each piece of a law, and line of a load
 MOST_PARTS = 20_000
 NARROWEST = arb(2) ** -90
+BALLS = Numbers(arb, arb.pi, arb.tan)
 
 
 class Stroke(NamedTuple):
@@ -102,54 +102,53 @@ def motion_at(stroke: Stroke, piece: Piece | None, x: arb, line: Line | None = N
     return [Ball(stroke.low + rows[0]), *map(Ball, rows[1:] + load)]
 
 
-class Claim(NamedTuple):
-    """factor · value ≤ bound at every cam angle of some kinds of stroke, or where the follower moves some way.
-
-    ``values`` gives (value, slope by the cam angle) from the motion and its derivatives.
-    """
+class Statement(NamedTuple):
+    """One side of a claim for one design in balls: factor · value ≤ bound, with ``values`` as of ``of_curve``."""
 
     values: Callable[[list[Ball]], tuple[Any, Any]]
-    kinds: int
+    strokes: int
     factor: arb
     bound: arb
 
     def of_stroke(self, kind: int) -> bool:
         """Whether it is about strokes of a kind; about which way the follower moves, if it is about that."""
-        return bool(self.kinds & (kind | WAYS))
+        return bool(self.strokes & (kind | WAYS))
 
     def applies(self, speed: Any) -> tuple[bool, bool]:
         """Whether it may be, and whether it is sure to be, about a motion with this y'."""
-        if not self.kinds & WAYS:
+        if not self.strokes & WAYS:
             return True, True
         outward, inward = bool(speed > 0), bool(speed < 0)
         still = not outward and not inward and bool(speed == 0)
         if outward or inward or still:
-            sure = bool(self.kinds & (OUTWARD if outward else INWARD if inward else RESTING))
+            sure = bool(self.strokes & (OUTWARD if outward else INWARD if inward else RESTING))
             return sure, sure
-        return bool(self.kinds & (OUTWARD * (not speed <= 0) | INWARD * (not speed >= 0))), False
+        return bool(self.strokes & (OUTWARD * (not speed <= 0) | INWARD * (not speed >= 0))), False
 
 
 @precisely()
-def decide(claim: Claim, motion: Motion) -> str:
-    """Whether a claim holds."""
+def decide(statement: Statement, motion: Motion) -> str:
+    """Whether a statement holds."""
     verdict = HELD
     for stroke in motion.strokes:
-        if claim.of_stroke(stroke.kind):
+        if statement.of_stroke(stroke.kind):
             for part in stroke.smooth():
-                found = _decide_part(claim, stroke, *part)
+                found = _decide_part(statement, stroke, *part)
                 if found == BROKEN:
                     return BROKEN
                 verdict = found if found == UNDECIDED else verdict
     return verdict
 
 
-def _decide_part(claim: Claim, stroke: Stroke, piece: Piece | None, line: Line | None, start: arb, end: arb) -> str:
+def _decide_part(
+    statement: Statement, stroke: Stroke, piece: Piece | None, line: Line | None, start: arb, end: arb
+) -> str:
     def over(x: arb) -> tuple[arb, arb, tuple[bool, bool]]:
-        """By how much the curve is above the bound, its slope by x, and whether the claim applies."""
+        """By how much the curve is above the bound, its slope by x, and whether the statement applies."""
         motion = motion_at(stroke, piece, x, line)
-        value, slope = claim.values(motion)
-        above, steep = as_arb(value) * claim.factor - claim.bound, as_arb(slope) * claim.factor * stroke.angle
-        return above, steep, claim.applies(motion[1].arb)
+        value, slope = statement.values(motion)
+        above = as_arb(value) * statement.factor - statement.bound
+        return above, as_arb(slope) * statement.factor * stroke.angle, statement.applies(motion[1].arb)
 
     if piece is None and line is None:
         above, _, (about, _) = over(arb(0))
@@ -188,63 +187,22 @@ def in_balls(design: Designs) -> Designs:
 
 
 def of_curve(made: Any) -> Callable[[list[Ball]], tuple[Any, Any]]:
-    """Value and slope of a mechanism's curve, for claims."""
+    """Value and slope of a curve, from the motion and its derivatives, and a load that changes."""
 
     def values(motion: list[Ball]) -> tuple[Any, Any]:
+        if isinstance(made, Derivative):
+            return motion[made.order], motion[made.order + 1]
         y, y1, y2, y3, _, *load = motion
         return curve(made, ..., y, y1, y2, (y3, *load) if load else y3)
 
     return values
 
 
-def _of_derivative(order: int) -> Callable[[list[Ball]], tuple[Any, Any]]:
-    return lambda motion: (motion[order], motion[order + 1])
-
-
-def _both(values: Callable[[list[Ball]], tuple[Any, Any]], kinds: int, factor: arb, bound: arb) -> list[Claim]:
-    """That a magnitude stays below a bound."""
-    return [Claim(values, kinds, factor, bound), Claim(values, kinds, -factor, bound)]
-
-
-def claims_of(question: Question, limit: Limit, design: Designs, motion: Motion) -> list[Claim]:
-    """What a limit claims of a design (in balls); nothing if it is no matter of curves."""
-    subject, mechanism, turn = question.subject, question.subject.mechanism, cast(Programme, motion)
-    name, bound, one = limit.name, arb(limit.bound), arb(1)
-    if name in ("pressure_angle", "pressure_angle_return"):
-        kinds = RETURN if name.endswith("return") else RISE | DWELL
-        return _both(of_curve(mechanism.pressure(design, turn)), kinds, one, (bound * arb.pi() / 180).tan())
-    if name == "face_reach" and mechanism.reach:
-        return _both(of_curve(mechanism.reach(design, turn)), TURN, one, bound)
-    if name in ("curvature_radius", "undercut") and mechanism.profile_radius:
-        return [Claim(of_curve(mechanism.profile_radius(design, turn)), TURN, -one, -bound)]
-    if name in ("curvature_radius", "undercut") and mechanism.curvature:
-        claims = _both(of_curve(mechanism.curvature(design, turn)), TURN, as_arb(design.roller_radius) + bound, one)
-        return claims if mechanism.grooved else claims[:1]
-    if limit.ceilings:
-        tops = [
-            (Claim(of_curve(top.curve(design, turn)), top.kinds, one, arb(top.bound)), top.goal)
-            for top in limit.ceilings
-        ]
-        both = [claim._replace(factor=-one) for claim, goal in tops if goal == LARGEST_MAGNITUDE]
-        return [claim for claim, _ in tops] + both
-    if name in DERIVATIVES:
-        order = list(DERIVATIVES).index(name) + 1
-        speed = arb(question.scene.cam.rpm or 0.0) * arb.pi() / 30
-        factor = speed**order * (one if subject.angular else one / 1000)
-        return _both(_of_derivative(order), RISE | RETURN, factor, bound)
-    return []
-
-
-def broken_by_jumps(question: Question, limit: Limit, programme: Programme) -> bool:
-    """Whether a jump of the motion makes infinite what a limit bounds."""
-    if limit.name in ("curvature_radius", "undercut"):
-        grooved = question.subject.mechanism.grooved
-        return any(grooved or corner.size < 0.0 for corner in programme.corners)
-    if limit.ceilings and limit.name != "jamming_margin":
-        return bool(programme.corners)
-    if limit.name in DERIVATIVES:
-        return any(jump.order <= list(DERIVATIVES).index(limit.name) for jump in programme.jumps)
-    return False
+def statements_of(claim: Claim, design: Designs, motion: Motion) -> list[Statement]:
+    """The sides of a claim for a design (in balls)."""
+    made = claim.curve(design, cast(Programme, motion))
+    factor, allowed = as_arb(claim.factor(design)), claim.allowed(BALLS)
+    return [Statement(of_curve(made), claim.strokes, factor * side, allowed) for side in claim.sides]
 
 
 def _in_doubles(question: Question, limit: Limit, programme: Programme, design: Designs) -> str:
@@ -271,13 +229,13 @@ def certify_limits(question: Question, programme: Programme, design: Designs) ->
     exact = in_balls(design)
     verdicts: dict[str, str] = {}
     for limit in question.limits:
-        claims = claims_of(question, limit, exact, motion)
-        found = [decide(claim, motion) for claim in claims]
+        statements = [each for claim in limit.claims for each in statements_of(claim, exact, motion)]
+        found = [decide(each, motion) for each in statements]
         if limit.name == "self_crossing":
             found = [_free_of_crossing(question, programme, design, verdicts["undercut"])]
-        elif not claims:
+        elif not statements:
             found = [_in_doubles(question, limit, programme, design)]
-        if broken_by_jumps(question, limit, programme):
+        if limit.infinite_at(programme):
             found = [BROKEN]
         verdicts[limit.name] = next((v for v in (BROKEN, UNDECIDED) if v in found), HELD)
     return verdicts

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from camopt.claims import Claim
 from camopt.effects.crossing_boxes import UNKNOWN, KnownCrossings
 from camopt.judging import judged
 from camopt.mechanisms import Designs
@@ -30,7 +31,7 @@ from camopt.search.answer import (
 from camopt.search.boxes import Boxes
 from camopt.search.clock import now
 from camopt.search.closed_form import NUDGES, negligible
-from camopt.search.enclosure import Constraint, Examined, constraints_of, examined, points_of
+from camopt.search.enclosure import Examined, claims_on_size, examined, points_of
 from camopt.search.first_look import FEW_VALUES, VALUES, coarse_grid, first_look, largest_size, scale_of
 
 FEW, MANY = 32, 512  # boxes examined together: no fewer, for they take no longer, and no more, to stop in time
@@ -54,7 +55,7 @@ def branch_and_bound(
         return Smallest(look.design, inf, look.nearest)
     boxes = Boxes.one({**bounds, "size": (least, most)}, scale_of(bounds, programme.lift))
     crossings = known_crossings(question, programme)
-    search = Search(question, programme, constraints_of(question), crossings, look.design, until)
+    search = Search(question, programme, claims_on_size(question), crossings, look.design, until)
     floor = search.run(boxes)
     return Smallest(search.incumbent, floor, look.nearest)
 
@@ -65,7 +66,7 @@ class Search:
 
     question: Question
     programme: Programme
-    constraints: list[Constraint]
+    claims: list[Claim]
     crossings: KnownCrossings | None
     """What shows that all cams of a box cross themselves, if that is a limit."""
     incumbent: Designs | None
@@ -104,7 +105,7 @@ class Search:
         if not len(boxes):
             return boxes
         designs = boxes.designs(self.question.design.sense)
-        seen = examined(self.question, self.programme, self.constraints, designs, list(boxes.free))
+        seen = examined(self.question, self.programme, self.claims, designs, list(boxes.free))
         side = np.where(boxes.side == UNKNOWN, seen.side, boxes.side)
         boxes, kept = boxes.narrowed(seen.low, seen.high, side), ~seen.empty
         return self.left(boxes.take(kept), (boxes.narrow | self.settled(seen))[kept])

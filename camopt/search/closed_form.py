@@ -10,14 +10,14 @@ radius and a cylindrical cam's pressure angle are linear in the size.
 
 from dataclasses import replace
 from itertools import combinations
-from math import radians, tan
 
 import numpy as np
 
+from camopt.claims import Offset
 from camopt.mechanisms import Designs, translating, translating_flat
 from camopt.motion.programme import Programme, span
-from camopt.motion.table import DWELL, RETURN, RISE, TURN
-from camopt.question import Question
+from camopt.motion.table import DWELL, TURN
+from camopt.question import Question, claims_on
 from camopt.search.answer import GAP, Bounds, feasible
 
 NUDGES = (0.0, 1e-15, 4e-15, 1.6e-14, 6.4e-14, 2.6e-13, 1e-12, 4e-12)  # of the prime radius
@@ -31,8 +31,17 @@ def least_size(question: Question, programme: Programme, bounds: Bounds) -> floa
     least = max(bounds["size"][0], question.subject.shaft_radius or 0.0, negligible(question, programme, bounds))
     rests = any(stroke.kind == DWELL and stroke.low == 0.0 for stroke in programme.strokes)
     if rests and not question.subject.mechanism.grooved:
-        least = max([least, *(lim.bound for lim in question.limits if lim.name == "curvature_radius")])
+        least = max(least, least_profile_radius(question))
     return least
+
+
+def least_profile_radius(question: Question) -> float:
+    """The least radius of curvature that limits ask of convex parts of the profile, mm."""
+    mechanism = question.subject.mechanism
+    of_face = [-claim.allowed() for claim in claims_on(question, mechanism.profile_radius)]
+    of_body = [claim.factor for claim in claims_on(question, mechanism.curvature)]
+    radii = [offset.radius for offset in of_body if isinstance(offset, Offset)]
+    return float(max([0.0, *of_face, *radii]))
 
 
 def negligible(question: Question, programme: Programme, bounds: Bounds) -> float:
@@ -43,17 +52,14 @@ def negligible(question: Question, programme: Programme, bounds: Bounds) -> floa
 
 def slopes_of(question: Question, programme: Programme) -> list[tuple[float, int]]:
     """The limits on the pressure angle, as tan β and the kinds of stroke that they are about."""
-    limits = {lim.name: lim.bound for lim in question.limits}
-    return [
-        (tan(radians(limits[name])), kinds)
-        for name, kinds in (("pressure_angle", RISE | DWELL), ("pressure_angle_return", RETURN))
-        if name in limits and any(s.kind & kinds for s in programme.strokes)
-    ]
+    claims = claims_on(question, question.subject.mechanism.pressure)
+    found = [(claim.allowed(), claim.strokes) for claim in claims]
+    return [(tangent, kinds) for tangent, kinds in found if any(s.kind & kinds for s in programme.strokes)]
 
 
 def closed_form(question: Question, programme: Programme, bounds: Bounds) -> Designs | None:
     """A design that no feasible one undercuts in size, from the linear limits; None if there is no such form."""
-    mechanism, limits = question.subject.mechanism, {lim.name: lim.bound for lim in question.limits}
+    mechanism = question.subject.mechanism
     slopes = slopes_of(question, programme)
     low, high = bounds["size"]
     middle = {name: a for name, (a, b) in bounds.items() if a == b}
@@ -63,7 +69,7 @@ def closed_form(question: Question, programme: Programme, bounds: Bounds) -> Des
         size = max(prime - roller, low)
         middle |= {"offset": lead * question.design.sense, "roller_radius": roller}
     elif mechanism is translating_flat.MECHANISM:
-        radius = max(limits.get("curvature_radius", 0.0), limits.get("undercut", 0.0))
+        radius = least_profile_radius(question)
         size = max(low, radius - span(programme, (1, 0, 1), TURN)[0])
         middle.setdefault("offset", question.design.offset[0])
     elif mechanism.grooved and not question.subject.angular and slopes:

@@ -7,19 +7,17 @@ the box is empty; if it is above 0 at one end of a size, that end is cut off.
 Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, ch. 8 (interval Newton).
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import product
-from math import radians, tan
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from camopt.claims import Claim
 from camopt.effects import Case
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
-from camopt.motion.table import DWELL, RETURN, RISE, TURN
-from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
+from camopt.numerics import LARGEST, LEAST, FloatArray
 from camopt.numerics.curves import curve
 from camopt.numerics.interval import Interval
 from camopt.numerics.sloped import Quotient, Sloped, as_quotient, as_sloped, at_point, variables
@@ -28,55 +26,18 @@ from camopt.question import Question
 ROUNDING = 1e-15  # relative, of an end of a side
 LARGE = 1e300  # in place of a slope without bounds
 MARGIN = 1e-11  # relative: far above the rounding of an interval, far below any tolerance
-WAYS = {LARGEST: (1.0,), LEAST: (-1.0,), LARGEST_MAGNITUDE: (1.0, -1.0)}
 
 
-@dataclass(frozen=True)
-class Constraint:
-    """A limit as a curve over the turn: its largest value (magnitude, −least) times a weight is bounded."""
-
-    curve: Callable[[Designs, Programme], Any]
-    kinds: int
-    goal: int
-    bound: float
-    weight: Callable[[Designs], Any] = lambda designs: 1.0
-    unit: Callable[[Designs], Any] = lambda designs: 1.0
-    """What a value is compared with where the bound is 0."""
-
-    def excess(self, way: FloatArray, found: Quotient, designs: Designs) -> Any:
-        """What is above 0 where the limit is exceeded, relative to the terms of the limit."""
-        value, allowed = way * found.above * self.weight(designs), self.bound * found.below
-        scale = np.abs(at_point(value)) + np.abs(at_point(allowed))
-        return (value - allowed) / (scale if self.bound else scale + at_point(self.unit(designs)))
+def claims_on_size(question: Question) -> list[Claim]:
+    """The claims of the limits that depend on the size of the cam."""
+    return [claim for limit in question.limits if not limit.of_motion for claim in limit.claims]
 
 
-def constraints_of(question: Question) -> list[Constraint]:
-    """The limits that depend on the size of the cam."""
-    mechanism = question.subject.mechanism
-    found = []
-    for limit in question.limits:
-        for top in () if limit.of_motion else limit.ceilings:
-            found.append(Constraint(top.curve, top.kinds, top.goal, top.bound))
-        if limit.name in ("pressure_angle", "pressure_angle_return"):
-            kinds = RETURN if limit.name.endswith("return") else RISE | DWELL
-            found.append(Constraint(mechanism.pressure, kinds, LARGEST_MAGNITUDE, tan(radians(limit.bound))))
-        elif limit.name == "face_reach" and mechanism.reach:
-            found.append(Constraint(mechanism.reach, TURN, LARGEST_MAGNITUDE, limit.bound))
-        elif limit.name in ("curvature_radius", "undercut"):
-            if mechanism.profile_radius:
-                found.append(Constraint(mechanism.profile_radius, TURN, LEAST, -limit.bound, unit=_size))
-            elif mechanism.curvature:
-                goal = LARGEST_MAGNITUDE if mechanism.grooved else LARGEST
-                found.append(Constraint(mechanism.curvature, TURN, goal, 1.0, _radius(limit.bound)))
-    return found
-
-
-def _radius(bound: float) -> Callable[[Designs], Any]:
-    return lambda designs: designs.roller_radius + bound
-
-
-def _size(designs: Designs) -> Any:
-    return designs.size
+def excess_of(claim: Claim, side: FloatArray, found: Quotient, designs: Designs) -> Any:
+    """What is above 0 where a side of a claim does not hold, relative to the terms of the claim."""
+    value, allowed = side * found.above * claim.factor(designs), claim.allowed() * found.below
+    scale = np.abs(at_point(value)) + np.abs(at_point(allowed))
+    return (value - allowed) / (scale if claim.allowed() else scale + at_point(claim.unit(designs)))
 
 
 def points_of(question: Question, low: dict[str, FloatArray], high: dict[str, FloatArray], share: float) -> Designs:
@@ -86,7 +47,7 @@ def points_of(question: Question, low: dict[str, FloatArray], high: dict[str, Fl
     return Designs(**{**middle, "size": size}, sense=question.design.sense)
 
 
-class Claims(NamedTuple):
+class Excesses(NamedTuple):
     """The excess of n boxes over the limits at m cam angles, relative: above 0 no design is feasible."""
 
     least: FloatArray
@@ -99,7 +60,7 @@ class Claims(NamedTuple):
     """By each of the d free sizes (d, m, n)."""
 
     @classmethod
-    def of(cls, excess: Sloped, rows: int = 1) -> "Claims":
+    def of(cls, excess: Sloped, rows: int = 1) -> "Excesses":
         """That of one limit at so many cam angles, one after the other, for each box."""
         least, most, at = (x.reshape(rows, -1) for x in (excess.value.low, excess.value.high, excess.at))
         return cls(least, most, at, excess.slopes.reshaped(-1, rows, at.shape[1]))
@@ -122,7 +83,7 @@ class Examined(NamedTuple):
 
 
 def examined(
-    question: Question, programme: Programme, constraints: list[Constraint], box: Designs, free: list[str]
+    question: Question, programme: Programme, claims: list[Claim], box: Designs, free: list[str]
 ) -> Examined:
     """What the limits say of boxes, each at the cam angles where they are worst for one design of the box.
 
@@ -134,16 +95,16 @@ def examined(
     intervals: dict[str, Any] = box.sizes
     low, high = (np.array([getattr(intervals[n], end) for n in free]) for end in ("low", "high"))
     side, index, level = np.argmax(high - low, axis=0), np.flatnonzero(exists), exists.copy()
-    present = [each for each in constraints if np.any(programme.table.kind & each.kinds)]
+    present = [each for each in claims if np.any(programme.table.kind & each.strokes)]
     if index.size and present:
         point = np.array([inside.sizes[n][index] for n in free])
         span = Interval(low[:, index] - point, high[:, index] - point)
         with np.errstate(all="ignore"):
-            claims = _claims(question, programme, present, box.take(index), inside.take(index), free)
-            empty[index] |= np.any(claims.least > MARGIN, axis=0)
-            level[index] = np.all(claims.most <= MARGIN, axis=0)
-            side[index] = widest(claims, span)
-            left = cut_off(claims, span)
+            over = _excesses(question, programme, present, box.take(index), inside.take(index), free)
+            empty[index] |= np.any(over.least > MARGIN, axis=0)
+            level[index] = np.all(over.most <= MARGIN, axis=0)
+            side[index] = widest(over, span)
+            left = cut_off(over, span)
         rounding = ROUNDING * (np.abs(point) + span.largest_magnitude)
         low[:, index] = np.maximum(low[:, index], point + left.low - rounding)
         high[:, index] = np.minimum(high[:, index], point + left.high + rounding)
@@ -152,33 +113,33 @@ def examined(
     return Examined(empty, level, inside, side, *ends)
 
 
-def _claims(
+def _excesses(
     question: Question,
     programme: Programme,
-    constraints: list[Constraint],
+    claims: list[Claim],
     box: Designs,
     inside: Designs,
     free: list[str],
-) -> Claims:
+) -> Excesses:
     """The limits on both sides of the cam angles where one design of each box exceeds them the most."""
     case, count, found = Case(question.subject, programme, inside), len(inside), []
-    for constraint in constraints:
-        ways = WAYS[constraint.goal]
-        goals = [(constraint.kinds, LARGEST if way > 0.0 else LEAST) for way in ways]
-        angles = programme.beside(case.extremes(constraint.curve, goals).where, constraint.kinds).ravel()
+    for claim in claims:
+        goals = [(claim.strokes, LARGEST if side > 0.0 else LEAST) for side in claim.sides]
+        angles = programme.beside(case.extremes(claim.curve, goals).where, claim.strokes).ravel()
         rows = angles.size // count
         designs, like = _sloped(box, inside, free, rows)
-        value, _ = curve(constraint.curve(designs, programme), ..., *programme.state(angles))
-        excess = as_sloped(constraint.excess(np.tile(np.repeat(ways, count), 2), as_quotient(value), designs), like)
-        found.append(Claims.of(excess, rows))
-    return chained_claims(found)
+        value, _ = curve(claim.curve(designs, programme), ..., *programme.state(angles))
+        sides = np.tile(np.repeat(claim.sides, count), 2)
+        excess = as_sloped(excess_of(claim, sides, as_quotient(value), designs), like)
+        found.append(Excesses.of(excess, rows))
+    return chained_excesses(found)
 
 
-def chained_claims(parts: list[Claims]) -> Claims:
-    """Claims on the same boxes, one after the other."""
-    least, most, at = (np.concatenate([claim[k] for claim in parts]) for k in range(3))
+def chained_excesses(parts: list[Excesses]) -> Excesses:
+    """Excesses of the same boxes, one after the other."""
+    least, most, at = (np.concatenate([each[k] for each in parts]) for k in range(3))
     slopes = Interval(*(np.concatenate([getattr(c.slopes, end) for c in parts], axis=1) for end in ("low", "high")))
-    return Claims(least, most, at, slopes)
+    return Excesses(least, most, at, slopes)
 
 
 def _sloped(box: Designs, inside: Designs, free: list[str], rows: int) -> tuple[Designs, Sloped]:
@@ -190,29 +151,29 @@ def _sloped(box: Designs, inside: Designs, free: list[str], rows: int) -> tuple[
     return Designs(**{**fixed, **sizes}, sense=box.sense), sizes[free[0]]  # type: ignore[arg-type]
 
 
-def widest(claims: Claims, span: Interval) -> Any:
+def widest(over: Excesses, span: Interval) -> Any:
     """The side across which the excess over the worst limit changes the most."""
-    worst = np.argmax(np.nan_to_num(claims.at, nan=-np.inf), axis=0)
-    steepest = np.take_along_axis(claims.slopes.largest_magnitude, worst[None, None, :], axis=1)[:, 0]
+    worst = np.argmax(np.nan_to_num(over.at, nan=-np.inf), axis=0)
+    steepest = np.take_along_axis(over.slopes.largest_magnitude, worst[None, None, :], axis=1)[:, 0]
     width = span.high - span.low
     return np.argmax(np.where(np.isfinite(steepest), steepest, LARGE) * width, axis=0)
 
 
-def cut_off(claims: Claims, span: Interval) -> Interval:
+def cut_off(over: Excesses, span: Interval) -> Interval:
     """The parts (d, n) of each side, seen from the point, in which every limit may be held.
 
     With e the excess at the point less what other sizes can take off it, G·t ≤ −e has to hold at the distance t.
     """
-    moved = claims.slopes * Interval(span.low[:, None], span.high[:, None])
-    slack = MARGIN * (1.0 + np.abs(claims.at) + moved.largest_magnitude.sum(axis=0))
+    moved = over.slopes * Interval(span.low[:, None], span.high[:, None])
+    slack = MARGIN * (1.0 + np.abs(over.at) + moved.largest_magnitude.sum(axis=0))
     low, high = span.low.copy(), span.high.copy()
     for k in range(len(low)):
         others = np.delete(moved.low, k, axis=0).sum(axis=0)
-        rest = claims.at + others - slack
+        rest = over.at + others - slack
         asked = rest > 0.0
-        below, above = -rest / claims.slopes.high[k], -rest / claims.slopes.low[k]
-        smaller = ~asked | ((claims.slopes.high[k] > 0.0) & (below >= span.low[k]))
-        larger = ~asked | ((claims.slopes.low[k] < 0.0) & (above <= span.high[k]))
+        below, above = -rest / over.slopes.high[k], -rest / over.slopes.low[k]
+        smaller = ~asked | ((over.slopes.high[k] > 0.0) & (below >= span.low[k]))
+        larger = ~asked | ((over.slopes.low[k] < 0.0) & (above <= span.high[k]))
         most = np.where(larger, span.high[k], np.where(smaller, below, -np.inf))
         least = np.where(smaller, span.low[k], np.where(larger, above, np.inf))
         low[k], high[k] = least.max(axis=0), most.min(axis=0)

@@ -28,7 +28,7 @@ from camopt.mechanisms import cylindrical_oscillating, oscillating, oscillating_
 from camopt.motion.programme import Programme
 from camopt.motion.table import TURN
 from camopt.numerics import LARGEST, LEAST, FloatArray
-from camopt.question import Question
+from camopt.question import Question, claims_on
 from camopt.search.answer import Bounds
 from camopt.search.closed_form import slopes_of
 
@@ -156,21 +156,20 @@ def _face_limits(question: Question, programme: Programme) -> list[LinearLimit]:
             return tangent * np.cos(y), -tangent * np.sin(y), -sign * (1.0 + sense * y1), 0.0
 
         found.append(LinearLimit(mechanism.pressure, kinds, BOTH, pressure))
-    for limit in question.limits:
-        if limit.name in ("curvature_radius", "undercut"):
+    for claim in claims_on(question, mechanism.profile_radius):
 
-            def radius(sign: float, y: Any, y1: Any, y2: Any, bound: float = limit.bound) -> tuple[Any, ...]:
-                s, c, q = np.sin(y), np.cos(y), 1.0 + sense * y1
-                a, b = (2.0 * q - 1.0) / q**2, y2 / q**3
-                return s * a + c * b, c * a - s * b, 1.0, bound
+        def radius(sign: float, y: Any, y1: Any, y2: Any, least: float = -claim.allowed()) -> tuple[Any, ...]:
+            s, c, q = np.sin(y), np.cos(y), 1.0 + sense * y1
+            a, b = (2.0 * q - 1.0) / q**2, y2 / q**3
+            return s * a + c * b, c * a - s * b, 1.0, least
 
-            found.append(LinearLimit(mechanism.profile_radius, TURN, (LEAST,), radius))
-        elif limit.name == "face_reach":
+        found.append(LinearLimit(mechanism.profile_radius, TURN, (LEAST,), radius))
+    for claim in claims_on(question, mechanism.reach):
 
-            def reach(sign: float, y: Any, y1: Any, y2: Any, bound: float = limit.bound) -> tuple[Any, ...]:
-                return -np.cos(y), np.sin(y), 0.0, -bound * (1.0 + sense * y1)
+        def reach(sign: float, y: Any, y1: Any, y2: Any, most: float = claim.allowed()) -> tuple[Any, ...]:
+            return -np.cos(y), np.sin(y), 0.0, -most * (1.0 + sense * y1)
 
-            found.append(LinearLimit(mechanism.reach, TURN, (LARGEST,), reach))
+        found.append(LinearLimit(mechanism.reach, TURN, (LARGEST,), reach))
     return found
 
 

@@ -158,17 +158,13 @@ def _smallest(problem: Problem, design: Designs, ceilings: FloatArray) -> Design
     """A design that no allowed one undercuts in size; None if no closed form gives one."""
     question = problem.question
     most = dict(zip(signs(question.scene.search), ceilings, strict=True))
-    bounds = {limit.name: limit.bound for limit in question.limits}
     angle = most.get("pressure_angle_max_deg", np.inf)
-    on_rise = min(bounds.get("pressure_angle", np.inf), angle)
-    on_return = min(
-        bounds.get("pressure_angle_return", np.inf), angle, most.get("pressure_angle_max_return_deg", np.inf)
-    )
-    if min(on_rise, on_return) <= 0.0:
+    on_return = min(angle, most.get("pressure_angle_max_return_deg", np.inf))
+    if on_return <= 0.0:
         return None
-    pressure = pressure_limits(*(float(b) if b < np.inf else None for b in (on_rise, on_return)))
-    others = (limit for limit in question.limits if not limit.name.startswith("pressure_angle"))
-    tighter = replace(question, limits=(*pressure, *others))
+    ceilings_ = (float(b) if b < np.inf else None for b in (angle, on_return))
+    pressure = pressure_limits(question.subject.mechanism, *ceilings_)
+    tighter = replace(question, limits=(*question.limits, *pressure))
     box = {name: problem.free.get(name, (float(v[0]), float(v[0]))) for name, v in design.sizes.items()}
     box["size"] = (least_size(tighter, problem.programme, box), box["size"][1])
     return closed_form(tighter, problem.programme, box)

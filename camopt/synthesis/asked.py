@@ -2,22 +2,22 @@
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
-from math import inf, pi, radians, tan
+from math import inf, pi, radians
 
-from camopt.effects import force
 from camopt.effects.motion import scale
 from camopt.mechanisms import translating, translating_flat
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion import LAWS
 from camopt.motion.programme import Stroke, law_peaks
-from camopt.motion.table import DWELL, RETURN, RISE
+from camopt.motion.table import DWELL
 from camopt.question import Question, resolve
 from camopt.scene import Scene
 from camopt.scene_tables import Range, Synthesis
 from camopt.search.closed_form import least_size
 from camopt.search.space import freed_angles
 from camopt.synthesis import residual
-from camopt.synthesis.demand import ORDERS, PEAKS, Demand, Floor, Interval, roller_of
+from camopt.synthesis.demand import ORDERS, PEAKS, Demand, Interval, roller_of
+from camopt.synthesis.floors import floors_of
 from camopt.synthesis.splines import Splines
 
 USUAL = {"peak_acceleration": 2, "peak_jerk": 3}
@@ -54,7 +54,7 @@ def demand_of(question: Question, objective: Mapping[str, float] | None = None) 
         prime=(least + roller, size[1] + roller),
         body=body,
         ranges=tuple(_ranges(question, asked, stroke, _orders(objective)) for stroke in strokes),
-        floors=tuple(_floors(question)),
+        floors=tuple(floors_of(question)),
         residual=scene.limits.residual_vibration,
         rest=asked.rest,
         monotone=asked.monotone or (isinstance(asked.peak_velocity, tuple) and asked.peak_velocity[0] == 0.0),
@@ -227,36 +227,3 @@ def _peak(question: Question, name: str, value: float | str | tuple[float, float
             raise BadInput([Mistake(question.scene.file, f"synthesis.{name}", value, what)])
         value = found
     return -value, value
-
-
-def _floors(question: Question) -> Iterator[Floor]:
-    """The limits of a scene that are linear. What is not, the size holds in the end."""
-    subject, scene = question.subject, question.scene
-    mechanism, bounds = subject.mechanism, {limit.name: limit.bound for limit in question.limits}
-    traced = mechanism is translating.MECHANISM
-    for name, kinds in (("pressure_angle", RISE | DWELL), ("pressure_angle_return", RETURN)):
-        if name in bounds and not subject.angular and mechanism is not translating_flat.MECHANISM:
-            tangent = tan(radians(bounds[name]))
-            lift = tangent if traced else 0.0
-            lead = 1.0 if traced else 0.0
-            yield Floor(name, lift, -1.0, lead=lead, height=tangent, kinds=kinds)
-            yield Floor(name, lift, 1.0, lead=-lead, height=tangent, kinds=kinds)
-    if mechanism is translating_flat.MECHANISM:
-        radius = max(bounds.get("curvature_radius", 0.0), 0.0)
-        yield Floor("curvature_radius", 1.0, 0.0, 1.0, height=1.0, constant=-radius)
-        if "face_reach" in bounds:
-            for sign in (1.0, -1.0):
-                yield Floor("face_reach", velocity=sign, lead=-sign, constant=bounds["face_reach"])
-    speeds = {
-        "contact_force_min": (subject.omega, scene.limits.contact_force_min),
-        "jump_speed": (None if scene.limits.jump_speed is None else scene.limits.jump_speed * pi / 30, 0.0),
-    }
-    load = (
-        question.programme.load
-    )  # where it changes, no motion has more of it than the largest: the bound stays one
-    for name, (omega, least) in speeds.items():
-        if name in bounds and omega is not None and least is not None:
-            stiffness, damping, mass, constant = force.weights(subject.dynamics, omega)
-            constant += load.highest if load else 0.0
-            unit = abs(constant) + mass or 1.0  # of the order of 1, as the others are
-            yield Floor(name, stiffness / unit, damping / unit, mass / unit, constant=(constant - least) / unit)

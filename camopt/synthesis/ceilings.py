@@ -1,25 +1,26 @@
-"""Ceilings on curves over the turn that are not convex in the motion: curvature, and the loads that a scene limits.
+"""Claims on curves over the turn that are not convex in the motion: curvature, and the loads that a scene limits.
 
-A ceiling (``limits.Ceiling``) says that a curve over the turn is at most a bound. Its formula is the one that the
-effects use, run on samples of the turn; its tangent planes in the motion (y to y''') and in the sizes (e, s₀) are
-central differences of it. So any curve will do, and none is written twice.
+A ceiling is a claim (``claims.Claim``) that is not linear in the motion and the sizes. Its formula is the one that
+the effects use, run on samples of the turn; its tangent planes in the motion (y to y''') and in the sizes (e, s₀)
+are central differences of it. So any curve will do, and none is written twice.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from camopt.limits import LOADS, MOST, Ceiling, load_quantity
+from camopt.claims import Claim
+from camopt.limits import LOADS, MOST, load_quantity
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Stroke
-from camopt.motion.table import DWELL, INWARD, OUTWARD, RESTING, RETURN, RISE, TURN
-from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
+from camopt.motion.table import DWELL, INWARD, OUTWARD, RESTING, RETURN, RISE
+from camopt.numerics import LARGEST_MAGNITUDE, LEAST, FloatArray
 from camopt.numerics.curves import curve
-from camopt.question import Question, resolve
-from camopt.search.closed_form import slopes_of
+from camopt.question import Question, resolve, strictest
 from camopt.synthesis.demand import Demand
+from camopt.synthesis.floors import is_linear
 from camopt.synthesis.residual import TERM
 
 EACH, FEWEST = 6, 288  # samples of a piece, and of a stroke
@@ -37,41 +38,17 @@ def quantities(question: Question) -> dict[str, str]:
     return {name: key for name, key in given.items() if key != TERM}
 
 
-def ceilings_of(demand: Demand) -> tuple[Ceiling, ...]:
-    """The ceilings of a scene; those that no motion is below for its own sake are left to the size."""
-    loads = [ceiling for limit in demand.question.limits for ceiling in limit.ceilings]
-    found = (*_curvature(demand), *(_swung(demand) if demand.question.subject.angular else ()), *loads)
-    return tuple(ceiling for ceiling in found if ceiling.bound > 0.0 or ceiling.goal == LEAST)
+def ceilings_of(demand: Demand) -> tuple[Claim, ...]:
+    """The claims of a scene that are not linear; those that no motion can hold at its peak are left to the size."""
+    found = (claim for claim in strictest(demand.question) if not is_linear(claim))
+    return tuple(claim for claim in found if claim.allowed() > 0.0 or claim.goal == LEAST)
 
 
-def ceilings_at(question: Question, key: str, bound: float) -> tuple[Ceiling, ...]:
-    """The ceilings of one limit on loads at a bound; none where it cannot be held."""
+def ceilings_at(question: Question, key: str, bound: float) -> tuple[Claim, ...]:
+    """The claims of one limit on loads at a bound; none where it cannot be held."""
     limited = resolve(question.scene.replace(**{f"limits.{key}": bound}))
-    found = next(limit.ceilings for limit in limited.limits if limit.name == key)
-    return tuple(ceiling for ceiling in found if ceiling.bound > 0.0)
-
-
-def _curvature(demand: Demand) -> Iterator[Ceiling]:
-    """The largest curvature of a pitch curve; that of a flat face is linear."""
-    mechanism = demand.question.subject.mechanism
-    radii = [limit.bound for limit in demand.question.limits if limit.name in ("curvature_radius", "undercut")]
-    if mechanism.curvature and radii:
-        goal = LARGEST_MAGNITUDE if mechanism.grooved else LARGEST
-        yield Ceiling(mechanism.curvature, TURN, goal, 1.0 / (demand.body + max(radii)))
-
-
-def _swung(demand: Demand) -> Iterator[Ceiling]:
-    """The limits of an oscillating follower that are linear for a follower that translates."""
-    question, mechanism = demand.question, demand.question.subject.mechanism
-    bounds = {limit.name: limit.bound for limit in question.limits}
-    for tangent, kinds in slopes_of(question, question.programme):
-        yield Ceiling(mechanism.pressure, kinds, LARGEST_MAGNITUDE, tangent)
-    if mechanism.profile_radius and mechanism.reach:
-        radii = [bounds[name] for name in ("curvature_radius", "undercut") if name in bounds]
-        if radii:
-            yield Ceiling(mechanism.profile_radius, TURN, LEAST, max(radii))
-        if "face_reach" in bounds:
-            yield Ceiling(mechanism.reach, TURN, LARGEST, bounds["face_reach"])
+    found = next(limit.claims for limit in limited.limits if limit.name == key)
+    return tuple(claim for claim in found if claim.allowed() > 0.0)
 
 
 @dataclass(frozen=True)
@@ -99,14 +76,14 @@ class Sampled:
         load = demand.question.programme.load
         self.load = () if load is None else load.at(angles)
 
-    def counts(self, ceiling: Ceiling) -> bool:
+    def counts(self, ceiling: Claim) -> bool:
         """Whether a ceiling is about the stroke, or about a way in which the follower may move there."""
         own = {RISE: OUTWARD, RETURN: INWARD, DWELL: RESTING}[self.stroke.kind]
         ways = own if self.demand.monotone or own == RESTING else OUTWARD | INWARD
-        return bool(ceiling.kinds & (self.stroke.kind | ways))
+        return bool(ceiling.strokes & (self.stroke.kind | ways))
 
     def values(
-        self, ceilings: Sequence[Ceiling], state: FloatArray, sizes: Sizes, near: FloatArray | None = None
+        self, ceilings: Sequence[Claim], state: FloatArray, sizes: Sizes, near: FloatArray | None = None
     ) -> FloatArray:
         """Each curve over its bound (rows, n), upside down as well where the magnitude counts; infinite if none.
 
@@ -122,16 +99,16 @@ class Sampled:
             for ceiling in self._here(ceilings):
                 value = curve(ceiling.curve(designs, programme), ..., y, y1, y2, last)[0]
                 if ceiling.goal == LEAST:  # a floor, which may be 0
-                    value = 1.0 + (ceiling.bound - value) / self.demand.length
+                    value = 1.0 - (ceiling.allowed() + value) / self.demand.length
                 else:
-                    value = value / ceiling.bound
+                    value = value * ceiling.factor(designs) / ceiling.allowed()
                 value = np.nan_to_num(np.broadcast_to(value, y.shape), nan=np.inf)
-                if ceiling.kinds & (OUTWARD | INWARD):
-                    value = np.where(outward == bool(ceiling.kinds & OUTWARD), value, 0.0)
+                if ceiling.strokes & (OUTWARD | INWARD):
+                    value = np.where(outward == bool(ceiling.strokes & OUTWARD), value, 0.0)
                 rows += [value, -value] if ceiling.goal == LARGEST_MAGNITUDE else [value]
         return np.array(rows).reshape(-1, y.size)
 
-    def planes(self, ceilings: Sequence[Ceiling], state: FloatArray, sizes: Sizes) -> Planes:
+    def planes(self, ceilings: Sequence[Claim], state: FloatArray, sizes: Sizes) -> Planes:
         """The tangent planes of the curves, for motions and sizes in units of the programme."""
         scale, length, (lead, height) = self.demand.scale, self.demand.length, sizes
 
@@ -155,7 +132,7 @@ class Sampled:
             slope(lambda k: self.values(ceilings, state, (lead, height + k * by))),
         )
 
-    def _here(self, ceilings: Sequence[Ceiling]) -> list[Ceiling]:
+    def _here(self, ceilings: Sequence[Claim]) -> list[Claim]:
         return [ceiling for ceiling in ceilings if self.counts(ceiling)]
 
 

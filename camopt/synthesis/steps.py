@@ -16,7 +16,7 @@ from typing import Any
 import cvxpy as cp
 import numpy as np
 
-from camopt.limits import Ceiling
+from camopt.claims import Claim, Plain
 from camopt.motion.table import DWELL
 from camopt.numerics import LARGEST_MAGNITUDE, FloatArray
 from camopt.synthesis.ceilings import Planes, Sampled, samples
@@ -60,7 +60,7 @@ class Steps:
     What is given to its methods are the same ceilings with other bounds.
     """
 
-    def __init__(self, model: Convex, held: Sequence[Ceiling], lowered: Sequence[Ceiling] = ()) -> None:
+    def __init__(self, model: Convex, held: Sequence[Claim], lowered: Sequence[Claim] = ()) -> None:
         self.model, self.count = model, len(held)
         self.missing, self.level = cp.Variable(nonneg=True), cp.Variable(nonneg=True)
         self.reach, self.price = cp.Parameter(nonneg=True), cp.Parameter(nonneg=True, value=PRICES[0])
@@ -75,7 +75,7 @@ class Steps:
         self.problem = cp.Problem(cp.Minimize(self.goal + self.price * self.missing), [*convex, *limits])
         self.nearest = cp.Problem(cp.Minimize(sum(map(cp.sum_squares, away))), convex)
 
-    def _blocks(self, ceilings: list[Ceiling]) -> Iterator[Block]:
+    def _blocks(self, ceilings: list[Claim]) -> Iterator[Block]:
         """A block for each stroke on which a curve counts."""
         motions = iter(moving(self.model))
         for stroke in self.model.demand.strokes:
@@ -98,7 +98,7 @@ class Steps:
                 plane += cp.multiply(part[number], row)
             yield plane <= (self.level if lowered else 1.0 - CLOSER + self.missing)
 
-    def run(self, start: Iterate, held: Sequence[Ceiling], lowered: Sequence[Ceiling] = ()) -> Iterate:
+    def run(self, start: Iterate, held: Sequence[Claim], lowered: Sequence[Claim] = ()) -> Iterate:
         """The local optimum that convex steps reach from the motion nearest to a start within the convex limits."""
         self._set(start)
         last = iterate_of(self.model) if solve(self.nearest) in SOLVED else start
@@ -110,7 +110,7 @@ class Steps:
         self.price.value = PRICES[0]
         return last
 
-    def _descended(self, last: Iterate, held: Sequence[Ceiling], lowered: Sequence[Ceiling]) -> Iterate:
+    def _descended(self, last: Iterate, held: Sequence[Claim], lowered: Sequence[Claim]) -> Iterate:
         """Where steps end at one price."""
         reach, price = FIRST_REACH, self._priced(last, held, lowered)
         for _ in range(STEPS if price < inf else 0):
@@ -129,7 +129,7 @@ class Steps:
         return last
 
     def ranked(
-        self, starts: Sequence[Iterate], held: Sequence[Ceiling], lowered: Sequence[Ceiling] = ()
+        self, starts: Sequence[Iterate], held: Sequence[Claim], lowered: Sequence[Claim] = ()
     ) -> list[Iterate]:
         """Starts by their priced objective, with the price of convex limits that they break."""
         lowered = _scaled(lowered, self._levels(starts[0], held, lowered)[1])
@@ -149,7 +149,7 @@ class Steps:
         for parameter, values in zip(self.last, [np.array(at[:2]), *at.coefficients], strict=True):
             parameter.value = values
 
-    def _look(self, at: Iterate, held: Sequence[Ceiling], lowered: Sequence[Ceiling]) -> None:
+    def _look(self, at: Iterate, held: Sequence[Claim], lowered: Sequence[Claim]) -> None:
         """The planes at a solution, in the parameters."""
         self._set(at)
         for block in self.blocks:
@@ -160,7 +160,7 @@ class Steps:
                 values = values - slope * row.value
             block.constant.value, block.lead.value, block.height.value = values, planes.lead, planes.height
 
-    def _planes(self, block: Block, at: Iterate, ceilings: list[Ceiling]) -> Planes:
+    def _planes(self, block: Block, at: Iterate, ceilings: list[Claim]) -> Planes:
         return block.sampled.planes(ceilings, block.state(self.model.demand.scale), self._sizes(at))
 
     def _sizes(self, at: Iterate) -> tuple[float, float]:
@@ -168,7 +168,7 @@ class Steps:
         length = self.model.demand.length
         return length * at.lead, length * at.height
 
-    def _levels(self, at: Iterate, held: Sequence[Ceiling], lowered: Sequence[Ceiling]) -> tuple[float, float]:
+    def _levels(self, at: Iterate, held: Sequence[Claim], lowered: Sequence[Claim]) -> tuple[float, float]:
         """The largest of the curves over their bounds: of those held, and of those minimised."""
         self._set(at)
         scale, tops = self.model.demand.scale, ([0.0], [0.0])
@@ -178,7 +178,7 @@ class Steps:
                 tops[int(which)].append(float(row.max()))
         return max(tops[0]), max(tops[1])
 
-    def _priced(self, at: Iterate, held: Sequence[Ceiling], lowered: Sequence[Ceiling]) -> float:
+    def _priced(self, at: Iterate, held: Sequence[Claim], lowered: Sequence[Claim]) -> float:
         """The objective at a solution, with the price of what is above its bound."""
         top, self.level.value = self._levels(at, held, lowered)
         model, demand = self.model, self.model.demand
@@ -190,7 +190,7 @@ class Steps:
         return price if np.isfinite(price) else inf
 
 
-def _scaled(ceilings: Sequence[Ceiling], level: float) -> tuple[Ceiling, ...]:
+def _scaled(ceilings: Sequence[Claim], level: float) -> tuple[Claim, ...]:
     """Ceilings whose curves are at most 1 of their bounds where they were at a level."""
     scale = level if 0.0 < level < inf else 1.0
-    return tuple(ceiling._replace(bound=ceiling.bound * scale) for ceiling in ceilings)
+    return tuple(ceiling._replace(bound=Plain(ceiling.allowed() * scale)) for ceiling in ceilings)

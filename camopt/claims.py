@@ -1,0 +1,125 @@
+"""Claims: what a limit says of a curve at every cam angle, for any kind of number.
+
+Doubles (verdicts), intervals (boxes of designs), balls (proofs), samples (convex steps) and drawings evaluate the
+same claims, each in its own numbers. A solver asks a claim which curve it is about, never a limit for its name.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from camopt.mechanisms import Designs
+from camopt.motion.programme import Programme
+from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST
+
+
+class Numbers(NamedTuple):
+    """A kind of number: how it is made of a double, its π, and its tangent."""
+
+    of: Callable[[float], Any]
+    pi: Callable[[], Any]
+    tan: Callable[[Any], Any]
+
+
+DOUBLES = Numbers(float, lambda: math.pi, math.tan)
+
+
+class Tangent(NamedTuple):
+    """A bound on the tangent of an angle: tan β."""
+
+    degrees: float
+
+    def value(self, numbers: Numbers) -> Any:
+        return numbers.tan(numbers.of(self.degrees) * numbers.pi() / 180)
+
+
+class ByCamAngle(NamedTuple):
+    """A bound on a derivative by time, as one on the derivative of the same order by the cam angle: b·unit/ωⁿ."""
+
+    by_time: float
+    unit: float
+    """Of the bound, in mm (rad) per sⁿ."""
+    order: int
+    rpm: float
+
+    def value(self, numbers: Numbers) -> Any:
+        speed = numbers.of(self.rpm) * numbers.pi() / 30
+        return numbers.of(self.by_time) * numbers.of(self.unit) / speed**self.order
+
+
+class Plain(NamedTuple):
+    """A bound that is the same double for all."""
+
+    number: float
+
+    def value(self, numbers: Numbers) -> Any:
+        return numbers.of(self.number)
+
+
+Bound = Plain | Tangent | ByCamAngle
+
+
+@dataclass(frozen=True)
+class Derivative:
+    """The derivative of the follower's displacement by the cam angle of some order, as a curve of all designs."""
+
+    order: int
+
+    def __call__(self, designs: Designs, programme: Programme) -> "Derivative":
+        return self
+
+
+@dataclass(frozen=True)
+class Offset:
+    """R_r + ρ of a design: times the curvature of its pitch curve it is 1 where the profile's radius is ρ, mm."""
+
+    radius: float
+
+    def __call__(self, designs: Designs) -> Any:
+        return designs.roller_radius + self.radius
+
+
+def unweighted(designs: Designs) -> float:
+    """The factor of most claims."""
+    return 1.0
+
+
+def size_of(designs: Designs) -> Any:
+    """The unit of lengths."""
+    return designs.size
+
+
+SIDES = {LARGEST: (1.0,), LEAST: (-1.0,), LARGEST_MAGNITUDE: (1.0, -1.0)}
+
+
+class Claim(NamedTuple):
+    """side · factor(design) · curve ≤ allowed at every cam angle of some strokes, for each side of the goal.
+
+    That is: the largest value (LARGEST) or the largest magnitude (LARGEST_MAGNITUDE) of factor · curve is at most
+    the bound, or its least value (LEAST) at least the bound. Units are the curve's.
+    """
+
+    curve: Callable[[Designs, Programme], Any]
+    """A curve of the mechanism or of a load, for a design and a motion."""
+    strokes: int
+    """Kinds of stroke, or ways in which the follower moves (``motion.table``)."""
+    goal: int
+    bound: Bound
+    factor: Callable[[Designs], Any] = unweighted
+    unit: Callable[[Designs], Any] = unweighted
+    """What a value is compared with where the bound is 0."""
+
+    @property
+    def sides(self) -> tuple[float, ...]:
+        return SIDES[self.goal]
+
+    def allowed(self, numbers: Numbers = DOUBLES) -> Any:
+        """What each side is to be at most."""
+        value = self.bound.value(numbers)
+        return -value if self.goal == LEAST else value
+
+    @property
+    def strictness(self) -> float:
+        """Grows with what the claim asks, among claims on one curve."""
+        return self.factor.radius if isinstance(self.factor, Offset) else -float(self.allowed())
