@@ -152,9 +152,9 @@ def claims_on(question: Question, made: Callable[[Designs, Programme], Any] | No
 
 
 def strictest(question: Question) -> list[Claim]:
-    """The claims on the size, without those that another one on the same curve and strokes implies."""
+    """The claims of all limits, without those that another one on the same curve and strokes implies."""
     found: dict[Any, Claim] = {}
-    for claim in (claim for limit in question.limits if not limit.of_motion for claim in limit.claims):
+    for claim in (claim for limit in question.limits for claim in limit.claims):
         same = (claim.curve, claim.strokes, claim.goal)
         if same not in found or claim.strictness > found[same].strictness:
             found[same] = claim

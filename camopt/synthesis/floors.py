@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from math import pi
 from typing import Any
 
-from camopt.claims import Claim
+from camopt.claims import Claim, Derivative
 from camopt.effects import force
 from camopt.mechanisms import cylindrical, translating, translating_flat
 from camopt.question import Question, strictest
@@ -21,14 +21,14 @@ def floors_of(question: Question) -> Iterator[Floor]:
     asked = strictest(question)
     for limit in question.limits:
         for claim in limit.claims:
-            if is_linear(claim) and claim in asked:
+            if claim in asked and claim.curve in LINEAR:
                 yield from LINEAR[claim.curve](limit.name, claim)
     yield from _on_contact(question)
 
 
 def is_linear(claim: Claim) -> bool:
-    """Whether a claim is a plane in the motion and the sizes."""
-    return claim.curve in LINEAR
+    """Whether a claim is a plane in the motion and the sizes; one on a derivative is a range of the laws."""
+    return claim.curve in LINEAR or isinstance(claim.curve, Derivative)
 
 
 def _trace_pressure(name: str, claim: Claim) -> Iterator[Floor]:
