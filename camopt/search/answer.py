@@ -94,7 +94,7 @@ def first_feasible(
 
 def known_crossings(question: Question, programme: Programme) -> KnownCrossings | None:
     """What is known of cams that cross themselves, nothing so far; None if they may."""
-    limited = any(limit.name == "self_crossing" for limit in question.limits)
+    limited = any(limit.last for limit in question.limits)
     return KnownCrossings(question.subject, programme) if limited else None
 
 

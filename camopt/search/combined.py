@@ -1,4 +1,4 @@
-"""Claims of limits combined: what two limits say together of a size is more than what each says alone.
+"""Excesses of limits combined: what two limits say together of a size is more than what each says alone.
 
 With e_j ≤ 0 the claims of a feasible cam, and weights w_j ≥ 0, Σ w_j·e_j ≤ 0 holds too. Where a cam is held by
 several limits at once, the right weights cancel the slopes by all angles and sizes but the cam's own, and the sum
@@ -13,42 +13,42 @@ import numpy as np
 
 from camopt.numerics import FloatArray
 from camopt.numerics.interval import Interval
-from camopt.search.enclosure import Claims, chained_claims
+from camopt.search.enclosure import Excesses, chained_excesses
 
 
-def combined(claims: Claims, span: Interval, size: int) -> Claims:
-    """Claims (m, n) and, after them, their sum with the weights that bound a size of the first box the most.
+def combined(over: Excesses, span: Interval, size: int) -> Excesses:
+    """Excesses (m, n) and, after them, their sum with the weights that bound a size of the first box the most.
 
     The weights serve all boxes, those near the first one best. ``span`` is each box from its middle (d, n).
     """
-    weights = _multipliers(claims, span, size)
+    weights = _multipliers(over, span, size)
     some = np.flatnonzero(weights)
     if some.size < 2:
-        return claims
+        return over
     ends = [
-        np.tensordot(weights[some], end[:, some], (0, 1))[:, None]
-        for end in (claims.slopes.low, claims.slopes.high)
+        np.tensordot(weights[some], end[:, some], (0, 1))[:, None] for end in (over.slopes.low, over.slopes.high)
     ]
-    at = (weights[some] @ claims.at[some])[None]
-    return chained_claims([claims, Claims(np.full(at.shape, -inf), np.full(at.shape, inf), at, Interval(*ends))])
+    at = (weights[some] @ over.at[some])[None]
+    bound = np.full(at.shape, inf)
+    return chained_excesses([over, Excesses(-bound, bound, at, Interval(*ends))])
 
 
-def _multipliers(claims: Claims, span: Interval, size: int) -> FloatArray:
+def _multipliers(over: Excesses, span: Interval, size: int) -> FloatArray:
     """The multiplier of each claim where the size is least over the first box, whatever its range there."""
     from scipy.optimize import linprog
 
     width = span.high[:, 0] - span.low[:, 0]
     width = np.where(width > 0.0, width, 1.0)
-    rows = width * (claims.slopes.low + claims.slopes.high)[..., 0].T / 2.0
+    rows = width * (over.slopes.low + over.slopes.high)[..., 0].T / 2.0
     scale = np.abs(rows).max(axis=1)  # near 1, for the tolerances of the solver
-    usable = np.flatnonzero(np.isfinite(scale) & (scale > 0.0) & np.isfinite(claims.at[:, 0]))
+    usable = np.flatnonzero(np.isfinite(scale) & (scale > 0.0) & np.isfinite(over.at[:, 0]))
     weights = np.zeros(scale.size)
     if usable.size:
         ends = np.array([span.low[:, 0], span.high[:, 0]]).T / width[:, None]
         ends[size] = -inf, inf
         by = scale[usable]
         found = linprog(
-            np.arange(width.size) == size, rows[usable] / by[:, None], -claims.at[usable, 0] / by, bounds=ends
+            np.arange(width.size) == size, rows[usable] / by[:, None], -over.at[usable, 0] / by, bounds=ends
         )
         if found.status == 0:
             weights[usable] = -found.ineqlin.marginals / by

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from camopt.claims import Claim
 from camopt.effects import Case
 from camopt.mechanisms import SIZES, Designs
 from camopt.motion.programme import Programme, Stroke
@@ -19,7 +20,7 @@ from camopt.numerics.curves import curve
 from camopt.numerics.interval import Interval
 from camopt.numerics.sloped import Sloped, as_quotient, as_sloped, variables
 from camopt.question import Question
-from camopt.search.enclosure import WAYS, Claims, Constraint
+from camopt.search.enclosure import Excesses, excess_of
 
 IDLE = -0.5  # a limit that no point of a box exceeds by more, relative, is not looked at more closely
 SHARES = 17  # of a stroke at which every box is looked at, even
@@ -46,9 +47,9 @@ class SlopedBoxes(NamedTuple):
 
 @dataclass
 class StrokeLimit:
-    """One limit on one stroke, and the places at which boxes are looked at."""
+    """One claim of a limit on one stroke, and the places at which boxes are looked at."""
 
-    constraint: Constraint
+    claim: Claim
     stroke: Stroke
     """From a cam angle of 0."""
     turn: Programme
@@ -61,55 +62,51 @@ class StrokeLimit:
     """As ``even``, where a cam exceeds the limit the most."""
 
     @classmethod
-    def of(cls, constraint: Constraint, stroke: Stroke, turn: Programme, name: str | None) -> "StrokeLimit":
+    def of(cls, claim: Claim, stroke: Stroke, turn: Programme, name: str | None) -> "StrokeLimit":
         stroke = replace(stroke, start=0.0)
         shares = np.linspace(0.0, 1.0, SHARES if stroke.law else 1)
-        return cls(constraint, stroke, turn, name, _beside(stroke, shares, constraint.kinds), np.empty((4, 0)))
-
-    @property
-    def ways(self) -> tuple[float, ...]:
-        return WAYS[self.constraint.goal]
+        return cls(claim, stroke, turn, name, _beside(stroke, shares, claim.strokes), np.empty((4, 0)))
 
     def look_at(self, question: Question, design: Designs, angles: Mapping[str, FloatArray]) -> None:
         """Add the place at which one design exceeds the limit the most, with an angle (deg) by its name."""
         angle = self.stroke.angle if self.name is None else float(np.radians(angles[self.name][0]))
-        stroke, kinds = replace(self.stroke, angle=angle), self.constraint.kinds
-        goals = [(kinds, LARGEST if way > 0.0 else LEAST) for way in self.ways]
+        stroke, kinds = replace(self.stroke, angle=angle), self.claim.strokes
+        goals = [(kinds, LARGEST if side > 0.0 else LEAST) for side in self.claim.sides]
         where = Case(question.subject, Programme((stroke,)), design).extremes(self._curve, goals).where[:, 0]
         new = _beside(stroke, where / angle, kinds)
         self.added = np.concatenate([self.added, new], axis=1)[:, -ADDED:]
 
     def _curve(self, designs: Designs, alone: Programme) -> Any:
-        return self.constraint.curve(designs, self.turn)
+        return self.claim.curve(designs, self.turn)
 
-    def claims(self, boxes: SlopedBoxes) -> Iterator[Claims]:
+    def excesses(self, boxes: SlopedBoxes) -> Iterator[Excesses]:
         """The excess at the place where the point of each box exceeds the limit the most, if a limit is near."""
         places, count = np.concatenate([self.even, self.added], axis=1), boxes.like.size
         every = np.tile(np.arange(count), places.shape[1])
         points = boxes.designs(boxes.point).take(every)
         angle = self._angle(boxes.point)
-        for way in self.ways:
+        for side in self.claim.sides:
             state = np.repeat(places, count, axis=1)
-            excess = self._excess(way, state, angle if np.ndim(angle) == 0 else angle[every], points)
+            excess = self._excess(side, state, angle if np.ndim(angle) == 0 else angle[every], points)
             excess = np.nan_to_num(excess + np.zeros(every.size), nan=-np.inf).reshape(-1, count)
             if np.max(excess) < IDLE:
                 continue
             worst = places[:, np.argmax(excess, axis=0)]
-            found = self._excess(way, worst, self._angle(boxes.sloped), boxes.designs(boxes.sloped))
-            yield Claims.of(as_sloped(found, boxes.like))
+            found = self._excess(side, worst, self._angle(boxes.sloped), boxes.designs(boxes.sloped))
+            yield Excesses.of(as_sloped(found, boxes.like))
 
     def _angle(self, values: Mapping[str, Any]) -> Any:
         """The angle of the stroke, rad."""
         return self.stroke.angle if self.name is None else values[self.name] * (np.pi / 180.0)
 
-    def _excess(self, way: float, state: FloatArray, angle: Any, designs: Designs) -> Any:
+    def _excess(self, side: float, state: FloatArray, angle: Any, designs: Designs) -> Any:
         """What is above 0 where the limit is exceeded, of designs with a stroke of an angle."""
         y, y1, y2, y3 = state
         fast = 1.0 / angle
         square = np.square(fast)
-        made = self.constraint.curve(designs, self.turn)
+        made = self.claim.curve(designs, self.turn)
         value, _ = curve(made, ..., y, y1 * fast, y2 * square, y3 * (fast * square))
-        return self.constraint.excess(np.full(y.size, way), as_quotient(value), designs)
+        return excess_of(self.claim, np.full(y.size, side), as_quotient(value), designs)
 
 
 def _beside(stroke: Stroke, shares: FloatArray, kinds: int) -> FloatArray:
@@ -119,12 +116,8 @@ def _beside(stroke: Stroke, shares: FloatArray, kinds: int) -> FloatArray:
 
 
 def stroke_limits(
-    constraints: Sequence[Constraint], strokes: Mapping[Stroke, str | None], turn: Programme
+    claims: Sequence[Claim], strokes: Mapping[Stroke, str | None], turn: Programme
 ) -> list[StrokeLimit]:
     """Each limit on each stroke that it is about."""
-    found = (
-        StrokeLimit.of(constraint, stroke, turn, name)
-        for constraint in constraints
-        for stroke, name in strokes.items()
-    )
+    found = (StrokeLimit.of(claim, stroke, turn, name) for claim in claims for stroke, name in strokes.items())
     return [each for each in found if each.even.size]

@@ -16,11 +16,13 @@ from typing import Any
 
 import numpy as np
 
-from camopt.effects.motion import scale
+from camopt.claims import Derivative
+from camopt.limits import Limit
 from camopt.mechanisms import SIZES, Designs
 from camopt.motion.programme import Programme, Stroke, span
 from camopt.motion.table import DWELL, TURN
 from camopt.numerics import FloatArray
+from camopt.numerics.curves import LOADED
 from camopt.numerics.interval import Interval
 from camopt.numerics.sloped import Sloped
 from camopt.question import Question, exactly
@@ -29,7 +31,7 @@ from camopt.search.boxes import Boxes
 from camopt.search.clock import now
 from camopt.search.closed_form import least_size
 from camopt.search.combined import combined
-from camopt.search.enclosure import MARGIN, ROUNDING, Claims, chained_claims, constraints_of, cut_off, widest
+from camopt.search.enclosure import MARGIN, ROUNDING, Excesses, chained_excesses, claims_on_size, cut_off, widest
 from camopt.search.first_look import largest_size, scale_of
 from camopt.search.smallest import small
 from camopt.search.stroke_limits import SlopedBoxes, stroke_limits
@@ -39,7 +41,6 @@ FEW, MANY = 32, 256  # boxes examined together: no fewer, for they take no longe
 MOST_BOXES = 50_000
 LOOKED_INTO = 12  # boxes whose middle is searched: the best turn so far may be in another valley
 LADDERS, LADDER = 3, 16  # how often so many sizes of a box are looked at, closer and closer
-ORDERS = {"velocity": 1, "acceleration": 2, "jerk": 3}
 
 
 class TurnSearch:
@@ -50,14 +51,20 @@ class TurnSearch:
         self.question, self.box = exactly(turns.question), turns.box
         self.longest = turns.programme(self.box.high)
         """The strokes at their longest angles: no turn, but each of its strokes is one of turns."""
-        self.limits = stroke_limits(constraints_of(self.asked), self.strokes, self.longest)
+        self.limits = stroke_limits(claims_on_size(self.asked), self.strokes, self.longest)
 
     @cached_property
     def asked(self) -> Question:
         """With the limits that are the same wherever in the turn a stroke is."""
-        loaded = self.longest.load is not None
-        limits = tuple(limit for limit in self.question.limits if not (loaded and limit.ceilings))
+        if self.longest.load is None:
+            return self.question
+        limits = tuple(limit for limit in self.question.limits if not self.reads_load(limit))
         return replace(self.question, limits=limits)
+
+    def reads_load(self, limit: Limit) -> bool:
+        """Whether a limit is about a load that changes over the turn."""
+        made = (claim.curve(self.question.design, self.longest) for claim in limit.claims)
+        return any(type(curve) in LOADED for curve in made)
 
     @cached_property
     def names(self) -> dict[str, int]:
@@ -120,11 +127,11 @@ class TurnSearch:
     def gentlest(self, stroke: Stroke) -> float:
         """The least angle of a stroke, deg, at which it holds the limits on velocity, acceleration and jerk."""
         least = 0.0
-        for limit in self.question.limits:
-            if limit.name in ORDERS:
-                order = ORDERS[limit.name]
+        for claim in (claim for limit in self.question.limits for claim in limit.claims):
+            if isinstance(claim.curve, Derivative):
+                order = claim.curve.order
                 ends = span(Programme((stroke,)), (0.0,) * order + (1.0,), TURN)
-                share = max(-ends[0], ends[1]) * scale(self.question.subject, order) / limit.bound
+                share = max(-ends[0], ends[1]) / claim.allowed()
                 least = max(least, np.degrees(stroke.angle) * share ** (1.0 / order) * (1.0 - MARGIN))
         return float(least)
 
@@ -140,27 +147,27 @@ class TurnSearch:
         looked = SlopedBoxes.of(ends, point, self.question.design.sense)
         with np.errstate(all="ignore"):
             reach = looked.like.span
-            alone = [claim for limit in self.limits for claim in limit.claims(looked)]
+            alone = [each for limit in self.limits for each in limit.excesses(looked)]
             if not alone:
                 return boxes.narrowed({}, {}, np.argmax(reach.high, axis=0))
-            claims = chained_claims([*alone, *self.sums(looked)])
-            left = cut_off(combined(claims, reach, boxes.free.index("size")), reach)
-            side = widest(chained_claims(alone), reach)
+            over = chained_excesses([*alone, *self.sums(looked)])
+            left = cut_off(combined(over, reach, boxes.free.index("size")), reach)
+            side = widest(chained_excesses(alone), reach)
         middle = np.array([point[name] for name in boxes.free])
         rounding = ROUNDING * (np.abs(middle) + reach.largest_magnitude)
         low = np.maximum([boxes.low[name] for name in boxes.free], middle + left.low - rounding)
         high = np.minimum([boxes.high[name] for name in boxes.free], middle + left.high + rounding)
-        held = np.all(low <= high, axis=0) & ~np.any(claims.least > MARGIN, axis=0)
+        held = np.all(low <= high, axis=0) & ~np.any(over.least > MARGIN, axis=0)
         named = (dict(zip(boxes.free, each, strict=True)) for each in (low, high))
         boxes = boxes.narrowed(next(named), next(named), side).take(held)
         return self.left(boxes, boxes.narrow)
 
-    def sums(self, boxes: SlopedBoxes) -> Iterator[Claims]:
+    def sums(self, boxes: SlopedBoxes) -> Iterator[Excesses]:
         """That strokes leave the dwells what these can take."""
         together = sum(boxes.sloped[name] for name in self.names)
         if isinstance(together, Sloped):
             for excess in (together - self.room[1], self.room[0] - together):
-                yield Claims.of(excess / 360.0)
+                yield Excesses.of(excess / 360.0)
 
     def summed(self, boxes: Boxes) -> Boxes:
         """What of some boxes can be part of a turn."""
