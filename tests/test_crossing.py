@@ -1,6 +1,7 @@
 """Self-crossing of disc cams: proof against polygons, enclosures against points, witnesses against roots."""
 
 from dataclasses import replace
+from itertools import product
 from math import degrees, inf, radians
 
 import numpy as np
@@ -213,7 +214,7 @@ def touching_roller(law: str) -> tuple[float, float]:
     return float(best.fun), degrees(best.x)
 
 
-@pytest.mark.parametrize("k", [1, 3, 6, 10])
+@pytest.mark.parametrize("k", range(1, 11))
 @pytest.mark.parametrize("law", ["parabolic", "modified-sine", "cycloidal"])
 def test_the_verdict_flips_where_the_flanks_touch(law, k):
     critical, angle = touching_roller(law)
@@ -309,8 +310,10 @@ def swung(law: str, turn: tuple[float, float, float], lift: float, sizes: tuple[
 
 
 LOBES = {
-    "parabolic": lambda: lobe(touching_roller("parabolic")[0] * 1.05),
-    "cycloidal": lambda: lobe(touching_roller("cycloidal")[0] * 1.01, law="cycloidal"),
+    **{
+        f"{law}-{share}": lambda law=law, share=share: lobe(touching_roller(law)[0] * share, law=law)
+        for law, share in product(("parabolic", "cycloidal"), (1.01, 1.05))
+    },
     "any base radius holds all other limits": lambda: swung(
         "cycloidal", (37, 2.5, 51.5), 60, (8.55, 116, 111), "ccw"
     ),
