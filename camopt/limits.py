@@ -49,6 +49,8 @@ class Limit:
     """The quantities that people read beside the bound."""
     relation: str = "≤"
     """What each of them is to be to the bound; ± for one that the bound holds in magnitude."""
+    asked: bool = True
+    """Whether the scene asks for it; every cam has to hold the others anyway."""
     of_motion: bool = False
     """Whether the motion and the speed decide it, whatever the design."""
 
@@ -176,7 +178,7 @@ def _crossing() -> Limit:
     def excess(columns: Columns, designs: Designs) -> FloatArray:
         return np.asarray(columns["self_crossing"] - 0.5 + np.zeros(len(designs)))
 
-    return Limit("self_crossing", 0.0, ("self_crossing",), excess)
+    return Limit("self_crossing", 0.0, ("self_crossing",), excess, asked=False)
 
 
 def _implied(subject: Subject) -> list[Limit]:
@@ -186,7 +188,7 @@ def _implied(subject: Subject) -> list[Limit]:
     """
     limits = []
     if not subject.pointed:
-        limits.append(_curvature("undercut", subject, 0.0))
+        limits.append(replace(_curvature("undercut", subject, 0.0), asked=False))
     if subject.shaft_radius is not None:
         radius = subject.shaft_radius
         limits.append(

@@ -64,8 +64,7 @@ def smallest_cams(scene: Scene) -> Optimum:
     """What ``optimise`` finds; of the scene's own size where neither limits nor the objective bear on it."""
     key = "base_radius" if scene.cam.form == "disc" else "mean_radius"
     own, sought = getattr(scene.cam, key), getattr(scene.search, key)
-    implied = ("undercut", "self_crossing")
-    limited = any(not limit.of_motion and limit.name not in implied for limit in resolve(scene).limits)
+    limited = any(limit.asked and not limit.of_motion for limit in resolve(scene).limits)
     if own is None or sought is not None or limited or "size" in objective_in(scene.synthesis):
         return optimise(scene)
     return optimise(scene.replace(**{f"search.{key}": [own]}))
