@@ -75,20 +75,23 @@ def first_feasible(
 ) -> Designs | None:
     """The first of some designs that is feasible, if there is one.
 
-    Limits that are asked last cost too much to ask them of all: where a design is found to cross itself, all others
-    that do so there are left out.
+    Limits that are asked last cost too much to ask them of all: they are asked of one design, then of twice as
+    many, and so on. Where a design is found to cross itself, all others that do so there are left out.
     """
     designs = designs.take(feasible(question.without_last, programme, designs))
     crossings = crossings or known_crossings(question, programme)
     if crossings is None:
         return designs.take([0]) if len(designs) else None
+    count = 1
     while len(designs):
         designs = designs.take(~crossings.shown(designs))
-        one, designs = designs.take(slice(0, 1)), designs.take(slice(1, None))
-        if len(one) and feasible(question, programme, one)[0]:
-            return one
-        if len(one):
-            crossings.learn(one)
+        some, designs = designs.take(slice(0, count)), designs.take(slice(count, None))
+        held = np.flatnonzero(feasible(question, programme, some))
+        if held.size:
+            return some.take(held[:1])
+        if len(some):
+            crossings.learn(some.take([0]))
+        count *= 2
     return None
 
 

@@ -31,10 +31,12 @@ def reason(question: Question, programme: Programme, bounds: Bounds, until: floa
     grid = coarse_grid(question, bounds, programme.lift, FEW_VALUES)
     if not question.subject.mechanism.exists(grid, programme).any():
         return f"assembly: {question.subject.mechanism.assembly}{beyond}"
-    alone = [limit.name for limit in question.limits if _stop([limit], question, programme, bounds, until)]
+    first = question.without_last.limits  # those that are asked last are asked of designs that hold all others
+    alone = [limit.name for limit in first if _stop([limit], question, programme, bounds, until)]
     if alone:
         return ", ".join(alone) + beyond
-    return f"{listed(limit.name for limit in _together(question, programme, bounds, until))} together{beyond}"
+    names = [limit.name for limit in _together(question, programme, bounds, until)]
+    return (f"{listed(names)} together" if len(names) > 1 else names[0]) + beyond
 
 
 def _beyond(question: Question, programme: Programme, bounds: Bounds, until: float) -> str:
