@@ -2,7 +2,8 @@
 
     python benchmarks/slow_scenes.py [RANDOM] [SECONDS]
 
-Each scene runs twice, in processes of their own with so many CPU seconds at most. The second run counts, for the
+RANDOM is a number of random scenes beside the named ones, or the numbers of some, such as 40:60. Each scene runs
+twice, in processes of their own with so many CPU seconds at most. The second run counts, for the
 first may compile kernels. A random scene takes a random cam and sets its limits a few per cent around what that
 cam has.
 """
@@ -209,7 +210,11 @@ def _solve(raw: Raw, seconds: int, answer: Any) -> None:
     """CPU seconds of an optimisation, and its size, proved or not, and what holds it, or what stops every cam."""
     scene, start = Scene.from_dict(raw), process_time()
     resource.setrlimit(resource.RLIMIT_CPU, (int(start) + seconds + 1, int(start) + seconds + 2))
-    found = optimise(scene)
+    try:
+        found = optimise(scene)
+    except BadInput as refused:
+        answer.put((process_time() - start, f"refused: {refused}"))
+        return
     taken, best = process_time() - start, found.best
     if best is None:
         answer.put((taken, "none: " + "; ".join(found.obstacles.values())))
@@ -229,17 +234,19 @@ def measured(raw: Raw, seconds: int) -> tuple[float, str]:
     return (float(seconds), "not ended") if answer.empty() else answer.get()
 
 
-def scenes(count: int) -> Iterator[tuple[str, Raw]]:
-    """The scenes by name, and so many random ones."""
-    yield from named_scenes().items()
-    for seed in range(count):
+def scenes(random: str) -> Iterator[tuple[str, Raw]]:
+    """The scenes by name and so many random ones, or some of the random ones alone."""
+    first, colon, last = random.rpartition(":")
+    if not colon:
+        yield from named_scenes().items()
+    for seed in range(int(first or 0), int(last)):
         yield random_scene(seed)
 
 
-def main(count: int = 40, seconds: int = 60) -> None:
+def main(random: str = "40", seconds: str = "60") -> None:
     longest: dict[int, float] = {}
-    for name, raw in scenes(count):
-        free, (_, (taken, answer)) = free_sizes(raw), [measured(raw, seconds) for _ in range(2)]
+    for name, raw in scenes(random):
+        free, (_, (taken, answer)) = free_sizes(raw), [measured(raw, int(seconds)) for _ in range(2)]
         longest[free] = max(longest.get(free, 0.0), taken)
         print(f"{taken:8.2f} s  {free} free  {name:60s} {answer}", flush=True)
     for free, taken in sorted(longest.items()):
@@ -247,4 +254,4 @@ def main(count: int = 40, seconds: int = 60) -> None:
 
 
 if __name__ == "__main__":
-    main(*map(int, sys.argv[1:]))
+    main(*sys.argv[1:])

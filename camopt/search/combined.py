@@ -51,5 +51,5 @@ def _multipliers(over: Excesses, span: Interval, size: int) -> FloatArray:
             np.arange(width.size) == size, rows[usable] / by[:, None], -over.at[usable, 0] / by, bounds=ends
         )
         if found.status == 0:
-            weights[usable] = -found.ineqlin.marginals / by
+            weights[usable] = np.maximum(-found.ineqlin.marginals, 0.0) / by
     return weights
