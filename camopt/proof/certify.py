@@ -254,7 +254,7 @@ def certify(scene: Scene) -> dict[str, str]:
     """Prove or refute each limit of a scene for its design: held, broken or undecided, by the limit's name.
 
     For a disc cam ``self_crossing`` is there too: held if the profile provably crosses itself nowhere, broken if it
-    does; decided in double precision with margins of 1e-12 for rounding (``effects.crossing``).
+    does; decided in double precision, with margins for rounding (``effects.crossing``).
 
     Numbers of the scene are taken as exact. Limits are decided at every cam angle of the continuous motion, in
     ball arithmetic of 200 bits; undecided is what lies within about 1e-27 of its limit. A law that the scene gives
