@@ -216,7 +216,7 @@ def test_a_question_at_another_programme_is_the_scene_rewritten_with_it(name, tu
     key = "mean_radius" if scene.cam.form == "cylindrical" else "base_radius"
     wider = {f"cam.{key}": size * getattr(scene.cam, key)}
     own = evaluate(written.replace(**wider)).quantities.get("pressure_angle_max_deg", np.inf)
-    if 1e-3 < own < 89:
+    if 1e-3 < own * (1.0 + near) < 89:
         wider |= {"limits.pressure_angle": own * (1.0 + near), "limits.pressure_angle_return": own * (1.0 + near)}
     here, there = resolve(scene.replace(**wider)), resolve(written.replace(**wider))
     assert certify_limits(here, there.programme, here.design) == certify_limits(

@@ -259,10 +259,14 @@ def objective(scene, programme, weights):
     return total
 
 
+@pytest.mark.filterwarnings("ignore:Solution may be inaccurate")
 @settings(max_examples=12, deadline=None, suppress_health_check=list(HealthCheck))
 @given(motions())
 def test_no_motion_passes_the_bound(case):
-    """Of any motion within the ranges, the values at the nodes hold every inequality of the relaxation."""
+    """Of any motion within the ranges, the values at the nodes hold every inequality of the relaxation.
+
+    So narrow a room round them is hard for the solver, which may end short of its own tolerance.
+    """
     scene, laws = case
     question = resolve(scene_with(scene, laws))
     demand = demand_of(resolve(scene))
@@ -280,7 +284,7 @@ def test_no_motion_passes_the_bound(case):
             ]
     at_nodes = cp.Problem(cp.Minimize(relaxed.goal), [*relaxed.problem.constraints, *fixed])
     at_nodes.solve(solver=cp.CLARABEL)
-    assert at_nodes.status == cp.OPTIMAL
+    assert at_nodes.status in (cp.OPTIMAL, cp.OPTIMAL_INACCURATE)
     true = objective(scene, question.programme, dict(scene.synthesis.minimise))
     assert relaxed.unit * at_nodes.value <= true * (1 + 1e-4)
     least = relaxed.solve()
