@@ -59,6 +59,11 @@ class Question:
         return replace(self, limits=tuple(limit for limit in self.limits if not limit.last))
 
     @property
+    def claims(self) -> tuple[Claim, ...]:
+        """What all limits say of curves."""
+        return tuple(claim for limit in self.limits for claim in limit.claims)
+
+    @property
     def needed(self) -> frozenset[str]:
         """The quantities that limits and objectives call for."""
         objectives = (*self.scene.search.minimise, *self.scene.search.maximise)
@@ -148,13 +153,13 @@ def _given(scene: Scene, key: str) -> float:
 
 def claims_on(question: Question, made: Callable[[Designs, Programme], Any] | None) -> list[Claim]:
     """What the limits say of one of the mechanism's curves; nothing of one that it has not."""
-    return [claim for limit in question.limits for claim in limit.claims if claim.curve is made]
+    return [claim for claim in question.claims if claim.curve is made]
 
 
 def strictest(question: Question) -> list[Claim]:
     """The claims of all limits, without those that another one on the same curve and strokes implies."""
     found: dict[Any, Claim] = {}
-    for claim in (claim for limit in question.limits for claim in limit.claims):
+    for claim in question.claims:
         same = (claim.curve, claim.strokes, claim.goal)
         if same not in found or claim.strictness > found[same].strictness:
             found[same] = claim

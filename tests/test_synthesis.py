@@ -259,14 +259,10 @@ def objective(scene, programme, weights):
     return total
 
 
-@pytest.mark.filterwarnings("ignore:Solution may be inaccurate")
 @settings(max_examples=12, deadline=None, suppress_health_check=list(HealthCheck))
 @given(motions())
 def test_no_motion_passes_the_bound(case):
-    """Of any motion within the ranges, the values at the nodes hold every inequality of the relaxation.
-
-    So narrow a room round them is hard for the solver, which may end short of its own tolerance.
-    """
+    """Of any motion within the ranges, the values at the nodes hold every inequality of the relaxation."""
     scene, laws = case
     question = resolve(scene_with(scene, laws))
     demand = demand_of(resolve(scene))
@@ -277,14 +273,16 @@ def test_no_motion_passes_the_bound(case):
         if motion:
             x, change = (at - stroke.start) / stroke.angle, (stroke.high - stroke.low) / demand.scale
             s = stroke.law
-            fixed += [
-                cp.abs(motion.y - (stroke.low / demand.scale + change * s.displacement(x))) <= 1e-7,
-                cp.abs(motion.v - change * s.velocity(x)) <= 1e-7,
-                cp.abs(motion.a - change * s.acceleration(x)) <= 1e-6,
+            rooms = [
+                (motion.y - (stroke.low / demand.scale + change * s.displacement(x)), 1e-7),
+                (motion.v - change * s.velocity(x), 1e-7),
+                (motion.a - change * s.acceleration(x), 1e-6),
             ]
+            # Two inequalities: with their absolute value Clarabel ends "inaccurate" in so narrow a room, now and then.
+            fixed += [side * gap <= room for gap, room in rooms for side in (1, -1)]
     at_nodes = cp.Problem(cp.Minimize(relaxed.goal), [*relaxed.problem.constraints, *fixed])
     at_nodes.solve(solver=cp.CLARABEL)
-    assert at_nodes.status in (cp.OPTIMAL, cp.OPTIMAL_INACCURATE)
+    assert at_nodes.status == cp.OPTIMAL
     true = objective(scene, question.programme, dict(scene.synthesis.minimise))
     assert relaxed.unit * at_nodes.value <= true * (1 + 1e-4)
     least = relaxed.solve()

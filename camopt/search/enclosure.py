@@ -35,9 +35,10 @@ def claims_on_size(question: Question) -> list[Claim]:
 
 def excess_of(claim: Claim, side: FloatArray, found: Quotient, designs: Designs) -> Any:
     """What is above 0 where a side of a claim does not hold, relative to the terms of the claim."""
-    value, allowed = side * found.above * claim.factor(designs), claim.allowed() * found.below
+    bound = claim.allowed()
+    value, allowed = side * found.above * claim.factor(designs), bound * found.below
     scale = np.abs(at_point(value)) + np.abs(at_point(allowed))
-    return (value - allowed) / (scale if claim.allowed() else scale + at_point(claim.unit(designs)))
+    return (value - allowed) / (scale if bound else scale + at_point(claim.unit(designs)))
 
 
 def points_of(question: Question, low: dict[str, FloatArray], high: dict[str, FloatArray], share: float) -> Designs:
@@ -105,9 +106,7 @@ def examined(
             level[index] = np.all(over.most <= MARGIN, axis=0)
             side[index] = widest(over, span)
             left = cut_off(over, span)
-        rounding = ROUNDING * (np.abs(point) + span.largest_magnitude)
-        low[:, index] = np.maximum(low[:, index], point + left.low - rounding)
-        high[:, index] = np.minimum(high[:, index], point + left.high + rounding)
+        low[:, index], high[:, index] = kept(low[:, index], high[:, index], point, span, left)
     empty |= np.any(low > high, axis=0)
     ends = (dict(zip(free, end, strict=True)) for end in (low, high))
     return Examined(empty, level, inside, side, *ends)
@@ -178,6 +177,14 @@ def cut_off(over: Excesses, span: Interval) -> Interval:
         least = np.where(smaller, span.low[k], np.where(larger, above, np.inf))
         low[k], high[k] = least.max(axis=0), most.min(axis=0)
     return Interval(low, high)
+
+
+def kept(
+    low: FloatArray, high: FloatArray, point: FloatArray, span: Interval, left: Interval
+) -> tuple[FloatArray, FloatArray]:
+    """The ends of sides without what is cut off them (``cut_off``), outwards of all rounding."""
+    rounding = ROUNDING * (np.abs(point) + span.largest_magnitude)
+    return np.maximum(low, point + left.low - rounding), np.minimum(high, point + left.high + rounding)
 
 
 def _representatives(

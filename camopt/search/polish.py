@@ -162,8 +162,8 @@ def _smallest(problem: Problem, design: Designs, ceilings: FloatArray) -> Design
     on_return = min(angle, most.get("pressure_angle_max_return_deg", np.inf))
     if on_return <= 0.0:
         return None
-    ceilings_ = (float(b) if b < np.inf else None for b in (angle, on_return))
-    pressure = pressure_limits(question.subject.mechanism, *ceilings_)
+    bounds = (float(b) if b < np.inf else None for b in (angle, on_return))
+    pressure = pressure_limits(question.subject.mechanism, *bounds)
     tighter = replace(question, limits=(*question.limits, *pressure))
     box = {name: problem.free.get(name, (float(v[0]), float(v[0]))) for name, v in design.sizes.items()}
     box["size"] = (least_size(tighter, problem.programme, box), box["size"][1])

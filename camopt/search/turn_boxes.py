@@ -31,7 +31,16 @@ from camopt.search.boxes import Boxes
 from camopt.search.clock import now
 from camopt.search.closed_form import least_size
 from camopt.search.combined import combined
-from camopt.search.enclosure import MARGIN, ROUNDING, Excesses, chained_excesses, claims_on_size, cut_off, widest
+from camopt.search.enclosure import (
+    MARGIN,
+    ROUNDING,
+    Excesses,
+    chained_excesses,
+    claims_on_size,
+    cut_off,
+    kept,
+    widest,
+)
 from camopt.search.first_look import largest_size, scale_of
 from camopt.search.smallest import small
 from camopt.search.stroke_limits import SlopedBoxes, stroke_limits
@@ -127,7 +136,7 @@ class TurnSearch:
     def gentlest(self, stroke: Stroke) -> float:
         """The least angle of a stroke, deg, at which it holds the limits on velocity, acceleration and jerk."""
         least = 0.0
-        for claim in (claim for limit in self.question.limits for claim in limit.claims):
+        for claim in self.question.claims:
             if isinstance(claim.curve, Derivative):
                 order = claim.curve.order
                 ends = span(Programme((stroke,)), (0.0,) * order + (1.0,), TURN)
@@ -154,9 +163,8 @@ class TurnSearch:
             left = cut_off(combined(over, reach, boxes.free.index("size")), reach)
             side = widest(chained_excesses(alone), reach)
         middle = np.array([point[name] for name in boxes.free])
-        rounding = ROUNDING * (np.abs(middle) + reach.largest_magnitude)
-        low = np.maximum([boxes.low[name] for name in boxes.free], middle + left.low - rounding)
-        high = np.minimum([boxes.high[name] for name in boxes.free], middle + left.high + rounding)
+        low, high = (np.array([ends[name] for name in boxes.free]) for ends in (boxes.low, boxes.high))
+        low, high = kept(low, high, middle, reach, left)
         held = np.all(low <= high, axis=0) & ~np.any(over.least > MARGIN, axis=0)
         named = (dict(zip(boxes.free, each, strict=True)) for each in (low, high))
         boxes = boxes.narrowed(next(named), next(named), side).take(held)
