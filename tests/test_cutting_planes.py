@@ -4,11 +4,11 @@ from math import cos, degrees, inf, pi, radians, sin, sqrt
 from types import SimpleNamespace
 
 import mpmath
-import naive
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from support import naive
 
 from camopt import Scene
 from camopt.mechanisms import Designs, cylindrical_oscillating, oscillating, oscillating_flat

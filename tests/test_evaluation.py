@@ -1,4 +1,4 @@
-"""Every quantity against the sources' cams and against 50-digit computations (tests/naive.py)."""
+"""Every quantity against the sources' cams and against 50-digit computations (tests/support/naive.py)."""
 
 import json
 from math import inf, isinf

@@ -4,12 +4,12 @@ from fractions import Fraction
 from itertools import product
 
 import numpy as np
-import own
 import pytest
 from flint import arb, arb_series, ctx
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from numpy.polynomial import polynomial
+from support import own
 
 from camopt.effects import Case, Subject
 from camopt.mechanisms import MECHANISMS, Designs

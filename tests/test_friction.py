@@ -2,9 +2,9 @@
 
 from math import pi, radians
 
-import friction
 import numpy as np
 import pytest
+from support import friction
 
 from camopt import BadInput, Scene, certify, evaluate, find_scene, optimise
 from camopt.effects.loads import Borne, Guided

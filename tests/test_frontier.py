@@ -4,7 +4,7 @@ import tomllib
 
 import numpy as np
 import pytest
-from pictures import faults_of
+from support.pictures import faults_of
 
 from camopt import BadInput, Scene, certify, evaluate, find_scene, frontier, load, plot_frontier, synthesise
 from camopt.mistakes import Unmet

@@ -7,12 +7,11 @@ import sys
 from math import cos, hypot, inf, pi, radians, sqrt
 
 import mpmath
-import naive
 import numpy as np
-import own
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support import naive, own
 
 from camopt import Scene, certify, evaluate, find_scene
 from camopt.effects import Case, Subject

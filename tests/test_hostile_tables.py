@@ -2,13 +2,13 @@
 
 import os
 
-import hostile
 import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from support import hostile
 
 import camopt
 from camopt import BadInput, Scene, find_scene, sweep

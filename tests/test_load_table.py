@@ -3,12 +3,12 @@
 from functools import partial
 from itertools import pairwise
 
-import naive
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from mpmath import fp
+from support import naive
 from test_loads import CORNERED, JUMPING, MOMENT, SWUNG, UNGUIDED, question
 
 from camopt import BadInput, Scene, certify, evaluate, load, optimise, sweep

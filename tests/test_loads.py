@@ -3,12 +3,12 @@
 from dataclasses import replace
 from math import inf, isinf, isnan, pi, sqrt
 
-import naive
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from mpmath import fp, mp
+from support import naive
 
 from camopt import BadInput, Scene, certify, evaluate, load, optimise, sweep
 from camopt.effects import EFFECTS

@@ -6,12 +6,11 @@ from math import inf, isinf, radians
 from pathlib import Path
 
 import mpmath
-import naive
 import numpy as np
-import own
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from support import naive, own
 
 from camopt.motion import LAWS
 from camopt.motion.programme import PANELS, Programme, law_peaks, peak

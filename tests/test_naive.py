@@ -6,11 +6,10 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-import naive
 import numpy as np
-import oracle
 import pytest
 from mpmath import mp
+from support import naive, oracle
 
 DATA = Path(__file__).parent / "data"
 EXAMPLES = json.loads((DATA / "worked-examples.json").read_text())

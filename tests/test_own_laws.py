@@ -6,13 +6,13 @@ from itertools import pairwise
 
 import mpmath
 import numpy as np
-import own
 import pyarrow.parquet as pq
 import pytest
 from flint import arb
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import BSpline
+from support import own
 from test_scene import BASES, DELETED, changed, mistakes
 
 from camopt import Scene, certify, evaluate, find_scene, load, optimise, plot, sweep

@@ -6,7 +6,7 @@ import sys
 
 import numpy as np
 import pytest
-from pictures import faults_of
+from support.pictures import faults_of
 from test_figures import LIMITED, LOADED, OTHERS, loaded, made
 
 import camopt

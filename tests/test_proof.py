@@ -10,15 +10,14 @@ from math import isfinite
 from pathlib import Path
 
 import mpmath
-import naive
 import numpy as np
-import own
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 from flint import arb, ctx
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support import naive, own
 from test_optimise import BASE, CASES
 
 import camopt

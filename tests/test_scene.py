@@ -7,10 +7,10 @@ import tomllib
 from math import inf, nan
 from pathlib import Path
 
-import own
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support import own
 
 from camopt import BadInput, Scene, find_scene, shipped_scenes
 from camopt.mistakes import Mistake

@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from pictures import faults_of, texts_of
 from scipy.interpolate import BPoly, BSpline
 from scipy.optimize import linprog
+from support.pictures import faults_of, texts_of
 
 from camopt import BadInput, Scene, evaluate, find_scene, optimise
 from camopt.cli import main
@@ -278,7 +278,7 @@ def test_no_motion_passes_the_bound(case):
                 (motion.v - change * s.velocity(x), 1e-7),
                 (motion.a - change * s.acceleration(x), 1e-6),
             ]
-            # Two inequalities: with their absolute value Clarabel ends "inaccurate" in so narrow a room, now and then.
+            # two inequalities: with the absolute value, Clarabel may end "inaccurate" in so narrow a room
             fixed += [side * gap <= room for gap, room in rooms for side in (1, -1)]
     at_nodes = cp.Problem(cp.Minimize(relaxed.goal), [*relaxed.problem.constraints, *fixed])
     at_nodes.solve(solver=cp.CLARABEL)

@@ -5,14 +5,13 @@ from fractions import Fraction
 from itertools import pairwise
 from math import comb, cos, inf, isnan, pi, radians, sin, sqrt
 
-import naive
 import numpy as np
-import own
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from mpmath import fp, mp
 from numpy.polynomial import chebyshev, polynomial
+from support import naive, own
 
 from camopt import BadInput, Scene, certify, evaluate, load, optimise, sweep
 from camopt.effects.case import Dynamics

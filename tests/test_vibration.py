@@ -4,11 +4,11 @@ from math import inf, isfinite, isinf, pi
 
 import mpmath
 import numpy as np
-import own
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
+from support import own
 
 import camopt
 from camopt.effects.case import Dynamics

@@ -1,4 +1,4 @@
-"""Write reference.json (whole cams) and laws.json (motion laws) from the reference in tests/naive.py.
+"""Write reference.json (whole cams) and laws.json (motion laws) from the reference in tests/support/naive.py.
 
     python tests/data/make_reference.py
 
@@ -19,7 +19,7 @@ from mpmath import mp
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parent))
 
-import naive  # noqa: E402
+from support import naive  # noqa: E402
 
 Scene = dict[str, Any]
 DIGITS = 25

@@ -8,21 +8,18 @@ gives no N ≥ 0, contact is lost. The torque is what the contact does on the fo
 
 The geometry is that of ``naive``, in floats. Extremes are those of dense samples, refined between the cam angles
 where anything changes sign; integrals are by Gauss's rule between them.
-
-Run as a script, it compares as many random scenes as asked: ``python tests/friction.py 200``.
 """
 
-import sys
 from itertools import pairwise
 from math import cos, inf, pi, sin
 
-import naive
 import numpy as np
 from mpmath import fp
 from scipy.interpolate import BSpline
 from scipy.optimize import brentq, minimize_scalar
 
-from camopt import BadInput, Scene, evaluate
+from camopt import Scene, evaluate
+from support import naive
 
 SAMPLES = 240
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(40)
@@ -376,27 +373,3 @@ def differences(scene):
                 scale = model["power_peak_W"]
             apart[name] = abs(found[name] - value) / (scale or 1.0)
     return found, apart
-
-
-def main(count):
-    compared, worst, kinds = 0, (0.0, "", 0), {}
-    for seed in range(10 * count):
-        if compared == count:
-            break
-        scene = random_scene(seed)
-        try:
-            _, apart = differences(scene)
-        except (BadInput, ValueError) as refused:
-            print(f"{seed}: refused: {str(refused)[:100]}")
-            continue
-        compared += 1
-        name = max(apart, key=apart.get)
-        kinds[CONTACTS[seed % len(CONTACTS)]] = kinds.get(CONTACTS[seed % len(CONTACTS)], 0) + 1
-        if apart[name] > 1e-10:
-            print(f"{seed} {CONTACTS[seed % len(CONTACTS)]}: {name} {apart[name]:.2e}")
-        worst = max(worst, (apart[name], name, seed))
-    print(f"{compared} scenes {kinds}; the largest difference: {worst}")
-
-
-if __name__ == "__main__":
-    main(int(sys.argv[1]))

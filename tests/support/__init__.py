@@ -1,0 +1,1 @@
+"""What the tests share: independent answers, hostile and random scenes, checks of pictures."""
