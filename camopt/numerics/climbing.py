@@ -200,6 +200,7 @@ def split(f, i, table, panel, part, error, sign, tolerance, location, best, stac
 
     The range of its slope comes first, then jets of its own, then its halves, and theirs. ``error`` is that of the
     panel; infinite where a denominator may be zero somewhere in it. The error of a part takes its place.
+    Once a part is left without a bound, so are all, and nothing more is halved.
     """
     y, y1, y2, y3 = row_jets(table, panel)
     bound = bound_by_slope(curve(f, i, y, y1, y2, y3)[1], part, sign, table.half_width[panel])
@@ -232,7 +233,7 @@ def split(f, i, table, panel, part, error, sign, tolerance, location, best, stac
             bound = min(bound, max(left, right) + 0.5 * known(jet.second) * (reach * half_width) ** 2)
             if not bound < np.inf:  # a corner of the curve: its range is what is known
                 bound = jet.high if sign > 0.0 else -jet.low
-            if bound > best + allowance and parts < MOST_PARTS and depth + 2 <= DEPTH:
+            if bound > best + allowance and parts < MOST_PARTS and depth + 2 <= DEPTH and top < np.inf:
                 y, y1, y2, y3 = motion(table, panel, middle)
                 value, slope = oriented(f, i, y, y1, y2, y3, sign)
                 if value > best:

@@ -1,0 +1,63 @@
+"""Scenes whose proof once took minutes: few boxes prove them, and no design near the answer is smaller."""
+
+import sys
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from camopt import Scene
+from camopt.effects import Case
+from camopt.effects.loads import contact_load
+from camopt.motion.table import TURN
+from camopt.numerics import LARGEST, climbing
+from camopt.numerics.extremes import extremes
+from camopt.question import exactly, resolve
+from camopt.search import branch_and_bound
+from camopt.search.answer import feasible, gap_of
+from camopt.search.smallest import smallest
+from camopt.search.space import boxes_of
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
+import slow_scenes
+
+MOST_BOXES = {
+    43: 50_000,  # knife on an arm, three free sizes: two peaks of the side thrust hold it; 375,000 did not prove it
+}
+
+
+@pytest.mark.parametrize("seed", MOST_BOXES)
+def test_few_boxes_prove_the_smallest_cam(seed, monkeypatch):
+    monkeypatch.setattr(branch_and_bound, "MOST_BOXES", MOST_BOXES[seed])
+    question = exactly(resolve(Scene.from_dict(slow_scenes.random_scene(seed)[1])))
+    (bounds,) = boxes_of(question)
+    found = smallest(question, question.programme, bounds)
+    assert found.proved
+    assert feasible(question, question.programme, found.design)[0]
+    assert not np.any(feasible(question, question.programme, smaller_than(found.design, bounds)))
+
+
+def smaller_than(design, bounds):
+    """Random designs within bounds, near one and further away, that a proof says are not feasible."""
+    rng, count = np.random.default_rng(0), 4000
+    near = design.take(np.zeros(count, dtype=int))
+    step = 10.0 ** rng.uniform(-9, -1, count)
+    free = [name for name, (low, high) in bounds.items() if name != "size" and high > low]
+    sizes = {n: np.clip(near.sizes[n] * (1.0 + step * rng.uniform(-1, 1, count)), *bounds[n]) for n in free}
+    return replace(near, **sizes, size=near.size - gap_of(design) - near.size * step * rng.uniform(0, 1, count))
+
+
+def test_what_has_no_bound_is_not_looked_at_to_the_last_part(monkeypatch):
+    """The load of a mushroom on an undercut flank has none over half a stroke: 83,000 parts were looked at."""
+    question = exactly(resolve(Scene.from_dict(slow_scenes.random_scene(129)[1])))
+    undercut = replace(question.design, size=np.array([25.8107]), roller_radius=np.array([66.365]))
+    parts, looked_at = [], climbing.part_jets
+    monkeypatch.setattr(climbing, "part_jets", lambda *given: parts.append(1) or looked_at(*given))
+    monkeypatch.setattr("camopt.effects.case.extremes", getattr(extremes, "py_func", extremes))
+    found = Case(question.subject, question.programme, undercut).extremes(
+        partial(contact_load, question.subject, flank=1.0, way=0.0), [(TURN, LARGEST)]
+    )
+    assert np.isinf(found.width).all()
+    assert len(parts) < 4000
