@@ -13,7 +13,7 @@ import numpy as np
 
 from camopt.numerics import FloatArray
 from camopt.numerics.interval import Interval
-from camopt.search.enclosure import Excesses, chained_excesses
+from camopt.search.excesses import Excesses, chained_excesses
 
 
 def combined(over: Excesses, span: Interval, size: int) -> Excesses:

@@ -22,10 +22,8 @@ from camopt.numerics.curves import curve
 from camopt.numerics.interval import Interval
 from camopt.numerics.sloped import Quotient, Sloped, as_quotient, as_sloped, at_point, variables
 from camopt.question import Question
-
-ROUNDING = 1e-15  # relative, of an end of a side
-LARGE = 1e300  # in place of a slope without bounds
-MARGIN = 1e-11  # relative: far above the rounding of an interval, far below any tolerance
+from camopt.search.combined import combined
+from camopt.search.excesses import MARGIN, Excesses, chained_excesses, cut_off, kept, widest
 
 
 def claims_on_size(question: Question) -> list[Claim]:
@@ -46,25 +44,6 @@ def points_of(question: Question, low: dict[str, FloatArray], high: dict[str, Fl
     middle = {name: (low[name] + high[name]) / 2 for name in low}
     size = low["size"] + share * (high["size"] - low["size"])
     return Designs(**{**middle, "size": size}, sense=question.design.sense)
-
-
-class Excesses(NamedTuple):
-    """The excess of n boxes over the limits at m cam angles, relative: above 0 no design is feasible."""
-
-    least: FloatArray
-    """Over each box (m, n)."""
-    most: FloatArray
-    """Over each box (m, n)."""
-    at: FloatArray
-    """At one design of each box (m, n)."""
-    slopes: Interval
-    """By each of the d free sizes (d, m, n)."""
-
-    @classmethod
-    def of(cls, excess: Sloped, rows: int = 1) -> "Excesses":
-        """That of one limit at so many cam angles, one after the other, for each box."""
-        least, most, at = (x.reshape(rows, -1) for x in (excess.value.low, excess.value.high, excess.at))
-        return cls(least, most, at, excess.slopes.reshaped(-1, rows, at.shape[1]))
 
 
 class Examined(NamedTuple):
@@ -102,10 +81,11 @@ def examined(
         span = Interval(low[:, index] - point, high[:, index] - point)
         with np.errstate(all="ignore"):
             over = _excesses(question, programme, present, box.take(index), inside.take(index), free)
+            together = combined(over, span, free.index("size")) if len(free) > 1 else over
             empty[index] |= np.any(over.least > MARGIN, axis=0)
             level[index] = np.all(over.most <= MARGIN, axis=0)
             side[index] = widest(over, span)
-            left = cut_off(over, span)
+            left = cut_off(together, span)
         low[:, index], high[:, index] = kept(low[:, index], high[:, index], point, span, left)
     empty |= np.any(low > high, axis=0)
     ends = (dict(zip(free, end, strict=True)) for end in (low, high))
@@ -134,13 +114,6 @@ def _excesses(
     return chained_excesses(found)
 
 
-def chained_excesses(parts: list[Excesses]) -> Excesses:
-    """Excesses of the same boxes, one after the other."""
-    least, most, at = (np.concatenate([each[k] for each in parts]) for k in range(3))
-    slopes = Interval(*(np.concatenate([getattr(c.slopes, end) for c in parts], axis=1) for end in ("low", "high")))
-    return Excesses(least, most, at, slopes)
-
-
 def _sloped(box: Designs, inside: Designs, free: list[str], rows: int) -> tuple[Designs, Sloped]:
     """Boxes as designs of Sloped sizes, so many times one after the other; and one of these."""
     intervals: dict[str, Any] = box.sizes
@@ -148,43 +121,6 @@ def _sloped(box: Designs, inside: Designs, free: list[str], rows: int) -> tuple[
     sizes = dict(zip(free, variables(ends, [np.tile(inside.sizes[n], rows) for n in free]), strict=True))
     fixed = {n: np.tile(v, rows) for n, v in inside.sizes.items() if n not in free}
     return Designs(**{**fixed, **sizes}, sense=box.sense), sizes[free[0]]  # type: ignore[arg-type]
-
-
-def widest(over: Excesses, span: Interval) -> Any:
-    """The side across which the excess over the worst limit changes the most."""
-    worst = np.argmax(np.nan_to_num(over.at, nan=-np.inf), axis=0)
-    steepest = np.take_along_axis(over.slopes.largest_magnitude, worst[None, None, :], axis=1)[:, 0]
-    width = span.high - span.low
-    return np.argmax(np.where(np.isfinite(steepest), steepest, LARGE) * width, axis=0)
-
-
-def cut_off(over: Excesses, span: Interval) -> Interval:
-    """The parts (d, n) of each side, seen from the point, in which every limit may be held.
-
-    With e the excess at the point less what other sizes can take off it, G·t ≤ −e has to hold at the distance t.
-    """
-    moved = over.slopes * Interval(span.low[:, None], span.high[:, None])
-    slack = MARGIN * (1.0 + np.abs(over.at) + moved.largest_magnitude.sum(axis=0))
-    low, high = span.low.copy(), span.high.copy()
-    for k in range(len(low)):
-        others = np.delete(moved.low, k, axis=0).sum(axis=0)
-        rest = over.at + others - slack
-        asked = rest > 0.0
-        below, above = -rest / over.slopes.high[k], -rest / over.slopes.low[k]
-        smaller = ~asked | ((over.slopes.high[k] > 0.0) & (below >= span.low[k]))
-        larger = ~asked | ((over.slopes.low[k] < 0.0) & (above <= span.high[k]))
-        most = np.where(larger, span.high[k], np.where(smaller, below, -np.inf))
-        least = np.where(smaller, span.low[k], np.where(larger, above, np.inf))
-        low[k], high[k] = least.max(axis=0), most.min(axis=0)
-    return Interval(low, high)
-
-
-def kept(
-    low: FloatArray, high: FloatArray, point: FloatArray, span: Interval, left: Interval
-) -> tuple[FloatArray, FloatArray]:
-    """The ends of sides without what is cut off them (``cut_off``), outwards of all rounding."""
-    rounding = ROUNDING * (np.abs(point) + span.largest_magnitude)
-    return np.maximum(low, point + left.low - rounding), np.minimum(high, point + left.high + rounding)
 
 
 def _representatives(

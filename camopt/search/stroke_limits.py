@@ -20,7 +20,8 @@ from camopt.numerics.curves import curve
 from camopt.numerics.interval import Interval
 from camopt.numerics.sloped import Sloped, as_quotient, as_sloped, variables
 from camopt.question import Question
-from camopt.search.enclosure import Excesses, excess_of
+from camopt.search.enclosure import excess_of
+from camopt.search.excesses import Excesses
 
 IDLE = -0.5  # a limit that no point of a box exceeds by more, relative, is not looked at more closely
 SHARES = 17  # of a stroke at which every box is looked at, even

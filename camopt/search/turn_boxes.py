@@ -31,16 +31,8 @@ from camopt.search.boxes import Boxes
 from camopt.search.clock import now
 from camopt.search.closed_form import least_size
 from camopt.search.combined import combined
-from camopt.search.enclosure import (
-    MARGIN,
-    ROUNDING,
-    Excesses,
-    chained_excesses,
-    claims_on_size,
-    cut_off,
-    kept,
-    widest,
-)
+from camopt.search.enclosure import claims_on_size
+from camopt.search.excesses import MARGIN, ROUNDING, Excesses, chained_excesses, cut_off, kept, widest
 from camopt.search.first_look import largest_size, scale_of
 from camopt.search.smallest import small
 from camopt.search.stroke_limits import SlopedBoxes, stroke_limits

@@ -1,0 +1,79 @@
+"""Excesses of limits over boxes of designs, and the part of a box that they leave.
+
+Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, ch. 8 (interval Newton).
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from camopt.numerics import FloatArray
+from camopt.numerics.interval import Interval
+from camopt.numerics.sloped import Sloped
+
+ROUNDING = 1e-15  # relative, of an end of a side
+LARGE = 1e300  # in place of a slope without bounds
+MARGIN = 1e-11  # relative: far above the rounding of an interval, far below any tolerance
+
+
+class Excesses(NamedTuple):
+    """The excess of n boxes over the limits at m cam angles, relative: above 0 no design is feasible."""
+
+    least: FloatArray
+    """Over each box (m, n)."""
+    most: FloatArray
+    """Over each box (m, n)."""
+    at: FloatArray
+    """At one design of each box (m, n)."""
+    slopes: Interval
+    """By each of the d free sizes (d, m, n)."""
+
+    @classmethod
+    def of(cls, excess: Sloped, rows: int = 1) -> "Excesses":
+        """That of one limit at so many cam angles, one after the other, for each box."""
+        least, most, at = (x.reshape(rows, -1) for x in (excess.value.low, excess.value.high, excess.at))
+        return cls(least, most, at, excess.slopes.reshaped(-1, rows, at.shape[1]))
+
+
+def chained_excesses(parts: list[Excesses]) -> Excesses:
+    """Excesses of the same boxes, one after the other."""
+    least, most, at = (np.concatenate([each[k] for each in parts]) for k in range(3))
+    slopes = Interval(*(np.concatenate([getattr(c.slopes, end) for c in parts], axis=1) for end in ("low", "high")))
+    return Excesses(least, most, at, slopes)
+
+
+def widest(over: Excesses, span: Interval) -> Any:
+    """The side across which the excess over the worst limit changes the most."""
+    worst = np.argmax(np.nan_to_num(over.at, nan=-np.inf), axis=0)
+    steepest = np.take_along_axis(over.slopes.largest_magnitude, worst[None, None, :], axis=1)[:, 0]
+    width = span.high - span.low
+    return np.argmax(np.where(np.isfinite(steepest), steepest, LARGE) * width, axis=0)
+
+
+def cut_off(over: Excesses, span: Interval) -> Interval:
+    """The parts (d, n) of each side, seen from the point, in which every limit may be held.
+
+    With e the excess at the point less what other sizes can take off it, G·t ≤ −e has to hold at the distance t.
+    """
+    moved = over.slopes * Interval(span.low[:, None], span.high[:, None])
+    slack = MARGIN * (1.0 + np.abs(over.at) + moved.largest_magnitude.sum(axis=0))
+    low, high = span.low.copy(), span.high.copy()
+    for k in range(len(low)):
+        others = np.delete(moved.low, k, axis=0).sum(axis=0)
+        rest = over.at + others - slack
+        asked = rest > 0.0
+        below, above = -rest / over.slopes.high[k], -rest / over.slopes.low[k]
+        smaller = ~asked | ((over.slopes.high[k] > 0.0) & (below >= span.low[k]))
+        larger = ~asked | ((over.slopes.low[k] < 0.0) & (above <= span.high[k]))
+        most = np.where(larger, span.high[k], np.where(smaller, below, -np.inf))
+        least = np.where(smaller, span.low[k], np.where(larger, above, np.inf))
+        low[k], high[k] = least.max(axis=0), most.min(axis=0)
+    return Interval(low, high)
+
+
+def kept(
+    low: FloatArray, high: FloatArray, point: FloatArray, span: Interval, left: Interval
+) -> tuple[FloatArray, FloatArray]:
+    """The ends of sides without what is cut off them (``cut_off``), outwards of all rounding."""
+    rounding = ROUNDING * (np.abs(point) + span.largest_magnitude)
+    return np.maximum(low, point + left.low - rounding), np.minimum(high, point + left.high + rounding)
