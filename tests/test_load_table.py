@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from mpmath import fp
 from support import naive
-from test_loads import CORNERED, JUMPING, MOMENT, SWUNG, UNGUIDED, question
+from support.cams import CORNERED, JUMPING, MOMENT, SWUNG, UNGUIDED, cam_with
 
 from camopt import BadInput, Scene, certify, evaluate, load, optimise, sweep
 from camopt.effects import Case, loads, surface
@@ -28,7 +28,7 @@ RPM, OMEGA = 420, 420 * np.pi / 30
 def under(rows, contact="flat", dynamics=None, **more):
     given = dynamics if dynamics is not None else SWUNG if contact == "arm" else UNGUIDED
     made = {key: value for key, value in given.items() if key != "load"}
-    return question(contact, dynamics=made if rows is None else {**made, "load": rows}, **more)
+    return cam_with(contact, dynamics=made if rows is None else {**made, "load": rows}, **more)
 
 
 def found(rows, contact="flat", dynamics=None, **more):

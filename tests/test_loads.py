@@ -9,63 +9,25 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from mpmath import fp, mp
 from support import naive
+from support.cams import (
+    CONTACTS,
+    CORNERED,
+    FREE,
+    GUIDED,
+    JUMPING,
+    MOMENT,
+    STEEL,
+    SWUNG,
+    UNGUIDED,
+    WORN,
+    cam_with,
+    turn_of,
+)
 
 from camopt import BadInput, Scene, certify, evaluate, load, optimise, sweep
 from camopt.effects import EFFECTS
 from camopt.effects.hertz import DEPTH, SHEAR
 from camopt.quantities import QUANTITIES
-
-STEEL = {"cam": "steel", "follower": "steel", "face_width": 15}
-FREE = {"mass": 0.8, "spring_rate": 9.0, "preload": 260.0, "damping": 0.03, "load": 12.0, "gravity": 9.81}
-GUIDED = {**FREE, "guide_length": 80, "overhang": 70, "friction": 0.12, "stem_diameter": 16}
-SWUNG = {"inertia": 0.02, "spring_rate": 60.0, "preload": 35.0, "damping": 0.2, "load": 1.5}
-UNGUIDED = {**FREE, "guide_length": 80, "overhang": 70, "stem_diameter": 16}
-
-CONTACTS = {
-    "knife": {"motion": "translating", "contact": "knife"},
-    "roller": {"motion": "translating", "contact": "roller", "roller_radius": 14},
-    "offset-roller": {"motion": "translating", "contact": "roller", "roller_radius": 14, "offset": 11},
-    "flat": {"motion": "translating", "contact": "flat"},
-    "spherical": {"motion": "translating", "contact": "spherical", "face_radius": 60},
-    "arm": {
-        "motion": "oscillating",
-        "contact": "roller",
-        "roller_radius": 14,
-        "arm_length": 110,
-        "centre_distance": 130,
-    },
-    "swinging-face": {"motion": "oscillating", "contact": "flat", "centre_distance": 130, "face_offset": 10},
-    "groove": {"motion": "translating", "contact": "roller", "roller_radius": 6},
-    "groove-arm": {"motion": "oscillating", "contact": "roller", "roller_radius": 6, "arm_length": 110},
-}
-
-
-def turn_of(law, lift, angles=(110, 40, 95, 115)):
-    kinds = ("rise", "dwell", "return", "dwell")
-    moving = {"lift": lift, "law": law}
-    return [
-        {"segment": kind, "angle": angle, **(moving if kind != "dwell" else {})}
-        for kind, angle in zip(kinds, angles, strict=True)
-    ]
-
-
-def question(contact, law="cycloidal", dynamics=None, rotation="ccw", rpm=420, **more):
-    follower = CONTACTS[contact]
-    swinging, groove = follower["motion"] == "oscillating", contact.startswith("groove")
-    size = (
-        {"form": "cylindrical", "mean_radius": 60}
-        if groove
-        else {"form": "disc", "base_radius": 90 if contact == "swinging-face" else 70}
-    )
-    chosen = dynamics if dynamics is not None else SWUNG if swinging else UNGUIDED
-    return {
-        "cam": {**size, "rpm": rpm, "rotation": rotation},
-        "follower": {**follower, "dynamics": chosen},
-        "materials": STEEL,
-        "motion": turn_of(law, 14 if swinging else 24),
-        "outputs": ["all"],
-        **more,
-    }
 
 
 def found(scene, **changes):
@@ -200,9 +162,6 @@ def slow(scene):
         return out
 
 
-CORNERED = [[20, -60.0], [55, 180.0], [150, 40.0], [261.3, 40.0], [300, -25.0]]
-JUMPING = [[0, 80.0], [70, 80.0], [70, 310.0], [110, 20.0], [220.5, 130.0], [360, -30.0]]
-MOMENT = [[0, 1.0], [64.2, 9.0], [180, -3.0], [180, 2.0]]
 CHANGING = [  # external loads over the turn
     ("roller", "modified-trapezoid", GUIDED, JUMPING),
     ("offset-roller", "cycloidal", UNGUIDED, CORNERED),
@@ -229,7 +188,7 @@ CASES = [
 
 @pytest.mark.parametrize(("contact", "law", "rotation", "dynamics"), CASES)
 def test_all_loads_against_fifty_digits(contact, law, rotation, dynamics):
-    scene = question(contact, law, dynamics, rotation)
+    scene = cam_with(contact, law, dynamics, rotation)
     ours, theirs = found(scene), slow(scene)
     for name, value in theirs.items():
         assert ours[name] == pytest.approx(float(value), rel=2e-12, abs=1e-9), name
@@ -280,7 +239,7 @@ def test_parallel_cylinders_by_the_formula_of_the_textbooks():
 
     A round cam (a dwell beside a negligible lift) under a load alone: d₁ = 2·R_b, d₂ = 2·R_r.
     """
-    scene = question("roller", dynamics={"mass": 1e-9, "preload": 500.0}, rpm=1e-3)
+    scene = cam_with("roller", dynamics={"mass": 1e-9, "preload": 500.0}, rpm=1e-3)
     scene["motion"] = turn_of("cycloidal", 1e-9)
     scene["materials"] = {"cam": "grey-cast-iron", "follower": "steel", "face_width": 20}
     ours = found(scene)
@@ -307,7 +266,7 @@ FORCES = ("contact_force_min_N", "contact_force_max_N", "normal_force_max_N", "s
 @pytest.mark.parametrize("contact", ["offset-roller", "arm", "groove"])
 def test_inertia_is_linear_in_mass_and_square_in_speed(contact):
     mass = "inertia" if CONTACTS[contact]["motion"] == "oscillating" else "mass"
-    bare = question(contact, dynamics={mass: 0.5})
+    bare = cam_with(contact, dynamics={mass: 0.5})
     once, twice = found(bare), found(shifted(bare, **{mass: 1.0}))
     slowed = found(at_speed(shifted(bare, **{mass: 0.5 * 9}), 140))
     for name in FORCES:
@@ -317,7 +276,7 @@ def test_inertia_is_linear_in_mass_and_square_in_speed(contact):
 
 def test_guide_and_stem_are_in_equilibrium():
     """Forces and moments on the follower, solved at dense samples: the reported values bound and reach them."""
-    scene = question("roller", "poly345", GUIDED)
+    scene = cam_with("roller", "poly345", GUIDED)
     mass, damping, stiffness, constant, given = [float(v) for v in constants(scene, mp)[:4]] + [
         constants(scene, mp)[4]
     ]
@@ -352,7 +311,7 @@ def test_guide_and_stem_are_in_equilibrium():
 @pytest.mark.parametrize("damping", [0.0, 0.05, 0.6])
 @pytest.mark.parametrize(("contact", "law"), [("roller", "cycloidal"), ("arm", "parabolic"), ("flat", "poly4567")])
 def test_contact_is_lost_at_the_jump_speed(contact, law, damping):
-    scene = question(contact, law)
+    scene = cam_with(contact, law)
     scene["outputs"] = ["force"]
     swinging = CONTACTS[contact]["motion"] == "oscillating"
     scene = shifted(scene, damping=damping * (10 if swinging else 1))
@@ -368,7 +327,7 @@ def test_contact_is_lost_at_the_jump_speed(contact, law, damping):
 
 def test_contact_that_damping_loses_at_a_few_speeds_only():
     """A falling follower that its damper holds up: lost between two speeds, won again, and lost for good."""
-    scene = question("roller", dynamics={"mass": 1.0, "damping": 5.0, "preload": 300.0, "spring_rate": 8.0})
+    scene = cam_with("roller", dynamics={"mass": 1.0, "damping": 5.0, "preload": 300.0, "spring_rate": 8.0})
     scene["outputs"] = ["force"]
     jump = found(scene)["jump_speed_rpm"]
     speeds = jump * np.linspace(0.9, 1.3, 400)
@@ -380,7 +339,7 @@ def test_contact_that_damping_loses_at_a_few_speeds_only():
 @pytest.mark.parametrize(("contact", "law"), [("roller", "cycloidal"), ("arm", "harmonic"), ("flat", "parabolic")])
 def test_what_is_required_just_keeps_contact(contact, law):
     swinging = CONTACTS[contact]["motion"] == "oscillating"
-    scene = at_speed(question(contact, law), 1500)
+    scene = at_speed(cam_with(contact, law), 1500)
     scene["outputs"] = ["force"]
     ours = found(scene)
     assert ours["contact_force_min_N"] < 0.0
@@ -394,7 +353,7 @@ def test_what_is_required_just_keeps_contact(contact, law):
 
 
 def test_contact_stress_goes_with_the_root_of_load_over_width():
-    scene = question("roller", dynamics={"mass": 0.5, "preload": 900.0})
+    scene = cam_with("roller", dynamics={"mass": 0.5, "preload": 900.0})
     once = found(scene)
     wide = found({**scene, "materials": {**STEEL, "face_width": 60}})
     heavy = found(shifted(scene, mass=2.0, preload=3600.0))
@@ -407,7 +366,7 @@ def test_contact_stress_goes_with_the_root_of_load_over_width():
 def test_lengths_scale(contact):
     """All lengths × k with the same forces: forces stay, and the stress falls as 1/k with the face as wide."""
     k = 3.0
-    scene = question(contact, dynamics={"mass": 0.9, "spring_rate": 6.0, "preload": 200.0})
+    scene = cam_with(contact, dynamics={"mass": 0.9, "spring_rate": 6.0, "preload": 200.0})
     big = shifted(scene, mass=0.9 / k, spring_rate=6.0 / k)
     big["cam"] = {**scene["cam"], "base_radius": 70 * k}
     for name in ("roller_radius", "offset"):
@@ -424,8 +383,8 @@ def test_lengths_scale(contact):
 
 
 def test_a_mirrored_cam_has_the_same_loads():
-    one = question("offset-roller", dynamics=GUIDED)
-    other = question("offset-roller", dynamics=GUIDED, rotation="cw")
+    one = cam_with("offset-roller", dynamics=GUIDED)
+    other = cam_with("offset-roller", dynamics=GUIDED, rotation="cw")
     other["follower"] = {**other["follower"], "offset": -11}
     ours, mirrored = found(one), found(other)
     assert {n: v for n, v in ours.items() if n != "offset_mm"} == {
@@ -435,8 +394,8 @@ def test_a_mirrored_cam_has_the_same_loads():
 
 def test_a_huge_roller_is_a_flat_face():
     """As R_r grows the trace point's normal turns into the motion, and 1/R into 1/ρ of the flat face."""
-    flat = found(question("flat"))
-    scene = question("roller")
+    flat = found(cam_with("flat"))
+    scene = cam_with("roller")
     scene["follower"] = {**scene["follower"], "roller_radius": 1e8}
     roller = found(scene)
     for name in ("normal_force_max_N", "contact_stress_max_MPa", "contact_half_width_mm"):
@@ -446,7 +405,7 @@ def test_a_huge_roller_is_a_flat_face():
 @pytest.mark.parametrize("contact", ["groove", "offset-roller"])
 def test_friction_never_hides_a_load(contact):
     """Samples with the friction on the side where it acts: a groove pulls, and then it acts on the other."""
-    scene = question(contact, "harmonic", {**GUIDED, "preload": 20.0}, rpm=500)
+    scene = cam_with(contact, "harmonic", {**GUIDED, "preload": 20.0}, rpm=500)
     ours, top = found(scene), 0.0
     mass, damping, stiffness, constant, _ = constants(scene, fp)
     omega, groove = 500 * pi / 30, contact == "groove"
@@ -476,7 +435,7 @@ def reasons(scene):
 
 @pytest.mark.parametrize("contact", list(CONTACTS))
 def test_corners_make_loads_infinite_and_say_why(contact):
-    made, why = reasons(question(contact, "uniform"))
+    made, why = reasons(cam_with(contact, "uniform"))
     for name, quantity in QUANTITIES.items():
         if name in why and quantity.effect in LOADED:
             knife = contact == "knife" and quantity.effect == "hertz"
@@ -488,13 +447,13 @@ def test_corners_make_loads_infinite_and_say_why(contact):
 
 
 def test_undercut_and_jamming_make_loads_infinite_and_say_why():
-    sharp = question("roller", dynamics=GUIDED)
+    sharp = cam_with("roller", dynamics=GUIDED)
     sharp["cam"]["base_radius"] = 4
     sharp["follower"] = {**sharp["follower"], "roller_radius": 40}
     made, why = reasons(sharp)
     assert made["undercut"]
     assert why["contact_stress_max_MPa"] == why["contact_half_width_mm"] == "the profile is undercut"
-    stuck = shifted(question("roller", dynamics=GUIDED), friction=3.0)
+    stuck = shifted(cam_with("roller", dynamics=GUIDED), friction=3.0)
     made, why = reasons(stuck)
     assert made["jamming_margin"] < 0.0
     for name in ("normal_force_max_N", "guide_reaction_max_N", "contact_stress_max_MPa", "contact_shear_depth_mm"):
@@ -503,7 +462,6 @@ def test_undercut_and_jamming_make_loads_infinite_and_say_why():
 
 
 UNDERCUT, JAMMED = "the profile is undercut", "the follower jams in its guide"
-WORN = {**STEEL, "wear_rate": 1e-10}
 
 
 @pytest.mark.parametrize(
@@ -524,7 +482,7 @@ WORN = {**STEEL, "wear_rate": 1e-10}
     ],
 )
 def test_each_infinite_load_has_its_own_reason(contact, base_radius, dynamics, expected):
-    scene = question(contact, dynamics=dynamics, materials=WORN)
+    scene = cam_with(contact, dynamics=dynamics, materials=WORN)
     scene["cam"]["base_radius"] = base_radius
     made, why = reasons(scene)
     for name, reason in expected.items():
@@ -535,7 +493,7 @@ def test_each_infinite_load_has_its_own_reason(contact, base_radius, dynamics, e
 @pytest.mark.parametrize("rotation", ["ccw", "cw"])
 def test_a_face_that_turns_as_fast_as_the_cam(rotation):
     """ψ' reaches 1 where 60° are swung in 30° of the cam: the contact runs off, and nothing is NaN."""
-    scene = question("swinging-face", rotation=rotation, materials=WORN)
+    scene = cam_with("swinging-face", rotation=rotation, materials=WORN)
     scene["cam"]["base_radius"] = 60
     scene["motion"] = turn_of("cycloidal", 60, (30, 150, 30, 150))
     made, why = reasons(scene)
@@ -546,7 +504,7 @@ def test_a_face_that_turns_as_fast_as_the_cam(rotation):
 
 
 def test_no_spring_presses_where_the_follower_is_lowest():
-    made, why = reasons(question("roller", dynamics={"mass": 1.0, "preload": 5.0, "load": -9.0}))
+    made, why = reasons(cam_with("roller", dynamics={"mass": 1.0, "preload": 5.0, "load": -9.0}))
     assert made["spring_rate_required_N_per_mm"] == inf
     assert "no spring rate" in why["spring_rate_required_N_per_mm"]
     assert made["jump_speed_rpm"] == 0.0
@@ -555,7 +513,7 @@ def test_no_spring_presses_where_the_follower_is_lowest():
 def test_a_flank_that_conforms_to_the_roller_carries_without_stress():
     """κ_profile → −1/R_r: κ_pitch → −∞ there, so the stress comes from elsewhere and stays finite."""
     for base in (30.0, 20.0, 12.0, 9.0):
-        scene = question("roller", "harmonic", rpm=30)
+        scene = cam_with("roller", "harmonic", rpm=30)
         scene["cam"]["base_radius"] = base
         scene["follower"] = {**scene["follower"], "roller_radius": 3.0}
         made, _ = reasons(scene)
@@ -580,7 +538,7 @@ def test_no_dynamics_give_nan(contact, law, rpm, extreme, mass, load, friction, 
     dynamics = {"inertia" if swinging else "mass": mass, **dict(zip(names, extreme, strict=True)), "load": load}
     if not swinging:
         dynamics |= {"guide_length": 80, "overhang": 70, "friction": friction, "stem_diameter": 12}
-    scene = question(contact, law, dynamics, rpm=rpm)
+    scene = cam_with(contact, law, dynamics, rpm=rpm)
     scene["outputs"] = list(LOADED)[: 2 if contact == "spherical" else 3]
     scene["materials"] = {"cam_poisson": 0.3, "follower_poisson": 0.0, "face_width": width}
     scene["materials"] |= {"cam_modulus": moduli[0], "follower_modulus": moduli[1]}
@@ -593,7 +551,7 @@ def test_no_dynamics_give_nan(contact, law, rpm, extreme, mass, load, friction, 
 
 @pytest.mark.parametrize("contact", list(CONTACTS))
 def test_what_two_plans_share_is_the_same_to_the_bit(contact):
-    scene = question(contact)
+    scene = cam_with(contact)
     everything = found(scene)
     for outputs in (["pressure", "curvature"], ["force"], ["normal_force_max_N"], ["jump_speed_ratio"], ["thrust"]):
         some = found({**scene, "outputs": outputs})
@@ -605,7 +563,7 @@ def test_what_two_plans_share_is_the_same_to_the_bit(contact):
 
 
 def test_a_sweep_with_and_without_loads_agrees_to_the_bit(tmp_path):
-    scene = question("roller", dynamics=GUIDED, search={"base_radius": [50, 60, 70]})
+    scene = cam_with("roller", dynamics=GUIDED, search={"base_radius": [50, 60, 70]})
     names = ["base_radius_mm", "pressure_angle_max_deg", "profile_radius_min_mm"]
     for folder, outputs in (("few", names), ("all", ["all"])):
         sweep(Scene.from_dict({**scene, "outputs": outputs}), tmp_path / folder, keep="all")
@@ -618,7 +576,7 @@ def test_a_sweep_with_and_without_loads_agrees_to_the_bit(tmp_path):
 @pytest.mark.parametrize("key", ["friction", "damping", "preload", "gravity", "load", "spring_rate"])
 def test_a_parameter_of_zero_is_one_left_out(key):
     dynamics = {name: value for name, value in GUIDED.items() if name != key}
-    absent, zero = (found(question("offset-roller", dynamics=d)) for d in (dynamics, {**dynamics, key: 0.0}))
+    absent, zero = (found(cam_with("offset-roller", dynamics=d)) for d in (dynamics, {**dynamics, key: 0.0}))
     assert dict(absent) == dict(zero)
 
 
@@ -630,7 +588,7 @@ def test_what_nobody_calls_for_does_not_run(idle, monkeypatch):
     def run(case, wanted):
         raise AssertionError(idle)
 
-    scene = question("roller", dynamics=GUIDED)
+    scene = cam_with("roller", dynamics=GUIDED)
     of_scene = {QUANTITIES[name].effect for name in found(scene)} & EFFECTS.keys()
     others = [name for name in of_scene if name != idle and (name, idle) not in READS]
     monkeypatch.setitem(EFFECTS, idle, replace(EFFECTS[idle], run=run))
@@ -649,7 +607,7 @@ def mistakes(scene):
 
 
 def test_limits_on_loads_name_the_keys_they_lack():
-    scene = question("roller")
+    scene = cam_with("roller")
     bare = {key: value for key, value in scene.items() if key not in ("materials", "outputs")}
     bare["cam"] = {"form": "disc", "base_radius": 70}
     bare["follower"] = CONTACTS["roller"]
@@ -681,7 +639,7 @@ def test_limits_on_loads_name_the_keys_they_lack():
     ],
 )
 def test_keys_of_another_follower_are_mistakes(contact, dynamics, key):
-    lines = mistakes({**question(contact, dynamics=dynamics), "outputs": ["motion"]})
+    lines = mistakes({**cam_with(contact, dynamics=dynamics), "outputs": ["motion"]})
     assert len(lines) == 1
     assert f"follower.dynamics.{key}" in lines[0]
 
@@ -701,7 +659,7 @@ def test_keys_of_another_follower_are_mistakes(contact, dynamics, key):
     ],
 )
 def test_the_smallest_cam_under_a_load(contact, limit, quantity, bound, dynamics):
-    scene = question(contact, dynamics=dynamics, limits={limit: bound})
+    scene = cam_with(contact, dynamics=dynamics, limits={limit: bound})
     scene["outputs"] = [quantity]
     key = "mean_radius" if contact == "groove" else "base_radius"
     falls = -1.0 if limit == "jamming_margin" else 1.0
@@ -739,7 +697,7 @@ def test_the_smallest_cam_under_a_load(contact, limit, quantity, bound, dynamics
 )
 def test_a_limit_that_no_size_holds_is_named(contact, limits):
     dynamics = GUIDED if "jamming_margin" in limits else None
-    scene = {**question(contact, dynamics=dynamics, limits=limits), "outputs": ["sizes"]}
+    scene = {**cam_with(contact, dynamics=dynamics, limits=limits), "outputs": ["sizes"]}
     if contact != "groove":
         scene["search"] = {"base_radius": {"start": 40, "stop": 120}}
     answer = optimise(Scene.from_dict(scene))
@@ -752,7 +710,7 @@ def test_a_limit_that_no_size_holds_is_named(contact, limits):
 @pytest.mark.parametrize("law", ["cycloidal", "poly345"])
 def test_a_limit_equal_to_the_least_load_of_all_sizes_is_solved(contact, law):
     """The spring at full lift, 100 N + 5 N/mm · 24 mm, which no size changes, decides but for rounding."""
-    scene = question(contact, law, {"mass": 0.5, "spring_rate": 5, "preload": 100}, rpm=300)
+    scene = cam_with(contact, law, {"mass": 0.5, "spring_rate": 5, "preload": 100}, rpm=300)
 
     def smallest(bound):
         return optimise(Scene.from_dict({**scene, "limits": {"normal_force": bound}})).best
@@ -764,12 +722,12 @@ def test_a_limit_equal_to_the_least_load_of_all_sizes_is_solved(contact, law):
 
 
 def test_a_limit_at_the_end_of_a_stroke_is_held_at_the_bound():
-    scene = question("flat", "cycloidal", {"mass": 0.5, "spring_rate": 5, "preload": 100}, rpm=300)
+    scene = cam_with("flat", "cycloidal", {"mass": 0.5, "spring_rate": 5, "preload": 100}, rpm=300)
     assert certify(Scene.from_dict({**scene, "limits": {"normal_force": 220.0}}))["normal_force"] == "held"
 
 
 def test_a_motion_that_rounding_leaves_undecided_is_no_proof():
-    scene = question("flat", "cycloidal", {"mass": 0.5, "spring_rate": 5, "preload": 100}, rpm=300)
+    scene = cam_with("flat", "cycloidal", {"mass": 0.5, "spring_rate": 5, "preload": 100}, rpm=300)
     torque = evaluate(Scene.from_dict(scene))["torque_peak_N_m"]
     limited = {**scene, "limits": {"torque": torque * (1.0 - 1e-15)}, "outputs": ["sizes"]}
     answer = optimise(Scene.from_dict(limited))
