@@ -188,22 +188,22 @@ def test_no_design_of_a_box_lies_outside_of_a_limit_s_range(name, seed, wide):
 
 def may_hold(question, designs):
     """Whether each design holds all claims at a degree's steps: what does not at one of them is not feasible."""
-    column = Designs(**{name: values[:, None] for name, values in designs.sizes.items()}, sense=designs.sense)
     held = question.subject.mechanism.exists(designs, question.programme)
     for claim in question.claims:
-        state = question.programme.state(question.programme.beside(DEGREES, claim.strokes).ravel())
+        angles = question.programme.beside(DEGREES, claim.strokes).ravel()
+        each = designs.take(np.repeat(np.arange(len(designs)), angles.size))
+        state = question.programme.state(np.tile(angles, len(designs)))
         with np.errstate(all="ignore"):
-            values = claim.factor(column) * curve(claim.curve(column, question.programme), ..., *state)
+            values = claim.factor(each) * curve(claim.curve(each, question.programme), ..., *state)[0]
         for side in claim.sides:
-            held &= ~np.any(side * values > claim.allowed(), axis=1)
+            held &= ~np.any((side * values > claim.allowed()).reshape(len(designs), -1), axis=1)
     return held
 
 
-def lost(question, designs, gone):
-    """The designs among those gone that are feasible: asked exactly only of those that no step shows broken."""
-    left = designs.take(gone)
-    left = left.take(may_hold(question, left))
-    return left.take(feasible(question, question.programme, left)) if len(left) else left
+def none_feasible(question, designs):
+    """Whether no design is feasible: asked exactly only of those that no step shows broken."""
+    left = designs.take(may_hold(question, designs)) if len(designs) else designs
+    return not len(left) or not feasible(question, question.programme, left).any()
 
 
 @pytest.mark.parametrize("name", CONTACTS)
@@ -218,7 +218,7 @@ def test_no_feasible_design_is_cut_off(name, seed, wide):
     for k in range(12):
         points = inside_of(low, high, rng, question.design.sense, k)
         beyond = [(points.sizes[n] < seen.low[n][k]) | (points.sizes[n] > seen.high[n][k]) for n in free]
-        assert not len(lost(question, points, seen.empty[k] | np.any(beyond, axis=0)))
+        assert none_feasible(question, points.take(seen.empty[k] | np.any(beyond, axis=0)))
 
 
 @pytest.mark.parametrize("name", CONTACTS)
@@ -232,6 +232,6 @@ def test_boxes_of_feasible_and_of_empty_designs_are_met(name):
     middles = Designs(**{n: (low[n] + high[n]) / 2 for n in low}, sense=question.design.sense)
     assert seen.empty.any()
     assert np.any(seen.low["size"] > low["size"])
-    assert not len(lost(question, middles, seen.empty))
+    assert none_feasible(question, middles.take(seen.empty))
     promising = middles.take(np.flatnonzero(may_hold(question, middles))[:8])
     assert feasible(question, question.programme, promising).any()
