@@ -20,7 +20,7 @@ from camopt.question import resolve
 from camopt.search.answer import Smallest
 from camopt.search.optimise import boxes_of
 from camopt.search.smallest import smallest
-from camopt.search.space import programmes_of
+from camopt.search.space import questions_of
 
 ROLLER, LIMIT = 5.0, 30.0  # mm, deg
 RADII, OFFSETS = (1.0, 300.0), (-40.0, 40.0)  # mm
@@ -45,8 +45,8 @@ def smallest_cam(law: str, offset: str) -> Scene:
 def solved(scene: Scene) -> Smallest:
     """The solve alone, without the description of the cam that ``optimise`` gives."""
     question = resolve(scene)
-    (programme,), (box,) = programmes_of(question), boxes_of(question)
-    return smallest(question, programme, box)
+    (each,), (box,) = questions_of(question), boxes_of(question)
+    return smallest(each, box)
 
 
 def sampled_turn(law: str) -> tuple[Array, Array]:

@@ -34,7 +34,7 @@ from camopt.question import resolve
 from camopt.rows import Rows
 from camopt.search import refine
 from camopt.search.pareto import costs_of, hypervolume, non_dominated, objectives, scale_of
-from camopt.search.space import axis_values, programmes_of
+from camopt.search.space import axis_values, questions_of
 
 MANY = 10_000
 RUNS, SEEDS, POPULATION, TIMES = 3, 3, 400, (1, 10)
@@ -46,25 +46,25 @@ class Cams(Problem):  # type: ignore[misc]
 
     def __init__(self, scene: Scene) -> None:
         self.question, search = resolve(scene), scene.search
-        self.programmes, self.rollers = programmes_of(self.question), axis_values(search.roller_radius)
+        self.motions, self.rollers = questions_of(self.question), axis_values(search.roller_radius)
         low = [0.0, 0.0, search.offset.start, search.base_radius.start]
-        high = [len(self.programmes), len(self.rollers), search.offset.stop, search.base_radius.stop]
+        high = [len(self.motions), len(self.rollers), search.offset.stop, search.base_radius.stop]
         limits = len(self.question.limits)
         super().__init__(n_var=4, n_obj=len(search.minimise), n_ieq_constr=limits, xl=low, xu=high)
 
     def _evaluate(self, x: FloatArray, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
         scene, fixed = self.question.scene, self.question.design
-        law = np.minimum(x[:, 0].astype(int), len(self.programmes) - 1)
+        law = np.minimum(x[:, 0].astype(int), len(self.motions) - 1)
         roller = self.rollers[np.minimum(x[:, 1].astype(int), len(self.rollers) - 1)]
         out["F"], out["G"] = np.empty((len(x), self.n_obj)), np.full((len(x), self.n_ieq_constr), WORST)
         zeros = {name: np.zeros(len(x)) for name in fixed.sizes}
         designs = Designs(
             **{**zeros, "roller_radius": roller, "offset": x[:, 2], "size": x[:, 3]}, sense=fixed.sense
         )
-        for k, programme in enumerate(self.programmes):
+        for k, question in enumerate(self.motions):
             index = np.flatnonzero((law == k) & (np.abs(x[:, 2]) < designs.prime_radius))
             chosen = designs.take(index)
-            columns = run_effects(Case(self.question.subject, programme, chosen), self.question.needed).columns
+            columns = run_effects(Case(question.subject, question.programme, chosen), self.question.needed).columns
             out["F"][index] = costs_of(columns, len(chosen), scene.search)
             excess = excesses(self.question.limits, columns, chosen)
             out["G"][index] = np.clip(excess, -WORST, WORST).T

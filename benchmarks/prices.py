@@ -74,7 +74,7 @@ def proof(question: Question, designs: Designs) -> float:
     """Milliseconds for each design to prove or refute β ≤ 35° and no undercut in ball arithmetic."""
     start = perf_counter()
     for i in range(PROVED):
-        certify_limits(question, question.programme, designs.take([i]))
+        certify_limits(question, designs.take([i]))
     return (perf_counter() - start) / PROVED * 1e3
 
 

@@ -48,7 +48,7 @@ def bill(scene: Scene) -> Bill:
     compilation apart.
     """
     question = resolve(scene)
-    subject, designs = question.subject, designs_of(question, question.programme)
+    subject, designs = question.subject, designs_of(question)
     rows, times = Rows({}, len(designs)), {}
     asked = called(question.wanted, subject)
     for name, names in asked.items():

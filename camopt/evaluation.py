@@ -75,7 +75,7 @@ def evaluate(scene: Scene) -> Evaluation:
 def evaluate_design(question: Question) -> Evaluation:
     """As ``evaluate``, for a scene already resolved."""
     question = exactly(question)
-    (found,) = judged(question, question.programme, question.design, question.wanted).records()
+    (found,) = judged(question, question.design, question.wanted).records()
     values = {name: found[name] for name in QUANTITIES if name in found}
     unbounded = {n: _reason(n, question) for n, v in values.items() if v in (inf, -inf)}
     return Evaluation(question.scene, values, unbounded)

@@ -73,19 +73,17 @@ class Effort(NamedTuple):
         return Effort(*(a + b for a, b in zip(self, other, strict=True)))
 
 
-def judged(question: Question, programme: Programme, designs: Designs, wanted: frozenset[str]) -> Rows:
+def judged(question: Question, designs: Designs, wanted: frozenset[str]) -> Rows:
     """The wanted quantities of all designs, with their verdict."""
-    return settled(question, programme, designs, wanted)[0]
+    return settled(question, designs, wanted)[0]
 
 
-def settled(
-    question: Question, programme: Programme, designs: Designs, wanted: frozenset[str]
-) -> tuple[Rows, Effort]:
+def settled(question: Question, designs: Designs, wanted: frozenset[str]) -> tuple[Rows, Effort]:
     """As ``judged``, and what it took."""
-    rows, outer, inner = weighed(question, programme, designs, wanted)
+    rows, outer, inner = weighed(question, designs, wanted)
     feasible = np.all(outer <= 0.0, axis=0)
     undecided = ~feasible & ~np.any(inner > 0.0, axis=0)
-    proved = proved_status(programme)
+    proved = proved_status(question.programme)
     verdict = {
         "feasible": feasible,
         "violated": violations(question.limits, np.where(feasible | undecided, outer, inner)),
@@ -97,9 +95,9 @@ def settled(
     if not index.size:
         return rows, Effort()
     if question.subject.tolerance > EXACT:
-        closer, effort = settled(exactly(question), programme, designs.take(index), wanted)
+        closer, effort = settled(exactly(question), designs.take(index), wanted)
         return rows.with_rows(index, closer), effort._replace(again=index.size)
-    closer = _by_balls(question, programme, designs.take(index), rows.take(index))
+    closer = _by_balls(question, designs.take(index), rows.take(index))
     left = int(np.count_nonzero(closer.column("status") == UNDECIDED))
     return rows.with_rows(index, closer), Effort(balls=index.size, undecided=left)
 
@@ -116,9 +114,9 @@ class Weighed(NamedTuple):
     inner: FloatArray
 
 
-def weighed(question: Question, programme: Programme, designs: Designs, wanted: frozenset[str]) -> Weighed:
+def weighed(question: Question, designs: Designs, wanted: frozenset[str]) -> Weighed:
     """The wanted quantities of all designs, and those that limits need but the last, with all excesses."""
-    case, rows, later = Case(question.subject, programme, designs), Rows({}, len(designs)), []
+    case, rows, later = Case(question.subject, question.programme, designs), Rows({}, len(designs)), []
     for effect, names in planned(wanted | question.needed, question.subject):
         if effect.last and not names & wanted:
             later.append((effect, names))
@@ -139,43 +137,41 @@ def weighed(question: Question, programme: Programme, designs: Designs, wanted: 
     return Weighed(rows, outer, inner)
 
 
-def _by_balls(question: Question, programme: Programme, designs: Designs, rows: Rows) -> Rows:
+def _by_balls(question: Question, designs: Designs, rows: Rows) -> Rows:
     """The rows with the verdicts of ball arithmetic: what rounding hides, 200 bits show."""
     from camopt.proof.certify import BROKEN, HELD, certify_limits
 
-    found = [list(certify_limits(question, programme, designs.take([i])).values()) for i in range(len(designs))]
+    found = [list(certify_limits(question, designs.take([i])).values()) for i in range(len(designs))]
     verdicts = np.array(found).T
     feasible = np.all(verdicts == HELD, axis=0)
     settled = feasible | np.any(verdicts == BROKEN, axis=0)
     verdict = {
         "feasible": feasible,
         "violated": violations(question.limits, np.where(verdicts == HELD, -1.0, 1.0)),
-        "status": np.where(settled, proved_status(programme), UNDECIDED),
+        "status": np.where(settled, proved_status(question.programme), UNDECIDED),
     }
     return Rows(rows.columns | verdict, rows.count)
 
 
-def screened(
-    question: Question, programme: Programme, designs: Designs, wanted: frozenset[str]
-) -> tuple[Rows, Effort]:
+def screened(question: Question, designs: Designs, wanted: frozenset[str]) -> tuple[Rows, Effort]:
     """The wanted quantities of those designs that hold every limit, with their verdict; and what it took.
 
     Effects run cheapest first, and a design that breaks a limit is dropped before the next effect runs.
     """
     rows, pending, held = Rows({}, len(designs)), list(question.limits), np.ones(len(designs), dtype=bool)
     for effect, names in planned(wanted | question.needed, question.subject):
-        rows = extended(rows, Case(question.subject, programme, designs), effect, names)
+        rows = extended(rows, Case(question.subject, question.programme, designs), effect, names)
         ready = [limit for limit in pending if rows.columns.keys() >= set(limit.needs)]
         pending = [limit for limit in pending if limit not in ready]
         possible = np.all(excesses(ready, rows.shifted(-1.0), designs) <= 0.0, axis=0)
         held = (held & np.all(excesses(ready, rows.shifted(1.0), designs) <= 0.0, axis=0))[possible]
         designs, rows = designs.take(possible), rows.take(possible)
     rows = rows.only(wanted)
-    verdict = {"feasible": True, "violated": "", "status": proved_status(programme)}
+    verdict = {"feasible": True, "violated": "", "status": proved_status(question.programme)}
     rows = Rows({**rows.columns, "relative_half_width": rows.half_width}, rows.count)
     if held.all():
         return Rows(rows.columns | verdict, rows.count), Effort()
-    near, effort = settled(exactly(question), programme, designs.take(~held), wanted)
+    near, effort = settled(exactly(question), designs.take(~held), wanted)
     rows, kept = rows.with_rows(np.flatnonzero(~held), near), held.copy()
     kept[~held] = near.column("feasible")
     rows = rows.take(kept)

@@ -39,6 +39,10 @@ class Question:
     """The scene's own design; a size that the scene leaves to its search is not a number (``resolve_design``)."""
     limits: tuple[Limit, ...]
 
+    def with_programme(self, programme: Programme) -> "Question":
+        """The question of another motion of the same follower, with the same limits."""
+        return replace(self, programme=programme)
+
     def with_laws(self, rise: str | None, fall: str | None) -> Programme:
         """The scene's programme with other laws, by name, on its rises and returns (None keeps them)."""
         return self.programme.with_laws(*(None if name is None else self.laws[name] for name in (rise, fall)))

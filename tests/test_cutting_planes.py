@@ -78,7 +78,7 @@ def asked(raw):
     """The question of a scene, and its one box of sizes."""
     question = exactly(resolve(Scene.from_dict(raw)))
     bounds = boxes_of(question)[0]
-    return question, {**bounds, "size": (least_size(question, question.programme, bounds), bounds["size"][1])}
+    return question, {**bounds, "size": (least_size(question, bounds), bounds["size"][1])}
 
 
 def drawn(name, seed):
@@ -155,7 +155,7 @@ def test_a_limit_at_the_value_of_a_design_is_a_plane_through_its_point(name, rot
             question, _ = asked({**raw, "limits": {key: value * (1.0 + change)}})
             mechanism, form = question.subject.mechanism, FORMS[name]
             curve = {"face_reach": mechanism.reach, "curvature_radius": mechanism.profile_radius}.get(key)
-            limits = form.limits(question, question.programme)
+            limits = form.limits(question)
             side = int(key == "pressure_angle" and state["beta"] < 0.0)
             planes = [
                 limit.planes(jet[:, None])[side] for limit in limits if limit.curve is (curve or mechanism.pressure)
@@ -225,10 +225,10 @@ def test_no_sampled_point_within_some_planes_is_smaller_than_the_least(form, spa
 def test_no_sampled_design_undercuts_the_floor(name, seed):
     """The cam holds its limits and lies in its ranges; where none is said to exist, no sampled one does."""
     question, bounds = asked(drawn(name, seed))
-    cut, rng = by_cutting_planes(question, question.programme, bounds), np.random.default_rng(seed)
+    cut, rng = by_cutting_planes(question, bounds), np.random.default_rng(seed)
     design = cut.design
     if design is not None:
-        assert feasible(question, question.programme, design)[0]
+        assert feasible(question, design)[0]
         assert all(low <= design.sizes[key][0] <= high for key, (low, high) in bounds.items())
         assert design.size[0] <= cut.floor + gap_of(design)
     top = min(
@@ -236,11 +236,11 @@ def test_no_sampled_design_undercuts_the_floor(name, seed):
         2.0 * sum(bounds[key][1] for key in ("centre_distance", "arm_length", "face_offset")),
     )
     designs = sampled(question, bounds, top, design, rng)
-    assert not feasible(question, question.programme, designs).any()
+    assert not feasible(question, designs).any()
 
 
 def test_the_drawn_scenes_have_cams_and_have_none():
-    cuts = {name: [by_cutting_planes(q, q.programme, b) for q, b in _drawn(name)] for name in FORMS}
+    cuts = {name: [by_cutting_planes(q, b) for q, b in _drawn(name)] for name in FORMS}
     for name, found in cuts.items():
         assert sum(cut.design is not None for cut in found) >= 4, name
     assert sum(cut.floor == inf for found in cuts.values() for cut in found) >= 4
@@ -255,11 +255,11 @@ def test_boxes_find_the_same_cam_with_and_without_the_floor(name, monkeypatch):
     monkeypatch.setattr(boxes, "MOST_BOXES", 5000)
     compared = 0
     for question, bounds in _drawn(name):
-        cut = by_cutting_planes(question, question.programme, bounds)
+        cut = by_cutting_planes(question, bounds)
         if cut.design is None or compared == 4:
             continue
-        alone = branch_and_bound(question, question.programme, bounds)
-        helped = branch_and_bound(question, question.programme, bounds, cut.floor)
+        alone = branch_and_bound(question, bounds)
+        helped = branch_and_bound(question, bounds, cut.floor)
         assert alone.design.size[0] >= cut.floor
         assert helped.proved
         assert helped.design.size[0] == pytest.approx(cut.design.size[0], abs=2 * gap_of(cut.design))
@@ -289,7 +289,7 @@ def times(value, factor):
 def test_a_scene_with_longer_lengths_has_a_larger_cam(name, factor):
     for seed in range(16):
         raw = drawn(name, seed)
-        one, other = (by_cutting_planes(q, q.programme, b) for q, b in (asked(raw), asked(scaled(raw, factor))))
+        one, other = (by_cutting_planes(q, b) for q, b in (asked(raw), asked(scaled(raw, factor))))
         assert (one.design is None) == (other.design is None)
         assert other.floor == pytest.approx(factor * one.floor, rel=1e-7)
 
@@ -309,7 +309,7 @@ def test_a_turn_run_backwards_has_the_same_cam(name):
         raw = drawn(name, seed)
         raw["limits"].pop("pressure_angle_return", None)
         raw["limits"].setdefault("pressure_angle", 40.0)
-        one, other = (by_cutting_planes(q, q.programme, b) for q, b in (asked(raw), asked(backwards(raw))))
+        one, other = (by_cutting_planes(q, b) for q, b in (asked(raw), asked(backwards(raw))))
         assert (one.design is None) == (other.design is None)
         assert other.floor == pytest.approx(one.floor, rel=2 * GAP)
 
@@ -341,11 +341,11 @@ def test_a_limit_of_one_stroke_says_nothing_about_the_next_one(limits, rest, rot
     sizes = np.arange(20.5, 70.0, 0.01)
     fixed = {key: np.full(sizes.size, low) for key, (low, _) in bounds.items()}
     scan = Designs(**{**fixed, "size": sizes}, sense=question.design.sense)
-    least = sizes[feasible(question, question.programme, scan)][0]
+    least = sizes[feasible(question, scan)][0]
     assert least > sizes[0]
     for answer in (
-        smallest(question, question.programme, bounds),
-        branch_and_bound(question, question.programme, bounds),
+        smallest(question, bounds),
+        branch_and_bound(question, bounds),
     ):
         assert answer.proved
         assert least - 0.01 <= answer.design.size[0] <= least
@@ -380,7 +380,7 @@ def test_a_range_of_the_cam_itself_holds_to_the_last_digit(name, seed):
 
     def found(start, stop):
         question, bounds = asked({**raw, "search": {key: {"start": start, "stop": stop}}})
-        answer = smallest(question, question.programme, bounds)
+        answer = smallest(question, bounds)
         assert answer.design is None or start <= answer.design.size[0] <= stop
         return answer.design
 
@@ -401,9 +401,9 @@ def test_an_arm_that_leans_by_the_limit_at_rest_has_no_groove(half, rotation):
     raw = {**MADE[cylindrical_oscillating.MECHANISM.name]([0.5, 0.5]), "motion": turn(2.0 * half)}
     raw["cam"]["rotation"] = rotation
     question, bounds = asked({**raw, "limits": {"pressure_angle": float(half)}})
-    cut = by_cutting_planes(question, question.programme, bounds)
+    cut = by_cutting_planes(question, bounds)
     assert cut.design is None
     assert cut.floor > 1e5
     question, bounds = asked({**raw, "limits": {"pressure_angle": half + 1.0}})
-    cut = by_cutting_planes(question, question.programme, bounds)
-    assert feasible(question, question.programme, cut.design)[0]
+    cut = by_cutting_planes(question, bounds)
+    assert feasible(question, cut.design)[0]

@@ -203,7 +203,7 @@ def may_hold(question, designs):
 def none_feasible(question, designs):
     """Whether no design is feasible: asked exactly only of those that no step shows broken."""
     left = designs.take(may_hold(question, designs)) if len(designs) else designs
-    return not len(left) or not feasible(question, question.programme, left).any()
+    return not len(left) or not feasible(question, left).any()
 
 
 @pytest.mark.parametrize("name", CONTACTS)
@@ -214,7 +214,7 @@ def test_no_feasible_design_is_cut_off(name, seed, wide):
     question, rng = limited(name), np.random.default_rng(seed)
     low, high, free = drawn(question, rng, 12, wide)
     box = Designs(**{n: Interval(low[n], high[n]) for n in low}, sense=question.design.sense)
-    seen = examined(question, question.programme, claims_on_size(question), box, free)
+    seen = examined(question, claims_on_size(question), box, free)
     for k in range(12):
         points = inside_of(low, high, rng, question.design.sense, k)
         beyond = [(points.sizes[n] < seen.low[n][k]) | (points.sizes[n] > seen.high[n][k]) for n in free]
@@ -228,10 +228,10 @@ def test_boxes_of_feasible_and_of_empty_designs_are_met(name):
     (low, high, free), (near, far, _) = (drawn(question, rng, 200, wide) for wide in (0.1, 0.005))
     low, high = ({n: np.concatenate([a[n], b[n]]) for n in a} for a, b in ((low, near), (high, far)))
     box = Designs(**{n: Interval(low[n], high[n]) for n in low}, sense=question.design.sense)
-    seen = examined(question, question.programme, claims_on_size(question), box, free)
+    seen = examined(question, claims_on_size(question), box, free)
     middles = Designs(**{n: (low[n] + high[n]) / 2 for n in low}, sense=question.design.sense)
     assert seen.empty.any()
     assert np.any(seen.low["size"] > low["size"])
     assert none_feasible(question, middles.take(seen.empty))
     promising = middles.take(np.flatnonzero(may_hold(question, middles))[:8])
-    assert feasible(question, question.programme, promising).any()
+    assert feasible(question, promising).any()

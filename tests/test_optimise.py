@@ -175,7 +175,7 @@ def test_no_grid_finds_a_smaller_cam(name):
         if choice is not None:
             sizes[field] = rng.uniform(choice.start, choice.stop, count)
     grid = Designs(**sizes, sense=question.design.sense)
-    smaller = feasible(question, question.programme, grid)
+    smaller = feasible(question, grid)
     assert not smaller.any(), grid.size[smaller].min()
 
 
@@ -208,7 +208,7 @@ def test_never_larger_than_scipy_finds(name):
         sizes = {n: np.array([v[0]]) for n, v in question.design.sizes.items()}
         sizes |= {"size": x[:1]} | {field: x[k + 1 : k + 2] for k, field in enumerate(free)}
         design = Designs(**sizes, sense=question.design.sense)
-        return x[0] if feasible(question, question.programme, design)[0] else 1e3 + x[0]
+        return x[0] if feasible(question, design)[0] else 1e3 + x[0]
 
     bounds = [(1.0, 200.0)] + [(getattr(case.search, k).start, getattr(case.search, k).stop) for k in free]
     rival = optimize.differential_evolution(cost, bounds, seed=1, maxiter=120, popsize=12, tol=1e-10, polish=False)
@@ -233,7 +233,7 @@ def test_a_dense_scan_of_sizes_finds_the_same_least_radius(law, lift, radius):
     question = exactly(resolve(case))
     fixed = {n: np.full(6000, v[0]) for n, v in question.design.sizes.items()}
     radii = np.linspace(0.05, 300, 6000)
-    held = feasible(question, question.programme, Designs(**{**fixed, "size": radii}, sense=question.design.sense))
+    held = feasible(question, Designs(**{**fixed, "size": radii}, sense=question.design.sense))
     scanned = radii[np.argmax(held)]
     assert scanned - 0.051 < size_of(optimise(case).best) <= scanned + 1e-9
 
@@ -317,7 +317,7 @@ def test_default_scene_names_its_laws_best_first():
 
 def test_limits_are_judged_on_every_row_the_same_way():
     question = exactly(resolve(CASES["pressure binds, offset free"]))
-    rows = judged(question, question.programme, question.design, frozenset())
+    rows = judged(question, question.design, frozenset())
     assert rows.records()[0]["feasible"] is False
 
 
@@ -349,7 +349,7 @@ def test_the_lengths_of_followers_that_swing_are_searched_whole(name):
             near = rng.uniform(a, b, count) if centre is None else rng.normal(centre[field], width * (b - a), count)
             sizes[field] = np.clip(near, a, b)
         cloud = Designs(**sizes, sense=question.design.sense)
-        cloud = cloud.take(feasible(question, question.programme, cloud))
+        cloud = cloud.take(feasible(question, cloud))
         if len(cloud) and cloud.size.min() < least:
             least = cloud.size.min()
             centre = {n: v[cloud.size.argmin()] for n, v in cloud.sizes.items()}

@@ -169,7 +169,7 @@ def test_corners_break_curvature_limits():
 def test_a_design_that_cannot_be_assembled_is_broken():
     question = resolve(find_scene("roller-1000rpm"))
     design = replace(question.design, offset=np.array([80.0]))
-    assert certify_design(question, question.programme, design) == {"assembly": "broken"}
+    assert certify_design(question, design) == {"assembly": "broken"}
 
 
 TURNS = st.fixed_dictionaries(
@@ -218,9 +218,7 @@ def test_a_question_at_another_programme_is_the_scene_rewritten_with_it(name, tu
     if 1e-3 < own * (1.0 + near) < 89:
         wider |= {"limits.pressure_angle": own * (1.0 + near), "limits.pressure_angle_return": own * (1.0 + near)}
     here, there = resolve(scene.replace(**wider)), resolve(written.replace(**wider))
-    assert certify_limits(here, there.programme, here.design) == certify_limits(
-        there, there.programme, there.design
-    )
+    assert certify_limits(here.with_programme(there.programme), here.design) == certify_limits(there, there.design)
 
 
 @pytest.mark.parametrize("rest", [0.0, 20.0])
@@ -238,11 +236,9 @@ def test_a_verdict_at_freed_angles_is_that_of_the_scene_with_them(rest):
         limits = {"limits.pressure_angle_return": float(bound)}
         here, there = resolve(scene.replace(**limits)), resolve(written.replace(**limits))
         names = frozenset({"feasible", "violated", "status"})
-        rows, effort = settled(here, there.programme, here.design, names)
+        rows, effort = settled(here.with_programme(there.programme), here.design, names)
         assert effort.balls == 1
-        assert (
-            rows.only(names).records() == judged(there, there.programme, there.design, names).only(names).records()
-        )
+        assert rows.only(names).records() == judged(there, there.design, names).only(names).records()
 
 
 @precisely()

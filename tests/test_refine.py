@@ -9,7 +9,7 @@ from camopt.question import exactly, resolve
 from camopt.rows import Rows
 from camopt.search import refine
 from camopt.search.pareto import objectives, signs
-from camopt.search.polish import Problem, by_closed_form, by_search
+from camopt.search.polish import PatternSearch, by_closed_form, by_search
 from camopt.search.space import space_of
 
 LEVELS = 40
@@ -106,8 +106,8 @@ def test_no_allowed_design_nearby_lowers_the_objective(swept, name):
     free, random = refine.free_sizes(question), np.random.default_rng(0)
     objective = "base_radius_mm" if "base_radius_mm" in result.scene.search.minimise else "pressure_angle_max_deg"
     few = rows.take(np.linspace(0, rows.count - 1, 7).astype(int))
-    for programme, _, designs in space_of(question).designs_of(few):
-        problem = Problem(question, programme, free, objective)
+    for each, _, designs in space_of(question).designs_of(few):
+        problem = PatternSearch(each, free, objective)
         ceilings, held = problem.costs(designs)
         assert held.all()
         for i in range(len(designs)):
@@ -169,8 +169,8 @@ def test_refined_rows_are_proved_in_balls(swept, tmp_path, name):
 def test_the_search_finds_what_the_closed_form_proves(swept):
     result, _, grid = swept("closed form")
     question = exactly(resolve(result.scene))
-    for programme, _, designs in space_of(question).designs_of(grid):
-        problem = Problem(question, programme, refine.free_sizes(question), "base_radius_mm")
+    for each, _, designs in space_of(question).designs_of(grid):
+        problem = PatternSearch(each, refine.free_sizes(question), "base_radius_mm")
         ceilings, held = problem.costs(designs)
         proved, settled = by_closed_form(problem, designs, ceilings)
         found = by_search(problem, designs, ceilings)

@@ -63,7 +63,9 @@ def test_no_turn_of_a_grid_has_a_smaller_cam(name):
     near = best["angles_deg"][turns.freed[0]] + np.array([-0.1, -1e-3, 1e-3, 0.1])
     sizes = []
     for angle in np.clip([*np.linspace(box.low[0], box.high[0], 15), *near], box.low[0], box.high[0]):
-        answer = smallest(question, turns.programme(np.array([angle, total - angle])), boxes_of(question)[0])
+        answer = smallest(
+            question.with_programme(turns.programme(np.array([angle, total - angle]))), boxes_of(question)[0]
+        )
         sizes.append(np.inf if answer.design is None else answer.design.size[0])
     assert size_of(best) <= min(sizes) + 1e-7
     assert size_of(best) - best["gap_mm"] <= min(sizes)
@@ -83,11 +85,11 @@ def test_the_rest_at_the_lowest_may_vanish(law):
     sizes = []
     for rise, fall in ((160, 160), (140, 150)):
         turn = turns.programme(np.array([rise, 360.0 - rise - fall, fall, 0.0]))
-        sizes.append(smallest(question, turn, boxes_of(question)[0]).size)
+        sizes.append(smallest(question.with_programme(turn), boxes_of(question)[0]).size)
     assert size_of(best) <= min(sizes) * (1.0 + 1e-8)
     assert size_of(best) < 29.0
     rests = turns.programme(np.array([159.9, 40.0, 159.9, 0.2]))
-    assert least_size(question, rests, boxes_of(question)[0]) == 30.0
+    assert least_size(question.with_programme(rests), boxes_of(question)[0]) == 30.0
 
 
 def test_rise_against_return_is_where_two_monotone_functions_cross():
@@ -173,7 +175,7 @@ def test_no_turn_of_a_few_has_a_smaller_cam(name):
     near = (own - box.low) / (box.high - box.low) + rng.normal(size=shares.shape) * 1e-3
     for share in (*shares, *np.clip(near, 0.0, 1.0)):
         turn = turns.programme(turns.at(share, box))
-        assert small(question, turn, boxes_of(question)[0]).size >= size_of(best) - best["gap_mm"]
+        assert small(question.with_programme(turn), boxes_of(question)[0]).size >= size_of(best) - best["gap_mm"]
     assert evaluate(put_back(MANY[name], best))["feasible"]
 
 
@@ -184,7 +186,7 @@ def feasible_cams(turns, ends, count=400):
         freed = turns.at(rng.uniform(size=len(turns.freed)), turns.box)
         sizes = {name: low + (high - low) * rng.uniform(size=count) for name, (low, high) in ends.items()}
         designs = Designs(**{name: sizes[name] for name in SIZES}, sense=question.design.sense)
-        designs = designs.take(feasible(question, turns.programme(freed), designs))
+        designs = designs.take(feasible(question.with_programme(turns.programme(freed)), designs))
         angles = {f"angle {i}": np.full(len(designs), a) for i, a in zip(turns.freed, freed, strict=True)}
         found.append({**designs.sizes, **angles})
     return {name: np.concatenate([each[name] for each in found]) for name in found[0]}

@@ -42,7 +42,7 @@ def bucket(limits, **changes):
 def judged_at(question, sizes):
     """The rows of a scene's design at other sizes of the cam."""
     designs = question.design.take(np.zeros(len(sizes), dtype=int))
-    return judged(question, question.programme, replace(designs, size=np.asarray(sizes, dtype=float)), frozenset())
+    return judged(question, replace(designs, size=np.asarray(sizes, dtype=float)), frozenset())
 
 
 def test_a_window_that_no_coarse_grid_sees_is_found():
@@ -108,7 +108,7 @@ def test_windows_are_found_or_proved_absent(name, place, narrowness, lift, there
     scene = window_of(name, radius, width, lift, there)
     question = exactly(resolve(scene))
     (bounds,) = boxes_of(question)
-    answer = smallest(question, question.programme, bounds)
+    answer = smallest(question, bounds)
     near, far = np.linspace(1 - 2 * width, 1 + 2 * width, 1601) * radius, np.geomspace(1e-2, 1e4, 1200)
     sizes = np.unique(np.concatenate([near, far]))
     held = judged_at(question, sizes).column("feasible")
@@ -215,9 +215,9 @@ def test_what_time_leaves_of_a_search_is_a_lower_bound():
     """However early it stops."""
     question = exactly(resolve(bucket({"contact_stress": 90})))
     (bounds,) = boxes_of(question)
-    least = smallest(question, question.programme, bounds).size
+    least = smallest(question, bounds).size
     for seconds in (0.0, 1e-3, 1e-2, 3e-2):
-        answer = smallest(question, question.programme, bounds, now() + seconds)
+        answer = smallest(question, bounds, now() + seconds)
         assert answer.floor <= least <= answer.size
 
 

@@ -27,14 +27,16 @@ FIRST_STEP = arb(2) ** -27  # relative, of the secant in balls; a power of two i
 
 
 def bracketed(
-    question: Question, subject: Subject, method: Method, programme: Programme, designs: Designs, limit: FloatArray
+    question: Question, subject: Subject, method: Method, designs: Designs, limit: FloatArray
 ) -> FloatArray:
     """Which designs break their limit if smaller by ROOM, and hold it if larger."""
     found = np.ones(len(designs), dtype=bool)
     for side in (-1.0, 1.0):
         moved = replace(designs, size=designs.size * (1.0 + side * ROOM))
-        found &= question.subject.mechanism.exists(moved, programme)
-        value, _ = method.run(subject.make(moved, programme), len(moved), programme, subject.questions)
+        found &= question.subject.mechanism.exists(moved, question.programme)
+        value, _ = method.run(
+            subject.make(moved, question.programme), len(moved), question.programme, subject.questions
+        )
         found &= side * subject.excess(value, np.zeros_like(value), limit) < 0.0
     return found
 
@@ -62,9 +64,7 @@ def smallest_radii(
 
 
 @precisely()
-def reference_radius(
-    subject: Subject, question: Question, programme: Programme, design: Designs, limit: float, where: FloatArray
-) -> arb:
+def reference_radius(subject: Subject, question: Question, design: Designs, limit: float, where: FloatArray) -> arb:
     """The size of one design at its limit, to 25 digits, by a secant in balls.
 
     Raises
@@ -77,7 +77,7 @@ def reference_radius(
 
     def excess(size: arb) -> arb:
         sized = replace(exact, size=Ball(size))
-        return (reference(subject, question, programme, sized, where) - arb(subject.sign) * bound).mid()
+        return (reference(subject, question, sized, where) - arb(subject.sign) * bound).mid()
 
     one = as_arb(exact.size)
     other = one * (1 + FIRST_STEP)

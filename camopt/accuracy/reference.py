@@ -19,9 +19,7 @@ SIGNS = {LARGEST: (1,), LEAST: (-1,), LARGEST_MAGNITUDE: (1, -1)}  # of a curve 
 
 
 @precisely()
-def reference(
-    subject: Subject, question: Question, programme: Programme, design: Designs, where: FloatArray
-) -> arb:
+def reference(subject: Subject, question: Question, design: Designs, where: FloatArray) -> arb:
     """The oriented extreme of one design to 50 digits: by a secant in balls from a kernel's cam angles, and proved.
 
     Raises
@@ -29,12 +27,12 @@ def reference(
     ArithmeticError
         If the proof that nothing is larger fails.
     """
-    motion = motion_of(programme)
+    motion = motion_of(question.programme)
     made = subject.make(in_balls(design), cast(Programme, motion))
     best: arb | None = None
     for (kinds, goal), angle in zip(subject.questions, where, strict=True):
         for sign in SIGNS[int(goal)]:
-            for value in _candidates(made, motion, programme, int(kinds), float(angle), sign):
+            for value in _candidates(made, motion, question.programme, int(kinds), float(angle), sign):
                 best = value if best is None or value > best else best
     assert best is not None
     for kinds, goal in subject.questions:

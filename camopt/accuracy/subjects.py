@@ -57,7 +57,7 @@ def subjects_of(question: Question) -> list[Subject]:
     return found
 
 
-def designs_of(question: Question, programme: Programme, seed: int = 0) -> Designs:
+def designs_of(question: Question, seed: int = 0) -> Designs:
     """Designs of the scene's space at random; without a space, its own design with sizes varied a little."""
     rng, space = np.random.default_rng(seed), space_of(question)
     count = 4 * DESIGNS  # some cannot be put together
@@ -68,4 +68,4 @@ def designs_of(question: Question, programme: Programme, seed: int = 0) -> Desig
         plain = question.design.sizes.items()
         sizes = {name: value * share.get(name, np.ones(count)) for name, value in plain}
         designs = Designs(**sizes, sense=question.design.sense)
-    return designs.take(question.subject.mechanism.exists(designs, programme)).take(slice(DESIGNS))
+    return designs.take(question.subject.mechanism.exists(designs, question.programme)).take(slice(DESIGNS))

@@ -14,13 +14,12 @@ from camopt.accuracy.radius import bracketed, reference_radius, smallest_radii
 from camopt.accuracy.reference import ALIKE, reference
 from camopt.accuracy.subjects import DESIGNS, REFERENCED, Subject, designs_of, subjects_of
 from camopt.mechanisms import Designs
-from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.numerics.extremes import extremes
 from camopt.question import EXACT, Question, resolve
 from camopt.scene import Scene
 from camopt.sealed_table import write_table
-from camopt.search.space import programmes_of
+from camopt.search.space import questions_of
 from camopt.version import VERSION
 
 RUNS = 3
@@ -38,20 +37,19 @@ def measure(scene: Scene, progress: Callable[[int, int], None] | None = None) ->
     feasible; ``undecided``: the share it leaves open. The smallest radius is that of the first quantity that
     the size of the cam decides.
     """
-    question = resolve(scene)
-    programmes, found = programmes_of(question), []
-    for done, programme in enumerate(programmes):
+    questions, found = questions_of(resolve(scene)), []
+    for done, question in enumerate(questions):
         if progress:
-            progress(done, len(programmes))
-        designs, sized = designs_of(question, programme), False
+            progress(done, len(questions))
+        (designs, programme), sized = (designs_of(question), question.programme), False
         for subject in subjects_of(question):
             exact, where, width = np.empty((3, len(subject.questions), len(designs)))
             f = subject.make(designs, programme)
             extremes(f, len(designs), programme.table, subject.questions, EXACT, 1e-9, exact, where, width)
             truth = subject.answer(exact)
             if np.all(np.abs(truth) > 0.0):  # a flat face that translates has no pressure angle
-                found += _extremes(subject, question, programme, designs, truth, where)
-                rows = [] if sized else _radii(subject, question, programme, designs, truth, where)
+                found += _extremes(subject, question, designs, truth, where)
+                rows = [] if sized else _radii(subject, question, designs, truth, where)
                 found, sized = found + rows, sized or bool(rows)
     return _worst(found)
 
@@ -59,15 +57,14 @@ def measure(scene: Scene, progress: Callable[[int, int], None] | None = None) ->
 def _extremes(
     subject: Subject,
     question: Question,
-    programme: Programme,
     designs: Designs,
     truth: FloatArray,
     where: FloatArray,
 ) -> list[dict[str, Any]]:
     """The rows of one quantity under one programme."""
-    some, f = range(min(REFERENCED, len(designs))), subject.make(designs, programme)
+    some, f = range(min(REFERENCED, len(designs))), subject.make(designs, question.programme)
     start = perf_counter()
-    balls = [reference(subject, question, programme, designs.take([i]), where[:, i]) for i in some]
+    balls = [reference(subject, question, designs.take([i]), where[:, i]) for i in some]
     rows = [_in_balls(subject.name, (perf_counter() - start) / len(some))]
     expected = np.array([subject.answer(np.array([[float(subject.sign * ball)]]))[0] for ball in balls])
     limit = truth - subject.sign * NEAR * np.abs(truth)
@@ -75,7 +72,7 @@ def _extremes(
     for method in METHODS:
 
         def run(method: Method = method) -> tuple[FloatArray, FloatArray]:
-            return method.run(f, len(designs), programme, subject.questions)
+            return method.run(f, len(designs), question.programme, subject.questions)
 
         (value, width), seconds = _timed(run)
         accepted = subject.excess(value, width, limit) <= 0.0
@@ -89,29 +86,25 @@ def _extremes(
 def _radii(
     subject: Subject,
     question: Question,
-    programme: Programme,
     designs: Designs,
     truth: FloatArray,
     where: FloatArray,
 ) -> list[dict[str, Any]]:
     """The rows of the smallest radius; none where no design has one near."""
-    inside = np.flatnonzero(
-        bracketed(question, subject, Method("", EXACT, enclosed(EXACT)), programme, designs, truth)
-    )[: DESIGNS // 4]
+    inside = np.flatnonzero(bracketed(question, subject, Method("", EXACT, enclosed(EXACT)), designs, truth))[
+        : DESIGNS // 4
+    ]
     if not inside.size:
         return []
     designs, limit, where = designs.take(inside), truth[inside], where[:, inside]
     some, start = range(min(max(REFERENCED // 4, 1), len(designs))), perf_counter()
-    balls = [
-        reference_radius(subject, question, programme, designs.take([i]), float(limit[i]), where[:, i])
-        for i in some
-    ]
+    balls = [reference_radius(subject, question, designs.take([i]), float(limit[i]), where[:, i]) for i in some]
     rows = [_in_balls(SMALLEST, (perf_counter() - start) / len(some))]
     expected = np.array([float(ball) for ball in balls])
     for method in METHODS:
 
         def run(method: Method = method, side: float = 1.0) -> tuple[FloatArray, FloatArray]:
-            return smallest_radii(subject, method, programme, designs, limit, side)
+            return smallest_radii(subject, method, question.programme, designs, limit, side)
 
         (_, radius), seconds = _timed(run)
         errors = np.abs(radius[: len(some)] / expected - 1.0)

@@ -205,45 +205,45 @@ def statements_of(claim: Claim, design: Designs, motion: Motion) -> list[Stateme
     return [Statement(of_curve(made), claim.strokes, factor * side, allowed) for side in claim.sides]
 
 
-def _in_doubles(question: Question, limit: Limit, programme: Programme, design: Designs) -> str:
+def _in_doubles(question: Question, limit: Limit, design: Designs) -> str:
     """The verdict on a limit that is no matter of curves: a size, or what the motion alone decides."""
-    rows = run_effects(Case(exactly(question).subject, programme, design), limit.needs)
+    rows = run_effects(Case(exactly(question).subject, question.programme, design), limit.needs)
     outer, inner = (limit.excess(rows.shifted(share), design)[0] for share in (1.0, -1.0))
     return HELD if outer <= 0.0 else BROKEN if inner > 0.0 else UNDECIDED
 
 
-def _free_of_crossing(question: Question, programme: Programme, design: Designs, undercut: str) -> str:
+def _free_of_crossing(question: Question, design: Designs, undercut: str) -> str:
     """Whether the profile of a round body crosses itself nowhere; what is undercut does."""
     if undercut != HELD:
         return undercut
-    shown = find_crossing(question.subject, design, programme).shown
+    shown = find_crossing(question.subject, design, question.programme).shown
     return UNDECIDED if shown is None else BROKEN if shown else HELD
 
 
 @precisely()
-def certify_limits(question: Question, programme: Programme, design: Designs) -> dict[str, str]:
+def certify_limits(question: Question, design: Designs) -> dict[str, str]:
     """The verdict on each limit of a question for one design: held, broken or undecided."""
-    if not question.subject.mechanism.exists(design, programme)[0]:
+    if not question.subject.mechanism.exists(design, question.programme)[0]:
         return {"assembly": BROKEN}
-    motion = motion_of(programme)
+    motion = motion_of(question.programme)
     exact = in_balls(design)
     verdicts: dict[str, str] = {}
     for limit in question.limits:
         statements = [each for claim in limit.claims for each in statements_of(claim, exact, motion)]
         found = [decide(each, motion) for each in statements]
         if limit.name == "self_crossing":
-            found = [_free_of_crossing(question, programme, design, verdicts["undercut"])]
+            found = [_free_of_crossing(question, design, verdicts["undercut"])]
         elif not statements:
-            found = [_in_doubles(question, limit, programme, design)]
-        if limit.infinite_at(programme):
+            found = [_in_doubles(question, limit, design)]
+        if limit.infinite_at(question.programme):
             found = [BROKEN]
         verdicts[limit.name] = next((v for v in (BROKEN, UNDECIDED) if v in found), HELD)
     return verdicts
 
 
-def certify_design(question: Question, programme: Programme, design: Designs) -> dict[str, str]:
+def certify_design(question: Question, design: Designs) -> dict[str, str]:
     """As ``certify_limits``, and for a disc cam whether it is free of a self-crossing, under ``self_crossing``."""
-    verdicts = certify_limits(question, programme, design)
+    verdicts = certify_limits(question, design)
     if question.subject.mechanism.grooved or "assembly" in verdicts:
         return verdicts
     undercut = verdicts.get("undercut", HELD)  # flat faces and knife edges make no other crossing
@@ -261,7 +261,7 @@ def certify(scene: Scene) -> dict[str, str]:
     as a table is the spline through its points.
     """
     question = resolve_design(scene)
-    return certify_design(question, question.programme, question.design)
+    return certify_design(question, question.design)
 
 
 def summary(verdicts: dict[str, str]) -> str:

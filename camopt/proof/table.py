@@ -15,7 +15,7 @@ from camopt.rows import Rows
 from camopt.scene_tables import LONGEST, SHORTEST
 from camopt.sealed_table import no_table, read_table, scene_in, write_table
 from camopt.search.answer import Progress
-from camopt.search.space import Space, programmes_of
+from camopt.search.space import Space, questions_of
 from camopt.search.sweep import column_names
 from camopt.table import schema
 
@@ -42,11 +42,11 @@ def certify_table(path: str | os.PathLike[str], progress: Progress | None = None
     for why in _oddities(table, question):
         raise no_table(path, why)
     rows = Rows({name: table[name].to_numpy() for name in table.column_names}, table.num_rows)
-    space = Space(question, programmes_of(question), {})
+    space = Space(question, questions_of(question), {})
     verdicts, done = np.full(table.num_rows, "", dtype=object), 0
-    for programme, index, designs in space.designs_of(rows):
+    for each, index, designs in space.designs_of(rows):
         for row, number in enumerate(index):
-            verdicts[number] = summary(certify_design(question, programme, designs.take(np.array([row]))))
+            verdicts[number] = summary(certify_design(each, designs.take(np.array([row]))))
             done += 1
             if progress:
                 progress(done, table.num_rows)

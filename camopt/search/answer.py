@@ -11,7 +11,6 @@ from camopt.effects import Case
 from camopt.effects.crossing_boxes import KnownCrossings
 from camopt.judging import excesses, extended, planned
 from camopt.mechanisms import Designs
-from camopt.motion.programme import Programme
 from camopt.question import Question
 from camopt.rows import Rows
 
@@ -53,15 +52,15 @@ def gap_of(design: Designs) -> float:
     return GAP * float(design.prime_radius[0])
 
 
-def feasible(question: Question, programme: Programme, designs: Designs, side: float = 1.0) -> Any:
+def feasible(question: Question, designs: Designs, side: float = 1.0) -> Any:
     """Which designs can be assembled and are proved to hold every limit; at side −1, not shown to break one.
 
     Effects run cheapest first, on the designs that hold the limits before.
     """
-    held = question.subject.mechanism.exists(designs, programme) & (designs.size > 0.0)
+    held = question.subject.mechanism.exists(designs, question.programme) & (designs.size > 0.0)
     designs, rows, pending = designs.take(held), Rows({}, int(held.sum())), list(question.limits)
     for effect, names in planned(question.needed, question.subject):
-        rows = extended(rows, Case(question.subject, programme, designs), effect, names)
+        rows = extended(rows, Case(question.subject, question.programme, designs), effect, names)
         ready = [limit for limit in pending if rows.columns.keys() >= set(limit.needs)]
         pending = [limit for limit in pending if limit not in ready]
         passed = np.all(excesses(ready, rows.shifted(side), designs) <= 0.0, axis=0)
@@ -70,23 +69,21 @@ def feasible(question: Question, programme: Programme, designs: Designs, side: f
     return held
 
 
-def first_feasible(
-    question: Question, programme: Programme, designs: Designs, crossings: KnownCrossings | None = None
-) -> Designs | None:
+def first_feasible(question: Question, designs: Designs, crossings: KnownCrossings | None = None) -> Designs | None:
     """The first of some designs that is feasible, if there is one.
 
     Limits that are asked last cost too much to ask them of all: they are asked of one design, then of twice as
     many, and so on. Where a design is found to cross itself, all others that do so there are left out.
     """
-    designs = designs.take(feasible(question.without_last, programme, designs))
-    crossings = crossings or known_crossings(question, programme)
+    designs = designs.take(feasible(question.without_last, designs))
+    crossings = crossings or known_crossings(question)
     if crossings is None:
         return designs.take([0]) if len(designs) else None
     count = 1
     while len(designs):
         designs = designs.take(~crossings.shown(designs))
         some, designs = designs.take(slice(0, count)), designs.take(slice(count, None))
-        held = np.flatnonzero(feasible(question, programme, some))
+        held = np.flatnonzero(feasible(question, some))
         if held.size:
             return some.take(held[:1])
         if len(some):
@@ -95,10 +92,10 @@ def first_feasible(
     return None
 
 
-def known_crossings(question: Question, programme: Programme) -> KnownCrossings | None:
+def known_crossings(question: Question) -> KnownCrossings | None:
     """What is known of cams that cross themselves, nothing so far; None if they may."""
     limited = any(limit.last for limit in question.limits)
-    return KnownCrossings(question.subject, programme) if limited else None
+    return KnownCrossings(question.subject, question.programme) if limited else None
 
 
 def first_that(designs: Designs, holds: Callable[[Designs], bool]) -> Designs | None:

@@ -17,7 +17,6 @@ from camopt.claims import Claim
 from camopt.effects.crossing_boxes import UNKNOWN, KnownCrossings
 from camopt.judging import judged
 from camopt.mechanisms import Designs
-from camopt.motion.programme import Programme
 from camopt.question import Question
 from camopt.search.answer import (
     Bounds,
@@ -38,24 +37,22 @@ FEW, MANY = 32, 512  # boxes examined together: no fewer, for they take no longe
 MOST_BOXES = 1_000_000
 
 
-def branch_and_bound(
-    question: Question, programme: Programme, bounds: Bounds, floor: float = 0.0, until: float = inf
-) -> Smallest:
+def branch_and_bound(question: Question, bounds: Bounds, floor: float = 0.0, until: float = inf) -> Smallest:
     """Least feasible size over a box of designs.
 
     ``floor`` is a size that no feasible design is known to undercut; infinite if there is none. After ``until``
     (``clock.now``) the best so far is the answer, not proved.
     """
-    look = first_look(question, programme, bounds, VALUES if floor < inf else FEW_VALUES, until)
-    least = max(bounds["size"][0], floor, negligible(question, programme, bounds))
+    look = first_look(question, bounds, VALUES if floor < inf else FEW_VALUES, until)
+    least = max(bounds["size"][0], floor, negligible(question, bounds))
     most = largest_size(question, bounds) if look.design is None else float(look.design.size[0])
     if look.design is None and not look.hopeless:
-        most = _last_assembled(question, programme, bounds, most)
+        most = _last_assembled(question, bounds, most)
     if look.hopeless or most <= least:
         return Smallest(look.design, inf, look.nearest)
-    boxes = Boxes.one({**bounds, "size": (least, most)}, scale_of(bounds, programme.lift))
-    crossings = known_crossings(question, programme)
-    search = Search(question, programme, claims_on_size(question), crossings, look.design, until)
+    boxes = Boxes.one({**bounds, "size": (least, most)}, scale_of(bounds, question.programme.lift))
+    crossings = known_crossings(question)
+    search = Search(question, claims_on_size(question), crossings, look.design, until)
     floor = search.run(boxes)
     return Smallest(search.incumbent, floor, look.nearest)
 
@@ -65,7 +62,6 @@ class Search:
     """A search in progress."""
 
     question: Question
-    programme: Programme
     claims: list[Claim]
     crossings: KnownCrossings | None
     """What shows that all cams of a box cross themselves, if that is a limit."""
@@ -105,7 +101,7 @@ class Search:
         if not len(boxes):
             return boxes
         designs = boxes.designs(self.question.design.sense)
-        seen = examined(self.question, self.programme, self.claims, designs, list(boxes.free))
+        seen = examined(self.question, self.claims, designs, list(boxes.free))
         side = np.where(boxes.side == UNKNOWN, seen.side, boxes.side)
         boxes, kept = boxes.narrowed(seen.low, seen.high, side), ~seen.empty
         return self.left(boxes.take(kept), (boxes.narrow | self.settled(seen))[kept])
@@ -117,13 +113,13 @@ class Search:
         """
         alike, question = seen.level & ~seen.empty, self.question.without_last
         index = np.flatnonzero(alike)
-        alike[index[feasible(question, self.programme, seen.inside.take(index))]] = False
+        alike[index[feasible(question, seen.inside.take(index))]] = False
         inside = seen.inside.take(alike)
         inside = inside.take(np.argsort(inside.size, kind="stable"))
-        first = first_that(inside, lambda one: now() < self.until and _proved(question, self.programme, one))
+        first = first_that(inside, lambda one: now() < self.until and _proved(question, one))
         if first is None:
             return alike
-        if _proved(self.question, self.programme, first):
+        if _proved(self.question, first):
             self.incumbent = first
         return alike & (seen.inside.size < first.size)
 
@@ -153,25 +149,25 @@ class Search:
                 )
             points = points.take(points.size < (inf if self.incumbent is None else self.incumbent.size[0]))
             points = points.take(np.argsort(points.size, kind="stable"))
-            found = first_feasible(self.question, self.programme, points, self.crossings)
+            found = first_feasible(self.question, points, self.crossings)
             self.incumbent = found or self.incumbent
 
 
-def _proved(question: Question, programme: Programme, design: Designs) -> bool:
+def _proved(question: Question, design: Designs) -> bool:
     """Whether a design is feasible, decided in balls where doubles do not tell."""
-    return bool(judged(question, programme, design, frozenset()).column("feasible")[0])
+    return bool(judged(question, design, frozenset()).column("feasible")[0])
 
 
-def _last_assembled(question: Question, programme: Programme, bounds: Bounds, most: float) -> float:
+def _last_assembled(question: Question, bounds: Bounds, most: float) -> float:
     """The largest size, to 1e-12, at which some design of a coarse grid of the other sizes can be assembled.
 
     A box across that border would hold a dead position, where tan β takes every value.
     """
 
     def exists(designs: Designs) -> Any:
-        return question.subject.mechanism.exists(designs, programme)
+        return question.subject.mechanism.exists(designs, question.programme)
 
-    grid = coarse_grid(question, bounds, programme.lift, VALUES)
+    grid = coarse_grid(question, bounds, question.programme.lift, VALUES)
     grid = grid.take(exists(grid))
     if not len(grid) or np.any(exists(replace(grid, size=np.full(len(grid), most)))):
         return most

@@ -15,7 +15,7 @@ import numpy as np
 
 from camopt.claims import Offset
 from camopt.mechanisms import Designs, translating, translating_flat
-from camopt.motion.programme import Programme, span
+from camopt.motion.programme import span
 from camopt.motion.table import DWELL, TURN
 from camopt.question import Question, claims_on
 from camopt.search.answer import GAP, Bounds, feasible
@@ -23,13 +23,13 @@ from camopt.search.answer import GAP, Bounds, feasible
 NUDGES = (0.0, 1e-15, 4e-15, 1.6e-14, 6.4e-14, 2.6e-13, 1e-12, 4e-12)  # of the prime radius
 
 
-def least_size(question: Question, programme: Programme, bounds: Bounds) -> float:
+def least_size(question: Question, bounds: Bounds) -> float:
     """A lower bound of the size that needs no search: the given one, the shaft's radius, and the base circle.
 
     A disc cam that dwells at its lowest is an arc of the base circle there, which has to hold the curvature.
     """
-    least = max(bounds["size"][0], question.subject.shaft_radius or 0.0, negligible(question, programme, bounds))
-    rests = any(stroke.kind == DWELL and stroke.low == 0.0 for stroke in programme.strokes)
+    least = max(bounds["size"][0], question.subject.shaft_radius or 0.0, negligible(question, bounds))
+    rests = any(stroke.kind == DWELL and stroke.low == 0.0 for stroke in question.programme.strokes)
     if rests and not question.subject.mechanism.grooved:
         least = max(least, least_profile_radius(question))
     return least
@@ -44,36 +44,36 @@ def least_profile_radius(question: Question) -> float:
     return float(max([0.0, *of_face, *radii]))
 
 
-def negligible(question: Question, programme: Programme, bounds: Bounds) -> float:
+def negligible(question: Question, bounds: Bounds) -> float:
     """A size so small beside the lift and the follower's sizes that nothing limits a cam of it, mm."""
-    lift = 0.0 if question.subject.angular else programme.lift
+    lift = 0.0 if question.subject.angular else question.programme.lift
     return GAP * max(lift, *(abs(end) for name, ends in bounds.items() if name != "size" for end in ends), 0.0)
 
 
-def slopes_of(question: Question, programme: Programme) -> list[tuple[float, int]]:
+def slopes_of(question: Question) -> list[tuple[float, int]]:
     """The limits on the pressure angle, as tan β and the kinds of stroke that they are about."""
     claims = claims_on(question, question.subject.mechanism.pressure)
     found = [(claim.allowed(), claim.strokes) for claim in claims]
-    return [(tangent, kinds) for tangent, kinds in found if any(s.kind & kinds for s in programme.strokes)]
+    return [(tangent, kinds) for tangent, kinds in found if any(s.kind & kinds for s in question.programme.strokes)]
 
 
-def closed_form(question: Question, programme: Programme, bounds: Bounds) -> Designs | None:
+def closed_form(question: Question, bounds: Bounds) -> Designs | None:
     """A design that no feasible one undercuts in size, from the linear limits; None if there is no such form."""
     mechanism = question.subject.mechanism
-    slopes = slopes_of(question, programme)
+    slopes = slopes_of(question)
     low, high = bounds["size"]
     middle = {name: a for name, (a, b) in bounds.items() if a == b}
     if mechanism is translating.MECHANISM:
         roller = bounds["roller_radius"][1]
-        lead, prime = _nearest_in_polygon(question, programme, bounds["offset"], slopes, low + roller)
+        lead, prime = _nearest_in_polygon(question, bounds["offset"], slopes, low + roller)
         size = max(prime - roller, low)
         middle |= {"offset": lead * question.design.sense, "roller_radius": roller}
     elif mechanism is translating_flat.MECHANISM:
         radius = least_profile_radius(question)
-        size = max(low, radius - span(programme, (1, 0, 1), TURN)[0])
+        size = max(low, radius - span(question.programme, (1, 0, 1), TURN)[0])
         middle.setdefault("offset", question.design.offset[0])
     elif mechanism.grooved and not question.subject.angular and slopes:
-        steepest = [max(map(abs, span(programme, (0, 1), kinds))) / tangent for tangent, kinds in slopes]
+        steepest = [max(map(abs, span(question.programme, (0, 1), kinds))) / tangent for tangent, kinds in slopes]
         size = max(low, *steepest)
         middle.setdefault("roller_radius", bounds["roller_radius"][1])
     else:
@@ -86,7 +86,6 @@ def closed_form(question: Question, programme: Programme, bounds: Bounds) -> Des
 
 def _nearest_in_polygon(
     question: Question,
-    programme: Programme,
     offset: tuple[float, float],
     slopes: list[tuple[float, int]],
     least: float,
@@ -99,8 +98,8 @@ def _nearest_in_polygon(
     ends = sorted(question.design.sense * e for e in offset)
     lines = []  # s₀ ≥ a + b·e
     for tangent, kinds in slopes:
-        lines.append((span(programme, (-tangent, 1), kinds)[1] / tangent, -1 / tangent))
-        lines.append((-span(programme, (tangent, 1), kinds)[0] / tangent, 1 / tangent))
+        lines.append((span(question.programme, (-tangent, 1), kinds)[1] / tangent, -1 / tangent))
+        lines.append((-span(question.programme, (tangent, 1), kinds)[0] / tangent, 1 / tangent))
     candidates = [0.0, *(-a * b / (1 + b * b) for a, b in lines)]
     candidates += [(a2 - a1) / (b1 - b2) for (a1, b1), (a2, b2) in combinations(lines, 2) if b1 != b2]
     leads = np.clip(np.array([*ends, *candidates]), ends[0], ends[1])
@@ -110,10 +109,10 @@ def _nearest_in_polygon(
     return float(leads[best]), float(primes[best])
 
 
-def nudged(question: Question, programme: Programme, design: Designs, most: float) -> Designs | None:
+def nudged(question: Question, design: Designs, most: float) -> Designs | None:
     """The design made larger by a few units in the last place, until rounding leaves it feasible."""
     steps = np.array(NUDGES) * design.prime_radius
     larger = design.take(np.zeros(steps.size, dtype=int))
     larger = replace(larger, size=larger.size + steps)
-    held = np.flatnonzero(feasible(question, programme, larger) & (larger.size <= most))
+    held = np.flatnonzero(feasible(question, larger) & (larger.size <= most))
     return larger.take(held[:1]) if held.size else None

@@ -40,14 +40,14 @@ class Cut(NamedTuple):
     floor: float
 
 
-def by_cutting_planes(question: Question, programme: Programme, bounds: Bounds) -> Cut | None:
+def by_cutting_planes(question: Question, bounds: Bounds) -> Cut | None:
     """The smallest cam from the linear limits; None for other mechanisms, and without such limits."""
     form = FORMS.get(question.subject.mechanism.name)
-    limits = form.limits(question, programme) if form else []
+    limits = form.limits(question) if form else []
     if form is None or not limits:
         return None
-    ranges = form.ranges(programme, bounds)
-    planes = _first_planes(form, limits, programme, bounds)
+    ranges = form.ranges(question.programme, bounds)
+    planes = _first_planes(form, limits, question.programme, bounds)
     (least, most), floor = bounds["size"], 0.0
     for _ in range(ROUNDS):
         point = form.least(np.concatenate([ranges, planes]), bounds)
@@ -59,9 +59,9 @@ def by_cutting_planes(question: Question, programme: Programme, bounds: Bounds) 
             return Cut(None, inf)
         if floor < least * (1.0 - SAME):
             return Cut(None, least)
-        found = _worst_planes(question, programme, limits, design)
+        found = _worst_planes(question, limits, design)
         excess = float(-np.min(_rooms(found, point)) / np.linalg.norm(point))
-        inside = _inside(question, programme, form, bounds, (ranges, planes), excess, floor)
+        inside = _inside(question, form, bounds, (ranges, planes), excess, floor)
         if inside is not None or excess < SAME:
             return Cut(inside, floor)
         planes = np.concatenate([planes, found[_rooms(found, point) < 0.0]])
@@ -70,7 +70,6 @@ def by_cutting_planes(question: Question, programme: Programme, bounds: Bounds) 
 
 def _inside(
     question: Question,
-    programme: Programme,
     form: Form,
     bounds: Bounds,
     planes: tuple[Planes, Planes],
@@ -87,7 +86,7 @@ def _inside(
         if design is None or design.size[0] - floor > gap_of(design) / 2:
             return None
         design = replace(design, size=np.clip(design.size, *bounds["size"]))  # off by rounding
-        if feasible(question, programme, design)[0]:
+        if feasible(question, design)[0]:
             return design
     return None
 
@@ -128,12 +127,12 @@ def _sampled(programme: Programme, kinds: int) -> FloatArray:
     return programme.at(np.concatenate(angles))[:3]
 
 
-def _worst_planes(question: Question, programme: Programme, limits: list[LinearLimit], design: Designs) -> Planes:
+def _worst_planes(question: Question, limits: list[LinearLimit], design: Designs) -> Planes:
     """Each limit at the cam angles where a design holds it the least, on both sides of them."""
-    case, found = Case(question.subject, programme, design), []
+    case, found = Case(question.subject, question.programme, design), []
     for limit in limits:
         where = case.extremes(limit.curve, [(limit.kinds, goal) for goal in limit.goals]).where[:, 0]
-        angles = programme.beside(where, limit.kinds)
-        planes = limit.planes(programme.at(angles.ravel())[:3])
+        angles = question.programme.beside(where, limit.kinds)
+        planes = limit.planes(question.programme.at(angles.ravel())[:3])
         found += [group[k :: len(where)] for k, group in enumerate(planes)]
     return np.concatenate(found)

@@ -57,7 +57,7 @@ class Descent:
     def looked_at(self, freed: FloatArray, *, closely: bool = False) -> Smallest:
         """A small cam for a turn."""
         best = self.best.answer.design
-        answer = small(self.turns.question, self.turns.programme(freed), self.bounds, best, closely=closely)
+        answer = small(self.turns.question_of(freed), self.bounds, best, closely=closely)
         if answer.design is None and best is None:
             self.best = Found(answer, freed)
         self.best = better(self.best, Found(answer, freed))
@@ -69,7 +69,7 @@ class Descent:
 
     def by_closed_form(self, freed: FloatArray) -> float:
         """The size by the closed form alone; most often no other limit asks for more."""
-        design = closed_form(self.turns.question, self.turns.programme(freed), self.bounds)
+        design = closed_form(self.turns.question_of(freed), self.bounds)
         return DEAR if design is None else float(design.size[0])
 
     def down_by_closed_form(self) -> bool:

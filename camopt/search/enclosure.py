@@ -16,7 +16,6 @@ import numpy as np
 from camopt.claims import Claim
 from camopt.effects import Case
 from camopt.mechanisms import Designs
-from camopt.motion.programme import Programme
 from camopt.numerics import LARGEST, LEAST, FloatArray
 from camopt.numerics.curves import curve
 from camopt.numerics.interval import Interval
@@ -62,25 +61,23 @@ class Examined(NamedTuple):
     """The ends between which the feasible designs lie, (n,) of each free size."""
 
 
-def examined(
-    question: Question, programme: Programme, claims: list[Claim], box: Designs, free: list[str]
-) -> Examined:
+def examined(question: Question, claims: list[Claim], box: Designs, free: list[str]) -> Examined:
     """What the limits say of boxes, each at the cam angles where they are worst for one design of the box.
 
     The side to cut is the one across which the excess over the worst limit changes the most; the longest, where no
     assembled design of the box is at hand.
     """
-    empty = question.subject.mechanism.impossible(box, programme)
-    inside, exists = _representatives(question, programme, box, free, ~empty)
+    empty = question.subject.mechanism.impossible(box, question.programme)
+    inside, exists = _representatives(question, box, free, ~empty)
     intervals: dict[str, Any] = box.sizes
     low, high = (np.array([getattr(intervals[n], end) for n in free]) for end in ("low", "high"))
     side, index, level = np.argmax(high - low, axis=0), np.flatnonzero(exists), exists.copy()
-    present = [each for each in claims if np.any(programme.table.kind & each.strokes)]
+    present = [each for each in claims if np.any(question.programme.table.kind & each.strokes)]
     if index.size and present:
         point = np.array([inside.sizes[n][index] for n in free])
         span = Interval(low[:, index] - point, high[:, index] - point)
         with np.errstate(all="ignore"):
-            over = _excesses(question, programme, present, box.take(index), inside.take(index), free)
+            over = _excesses(question, present, box.take(index), inside.take(index), free)
             together = combined(over, span, free.index("size")) if len(free) > 1 else over
             empty[index] |= np.any(over.least > MARGIN, axis=0)
             level[index] = np.all(over.most <= MARGIN, axis=0)
@@ -94,20 +91,19 @@ def examined(
 
 def _excesses(
     question: Question,
-    programme: Programme,
     claims: list[Claim],
     box: Designs,
     inside: Designs,
     free: list[str],
 ) -> Excesses:
     """The limits on both sides of the cam angles where one design of each box exceeds them the most."""
-    case, count, found = Case(question.subject, programme, inside), len(inside), []
+    case, count, found = Case(question.subject, question.programme, inside), len(inside), []
     for claim in claims:
         goals = [(claim.strokes, LARGEST if side > 0.0 else LEAST) for side in claim.sides]
-        angles = programme.beside(case.extremes(claim.curve, goals).where, claim.strokes).ravel()
+        angles = question.programme.beside(case.extremes(claim.curve, goals).where, claim.strokes).ravel()
         rows = angles.size // count
         designs, like = _sloped(box, inside, free, rows)
-        value, _ = curve(claim.curve(designs, programme), ..., *programme.state(angles))
+        value, _ = curve(claim.curve(designs, question.programme), ..., *question.programme.state(angles))
         sides = np.tile(np.repeat(claim.sides, count), 2)
         excess = as_sloped(excess_of(claim, sides, as_quotient(value), designs), like)
         found.append(Excesses.of(excess, rows))
@@ -123,9 +119,7 @@ def _sloped(box: Designs, inside: Designs, free: list[str], rows: int) -> tuple[
     return Designs(**{**fixed, **sizes}, sense=box.sense), sizes[free[0]]  # type: ignore[arg-type]
 
 
-def _representatives(
-    question: Question, programme: Programme, box: Designs, free: list[str], wanted: Any
-) -> tuple[Designs, Any]:
+def _representatives(question: Question, box: Designs, free: list[str], wanted: Any) -> tuple[Designs, Any]:
     """A design of each wanted box that can be assembled, and whether one is found.
 
     Tried in turn: the middle; the largest size with the offset nearest to zero; the least size; every corner.
@@ -136,11 +130,11 @@ def _representatives(
     chosen = points_of(question, low, high, 0.5)
     nearest = np.minimum(np.maximum(low["offset"], 0.0), high["offset"])
     largest = replace(points_of(question, low, high, 1.0), offset=nearest)
-    exists = wanted & question.subject.mechanism.exists(chosen, programme)
+    exists = wanted & question.subject.mechanism.exists(chosen, question.programme)
     ends = product(*((low[name], high[name]) for name in free))
     corners = (replace(chosen, **dict(zip(free, corner, strict=True))) for corner in ends)
     for other in (largest, points_of(question, low, high, 0.0), *corners):
-        better = wanted & ~exists & question.subject.mechanism.exists(other, programme)
+        better = wanted & ~exists & question.subject.mechanism.exists(other, question.programme)
         sizes = {name: np.where(better, other.sizes[name], a) for name, a in chosen.sizes.items()}
         chosen, exists = Designs(**sizes, sense=chosen.sense), exists | better
     return chosen, exists

@@ -9,7 +9,6 @@ import numpy as np
 
 from camopt.judging import judged, least_excess, weighed
 from camopt.mechanisms import Designs
-from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.question import Question
 from camopt.scene_tables import LONGEST
@@ -32,25 +31,23 @@ class Look:
     """Whether some limit is exceeded whatever the sizes: the motion decides it, or its corners make it infinite."""
 
 
-def first_look(
-    question: Question, programme: Programme, bounds: Bounds, values: int = VALUES, until: float = inf
-) -> Look:
+def first_look(question: Question, bounds: Bounds, values: int = VALUES, until: float = inf) -> Look:
     """What a coarse grid shows, with so many values of each free size but the cam's; it ends after ``until``."""
-    points = coarse_grid(question, bounds, programme.lift, values)
-    points = points.take(question.subject.mechanism.exists(points, programme))
+    points = coarse_grid(question, bounds, question.programme.lift, values)
+    points = points.take(question.subject.mechanism.exists(points, question.programme))
     points = points.take(np.argsort(points.size, kind="stable"))
     for block in _blocks(points, until):
-        found = first_feasible(question, programme, block)
+        found = first_feasible(question, block)
         if found is not None:
             return Look(found)
     if not len(points):
         return Look(None)
-    seen = [weighed(question, programme, block, frozenset()) for block in _blocks(points, until)]
+    seen = [weighed(question, block, frozenset()) for block in _blocks(points, until)]
     excess, surely = (np.concatenate([getattr(each, side) for each in seen], axis=1) for side in ("outer", "inner"))
-    if _whatever_the_size(question, programme, surely):
+    if _whatever_the_size(question, surely):
         return Look(None, points.take([least_excess(excess)]), hopeless=True)
-    near = nearest_miss(question, programme, bounds, points.take([least_excess(excess)]))
-    held = judged(question, programme, near, frozenset()).column("feasible")[0]
+    near = nearest_miss(question, bounds, points.take([least_excess(excess)]))
+    held = judged(question, near, frozenset()).column("feasible")[0]
     return Look(near) if held else Look(None, near)
 
 
@@ -93,10 +90,10 @@ def _blocks(points: Designs, until: float) -> Iterator[Designs]:
         yield points.take(slice(first, first + BLOCK))
 
 
-def _whatever_the_size(question: Question, programme: Programme, excess: FloatArray) -> bool:
+def _whatever_the_size(question: Question, excess: FloatArray) -> bool:
     for limit, over in zip(question.limits, excess, strict=True):
         if limit.of_motion and np.all(over > 0.0):
             return True
-        if limit.needs and programme.corners and np.all(over == inf):
+        if limit.needs and question.programme.corners and np.all(over == inf):
             return True
     return False

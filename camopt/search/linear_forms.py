@@ -67,7 +67,7 @@ class LinearLimit(NamedTuple):
 class Form:
     """How the sizes of a mechanism and its limits look in (u, v, w)."""
 
-    limits: Callable[[Question, Programme], list[LinearLimit]]
+    limits: Callable[[Question], list[LinearLimit]]
     ranges: Callable[[Programme, Bounds], Planes]
     """Planes that no limit makes: what assembly asks for, and ranges of sizes."""
     least: Callable[[Planes, Bounds], FloatArray | None]
@@ -79,9 +79,9 @@ class Form:
 # Arms with a trace point
 
 
-def _arm_limits(question: Question, programme: Programme) -> list[LinearLimit]:
+def _arm_limits(question: Question) -> list[LinearLimit]:
     sense, found = question.design.sense, []
-    for tangent, kinds in slopes_of(question, programme):
+    for tangent, kinds in slopes_of(question):
 
         def plane(sign: float, y: Any, y1: Any, y2: Any, tangent: float = tangent) -> tuple[Any, ...]:
             s, c = np.sin(y), np.cos(y)
@@ -146,11 +146,11 @@ def _arm_sizes(point: FloatArray, roller: float) -> dict[str, float]:
 # Flat faces
 
 
-def _face_limits(question: Question, programme: Programme) -> list[LinearLimit]:
+def _face_limits(question: Question) -> list[LinearLimit]:
     mechanism, sense, found = oscillating_flat.MECHANISM, question.design.sense, []
-    if not oscillating_flat.slowest(sense, programme) > 0.0:
+    if not oscillating_flat.slowest(sense, question.programme) > 0.0:
         return []  # no face of any size keeps in touch
-    for tangent, kinds in slopes_of(question, programme):
+    for tangent, kinds in slopes_of(question):
 
         def pressure(sign: float, y: Any, y1: Any, y2: Any, tangent: float = tangent) -> tuple[Any, ...]:
             return tangent * np.cos(y), -tangent * np.sin(y), -sign * (1.0 + sense * y1), 0.0
@@ -241,10 +241,10 @@ def _face_sizes(point: FloatArray, roller: float) -> dict[str, float]:
 # Cylindrical cams
 
 
-def _groove_limits(question: Question, programme: Programme) -> list[LinearLimit]:
-    sense, half, found = question.design.sense, programme.lift / 2, []
+def _groove_limits(question: Question) -> list[LinearLimit]:
+    sense, half, found = question.design.sense, question.programme.lift / 2, []
     mechanism = cylindrical_oscillating.MECHANISM
-    for tangent, kinds in slopes_of(question, programme):
+    for tangent, kinds in slopes_of(question):
 
         def plane(sign: float, y: Any, y1: Any, y2: Any, tangent: float = tangent) -> tuple[Any, ...]:
             return tangent * np.cos(y - half) - sign * sense * np.sin(y - half), 0.0, -sign * y1, 0.0

@@ -11,7 +11,6 @@ from camopt.designs import Design
 from camopt.judging import by_excess, excesses, judged
 from camopt.mechanisms import Designs
 from camopt.mistakes import BadInput, Mistake
-from camopt.motion.programme import Programme
 from camopt.quantities import QUANTITIES
 from camopt.question import Question, exactly, resolve
 from camopt.scene import Scene
@@ -98,16 +97,14 @@ def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SE
             progress(done, len(programmes))
         laws = " / ".join(dict.fromkeys((programme.law_names(1), programme.law_names(2))))
         until = share(end, len(programmes) - done)
-        answers = list(_answers(question, programme, Turns(question, pair, until=until), until))
+        answers = list(_answers(question.with_programme(programme), Turns(question, pair, until=until), until))
         out_of_time |= now() > until
         row = _smallest(question, answers, until)
         if row is not None:
             found[laws] = row
             continue
         obstacles[laws] = _obstacle(question, answers, max(until, share(end, len(programmes) - done)))
-        misses += [
-            _missed(question, each.programme, each.answer.nearest) for each in answers if each.answer.nearest
-        ]
+        misses += [_missed(each.question, each.answer.nearest) for each in answers if each.answer.nearest]
     order = sorted(found, key=lambda laws: float(found[laws][question.size_name]))
     ranked = {laws: Design(found[laws], scene) for laws in order}
     nearest = None if found else _least(misses, scene)
@@ -123,22 +120,23 @@ def share(end: float, left: int) -> float:
 class Answered(NamedTuple):
     """The answer for one box of sizes: with the turn of the cam and, where angles are free, what it chooses."""
 
+    question: Question
+    """With the turn that was chosen."""
     bounds: Bounds
     answer: Smallest
-    programme: Programme
     angles: dict[str, Any]
 
 
-def _answers(question: Question, programme: Programme, turns: Turns, until: float) -> Iterator[Answered]:
+def _answers(question: Question, turns: Turns, until: float) -> Iterator[Answered]:
     """The smallest cam of each box of sizes."""
     boxes = boxes_of(question)
     for done, bounds in enumerate(boxes):
         end = share(until, len(boxes) - done)
         if not turns.freed:
-            yield Answered(bounds, smallest(question, programme, bounds, end), programme, {})
+            yield Answered(question, bounds, smallest(question, bounds, end), {})
             continue
         answer, freed = smallest_of_turns(replace(turns, until=end), bounds)
-        yield Answered(bounds, answer, turns.programme(freed), {"angles_deg": turns.angles(freed)})
+        yield Answered(turns.question_of(freed), bounds, answer, {"angles_deg": turns.angles(freed)})
 
 
 def _smallest(question: Question, answers: list[Answered], until: float) -> dict[str, Any] | None:
@@ -146,12 +144,12 @@ def _smallest(question: Question, answers: list[Answered], until: float) -> dict
     least = min(answers, key=lambda each: each.answer.size)
     if least.answer.design is None:
         return None
-    if least.answer.size <= 2 * max(negligible(question, each.programme, each.bounds) for each in answers):
+    if least.answer.size <= 2 * max(negligible(each.question, each.bounds) for each in answers):
         wanted = "a limit that small cams break, such as pressure_angle or curvature_radius"
         what = f"nothing limits the size: add {wanted}"
         raise BadInput([Mistake(question.scene.file, "limits", None, what, bare=True)])
     answer = replace(least.answer, floor=min(each.answer.floor for each in answers))
-    return _described(question, least.programme, answer, until) | least.angles
+    return _described(least.question, answer, until) | least.angles
 
 
 def _obstacle(question: Question, answers: list[Answered], until: float) -> str:
@@ -167,18 +165,16 @@ def _obstacle(question: Question, answers: list[Answered], until: float) -> str:
 
 def _why(question: Question, each: Answered, until: float) -> str:
     if each.answer.proved:
-        return reason(question, each.programme, each.bounds, until)
+        return reason(each.question, each.bounds, until)
     if each.answer.nearest is None:
         return "nothing that was found (not proved)"
-    rows = judged(question, each.programme, each.answer.nearest, frozenset())
+    rows = judged(each.question, each.answer.nearest, frozenset())
     return f"{rows.records()[0]['violated'].replace(',', ', ')} (not proved)"
 
 
-def _missed(
-    question: Question, programme: Programme, design: Designs
-) -> tuple[tuple[float, float], dict[str, Any]]:
+def _missed(question: Question, design: Designs) -> tuple[tuple[float, float], dict[str, Any]]:
     """How badly a design misses its limits, and its quantities."""
-    rows = judged(question, programme, design, question.wanted | question.sizes)
+    rows = judged(question, design, question.wanted | question.sizes)
     worst = by_excess(excesses(question.limits, rows.columns, design)[:, 0])
     values = rows.records()[0]
     return worst, {name: values[name] for name in QUANTITIES if name in values}
@@ -188,22 +184,22 @@ def _least(misses: list[tuple[tuple[float, float], dict[str, Any]]], scene: Scen
     return Design(min(misses, key=lambda miss: miss[0])[1], scene) if misses else None
 
 
-def _described(question: Question, programme: Programme, answer: Smallest, until: float) -> dict[str, Any]:
+def _described(question: Question, answer: Smallest, until: float) -> dict[str, Any]:
     """The quantities of an optimum, the limits that bind it, and where feasibility is clear above it."""
     design = answer.design
     assert design is not None
-    rows = judged(question, programme, design, question.wanted | question.sizes)
+    rows = judged(question, design, question.wanted | question.sizes)
     excess = excesses(question.limits, rows.columns, design)[:, 0]
     values = rows.records()[0]
     quantities = {name: values[name] for name in QUANTITIES if name in values}
     smaller = replace(design, size=design.size - BINDS * design.prime_radius)
-    stopped = str(judged(question, programme, smaller, frozenset()).column("violated")[0]).split(",")
+    stopped = str(judged(question, smaller, frozenset()).column("violated")[0]).split(",")
     binding = [
         limit.name
         for limit, over in zip(question.limits, excess, strict=True)
         if over > -BINDS or (limit.last and limit.name in stopped)
     ]
-    clear = _clear_above(question, programme, answer, until)
+    clear = _clear_above(question, answer, until)
     return {
         **quantities,
         "binding": binding,
@@ -213,7 +209,7 @@ def _described(question: Question, programme: Programme, answer: Smallest, until
     }
 
 
-def _clear_above(question: Question, programme: Programme, answer: Smallest, until: float) -> float:
+def _clear_above(question: Question, answer: Smallest, until: float) -> float:
     """The least size above which no size looked at is shown to break a limit, the other sizes being the optimum's.
 
     Feasibility is looked at on a geometric grid up to ten times the prime radius, a coarser one for limits that are
@@ -225,10 +221,13 @@ def _clear_above(question: Question, programme: Programme, answer: Smallest, unt
     size, prime = float(design.size[0]), float(design.prime_radius[0])
     sizes = size + prime * np.geomspace(1e-6, 10.0, RADII)
     grid = replace(design.take(np.zeros(RADII, dtype=int)), size=sizes)
-    if not feasible(question, programme, grid.take([RADII - 1]), -1.0)[0]:
+    if not feasible(question, grid.take([RADII - 1]), -1.0)[0]:
         return inf
-    held, some = feasible(question.without_last, programme, grid, -1.0), np.arange(SPARSE - 1, RADII, SPARSE)
-    held[some] &= feasible(question, programme, grid.take(some), -1.0)
+    held, some = (
+        feasible(question.without_last, grid, -1.0),
+        np.arange(SPARSE - 1, RADII, SPARSE),
+    )
+    held[some] &= feasible(question, grid.take(some), -1.0)
     bad = np.flatnonzero(~held)
     if not bad.size:
         return size
@@ -237,6 +236,6 @@ def _clear_above(question: Question, programme: Programme, answer: Smallest, unt
         if now() > until:
             break
         middle = (low + high) / 2
-        held = feasible(question, programme, replace(design, size=np.array([middle])), -1.0)[0]
+        held = feasible(question, replace(design, size=np.array([middle])), -1.0)[0]
         low, high = (low, middle) if held else (middle, high)
     return float(high)

@@ -13,7 +13,6 @@ import numpy as np
 from camopt.judging import weighed
 from camopt.limits import pressure_limits
 from camopt.mechanisms import Designs, chained
-from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.question import Question
 from camopt.search.answer import Bounds
@@ -27,11 +26,10 @@ GAIN = 1e-12  # relative: what is less is rounding
 
 
 @dataclass(frozen=True)
-class Problem:
+class PatternSearch:
     """What designs of one programme may vary, and the objective to lower."""
 
     question: Question
-    programme: Programme
     free: Bounds
     """The sizes that may vary, with their ranges."""
     objective: str
@@ -48,10 +46,10 @@ class Problem:
     def costs(self, designs: Designs) -> tuple[FloatArray, Any]:
         """The far side of each objective as a cost, (designs, objectives); and which designs are feasible."""
         question = self.question
-        held = question.subject.mechanism.exists(designs, self.programme) & (designs.size > 0.0)
+        held = question.subject.mechanism.exists(designs, self.question.programme) & (designs.size > 0.0)
         costs = np.full((len(designs), len(signs(question.scene.search))), np.inf)
         some = designs.take(held)
-        rows, excess, _ = weighed(question, self.programme, some, frozenset())
+        rows, excess, _ = weighed(question, some, frozenset())
         costs[held] = costs_of(rows.shifted(1.0), len(some), question.scene.search)
         held[held] = np.all(excess <= 0.0, axis=0)
         return costs, held
@@ -83,7 +81,7 @@ class Problem:
         return high
 
 
-def polished(problem: Problem, designs: Designs, ceilings: FloatArray) -> Designs:
+def polished(problem: PatternSearch, designs: Designs, ceilings: FloatArray) -> Designs:
     """Each design at its optimum under ceilings (designs, objectives), which its own costs meet."""
     settled = np.zeros(len(designs), dtype=bool)
     if problem.of_size:
@@ -92,7 +90,7 @@ def polished(problem: Problem, designs: Designs, ceilings: FloatArray) -> Design
     return designs.replaced(left, by_search(problem, designs.take(left), ceilings[left])) if left.size else designs
 
 
-def by_search(problem: Problem, designs: Designs, ceilings: FloatArray) -> Designs:
+def by_search(problem: PatternSearch, designs: Designs, ceilings: FloatArray) -> Designs:
     """Each design at a local optimum, by a pattern search; designs that are not allowed stay."""
     names = [name for name in problem.free if not (problem.of_size and name == "size")]
     designs, value = problem.lowered(designs, ceilings)
@@ -129,7 +127,7 @@ def _moved(designs: Designs, free: Bounds, names: list[str], shares: FloatArray)
     return Designs(**sizes, sense=designs.sense)
 
 
-def by_closed_form(problem: Problem, designs: Designs, ceilings: FloatArray) -> tuple[Designs, Any]:
+def by_closed_form(problem: PatternSearch, designs: Designs, ceilings: FloatArray) -> tuple[Designs, Any]:
     """The proved optimum of each design for which a closed form gives it, and for which it does.
 
     No allowed design is smaller than the one that the linear limits give, the ceilings of the pressure angle among
@@ -154,7 +152,7 @@ def by_closed_form(problem: Problem, designs: Designs, ceilings: FloatArray) -> 
     return designs, settled
 
 
-def _smallest(problem: Problem, design: Designs, ceilings: FloatArray) -> Designs | None:
+def _smallest(problem: PatternSearch, design: Designs, ceilings: FloatArray) -> Designs | None:
     """A design that no allowed one undercuts in size; None if no closed form gives one."""
     question = problem.question
     most = dict(zip(signs(question.scene.search), ceilings, strict=True))
@@ -166,5 +164,5 @@ def _smallest(problem: Problem, design: Designs, ceilings: FloatArray) -> Design
     pressure = pressure_limits(question.subject.mechanism, *bounds)
     tighter = replace(question, limits=(*question.limits, *pressure))
     box = {name: problem.free.get(name, (float(v[0]), float(v[0]))) for name, v in design.sizes.items()}
-    box["size"] = (least_size(tighter, problem.programme, box), box["size"][1])
-    return closed_form(tighter, problem.programme, box)
+    box["size"] = (least_size(tighter, box), box["size"][1])
+    return closed_form(tighter, box)

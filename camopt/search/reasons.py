@@ -12,7 +12,6 @@ from dataclasses import replace
 from math import ceil, floor, inf, log10
 
 from camopt.limits import Limit
-from camopt.motion.programme import Programme
 from camopt.question import Question, exactly
 from camopt.search.answer import Bounds
 from camopt.search.first_look import FEW_VALUES, coarse_grid, first_look
@@ -21,28 +20,28 @@ from camopt.search.smallest import smallest
 DIGITS = 6  # of a size that a reason tells
 
 
-def reason(question: Question, programme: Programme, bounds: Bounds, until: float = inf) -> str:
+def reason(question: Question, bounds: Bounds, until: float = inf) -> str:
     """What stops every design within bounds, of which none is feasible.
 
     After ``until`` (``clock.now``) more limits may be named together than it takes to stop them.
     """
     question = exactly(question)
-    beyond = _beyond(question, programme, bounds, until)
-    grid = coarse_grid(question, bounds, programme.lift, FEW_VALUES)
-    if not question.subject.mechanism.exists(grid, programme).any():
+    beyond = _beyond(question, bounds, until)
+    grid = coarse_grid(question, bounds, question.programme.lift, FEW_VALUES)
+    if not question.subject.mechanism.exists(grid, question.programme).any():
         return f"assembly: {question.subject.mechanism.assembly}{beyond}"
     first = question.without_last.limits  # those that are asked last are asked of designs that hold all others
-    alone = [limit.name for limit in first if _stop([limit], question, programme, bounds, until)]
+    alone = [limit.name for limit in first if _stop([limit], question, bounds, until)]
     if alone:
         return ", ".join(alone) + beyond
-    names = [limit.name for limit in _together(question, programme, bounds, until)]
+    names = [limit.name for limit in _together(question, bounds, until)]
     return (f"{listed(names)} together" if len(names) > 1 else names[0]) + beyond
 
 
-def _beyond(question: Question, programme: Programme, bounds: Bounds, until: float) -> str:
+def _beyond(question: Question, bounds: Bounds, until: float) -> str:
     """The range of the cam's size, if one is given and a cam beyond it is feasible."""
     low, high = bounds["size"]
-    answer = smallest(question, programme, {**bounds, "size": (0.0, inf)}, until) if high < inf else None
+    answer = smallest(question, {**bounds, "size": (0.0, inf)}, until) if high < inf else None
     if answer is None or answer.design is None:
         return ""
     key, size = question.size_name.removesuffix("_mm"), rounded_up(answer.size)
@@ -57,21 +56,21 @@ def rounded_up(size: float) -> float:
     return ceil(size / unit * (1.0 - 1e-9)) * unit
 
 
-def _stop(limits: Sequence[Limit], question: Question, programme: Programme, bounds: Bounds, until: float) -> bool:
+def _stop(limits: Sequence[Limit], question: Question, bounds: Bounds, until: float) -> bool:
     """Whether it is proved that no design holds these limits."""
     relaxed = replace(question, limits=tuple(limits))
-    if first_look(relaxed, programme, bounds, FEW_VALUES, until).design is not None:
+    if first_look(relaxed, bounds, FEW_VALUES, until).design is not None:
         return False
-    answer = smallest(relaxed, programme, bounds, until)
+    answer = smallest(relaxed, bounds, until)
     return answer.design is None and answer.proved
 
 
-def _together(question: Question, programme: Programme, bounds: Bounds, until: float) -> list[Limit]:
+def _together(question: Question, bounds: Bounds, until: float) -> list[Limit]:
     """Limits that stop every design, and would not without any one of them."""
     kept = list(question.limits)
     for limit in question.limits:
         others = [other for other in kept if other is not limit]
-        if _stop(others, question, programme, bounds, until):
+        if _stop(others, question, bounds, until):
             kept = others
     return kept
 

@@ -15,14 +15,13 @@ import numpy as np
 from camopt.effects import EFFECTS
 from camopt.judging import judged
 from camopt.mechanisms import Designs, chained
-from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.quantities import QUANTITIES
 from camopt.question import Question, exactly
 from camopt.rows import Rows, joined
 from camopt.search.answer import Bounds, Progress
 from camopt.search.pareto import non_dominated, signs, thinned
-from camopt.search.polish import Problem, by_search, polished
+from camopt.search.polish import PatternSearch, by_search, polished
 from camopt.search.smallest import smallest
 from camopt.search.space import Space, boxes_of
 
@@ -44,12 +43,12 @@ def refined(space: Space, grid: Rows, progress: Progress | None = None) -> Rows:
         return _marked(grid, False)
     sized = "size" in free and question.size_name in search.minimise
     objective = question.size_name if sized else decided[0]
-    cams = _smallest_cams(space, question, names) if sized else ()
+    cams = _smallest_cams(space, names) if sized else ()
     start = non_dominated(joined([grid, *cams]), search)
     groups = list(space.designs_of(start))
     parts, done, total = [], 0, start.count + LEVELS * len(groups)
 
-    def at_optima(problem: Problem, designs: Designs, ceilings: FloatArray) -> Iterator[Designs]:
+    def at_optima(problem: PatternSearch, designs: Designs, ceilings: FloatArray) -> Iterator[Designs]:
         nonlocal done
         for first in range(0, max(len(designs), 1), BLOCK):
             block = slice(first, first + BLOCK)
@@ -58,14 +57,14 @@ def refined(space: Space, grid: Rows, progress: Progress | None = None) -> Rows:
             if progress:
                 progress(done, total)
 
-    for programme, index, designs in groups:
-        problem = Problem(question, programme, free, objective)
+    for each, index, designs in groups:
+        problem = PatternSearch(exactly(each), free, objective)
         _, held = problem.costs(designs)
         parts.append(_marked(start.take(index[~held]), False))  # so near a limit that only balls decide
         designs = chained([designs.take(held), *_ends(problem, designs.take(held), decided)])
         designs = chained(at_optima(problem, designs, problem.costs(designs)[0]))
         designs = chained([designs, *at_optima(problem, *_levels(problem, designs, decided))])
-        parts.append(_marked(_rows(question, programme, designs, names), True))
+        parts.append(_marked(_rows(problem.question, designs, names), True))
     return thinned(non_dominated(joined(parts), search), search, SAME)
 
 
@@ -84,16 +83,16 @@ def decided_objectives(question: Question) -> list[str]:
     return [name for name, effect in effects.items() if not effect.of_motion(question.subject)]
 
 
-def _smallest_cams(space: Space, question: Question, names: frozenset[str]) -> Iterator[Rows]:
-    """The smallest cam of each programme, as ``optimise`` finds it."""
-    for programme in space.programmes:
-        answers = [smallest(question, programme, box).design for box in boxes_of(question)]
+def _smallest_cams(space: Space, names: frozenset[str]) -> Iterator[Rows]:
+    """The smallest cam of each motion, as ``optimise`` finds it."""
+    for question in map(exactly, space.each):
+        answers = [smallest(question, box).design for box in boxes_of(question)]
         cams = [design for design in answers if design is not None]
         if cams:
-            yield _rows(question, programme, min(cams, key=lambda design: float(design.size[0])), names)
+            yield _rows(question, min(cams, key=lambda design: float(design.size[0])), names)
 
 
-def _ends(problem: Problem, designs: Designs, decided: list[str]) -> Iterator[Designs]:
+def _ends(problem: PatternSearch, designs: Designs, decided: list[str]) -> Iterator[Designs]:
     """The best design of each objective, whatever it costs in the others, found from the best of some designs.
 
     The smallest cam needs no search.
@@ -106,7 +105,7 @@ def _ends(problem: Problem, designs: Designs, decided: list[str]) -> Iterator[De
             yield by_search(alone, best, np.full((1, costs.shape[1]), np.inf))
 
 
-def _levels(problem: Problem, designs: Designs, decided: list[str]) -> tuple[Designs, FloatArray]:
+def _levels(problem: PatternSearch, designs: Designs, decided: list[str]) -> tuple[Designs, FloatArray]:
     """Starts and ceilings that fill a curve: even levels of the other objective, each from the design below it."""
     costs, _ = problem.costs(designs)
     others = [problem.column(name) for name in decided if name != problem.objective]
@@ -122,9 +121,9 @@ def _levels(problem: Problem, designs: Designs, decided: list[str]) -> tuple[Des
     return designs.take(start), ceilings
 
 
-def _rows(question: Question, programme: Programme, designs: Designs, names: frozenset[str]) -> Rows:
+def _rows(question: Question, designs: Designs, names: frozenset[str]) -> Rows:
     """The feasible ones of some designs, as rows."""
-    rows = judged(question, programme, designs, names).only(names)
+    rows = judged(question, designs, names).only(names)
     return rows.take(rows.column("feasible").astype(bool))
 
 

@@ -10,7 +10,6 @@ smallest one that holds all others, and most often that one does.
 from math import inf
 
 from camopt.mechanisms import Designs
-from camopt.motion.programme import Programme
 from camopt.question import Question, exactly
 from camopt.search.answer import Bounds, Smallest, feasible
 from camopt.search.branch_and_bound import branch_and_bound
@@ -20,56 +19,54 @@ from camopt.search.first_look import first_look
 from camopt.search.zoom import CLOSE, NEAR, smaller
 
 
-def smallest(question: Question, programme: Programme, bounds: Bounds, until: float = inf) -> Smallest:
+def smallest(question: Question, bounds: Bounds, until: float = inf) -> Smallest:
     """The design of least size within bounds that holds every limit of the question.
 
     After ``until`` (``clock.now``) the best so far, not proved.
     """
-    question, bounds = exactly(question), _above_least(question, programme, bounds)
-    answer = _smallest(question.without_last, programme, bounds, until)
-    if answer.design is None or feasible(question, programme, answer.design)[0]:
+    question, bounds = exactly(question), _above_least(question, bounds)
+    answer = _smallest(question.without_last, bounds, until)
+    if answer.design is None or feasible(question, answer.design)[0]:
         return answer
-    return branch_and_bound(question, programme, bounds, min(answer.floor, answer.size), until)
+    return branch_and_bound(question, bounds, min(answer.floor, answer.size), until)
 
 
-def small(
-    question: Question, programme: Programme, bounds: Bounds, near: Designs | None = None, *, closely: bool = False
-) -> Smallest:
+def small(question: Question, bounds: Bounds, near: Designs | None = None, *, closely: bool = False) -> Smallest:
     """As ``smallest``, but what the linear limits do not decide is a small design without proof, found much sooner.
 
     Looked for near a given design, if there is one that can be moved to be feasible.
     """
-    question, bounds = exactly(question), _above_least(question, programme, bounds)
-    found = _by_linear_limits(question, programme, bounds)
+    question, bounds = exactly(question), _above_least(question, bounds)
+    found = _by_linear_limits(question, bounds)
     if found.design is not None or found.floor == inf:
         return Smallest(found.design, found.floor)
     bounds = {**bounds, "size": (found.floor, bounds["size"][1])}
     zooms = CLOSE if closely else NEAR
-    design = None if near is None else smaller(question, programme, bounds, near, zooms)
+    design = None if near is None else smaller(question, bounds, near, zooms)
     if design is None:
-        look = first_look(question, programme, bounds)
+        look = first_look(question, bounds)
         if look.design is None:
             return Smallest(None, inf if look.hopeless else found.floor, look.nearest)
-        design = smaller(question, programme, bounds, look.design, zooms)
+        design = smaller(question, bounds, look.design, zooms)
     return Smallest(design, found.floor)
 
 
-def _smallest(question: Question, programme: Programme, bounds: Bounds, until: float) -> Smallest:
-    found = _by_linear_limits(question, programme, bounds)
+def _smallest(question: Question, bounds: Bounds, until: float) -> Smallest:
+    found = _by_linear_limits(question, bounds)
     if found.design is not None:
         return Smallest(found.design, found.floor)
-    return branch_and_bound(question, programme, bounds, found.floor, until)
+    return branch_and_bound(question, bounds, found.floor, until)
 
 
-def _above_least(question: Question, programme: Programme, bounds: Bounds) -> Bounds:
+def _above_least(question: Question, bounds: Bounds) -> Bounds:
     """The bounds from the least size on that may be feasible; of a range that ends below it, the end alone."""
     most = bounds["size"][1]
-    return {**bounds, "size": (min(least_size(question, programme, bounds), most), most)}
+    return {**bounds, "size": (min(least_size(question, bounds), most), most)}
 
 
-def _by_linear_limits(question: Question, programme: Programme, bounds: Bounds) -> Cut:
-    start = closed_form(question, programme, bounds)
+def _by_linear_limits(question: Question, bounds: Bounds) -> Cut:
+    start = closed_form(question, bounds)
     if start is None:
-        return by_cutting_planes(question, programme, bounds) or Cut(None, bounds["size"][0])
+        return by_cutting_planes(question, bounds) or Cut(None, bounds["size"][0])
     floor = float(start.size[0]) * (1.0 - NUDGES[-1])
-    return Cut(nudged(question, programme, start, bounds["size"][1]), floor)
+    return Cut(nudged(question, start, bounds["size"][1]), floor)

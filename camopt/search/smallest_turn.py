@@ -42,7 +42,8 @@ def _exactly(turns: Turns, bounds: Bounds, found: Found) -> Found:
     if found.answer.design is None:
         return found
     return better(
-        found, Found(smallest(turns.question, turns.programme(found.freed), bounds, turns.until), found.freed)
+        found,
+        Found(smallest(turns.question_of(found.freed), bounds, turns.until), found.freed),
     )
 
 

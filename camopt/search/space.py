@@ -22,30 +22,34 @@ MOST_DESIGNS = 2**63 - 1  # what their numbers can count
 MOST_VALUES = 10_000_000  # of one axis; a space may have far more designs, it is never materialised
 
 
+Block = tuple[Question, int, int]
+
+
 @dataclass(frozen=True)
 class Space:
-    """Programmes × sizes. Designs are numbered with the programme slowest and the cam's radius fastest."""
+    """Motions × sizes. Designs are numbered with the motion slowest and the cam's radius fastest."""
 
     question: Question
-    programmes: tuple[Programme, ...]
+    each: tuple[Question, ...]
+    """The question of each motion, in the order of the laws."""
     axes: dict[str, FloatArray]
 
     @property
     def designs_each(self) -> int:
-        """Designs for each programme."""
+        """Designs for each motion."""
         return prod(values.size for values in self.axes.values())
 
     def __len__(self) -> int:
-        return len(self.programmes) * self.designs_each
+        return len(self.each) * self.designs_each
 
-    def blocks(self, size: int) -> Iterator[tuple[Programme, int, int]]:
-        """The space in order, as (programme, first, last) of at most ``size`` designs of one programme."""
-        for programme in self.programmes:
+    def blocks(self, size: int) -> Iterator[Block]:
+        """The space in order, as (question, first, last) of at most ``size`` designs of one motion."""
+        for question in self.each:
             for first in range(0, self.designs_each, size):
-                yield programme, first, min(first + size, self.designs_each)
+                yield question, first, min(first + size, self.designs_each)
 
     def designs(self, index: NDArray[np.int64]) -> Designs:
-        """The designs of a programme by number."""
+        """The designs of a motion by number."""
         shape = tuple(values.size for values in self.axes.values())
         where = np.unravel_index(index, shape) if shape else ()
         sizes = {FIELDS[key]: values[i] for (key, values), i in zip(self.axes.items(), where, strict=True)}
@@ -54,8 +58,8 @@ class Space:
         arrays = {n: np.ascontiguousarray(v) for n, v in columns.items()}
         return Designs(**arrays, sense=self.question.design.sense)
 
-    def designs_of(self, rows: Rows) -> Iterator[tuple[Programme, NDArray[np.int64], Designs]]:
-        """The designs of some rows of a sweep, by programme: (programme, the rows' numbers, their designs)."""
+    def designs_of(self, rows: Rows) -> Iterator[tuple[Question, NDArray[np.int64], Designs]]:
+        """The designs of some rows of a sweep, by motion: (question, the rows' numbers, their designs)."""
         fixed = self.question.design
         named = {name: rows.column(f"{name}_mm") for name in SIZES if f"{name}_mm" in rows.columns}
         named["size"] = rows.column(self.question.size_name)
@@ -63,10 +67,11 @@ class Space:
             name: np.asarray(named.get(name, value + np.zeros(rows.count))) for name, value in fixed.sizes.items()
         }
         rise, fall = rows.column("law_rise"), rows.column("law_return")
-        for programme in self.programmes:
+        for question in self.each:
+            programme = question.programme
             index = np.flatnonzero((rise == programme.law_names(RISE)) & (fall == programme.law_names(RETURN)))
             if index.size:
-                yield programme, index, Designs(**columns, sense=fixed.sense).take(index)
+                yield question, index, Designs(**columns, sense=fixed.sense).take(index)
 
 
 def laws_of(question: Question) -> dict[Programme, tuple[str | None, str | None]]:
@@ -79,9 +84,9 @@ def laws_of(question: Question) -> dict[Programme, tuple[str | None, str | None]
     return {question.with_laws(*pair): pair for pair in pairs}
 
 
-def programmes_of(question: Question) -> tuple[Programme, ...]:
-    """The scene's programme under every choice of laws in ``[search]``."""
-    return tuple(laws_of(question))
+def questions_of(question: Question) -> tuple[Question, ...]:
+    """The question under every choice of laws in ``[search]``."""
+    return tuple(question.with_programme(programme) for programme in laws_of(question))
 
 
 def space_of(question: Question) -> Space:
@@ -101,14 +106,14 @@ def space_of(question: Question) -> Space:
             continue
         axes[key] = axis_values(choice)
     mistakes += [*missing_sizes(question, axes), *freed_angles(question, "a sweep takes")]
-    programmes = programmes_of(question)
-    count = len(programmes) * prod(values.size for values in axes.values())
+    each = questions_of(question)
+    count = len(each) * prod(values.size for values in axes.values())
     if count > MOST_DESIGNS:
         allowed = f"a space of at most {MOST_DESIGNS:.2g} designs; this one has {count:.2g}"
         mistakes.append(Mistake(file, "search", None, allowed))
     if mistakes:
         raise BadInput(mistakes)
-    return Space(question, programmes, axes)
+    return Space(question, each, axes)
 
 
 def freed_angles(question: Question, who: str) -> list[Mistake]:

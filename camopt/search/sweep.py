@@ -18,7 +18,6 @@ from camopt.files import result_folder
 from camopt.judging import Effort, by_excess, judged, least_excess, screened, settled, weighed
 from camopt.mechanisms import Designs
 from camopt.mistakes import BadInput, Mistake, nearest
-from camopt.motion.programme import Programme
 from camopt.quantities import QUANTITIES, motion_quantity
 from camopt.question import VERDICT, Question, exactly, resolve
 from camopt.rows import Rows, joined
@@ -26,11 +25,10 @@ from camopt.scene import Scene
 from camopt.search.answer import Progress
 from camopt.search.pareto import Archive, Front, front_of, non_dominated, ranked, thinned
 from camopt.search.refine import refined
-from camopt.search.space import Space, space_of
+from camopt.search.space import Block, Space, space_of
 from camopt.table import TableWriter, schema, table_file, to_json, write_text
 
 BLOCK = 32768  # designs: Python's share is small, and memory stays bounded
-Block = tuple[Programme, int, int]
 KEPT = ("pareto", "feasible", "all")
 """Which designs a sweep can write to its table of designs."""
 
@@ -208,13 +206,13 @@ def column_names(question: Question) -> tuple[str, ...]:
 
 def _batch(space: Space, names: tuple[str, ...], keep: str, block: Block) -> Batch:
     """Evaluate one block of a space."""
-    question, (programme, first, last) = space.question, block
+    question, first, last = block
     designs = space.designs(np.arange(first, last))
-    designs = designs.take(question.subject.mechanism.exists(designs, programme))
+    designs = designs.take(question.subject.mechanism.exists(designs, question.programme))
     if keep == "all":
-        evaluated, effort = settled(question, programme, designs, frozenset(names))
+        evaluated, effort = settled(question, designs, frozenset(names))
     else:
-        evaluated, effort = screened(question, programme, designs, frozenset(names))
+        evaluated, effort = screened(question, designs, frozenset(names))
     feasible = evaluated.take(evaluated.column("feasible").astype(bool))
     front = non_dominated(feasible, question.scene.search)
     best = ranked(front, question.scene.search).take(np.arange(min(front.count, 1)))
@@ -253,18 +251,18 @@ def best_of_each_law(space: Space, rows: Rows) -> dict[str, Design]:
 def to_compare(space: Space, rows: Rows) -> Rows:
     """Rows that people compare, with the digits that ``evaluate`` gives: equal designs have equal rows."""
     parts, places = [rows.take(np.arange(0))], []
-    for programme, index, designs in space.designs_of(rows):
+    for question, index, designs in space.designs_of(rows):
         for first in range(0, index.size, BLOCK):
             some = slice(first, first + BLOCK)
-            found = as_evaluated(space.question, programme, designs.take(some), frozenset(rows.columns))
+            found = as_evaluated(question, designs.take(some), frozenset(rows.columns))
             parts.append(Rows(rows.take(index[some]).columns | found.columns, found.count))
             places.append(index[some])
     return joined(parts).take(np.argsort(np.concatenate(places))) if places else rows
 
 
-def as_evaluated(question: Question, programme: Programme, designs: Designs, names: frozenset[str]) -> Rows:
+def as_evaluated(question: Question, designs: Designs, names: frozenset[str]) -> Rows:
     """Quantities of designs as ``evaluate`` gives them: what else it is asked for shows in their last digits."""
-    return judged(exactly(question), programme, designs, names | question.wanted).only(names)
+    return judged(exactly(question), designs, names | question.wanted).only(names)
 
 
 def held_by(space: Space, row: dict[str, Any]) -> str:
@@ -276,28 +274,28 @@ def held_by(space: Space, row: dict[str, Any]) -> str:
     if not smaller.size:
         return "edge of the space"
     one = Rows({name: np.array([value]) for name, value in row.items()}, 1)
-    programme, _, design = next(space.designs_of(one))
+    question, _, design = next(space.designs_of(one))
     design = replace(design, size=smaller.max(keepdims=True))
-    if not question.subject.mechanism.exists(design, programme)[0]:
+    if not question.subject.mechanism.exists(design, question.programme)[0]:
         return "assembly"
-    return str(judged(question, programme, design, frozenset()).column("violated")[0]).replace(",", ", ")
+    return str(judged(question, design, frozenset()).column("violated")[0]).replace(",", ", ")
 
 
 def nearest_miss(space: Space, block: int) -> Design | None:
     """The design of the space that misses its limits the least, with its quantities."""
-    question = space.question
-    best: tuple[tuple[float, float], Programme, Designs] | None = None
-    for programme, first, last in space.blocks(block):
+    best: tuple[tuple[float, float], Question, Designs] | None = None
+    for question, first, last in space.blocks(block):
         designs = space.designs(np.arange(first, last))
-        designs = designs.take(question.subject.mechanism.exists(designs, programme))
+        designs = designs.take(question.subject.mechanism.exists(designs, question.programme))
         if not len(designs):
             continue
-        excess = weighed(question, programme, designs, frozenset()).outer
+        excess = weighed(question, designs, frozenset()).outer
         i = least_excess(excess)
         key = by_excess(excess[:, i])
         if best is None or key < best[0]:
-            best = key, programme, designs.take([i])
+            best = key, question, designs.take([i])
     if best is None:
         return None
-    (row,) = as_evaluated(question, *best[1:], frozenset(column_names(question))).records()
+    _, question, design = best
+    (row,) = as_evaluated(question, design, frozenset(column_names(question))).records()
     return Design(row, question.scene)

@@ -116,7 +116,7 @@ class TurnSearch:
 
     def ends(self) -> Bounds:
         """Between which sizes and angles are worth a look."""
-        least = least_size(self.question, self.longest, self.bounds)
+        least = least_size(self.question.with_programme(self.longest), self.bounds)
         most = min(largest_size(self.question, self.bounds), self.found.answer.size)
         low = {name: self.gentlest(stroke) for stroke, name in self.strokes.items() if name}
         angles = {
@@ -193,7 +193,7 @@ class TurnSearch:
         freed = self.turn(boxes)
         programme = self.turns.programme(freed)
         if closely:
-            near = small(self.question, programme, self.bounds, self.found.answer.design)
+            near = small(self.question.with_programme(programme), self.bounds, self.found.answer.design)
             self.found = better(self.found, Found(near, freed))
         rounding = gap_of(design) / 4.0
         low, high = (
@@ -203,7 +203,7 @@ class TurnSearch:
         for _ in range(LADDERS):
             sizes = np.linspace(low, high, LADDER)
             ladder = replace(design.take(np.zeros(LADDER, dtype=int)), size=sizes)
-            cam = first_feasible(self.question, programme, ladder)
+            cam = first_feasible(self.question.with_programme(programme), ladder)
             if cam is None:
                 return
             self.found = better(self.found, Found(Smallest(cam, 0.0), freed))

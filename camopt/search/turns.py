@@ -105,6 +105,10 @@ class Turns:
         programme = Programme.from_segments(segments, angular=angular, laws=laws, load=load)
         return replace(self.question, programme=programme).with_laws(*self.laws)
 
+    def question_of(self, freed: FloatArray) -> Question:
+        """The question of the turn with these angles of its freed segments."""
+        return self.question.with_programme(self.programme(freed))
+
     def at(self, share: FloatArray, box: Box) -> FloatArray:
         """A turn of a box by the share of each segment's range that it takes, more or less: the total is kept."""
         wanted, total = box.low + share * (box.high - box.low), self.scene_angles.sum()

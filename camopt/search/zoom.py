@@ -7,7 +7,6 @@ import numpy as np
 
 from camopt.judging import least_excess, weighed
 from camopt.mechanisms import Designs
-from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.question import Question
 from camopt.search.answer import Bounds, feasible
@@ -20,14 +19,12 @@ Choice = Callable[[Designs, FloatArray], int]
 """The best of some designs, by their excesses over the limits, (limits, designs)."""
 
 
-def nearest_miss(question: Question, programme: Programme, bounds: Bounds, design: Designs) -> Designs:
+def nearest_miss(question: Question, bounds: Bounds, design: Designs) -> Designs:
     """A design that exceeds its limits less than the given one."""
-    return _zoomed(question, programme, bounds, design, lambda designs, excess: least_excess(excess), NEAR)
+    return _zoomed(question, bounds, design, lambda designs, excess: least_excess(excess), NEAR)
 
 
-def smaller(
-    question: Question, programme: Programme, bounds: Bounds, design: Designs, zooms: int = NEAR
-) -> Designs | None:
+def smaller(question: Question, bounds: Bounds, design: Designs, zooms: int = NEAR) -> Designs | None:
     """A feasible design near the given one, which need not be feasible, as small as grids show; None if none is."""
 
     def smallest(designs: Designs, excess: FloatArray) -> int:
@@ -35,13 +32,11 @@ def smaller(
         size = np.where(worst <= 0.0, designs.size, inf)
         return int(np.lexsort((worst, size))[0])  # of one size the one with the most room
 
-    found = _zoomed(question, programme, bounds, design, smallest, zooms)
-    return found if feasible(question, programme, found)[0] else None
+    found = _zoomed(question, bounds, design, smallest, zooms)
+    return found if feasible(question, found)[0] else None
 
 
-def _zoomed(
-    question: Question, programme: Programme, bounds: Bounds, design: Designs, choice: Choice, zooms: int
-) -> Designs:
+def _zoomed(question: Question, bounds: Bounds, design: Designs, choice: Choice, zooms: int) -> Designs:
     free = {name: ends for name, ends in bounds.items() if ends[1] > ends[0]}
     spans = {name: (b - a) / 8 if np.isfinite(b - a) else inf for name, (a, b) in free.items()}
     spans["size"] = min(spans.get("size", inf), float(design.prime_radius[0]) / 4)
@@ -51,9 +46,9 @@ def _zoomed(
         moved = {n: np.clip(design.sizes[n] + m, *free[n]) for n, m in zip(free, mesh, strict=True)}
         ones = np.ones(mesh[0].size if mesh else 1)
         points = Designs(**{n: moved.get(n, v * ones) for n, v in design.sizes.items()}, sense=design.sense)
-        points = points.take(question.subject.mechanism.exists(points, programme) & (points.size > 0.0))
+        points = points.take(question.subject.mechanism.exists(points, question.programme) & (points.size > 0.0))
         if len(points):
-            excess = weighed(question, programme, points, frozenset()).outer
+            excess = weighed(question, points, frozenset()).outer
             design = points.take([choice(points, excess)])
         spans = {name: span / SHRINKS for name, span in spans.items()}
     return design

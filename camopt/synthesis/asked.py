@@ -43,7 +43,7 @@ def demand_of(question: Question, objective: Mapping[str, float] | None = None) 
     body = _body(question)
     roller = roller_of(question, body)
     size = _size(scene, question.size_name, objective)
-    least = least_size(question, question.programme, {"size": size})
+    least = least_size(question, {"size": size})
     return Demand(
         question=question,
         splines=Splines(
