@@ -33,10 +33,10 @@ def test_few_boxes_prove_the_smallest_cam(seed, monkeypatch):
     monkeypatch.setattr(branch_and_bound, "MOST_BOXES", MOST_BOXES[seed])
     question = exactly(resolve(Scene.from_dict(slow_scenes.random_scene(seed)[1])))
     (bounds,) = boxes_of(question)
-    found = smallest(question, question.programme, bounds)
+    found = smallest(question, bounds)
     assert found.proved
-    assert feasible(question, question.programme, found.design)[0]
-    assert not np.any(feasible(question, question.programme, smaller_than(found.design, bounds)))
+    assert feasible(question, found.design)[0]
+    assert not np.any(feasible(question, smaller_than(found.design, bounds)))
 
 
 def smaller_than(design, bounds):
