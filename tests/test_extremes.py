@@ -16,10 +16,11 @@ from camopt.mechanisms import MECHANISMS, Designs
 from camopt.motion.programme import Programme, span
 from camopt.motion.table import DWELL, RETURN, RISE, TURN
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST
-from camopt.numerics.climbing import CLIMBS, CONCAVE, OPEN, SETTLED, looked_at
+from camopt.numerics.climbing import Ends
 from camopt.numerics.compile import compiled
 from camopt.numerics.curves import Linear, curve
-from camopt.numerics.extremes import extremes
+from camopt.numerics.extremes import Precision, extremes
+from camopt.numerics.halving import CLIMBS, CONCAVE, OPEN, SETTLED, looked_at
 from camopt.numerics.interval import Interval
 from camopt.numerics.jet import FIELDS, GIVEN, UNIT, Jet
 from camopt.numerics.piecewise import part_jets, row_jets
@@ -205,7 +206,16 @@ def test_an_enclosure_holds_the_exact_value_of_a_line():
     turn, rng, count = programme("cycloidal", angular=False), np.random.default_rng(4), 400
     f = Linear(rng.uniform(0.1, 1, count), *np.zeros((2, count)), rng.uniform(-9, 9, count))
     value, _, width = np.empty((3, 1, count))
-    extremes(f, count, turn.table, np.array([(DWELL, LARGEST)]), 1e-9, np.inf, value, np.empty((1, count)), width)
+    extremes(
+        f,
+        count,
+        turn.table,
+        np.array([(DWELL, LARGEST)]),
+        Precision(1e-9, np.inf),
+        value,
+        np.empty((1, count)),
+        width,
+    )
     rounded = 0
     for i in range(count):
         exact = Fraction(f.displacement[i]) * 30 + Fraction(f.constant[i])
@@ -220,7 +230,16 @@ def test_lines_have_the_extremes_of_their_polynomials():
     turn, rng, count = programme("poly4567", angular=False), np.random.default_rng(6), 8
     f = Linear(*rng.normal(size=(3, count)), np.zeros(count))
     value, where, width = np.empty((3, 2, count))
-    extremes(f, count, turn.table, np.array([(TURN, LEAST), (TURN, LARGEST)]), 1e-13, np.inf, value, where, width)
+    extremes(
+        f,
+        count,
+        turn.table,
+        np.array([(TURN, LEAST), (TURN, LARGEST)]),
+        Precision(1e-13, np.inf),
+        value,
+        where,
+        width,
+    )
     for i in range(count):
         exact = span(turn, (f.displacement[i], f.velocity[i], f.acceleration[i]), TURN)
         assert value[:, i] == pytest.approx(exact, rel=1e-12)
@@ -231,7 +250,7 @@ def test_a_curve_that_is_nothing_is_known_exactly():
     turn, zero = programme("cycloidal", angular=False), np.zeros(1)
     value, where, width = np.empty((3, 3, 1))
     questions = np.array([(TURN, LARGEST), (TURN, LEAST), (TURN, LARGEST_MAGNITUDE)])
-    extremes(Linear(zero, zero, zero, zero), 1, turn.table, questions, 1e-9, np.inf, value, where, width)
+    extremes(Linear(zero, zero, zero, zero), 1, turn.table, questions, Precision(1e-9, np.inf), value, where, width)
     assert np.all(value == 0.0)
     assert np.all(width == 0.0)
 
@@ -454,7 +473,7 @@ def look(parts, found):
     for k in range(parts.shape[0]):
         part = parts[k]
         verdict, bound, concavity = looked_at(
-            part[0], part[1], part[2], part[3], part[4], part[5], part[6], part[7], part[8]
+            Ends(part[0], part[1], part[2], part[3], part[4], part[5]), part[6], part[7], part[8]
         )
         found[k, 0], found[k, 1], found[k, 2] = verdict, bound, concavity
 

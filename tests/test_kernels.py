@@ -1,13 +1,17 @@
-"""Kernels are compiled where that pays, and give the same bits as plain Python."""
+"""Kernels are compiled where that pays, and give the same bits as plain Python; none takes many arguments."""
+
+import ast
+from pathlib import Path
 
 import numpy as np
 import pytest
 from numba.core.registry import CPUDispatcher
 
+import camopt
 from camopt.effects import Case
 from camopt.mechanisms import Designs
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, compile
-from camopt.numerics.compile import FEW, PAYS, compiled_for_many, inlined
+from camopt.numerics.compile import FEW, PAYS, called, compiled_for_many, inlined
 from camopt.numerics.extremes import extremes
 from camopt.numerics.jet import Jet, power
 from camopt.question import exactly, resolve
@@ -103,6 +107,30 @@ def test_compiled_and_plain_extremes_are_the_same_bits(name, monkeypatch):
         assert np.array_equal(one, other)
 
 
+def machine_code(compiled):
+    """The address of a compiled function; 0 if there is none."""
+    return compiled.library.get_pointer_to_function(compiled.fndesc.llvm_func_name)
+
+
+@called
+def third(x):
+    return x / 3.0
+
+
+@pytest.mark.usefixtures("_no_disk")
+@pytest.mark.parametrize("part", [half, third])
+def test_what_kernels_call_becomes_machine_code_with_them_only(part):
+    def parts(x, out):
+        for i in range(out.size):
+            out[i] = part(x[i])
+
+    kernel, x, out = compiled_for_many(parts), np.arange(FEW + 1.0), np.empty(FEW + 1)
+    kernel(x, out)
+    assert np.array_equal(out, [part.py_func(number) for number in x])
+    assert [machine_code(one) for one in part.overloads.values()] == [0]
+    assert all(machine_code(one) for one in kernel.overloads.values())
+
+
 @pytest.mark.parametrize("exponent", [0.13, -0.35, -0.43])
 @pytest.mark.parametrize("low", [-1.0, 0.0])
 def test_a_power_of_what_may_be_zero_has_no_bounds_in_plain_python_either(low, exponent):
@@ -110,3 +138,29 @@ def test_a_power_of_what_may_be_zero_has_no_bounds_in_plain_python_either(low, e
         found = power(Jet(np.float64(low), *np.array([1.0, 0.0, 1.0, 1.0, 1.0])), exponent)
     assert found.high == np.inf
     assert not np.isfinite([found.error, found.first, found.second, found.third]).any()
+
+
+MOST_ARGUMENTS = 8
+MARKS = {"inlined", "called", "compiled", "compiled_for_many", "part_of_formulas", "formula", "where_loaded"}
+
+
+def marks(function):
+    """The names in a function's decorators."""
+    return {node.id for line in function.decorator_list for node in ast.walk(line) if isinstance(node, ast.Name)}
+
+
+def kernels_of_the_package():
+    """All functions that numba compiles: (file, name, number of arguments)."""
+    package = Path(camopt.__file__).parent
+    for path in sorted(package.rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.FunctionDef) and marks(node) & MARKS:
+                given = node.args
+                count = len([*given.posonlyargs, *given.args, *given.kwonlyargs])
+                yield path.relative_to(package).as_posix(), node.name, count
+
+
+def test_no_kernel_takes_more_than_eight_arguments():
+    found = set(kernels_of_the_package())
+    assert {("numerics/extremes.py", "extremes", 8), ("numerics/climbing.py", "narrowed", 3)} <= found
+    assert {kernel for kernel in found if kernel[2] > MOST_ARGUMENTS} == set()

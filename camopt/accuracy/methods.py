@@ -9,7 +9,7 @@ import numpy as np
 
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
-from camopt.numerics.extremes import extremes
+from camopt.numerics.extremes import Precision, extremes
 from camopt.numerics.piecewise import MotionTable
 from camopt.numerics.sampling import sampled_extremes
 
@@ -41,7 +41,7 @@ def sampled(angles: int, polish: bool) -> Callable[[Any, int, Programme, Any], E
 def enclosed(tolerance: float) -> Callable[[Any, int, Programme, Any], Extremal]:
     def run(f: Any, count: int, programme: Programme, questions: Any) -> Extremal:
         value, where, width = np.empty((3, len(questions), count))
-        extremes(f, count, programme.table, questions, tolerance, np.inf, value, where, width)
+        extremes(f, count, programme.table, questions, Precision(tolerance, np.inf), value, where, width)
         return value, width
 
     return run

@@ -15,7 +15,7 @@ from camopt.accuracy.reference import ALIKE, reference
 from camopt.accuracy.subjects import DESIGNS, REFERENCED, Subject, designs_of, subjects_of
 from camopt.mechanisms import Designs
 from camopt.numerics import FloatArray
-from camopt.numerics.extremes import extremes
+from camopt.numerics.extremes import Precision, extremes
 from camopt.question import EXACT, Question, resolve
 from camopt.scene import Scene
 from camopt.sealed_table import write_table
@@ -45,7 +45,9 @@ def measure(scene: Scene, progress: Callable[[int, int], None] | None = None) ->
         for subject in subjects_of(question):
             exact, where, width = np.empty((3, len(subject.questions), len(designs)))
             f = subject.make(designs, programme)
-            extremes(f, len(designs), programme.table, subject.questions, EXACT, 1e-9, exact, where, width)
+            extremes(
+                f, len(designs), programme.table, subject.questions, Precision(EXACT, 1e-9), exact, where, width
+            )
             truth = subject.answer(exact)
             if np.all(np.abs(truth) > 0.0):  # a flat face that translates has no pressure angle
                 found += _extremes(subject, question, designs, truth, where)

@@ -10,7 +10,7 @@ from camopt.mechanisms.design import Designs, Mechanism
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.numerics.curves import LOADED
-from camopt.numerics.extremes import extremes
+from camopt.numerics.extremes import Precision, extremes
 
 
 @dataclass(frozen=True)
@@ -115,13 +115,12 @@ class Case:
         """
         asked, count = np.array(questions, dtype=np.int64), len(self.designs)
         value, where, width = np.empty((3, len(questions), count))
-        tolerance = self.subject.tolerance
-        location = tolerance if located else np.inf
+        precision = Precision(self.subject.tolerance, self.subject.tolerance if located else np.inf)
         made, table = curve(self.designs, self.programme), self.programme.table
         if type(made) not in LOADED:  # one kernel for both kinds of turn
             table = table._replace(load=None)
         with np.errstate(all="ignore"):  # uncompiled, jets without bounds would warn
-            extremes(made, count, table, asked, tolerance, location, value, where, width)
+            extremes(made, count, table, asked, precision, value, where, width)
         return Extremes(value, where, width)
 
 

@@ -20,6 +20,8 @@ try:
         import llvmlite
         import numba
         from numba.core import config
+        from numba.core.codegen import JITCodeLibrary
+        from numba.core.compiler import Compiler
         from numba.core.registry import CPUDispatcher
 except (RuntimeWarning, ValueError) as trouble:  # NUMBA_NUM_THREADS=0, NUMBA_OPT=fast
     why = f"numba does not start with its environment variables: {str(trouble).splitlines()[0]}"
@@ -34,7 +36,37 @@ FLAGS: dict[str, Any] = {
 }
 
 
-INLINE: Any = {"forceinline": True}  # a call left standing would keep a kernel's loop out of vectors
+class PartLibrary(JITCodeLibrary):
+    """The code of what only kernels call: it becomes machine code with them, and not once more for itself."""
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()  # type: ignore[no-untyped-call]
+        self._finalized = True
+
+    def get_pointer_to_function(self, name: str) -> int:
+        """None, which numba writes as 0."""
+        self._ensure_finalized()  # type: ignore[no-untyped-call]
+        return 0
+
+    @property
+    def codegen(self) -> Any:
+        """What numba gives a function's environment to, with which machine code reaches the interpreter."""
+        return self
+
+    def set_env(self, name: str, environment: Any) -> None:
+        """Nothing: without machine code there is no place to put it."""
+
+
+class PartCompiler(Compiler):
+    """Compiles a function into a ``PartLibrary``."""
+
+    def __init__(self, typing: Any, target: Any, library: Any, *others: Any) -> None:
+        own = PartLibrary(target.codegen(), "part")  # type: ignore[no-untyped-call]
+        super().__init__(typing, target, own, *others)  # type: ignore[no-untyped-call]
+
+
+LINKED: Any = {"pipeline_class": PartCompiler}
+INLINE: Any = {"forceinline": True, **LINKED}  # a call left standing would keep a kernel's loop out of vectors
 
 
 FEW = 16  # numbers in the largest array to fill: for more, a kernel is compiled at once
@@ -112,8 +144,8 @@ def inlined(function: Callable[..., Any]) -> Any:
 
 
 def called(function: Callable[..., Any]) -> Any:
-    """Compile a function that kernels call, but rarely."""
-    return _dispatched(function, Part, **UNWRAPPED)
+    """Compile a function that kernels call, but not for each number."""
+    return _dispatched(function, Part, **LINKED, **UNWRAPPED)
 
 
 def compiled(function: Callable[..., Any]) -> Any:

@@ -5,7 +5,8 @@ import numpy as np
 from camopt.numerics import LEAST
 from camopt.numerics.climbing import orient
 from camopt.numerics.compile import compiled, inlined
-from camopt.numerics.extremes import ROW, TILE, best_nodes, node_values
+from camopt.numerics.extremes import best_nodes, node_values
+from camopt.numerics.workspace import ROW, TILE
 
 
 @inlined

@@ -1,0 +1,125 @@
+"""Whether a part of a panel is settled, and the last resort of halving it."""
+
+import numpy as np
+
+from camopt.numerics.climbing import Aim, Ends, allowed, climb, oriented
+from camopt.numerics.compile import called, inlined
+from camopt.numerics.curves import curve
+from camopt.numerics.jet import known
+from camopt.numerics.piecewise import motion, part_jets, row_jets
+from camopt.numerics.workspace import DEPTH
+
+MOST_PARTS = 4096  # looked at in one panel, before it stays undecided
+CONCAVE, CLIMBS, SETTLED, OPEN = 0, 1, 2, 3
+
+
+@inlined
+def most_ascent(slope, bend, curl, width):
+    """The largest gain over an end of a part from which the slope is at most slope + bend·t − curl·t².
+
+    The slope of a curve leaves its chord by no more than |f'''|·t·(width − t)/2. Where a curve starts level, as
+    at the end of a dwell, this is far closer than what the second derivative says.
+    """
+    if not curl < np.inf:
+        return np.inf
+    root = np.sqrt(max(bend * bend + 4.0 * curl * slope, 0.0))
+    t = 2.0 * slope / (root - bend) if bend < 0.0 else (bend + root) / (2.0 * curl)
+    t = min(max(t, 0.0), width)
+    gain = t * (slope + t * (0.5 * bend - t * curl / 3.0))
+    return max(gain, 0.0) if gain == gain else np.inf
+
+
+@called
+def looked_at(ends, third, half_width, enough):
+    """What end values, slopes and |f'''| say of a part: (verdict, bound of its values, lower bound of −f'')."""
+    low, high, left, rising, right, falling = ends
+    width = (high - low) * half_width
+    bend = (falling - rising) / width  # a mean of f''
+    room = 0.5 * third * width  # and how far f'' may be from it
+    most = max(left, right)
+    if bend + room <= 0.0:
+        return (CLIMBS if rising > 0.0 and falling < 0.0 else CONCAVE), most, -(bend + room)
+    bound = most + 0.125 * max(room - bend, 0.0) * width * width
+    if bound > enough:
+        ascent = most_ascent(rising, bend + room, 0.5 * third, width)
+        descent = most_ascent(-falling, bend + room, 0.5 * third, width)
+        bound = min(bound, max(most, min(left + ascent, right + descent)))
+    return (SETTLED if bound <= enough else OPEN), bound, 0.0
+
+
+@called
+def put(row, ends):
+    """Write the ends of a part into a row of a table."""
+    for k in range(6):
+        row[k] = ends[k]
+
+
+@called
+def taken(row):
+    """The ends of a part from a row of a table."""
+    return Ends(row[0], row[1], row[2], row[3], row[4], row[5])
+
+
+@called
+def bound_by_slope(slope, ends, sign, half_width):
+    """A bound of the values in a part from the range of the slope: close where the curve is level or monotone."""
+    rise = known((slope.high if sign > 0.0 else -slope.low) + slope.error)
+    drop = known((-slope.low if sign > 0.0 else slope.high) + slope.error)
+    width = (ends.high - ends.low) * half_width
+    most = max(ends.left, ends.right)
+    return min(max(most, ends.left + rise * width), max(most, ends.right + drop * width))
+
+
+@inlined
+def bound_by_jet(bound, jet, ends, sign, half_width):
+    """A closer bound of the values in a part from its own jet."""
+    reach = 0.5 * (ends.high - ends.low)
+    bound = min(bound, max(ends.left, ends.right) + 0.5 * known(jet.second) * (reach * half_width) ** 2)
+    if bound < np.inf:
+        return bound
+    return jet.high if sign > 0.0 else -jet.low  # a corner of the curve: its range is what is known
+
+
+@called
+def split(f, i, table, panel, error, ask, best, stack):
+    """Largest value found in a part that is not settled at once, where, a bound of all its values, and their error.
+
+    The part is the first row of the stack. The range of its slope is tried first, then jets of its own, then its
+    halves, and theirs. ``error`` is that of the panel, infinite where a denominator may be zero somewhere in it;
+    the error of a part takes its place. Once a part is left without a bound, so are all, and nothing more is
+    halved.
+    """
+    half_width = table.half_width[panel]
+    y, y1, y2, y3 = row_jets(table, panel)
+    bound = bound_by_slope(curve(f, i, y, y1, y2, y3)[1], taken(stack[0]), ask.sign, half_width)
+    if bound <= best + allowed(best, ask.tolerance, error):
+        return -np.inf, 0.0, bound, error
+    largest, at, top, rounding = -np.inf, 0.0, best, 0.0
+    depth, parts = 1, 0
+    while depth > 0:
+        depth -= 1
+        parts += 1
+        ends = taken(stack[depth])
+        middle = 0.5 * (ends.low + ends.high)
+        y, y1, y2, y3 = part_jets(table, panel, middle, 0.5 * (ends.high - ends.low))
+        jet = curve(f, i, y, y1, y2, y3)[0]
+        own = min(error, known(jet.error))
+        gain = allowed(best, ask.tolerance, own)
+        verdict, bound, concavity = looked_at(ends, known(jet.third), half_width, best + gain)
+        if verdict == CLIMBS:
+            aim = Aim(best, gain, ask.location * concavity)
+            value, u, bound = climb(f, i, table, panel, ends, concavity, ask.sign, aim)
+            if value > best:
+                best, largest, at = value, value, u
+        elif verdict == OPEN:
+            bound = bound_by_jet(bound, jet, ends, ask.sign, half_width)
+            if bound > best + gain and parts < MOST_PARTS and depth + 2 <= DEPTH and top < np.inf:
+                value, slope = oriented(f, i, motion(table, panel, middle), ask.sign)
+                if value > best:
+                    best, largest, at = value, value, middle
+                put(stack[depth], Ends(ends.low, middle, ends.left, ends.rising, value, slope))
+                put(stack[depth + 1], Ends(middle, ends.high, value, slope, ends.right, ends.falling))
+                depth += 2
+                continue
+        top, rounding = max(top, bound), max(rounding, own)
+    return largest, at, top, rounding

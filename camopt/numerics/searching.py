@@ -1,0 +1,108 @@
+"""The search of one panel for the designs of a tile that may have their extreme there.
+
+Slopes at both ends and a bound of the third derivative say how far f'' may be from its mean. Where the curve is
+concave, its maximum is at an end or at a root of the slope, to which it is climbed (``climbing``); a panel that
+settles nothing is halved once for all designs, and its halves, if need be, for each design alone (``halving``).
+
+What does not evaluate the curve is written apart from what does: it is typed once, and not for each curve.
+"""
+
+import numpy as np
+
+from camopt.numerics.climbing import Ends, allowed, begin_climb, climb_all, oriented
+from camopt.numerics.compile import called, inlined
+from camopt.numerics.halving import CLIMBS, OPEN, looked_at, put, split, taken
+from camopt.numerics.piecewise import motion, node_motion
+
+
+@called
+def curve_at(f, first, index, many, moved, sign, out):
+    """Oriented values and slopes, (2, many), of some designs at one cam angle."""
+    values, slopes = out[0], out[1]
+    for j in range(np.uint64(many)):
+        values[j], slopes[j] = oriented(f, np.uint64(first + index[j]), moved, sign)
+
+
+@called
+def judge_panels(many, panel, half_width, ask, work):
+    """Settle a panel for its designs, or begin to climb, or open it: how many climb, and how many are open."""
+    found, (left, right) = work.found, (work.sides[0], work.sides[1])
+    third, errors = work.bounds.third[panel], work.bounds.error[panel]
+    climbs = opened = np.int64(0)
+    for j in range(many):
+        i = work.chosen[j]
+        found.rounding[i] = max(found.rounding[i], errors[i] if errors[i] < np.inf else 0.0)
+        ends = Ends(-1.0, 1.0, left[0, j], left[1, j], right[0, j], right[1, j])
+        enough = found.best[i] + allowed(found.best[i], ask.tolerance, errors[i])
+        verdict, bound, concavity = looked_at(ends, third[i], half_width, enough)
+        if verdict == CLIMBS:
+            begin_climb(work.climbs, climbs, i, ends, half_width, concavity)
+            climbs += 1
+        elif verdict == OPEN:
+            work.opened[opened] = i
+            for side in (left, right):
+                side[0, opened], side[1, opened] = side[0, j], side[1, j]
+            opened += 1
+        else:
+            found.top[i] = max(found.top[i], bound)
+    return climbs, opened
+
+
+@called
+def judge_halves(opened, climbs, panel, place, ask, work):
+    """As ``judge_panels``, the halves of open ones: how many climb by now, and how many parts are to be split.
+
+    ``place`` is (centre, half-width) of the panel.
+    """
+    found, (left, right, middle) = work.found, (work.sides[0], work.sides[1], work.sides[2])
+    third, errors = work.bounds.third[panel], work.bounds.error[panel]
+    parts = np.int64(0)
+    for j in range(opened):
+        i, value, slope = work.opened[j], middle[0, j], middle[1, j]
+        enough = found.best[i] + allowed(found.best[i], ask.tolerance, errors[i])
+        if value > found.best[i]:
+            found.best[i], found.at[i] = value, place[0]
+        for half in range(2):
+            ends = Ends(-1.0, 0.0, left[0, j], left[1, j], value, slope)
+            if half == 1:
+                ends = Ends(0.0, 1.0, value, slope, right[0, j], right[1, j])
+            verdict, bound, concavity = looked_at(ends, third[i], place[1], enough)
+            if verdict == CLIMBS:
+                begin_climb(work.climbs, climbs, i, ends, place[1], concavity)
+                climbs += 1
+            elif verdict == OPEN:
+                work.parts.design[parts] = i
+                put(work.parts.ends[parts], ends)
+                parts += 1
+            else:
+                found.top[i] = max(found.top[i], bound)
+    return climbs, parts
+
+
+@called
+def split_all(f, first, many, table, panel, ask, work):
+    """Split the parts that are open still, each alone."""
+    found, errors, parts = work.found, work.bounds.error[panel], work.parts
+    for k in range(many):
+        i = parts.design[k]
+        put(parts.stack[0], taken(parts.ends[k]))
+        value, u, bound, blur = split(
+            f, np.uint64(first + i), table, panel, errors[i], ask, found.best[i], parts.stack
+        )
+        if value > found.best[i]:
+            found.best[i], found.at[i] = value, table.centre[panel] + table.half_width[panel] * u
+        found.rounding[i], found.top[i] = max(found.rounding[i], blur), max(found.top[i], bound)
+
+
+@inlined
+def search_panel(f, first, many, table, panel, node, ask, work):
+    """Search one panel, from ``node`` to the next, for all designs in ``work.chosen``."""
+    place = (table.centre[panel], table.half_width[panel])
+    for side in range(2):
+        curve_at(f, first, work.chosen, many, node_motion(table, node + side), ask.sign, work.sides[side])
+    climbs, opened = judge_panels(many, panel, place[1], ask, work)
+    if opened:
+        curve_at(f, first, work.opened, opened, motion(table, panel, 0.0), ask.sign, work.sides[2])
+        climbs, parts = judge_halves(opened, climbs, panel, place, ask, work)
+        split_all(f, first, parts, table, panel, ask, work)
+    climb_all(f, first, climbs, table, panel, ask, work)

@@ -1,0 +1,90 @@
+"""What the search for extremes keeps of a tile of designs: tables that are made once and used for every tile."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camopt.numerics import FloatArray
+from camopt.numerics.compile import called
+
+TILE = 256  # designs whose tables (about 70 × 256 × 8 bytes each) stay in the second-level cache
+ROW = TILE + 8  # a row of a tile: not a power of two, whose columns would all share one cache set
+DEPTH = 50  # halvings of a panel
+
+# rows of the table of climbs, one column for each that goes on
+LOW, HIGH, RISING, FALLING, SIDE, BEST, AT, BOUND, CONCAVITY, GAIN, SLOPE, NEXT, EXACT = range(13)
+VALUE, GRADIENT, STATES = 13, 14, 15
+
+
+class Bounds(NamedTuple):
+    """What jets say of each row of the motion table, a panel or a group of panels: (rows, ROW).
+
+    By how much a curve may exceed both its end values in a panel, a bound of |f'''|, and one of rounding errors.
+    """
+
+    excess: FloatArray
+    third: FloatArray
+    error: FloatArray
+
+
+class Found(NamedTuple):
+    """The extreme of each design, oriented: largest value, its node and angle, bound, rounding error; (TILE,)."""
+
+    best: FloatArray
+    node: NDArray[np.int64]
+    at: FloatArray
+    top: FloatArray
+    rounding: FloatArray
+
+
+class Climbs(NamedTuple):
+    """Climbs that go on: the design of each within its tile, and a column (STATES, 2·ROW) of what is known."""
+
+    design: NDArray[np.int64]
+    state: FloatArray
+
+
+class Parts(NamedTuple):
+    """Parts of a panel that are to be halved: the design of each and its ends; and the stack of halves of one."""
+
+    design: NDArray[np.int64]
+    ends: FloatArray
+    stack: FloatArray
+
+
+class Workspace(NamedTuple):
+    """All tables of a tile.
+
+    values: of the curve at the table's nodes, (nodes, ROW)
+    looked: whether the bounds of a row are known, (rows,)
+    chosen: designs to be searched in a panel, (TILE + 1,)
+    opened: those of them that the panel's ends do not settle, (TILE,)
+    sides: oriented values and slopes at the left end of the panel, its right end and its middle, (3, 2, ROW)
+    """
+
+    values: FloatArray
+    looked: NDArray[np.bool_]
+    bounds: Bounds
+    found: Found
+    chosen: NDArray[np.int64]
+    sides: FloatArray
+    opened: NDArray[np.int64]
+    climbs: Climbs
+    parts: Parts
+
+
+@called
+def workspace(nodes, rows):
+    """Tables for a motion table of so many nodes, and rows of jets."""
+    return Workspace(
+        np.empty((nodes, ROW)),
+        np.empty(rows, np.bool_),
+        Bounds(np.empty((rows, ROW)), np.empty((rows, ROW)), np.empty((rows, ROW))),
+        Found(np.empty(TILE), np.empty(TILE, np.int64), np.empty(TILE), np.empty(TILE), np.empty(TILE)),
+        np.empty(TILE + 1, np.int64),
+        np.empty((3, 2, ROW)),
+        np.empty(TILE, np.int64),
+        Climbs(np.empty(2 * TILE, np.int64), np.empty((STATES, 2 * ROW))),
+        Parts(np.empty(2 * TILE, np.int64), np.empty((2 * TILE, 6)), np.empty((DEPTH + 2, 6))),
+    )
