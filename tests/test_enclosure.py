@@ -25,7 +25,7 @@ FREE = {
 }
 
 
-DEGREES = np.radians(np.arange(360.0))
+STEPS = np.radians(np.arange(0.0, 360.0, 3.0))
 
 
 def scene_of(contact, limits=None):
@@ -187,10 +187,10 @@ def test_no_design_of_a_box_lies_outside_of_a_limit_s_range(name, seed, wide):
 
 
 def may_hold(question, designs):
-    """Whether each design holds all claims at a degree's steps: what does not at one of them is not feasible."""
+    """Whether each design holds all claims at many cam angles: what does not at one of them is not feasible."""
     held = question.subject.mechanism.exists(designs, question.programme)
     for claim in question.claims:
-        angles = question.programme.beside(DEGREES, claim.strokes).ravel()
+        angles = question.programme.beside(STEPS, claim.strokes).ravel()
         each = designs.take(np.repeat(np.arange(len(designs)), angles.size))
         state = question.programme.state(np.tile(angles, len(designs)))
         with np.errstate(all="ignore"):
@@ -201,7 +201,7 @@ def may_hold(question, designs):
 
 
 def none_feasible(question, designs):
-    """Whether no design is feasible: asked exactly only of those that no step shows broken."""
+    """Whether no design is feasible: asked exactly only of those that no cam angle shows broken."""
     left = designs.take(may_hold(question, designs)) if len(designs) else designs
     return not len(left) or not feasible(question, left).any()
 

@@ -48,7 +48,7 @@ def settle(figure: Any, labels: Sequence[Label]) -> None:
     figure.draw_without_rendering()
     renderer = figure.canvas.get_renderer()
     texts = figure.findobj(lambda artist: isinstance(artist, Text) and artist.get_visible() and artist.get_text())
-    taken = [text.get_window_extent(renderer) for text in texts]
+    taken = [text.get_window_extent(renderer).get_points() for text in texts]
     room, clear = (points * figure.dpi / 72.0 for points in (ROOM, CLEAR))
     every = {(label.axes, label.thinnest) for label in labels}
     seen = {(axes, pen): (_marks(axes), list(_bodies(axes)), list(_lines(axes, pen))) for axes, pen in every}
@@ -66,12 +66,12 @@ def settle(figure: Any, labels: Sequence[Label]) -> None:
         for place in label.places:
             _put(text, place)
             box, (marks, bodies, lines) = text.get_window_extent(renderer), seen[label.axes, label.thinnest]
-            met = sum(box.padded(room).overlaps(other) for other in taken) + _leaves(box, figure.bbox)
+            met = box.padded(room).count_overlaps(taken) + _leaves(box, figure.bbox)
             marked = box.padded(clear).count_contains(marks) + _leaves(box, label.axes.bbox)
             marked += sum(_runs_through(box, body) for body in bodies)
             costs.append(TEXT * met + MARK * marked + LINE * sum(_runs_through(box, path) for path in lines))
         _put(text, label.places[int(np.argmin(costs))])
-        taken.append(text.get_window_extent(renderer))
+        taken.append(text.get_window_extent(renderer).get_points())
 
 
 def _put(text: Any, place: Place) -> None:
