@@ -25,7 +25,7 @@ COARSE = {
 }
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def scene():
     return find_scene("roller-1000rpm").replace(**COARSE)
 
@@ -212,7 +212,7 @@ BETTER = {  # the least share by which some point is below laws that are traded 
 }
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def loaded(scene):
     return scene.replace(**LOADED)
 

@@ -62,19 +62,17 @@ def _few_levels():
         yield
 
 
-@pytest.fixture(scope="module")
-def swept(tmp_path_factory):
-    """The outcome and the refined and the grid's front of each scene, as rows, computed once."""
-    known = {}
+@pytest.fixture(scope="module", params=SCENES)
+def swept(request, tmp_path_factory):
+    """The outcome and the refined and the grid's front of a scene, as rows."""
+    folder = tmp_path_factory.mktemp("refined")
+    result = sweep(SCENES[request.param], folder)
+    return result, *(rows_of(load(folder / f"{t}.parquet")) for t in ("pareto", "pareto-grid"))
 
-    def outcome(name):
-        if name not in known:
-            folder = tmp_path_factory.mktemp("refined")
-            result = sweep(SCENES[name], folder)
-            known[name] = result, *(rows_of(load(folder / f"{t}.parquet")) for t in ("pareto", "pareto-grid"))
-        return known[name]
 
-    return outcome
+def of(*names):
+    """The scenes that a test takes, if not all."""
+    return pytest.mark.parametrize("swept", names, indirect=True)
 
 
 def rows_of(table):
@@ -85,9 +83,8 @@ def costs_of(rows, result):
     return objectives(rows, result.scene.search)
 
 
-@pytest.mark.parametrize("name", SCENES)
-def test_a_refined_front_is_no_worse_than_the_grid(swept, name):
-    result, rows, grid = swept(name)
+def test_a_refined_front_is_no_worse_than_the_grid(swept):
+    result, rows, grid = swept
     fine, coarse = costs_of(rows, result), costs_of(grid, result)
     assert grid.count > 1
     assert rows.column("refined").all()
@@ -98,10 +95,9 @@ def test_a_refined_front_is_no_worse_than_the_grid(swept, name):
     assert result.pareto == rows.count == result.front.points
 
 
-@pytest.mark.parametrize("name", SCENES)
-def test_no_allowed_design_nearby_lowers_the_objective(swept, name):
+def test_no_allowed_design_nearby_lowers_the_objective(swept):
     """Ten thousand designs about each of a few rows, at distances from 1e-4 to a tenth of each range."""
-    result, rows, _ = swept(name)
+    result, rows, _ = swept
     question = exactly(resolve(result.scene))
     free, random = refine.free_sizes(question), np.random.default_rng(0)
     objective = "base_radius_mm" if "base_radius_mm" in result.scene.search.minimise else "pressure_angle_max_deg"
@@ -121,14 +117,15 @@ def test_no_allowed_design_nearby_lowers_the_objective(swept, name):
             assert costs[allowed, column].min(initial=np.inf) > ceilings[i, column] * (1 - 1e-6)
 
 
-@pytest.mark.parametrize("name", ["closed form", "curvature", "oscillating"])
-def test_the_end_of_the_front_is_the_proved_optimum(swept, name):
-    result, rows, _ = swept(name)
+@of("closed form", "curvature", "oscillating")
+def test_the_end_of_the_front_is_the_proved_optimum(swept):
+    result, rows, _ = swept
     best = optimise(result.scene).best
     assert best["proved"]
     assert rows.column("base_radius_mm").min() == pytest.approx(best["base_radius_mm"], abs=1e-6)
 
 
+@of("closed form")
 @pytest.mark.parametrize(
     "coarser",
     [
@@ -142,7 +139,7 @@ def test_the_end_of_the_front_is_the_proved_optimum(swept, name):
 )
 def test_a_refined_front_does_not_depend_on_the_step(swept, tmp_path, coarser):
     """The levels of each law are in both fronts, and neither front has a row that the other betters."""
-    result, rows, grid = swept("closed form")
+    result, rows, grid = swept
     other = sweep(SCENES["closed form"].replace(**coarser), tmp_path)
     assert other.front.grid_points != grid.count
     assert other.front.ideal == pytest.approx(result.front.ideal, rel=1e-6)
@@ -157,17 +154,18 @@ def test_a_refined_front_does_not_depend_on_the_step(swept, tmp_path, coarser):
         assert not any(np.all(there <= row, axis=1).any() for row in below)
 
 
-@pytest.mark.parametrize("name", ["closed form", "oscillating"])
-def test_refined_rows_are_proved_in_balls(swept, tmp_path, name):
-    sweep(SCENES[name].replace(**{"search.thin": 0.2}), tmp_path)
+@of("closed form", "oscillating")
+def test_refined_rows_are_proved_in_balls(swept, tmp_path):
+    sweep(swept[0].scene.replace(**{"search.thin": 0.2}), tmp_path)
     counts = certify_table(tmp_path / "pareto.parquet")
     assert 4 <= counts.total() <= 40
     assert set(counts) == {"held"}
     assert load(tmp_path / "pareto.parquet").attrs["front"]["points"] == counts.total()
 
 
+@of("closed form")
 def test_the_search_finds_what_the_closed_form_proves(swept):
-    result, _, grid = swept("closed form")
+    result, _, grid = swept
     question = exactly(resolve(result.scene))
     for each, _, designs in space_of(question).designs_of(grid):
         problem = PatternSearch(each, refine.free_sizes(question), "base_radius_mm")
@@ -181,8 +179,9 @@ def test_the_search_finds_what_the_closed_form_proves(swept):
         assert found.offset == pytest.approx(proved.offset, abs=1e-6)
 
 
+@of("closed form")
 def test_the_smallest_cam_of_each_law_is_on_the_front_unless_bettered(swept):
-    result, rows, _ = swept("closed form")
+    result, rows, _ = swept
     fine = costs_of(rows, result)
     names = list(signs(result.scene.search))
     for best in optimise(result.scene).by_law.values():

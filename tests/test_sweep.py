@@ -19,7 +19,7 @@ SMALL = {
 }
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def scene():
     return find_scene("roller-1000rpm").replace(**SMALL)
 

@@ -25,7 +25,7 @@ GIVEN = {
 }  # fmt: skip
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def loaded():
     """Two scenes that together have every load: rollers have a film, knives wear; without and with a swing."""
     roller = find_scene("two-pauses").replace(**GIVEN)
