@@ -192,7 +192,8 @@ def _moving(angle: Sloped, value: FloatArray, slope: FloatArray, parts: Parts) -
     away = parts.half * slope + parts.error
     bound = np.zeros_like(angle.slopes.low)
     bound[-1] = slope
-    return Sloped(Interval(value - away, value + away), value, Interval(-bound, bound), angle.span)
+    at = Interval(value - parts.error, value + parts.error)
+    return Sloped(Interval(value - away, value + away), at, Interval(-bound, bound), angle.span)
 
 
 def _around(programme: Programme, angles: FloatArray) -> Parts:

@@ -104,7 +104,7 @@ class Interval(np.lib.mixins.NDArrayOperatorsMixin):
     high: FloatArray
 
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> Any:
-        if method != "__call__" or kwargs or ufunc not in RULES:
+        if method != "__call__" or kwargs or ufunc not in RULES or not all(isinstance(x, KNOWN) for x in inputs):
             return NotImplemented
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             return RULES[ufunc](*(as_interval(x) for x in inputs))
@@ -128,6 +128,9 @@ class Interval(np.lib.mixins.NDArrayOperatorsMixin):
     def largest_magnitude(self) -> FloatArray:
         """The largest |x| in each interval."""
         return np.maximum(-self.low, self.high)
+
+
+KNOWN = (Interval, int, float, np.ndarray, np.generic)
 
 
 def as_interval(x: Any) -> Interval:

@@ -24,7 +24,7 @@ from camopt.numerics.compile import INLINE
 from camopt.numerics.curves import part_of_formulas
 from camopt.numerics.interval import Interval
 from camopt.numerics.jet import UNIT, Jet, JetType
-from camopt.numerics.sloped import Quotient, Sloped, by_chain
+from camopt.numerics.sloped import Quotient, Sloped, by_chain, widened
 
 STEP, CENTRES, DEGREE = 0.5, 46, 15  # of ln t: width of a piece, pieces to either side of 0, degree of each
 FLATTEST = float(np.exp(STEP * CENTRES))  # the largest t of the table, 1e10; its inverse is the least
@@ -134,8 +134,8 @@ def _of_interval(t: Interval, table: FloatArray) -> tuple[Any, Any]:
 
 @pressure_factor.register
 def _of_sloped(t: Sloped, table: FloatArray) -> tuple[Any, Any]:
-    value, slope = _of_interval(t.value, table)
-    h, h1, *_ = derivatives(t.at, table)
+    (value, slope), (h, h1) = _of_interval(t.value, table), _of_interval(t.at, table)
+    value, h, slope, h1 = (widened(x, RELATIVE) for x in (value, h, slope, h1))
     return by_chain(value, h, [(t, slope)]), by_chain(slope, h1, [(t, Interval(np.array(0.0), np.array(np.inf)))])
 
 

@@ -9,6 +9,9 @@ along by the chain rule. By the mean value theorem
 which narrows the range that interval arithmetic gives: what the range is too wide by falls with the square of the
 box's width. A quotient whose denominator may be 0 in the box stays a quotient (``Quotient``).
 
+Rounding is part of the ranges and of the value at the point, an interval too: every operation widens them by what
+it may lose, and a number that enters is taken to be right to GIVEN. An Interval enters as it is.
+
 Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, ch. 6.
 """
 
@@ -20,6 +23,7 @@ import numpy as np
 
 from camopt.numerics import FloatArray
 from camopt.numerics.interval import RULES, Interval, as_interval
+from camopt.numerics.jet import GIVEN
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +32,7 @@ class Sloped(np.lib.mixins.NDArrayOperatorsMixin):
 
     value: Interval
     """Its range (n,)."""
-    at: FloatArray
+    at: Interval
     """Its value at the point (n,)."""
     slopes: Interval
     """Partial derivatives (d, n)."""
@@ -44,9 +48,8 @@ class Sloped(np.lib.mixins.NDArrayOperatorsMixin):
             touching = inputs[1].value.low <= 0.0
             if np.any(touching):
                 return _kept(inputs[0], inputs[1], touching)
-        ranges = [range_of(x) for x in inputs]
-        value = ufunc(*ranges)
-        at = ufunc(*map(at_point, inputs))
+        ranges, points = ([of(x) for x in inputs] for of in (range_of, at_point))
+        value, at = ufunc(*ranges), ufunc(*points)
         return by_chain(value, at, list(zip(inputs, PARTIALS[ufunc](value, *ranges), strict=True)))
 
     def __getitem__(self, index: Any) -> "Sloped":
@@ -59,23 +62,38 @@ class Sloped(np.lib.mixins.NDArrayOperatorsMixin):
 
 def range_of(x: Any) -> Interval:
     """The range of a number, an array, an Interval or a Sloped."""
-    return x.value if isinstance(x, Sloped) else as_interval(x)
+    return x.value if isinstance(x, Sloped) else _entered(x)
 
 
-def at_point(x: Any) -> Any:
-    """The value of a number, an array or a Sloped at the point."""
-    return x.at if isinstance(x, Sloped) else x
+def at_point(x: Any) -> Interval:
+    """The value of a number, an array, an Interval or a Sloped at the point."""
+    return x.at if isinstance(x, Sloped) else _entered(x)
 
 
-def by_chain(value: Interval, at: Any, parts: Sequence[tuple[Any, Any]]) -> Sloped:
-    """A function of some operands from its range, its value at the point, and (operand, partial derivative)."""
+def _entered(x: Any) -> Interval:
+    """A number or an array with the rounding that it may have."""
+    return x if isinstance(x, Interval) else widened(as_interval(x))
+
+
+def widened(x: Interval, relative: float = GIVEN) -> Interval:
+    """Ranges with room for rounding, relative to their ends."""
+    return Interval(x.low - relative * np.abs(x.low), x.high + relative * np.abs(x.high))
+
+
+def by_chain(value: Interval, at: Interval, parts: Sequence[tuple[Any, Any]]) -> Sloped:
+    """A function of some operands from its range, its value at the point, and (operand, partial derivative).
+
+    What is given is right to GIVEN, as after one operation.
+    """
     sloped = [(operand, as_interval(partial)) for operand, partial in parts if isinstance(operand, Sloped)]
     span = sloped[0][0].span
     slopes = sum((partial * operand.slopes for operand, partial in sloped[1:]), sloped[0][1] * sloped[0][0].slopes)
     moved = slopes * span
-    low = np.fmax(value.low, at + moved.low.sum(axis=0))  # fmax: what is unknown narrows nothing
-    high = np.fmin(value.high, at + moved.high.sum(axis=0))
-    return Sloped(Interval(np.minimum(low, high), np.maximum(low, high)), at + np.zeros(low.shape), slopes, span)
+    at = widened(at + as_interval(np.zeros(span.low.shape[1])))
+    value, rounding = widened(value), GIVEN * moved.largest_magnitude.sum(axis=0)
+    low = np.fmax(value.low, at.low + moved.low.sum(axis=0) - rounding)  # fmax: what is unknown narrows nothing
+    high = np.fmin(value.high, at.high + moved.high.sum(axis=0) + rounding)
+    return Sloped(Interval(np.minimum(low, high), np.maximum(low, high)), at, slopes, span)
 
 
 def variables(box: Sequence[Interval], point: Sequence[FloatArray]) -> list[Sloped]:
@@ -85,7 +103,7 @@ def variables(box: Sequence[Interval], point: Sequence[FloatArray]) -> list[Slop
         np.array([side.high - p for side, p in zip(box, point, strict=True)]),
     )
     ones = np.eye(len(box))[:, :, None] + np.zeros(span.low.shape)
-    return [Sloped(x, p, as_interval(one), span) for x, p, one in zip(box, point, ones, strict=True)]
+    return [Sloped(x, as_interval(p), as_interval(one), span) for x, p, one in zip(box, point, ones, strict=True)]
 
 
 def _larger(a: Interval, b: Interval) -> Interval:
@@ -163,8 +181,8 @@ def as_sloped(x: Any, like: Sloped) -> Sloped:
     """A constant as one that does not change over the boxes of another."""
     if isinstance(x, Sloped):
         return x
-    value = as_interval(x + np.zeros(like.at.shape))
-    return Sloped(value, value.low, 0.0 * as_interval(np.ones(like.slopes.low.shape)), like.span)
+    value = _entered(x) + as_interval(np.zeros(like.value.low.shape))
+    return Sloped(value, value, 0.0 * as_interval(np.ones(like.slopes.low.shape)), like.span)
 
 
 def _fraction_power(a: Quotient, exponent: Quotient) -> tuple[Any, Any]:
@@ -185,7 +203,7 @@ def _where(chosen: Any, a: Sloped, b: Sloped) -> Sloped:
     def pick(x: Interval, y: Interval) -> Interval:
         return Interval(np.where(chosen, x.low, y.low), np.where(chosen, x.high, y.high))
 
-    return Sloped(pick(a.value, b.value), np.where(chosen, a.at, b.at), pick(a.slopes, b.slopes), a.span)
+    return Sloped(pick(a.value, b.value), pick(a.at, b.at), pick(a.slopes, b.slopes), a.span)
 
 
 FRACTIONS: dict[np.ufunc, Callable[..., tuple[Any, Any]]] = {

@@ -28,10 +28,14 @@ def angle_minus_sine(t: FloatArray) -> FloatArray:
 def sum_of(*terms: Any) -> Any:
     """A sum right to its own last digits even where its terms cancel (Ogita, Rump and Oishi 2005, Sum2).
 
-    What each addition loses is found exactly and added at the end. For ranges the plain sum.
+    What each addition loses is found exactly and added at the end. For ranges that of their ends.
     """
-    if any(isinstance(term, (Interval, Sloped)) for term in terms):
-        return sum(terms)
+    if any(isinstance(term, Sloped) for term in terms):
+        value, at = (sum_of(*map(of, terms)) for of in (range_of, at_point))
+        return by_chain(value, at, [(term, 1.0) for term in terms])
+    if any(isinstance(term, Interval) for term in terms):
+        ends = [as_interval(term) for term in terms]
+        return Interval(sum_of(*(x.low for x in ends)), sum_of(*(x.high for x in ends)))
     total, lost = terms[0], 0.0
     for term in terms[1:]:
         raised = total + term

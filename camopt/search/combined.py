@@ -13,7 +13,7 @@ import numpy as np
 
 from camopt.numerics import FloatArray
 from camopt.numerics.interval import Interval
-from camopt.search.excesses import Excesses, chained_excesses
+from camopt.search.excesses import ROUNDING, Excesses, chained_excesses
 
 
 def combined(over: Excesses, span: Interval, size: int) -> Excesses:
@@ -29,8 +29,9 @@ def combined(over: Excesses, span: Interval, size: int) -> Excesses:
         np.tensordot(weights[some], end[:, some], (0, 1))[:, None] for end in (over.slopes.low, over.slopes.high)
     ]
     at = (weights[some] @ over.at[some])[None]
-    bound = np.full(at.shape, inf)
-    return chained_excesses([over, Excesses(-bound, bound, at, Interval(*ends))])
+    rounding, bound = (weights[some] @ over.rounding[some])[None], np.full(at.shape, inf)
+    at = at - ROUNDING * (weights[some] @ np.abs(over.at[some]))
+    return chained_excesses([over, Excesses(-bound, bound, at, Interval(*ends), rounding)])
 
 
 def _multipliers(over: Excesses, span: Interval, size: int) -> FloatArray:

@@ -16,13 +16,14 @@ import numpy as np
 from camopt.claims import Claim
 from camopt.effects import Case
 from camopt.mechanisms import Designs
+from camopt.motion.programme import Programme
 from camopt.numerics import LARGEST, LEAST, FloatArray
 from camopt.numerics.curves import curve
 from camopt.numerics.interval import Interval
 from camopt.numerics.sloped import Quotient, Sloped, as_quotient, as_sloped, at_point, variables
 from camopt.question import Question
 from camopt.search.combined import combined
-from camopt.search.excesses import MARGIN, Excesses, chained_excesses, cut_off, kept, widest
+from camopt.search.excesses import Excesses, chained_excesses, cut_off, kept, widest
 
 
 def claims_on_size(question: Question) -> list[Claim]:
@@ -34,8 +35,8 @@ def excess_of(claim: Claim, side: FloatArray, found: Quotient, designs: Designs)
     """What is above 0 where a side of a claim does not hold, relative to the terms of the claim."""
     bound = claim.allowed()
     value, allowed = side * found.above * claim.factor(designs), bound * found.below
-    scale = np.abs(at_point(value)) + np.abs(at_point(allowed))
-    return (value - allowed) / (scale if bound else scale + at_point(claim.unit(designs)))
+    scale = sum(at_point(x).least_magnitude for x in (value, allowed))  # the largest may be infinite
+    return (value - allowed) / (scale if bound else scale + at_point(claim.unit(designs)).high)
 
 
 def points_of(question: Question, low: dict[str, FloatArray], high: dict[str, FloatArray], share: float) -> Designs:
@@ -79,8 +80,8 @@ def examined(question: Question, claims: list[Claim], box: Designs, free: list[s
         with np.errstate(all="ignore"):
             over = _excesses(question, present, box.take(index), inside.take(index), free)
             together = combined(over, span, free.index("size")) if len(free) > 1 else over
-            empty[index] |= np.any(over.least > MARGIN, axis=0)
-            level[index] = np.all(over.most <= MARGIN, axis=0)
+            empty[index] |= over.surely
+            level[index] = over.nowhere
             side[index] = widest(over, span)
             left = cut_off(together, span)
         low[:, index], high[:, index] = kept(low[:, index], high[:, index], point, span, left)
@@ -103,11 +104,19 @@ def _excesses(
         angles = question.programme.beside(case.extremes(claim.curve, goals).where, claim.strokes).ravel()
         rows = angles.size // count
         designs, like = _sloped(box, inside, free, rows)
-        value, _ = curve(claim.curve(designs, question.programme), ..., *question.programme.state(angles))
+        state = rounded(question.programme.state(angles), question.programme)
+        value, _ = curve(claim.curve(designs, question.programme), ..., *state)
         sides = np.tile(np.repeat(claim.sides, count), 2)
         excess = as_sloped(excess_of(claim, sides, as_quotient(value), designs), like)
         found.append(Excesses.of(excess, rows))
     return chained_excesses(found)
+
+
+def rounded(state: Any, programme: Programme) -> tuple[Any, ...]:
+    """What curves take at cam angles (``Programme.state``), y, y' and y'' with the rounding of their laws."""
+    y, y1, y2, rest = state
+    error = programme.table.error.max(axis=0)
+    return *(Interval(x - e, x + e) for x, e in zip((y, y1, y2), error[:3], strict=True)), rest
 
 
 def _sloped(box: Designs, inside: Designs, free: list[str], rows: int) -> tuple[Designs, Sloped]:

@@ -13,7 +13,10 @@ from camopt.numerics.sloped import Sloped
 
 ROUNDING = 1e-15  # relative, of an end of a side
 LARGE = 1e300  # in place of a slope without bounds
-MARGIN = 1e-11  # relative: far above the rounding of an interval, far below any tolerance
+LEVEL = 1e-11  # relative: no excess above it is rounding
+
+
+BY_BOX = ("least", "most", "at", "rounding")
 
 
 class Excesses(NamedTuple):
@@ -24,22 +27,35 @@ class Excesses(NamedTuple):
     most: FloatArray
     """Over each box (m, n)."""
     at: FloatArray
-    """At one design of each box (m, n)."""
+    """At one design of each box, no more than it is (m, n)."""
     slopes: Interval
     """By each of the d free sizes (d, m, n)."""
+    rounding: FloatArray
+    """Of the excess at one design (m, n)."""
 
     @classmethod
     def of(cls, excess: Sloped, rows: int = 1) -> "Excesses":
         """That of one limit at so many cam angles, one after the other, for each box."""
-        least, most, at = (x.reshape(rows, -1) for x in (excess.value.low, excess.value.high, excess.at))
-        return cls(least, most, at, excess.slopes.reshaped(-1, rows, at.shape[1]))
+        known = excess.value.low, excess.value.high, excess.at.low, excess.at.high - excess.at.low
+        least, most, at, rounding = (x.reshape(rows, -1) for x in known)
+        return cls(least, most, at, excess.slopes.reshaped(-1, rows, at.shape[1]), rounding)
+
+    @property
+    def surely(self) -> Any:
+        """Over which boxes some limit is exceeded (n,)."""
+        return np.any(self.least > 0.0, axis=0)
+
+    @property
+    def nowhere(self) -> Any:
+        """Over which boxes no limit is seen to be exceeded by more than rounding (n,)."""
+        return np.all(self.most <= np.fmin(self.rounding, LEVEL), axis=0)
 
 
 def chained_excesses(parts: list[Excesses]) -> Excesses:
     """Excesses of the same boxes, one after the other."""
-    least, most, at = (np.concatenate([each[k] for each in parts]) for k in range(3))
+    least, most, at, rounding = (np.concatenate([getattr(c, name) for c in parts]) for name in BY_BOX)
     slopes = Interval(*(np.concatenate([getattr(c.slopes, end) for c in parts], axis=1) for end in ("low", "high")))
-    return Excesses(least, most, at, slopes)
+    return Excesses(least, most, at, slopes, rounding)
 
 
 def widest(over: Excesses, span: Interval) -> Any:
@@ -56,7 +72,7 @@ def cut_off(over: Excesses, span: Interval) -> Interval:
     With e the excess at the point less what other sizes can take off it, G·t ≤ −e has to hold at the distance t.
     """
     moved = over.slopes * Interval(span.low[:, None], span.high[:, None])
-    slack = MARGIN * (1.0 + np.abs(over.at) + moved.largest_magnitude.sum(axis=0))
+    slack = ROUNDING * (np.abs(over.at) + moved.largest_magnitude.sum(axis=0))
     low, high = span.low.copy(), span.high.copy()
     for k in range(len(low)):
         others = np.delete(moved.low, k, axis=0).sum(axis=0)

@@ -20,7 +20,7 @@ from camopt.numerics.curves import curve
 from camopt.numerics.interval import Interval
 from camopt.numerics.sloped import Sloped, as_quotient, as_sloped, variables
 from camopt.question import Question
-from camopt.search.enclosure import excess_of
+from camopt.search.enclosure import excess_of, rounded
 from camopt.search.excesses import Excesses
 
 IDLE = -0.5  # a limit that no point of a box exceeds by more, relative, is not looked at more closely
@@ -92,7 +92,7 @@ class StrokeLimit:
             excess = np.nan_to_num(excess + np.zeros(every.size), nan=-np.inf).reshape(-1, count)
             if np.max(excess) < IDLE:
                 continue
-            worst = places[:, np.argmax(excess, axis=0)]
+            worst = rounded(places[:, np.argmax(excess, axis=0)], _by_share(self.stroke))
             found = self._excess(side, worst, self._angle(boxes.sloped), boxes.designs(boxes.sloped))
             yield Excesses.of(as_sloped(found, boxes.like))
 
@@ -100,7 +100,7 @@ class StrokeLimit:
         """The angle of the stroke, rad."""
         return self.stroke.angle if self.name is None else values[self.name] * (np.pi / 180.0)
 
-    def _excess(self, side: float, state: FloatArray, angle: Any, designs: Designs) -> Any:
+    def _excess(self, side: float, state: Any, angle: Any, designs: Designs) -> Any:
         """What is above 0 where the limit is exceeded, of designs with a stroke of an angle."""
         y, y1, y2, y3 = state
         fast = 1.0 / angle
@@ -112,8 +112,13 @@ class StrokeLimit:
 
 def _beside(stroke: Stroke, shares: FloatArray, kinds: int) -> FloatArray:
     """The motion by the share of a stroke on both sides of some shares, where it moves in ways of some kinds."""
-    alone = Programme((replace(stroke, angle=1.0, given=None),))
+    alone = _by_share(stroke)
     return np.asarray(alone.at(alone.beside(shares, kinds).ravel()))
+
+
+def _by_share(stroke: Stroke) -> Programme:
+    """The stroke alone, over an angle of 1."""
+    return Programme((replace(stroke, angle=1.0, given=None),))
 
 
 def stroke_limits(

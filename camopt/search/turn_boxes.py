@@ -32,7 +32,7 @@ from camopt.search.clock import now
 from camopt.search.closed_form import least_size
 from camopt.search.combined import combined
 from camopt.search.enclosure import claims_on_size
-from camopt.search.excesses import MARGIN, ROUNDING, Excesses, chained_excesses, cut_off, kept, widest
+from camopt.search.excesses import ROUNDING, Excesses, chained_excesses, cut_off, kept, widest
 from camopt.search.first_look import largest_size, scale_of
 from camopt.search.smallest import small
 from camopt.search.stroke_limits import SlopedBoxes, stroke_limits
@@ -133,7 +133,7 @@ class TurnSearch:
                 order = claim.curve.order
                 ends = span(Programme((stroke,)), (0.0,) * order + (1.0,), TURN)
                 share = max(-ends[0], ends[1]) / claim.allowed()
-                least = max(least, np.degrees(stroke.angle) * share ** (1.0 / order) * (1.0 - MARGIN))
+                least = max(least, np.degrees(stroke.angle) * share ** (1.0 / order) * (1.0 - 16.0 * ROUNDING))
         return float(least)
 
     def narrowed(self, boxes: Boxes) -> Boxes:
@@ -157,7 +157,7 @@ class TurnSearch:
         middle = np.array([point[name] for name in boxes.free])
         low, high = (np.array([ends[name] for name in boxes.free]) for ends in (boxes.low, boxes.high))
         low, high = kept(low, high, middle, reach, left)
-        held = np.all(low <= high, axis=0) & ~np.any(over.least > MARGIN, axis=0)
+        held = np.all(low <= high, axis=0) & ~over.surely
         named = (dict(zip(boxes.free, each, strict=True)) for each in (low, high))
         boxes = boxes.narrowed(next(named), next(named), side).take(held)
         return self.left(boxes, boxes.narrow)
