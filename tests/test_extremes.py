@@ -15,14 +15,14 @@ from camopt.effects import Case, Subject
 from camopt.mechanisms import MECHANISMS, Designs
 from camopt.motion.programme import Programme, span
 from camopt.motion.table import DWELL, RETURN, RISE, TURN
-from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST
+from camopt.numerics import GIVEN, LARGEST, LARGEST_MAGNITUDE, LEAST, UNIT
 from camopt.numerics.climbing import Ends
 from camopt.numerics.compile import compiled
 from camopt.numerics.curves import Linear, curve
 from camopt.numerics.extremes import Precision, extremes
 from camopt.numerics.halving import CLIMBS, CONCAVE, OPEN, SETTLED, looked_at
 from camopt.numerics.interval import Interval
-from camopt.numerics.jet import FIELDS, GIVEN, UNIT, Jet
+from camopt.numerics.jet import FIELDS, Jet
 from camopt.numerics.piecewise import part_jets, row_jets
 from camopt.proof.ball import BITS
 

@@ -7,3 +7,6 @@ FloatArray = NDArray[np.float64]
 
 LARGEST, LEAST, LARGEST_MAGNITUDE = 0, 1, 2
 """Goals of a question about the extremes of a curve."""
+
+UNIT = 2.0**-53  # relative rounding error of one operation
+GIVEN = 4.0 * UNIT  # of a number that enters

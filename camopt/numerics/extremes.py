@@ -19,11 +19,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camopt.numerics import LARGEST_MAGNITUDE, LEAST
+from camopt.numerics import LARGEST_MAGNITUDE, LEAST, UNIT
 from camopt.numerics.climbing import Ask, allowed, orient
 from camopt.numerics.compile import called, compiled_for_many, inlined
 from camopt.numerics.curves import curve
-from camopt.numerics.jet import UNIT, known
+from camopt.numerics.jet import known
 from camopt.numerics.piecewise import node_motion, row_jets
 from camopt.numerics.searching import search_panel
 from camopt.numerics.workspace import TILE, workspace

@@ -30,10 +30,9 @@ from numba.extending import (
     type_callable,
 )
 
+from camopt.numerics import GIVEN, UNIT
 from camopt.numerics.compile import INLINE, inlined
 
-UNIT = 2.0**-53  # relative rounding error of one operation
-GIVEN = 4.0 * UNIT  # of a number that enters
 NOTHING = np.float64(0.0)  # what divides by it is infinite, in plain Python too
 FIELDS = ("low", "high", "error", "first", "second", "third")
 

@@ -7,9 +7,9 @@ from numba import types
 from numba.extending import overload
 from numpy.typing import NDArray
 
-from camopt.numerics import FloatArray
+from camopt.numerics import UNIT, FloatArray
 from camopt.numerics.compile import INLINE, inlined
-from camopt.numerics.jet import UNIT, Jet
+from camopt.numerics.jet import Jet
 
 LOADED, TURNED = 8.0, 64.0  # errors of a load, in roundings of the largest; of its cam angles, in those of 1 rad
 

@@ -15,9 +15,9 @@ import numpy as np
 from numpy.polynomial import polynomial
 from numpy.typing import NDArray
 
-from camopt.numerics import FloatArray
+from camopt.numerics import UNIT, FloatArray
 from camopt.numerics.compile import compiled, inlined
-from camopt.numerics.jet import UNIT, Jet
+from camopt.numerics.jet import Jet
 from camopt.numerics.loading import LoadTable, loaded, loaded_node, loaded_part, loaded_row
 
 GROUPED = 4  # panels of a group

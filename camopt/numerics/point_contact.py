@@ -19,11 +19,11 @@ from typing import Any
 import numpy as np
 from numba.extending import overload
 
-from camopt.numerics import FloatArray
+from camopt.numerics import UNIT, FloatArray
 from camopt.numerics.compile import INLINE
 from camopt.numerics.curves import part_of_formulas
 from camopt.numerics.interval import Interval
-from camopt.numerics.jet import UNIT, Jet, JetType
+from camopt.numerics.jet import Jet, JetType
 from camopt.numerics.sloped import Quotient, Sloped, by_chain, widened
 
 STEP, CENTRES, DEGREE = 0.5, 46, 15  # of ln t: width of a piece, pieces to either side of 0, degree of each

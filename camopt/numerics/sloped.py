@@ -21,9 +21,8 @@ from typing import Any
 
 import numpy as np
 
-from camopt.numerics import FloatArray
+from camopt.numerics import GIVEN, FloatArray
 from camopt.numerics.interval import RULES, Interval, as_interval
-from camopt.numerics.jet import GIVEN
 
 
 @dataclass(frozen=True, eq=False)
