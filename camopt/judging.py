@@ -122,7 +122,7 @@ def weighed(question: Question, designs: Designs, wanted: frozenset[str]) -> Wei
             later.append((effect, names))
         else:
             rows = extended(rows, case, effect, names)
-    first = [limit for limit in question.limits if not limit.last]
+    first = question.without_last.limits
     outer, inner = np.full((2, len(question.limits), len(designs)), -np.inf)
     outer[: len(first)] = excesses(first, rows.shifted(1.0), designs)
     inner[: len(first)] = excesses(first, rows.shifted(-1.0), designs)

@@ -63,6 +63,11 @@ class Question:
         return replace(self, limits=tuple(limit for limit in self.limits if not limit.last))
 
     @property
+    def has_last(self) -> bool:
+        """Whether there are limits that are asked last."""
+        return any(limit.last for limit in self.limits)
+
+    @property
     def claims(self) -> tuple[Claim, ...]:
         """What all limits say of curves."""
         return tuple(claim for limit in self.limits for claim in limit.claims)

@@ -63,9 +63,7 @@ def test_no_turn_of_a_grid_has_a_smaller_cam(name):
     near = best["angles_deg"][turns.freed[0]] + np.array([-0.1, -1e-3, 1e-3, 0.1])
     sizes = []
     for angle in np.clip([*np.linspace(box.low[0], box.high[0], 15), *near], box.low[0], box.high[0]):
-        answer = smallest(
-            question.with_programme(turns.programme(np.array([angle, total - angle]))), boxes_of(question)[0]
-        )
+        answer = smallest(turns.question_of(np.array([angle, total - angle])), boxes_of(question)[0])
         sizes.append(np.inf if answer.design is None else answer.design.size[0])
     assert size_of(best) <= min(sizes) + 1e-7
     assert size_of(best) - best["gap_mm"] <= min(sizes)
@@ -186,7 +184,7 @@ def feasible_cams(turns, ends, count=400):
         freed = turns.at(rng.uniform(size=len(turns.freed)), turns.box)
         sizes = {name: low + (high - low) * rng.uniform(size=count) for name, (low, high) in ends.items()}
         designs = Designs(**{name: sizes[name] for name in SIZES}, sense=question.design.sense)
-        designs = designs.take(feasible(question.with_programme(turns.programme(freed)), designs))
+        designs = designs.take(feasible(turns.question_of(freed), designs))
         angles = {f"angle {i}": np.full(len(designs), a) for i, a in zip(turns.freed, freed, strict=True)}
         found.append({**designs.sizes, **angles})
     return {name: np.concatenate([each[name] for each in found]) for name in found[0]}

@@ -41,13 +41,11 @@ def measure(scene: Scene, progress: Callable[[int, int], None] | None = None) ->
     for done, question in enumerate(questions):
         if progress:
             progress(done, len(questions))
-        (designs, programme), sized = (designs_of(question), question.programme), False
+        designs, table, sized = designs_of(question), question.programme.table, False
         for subject in subjects_of(question):
             exact, where, width = np.empty((3, len(subject.questions), len(designs)))
-            f = subject.make(designs, programme)
-            extremes(
-                f, len(designs), programme.table, subject.questions, Precision(EXACT, 1e-9), exact, where, width
-            )
+            f = subject.make(designs, question.programme)
+            extremes(f, len(designs), table, subject.questions, Precision(EXACT, 1e-9), exact, where, width)
             truth = subject.answer(exact)
             if np.all(np.abs(truth) > 0.0):  # a flat face that translates has no pressure angle
                 found += _extremes(subject, question, designs, truth, where)

@@ -94,8 +94,7 @@ def first_feasible(question: Question, designs: Designs, crossings: KnownCrossin
 
 def known_crossings(question: Question) -> KnownCrossings | None:
     """What is known of cams that cross themselves, nothing so far; None if they may."""
-    limited = any(limit.last for limit in question.limits)
-    return KnownCrossings(question.subject, question.programme) if limited else None
+    return KnownCrossings(question.subject, question.programme) if question.has_last else None
 
 
 def first_that(designs: Designs, holds: Callable[[Designs], bool]) -> Designs | None:

@@ -119,7 +119,7 @@ class Search:
         first = first_that(inside, lambda one: now() < self.until and _proved(question, one))
         if first is None:
             return alike
-        if question.limits == self.question.limits or _proved(self.question, first):
+        if not self.question.has_last or _proved(self.question, first):
             self.incumbent = first
         return alike & (seen.inside.size < first.size)
 

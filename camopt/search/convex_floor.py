@@ -25,8 +25,7 @@ def floor_if_convex(turns: Turns, bounds: Bounds, found: Found) -> float:
         return 0.0
 
     def size(angle: float) -> float | None:
-        programme = turns.programme(np.array([angle, total - angle]))
-        design = closed_form(turns.question.with_programme(programme), bounds)
+        design = closed_form(turns.question_of(np.array([angle, total - angle])), bounds)
         return None if design is None else float(design.size[0])
 
     near = [found.freed[0] + k * STEP for k in (-2, -1, 0, 1, 2)]

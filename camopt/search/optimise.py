@@ -223,10 +223,7 @@ def _clear_above(question: Question, answer: Smallest, until: float) -> float:
     grid = replace(design.take(np.zeros(RADII, dtype=int)), size=sizes)
     if not feasible(question, grid.take([RADII - 1]), -1.0)[0]:
         return inf
-    held, some = (
-        feasible(question.without_last, grid, -1.0),
-        np.arange(SPARSE - 1, RADII, SPARSE),
-    )
+    held, some = feasible(question.without_last, grid, -1.0), np.arange(SPARSE - 1, RADII, SPARSE)
     held[some] &= feasible(question, grid.take(some), -1.0)
     bad = np.flatnonzero(~held)
     if not bad.size:

@@ -85,7 +85,7 @@ def decided_objectives(question: Question) -> list[str]:
 
 def _smallest_cams(space: Space, names: frozenset[str]) -> Iterator[Rows]:
     """The smallest cam of each motion, as ``optimise`` finds it."""
-    for question in map(exactly, space.each):
+    for question in map(exactly, space.questions):
         answers = [smallest(question, box).design for box in boxes_of(question)]
         cams = [design for design in answers if design is not None]
         if cams:

@@ -25,9 +25,8 @@ def smallest(question: Question, bounds: Bounds, until: float = inf) -> Smallest
     After ``until`` (``clock.now``) the best so far, not proved.
     """
     question, bounds = exactly(question), _above_least(question, bounds)
-    first = question.without_last
-    answer = _smallest(first, bounds, until)
-    if answer.design is None or first.limits == question.limits or feasible(question, answer.design)[0]:
+    answer = _smallest(question.without_last, bounds, until)
+    if answer.design is None or not question.has_last or feasible(question, answer.design)[0]:
         return answer
     return branch_and_bound(question, bounds, min(answer.floor, answer.size), until)
 

@@ -41,10 +41,7 @@ def _exactly(turns: Turns, bounds: Bounds, found: Found) -> Found:
     """The smallest cam of a turn, which a descent only nears."""
     if found.answer.design is None:
         return found
-    return better(
-        found,
-        Found(smallest(turns.question_of(found.freed), bounds, turns.until), found.freed),
-    )
+    return better(found, Found(smallest(turns.question_of(found.freed), bounds, turns.until), found.freed))
 
 
 def _with_floor(found: Found, floor: float) -> Found:

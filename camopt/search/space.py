@@ -30,8 +30,8 @@ class Space:
     """Motions × sizes. Designs are numbered with the motion slowest and the cam's radius fastest."""
 
     question: Question
-    each: tuple[Question, ...]
-    """The question of each motion, in the order of the laws."""
+    questions: tuple[Question, ...]
+    """One for each motion, in the order of the laws."""
     axes: dict[str, FloatArray]
 
     @property
@@ -40,11 +40,11 @@ class Space:
         return prod(values.size for values in self.axes.values())
 
     def __len__(self) -> int:
-        return len(self.each) * self.designs_each
+        return len(self.questions) * self.designs_each
 
     def blocks(self, size: int) -> Iterator[Block]:
         """The space in order, as (question, first, last) of at most ``size`` designs of one motion."""
-        for question in self.each:
+        for question in self.questions:
             for first in range(0, self.designs_each, size):
                 yield question, first, min(first + size, self.designs_each)
 
@@ -67,7 +67,7 @@ class Space:
             name: np.asarray(named.get(name, value + np.zeros(rows.count))) for name, value in fixed.sizes.items()
         }
         rise, fall = rows.column("law_rise"), rows.column("law_return")
-        for question in self.each:
+        for question in self.questions:
             programme = question.programme
             index = np.flatnonzero((rise == programme.law_names(RISE)) & (fall == programme.law_names(RETURN)))
             if index.size:
@@ -106,14 +106,14 @@ def space_of(question: Question) -> Space:
             continue
         axes[key] = axis_values(choice)
     mistakes += [*missing_sizes(question, axes), *freed_angles(question, "a sweep takes")]
-    each = questions_of(question)
-    count = len(each) * prod(values.size for values in axes.values())
+    questions = questions_of(question)
+    count = len(questions) * prod(values.size for values in axes.values())
     if count > MOST_DESIGNS:
         allowed = f"a space of at most {MOST_DESIGNS:.2g} designs; this one has {count:.2g}"
         mistakes.append(Mistake(file, "search", None, allowed))
     if mistakes:
         raise BadInput(mistakes)
-    return Space(question, each, axes)
+    return Space(question, questions, axes)
 
 
 def freed_angles(question: Question, who: str) -> list[Mistake]:

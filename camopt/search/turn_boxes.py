@@ -191,19 +191,17 @@ class TurnSearch:
             for limit in self.limits:
                 limit.look_at(self.question, design, middle)
         freed = self.turn(boxes)
-        programme = self.turns.programme(freed)
+        question = self.question.with_programme(self.turns.programme(freed))
         if closely:
-            near = small(self.question.with_programme(programme), self.bounds, self.found.answer.design)
+            near = small(question, self.bounds, self.found.answer.design)
             self.found = better(self.found, Found(near, freed))
         rounding = gap_of(design) / 4.0
-        low, high = (
-            float(boxes.low["size"][0]),
-            min(float(boxes.high["size"][0]) + rounding, self.found.answer.size),
-        )
+        low, high = (float(ends["size"][0]) for ends in (boxes.low, boxes.high))
+        high = min(high + rounding, self.found.answer.size)
         for _ in range(LADDERS):
             sizes = np.linspace(low, high, LADDER)
             ladder = replace(design.take(np.zeros(LADDER, dtype=int)), size=sizes)
-            cam = first_feasible(self.question.with_programme(programme), ladder)
+            cam = first_feasible(question, ladder)
             if cam is None:
                 return
             self.found = better(self.found, Found(Smallest(cam, 0.0), freed))

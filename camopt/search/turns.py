@@ -103,7 +103,7 @@ class Turns:
         angular, laws = self.question.subject.angular, self.question.laws
         load = self.question.programme.load
         programme = Programme.from_segments(segments, angular=angular, laws=laws, load=load)
-        return replace(self.question, programme=programme).with_laws(*self.laws)
+        return self.question.with_programme(programme).with_laws(*self.laws)
 
     def question_of(self, freed: FloatArray) -> Question:
         """The question of the turn with these angles of its freed segments."""
