@@ -250,6 +250,38 @@ def test_balls_enclose():
             assert found.contains(arb(float(function(point)), 1e-15))
 
 
+@precisely()
+@given(low=st.floats(-1.0, 0.0), high=st.floats(0.0, 1.0), share=st.floats(0.0, 1.0))
+def test_the_root_of_a_ball_that_reaches_below_zero_encloses_that_of_the_rest(low, high, share):
+    ball = between(arb(low), arb(high))
+    root = np.sqrt(Ball(ball)).arb
+    assert root.contains((share * arb(high)).sqrt().mid())
+    assert root.upper() <= ball.upper().sqrt() * 1.000001
+
+
+@precisely()
+def test_a_number_below_zero_has_no_root():
+    assert np.sqrt(Ball(between(arb(-2), arb(-1)))).arb.is_nan()
+
+
+def test_a_pitch_point_almost_at_rest_takes_no_longer_to_prove(monkeypatch):
+    """A knife edge on an arm that starts almost at the cam's centre: √(w² + s²) of balls that reach below 0."""
+    monkeypatch.setattr("camopt.proof.certify.MOST_PARTS", 100)
+    arm = {"motion": "oscillating", "contact": "knife", "arm_length": 90, "centre_distance": 90}
+    scene = Scene.from_dict(
+        {
+            "cam": {"form": "disc", "base_radius": 1e-5, "rpm": 500},
+            "follower": arm,
+            "motion": [
+                {"segment": "rise", "angle": 180, "lift": 17, "law": "cycloidal"},
+                {"segment": "return", "angle": 180, "lift": 17, "law": "harmonic"},
+            ],
+            "limits": {"sliding_speed": 4},
+        }
+    )
+    assert certify(scene)["sliding_speed"] == "held"
+
+
 @pytest.fixture
 def table(tmp_path):
     scene = find_scene("roller-1000rpm").replace(

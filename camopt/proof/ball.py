@@ -25,6 +25,11 @@ def precisely() -> Iterator[None]:
         yield
 
 
+def _root(a: arb) -> arb:
+    """√a of what is not below 0, though its ball may reach below: of a ball that lies there, not a number."""
+    return arb(0).union(a.upper().sqrt()) if a.contains(0) else a.sqrt()
+
+
 RULES: dict[np.ufunc, Callable[..., Any]] = {
     np.add: lambda a, b: a + b,
     np.subtract: lambda a, b: a - b,
@@ -34,7 +39,7 @@ RULES: dict[np.ufunc, Callable[..., Any]] = {
     np.square: lambda a: a * a,
     np.absolute: abs,
     np.sign: lambda a: a.sgn(),
-    np.sqrt: lambda a: a.sqrt(),
+    np.sqrt: _root,
     np.power: lambda a, b: a**b,
     np.sin: lambda a: a.sin(),
     np.cos: lambda a: a.cos(),
