@@ -22,6 +22,7 @@ from camopt.question import EXACT, Question, exactly
 from camopt.rows import Columns, Rows
 
 CERTIFIED, SAMPLED, UNDECIDED = "certified", "sampled", "undecided"
+ASSEMBLY = "assembly"  # what a design violates that cannot be assembled
 
 
 def proved_status(programme: Programme) -> str:
@@ -81,12 +82,13 @@ def judged(question: Question, designs: Designs, wanted: frozenset[str]) -> Rows
 def settled(question: Question, designs: Designs, wanted: frozenset[str]) -> tuple[Rows, Effort]:
     """As ``judged``, and what it took."""
     rows, outer, inner = weighed(question, designs, wanted)
-    feasible = np.all(outer <= 0.0, axis=0)
-    undecided = ~feasible & ~np.any(inner > 0.0, axis=0)
-    proved = proved_status(question.programme)
+    exists = question.subject.mechanism.exists(designs, question.programme)
+    feasible = exists & np.all(outer <= 0.0, axis=0)
+    undecided = exists & ~feasible & ~np.any(inner > 0.0, axis=0)
+    proved, over = proved_status(question.programme), np.where(feasible | undecided, outer, inner)
     verdict = {
         "feasible": feasible,
-        "violated": violations(question.limits, np.where(feasible | undecided, outer, inner)),
+        "violated": np.where(exists, violations(question.limits, over), ASSEMBLY),
         "status": np.where(undecided, UNDECIDED, proved) if undecided.any() else proved,
         "relative_half_width": rows.half_width,
     }

@@ -172,6 +172,26 @@ def test_a_design_that_cannot_be_assembled_is_broken():
     assert certify_design(question, design) == {"assembly": "broken"}
 
 
+def test_a_face_that_swings_faster_than_the_cam_turns_is_broken_everywhere():
+    """Its radius of curvature is infinite where both turn alike, which decides no limit."""
+    follower = {"motion": "oscillating", "contact": "flat", "face_offset": 8, "centre_distance": 120}
+    scene = Scene.from_dict(
+        {
+            "cam": {"form": "disc", "rotation": "cw", "base_radius": 60},
+            "follower": follower,
+            "motion": [
+                {"segment": "rise", "angle": 10.15184381778742, "lift": 20, "law": "cycloidal"},
+                {"segment": "return", "angle": 199.91323210412148, "lift": 20, "law": "cubic"},
+                {"segment": "dwell", "angle": 149.93492407809111},
+            ],
+            "limits": {"curvature_radius": 3},
+        }
+    )
+    found = evaluate(scene)
+    assert (found["feasible"], found["violated"], found["status"]) == (False, "assembly", "certified")
+    assert certify(scene) == {"assembly": "broken"}
+
+
 TURNS = st.fixed_dictionaries(
     {
         "laws": st.tuples(*[st.sampled_from(sorted(LAWS))] * 2),

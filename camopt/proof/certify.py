@@ -17,7 +17,7 @@ import camopt.proof.point_contact  # noqa: F401  what formulas do to balls at a 
 from camopt.claims import Claim, Derivative, Numbers
 from camopt.effects import Case
 from camopt.effects.crossing import find_crossing
-from camopt.judging import run_effects
+from camopt.judging import ASSEMBLY, run_effects
 from camopt.limits import Limit
 from camopt.mechanisms import Designs
 from camopt.motion import programme as doubles
@@ -224,7 +224,7 @@ def _free_of_crossing(question: Question, design: Designs, undercut: str) -> str
 def certify_limits(question: Question, design: Designs) -> dict[str, str]:
     """The verdict on each limit of a question for one design: held, broken or undecided."""
     if not question.subject.mechanism.exists(design, question.programme)[0]:
-        return {"assembly": BROKEN}
+        return {ASSEMBLY: BROKEN}
     motion = motion_of(question.programme)
     exact = in_balls(design)
     verdicts: dict[str, str] = {}
@@ -244,7 +244,7 @@ def certify_limits(question: Question, design: Designs) -> dict[str, str]:
 def certify_design(question: Question, design: Designs) -> dict[str, str]:
     """As ``certify_limits``, and for a disc cam whether it is free of a self-crossing, under ``self_crossing``."""
     verdicts = certify_limits(question, design)
-    if question.subject.mechanism.grooved or "assembly" in verdicts:
+    if question.subject.mechanism.grooved or ASSEMBLY in verdicts:
         return verdicts
     undercut = verdicts.get("undercut", HELD)  # flat faces and knife edges make no other crossing
     return verdicts | {"self_crossing": verdicts.get("self_crossing", undercut)}

@@ -276,8 +276,6 @@ def held_by(space: Space, row: dict[str, Any]) -> str:
     one = Rows({name: np.array([value]) for name, value in row.items()}, 1)
     question, _, design = next(space.designs_of(one))
     design = replace(design, size=smaller.max(keepdims=True))
-    if not question.subject.mechanism.exists(design, question.programme)[0]:
-        return "assembly"
     return str(judged(question, design, frozenset()).column("violated")[0]).replace(",", ", ")
 
 
