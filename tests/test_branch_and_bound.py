@@ -12,8 +12,8 @@ from camopt import Scene
 from camopt.effects import Case
 from camopt.effects.loads import contact_load
 from camopt.motion.table import TURN
-from camopt.numerics import LARGEST, halving
-from camopt.numerics.extremes import extremes
+from camopt.numerics import LARGEST, evaluating
+from camopt.numerics.extremes import search_curve
 from camopt.question import exactly, resolve
 from camopt.search import branch_and_bound
 from camopt.search.answer import feasible, gap_of
@@ -54,9 +54,10 @@ def test_what_has_no_bound_is_not_looked_at_to_the_last_part(monkeypatch):
     """The load of a mushroom on an undercut flank has none over half a stroke: 83,000 parts were looked at."""
     question = exactly(resolve(Scene.from_dict(slow_scenes.random_scene(129)[1])))
     undercut = replace(question.design, size=np.array([25.8107]), roller_radius=np.array([66.365]))
-    parts, looked_at = [], halving.part_jets
-    monkeypatch.setattr(halving, "part_jets", lambda *given: parts.append(1) or looked_at(*given))
-    monkeypatch.setattr("camopt.effects.case.extremes", getattr(extremes, "py_func", extremes))
+    parts, looked_at = [], evaluating.part_jets
+    monkeypatch.setattr(evaluating, "part_jets", lambda *given: parts.append(1) or looked_at(*given))
+    plain = getattr(search_curve, "py_func", search_curve)
+    monkeypatch.setattr("camopt.numerics.extremes.search_curve", plain)
     found = Case(question.subject, question.programme, undercut).extremes(
         partial(contact_load, question.subject, flank=1.0, way=0.0), [(TURN, LARGEST)]
     )

@@ -205,17 +205,7 @@ def test_an_enclosure_holds_the_exact_value_of_a_line():
     """a·y + constant is largest on the dwell at the top: in fractions. Its value rounds, and its width says so."""
     turn, rng, count = programme("cycloidal", angular=False), np.random.default_rng(4), 400
     f = Linear(rng.uniform(0.1, 1, count), *np.zeros((2, count)), rng.uniform(-9, 9, count))
-    value, _, width = np.empty((3, 1, count))
-    extremes(
-        f,
-        count,
-        turn.table,
-        np.array([(DWELL, LARGEST)]),
-        Precision(1e-9, np.inf),
-        value,
-        np.empty((1, count)),
-        width,
-    )
+    value, _, width = extremes(f, count, turn.table, [(DWELL, LARGEST)], Precision(1e-9, np.inf))
     rounded = 0
     for i in range(count):
         exact = Fraction(f.displacement[i]) * 30 + Fraction(f.constant[i])
@@ -229,17 +219,7 @@ def test_lines_have_the_extremes_of_their_polynomials():
     """Random combinations of y, y' and y'', against the roots of each panel's derivative."""
     turn, rng, count = programme("poly4567", angular=False), np.random.default_rng(6), 8
     f = Linear(*rng.normal(size=(3, count)), np.zeros(count))
-    value, where, width = np.empty((3, 2, count))
-    extremes(
-        f,
-        count,
-        turn.table,
-        np.array([(TURN, LEAST), (TURN, LARGEST)]),
-        Precision(1e-13, np.inf),
-        value,
-        where,
-        width,
-    )
+    value, _, width = extremes(f, count, turn.table, [(TURN, LEAST), (TURN, LARGEST)], Precision(1e-13, np.inf))
     for i in range(count):
         exact = span(turn, (f.displacement[i], f.velocity[i], f.acceleration[i]), TURN)
         assert value[:, i] == pytest.approx(exact, rel=1e-12)
@@ -248,9 +228,8 @@ def test_lines_have_the_extremes_of_their_polynomials():
 
 def test_a_curve_that_is_nothing_is_known_exactly():
     turn, zero = programme("cycloidal", angular=False), np.zeros(1)
-    value, where, width = np.empty((3, 3, 1))
-    questions = np.array([(TURN, LARGEST), (TURN, LEAST), (TURN, LARGEST_MAGNITUDE)])
-    extremes(Linear(zero, zero, zero, zero), 1, turn.table, questions, Precision(1e-9, np.inf), value, where, width)
+    questions = [(TURN, LARGEST), (TURN, LEAST), (TURN, LARGEST_MAGNITUDE)]
+    value, _, width = extremes(Linear(zero, zero, zero, zero), 1, turn.table, questions, Precision(1e-9, np.inf))
     assert np.all(value == 0.0)
     assert np.all(width == 0.0)
 

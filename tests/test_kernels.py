@@ -5,19 +5,22 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numba import types
+from numba.core.errors import TypingError
 from numba.core.registry import CPUDispatcher
 
 import camopt
 from camopt.effects import Case
 from camopt.mechanisms import Designs
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, compile
-from camopt.numerics.compile import FEW, PAYS, called, compiled_for_many, inlined
-from camopt.numerics.extremes import extremes
+from camopt.numerics.compile import FEW, PAYS, called, compiled, compiled_for_many, inlined
+from camopt.numerics.extremes import search_all, search_curve
+from camopt.numerics.indirect import address_of, call, code_of, evaluates
 from camopt.numerics.jet import Jet, power
 from camopt.question import exactly, resolve
 from camopt.scene import find_scene
 
-pytestmark = pytest.mark.skipif(not isinstance(extremes, CPUDispatcher), reason="nothing is compiled")
+pytestmark = pytest.mark.skipif(not isinstance(search_curve, CPUDispatcher), reason="nothing is compiled")
 
 
 @inlined
@@ -79,8 +82,8 @@ def test_evaluating_a_design_compiles_nothing(monkeypatch):
     monkeypatch.setattr(compile.KernelCache, "holds", lambda *_: False)
     monkeypatch.setattr(compile.Kernel, "compile", refuse)
     question = exactly(resolve(find_scene("roller-1000rpm")))
-    fresh = compiled_for_many(extremes.py_func)
-    monkeypatch.setattr("camopt.effects.case.extremes", fresh)
+    fresh = compiled_for_many(search_curve.py_func)
+    monkeypatch.setattr("camopt.numerics.extremes.search_curve", fresh)
     found = curve_of(question, question.subject.mechanism.pressure, 1)
     assert np.isfinite(found.value).all()
 
@@ -101,7 +104,7 @@ def test_compiled_and_plain_extremes_are_the_same_bits(name, monkeypatch):
     question = exactly(resolve(find_scene(name)))
     mechanism = question.subject.mechanism
     compiled = curve_of(question, mechanism.pressure, FEW + 1)
-    monkeypatch.setattr("camopt.effects.case.extremes", extremes.py_func)
+    monkeypatch.setattr("camopt.numerics.extremes.search_curve", search_curve.py_func)
     plain = curve_of(question, mechanism.pressure, FEW + 1)
     for one, other in zip(compiled, plain, strict=True):
         assert np.array_equal(one, other)
@@ -131,6 +134,49 @@ def test_what_kernels_call_becomes_machine_code_with_them_only(part):
     assert all(machine_code(one) for one in kernel.overloads.values())
 
 
+def test_one_compiled_search_serves_every_curve():
+    question = exactly(resolve(find_scene("roller-1000rpm")))
+    mechanism = question.subject.mechanism
+    for make in (mechanism.pressure, mechanism.curvature, mechanism.sliding):
+        curve_of(question, make, FEW + 1)
+    assert len(search_all.signatures) == 1
+    assert len(search_curve.signatures) >= 3
+
+
+@evaluates(types.float64, types.float64, types.int64)
+def scaled(made, x, power):
+    factor, shift = made[0]
+    return factor * x**power + shift
+
+
+@compiled
+def scaled_sum(factor, shift, x):
+    made = (factor, shift)
+    place, code, total = address_of(made), code_of(scaled, made), 0.0
+    for i in range(x.size):
+        total += call(code, (place, x[i], 2))
+    return total
+
+
+@compiled
+def scaled_wrongly(factor, shift, x):
+    made = (factor, shift)
+    return call(code_of(scaled, made), (address_of(made), x))
+
+
+@pytest.mark.usefixtures("_no_disk")
+def test_what_is_called_by_address_is_what_is_called_from_python():
+    x = np.array([1.0, 2.0, 3.0])
+    for factor, shift in ((2.0, 1.0), (2, 1.5)):  # other types: another function at another address
+        assert scaled_sum(factor, shift, x) == scaled_sum.py_func(factor, shift, x) == 28.0 + 3.0 * shift
+
+
+@pytest.mark.usefixtures("_no_disk")
+def test_arguments_that_an_address_does_not_take_are_refused():
+    with pytest.raises(TypingError):
+        scaled_wrongly(1.0, 1.0, np.ones(2))
+
+
 @pytest.mark.parametrize("exponent", [0.13, -0.35, -0.43])
 @pytest.mark.parametrize("low", [-1.0, 0.0])
 def test_a_power_of_what_may_be_zero_has_no_bounds_in_plain_python_either(low, exponent):
@@ -141,7 +187,16 @@ def test_a_power_of_what_may_be_zero_has_no_bounds_in_plain_python_either(low, e
 
 
 MOST_ARGUMENTS = 8
-MARKS = {"inlined", "called", "compiled", "compiled_for_many", "part_of_formulas", "formula", "where_loaded"}
+MARKS = {
+    "inlined",
+    "called",
+    "compiled",
+    "compiled_for_many",
+    "evaluates",
+    "part_of_formulas",
+    "formula",
+    "where_loaded",
+}
 
 
 def marks(function):
@@ -162,5 +217,5 @@ def kernels_of_the_package():
 
 def test_no_kernel_takes_more_than_eight_arguments():
     found = set(kernels_of_the_package())
-    assert {("numerics/extremes.py", "extremes", 8), ("numerics/climbing.py", "narrowed", 3)} <= found
+    assert {("numerics/evaluating.py", "panel", 8), ("numerics/climbing.py", "narrowed", 3)} <= found
     assert {kernel for kernel in found if kernel[2] > MOST_ARGUMENTS} == set()

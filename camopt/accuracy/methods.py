@@ -40,9 +40,8 @@ def sampled(angles: int, polish: bool) -> Callable[[Any, int, Programme, Any], E
 
 def enclosed(tolerance: float) -> Callable[[Any, int, Programme, Any], Extremal]:
     def run(f: Any, count: int, programme: Programme, questions: Any) -> Extremal:
-        value, where, width = np.empty((3, len(questions), count))
-        extremes(f, count, programme.table, questions, Precision(tolerance, np.inf), value, where, width)
-        return value, width
+        found = extremes(f, count, programme.table, questions, Precision(tolerance, np.inf))
+        return found.value, found.width
 
     return run
 

@@ -43,9 +43,8 @@ def measure(scene: Scene, progress: Callable[[int, int], None] | None = None) ->
             progress(done, len(questions))
         designs, table, sized = designs_of(question), question.programme.table, False
         for subject in subjects_of(question):
-            exact, where, width = np.empty((3, len(subject.questions), len(designs)))
             f = subject.make(designs, question.programme)
-            extremes(f, len(designs), table, subject.questions, Precision(EXACT, 1e-9), exact, where, width)
+            exact, where, _ = extremes(f, len(designs), table, subject.questions, Precision(EXACT, 1e-9))
             truth = subject.answer(exact)
             if np.all(np.abs(truth) > 0.0):  # a flat face that translates has no pressure angle
                 found += _extremes(subject, question, designs, truth, where)

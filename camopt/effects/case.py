@@ -8,9 +8,7 @@ import numpy as np
 
 from camopt.mechanisms.design import Designs, Mechanism
 from camopt.motion.programme import Programme
-from camopt.numerics import FloatArray
-from camopt.numerics.curves import LOADED
-from camopt.numerics.extremes import Precision, extremes
+from camopt.numerics.extremes import Extremes, Precision, extremes
 
 
 @dataclass(frozen=True)
@@ -68,14 +66,6 @@ class Subject:
     """Whether the follower touches the cam in a point."""
 
 
-class Extremes(NamedTuple):
-    """Answers (questions, designs): values, their cam angles in rad, and half-widths of their enclosures."""
-
-    value: FloatArray
-    where: FloatArray
-    width: FloatArray
-
-
 class Bounded(NamedTuple):
     """A quantity with its enclosure: the true value lies between ``value`` and ``value + outward``.
 
@@ -113,15 +103,9 @@ class Case:
 
         Cam angles are as exact as values only if ``located``.
         """
-        asked, count = np.array(questions, dtype=np.int64), len(self.designs)
-        value, where, width = np.empty((3, len(questions), count))
         precision = Precision(self.subject.tolerance, self.subject.tolerance if located else np.inf)
-        made, table = curve(self.designs, self.programme), self.programme.table
-        if type(made) not in LOADED:  # one kernel for both kinds of turn
-            table = table._replace(load=None)
-        with np.errstate(all="ignore"):  # uncompiled, jets without bounds would warn
-            extremes(made, count, table, asked, precision, value, where, width)
-        return Extremes(value, where, width)
+        made = curve(self.designs, self.programme)
+        return extremes(made, len(self.designs), self.programme.table, questions, precision)
 
 
 @dataclass(frozen=True)

@@ -23,13 +23,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.effects.case import Bounded, Case, Dynamics, Extremes, Subject
+from camopt.effects.case import Bounded, Case, Dynamics, Subject
 from camopt.effects.force import weights
 from camopt.mechanisms.design import Designs
 from camopt.motion.programme import Programme
 from camopt.motion.table import INWARD, OUTWARD, RESTING, TURN
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, FloatArray
 from camopt.numerics.curves import Linear, curve, formula
+from camopt.numerics.extremes import Extremes
 from camopt.numerics.point_contact import pressure_factor, pressure_table
 
 

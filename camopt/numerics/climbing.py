@@ -12,8 +12,7 @@ import numpy as np
 
 from camopt.numerics import LARGEST_MAGNITUDE, LEAST
 from camopt.numerics.compile import called, inlined
-from camopt.numerics.curves import curve
-from camopt.numerics.piecewise import motion
+from camopt.numerics.indirect import call
 from camopt.numerics.workspace import (
     AT,
     BEST,
@@ -85,13 +84,6 @@ def orient(value, goal):
 
 
 @inlined
-def oriented(f, i, moved, sign):
-    """Oriented value and slope of design i, from the motion (y, y', y'', y''')."""
-    value, slope = curve(f, i, moved[0], moved[1], moved[2], moved[3])
-    return sign * value, sign * slope
-
-
-@inlined
 def allowed(best, tolerance, error):
     """The gain that may be left: below it an extreme is exact enough. No less than rounding where that is known."""
     return max(0.5 * tolerance * abs(best), error if error < np.inf else 0.0)
@@ -149,15 +141,6 @@ def begin_climb(climbs, j, design, ends, half_width, concavity):
 
 
 @called
-def look(f, first, many, table, panel, sign, climbs):
-    """Oriented value and slope where each climb goes next."""
-    following, values, slopes = climbs.state[NEXT], climbs.state[VALUE], climbs.state[GRADIENT]
-    for j in range(np.uint64(many)):
-        moved = motion(table, panel, following[j])
-        values[j], slopes[j] = oriented(f, np.uint64(first + climbs.design[j]), moved, sign)
-
-
-@called
 def step_all(many, half_width, state):
     """One step of every climb, from the values and slopes that were looked at; no branches."""
     low, high, rising, falling, side = state[LOW], state[HIGH], state[RISING], state[FALLING], state[SIDE]
@@ -203,30 +186,32 @@ def going_on(many, place, errors, last, ask, found, climbs):
 
 
 @inlined
-def climb_all(f, first, many, table, panel, ask, work):
+def climb_all(curve, first, many, panels, panel, ask, work):
     """Climb to the maximum of every concave part at once. The table loses what has ended.
 
     A value that is exact enough stays as it is while the climb goes on to find its place: whether somebody asks for
     the place does not change a digit of the value.
     """
-    place, errors = (table.centre[panel], table.half_width[panel]), work.bounds.error[panel]
+    place, errors, climbs = (panels.centre[panel], panels.half_width[panel]), work.bounds.error[panel], work.climbs
+    state = climbs.state
     for step in range(MOST_STEPS):
         if many == 0:
             break
-        look(f, first, many, table, panel, ask.sign, work.climbs)
-        step_all(many, place[1], work.climbs.state)
-        many = going_on(many, place, errors, step == MOST_STEPS - 1, ask, work.found, work.climbs)
+        there = (curve.made, panel, state[NEXT], ask.sign, first, climbs.design, many, state[VALUE:])
+        call(curve.panel, there)
+        step_all(many, place[1], state)
+        many = going_on(many, place, errors, step == MOST_STEPS - 1, ask, work.found, climbs)
 
 
 @inlined
-def climb(f, i, table, panel, ends, concavity, sign, aim):
+def climb(curve, design, panels, panel, ends, concavity, sign, aim):
     """As ``climb_all``, for one design: (largest value, where in the panel, bound of the maximum)."""
     bracket = Bracket(ends.low, ends.high, ends.rising, ends.falling, 0.0)
     largest, at, bound, flattest, exact = -np.inf, ends.low, np.inf, np.inf, False
-    half_width = table.half_width[panel]
+    half_width = panels.half_width[panel]
     for _ in range(MOST_STEPS):
         u = crossing(bracket)
-        value, slope = oriented(f, i, motion(table, panel, u), sign)
+        value, slope = call(curve.point, (curve.made, panel, u, sign, design))
         largest = largest if exact else max(largest, value)
         grade = abs(slope)
         if grade < flattest:

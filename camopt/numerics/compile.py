@@ -65,11 +65,12 @@ class PartCompiler(Compiler):
         super().__init__(typing, target, own, *others)  # type: ignore[no-untyped-call]
 
 
-LINKED: Any = {"pipeline_class": PartCompiler}
+UNWRAPPED: Any = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}  # never called from Python: compiles faster
+LINKED: Any = {"pipeline_class": PartCompiler, **UNWRAPPED}
 INLINE: Any = {"forceinline": True, **LINKED}  # a call left standing would keep a kernel's loop out of vectors
 
 
-FEW = 16  # numbers in the largest array to fill: for more, a kernel is compiled at once
+FEW = 48  # numbers in the largest array to fill: for more, a kernel is compiled at once
 PAYS = 1.0  # seconds of plain runs, after which it is compiled
 
 KERNEL_FOLDERS = ("effects", "mechanisms", "motion", "numerics")
@@ -91,9 +92,6 @@ def _version_of_kernels() -> str:
 
 CACHE_DIR: str = vars(config)["CACHE_DIR"]  # NUMBA_CACHE_DIR
 CACHE_FOLDER = opened_folder(Path(CACHE_DIR or user_cache_path("camopt")), _version_of_kernels())
-
-
-UNWRAPPED: Any = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}  # never called from Python: compiles faster
 
 
 class Part(CPUDispatcher):
@@ -140,12 +138,12 @@ def _dispatched(function: Callable[..., Any], kind: type, **options: Any) -> Any
 
 def inlined(function: Callable[..., Any]) -> Any:
     """Compile a function into each kernel that calls it."""
-    return _dispatched(function, Part, **INLINE, **UNWRAPPED)
+    return _dispatched(function, Part, **INLINE)
 
 
 def called(function: Callable[..., Any]) -> Any:
     """Compile a function that kernels call, but not for each number."""
-    return _dispatched(function, Part, **LINKED, **UNWRAPPED)
+    return _dispatched(function, Part, **LINKED)
 
 
 def compiled(function: Callable[..., Any]) -> Any:

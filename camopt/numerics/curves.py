@@ -2,9 +2,9 @@
 
 A curve is a NamedTuple of arrays, one entry a design, such as ``TranslatingPressureAngle(lead, height)``. Its
 formula gives, for design ``i`` and the motion (y, y', y'', y''' by the cam angle) at one cam angle, the pair
-(value, slope by the cam angle). Kernels are written once, for any curve: numba compiles them anew for each
-NamedTuple type, so a formula costs what it would cost written inside the loop, and the compiled result is cached
-on disk. (Closures over compiled functions, and compiled functions as arguments, are not: numba issue 6264.)
+(value, slope by the cam angle). What evaluates curves (``evaluating``) is written once, for any curve: numba
+compiles it anew for each NamedTuple type, so a formula costs what it would cost written inside the loop, and the
+compiled result is cached on disk.
 Names of curve types are unique in the package, because numba names machine code after them.
 
 Uncompiled, the same formulas run on arrays and on intervals (``numerics.interval``).

@@ -11,20 +11,21 @@ not concave is halved.
 Designs are innermost, so that loops can run in vector registers; only the last resort (``halving``) takes designs
 one by one. Every answer is the largest value found, and a bound of what the true extreme may differ from it.
 
-numba compiles what takes the curve ``f`` anew for each curve. So such functions are few and short; what works on
-their results is apart from them, and typed once.
+All this is compiled once. What evaluates a curve is compiled for each curve, and called by its address.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numba import types
 
-from camopt.numerics import LARGEST_MAGNITUDE, LEAST, UNIT
+from camopt.numerics import LARGEST_MAGNITUDE, LEAST, UNIT, FloatArray
 from camopt.numerics.climbing import Ask, allowed, orient
-from camopt.numerics.compile import called, compiled_for_many, inlined
-from camopt.numerics.curves import curve
-from camopt.numerics.jet import known
-from camopt.numerics.piecewise import node_motion, row_jets
+from camopt.numerics.compile import called, compiled, compiled_for_many, inlined
+from camopt.numerics.curves import LOADED
+from camopt.numerics.evaluating import CURVE, evaluator
+from camopt.numerics.indirect import Reached, address_of, call
+from camopt.numerics.piecewise import PANELS, MotionTable, panels_of
 from camopt.numerics.searching import search_panel
 from camopt.numerics.workspace import TILE, workspace
 
@@ -38,37 +39,29 @@ class Precision(NamedTuple):
     location: float
 
 
-@called
-def node_values(f, first, count, table, values):
-    """values[t, i] = curve of design first + i at node t."""
-    for t in range(table.nodes.shape[0]):
-        y, y1, y2, y3 = node_motion(table, t)
-        row = values[t]
-        for i in range(np.uint64(count)):  # unsigned: an index that may be negative would keep the loop scalar
-            row[i] = curve(f, np.uint64(first) + i, y, y1, y2, y3)[0]
+PRECISION = types.BaseTuple.from_types((types.float64,) * 2, Precision)
+
+
+class Extremes(NamedTuple):
+    """Answers (questions, designs): values, their cam angles in rad, and half-widths of their enclosures.
+
+    The largest magnitude comes without its sign. A true extreme differs from its value by no more than ``width``.
+    """
+
+    value: FloatArray
+    where: FloatArray
+    width: FloatArray
 
 
 @called
-def row_bounds(f, first, count, table, row, half_width, bounds):
-    """What jets say of a row of the table, a panel or a group of panels, and design first + i."""
-    y, y1, y2, y3 = row_jets(table, row)
-    eighth = 0.5 * half_width * half_width  # of the squared width
-    for i in range(np.uint64(count)):
-        jet = curve(f, np.uint64(first) + i, y, y1, y2, y3)[0]
-        bounds.excess[row, i] = known(eighth * jet.second + jet.error)
-        bounds.third[row, i] = known(jet.third)
-        bounds.error[row, i] = known(jet.error)
-
-
-@called
-def best_nodes(values, count, table, kinds, goal, best, node):
+def best_nodes(values, count, panels, kinds, goal, best, node):
     """Largest oriented node value of each design over pieces of given kinds, and the first node that has it."""
     for i in range(count):
         best[i] = -np.inf
         node[i] = -1
-    for q in range(table.kind.size):
-        if table.kind[q] & kinds:
-            for t in range(table.first_panel[q] + q, table.first_panel[q + 1] + q + 1):
+    for q in range(panels.kind.size):
+        if panels.kind[q] & kinds:
+            for t in range(panels.first_panel[q] + q, panels.first_panel[q + 1] + q + 1):
                 row = values[t]
                 for i in range(count):
                     value = orient(row[i], goal)
@@ -77,14 +70,14 @@ def best_nodes(values, count, table, kinds, goal, best, node):
 
 
 @called
-def node_angle(table, node):
+def node_angle(panels, node):
     """Cam angle of a node."""
     q = 0
-    while table.first_panel[q + 1] + q < node:
+    while panels.first_panel[q + 1] + q < node:
         q += 1
-    panel = min(node - q, table.first_panel[q + 1] - 1)
+    panel = min(node - q, panels.first_panel[q + 1] - 1)
     side = -1.0 if node - q == panel else 1.0
-    return table.centre[panel] + side * table.half_width[panel]
+    return panels.centre[panel] + side * panels.half_width[panel]
 
 
 @called
@@ -112,12 +105,12 @@ def candidates(panel, node, count, ask, work):
 
 
 @inlined
-def is_open(f, first, count, table, panel, node, goal, work):
+def is_open(curve, first, count, panels, panel, node, goal, work):
     """Whether jets leave it open that a panel holds more than the best value of some design."""
     before, after = work.values[node], work.values[node + 1]
-    for row in (table.group[panel], panel):  # the bounds of its group settle most panels
+    for row in (panels.group[panel], panel):  # the bounds of its group settle most panels
         if not work.looked[row]:
-            row_bounds(f, first, count, table, row, table.half_width[panel], work.bounds)
+            call(curve.row, (curve.made, row, panels.half_width[panel], first, count, work.bounds))
             work.looked[row] = True
         if not may_exceed(before, after, work.bounds.excess[row], count, goal, work.found.best):
             return False
@@ -125,23 +118,23 @@ def is_open(f, first, count, table, panel, node, goal, work):
 
 
 @called
-def begin(table, kinds, goal, count, work):
+def begin(panels, kinds, goal, count, work):
     """What the nodes say of the extremes of a tile."""
     found = work.found
-    best_nodes(work.values, count, table, kinds, goal, found.best, found.node)
+    best_nodes(work.values, count, panels, kinds, goal, found.best, found.node)
     for i in range(count):
-        found.top[i], found.rounding[i], found.at[i] = found.best[i], 0.0, node_angle(table, found.node[i])
+        found.top[i], found.rounding[i], found.at[i] = found.best[i], 0.0, node_angle(panels, found.node[i])
 
 
-@called
-def search(f, first, count, table, question, precision, work):
+@inlined
+def search(curve, first, count, panels, question, precision, work):
     """The extremes of a tile: a question is the kinds of stroke to look at, and the goal."""
     kinds, goal = question
-    begin(table, kinds, goal, count, work)
-    for q in range(table.kind.size):
-        if table.kind[q] & kinds:
-            for p in range(table.first_panel[q], table.first_panel[q + 1]):
-                if not is_open(f, first, count, table, p, p + q, goal, work):
+    begin(panels, kinds, goal, count, work)
+    for q in range(panels.kind.size):
+        if panels.kind[q] & kinds:
+            for p in range(panels.first_panel[q], panels.first_panel[q + 1]):
+                if not is_open(curve, first, count, panels, p, p + q, goal, work):
                     continue
                 for way in range(2):
                     if goal != LARGEST_MAGNITUDE and (goal == LEAST) != (way == 1):
@@ -149,7 +142,7 @@ def search(f, first, count, table, question, precision, work):
                     ask = Ask(1.0 - 2.0 * way, precision.value, precision.location)
                     many = candidates(p, p + q, count, ask, work)
                     if many:
-                        search_panel(f, first, many, table, p, p + q, ask, work)
+                        search_panel(curve, first, many, panels, p, p + q, ask, work)
 
 
 @called
@@ -161,20 +154,42 @@ def give(found, count, goal, value, where, width):
         width[i] = max(found.top[i] - found.best[i], 0.0) + 2.0 * found.rounding[i]
 
 
-@compiled_for_many
-def extremes(f, designs, table, questions, precision, value, where, width):
-    """Answer questions about a curve for designs 0 … designs − 1.
-
-    questions (K, 2): the kinds of stroke to look at and the goal; value, where (K, designs): the extremes and
-    their cam angles in rad; width: by how much the true extreme may differ. The largest magnitude comes without its
-    sign.
-    """
-    work = workspace(table.nodes.shape[0], table.low.shape[0])
+@compiled
+def search_all(curve, panels, questions, precision, answers):
+    """Answer questions about a curve, an ``Evaluator``: answers (3, K, designs)."""
+    designs = answers.shape[2]
+    work = workspace(panels.kind.size + panels.centre.size, panels.rows)
     for first in range(0, designs, TILE):
         count = min(TILE, designs - first)
-        node_values(f, first, count, table, work.values)
+        call(curve.nodes, (curve.made, first, count, work.values))
         work.looked[:] = False
         for k in range(questions.shape[0]):
-            question, tile = (questions[k, 0], questions[k, 1]), slice(first, first + count)
-            search(f, first, count, table, question, precision, work)
-            give(work.found, count, question[1], value[k, tile], where[k, tile], width[k, tile])
+            question = (questions[k, 0], questions[k, 1])
+            search(curve, first, count, panels, question, precision, work)
+            value, where, width = answers[0, k, first:], answers[1, k, first:], answers[2, k, first:]
+            give(work.found, count, question[1], value, where, width)
+
+
+@compiled_for_many
+def search_curve(f, table, panels, questions, precision, answers, search_all):
+    """As ``search_all``, which is called by its address, from a curve and a motion table."""
+    made = (f, table)
+    call(search_all, (evaluator(made, address_of(made)), panels, questions, precision, answers))
+
+
+ANSWERS = types.float64[:, :, ::1]
+QUESTIONS = types.int64[:, ::1]
+SEARCH = Reached(search_all, (CURVE, PANELS, QUESTIONS, PRECISION, ANSWERS))
+
+
+def extremes(f: Any, designs: int, table: MotionTable, questions: Any, precision: Precision) -> Extremes:
+    """Answer questions about a curve for designs 0 … designs − 1.
+
+    questions (K, 2): the kinds of stroke to look at and the goal.
+    """
+    answers = np.empty((3, len(questions), designs))
+    if type(f) not in LOADED:  # one kernel for both kinds of turn
+        table = table._replace(load=None)
+    with np.errstate(all="ignore"):  # uncompiled, jets without bounds would warn
+        search_curve(f, table, panels_of(table), np.array(questions, np.int64), precision, answers, SEARCH)
+    return Extremes(*answers)

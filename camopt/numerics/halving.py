@@ -2,11 +2,10 @@
 
 import numpy as np
 
-from camopt.numerics.climbing import Aim, Ends, allowed, climb, oriented
+from camopt.numerics.climbing import Aim, Ends, allowed, climb
 from camopt.numerics.compile import called, inlined
-from camopt.numerics.curves import curve
+from camopt.numerics.indirect import call
 from camopt.numerics.jet import known
-from camopt.numerics.piecewise import motion, part_jets, row_jets
 from camopt.numerics.workspace import DEPTH
 
 MOST_PARTS = 4096  # looked at in one panel, before it stays undecided
@@ -61,27 +60,27 @@ def taken(row):
 
 
 @called
-def bound_by_slope(slope, ends, sign, half_width):
+def bound_by_slope(bounds, ends, sign, half_width):
     """A bound of the values in a part from the range of the slope: close where the curve is level or monotone."""
-    rise = known((slope.high if sign > 0.0 else -slope.low) + slope.error)
-    drop = known((-slope.low if sign > 0.0 else slope.high) + slope.error)
+    rise = known((bounds.most_slope if sign > 0.0 else -bounds.least_slope) + bounds.slope_error)
+    drop = known((-bounds.least_slope if sign > 0.0 else bounds.most_slope) + bounds.slope_error)
     width = (ends.high - ends.low) * half_width
     most = max(ends.left, ends.right)
     return min(max(most, ends.left + rise * width), max(most, ends.right + drop * width))
 
 
 @inlined
-def bound_by_jet(bound, jet, ends, sign, half_width):
+def bound_by_jet(bound, bounds, ends, sign, half_width):
     """A closer bound of the values in a part from its own jet."""
     reach = 0.5 * (ends.high - ends.low)
-    bound = min(bound, max(ends.left, ends.right) + 0.5 * known(jet.second) * (reach * half_width) ** 2)
+    bound = min(bound, max(ends.left, ends.right) + 0.5 * known(bounds.second) * (reach * half_width) ** 2)
     if bound < np.inf:
         return bound
-    return jet.high if sign > 0.0 else -jet.low  # a corner of the curve: its range is what is known
+    return bounds.high if sign > 0.0 else -bounds.low  # a corner of the curve: its range is what is known
 
 
 @called
-def split(f, i, table, panel, error, ask, best, stack):
+def split(curve, design, panels, panel, error, ask, best, stack):
     """Largest value found in a part that is not settled at once, where, a bound of all its values, and their error.
 
     The part is the first row of the stack. The range of its slope is tried first, then jets of its own, then its
@@ -89,9 +88,9 @@ def split(f, i, table, panel, error, ask, best, stack):
     the error of a part takes its place. Once a part is left without a bound, so are all, and nothing more is
     halved.
     """
-    half_width = table.half_width[panel]
-    y, y1, y2, y3 = row_jets(table, panel)
-    bound = bound_by_slope(curve(f, i, y, y1, y2, y3)[1], taken(stack[0]), ask.sign, half_width)
+    half_width = panels.half_width[panel]
+    whole = call(curve.part, (curve.made, panel, 0.0, 1.0, design))
+    bound = bound_by_slope(whole, taken(stack[0]), ask.sign, half_width)
     if bound <= best + allowed(best, ask.tolerance, error):
         return -np.inf, 0.0, bound, error
     largest, at, top, rounding = -np.inf, 0.0, best, 0.0
@@ -101,20 +100,19 @@ def split(f, i, table, panel, error, ask, best, stack):
         parts += 1
         ends = taken(stack[depth])
         middle = 0.5 * (ends.low + ends.high)
-        y, y1, y2, y3 = part_jets(table, panel, middle, 0.5 * (ends.high - ends.low))
-        jet = curve(f, i, y, y1, y2, y3)[0]
-        own = min(error, known(jet.error))
+        bounds = call(curve.part, (curve.made, panel, middle, 0.5 * (ends.high - ends.low), design))
+        own = min(error, bounds.error)
         gain = allowed(best, ask.tolerance, own)
-        verdict, bound, concavity = looked_at(ends, known(jet.third), half_width, best + gain)
+        verdict, bound, concavity = looked_at(ends, bounds.third, half_width, best + gain)
         if verdict == CLIMBS:
             aim = Aim(best, gain, ask.location * concavity)
-            value, u, bound = climb(f, i, table, panel, ends, concavity, ask.sign, aim)
+            value, u, bound = climb(curve, design, panels, panel, ends, concavity, ask.sign, aim)
             if value > best:
                 best, largest, at = value, value, u
         elif verdict == OPEN:
-            bound = bound_by_jet(bound, jet, ends, ask.sign, half_width)
+            bound = bound_by_jet(bound, bounds, ends, ask.sign, half_width)
             if bound > best + gain and parts < MOST_PARTS and depth + 2 <= DEPTH and top < np.inf:
-                value, slope = oriented(f, i, motion(table, panel, middle), ask.sign)
+                value, slope = call(curve.point, (curve.made, panel, middle, ask.sign, design))
                 if value > best:
                     best, largest, at = value, value, middle
                 put(stack[depth], Ends(ends.low, middle, ends.left, ends.rising, value, slope))

@@ -12,6 +12,7 @@ from math import comb
 from typing import NamedTuple
 
 import numpy as np
+from numba import types
 from numpy.polynomial import polynomial
 from numpy.typing import NDArray
 
@@ -45,6 +46,26 @@ class MotionTable(NamedTuple):
     most: FloatArray  # (P + G, 6) largest magnitudes of y and its first five derivatives
     error: FloatArray  # (P + G, 4) bounds of the error of y, y', y'', y'''
     load: LoadTable | None  # what comes with y''' wherever the motion is given to curves
+
+
+class Panels(NamedTuple):
+    """What the search for extremes needs of a MotionTable: how the turn is divided."""
+
+    first_panel: NDArray[np.int64]
+    kind: NDArray[np.int64]
+    centre: FloatArray
+    half_width: FloatArray
+    group: NDArray[np.int64]
+    rows: int  # panels and groups
+
+
+INTEGERS, NUMBERS = types.int64[::1], types.float64[::1]
+PANELS = types.BaseTuple.from_types((INTEGERS, INTEGERS, NUMBERS, NUMBERS, INTEGERS, types.int64), Panels)
+
+
+def panels_of(table: MotionTable) -> Panels:
+    """How the turn of a motion table is divided."""
+    return Panels(table.first_panel, table.kind, table.centre, table.half_width, table.group, len(table.low))
 
 
 @inlined

@@ -5,7 +5,8 @@ import numpy as np
 from camopt.numerics import LEAST
 from camopt.numerics.climbing import orient
 from camopt.numerics.compile import compiled, inlined
-from camopt.numerics.extremes import best_nodes, node_values
+from camopt.numerics.evaluating import node_values
+from camopt.numerics.extremes import best_nodes
 from camopt.numerics.workspace import ROW, TILE
 
 
@@ -29,7 +30,7 @@ def sampled_extremes(f, designs, table, questions, polish, value):
     best, node = np.empty(TILE), np.empty(TILE, np.int64)
     for first in range(0, designs, TILE):
         count = min(TILE, designs - first)
-        node_values(f, first, count, table, values)
+        node_values(f, table, first, count, values)
         for k in range(questions.shape[0]):
             kinds, goal = questions[k, 0], questions[k, 1]
             best_nodes(values, count, table, kinds, goal, best, node)

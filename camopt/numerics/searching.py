@@ -3,24 +3,14 @@
 Slopes at both ends and a bound of the third derivative say how far f'' may be from its mean. Where the curve is
 concave, its maximum is at an end or at a root of the slope, to which it is climbed (``climbing``); a panel that
 settles nothing is halved once for all designs, and its halves, if need be, for each design alone (``halving``).
-
-What does not evaluate the curve is written apart from what does: it is typed once, and not for each curve.
 """
 
 import numpy as np
 
-from camopt.numerics.climbing import Ends, allowed, begin_climb, climb_all, oriented
+from camopt.numerics.climbing import Ends, allowed, begin_climb, climb_all
 from camopt.numerics.compile import called, inlined
 from camopt.numerics.halving import CLIMBS, OPEN, looked_at, put, split, taken
-from camopt.numerics.piecewise import motion, node_motion
-
-
-@called
-def curve_at(f, first, index, many, moved, sign, out):
-    """Oriented values and slopes, (2, many), of some designs at one cam angle."""
-    values, slopes = out[0], out[1]
-    for j in range(np.uint64(many)):
-        values[j], slopes[j] = oriented(f, np.uint64(first + index[j]), moved, sign)
+from camopt.numerics.indirect import call
 
 
 @called
@@ -80,29 +70,28 @@ def judge_halves(opened, climbs, panel, place, ask, work):
 
 
 @called
-def split_all(f, first, many, table, panel, ask, work):
+def split_all(curve, first, many, panels, panel, ask, work):
     """Split the parts that are open still, each alone."""
     found, errors, parts = work.found, work.bounds.error[panel], work.parts
     for k in range(many):
         i = parts.design[k]
         put(parts.stack[0], taken(parts.ends[k]))
-        value, u, bound, blur = split(
-            f, np.uint64(first + i), table, panel, errors[i], ask, found.best[i], parts.stack
-        )
+        value, u, bound, blur = split(curve, first + i, panels, panel, errors[i], ask, found.best[i], parts.stack)
         if value > found.best[i]:
-            found.best[i], found.at[i] = value, table.centre[panel] + table.half_width[panel] * u
+            found.best[i], found.at[i] = value, panels.centre[panel] + panels.half_width[panel] * u
         found.rounding[i], found.top[i] = max(found.rounding[i], blur), max(found.top[i], bound)
 
 
 @inlined
-def search_panel(f, first, many, table, panel, node, ask, work):
+def search_panel(curve, first, many, panels, panel, node, ask, work):
     """Search one panel, from ``node`` to the next, for all designs in ``work.chosen``."""
-    place = (table.centre[panel], table.half_width[panel])
+    place = (panels.centre[panel], panels.half_width[panel])
     for side in range(2):
-        curve_at(f, first, work.chosen, many, node_motion(table, node + side), ask.sign, work.sides[side])
+        call(curve.node, (curve.made, node + side, ask.sign, first, work.chosen, many, work.sides[side]))
     climbs, opened = judge_panels(many, panel, place[1], ask, work)
     if opened:
-        curve_at(f, first, work.opened, opened, motion(table, panel, 0.0), ask.sign, work.sides[2])
+        there = (curve.made, panel, work.middle, ask.sign, first, work.opened, opened, work.sides[2])
+        call(curve.panel, there)
         climbs, parts = judge_halves(opened, climbs, panel, place, ask, work)
-        split_all(f, first, parts, table, panel, ask, work)
-    climb_all(f, first, climbs, table, panel, ask, work)
+        split_all(curve, first, parts, panels, panel, ask, work)
+    climb_all(curve, first, climbs, panels, panel, ask, work)

@@ -14,7 +14,7 @@ DEPTH = 50  # halvings of a panel
 
 # rows of the table of climbs, one column for each that goes on
 LOW, HIGH, RISING, FALLING, SIDE, BEST, AT, BOUND, CONCAVITY, GAIN, SLOPE, NEXT, EXACT = range(13)
-VALUE, GRADIENT, STATES = 13, 14, 15
+VALUE, GRADIENT, STATES = 13, 14, 15  # the last two next to each other, as the values and slopes looked at
 
 
 class Bounds(NamedTuple):
@@ -60,6 +60,7 @@ class Workspace(NamedTuple):
     looked: whether the bounds of a row are known, (rows,)
     chosen: designs to be searched in a panel, (TILE + 1,)
     opened: those of them that the panel's ends do not settle, (TILE,)
+    middle: u of the middle of a panel, once for each, (TILE,)
     sides: oriented values and slopes at the left end of the panel, its right end and its middle, (3, 2, ROW)
     """
 
@@ -70,6 +71,7 @@ class Workspace(NamedTuple):
     chosen: NDArray[np.int64]
     sides: FloatArray
     opened: NDArray[np.int64]
+    middle: FloatArray
     climbs: Climbs
     parts: Parts
 
@@ -85,6 +87,7 @@ def workspace(nodes, rows):
         np.empty(TILE + 1, np.int64),
         np.empty((3, 2, ROW)),
         np.empty(TILE, np.int64),
+        np.zeros(TILE),
         Climbs(np.empty(2 * TILE, np.int64), np.empty((STATES, 2 * ROW))),
         Parts(np.empty(2 * TILE, np.int64), np.empty((2 * TILE, 6)), np.empty((DEPTH + 2, 6))),
     )

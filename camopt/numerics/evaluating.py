@@ -1,0 +1,153 @@
+"""What is compiled for each curve: its values, slopes and jets, and nothing else.
+
+The search for extremes is compiled once, and calls these functions by their address (``indirect``). So whatever is
+written here costs compile time for each curve, and whatever is written there does not.
+
+``made`` is the address of a curve and its motion table. Several designs are numbered from ``first``; ``out`` takes
+values in its first row and slopes in its second. ``sign`` orients both: 1 looks for the largest, −1 for the least.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import types
+
+from camopt.numerics.compile import inlined
+from camopt.numerics.curves import curve
+from camopt.numerics.indirect import code_of, evaluates
+from camopt.numerics.jet import known
+from camopt.numerics.piecewise import motion, node_motion, part_jets, row_jets
+from camopt.numerics.workspace import Bounds
+
+COUNT, NUMBER = types.int64, types.float64
+DESIGNS, NUMBERS, ROWS = types.int64[::1], types.float64[::1], types.float64[:, ::1]
+BOUNDS = types.BaseTuple.from_types((ROWS, ROWS, ROWS), Bounds)
+
+
+class PartBounds(NamedTuple):
+    """What jets say of a curve and its slope over a part of a panel.
+
+    Range of the curve, bounds of its rounding error, |f''| and |f'''|; range and rounding error of its slope.
+    """
+
+    low: float
+    high: float
+    error: float
+    second: float
+    third: float
+    least_slope: float
+    most_slope: float
+    slope_error: float
+
+
+@inlined
+def node_values(f, table, first, count, values):
+    """values[t, i] = curve of design first + i at node t."""
+    for t in range(table.nodes.shape[0]):
+        y, y1, y2, y3 = node_motion(table, t)
+        row = values[t]
+        for i in range(np.uint64(count)):  # unsigned: an index that may be negative would keep the loop scalar
+            row[i] = curve(f, np.uint64(first) + i, y, y1, y2, y3)[0]
+
+
+@evaluates(types.none, COUNT, COUNT, ROWS)
+def nodes(made, first, count, values):
+    """values[t, i] = curve of design first + i at node t."""
+    f, table = made[0]
+    node_values(f, table, first, count, values)
+
+
+@evaluates(types.none, COUNT, NUMBER, COUNT, COUNT, BOUNDS)
+def row(made, place, half_width, first, count, bounds):
+    """What jets say of a row of the table, a panel or a group of panels, and design first + i."""
+    f, table = made[0]
+    y, y1, y2, y3 = row_jets(table, place)
+    eighth = 0.5 * half_width * half_width  # of the squared width
+    for i in range(np.uint64(count)):
+        jet = curve(f, np.uint64(first) + i, y, y1, y2, y3)[0]
+        bounds.excess[place, i] = known(eighth * jet.second + jet.error)
+        bounds.third[place, i] = known(jet.third)
+        bounds.error[place, i] = known(jet.error)
+
+
+@inlined
+def oriented(f, i, moved, sign):
+    """Oriented value and slope of design i, from the motion (y, y', y'', y''')."""
+    value, slope = curve(f, i, moved[0], moved[1], moved[2], moved[3])
+    return sign * value, sign * slope
+
+
+@evaluates(types.none, COUNT, NUMBER, COUNT, DESIGNS, COUNT, ROWS)
+def node(made, place, sign, first, designs, count, out):
+    """Some designs at one node."""
+    f, table = made[0]
+    moved, values, slopes = node_motion(table, place), out[0], out[1]
+    for j in range(np.uint64(count)):
+        values[j], slopes[j] = oriented(f, np.uint64(first + designs[j]), moved, sign)
+
+
+@evaluates(types.none, COUNT, NUMBERS, NUMBER, COUNT, DESIGNS, COUNT, ROWS)
+def panel(made, place, angles, sign, first, designs, count, out):
+    """Some designs on one panel, each at its own u in [−1, 1]."""
+    (f, table), values, slopes = made[0], out[0], out[1]
+    for j in range(np.uint64(count)):
+        moved = motion(table, place, angles[j])
+        values[j], slopes[j] = oriented(f, np.uint64(first + designs[j]), moved, sign)
+
+
+@evaluates(types.UniTuple(NUMBER, 2), COUNT, NUMBER, NUMBER, COUNT)
+def point(made, place, u, sign, design):
+    """Value and slope of one design."""
+    f, table = made[0]
+    return oriented(f, np.uint64(design), motion(table, place, u), sign)
+
+
+@evaluates(
+    types.BaseTuple.from_types((NUMBER,) * len(PartBounds._fields), PartBounds), COUNT, NUMBER, NUMBER, COUNT
+)
+def part(made, place, middle, reach, design):
+    """Bounds of one design over the part |u − middle| ≤ reach of a panel; over all of it if ``reach`` is 1."""
+    f, table = made[0]
+    y, y1, y2, y3 = row_jets(table, place) if reach == 1.0 else part_jets(table, place, middle, reach)
+    value, slope = curve(f, np.uint64(design), y, y1, y2, y3)
+    return PartBounds(
+        value.low,
+        value.high,
+        known(value.error),
+        value.second,
+        known(value.third),
+        slope.low,
+        slope.high,
+        slope.error,
+    )
+
+
+class Evaluator(NamedTuple):
+    """The address of a curve and its motion table, and those of the functions above."""
+
+    made: Any
+    nodes: Any
+    row: Any
+    node: Any
+    panel: Any
+    point: Any
+    part: Any
+
+
+CURVE = types.BaseTuple.from_types(
+    (types.voidptr, *(function.code for function in (nodes, row, node, panel, point, part))), Evaluator
+)
+
+
+@inlined
+def evaluator(made, address):
+    """The addresses for (curve, motion table), which is kept at ``address``."""
+    return Evaluator(
+        address,
+        code_of(nodes, made),
+        code_of(row, made),
+        code_of(node, made),
+        code_of(panel, made),
+        code_of(point, made),
+        code_of(part, made),
+    )
