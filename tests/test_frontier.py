@@ -132,6 +132,29 @@ def test_ends_are_those_of_single_objectives(scene, found):
         assert bound <= free
 
 
+ENDS = {
+    "convex": ("roller-1000rpm", {}),
+    "curvature": ("exhaust-valve", {"limits.curvature_radius": 10}),
+    "self-crossing": ("exhaust-valve", {}),
+    "listed offsets": ("exhaust-valve", {"limits.pressure_angle": 35, "search.offset": [0, 30]}),
+    "listed sizes": ("exhaust-valve", {"limits.pressure_angle": 35, "search.base_radius": [20, 40, 60]}),
+    "flat": ("flat-reciprocating", {}),
+    "swung": ("oscillating-roller", {"limits.pressure_angle": 45}),
+}
+
+
+@pytest.mark.parametrize("case", ENDS)
+def test_the_end_of_a_term_is_what_synthesise_finds(case):
+    """Whatever decides; both hold the peaks of poly345, since neither minimises an acceleration."""
+    name, changes = ENDS[case]
+    scene = find_scene(name).replace(**{"synthesis.pieces": 12, **changes})
+    end = Least(scene, ("size", "velocity"), "size", ()).at({}).row
+    single = synthesise(scene)
+    assert end["size"] == single.objective
+    assert end["local"] == (not single.convex)
+    assert Scene.from_dict(tomllib.loads(end["scene"])) == single.scene
+
+
 def test_the_table_has_each_cam(found, tmp_path):
     table, picture = write_frontier(found, tmp_path)
     assert picture.read_bytes().startswith(b"\x89PNG")

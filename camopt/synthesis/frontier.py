@@ -178,7 +178,7 @@ def _ends(scene: Scene, axes: tuple[str, ...], workers: int | None) -> Ends:
                 raise Unmet("no free law with so many pieces holds all limits; try more (synthesis.pieces)")
             found[axis, axis] = end
         room = _room(scene, found)
-    pairs = list(permutations(axes, 2))
+    pairs = [(axis, other) for axis, other in permutations(axes, 2) if other != axes[0]]  # which has no grid
     tasks = []
     for axis, other in pairs:
         held = {axis: _widened(found[axis, axis], axis)}

@@ -20,7 +20,7 @@ from camopt.mistakes import Unsolved
 from camopt.question import resolve
 from camopt.scene import Scene
 from camopt.scene_tables import TERMS
-from camopt.synthesis.asked import demand_of
+from camopt.synthesis.asked import by_offset, demand_of
 from camopt.synthesis.cams import cam_for, free_laws, programme_with, scene_with, term_of, within
 from camopt.synthesis.ceilings import ceilings_at, ceilings_of, quantities
 from camopt.synthesis.convex import Convex, convex
@@ -29,7 +29,17 @@ from camopt.synthesis.free import FreeMotion
 from camopt.synthesis.iterate import Iterate, iterate_of
 from camopt.synthesis.relaxation import RelaxedMotion
 from camopt.synthesis.steps import Steps
-from camopt.synthesis.synthesise import MARGINS, PANELS, SOLVER_ERROR, WORSE, gentlest, lowered, placed, tightened
+from camopt.synthesis.synthesise import (
+    MARGINS,
+    PANELS,
+    SOLVER_ERROR,
+    WORSE,
+    best_of,
+    gentlest,
+    lowered,
+    placed,
+    tightened,
+)
 from camopt.synthesis.synthesised import Synthesised
 
 TRIES = 2  # starts of convex steps: those that promise most
@@ -56,7 +66,11 @@ class Least:
         self.demand = replace(demand, objective={} if first in self.keys else {first: 1.0})
         self.held = {term: cp.Parameter(nonneg=True) for term in held if term in TERMS}
         self.known: list[Iterate] | None = None
-        self.free = convex(tightened(self.demand, MARGINS[0]), FreeMotion, self.held)
+
+    @cached_property
+    def free(self) -> Convex:
+        """The programme of free laws."""
+        return convex(tightened(self.demand, MARGINS[0]), FreeMotion, self.held)
 
     @cached_property
     def relaxed(self) -> Convex:
@@ -77,6 +91,8 @@ class Least:
 
     def at(self, value: Mapping[str, float], starts: Sequence[Iterate] = (), bounded: bool = True) -> Found | None:
         """The best cam with the other axes held at values; None if none is found."""
+        if not value and self.first in TERMS:
+            return self._end()
         demand, best = self._demand(value), None
         for laws in self._candidates(demand, value, starts):
             row = self._row(demand, laws, value)
@@ -89,6 +105,12 @@ class Least:
         local = self.first not in TERMS or not self._close(best.row[self.first])
         bound = self._bound(value, best) if bounded else None
         return best._replace(row=best.row | {"bound": bound, "local": local})
+
+    def _end(self) -> Found:
+        """The least of a term with nothing held: what ``synthesise`` finds."""
+        cam, laws = best_of(by_offset(self.demand), lambda done, most: None)
+        row = self._terms(cam, laws) | {"bound": None, "local": not cam.convex}
+        return Found(row, laws)
 
     def _demand(self, value: Mapping[str, float]) -> Demand:
         """The demand with the held quantities as limits of the scene."""
@@ -148,11 +170,15 @@ class Least:
         cam = self._as_solved(laws) if self.keys and not _listed(self.scene) else cam_for(demand, laws)
         if cam is None:
             return None
-        size = cam.design[demand.question.size_name]
-        terms = {axis: term_of(demand, programme, axis, size) for axis in self.axes if axis in TERMS}
-        row = {**terms, **cam.design, "scene": cam.scene.to_toml()}
+        row = self._terms(cam, laws)
         loose = {axis: NEAR if axis in self.keys else ROUNDING for axis in value}
         return row if all(row[axis] <= value[axis] * (1.0 + loose[axis]) for axis in value) else None
+
+    def _terms(self, cam: Synthesised, laws: Iterate) -> dict[str, Any]:
+        """The row of a cam: its axes, its quantities and its scene."""
+        programme, size = programme_with(self.demand, laws), cam.design[self.demand.question.size_name]
+        terms = {axis: term_of(self.demand, programme, axis, size) for axis in self.axes if axis in TERMS}
+        return {**terms, **cam.design, "scene": cam.scene.to_toml()}
 
     def _as_solved(self, laws: Iterate) -> Synthesised | None:
         """The cam of the sizes that the laws were found with, or a little larger, if it holds every limit.

@@ -59,37 +59,56 @@ def synthesise(scene: Scene, progress: Progress | None = None) -> Synthesised:
     Unsolved
         If the convex solver fails.
     """
-    advance = progress or (lambda done, most: None)
     demands = by_offset(demand_of(resolve(scene)))
     bounds = [bound_of(demand) for demand in demands]
-    cams: list[Synthesised] = []
-    why = Unmet("")
-    for demand, bound in zip(demands, bounds, strict=True):
-        try:
-            cams += [_best(demand, advance)] if bound != inf else []
-        except Unmet as reason:
-            why = reason
-    if not cams:
-        raise _unmet(demands) if all(bound == inf for bound in bounds) else why
-    best = min(cams, key=lambda cam: cam.objective)
+    some = [demand for demand, bound in zip(demands, bounds, strict=True) if bound != inf]
+    if not some:
+        raise _unmet(demands)
+    best, _ = best_of(some, progress or (lambda done, most: None))
     known = [bound for bound in bounds if bound is not None]
     right = len(known) == len(bounds) and min(known) <= best.objective  # or else a solver erred
     return replace(best, bound=min(known) if right else None)
 
 
-def _best(demand: Demand, advance: Progress) -> Synthesised:
-    """The best free laws of a demand."""
+def best_of(demands: Sequence[Demand], advance: Progress) -> tuple[Synthesised, Iterate]:
+    """The best cam of some demands, without a bound, and its free laws.
+
+    Raises
+    ------
+    Unmet
+        If no free laws meet any of them.
+    Unsolved
+        If the convex solver fails.
+    """
+    found, why = [], Unmet("")
+    for demand in demands:
+        try:
+            found.append(_best(demand, advance))
+        except Unmet as reason:
+            why = reason
+    if not found:
+        raise why
+    return _least(found)
+
+
+def _best(demand: Demand, advance: Progress) -> tuple[Synthesised, Iterate]:
+    """The best free laws of a demand, and their cam."""
     model, start, least = solved(demand)
-    found = cam_for(demand, start)
-    free = found is not None and found.objective <= least + WORSE * (abs(least) + model.unit)
+    cam = cam_for(demand, start)
+    found = [(cam, start)] if cam else []
+    free = cam is not None and cam.objective <= least + WORSE * (abs(least) + model.unit)
     if not free and ceilings_of(demand):
-        cams = [*([found] if found else []), *_bent(model, demand, start, advance)]
-        found = min(cams, key=lambda cam: cam.objective, default=None)
-    if found is None:
+        found += _bent(model, demand, start, advance)
+    if not found:
         others = smallest_cams(scene_with(demand.question.scene, free_laws(demand, start))).obstacles.values()
         what = f": {', '.join(dict.fromkeys(others))}" if others else ""
         raise Unmet(f"free laws hold the convex limits, but no cam was found that also holds the others{what}")
-    return replace(found, convex=free)
+    cam, laws = _least(found)
+    return replace(cam, convex=free), laws
+
+
+def _least(found: Sequence[tuple[Synthesised, Iterate]]) -> tuple[Synthesised, Iterate]:
+    return min(found, key=lambda each: each[0].objective)
 
 
 def _unmet(demands: Sequence[Demand]) -> Unmet:
@@ -162,18 +181,18 @@ def tightened(demand: Demand, margin: float) -> Demand:
     )
 
 
-def _bent(model: Convex, demand: Demand, start: Iterate, advance: Progress) -> list[Synthesised]:
-    """The cams that convex steps reach from the convex optimum and from known laws."""
+def _bent(
+    model: Convex, demand: Demand, start: Iterate, advance: Progress
+) -> Iterator[tuple[Synthesised, Iterate]]:
+    """The cams that convex steps reach from the convex optimum and from known laws, and their laws."""
     starts = [start, *placed(demand, start)]
     ceilings = ceilings_of(demand)
     steps = Steps(model, ceilings)
-    found = []
     for number, each in enumerate(starts):
         advance(number, len(starts))
         last = steps.run(each, ceilings)
         if within(demand, programme_with(demand, last)) and (cam := cam_for(demand, last)):
-            found.append(cam)
-    return found
+            yield cam, last
 
 
 def placed(demand: Demand, start: Iterate) -> list[Iterate]:
