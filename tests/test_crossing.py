@@ -13,9 +13,9 @@ from shapely import LinearRing
 
 from camopt import Scene, certify, evaluate, find_scene, load, optimise, sweep
 from camopt.effects import Case, Subject
-from camopt.effects.crossing import find_crossing, surely_round
-from camopt.effects.crossing_boxes import KnownCrossings
-from camopt.effects.parts import cover, first_parts
+from camopt.effects.crossing import across, find_crossing, surely_round
+from camopt.effects.crossing_boxes import KnownCrossings, met_near
+from camopt.effects.parts import WIDEST, cover, ends_of, first_parts
 from camopt.geometry import profile_points
 from camopt.judging import run_effects
 from camopt.mechanisms import MECHANISMS, Designs
@@ -407,6 +407,51 @@ def test_of_the_main_job_the_largest_pressure_angle_decides_all_but_a_few():
     assert surely_round(case)[held].mean() > 0.99
 
 
+def test_two_free_sizes_are_proved_in_a_few_thousand_boxes(monkeypatch):
+    """From a roller at which the cam can only just be assembled, to one at which the flanks cross sooner."""
+    monkeypatch.setattr("camopt.search.branch_and_bound.MOST_BOXES", 5000)
+    scene = swung("modified-sine", (41.7, 3.8, 57.4), 68.6, (9.8, 152.9, 143.0), "ccw")
+    best = optimise(scene.replace(**{"search.roller_radius": {"start": 9.74, "stop": 9.9}}), seconds=600).best
+    assert (best["proved"], best["binding"]) == (True, ["self_crossing"])
+    assert best["roller_radius_mm"] == pytest.approx(9.74, abs=1e-5)  # flat along the roller's radius, nearly
+    alone = optimise(scene.replace(**{"follower.roller_radius": best["roller_radius_mm"]})).best
+    assert alone["base_radius_mm"] == pytest.approx(best["base_radius_mm"], abs=3e-8)
+
+
+def test_of_sizes_that_both_move_a_crossing_without_bounds_the_wider_is_cut():
+    """On the border of what can be assembled, at a prime radius of centre distance less arm."""
+    question = resolve(swung("cycloidal", (48, 7, 46), 54.3, (6.8, 115.8, 124.7), "cw"))
+    inside = replace(question.design, size=np.array([2.2]), roller_radius=np.array([6.9]))
+    sides = {name: Interval(value, value) for name, value in inside.sizes.items()}
+    sides |= {"size": Interval(np.array([2.0]), np.array([2.21]))}
+    sides |= {"roller_radius": Interval(np.array([6.5]), np.array([7.5]))}
+    known = KnownCrossings(question.subject, question.programme)
+    shown, cut = known.excluded(Designs(**sides, sense=inside.sense), inside, ("size", "roller_radius"))
+    assert (shown[0], cut[0]) == (False, 1)
+
+
+@pytest.mark.parametrize("key", ROUND)
+def test_parts_that_meet_are_chosen_to_reach_furthest(key):
+    """No width for both reaches further, and both parts do lie across each other."""
+    for case in slim_cams(12, key):
+        found = find_crossing(case.subject, case.designs, case.programme)
+        if found.shown:
+            near = np.array([found.at])
+            met = met_near(case.subject, case.designs, case.programme, near)
+            column = case.designs.take((slice(None), None))
+            for share in 0.5 ** np.arange(0, 12):
+                parts = [replaced(part, WIDEST * share) for part in met.parts]
+                covers = [cover(case.subject, column, case.programme, part) for part in parts]
+                ends = [ends_of(case.subject, column, case.programme, part) for part in parts]
+                reach = [across(covers[k], ends[k], covers[1 - k]) - covers[1 - k].bulge for k in (0, 1)]
+                assert np.min(reach) <= met.least[0] * (1 + 1e-9)
+
+
+def replaced(part, half):
+    """One part of another width, with the bounds of the widest."""
+    return part._replace(half=np.full_like(part.half, half))
+
+
 @pytest.mark.parametrize("key", ROUND)
 def test_all_cams_of_an_excluded_box_cross_themselves(key):
     """Random designs of boxes, and the corners, against polygons; all boxes round a crossing are, once narrow."""
@@ -420,7 +465,7 @@ def test_all_cams_of_an_excluded_box_cross_themselves(key):
             half = {n: width * (n in free) + 0.0 * v for n, v in case.designs.sizes.items()}
             sides = {n: Interval(v - half[n], v + half[n]) for n, v in case.designs.sizes.items()}
             box = Designs(**sides, sense=1.0)
-            shown = KnownCrossings(case.subject, case.programme).excluded(box, free)[0][0]
+            shown = KnownCrossings(case.subject, case.programme).excluded(box, case.designs, free)[0][0]
             assert shown or width > 1e-9
             excluded += int(shown)
             for share in random.choice([-1.0, 1.0, 0.3, -0.7], (3, len(free))) if shown else ():

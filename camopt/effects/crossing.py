@@ -200,13 +200,14 @@ def _strips_apart(a: Cover, b: Cover) -> BoolArray:
 def _meet(found: Cover, ends: Ends, first: IntArray, second: IntArray) -> BoolArray:
     """Which pairs of parts surely meet."""
     one, other = ((found.take(index), [tip[index] for tip in ends]) for index in (first, second))
-    return np.asarray((across(*one, other[0]) > 0.0) & (across(*other, one[0]) > 0.0))
+    beyond = across(*one, other[0]) - other[0].bulge, across(*other, one[0]) - one[0].bulge
+    return np.asarray(np.minimum(*beyond) > 0.0)
 
 
 def across(found: Cover, ends: Ends, other: Cover) -> FloatArray:
-    """How far the ends of parts reach, on opposite sides, beyond the strips round others, mm; −∞ if on one side."""
+    """How far the ends of parts are, on opposite sides, from the tangents of others, mm; −∞ if on one side."""
     start, end = (cross(other.tangent, tip - other.point) for tip in ends)
-    far = np.minimum(np.abs(start), np.abs(end)) - other.bulge - found.rounding
+    far = np.minimum(np.abs(start), np.abs(end)) - found.rounding
     return np.where(start * end < 0.0, far, -np.inf)
 
 

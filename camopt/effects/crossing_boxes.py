@@ -36,6 +36,7 @@ MOST_KNOWN = 4
 UNKNOWN = -1  # which size to cut
 STEPS, SHORT = 8, 1e-7  # of Newton's method; of its difference quotients, rad
 HALVINGS = 24  # from the widest part round a crossing to the narrowest
+LARGE = 1e300  # in place of what is lost without bounds
 CAREFUL = 1.001  # far more than what rounding of ranges takes, where they are narrow, too
 START = "start"
 
@@ -51,6 +52,16 @@ class Met(NamedTuple):
     reach: FloatArray
     """(2, n): of the first part across the second, and the other way."""
 
+    @property
+    def least(self) -> FloatArray:
+        """How far both reach, (n,); above 0 where they surely meet."""
+        return np.asarray(self.reach.min(axis=0))
+
+    def take(self, index: IntArray) -> "Met":
+        """Those of some of the profiles."""
+        one, other = (Parts(*(x[index] for x in each)) for each in self.parts)
+        return Met((one, other), (self.covers[0].take(index), self.covers[1].take(index)), self.reach[:, index])
+
 
 class KnownCrossings:
     """A search among the cams of a programme, and where their profiles were found to cross."""
@@ -60,32 +71,31 @@ class KnownCrossings:
         self._known: list[tuple[float, ...]] = []
         """Pairs of cam angles in rad, the latest first."""
 
-    def excluded(self, box: Designs, free: Sequence[str]) -> tuple[BoolArray, IntArray]:
+    def excluded(self, box: Designs, inside: Designs, free: Sequence[str]) -> tuple[BoolArray, IntArray]:
         """Of which boxes (Intervals) all designs are shown to cross themselves; and which free size to cut next.
 
-        Where no known crossing shows it, another one is looked for, at the box of the smallest cams. −1 where the
-        middle of a box is not seen to cross itself, so that nothing tells which size to cut.
+        ``inside`` is one design of each. Where no known crossing shows that it crosses itself, another one is
+        looked for, at the box of the smallest cams. −1 where the design inside cannot be assembled, or is not seen
+        to cross itself, so that nothing tells which size to cut.
         """
         sides: dict[str, Any] = box.sizes
-        middles = replace(box, **{name: (side.low + side.high) / 2 for name, side in sides.items()})
         crossing, cut = np.zeros(len(box), dtype=bool), np.full(len(box), UNKNOWN)
-        left = np.flatnonzero(self._subject.mechanism.exists(middles, self._programme))
-        for near in self._known:
-            left = self._try(near, middles, box, free, left, crossing, cut)
-        if left.size:
-            smallest = left[np.argmin(sides["size"].low[left])]
-            if self.learn(middles.take([smallest])):
-                self._try(self._known[0], middles, box, free, left, crossing, cut)
+        index = np.flatnonzero(self._subject.mechanism.exists(inside, self._programme))
+        met = self._met(inside.take(index))
+        unseen = index[met.least <= 0.0]
+        if unseen.size and self.learn(inside.take(unseen[[np.argmin(sides["size"].low[unseen])]])):
+            met = self._met(inside.take(index))
+        seen = np.flatnonzero(met.least > 0.0)
+        if seen.size:
+            some = index[seen]
+            crossing[some], cut[some] = throughout(
+                self._subject, inside.take(some), box.take(some), free, self._programme, met.take(seen)
+            )
         return crossing, cut
 
     def shown(self, designs: Designs) -> BoolArray:
         """Which designs are seen to cross themselves where others do."""
-        crossing, left = np.zeros(len(designs), dtype=bool), np.arange(len(designs))
-        for near in self._known:
-            met = met_near(self._subject, designs.take(left), self._programme, near)
-            crossing[left] = np.all(met.reach > 0.0, axis=0)
-            left = left[~crossing[left]]
-        return crossing
+        return np.asarray(self._met(designs).least > 0.0)
 
     def learn(self, design: Designs) -> bool:
         """Whether a design is shown to cross itself; where it does is then known."""
@@ -94,45 +104,31 @@ class KnownCrossings:
             self._known = [found.at, *self._known][:MOST_KNOWN]
         return found.shown is True
 
-    def _try(
-        self,
-        near: tuple[float, ...],
-        middles: Designs,
-        box: Designs,
-        free: Sequence[str],
-        left: IntArray,
-        crossing: BoolArray,
-        cut: IntArray,
-    ) -> IntArray:
-        """Mark those of the boxes left that cross themselves throughout near two cam angles; the rest of them."""
-        met = met_near(self._subject, middles.take(left), self._programme, near)
-        index = np.flatnonzero(np.all(met.reach > 0.0, axis=0))
-        if not index.size:
-            return left
-        some = left[index]
-        shown, side = throughout(
-            self._subject, middles.take(some), box.take(some), free, self._programme, taken(met, index)
-        )
-        crossing[some], cut[some] = shown, side
-        return left[~crossing[left]]
+    def _met(self, designs: Designs) -> Met:
+        """Of each design the parts that reach furthest across each other, of those near the known crossings."""
+        known = np.array(self._known or [(0.0, 0.0)])
+        count = len(designs) * len(known)
+        near = np.tile(known, (len(designs), 1))
+        met = met_near(self._subject, designs.take(np.arange(count) // len(known)), self._programme, near)
+        best = met.least.reshape(len(designs), len(known)).argmax(axis=1)
+        return met.take(np.arange(0, count, len(known)) + best)
 
 
-def taken(met: Met, index: IntArray) -> Met:
-    """Those of some of the profiles."""
-    parts = tuple(Parts(*(x[index] for x in each)) for each in met.parts)
-    return Met((parts[0], parts[1]), (met.covers[0].take(index), met.covers[1].take(index)), met.reach[:, index])
-
-
-def met_near(subject: Subject, designs: Designs, programme: Programme, near: tuple[float, ...]) -> Met:
-    """The two parts of each profile near two cam angles in rad, of all widths, that reach furthest across."""
+def met_near(subject: Subject, designs: Designs, programme: Programme, near: FloatArray) -> Met:
+    """The two parts of each profile near two cam angles in rad, (n, 2), of the widths that reach furthest."""
     column, every = designs.take((slice(None), None)), np.arange(len(designs))
     parts = [_around(programme, root) for root in _roots(subject, column, programme, near).T]
     covers = [cover(subject, column, programme, each) for each in parts]
-    ends = [ends_of(subject, column, programme, each) for each in parts]
-    reach = np.stack([across(covers[k], ends[k], covers[1 - k]) for k in (0, 1)])
-    best = every, np.argmax(reach.min(axis=0), axis=-1)
-    one, other = (Parts(*(np.broadcast_to(x, reach.shape[1:])[best] for x in each)) for each in parts)
-    return Met((one, other), (covers[0].take(best), covers[1].take(best)), reach[:, best[0], best[1]])
+    far = [across(covers[k], ends_of(subject, column, programme, parts[k]), covers[1 - k]) for k in (0, 1)]
+    first, second = far[0][:, :, None] - covers[1].bulge[:, None], far[1][:, None] - covers[0].bulge[:, :, None]
+    least = np.minimum(first, second).reshape(len(designs), HALVINGS**2)
+    widths = np.unravel_index(least.argmax(axis=1), (HALVINGS, HALVINGS))
+    best = [(every, width) for width in widths]
+    one, other = (
+        Parts(*(np.broadcast_to(x, far[0].shape)[at] for x in part)) for part, at in zip(parts, best, strict=True)
+    )
+    reach = np.stack([each[every, *widths] for each in (first, second)])
+    return Met((one, other), (covers[0].take(best[0]), covers[1].take(best[1])), reach)
 
 
 def throughout(
@@ -150,7 +146,8 @@ def throughout(
     del others["size"]
     by_start = moves(subject, designs, others, programme, met)
     shown = [np.all(moved.sum(axis=0) * CAREFUL < met.reach, axis=0) for moved in (by_size, by_start)]
-    return np.logical_or(*shown), np.argmax(np.nan_to_num(by_size.max(axis=1), nan=np.inf), axis=0)
+    width, most = np.array([sides[name].high - sides[name].low for name in free]), by_size.max(axis=1)
+    return np.logical_or(*shown), np.argmax(np.where(np.isfinite(most), most, LARGE * width), axis=0)
 
 
 def moves(subject: Subject, designs: Designs, sides: Sides, programme: Programme, met: Met) -> FloatArray:
@@ -209,9 +206,9 @@ def _around(programme: Programme, angles: FloatArray) -> Parts:
     return Parts(np.broadcast_to(angles[:, None], half.shape), half, velocity, acceleration, np.maximum(*errors))
 
 
-def _roots(subject: Subject, designs: Designs, programme: Programme, near: tuple[float, ...]) -> FloatArray:
+def _roots(subject: Subject, designs: Designs, programme: Programme, near: FloatArray) -> FloatArray:
     """The two cam angles (n, 2) of about one point of each profile (n, 1), by Newton's method from those given."""
-    angles = np.tile(np.array(near), (len(designs), 1))
+    angles = near
     for _ in range(STEPS):
         points = points_at(subject, designs, programme, np.concatenate([angles, angles + SHORT], axis=1))
         gap, (along, across) = points[:, 1] - points[:, 0], ((points[:, 2:] - points[:, :2]) / SHORT).T

@@ -30,7 +30,7 @@ from camopt.search.answer import (
 from camopt.search.boxes import Boxes
 from camopt.search.clock import now
 from camopt.search.closed_form import NUDGES, negligible
-from camopt.search.enclosure import Examined, claims_on_size, examined, points_of
+from camopt.search.enclosure import Examined, claims_on_size, examined, points_of, representatives
 from camopt.search.first_look import FEW_VALUES, VALUES, coarse_grid, first_look, largest_size, scale_of
 
 FEW, MANY = 32, 512  # boxes examined together: no fewer, for they take no longer, and no more, to stop in time
@@ -94,7 +94,7 @@ class Search:
     def narrowed(self, boxes: Boxes) -> Boxes:
         """Those of some boxes that may hold a smaller cam and can be cut, with the side to cut."""
         boxes = self.without_crossings(boxes)
-        self.improve(boxes)
+        self.improve(boxes.take(boxes.side == UNKNOWN))
         if self.incumbent is not None:
             boxes = self.left(boxes, boxes.low["size"] >= self.incumbent.size[0] - gap_of(self.incumbent))
             boxes = boxes.below(self.incumbent.size[0])
@@ -130,7 +130,10 @@ class Search:
         """
         if self.crossings is None:
             return replace(boxes, side=np.full(len(boxes), UNKNOWN))
-        excluded, side = self.crossings.excluded(boxes.designs(self.question.design.sense), boxes.free)
+        designs, free = boxes.designs(self.question.design.sense), list(boxes.free)
+        possible = ~self.question.subject.mechanism.impossible(designs, self.question.programme)
+        inside, _ = representatives(self.question, designs, free, possible)
+        excluded, side = self.crossings.excluded(designs, inside, free)
         return replace(boxes, side=side).take(~excluded)
 
     def left(self, boxes: Boxes, done: Any) -> Boxes:

@@ -69,7 +69,7 @@ def examined(question: Question, claims: list[Claim], box: Designs, free: list[s
     assembled design of the box is at hand.
     """
     empty = question.subject.mechanism.impossible(box, question.programme)
-    inside, exists = _representatives(question, box, free, ~empty)
+    inside, exists = representatives(question, box, free, ~empty)
     intervals: dict[str, Any] = box.sizes
     low, high = (np.array([getattr(intervals[n], end) for n in free]) for end in ("low", "high"))
     side, index, level = np.argmax(high - low, axis=0), np.flatnonzero(exists), exists.copy()
@@ -128,7 +128,7 @@ def _sloped(box: Designs, inside: Designs, free: list[str], rows: int) -> tuple[
     return Designs(**{**fixed, **sizes}, sense=box.sense), sizes[free[0]]  # type: ignore[arg-type]
 
 
-def _representatives(question: Question, box: Designs, free: list[str], wanted: Any) -> tuple[Designs, Any]:
+def representatives(question: Question, box: Designs, free: list[str], wanted: Any) -> tuple[Designs, Any]:
     """A design of each wanted box that can be assembled, and whether one is found.
 
     Tried in turn: the middle; the largest size with the offset nearest to zero; the least size; every corner.
