@@ -216,6 +216,7 @@ def synthesise(scene: Any, as_json: bool, quiet: bool, out: Path, picture: Path 
 def frontier(scene: Any, as_json: bool, quiet: bool, axes: str, points: int, out: Path, workers: int | None) -> int:
     """Show the trade-off between size and acceleration, or other terms and loads, with new motion laws."""
     from camopt import reports, terminal
+    from camopt.drawing.frontier import plot_frontier
     from camopt.files import result_folder
     from camopt.synthesis.files import write_frontier
     from camopt.synthesis.frontier import frontier as run
@@ -223,10 +224,11 @@ def frontier(scene: Any, as_json: bool, quiet: bool, axes: str, points: int, out
     with result_folder(out), terminal.progress(quiet, "points") as advance:
         with keys_as_options():
             found = run(scene, [axis.strip() for axis in axes.split(",")], points, workers, advance)
-        files = write_frontier(found, out)
+        table, picture = write_frontier(found, out), out / "frontier.png"
+        plot_frontier(found, picture)
     reports.show_frontier(found, as_json)
     if not quiet:
-        terminal.say_written(files)
+        terminal.say_written([table, picture])
     return 0 if found.rows else NOTHING_FEASIBLE
 
 

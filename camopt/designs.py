@@ -13,12 +13,13 @@ from camopt.mistakes import BadInput, Mistake, UnknownName, nearest
 from camopt.motion import LAWS
 from camopt.question import size_keys
 from camopt.scene import Scene
+from camopt.shown import Shown
 
 if TYPE_CHECKING:
     import pandas as pd
 
 
-class Design(dict[str, Any]):
+class Design(Shown, dict[str, Any]):
     """One design of a result: a mapping from the name of a quantity to its value.
 
     Parameters
@@ -47,11 +48,6 @@ class Design(dict[str, Any]):
         sizes = [f", {name} = {self[name]:.6g}" for name in ("base_radius_mm", "mean_radius_mm") if name in self]
         laws = " / ".join(dict.fromkeys(str(self[n]) for n in ("law_rise", "law_return") if n in self))
         return f"<Design of {self.searched.name}: {laws}{''.join(sizes)}, {len(self)} quantities>"
-
-    def _repr_html_(self) -> str:
-        from camopt.notebook import design_html
-
-        return design_html(self)
 
     @cached_property
     def scene(self) -> Scene:

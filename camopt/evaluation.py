@@ -15,10 +15,11 @@ from camopt.motion.table import TURN
 from camopt.quantities import QUANTITIES
 from camopt.question import Question, exactly, resolve_design
 from camopt.scene import Scene
+from camopt.shown import Shown
 
 
 @dataclass(frozen=True)
-class Evaluation(Mapping[str, Any]):
+class Evaluation(Shown, Mapping[str, Any]):
     """The quantities of one design: a mapping from name to value.
 
     ``unbounded`` says why a value is infinite, for each that is.
@@ -39,11 +40,6 @@ class Evaluation(Mapping[str, Any]):
     def __repr__(self) -> str:
         verdict = "feasible" if self.quantities.get("feasible") else f"breaks {self.quantities.get('violated')}"
         return f"<Evaluation of {self.scene.name}: {len(self)} quantities, {verdict}>"
-
-    def _repr_html_(self) -> str:
-        from camopt.notebook import evaluation_html
-
-        return evaluation_html(self)
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.quantities)

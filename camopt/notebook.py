@@ -1,52 +1,71 @@
 """How results show themselves in a notebook: tables as HTML, designs with a small picture of the cam."""
 
 from collections.abc import Callable, Iterable, Mapping
+from functools import singledispatch
 from html import escape
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from camopt.cells import heading, number
 from camopt.columns import bounds_of, columns_of, is_nothing, with_law
+from camopt.designs import Design
+from camopt.drawing.small import small_cam
 from camopt.evaluation import Evaluation
 from camopt.mistakes import BadInput
 from camopt.quantities import QUANTITIES
 from camopt.question import resolve
 from camopt.scene import Scene
-from camopt.terminal import heading, number
-
-if TYPE_CHECKING:
-    from camopt.designs import Design
-    from camopt.search.optimise import Optimum
+from camopt.search.optimise import Optimum
+from camopt.search.sweep import Sweep
+from camopt.shown import Shown
 
 Row = Mapping[str, Any]
 
 
-def scene_html(scene: Scene) -> str:
+@singledispatch
+def html_of(result: Shown) -> str:
+    """How a notebook shows a result."""
+    raise NotImplementedError(type(result).__name__)
+
+
+@html_of.register
+def _of_a_scene(scene: Scene) -> str:
     """What the scene is, and its TOML to unfold."""
     unfolded = f"<details><summary>TOML</summary><pre>{escape(scene.to_toml())}</pre></details>"
     return f"<b>{escape(repr(scene))}</b>{unfolded}"
 
 
-def evaluation_html(result: Evaluation) -> str:
+@html_of.register
+def _of_an_evaluation(result: Evaluation) -> str:
     """Every quantity with its unit, limit and meaning, a row each."""
     names = [name for name in result if not is_nothing(result.scene, name, [result])]
     table = _down(result.scene.name, result.scene, result, names, result.unbounded)
     return _beside_the_cam(table, lambda: result.scene)
 
 
-def design_html(design: "Design") -> str:
+@html_of.register
+def _of_a_design(design: Design) -> str:
     """The sizes of a design and what its scene asks, beside the limits."""
     (row,) = with_law([design])
     table = _down(design.searched.name, design.searched, row, columns_of(resolve(design.searched), [row]), {})
     return _beside_the_cam(table, lambda: design.scene)
 
 
-def optimum_html(result: "Optimum") -> str:
+@html_of.register
+def _of_an_optimum(result: Optimum) -> str:
     """The smallest cam of each law, and the smallest of all as a picture."""
     title, best = f"{result.scene.name}: the smallest cam of each law", result.best
-    table = designs_html(title, result.scene, result.by_law.values(), (), "binding")
+    table = _designs(title, result.scene, result.by_law.values(), (), "binding")
     return table if best is None else _beside_the_cam(table, lambda: best.scene)
 
 
-def designs_html(title: str, scene: Scene, designs: Iterable[Row], asked: Iterable[str], last: str) -> str:
+@html_of.register
+def _of_a_sweep(result: Sweep) -> str:
+    """The best design of each law."""
+    asked = (*result.scene.search.minimise, *result.scene.search.maximise)
+    return _designs(repr(result).strip("<>"), result.scene, result.best.values(), asked, "held_by")
+
+
+def _designs(title: str, scene: Scene, designs: Iterable[Row], asked: Iterable[str], last: str) -> str:
     """A row for each design: what the scene asks, and one column of names at the end."""
     question, rows = resolve(scene), with_law(designs)
     if not rows:
@@ -59,8 +78,6 @@ def designs_html(title: str, scene: Scene, designs: Iterable[Row], asked: Iterab
 
 def _beside_the_cam(table: str, scene_of: Callable[[], Scene]) -> str:
     """A table with the picture of a cam on its right, if there is such a cam."""
-    from camopt.drawing.small import small_cam
-
     try:
         cam = small_cam(scene_of())
     except BadInput:  # sizes that no scene has: the table shows them all the same

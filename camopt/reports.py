@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from rich.table import Table
 from rich.tree import Tree
 
+from camopt.cells import number
 from camopt.columns import bounds_of, columns_of, is_nothing, sizes_shown, with_law
 from camopt.designs import Design
 from camopt.evaluation import Evaluation
@@ -19,7 +20,7 @@ from camopt.rows import Rows, finite
 from camopt.scene import Scene
 from camopt.search.optimise import Optimum
 from camopt.search.sweep import Sweep
-from camopt.terminal import number, print_json, room_across, show, table_of
+from camopt.terminal import print_json, room_across, show, table_of
 
 if TYPE_CHECKING:
     from camopt.bill import Bill  # measures, and imports what only a measurement needs

@@ -36,9 +36,10 @@ from camopt.scene_tables import (
     one_line,
 )
 from camopt.scene_text import parsed, plain
+from camopt.shown import Shown
 
 
-class Scene(Table):
+class Scene(Shown, Table):
     """A whole question. Made from tables, from TOML (``from_toml``) or from a mapping (``from_dict``).
 
     Raises
@@ -71,11 +72,6 @@ class Scene(Table):
         return f"<Scene {self.name}: {', '.join(words)}>"
 
     __str__ = __repr__
-
-    def _repr_html_(self) -> str:
-        from camopt.notebook import scene_html
-
-        return scene_html(self)
 
     @property
     def file(self) -> str:

@@ -3,7 +3,6 @@
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext
-from math import inf
 from typing import Any
 
 from rich.box import SIMPLE_HEAD
@@ -11,8 +10,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.tree import Tree
 
+from camopt.cells import heading, number
 from camopt.exits import say
-from camopt.quantities import QUANTITIES
 from camopt.table import to_json
 
 Advance = Callable[[int, int], None]
@@ -41,27 +40,6 @@ def progress(quiet: bool, unit: str) -> Iterator[Advance]:
 def print_json(document: Any) -> None:
     if sys.stdout is not None:
         sys.stdout.write(to_json(document) + "\n")
-
-
-def number(value: Any) -> str:
-    """Six significant digits, no exponent where a reader would not want one."""
-    if isinstance(value, bool) or not isinstance(value, float):
-        return {True: "yes", False: "no"}.get(value, str(value)) if isinstance(value, bool) else str(value)
-    return "∞" if value == inf else "−∞" if value == -inf else f"{value:.6g}"
-
-
-def heading(name: str, unit: str | None = None) -> str:
-    """A column's name, one word per line, then its unit: that of the quantity of this name if none is given."""
-    if unit is None:
-        unit = QUANTITIES[name].unit if name in QUANTITIES else ""
-    stem = name.removesuffix(_suffix(unit)) if unit else name
-    return "\n".join([*stem.split("_"), *([unit] if unit else [])])
-
-
-def _suffix(unit: str) -> str:
-    """A unit as it is written in names: m/s² is _m_s2, N/mm is _N_per_mm."""
-    plain = unit.translate(str.maketrans("²³·µ", "23_u")).replace("/s", "_s")
-    return "_" + plain.replace("1/", "per_").replace("/", "_per_")
 
 
 def table_of(

@@ -7,6 +7,7 @@ import pytest
 from support.pictures import faults_of
 
 from camopt import BadInput, Scene, certify, evaluate, find_scene, frontier, load, plot_frontier, synthesise
+from camopt.cli import main
 from camopt.mistakes import Unmet
 from camopt.question import resolve
 from camopt.reports import show_frontier
@@ -155,9 +156,17 @@ def test_the_end_of_a_term_is_what_synthesise_finds(case):
     assert Scene.from_dict(tomllib.loads(end["scene"])) == single.scene
 
 
+def test_the_command_writes_the_table_and_the_picture(found, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("camopt.synthesis.frontier.frontier", lambda *_: found)
+    assert main(["frontier", "roller-1000rpm", "--out", str(tmp_path / "out")]) == 0
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {"frontier.parquet", "frontier.png"}
+    assert (tmp_path / "out" / "frontier.png").read_bytes().startswith(b"\x89PNG")
+    assert len(load(tmp_path / "out" / "frontier.parquet")) == len(found.rows) + len(found.known)
+    assert "frontier.png" in capsys.readouterr().err
+
+
 def test_the_table_has_each_cam(found, tmp_path):
-    table, picture = write_frontier(found, tmp_path)
-    assert picture.read_bytes().startswith(b"\x89PNG")
+    table = write_frontier(found, tmp_path)
     frame = load(table)
     units = frame.attrs["units"]
     assert {name: units[name] for name in ("base_radius_mm", *found.axes, "bound")} == {

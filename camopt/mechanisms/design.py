@@ -27,6 +27,8 @@ FIELDS = {
     "base_radius": "size",
 }
 """The arrays of ``Designs`` by the keys of a scene that give them or vary them, the slowest of a sweep first."""
+Bounds = dict[str, tuple[float, float]]
+"""Closed intervals of the sizes of a design, by field of Designs; equal ends where a size is fixed."""
 
 
 @dataclass(frozen=True)

@@ -29,6 +29,8 @@ except (RuntimeWarning, ValueError) as trouble:  # NUMBA_NUM_THREADS=0, NUMBA_OP
 
 from camopt.numerics.kernel_cache import KernelCache, opened_folder
 
+types: Any = numba.types  # from here, so that no module that needs them meets numba before this one has tried it
+
 FLAGS: dict[str, Any] = {
     "nogil": True,  # blocks of designs run on threads
     "error_model": "numpy",  # 1/0 is inf, as in the formulas; Python's model would add a branch to each division

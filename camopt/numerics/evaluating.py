@@ -10,9 +10,8 @@ values in its first row and slopes in its second. ``sign`` orients both: 1 looks
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import types
 
-from camopt.numerics.compile import inlined
+from camopt.numerics.compile import inlined, types
 from camopt.numerics.curves import curve
 from camopt.numerics.indirect import code_of, evaluates
 from camopt.numerics.jet import known

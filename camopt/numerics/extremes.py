@@ -17,11 +17,10 @@ All this is compiled once. What evaluates a curve is compiled for each curve, an
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import types
 
 from camopt.numerics import LARGEST_MAGNITUDE, LEAST, UNIT, FloatArray
 from camopt.numerics.climbing import Ask, allowed, orient
-from camopt.numerics.compile import called, compiled, compiled_for_many, inlined
+from camopt.numerics.compile import called, compiled, compiled_for_many, inlined, types
 from camopt.numerics.curves import LOADED
 from camopt.numerics.evaluating import CURVE, evaluator
 from camopt.numerics.indirect import Reached, address_of, call

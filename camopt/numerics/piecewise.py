@@ -12,12 +12,11 @@ from math import comb
 from typing import NamedTuple
 
 import numpy as np
-from numba import types
 from numpy.polynomial import polynomial
 from numpy.typing import NDArray
 
 from camopt.numerics import UNIT, FloatArray
-from camopt.numerics.compile import compiled, inlined
+from camopt.numerics.compile import compiled, inlined, types
 from camopt.numerics.jet import Jet
 from camopt.numerics.loading import LoadTable, loaded, loaded_node, loaded_part, loaded_row
 

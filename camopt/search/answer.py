@@ -17,8 +17,6 @@ from camopt.rows import Rows
 GAP = 1e-9  # of the prime radius: a size is proved if the least feasible one is smaller by no more
 
 Progress = Callable[[int, int], None]
-Bounds = dict[str, tuple[float, float]]
-"""Closed intervals of the sizes of a design, by field of Designs; equal ends where a size is fixed."""
 
 
 @dataclass(frozen=True)

@@ -6,9 +6,10 @@ from typing import Any
 import numpy as np
 
 from camopt.mechanisms import Designs
+from camopt.mechanisms.design import Bounds
 from camopt.numerics import FloatArray
 from camopt.numerics.interval import Interval
-from camopt.search.answer import GAP, Bounds
+from camopt.search.answer import GAP
 from camopt.search.first_look import spread
 
 NARROW = 1e-3 * GAP  # of a size, or of the scale where that is larger

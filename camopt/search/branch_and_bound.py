@@ -17,9 +17,9 @@ from camopt.claims import Claim
 from camopt.effects.crossing_boxes import UNKNOWN, KnownCrossings
 from camopt.judging import judged
 from camopt.mechanisms import Designs
+from camopt.mechanisms.design import Bounds
 from camopt.question import Question
 from camopt.search.answer import (
-    Bounds,
     Smallest,
     feasible,
     first_feasible,

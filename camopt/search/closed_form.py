@@ -15,10 +15,11 @@ import numpy as np
 
 from camopt.claims import Offset
 from camopt.mechanisms import Designs, translating, translating_flat
+from camopt.mechanisms.design import Bounds
 from camopt.motion.programme import span
 from camopt.motion.table import DWELL, TURN
 from camopt.question import Question, claims_on
-from camopt.search.answer import GAP, Bounds, feasible
+from camopt.search.answer import GAP, feasible
 
 NUDGES = (0.0, 1e-15, 4e-15, 1.6e-14, 6.4e-14, 2.6e-13, 1e-12, 4e-12)  # of the prime radius
 

@@ -9,8 +9,8 @@ from math import inf
 
 import numpy as np
 
+from camopt.mechanisms.design import Bounds
 from camopt.motion.programme import law_peaks
-from camopt.search.answer import Bounds
 from camopt.search.closed_form import closed_form
 from camopt.search.turns import Found, Turns
 

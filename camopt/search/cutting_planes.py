@@ -15,10 +15,11 @@ import numpy as np
 
 from camopt.effects import Case
 from camopt.mechanisms import Designs, cylindrical_oscillating, oscillating, oscillating_flat
+from camopt.mechanisms.design import Bounds
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.question import Question
-from camopt.search.answer import GAP, Bounds, feasible, gap_of
+from camopt.search.answer import GAP, feasible, gap_of
 from camopt.search.linear_forms import ARM, FACE, GROOVE, SAME, Form, LinearLimit, Planes
 
 FORMS: dict[str, Form] = {

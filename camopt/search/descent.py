@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from camopt.mechanisms.design import Bounds
 from camopt.numerics import FloatArray
-from camopt.search.answer import Bounds, Smallest, gap_of
+from camopt.search.answer import Smallest, gap_of
 from camopt.search.clock import now
 from camopt.search.closed_form import closed_form
 from camopt.search.smallest import small

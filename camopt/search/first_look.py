@@ -9,10 +9,11 @@ import numpy as np
 
 from camopt.judging import judged, least_excess, weighed
 from camopt.mechanisms import Designs
+from camopt.mechanisms.design import Bounds
 from camopt.numerics import FloatArray
 from camopt.question import Question
 from camopt.scene_tables import LONGEST
-from camopt.search.answer import Bounds, first_feasible
+from camopt.search.answer import first_feasible
 from camopt.search.clock import now
 from camopt.search.zoom import nearest_miss
 

@@ -25,11 +25,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.mechanisms import cylindrical_oscillating, oscillating, oscillating_flat
+from camopt.mechanisms.design import Bounds
 from camopt.motion.programme import Programme
 from camopt.motion.table import TURN
 from camopt.numerics import LARGEST, LEAST, FloatArray
 from camopt.question import Question, claims_on
-from camopt.search.answer import Bounds
 from camopt.search.closed_form import slopes_of
 
 SAME = 1e-12  # relative: what a plane may be exceeded by rounding

@@ -10,11 +10,12 @@ import numpy as np
 from camopt.designs import Design
 from camopt.judging import by_excess, excesses, judged
 from camopt.mechanisms import Designs
+from camopt.mechanisms.design import Bounds
 from camopt.mistakes import BadInput, Mistake
 from camopt.quantities import QUANTITIES
 from camopt.question import Question, exactly, resolve
 from camopt.scene import Scene
-from camopt.search.answer import Bounds, Progress, Smallest, feasible
+from camopt.search.answer import Progress, Smallest, feasible
 from camopt.search.clock import now
 from camopt.search.closed_form import negligible
 from camopt.search.reasons import reason
@@ -22,6 +23,7 @@ from camopt.search.smallest import smallest
 from camopt.search.smallest_turn import smallest_of_turns
 from camopt.search.space import boxes_of, choices, laws_of
 from camopt.search.turns import Turns
+from camopt.shown import Shown
 
 BINDS = 1e-6  # a limit within this relative distance of its bound holds the optimum
 SECONDS = 60.0  # of a search, unless told
@@ -30,7 +32,7 @@ SPARSE = 16  # every so many of them, where limits that are asked last are looke
 
 
 @dataclass(frozen=True)
-class Optimum:
+class Optimum(Shown):
     """The smallest cam of each law (``by_law``), and the smallest of all (``best``).
 
     Each ``Design`` is a mapping from quantity to value, and has a ``scene``. Besides the quantities that the scene
@@ -58,11 +60,6 @@ class Optimum:
     def __repr__(self) -> str:
         what = repr(self.best).removeprefix("<").removesuffix(">") if self.best else "no feasible design"
         return f"<Optimum of {self.scene.name}: {len(self.by_law)} laws; {what}>"
-
-    def _repr_html_(self) -> str:
-        from camopt.notebook import optimum_html
-
-        return optimum_html(self)
 
 
 def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SECONDS) -> Optimum:

@@ -13,9 +13,9 @@ import numpy as np
 from camopt.judging import weighed
 from camopt.limits import pressure_limits
 from camopt.mechanisms import Designs, chained
+from camopt.mechanisms.design import Bounds
 from camopt.numerics import FloatArray
 from camopt.question import Question
-from camopt.search.answer import Bounds
 from camopt.search.closed_form import NUDGES, closed_form, least_size
 from camopt.search.pareto import costs_of, signs
 

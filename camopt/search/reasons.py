@@ -12,8 +12,8 @@ from dataclasses import replace
 from math import ceil, floor, inf, log10
 
 from camopt.limits import Limit
+from camopt.mechanisms.design import Bounds
 from camopt.question import Question, exactly
-from camopt.search.answer import Bounds
 from camopt.search.first_look import FEW_VALUES, coarse_grid, first_look
 from camopt.search.smallest import smallest
 

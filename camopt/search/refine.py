@@ -15,11 +15,12 @@ import numpy as np
 from camopt.effects import EFFECTS
 from camopt.judging import judged
 from camopt.mechanisms import Designs, chained
+from camopt.mechanisms.design import Bounds
 from camopt.numerics import FloatArray
 from camopt.quantities import QUANTITIES
 from camopt.question import Question, exactly
 from camopt.rows import Rows, joined
-from camopt.search.answer import Bounds, Progress
+from camopt.search.answer import Progress
 from camopt.search.pareto import non_dominated, signs, thinned
 from camopt.search.polish import PatternSearch, by_search, polished
 from camopt.search.smallest import smallest

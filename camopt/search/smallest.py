@@ -10,8 +10,9 @@ smallest one that holds all others, and most often that one does.
 from math import inf
 
 from camopt.mechanisms import Designs
+from camopt.mechanisms.design import Bounds
 from camopt.question import Question, exactly
-from camopt.search.answer import Bounds, Smallest, feasible
+from camopt.search.answer import Smallest, feasible
 from camopt.search.branch_and_bound import branch_and_bound
 from camopt.search.closed_form import NUDGES, closed_form, least_size, nudged
 from camopt.search.cutting_planes import Cut, by_cutting_planes

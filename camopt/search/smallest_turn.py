@@ -8,7 +8,8 @@ cam (``turn_boxes``). Where they run out, a descent over the angles looks for on
 from dataclasses import replace
 from functools import reduce
 
-from camopt.search.answer import Bounds, Smallest
+from camopt.mechanisms.design import Bounds
+from camopt.search.answer import Smallest
 from camopt.search.convex_floor import floor_if_convex
 from camopt.search.descent import Descent
 from camopt.search.smallest import smallest

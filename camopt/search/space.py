@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camopt.mechanisms import FIELDS, SIZES, Designs
+from camopt.mechanisms.design import Bounds
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion.programme import Programme
 from camopt.motion.table import RETURN, RISE
@@ -16,7 +17,6 @@ from camopt.numerics import FloatArray
 from camopt.question import Question, missing_sizes
 from camopt.rows import Rows
 from camopt.scene_tables import Range
-from camopt.search.answer import Bounds
 
 MOST_DESIGNS = 2**63 - 1  # what their numbers can count
 MOST_VALUES = 10_000_000  # of one axis; a space may have far more designs, it is never materialised

@@ -26,6 +26,7 @@ from camopt.search.answer import Progress
 from camopt.search.pareto import Archive, Front, front_of, non_dominated, ranked, thinned
 from camopt.search.refine import refined
 from camopt.search.space import Block, Space, space_of
+from camopt.shown import Shown
 from camopt.table import TableWriter, schema, table_file, to_json, write_text
 
 BLOCK = 32768  # designs: Python's share is small, and memory stays bounded
@@ -34,7 +35,7 @@ KEPT = ("pareto", "feasible", "all")
 
 
 @dataclass(frozen=True)
-class Sweep:
+class Sweep(Shown):
     """The result of a sweep: counts, files, and the best designs. Each ``Design`` maps quantities to values."""
 
     scene: Scene
@@ -62,12 +63,6 @@ class Sweep:
     def __repr__(self) -> str:
         counts = f"{self.designs:,} designs, {self.feasible:,} feasible, {self.pareto:,} on the Pareto front"
         return f"<Sweep of {self.scene.name}: {counts}>"
-
-    def _repr_html_(self) -> str:
-        from camopt.notebook import designs_html
-
-        asked = (*self.scene.search.minimise, *self.scene.search.maximise)
-        return designs_html(repr(self).strip("<>"), self.scene, self.best.values(), asked, "held_by")
 
 
 @dataclass(frozen=True)

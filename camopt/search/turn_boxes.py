@@ -19,6 +19,7 @@ import numpy as np
 from camopt.claims import Derivative
 from camopt.limits import Limit
 from camopt.mechanisms import SIZES, Designs
+from camopt.mechanisms.design import Bounds
 from camopt.motion.programme import Programme, Stroke, span
 from camopt.motion.table import DWELL, TURN
 from camopt.numerics import FloatArray
@@ -26,7 +27,7 @@ from camopt.numerics.curves import LOADED
 from camopt.numerics.interval import Interval
 from camopt.numerics.sloped import Sloped
 from camopt.question import Question, exactly
-from camopt.search.answer import Bounds, Smallest, first_feasible, gap_of
+from camopt.search.answer import Smallest, first_feasible, gap_of
 from camopt.search.boxes import Boxes
 from camopt.search.clock import now
 from camopt.search.closed_form import least_size

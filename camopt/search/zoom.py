@@ -7,9 +7,10 @@ import numpy as np
 
 from camopt.judging import least_excess, weighed
 from camopt.mechanisms import Designs
+from camopt.mechanisms.design import Bounds
 from camopt.numerics import FloatArray
 from camopt.question import Question
-from camopt.search.answer import Bounds, feasible
+from camopt.search.answer import feasible
 
 STEPS = 7  # of a grid along each free size
 SHRINKS = 2.5  # the factor from grid to grid

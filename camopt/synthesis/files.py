@@ -15,7 +15,7 @@ from camopt.synthesis.units import unit_of
 from camopt.table import write_text
 from camopt.version import VERSION
 
-SCENE, LAWS = "synthesised.toml", "laws.csv"
+SCENE, LAWS, FRONTIER = "synthesised.toml", "laws.csv", "frontier.parquet"
 POINTS = 361
 
 
@@ -34,15 +34,13 @@ def write(result: Synthesised, folder: str | os.PathLike[str]) -> list[Path]:
     return [out / SCENE, out / LAWS]
 
 
-def write_frontier(found: Frontier, folder: str | os.PathLike[str]) -> list[Path]:
-    """Write ``frontier.parquet`` and ``frontier.png``; the files.
+def write_frontier(found: Frontier, folder: str | os.PathLike[str]) -> Path:
+    """Write ``frontier.parquet``; the file.
 
     The table has the free laws, each with its scene, and the known laws, whose ``bound`` and ``scene`` are null.
     Its metadata name the axes along which the front is of local optima (``camopt_local``).
     """
     import pyarrow as pa
-
-    from camopt.drawing.frontier import plot_frontier
 
     out = Path(folder)
     out.mkdir(parents=True, exist_ok=True)
@@ -58,9 +56,8 @@ def write_frontier(found: Frontier, folder: str | os.PathLike[str]) -> list[Path
     }
     layout = pa.schema(fields, metadata=about)
     table = pa.table([pa.array(v) for v in columns.values()], schema=layout)
-    write_table(table, out / "frontier.parquet")
-    plot_frontier(found, out / "frontier.png")
-    return [out / "frontier.parquet", out / "frontier.png"]
+    write_table(table, out / FRONTIER)
+    return out / FRONTIER
 
 
 def _about(name: str, found: Frontier) -> dict[str, str]:

@@ -1,0 +1,27 @@
+"""Numbers and headings as people read them in tables: on a terminal, in a notebook."""
+
+from math import inf
+from typing import Any
+
+from camopt.quantities import QUANTITIES
+
+
+def number(value: Any) -> str:
+    """Six significant digits, no exponent where a reader would not want one."""
+    if isinstance(value, bool) or not isinstance(value, float):
+        return {True: "yes", False: "no"}.get(value, str(value)) if isinstance(value, bool) else str(value)
+    return "∞" if value == inf else "−∞" if value == -inf else f"{value:.6g}"
+
+
+def heading(name: str, unit: str | None = None) -> str:
+    """A column's name, one word per line, then its unit: that of the quantity of this name if none is given."""
+    if unit is None:
+        unit = QUANTITIES[name].unit if name in QUANTITIES else ""
+    stem = name.removesuffix(_suffix(unit)) if unit else name
+    return "\n".join([*stem.split("_"), *([unit] if unit else [])])
+
+
+def _suffix(unit: str) -> str:
+    """A unit as it is written in names: m/s² is _m_s2, N/mm is _N_per_mm."""
+    plain = unit.translate(str.maketrans("²³·µ", "23_u")).replace("/s", "_s")
+    return "_" + plain.replace("1/", "per_").replace("/", "_per_")

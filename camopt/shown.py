@@ -1,0 +1,12 @@
+"""What shows itself in a notebook."""
+
+
+class Shown:
+    """A result that a notebook shows as HTML, a table with a picture of the cam where it has one."""
+
+    __slots__ = ()
+
+    def _repr_html_(self) -> str:
+        from camopt.notebook import html_of  # pages are made of results: it imports all of them
+
+        return html_of(self)
