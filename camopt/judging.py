@@ -7,6 +7,7 @@ undecided even then is no feasible design.
 
 from collections.abc import Iterable
 from dataclasses import replace
+from math import inf
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -74,12 +75,14 @@ class Effort(NamedTuple):
         return Effort(*(a + b for a, b in zip(self, other, strict=True)))
 
 
-def judged(question: Question, designs: Designs, wanted: frozenset[str]) -> Rows:
-    """The wanted quantities of all designs, with their verdict."""
-    return settled(question, designs, wanted)[0]
+def judged(question: Question, designs: Designs, wanted: frozenset[str], until: float = inf) -> Rows:
+    """The wanted quantities of all designs, with their verdict; undecided what balls leave so at ``until``."""
+    return settled(question, designs, wanted, until)[0]
 
 
-def settled(question: Question, designs: Designs, wanted: frozenset[str]) -> tuple[Rows, Effort]:
+def settled(
+    question: Question, designs: Designs, wanted: frozenset[str], until: float = inf
+) -> tuple[Rows, Effort]:
     """As ``judged``, and what it took."""
     rows, outer, inner = weighed(question, designs, wanted)
     exists = question.subject.mechanism.exists(designs, question.programme)
@@ -97,9 +100,9 @@ def settled(question: Question, designs: Designs, wanted: frozenset[str]) -> tup
     if not index.size:
         return rows, Effort()
     if question.subject.tolerance > EXACT:
-        closer, effort = settled(exactly(question), designs.take(index), wanted)
+        closer, effort = settled(exactly(question), designs.take(index), wanted, until)
         return rows.with_rows(index, closer), effort._replace(again=index.size)
-    closer = _by_balls(question, designs.take(index), rows.take(index))
+    closer = _by_balls(question, designs.take(index), rows.take(index), until)
     left = int(np.count_nonzero(closer.column("status") == UNDECIDED))
     return rows.with_rows(index, closer), Effort(balls=index.size, undecided=left)
 
@@ -139,11 +142,11 @@ def weighed(question: Question, designs: Designs, wanted: frozenset[str]) -> Wei
     return Weighed(rows, outer, inner)
 
 
-def _by_balls(question: Question, designs: Designs, rows: Rows) -> Rows:
+def _by_balls(question: Question, designs: Designs, rows: Rows, until: float) -> Rows:
     """The rows with the verdicts of ball arithmetic: what rounding hides, 200 bits show."""
     from camopt.proof.certify import BROKEN, HELD, certify_limits
 
-    found = [list(certify_limits(question, designs.take([i])).values()) for i in range(len(designs))]
+    found = [list(certify_limits(question, designs.take([i]), until).values()) for i in range(len(designs))]
     verdicts = np.array(found).T
     feasible = np.all(verdicts == HELD, axis=0)
     settled = feasible | np.any(verdicts == BROKEN, axis=0)

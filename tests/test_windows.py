@@ -8,13 +8,17 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from camopt import BadInput, Scene, evaluate, optimise
-from camopt.judging import judged
-from camopt.question import exactly, resolve
+from camopt import BadInput, Scene, evaluate, find_scene, optimise
+from camopt.judging import judged, weighed
+from camopt.proof.certify import certify_limits
+from camopt.question import Question, exactly, resolve
+from camopt.search.branch_and_bound import Search
 from camopt.search.clock import now
+from camopt.search.cutting_planes import by_cutting_planes
 from camopt.search.reasons import rounded_up
 from camopt.search.smallest import smallest
 from camopt.search.space import boxes_of
+from camopt.search.zoom import nearest_miss
 
 STEEL = {"cam": "steel", "follower": "steel", "face_width": 10}
 TURN = [
@@ -226,6 +230,52 @@ def test_out_of_time_without_a_design_nothing_is_called_proved():
     assert found.best is None
     assert found.out_of_time
     assert all(why.endswith("(not proved)") for why in found.obstacles.values())
+
+
+def at_its_limit() -> Question:
+    """A cam whose largest pressure angle is its limit, so that only balls decide."""
+    scene = find_scene("roller-1000rpm")
+    most = evaluate(scene.replace(limits=None))["pressure_angle_max_deg"]
+    bound = next(b for b in (np.nextafter(most, 0.0), most, np.nextafter(most, 90.0)) if at(scene, b)["feasible"])
+    return exactly(resolve(scene.replace(limits={"pressure_angle": float(bound)})))
+
+
+def at(scene, bound):
+    return evaluate(scene.replace(limits={"pressure_angle": float(bound)}))
+
+
+def test_one_proof_in_balls_stops_in_time():
+    question = at_its_limit()
+    whole, cut = (certify_limits(question, question.design, until) for until in (inf, now()))
+    assert (whole["pressure_angle"], cut["pressure_angle"]) == ("held", "undecided")
+    whole, cut = (judged(question, question.design, frozenset(), until) for until in (inf, now()))
+    assert [rows.column("status")[0] for rows in (whole, cut)] == ["certified", "undecided"]
+    assert [rows.column("feasible")[0] for rows in (whole, cut)] == [True, False]
+
+
+def test_a_search_asks_balls_no_longer_than_it_has_time():
+    question = at_its_limit()
+    for until, proved in ((inf, True), (now(), False)):
+        search = Search(question, [], None, None, until)
+        assert search.proved(question, question.design) is proved
+
+
+def test_the_nearest_miss_is_looked_for_as_long_as_there_is_time():
+    question = exactly(resolve(bucket({"contact_stress": 80, "sliding_speed": 1.5})))
+    (bounds,) = boxes_of(question)
+    near, start = nearest_miss(question, bounds, question.design), question.design
+    assert nearest_miss(question, bounds, start, now()) is start
+    worst = [weighed(question, design, frozenset()).outer.max() for design in (near, start)]
+    assert worst[0] < worst[1]
+
+
+def test_cutting_planes_stop_in_time_with_a_size_that_no_cam_undercuts():
+    scene = find_scene("oscillating-roller").replace(limits={"pressure_angle": 35}, search=None)
+    question = exactly(resolve(scene))
+    (bounds,) = boxes_of(question)
+    whole, cut = by_cutting_planes(question, bounds), by_cutting_planes(question, bounds, now())
+    assert cut.design is None
+    assert 0.9 * whole.floor < cut.floor < whole.floor
 
 
 @pytest.mark.parametrize("seconds", [0, -1, float("nan"), "ten"])

@@ -9,6 +9,7 @@ What is neither is halved. The formulas are those of the mechanisms, run on ball
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
+from math import inf
 from typing import Any, NamedTuple, cast
 
 from flint import arb
@@ -31,6 +32,7 @@ from camopt.proof.laws import Piece, pieces_of
 from camopt.proof.load import Line, lines_of
 from camopt.question import Question, exactly, resolve_design
 from camopt.scene import Scene
+from camopt.search.clock import now
 
 HELD, BROKEN, UNDECIDED = "held", "broken", "undecided"
 FIRST_PARTS = 8  # of each piece of a law, and line of a load
@@ -127,13 +129,13 @@ class Statement(NamedTuple):
 
 
 @precisely()
-def decide(statement: Statement, motion: Motion) -> str:
-    """Whether a statement holds."""
+def decide(statement: Statement, motion: Motion, until: float = inf) -> str:
+    """Whether a statement holds; undecided if that is not known at ``until`` (``clock.now``)."""
     verdict = HELD
     for stroke in motion.strokes:
         if statement.of_stroke(stroke.kind):
             for part in stroke.smooth():
-                found = _decide_part(statement, stroke, *part)
+                found = _decide_part(statement, until, stroke, *part)
                 if found == BROKEN:
                     return BROKEN
                 verdict = found if found == UNDECIDED else verdict
@@ -141,7 +143,13 @@ def decide(statement: Statement, motion: Motion) -> str:
 
 
 def _decide_part(
-    statement: Statement, stroke: Stroke, piece: Piece | None, line: Line | None, start: arb, end: arb
+    statement: Statement,
+    until: float,
+    stroke: Stroke,
+    piece: Piece | None,
+    line: Line | None,
+    start: arb,
+    end: arb,
 ) -> str:
     def over(x: arb) -> tuple[arb, arb, tuple[bool, bool]]:
         """By how much the curve is above the bound, its slope by x, and whether the statement applies."""
@@ -170,7 +178,7 @@ def _decide_part(
                 continue
             if everywhere:
                 return found
-        if high - low < NARROWEST or parts > MOST_PARTS:
+        if high - low < NARROWEST or parts > MOST_PARTS or now() > until:
             return UNDECIDED
         stack += [(low, middle), (middle, high)]
     return HELD
@@ -221,8 +229,8 @@ def _free_of_crossing(question: Question, design: Designs, undercut: str) -> str
 
 
 @precisely()
-def certify_limits(question: Question, design: Designs) -> dict[str, str]:
-    """The verdict on each limit of a question for one design: held, broken or undecided."""
+def certify_limits(question: Question, design: Designs, until: float = inf) -> dict[str, str]:
+    """The verdict on each limit for one design: held, broken or undecided, as at ``until`` (``clock.now``)."""
     if not question.subject.mechanism.exists(design, question.programme)[0]:
         return {ASSEMBLY: BROKEN}
     motion = motion_of(question.programme)
@@ -230,7 +238,7 @@ def certify_limits(question: Question, design: Designs) -> dict[str, str]:
     verdicts: dict[str, str] = {}
     for limit in question.limits:
         statements = [each for claim in limit.claims for each in statements_of(claim, exact, motion)]
-        found = [decide(each, motion) for each in statements]
+        found = [decide(each, motion, until) for each in statements]
         if limit.name == "self_crossing":
             found = [_free_of_crossing(question, design, verdicts["undercut"])]
         elif not statements:

@@ -116,12 +116,16 @@ class Search:
         alike[index[feasible(question, seen.inside.take(index))]] = False
         inside = seen.inside.take(alike)
         inside = inside.take(np.argsort(inside.size, kind="stable"))
-        first = first_that(inside, lambda one: now() < self.until and _proved(question, one))
+        first = first_that(inside, lambda one: now() < self.until and self.proved(question, one))
         if first is None:
             return alike
-        if not self.question.has_last or _proved(self.question, first):
+        if not self.question.has_last or self.proved(self.question, first):
             self.incumbent = first
         return alike & (seen.inside.size < first.size)
+
+    def proved(self, question: Question, design: Designs) -> bool:
+        """Whether a design is feasible, decided in balls where doubles do not tell, before the time is over."""
+        return bool(judged(question, design, frozenset(), self.until).column("feasible")[0])
 
     def without_crossings(self, boxes: Boxes) -> Boxes:
         """The boxes that are not shown to hold only cams that cross themselves, with the side to cut, where known.
@@ -154,11 +158,6 @@ class Search:
             points = points.take(np.argsort(points.size, kind="stable"))
             found = first_feasible(self.question, points, self.crossings)
             self.incumbent = found or self.incumbent
-
-
-def _proved(question: Question, design: Designs) -> bool:
-    """Whether a design is feasible, decided in balls where doubles do not tell."""
-    return bool(judged(question, design, frozenset()).column("feasible")[0])
 
 
 def _last_assembled(question: Question, bounds: Bounds, most: float) -> float:

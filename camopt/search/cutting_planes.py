@@ -20,6 +20,7 @@ from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.question import Question
 from camopt.search.answer import GAP, feasible, gap_of
+from camopt.search.clock import now
 from camopt.search.linear_forms import ARM, FACE, GROOVE, SAME, Form, LinearLimit, Planes
 
 FORMS: dict[str, Form] = {
@@ -41,8 +42,11 @@ class Cut(NamedTuple):
     floor: float
 
 
-def by_cutting_planes(question: Question, bounds: Bounds) -> Cut | None:
-    """The smallest cam from the linear limits; None for other mechanisms, and without such limits."""
+def by_cutting_planes(question: Question, bounds: Bounds, until: float = inf) -> Cut | None:
+    """The smallest cam from the linear limits; None for other mechanisms, and without such limits.
+
+    After ``until`` (``clock.now``) the least size that is known by then.
+    """
     form = FORMS.get(question.subject.mechanism.name)
     limits = form.limits(question) if form else []
     if form is None or not limits:
@@ -50,7 +54,9 @@ def by_cutting_planes(question: Question, bounds: Bounds) -> Cut | None:
     ranges = form.ranges(question.programme, bounds)
     planes = _first_planes(form, limits, question.programme, bounds)
     (least, most), floor = bounds["size"], 0.0
-    for _ in range(ROUNDS):
+    for done in range(ROUNDS):
+        if done and now() > until:
+            break
         point = form.least(np.concatenate([ranges, planes]), bounds)
         if point is None:
             return Cut(None, inf)

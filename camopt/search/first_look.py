@@ -47,8 +47,8 @@ def first_look(question: Question, bounds: Bounds, values: int = VALUES, until: 
     excess, surely = (np.concatenate([getattr(each, side) for each in seen], axis=1) for side in ("outer", "inner"))
     if _whatever_the_size(question, surely):
         return Look(None, points.take([least_excess(excess)]), hopeless=True)
-    near = nearest_miss(question, bounds, points.take([least_excess(excess)]))
-    held = judged(question, near, frozenset()).column("feasible")[0]
+    near = nearest_miss(question, bounds, points.take([least_excess(excess)]), until)
+    held = judged(question, near, frozenset(), until).column("feasible")[0]
     return Look(near) if held else Look(None, near)
 
 

@@ -165,7 +165,7 @@ def _why(question: Question, each: Answered, until: float) -> str:
         return reason(each.question, each.bounds, until)
     if each.answer.nearest is None:
         return "nothing that was found (not proved)"
-    rows = judged(each.question, each.answer.nearest, frozenset())
+    rows = judged(each.question, each.answer.nearest, frozenset(), until)
     return f"{rows.records()[0]['violated'].replace(',', ', ')} (not proved)"
 
 
@@ -190,7 +190,7 @@ def _described(question: Question, answer: Smallest, until: float) -> dict[str, 
     values = rows.records()[0]
     quantities = {name: values[name] for name in QUANTITIES if name in values}
     smaller = replace(design, size=design.size - BINDS * design.prime_radius)
-    stopped = str(judged(question, smaller, frozenset()).column("violated")[0]).split(",")
+    stopped = str(judged(question, smaller, frozenset(), until).column("violated")[0]).split(",")
     binding = [
         limit.name
         for limit, over in zip(question.limits, excess, strict=True)

@@ -53,7 +53,7 @@ def small(question: Question, bounds: Bounds, near: Designs | None = None, *, cl
 
 
 def _smallest(question: Question, bounds: Bounds, until: float) -> Smallest:
-    found = _by_linear_limits(question, bounds)
+    found = _by_linear_limits(question, bounds, until)
     if found.design is not None:
         return Smallest(found.design, found.floor)
     return branch_and_bound(question, bounds, found.floor, until)
@@ -65,9 +65,9 @@ def _above_least(question: Question, bounds: Bounds) -> Bounds:
     return {**bounds, "size": (min(least_size(question, bounds), most), most)}
 
 
-def _by_linear_limits(question: Question, bounds: Bounds) -> Cut:
+def _by_linear_limits(question: Question, bounds: Bounds, until: float = inf) -> Cut:
     start = closed_form(question, bounds)
     if start is None:
-        return by_cutting_planes(question, bounds) or Cut(None, bounds["size"][0])
+        return by_cutting_planes(question, bounds, until) or Cut(None, bounds["size"][0])
     floor = float(start.size[0]) * (1.0 - NUDGES[-1])
     return Cut(nudged(question, start, bounds["size"][1]), floor)

@@ -11,6 +11,7 @@ from camopt.mechanisms.design import Bounds
 from camopt.numerics import FloatArray
 from camopt.question import Question
 from camopt.search.answer import feasible
+from camopt.search.clock import now
 
 STEPS = 7  # of a grid along each free size
 SHRINKS = 2.5  # the factor from grid to grid
@@ -20,9 +21,9 @@ Choice = Callable[[Designs, FloatArray], int]
 """The best of some designs, by their excesses over the limits, (limits, designs)."""
 
 
-def nearest_miss(question: Question, bounds: Bounds, design: Designs) -> Designs:
-    """A design that exceeds its limits less than the given one."""
-    return _zoomed(question, bounds, design, lambda designs, excess: least_excess(excess), NEAR)
+def nearest_miss(question: Question, bounds: Bounds, design: Designs, until: float = inf) -> Designs:
+    """A design that exceeds its limits less than the given one; the best so far after ``until`` (``clock.now``)."""
+    return _zoomed(question, bounds, design, lambda designs, excess: least_excess(excess), NEAR, until)
 
 
 def smaller(question: Question, bounds: Bounds, design: Designs, zooms: int = NEAR) -> Designs | None:
@@ -37,11 +38,15 @@ def smaller(question: Question, bounds: Bounds, design: Designs, zooms: int = NE
     return found if feasible(question, found)[0] else None
 
 
-def _zoomed(question: Question, bounds: Bounds, design: Designs, choice: Choice, zooms: int) -> Designs:
+def _zoomed(
+    question: Question, bounds: Bounds, design: Designs, choice: Choice, zooms: int, until: float = inf
+) -> Designs:
     free = {name: ends for name, ends in bounds.items() if ends[1] > ends[0]}
     spans = {name: (b - a) / 8 if np.isfinite(b - a) else inf for name, (a, b) in free.items()}
     spans["size"] = min(spans.get("size", inf), float(design.prime_radius[0]) / 4)
     for _ in range(zooms):
+        if now() > until:
+            break
         steps = [np.linspace(-1, 1, STEPS) * spans[name] for name in free]
         mesh = [m.ravel() for m in np.meshgrid(*steps, indexing="ij")]
         moved = {n: np.clip(design.sizes[n] + m, *free[n]) for n, m in zip(free, mesh, strict=True)}
