@@ -1,6 +1,7 @@
 """Proofs in ball arithmetic, against 50 digits, the laws, and the verdicts of the kernels."""
 
 import json
+import operator as operators
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
@@ -21,13 +22,24 @@ from support import naive, own
 from test_optimise import BASE, CASES
 
 import camopt
+import camopt.proof.certify as proof
 from camopt import Scene, certify, evaluate, find_scene, optimise, shipped_scenes, sweep
 from camopt.cli import main
 from camopt.judging import judged, settled
 from camopt.mistakes import BadInput
 from camopt.motion import LAWS
 from camopt.proof.ball import Ball, between, precisely
-from camopt.proof.certify import certify_design, certify_limits, summary
+from camopt.proof.certify import (
+    FIRST_PARTS,
+    certify_design,
+    certify_limits,
+    decide,
+    in_balls,
+    motion_at,
+    motion_of,
+    statements_of,
+    summary,
+)
 from camopt.proof.laws import EXACT, pieces_of
 from camopt.proof.table import certify_table
 from camopt.question import resolve
@@ -268,6 +280,37 @@ def test_balls_enclose():
         found = function(x).arb
         for point in np.linspace(1, 2, 17):
             assert found.contains(arb(float(function(point)), 1e-15))
+
+
+@precisely()
+@given(low=st.floats(-3.0, 3.0), wide=st.floats(0.0, 2.0), number=st.floats(0.25, 4.0))
+@pytest.mark.parametrize("operator", ["add", "sub", "mul", "truediv"])
+def test_operators_of_balls_are_those_that_numpy_asks_for(operator, low, wide, number):
+    """From either side, and with balls and numbers of every kind beside them."""
+    ball = Ball(between(arb(low), arb(low + wide)))
+    rule = {"add": np.add, "sub": np.subtract, "mul": np.multiply, "truediv": np.true_divide}[operator]
+    of_python = getattr(operators, operator)
+    for other in (Ball(number), arb(number), number, np.float64(number), 2):
+        for pair in ((ball, other), (other, ball)):
+            if not isinstance(pair[0], arb):
+                assert str(of_python(*pair).arb) == str(rule(*pair).arb)
+    assert str((-ball).arb) == str(np.negative(ball).arb)
+
+
+def test_a_part_that_its_ball_decides_is_looked_at_once(monkeypatch):
+    """A large cam under a wide limit: no ball reaches it, so that none is looked at in its middle as well."""
+    scene = find_scene("roller-1000rpm").replace(**{"cam.base_radius": 1000, "limits": {"pressure_angle": 80}})
+    question, looked = resolve(scene), []
+    monkeypatch.setattr(proof, "motion_at", lambda *where: looked.append(where) or motion_at(*where))
+    limit = next(limit for limit in question.limits if limit.name == "pressure_angle")
+    with precisely():
+        motion = motion_of(question.programme)
+        design = in_balls(question.design)
+        for each in [s for claim in limit.claims for s in statements_of(claim, design, motion)]:
+            looked.clear()
+            assert decide(each, motion) == "held"
+            parts = [part for s in motion.strokes if each.of_stroke(s.kind) for part in s.smooth()]
+            assert 0 < len(looked) == sum(1 if piece is None else FIRST_PARTS for piece, *_ in parts)
 
 
 @precisely()

@@ -59,6 +59,31 @@ class Ball(np.lib.mixins.NDArrayOperatorsMixin):
     def __init__(self, value: Any) -> None:
         self.arb = as_arb(value)
 
+    # the operators that formulas are made of, without the way through numpy, which takes longer than the arithmetic
+    def __add__(self, other: Any) -> "Ball":
+        return Ball(self.arb + as_arb(other))
+
+    def __sub__(self, other: Any) -> "Ball":
+        return Ball(self.arb - as_arb(other))
+
+    def __mul__(self, other: Any) -> "Ball":
+        return Ball(self.arb * as_arb(other))
+
+    def __truediv__(self, other: Any) -> "Ball":
+        return Ball(self.arb / as_arb(other))
+
+    def __radd__(self, other: Any) -> "Ball":
+        return Ball(as_arb(other) + self.arb)
+
+    def __rsub__(self, other: Any) -> "Ball":
+        return Ball(as_arb(other) - self.arb)
+
+    def __rmul__(self, other: Any) -> "Ball":
+        return Ball(as_arb(other) * self.arb)
+
+    def __neg__(self) -> "Ball":
+        return Ball(-self.arb)
+
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> Any:
         if method != "__call__" or kwargs or ufunc not in RULES:
             return NotImplemented
@@ -70,9 +95,11 @@ class Ball(np.lib.mixins.NDArrayOperatorsMixin):
 
 def as_arb(value: Any) -> arb:
     """A ball, or a number taken as exact."""
+    if isinstance(value, arb):
+        return value
     if isinstance(value, Ball):
         return value.arb
-    return value if isinstance(value, arb) else arb(float(np.asarray(value).item()))
+    return arb(value if isinstance(value, float) else float(np.asarray(value).item()))
 
 
 def between(low: arb, high: arb) -> arb:

@@ -166,11 +166,14 @@ def _decide_part(
     while stack:
         parts += 1
         low, high = stack.pop()
+        whole, slope, (about, everywhere) = over(between(low, high))
+        if not about or whole <= 0:
+            continue
         middle = (low + high) / 2
-        (here, _, (_, surely)), (whole, slope, (about, everywhere)) = over(middle), over(between(low, high))
+        here, _, (_, surely) = over(middle)
         if here > 0 and surely:
             return BROKEN
-        if not about or whole <= 0 or here + abs(slope) * (high - low) / 2 <= 0:
+        if here + abs(slope) * (high - low) / 2 <= 0:
             continue
         if slope > 0 or slope < 0:
             found = _sign(over(high if slope > 0 else low)[0])
