@@ -159,7 +159,7 @@ def _checked(scene: Scene, axes: Sequence[str]) -> tuple[Scene, tuple[str, ...]]
     if mistakes:
         raise BadInput(mistakes)
     called = [axis for axis in axes if axis not in TERMS]
-    outputs = list(dict.fromkeys([*(scene.outputs or question.wanted), *called]))
+    outputs = {"sizes", *(scene.outputs or question.wanted), *called}
     return scene.replace(outputs=sorted(outputs)) if called else scene, tuple(axes)
 
 
