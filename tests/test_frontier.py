@@ -13,9 +13,13 @@ from camopt.question import resolve
 from camopt.reports import show_frontier
 from camopt.scene_tables import TERMS
 from camopt.search.optimise import optimise
+from camopt.synthesis import steps
 from camopt.synthesis.asked import demand_of
 from camopt.synthesis.cams import within
+from camopt.synthesis.ceilings import ceilings_of
+from camopt.synthesis.convex import solve
 from camopt.synthesis.files import write_frontier
+from camopt.synthesis.frontier import _checked
 from camopt.synthesis.least import Least
 from camopt.synthesis.units import unit_of
 
@@ -236,6 +240,16 @@ LOADED = {
     "materials": {"cam": "steel", "follower": "steel", "face_width": 12},
     "outputs": ["sizes", "motion", "torque", "hertz", "thrust", "vibration"],
 }
+SPRUNG = {
+    "mass": 1.5,
+    "gravity": 9.81,
+    "guide_length": 90,
+    "overhang": 80,
+    "friction": 0.1,
+    "stem_diameter": 16,
+    "preload": 250,
+    "spring_rate": 15,
+}
 BETTER = {  # the least share by which some point is below laws that are traded for acceleration
     "torque_peak_N_m": 0.15,
     "contact_stress_max_MPa": 0.02,
@@ -272,6 +286,26 @@ def test_a_quantity_is_no_higher_than_on_laws_traded_for_acceleration(loaded, tr
     assert min(shares) >= -1e-3
     assert max(shares) >= BETTER[axis]
     assert found.least[axis][0] <= found.rows[-1][axis] * (1 + 1e-9)
+
+
+def test_steps_from_a_motion_within_its_bounds_stay_there_and_are_few(monkeypatch):
+    """Least torque, then the least size with hardly more of it: a price too low would first lead far beyond it."""
+    limits = {"pressure_angle": 35, "contact_stress": 450, "stem_bending_stress": 90}
+    scene = find_scene("exhaust-valve").replace(
+        **{"cam.rpm": 300, "follower.dynamics": SPRUNG, "limits": limits, "synthesis.pieces": 12},
+        materials={"cam": "steel", "follower": "steel", "face_width": 10},
+        outputs=["force"],
+    )
+    scene, axes = _checked(scene, ("size", "torque_peak_N_m"))  # calls for sizes and torque too
+    gentle = Least(scene, axes, axes[1], ("size",)).at({"size": 248.0}, bounded=False)
+    least, solved = Least(scene, axes, "size", axes[1:]), []
+    value = {axes[1]: gentle.row[axes[1]] * (1 + 3e-4)}
+    ceilings = ceilings_of(least._demand(value))
+    monkeypatch.setattr(steps, "solve", lambda problem: solved.append(problem) or solve(problem))
+    reached = least.steps.run(gentle.laws, ceilings)
+    assert least.steps._levels(reached, ceilings, ())[0] <= 1.0
+    assert reached.height < gentle.laws.height
+    assert len(solved) <= 8
 
 
 def test_the_residual_vibration_of_the_programme_is_the_effects(loaded):
@@ -328,9 +362,10 @@ def test_a_load_that_nothing_bounds_is_no_axis(scene):
         frontier(knife, ("size", "contact_stress_max_MPa"))
 
 
-def test_an_axis_is_called_for_where_the_scene_calls_for_nothing(scene):
-    """Whatever the scene's outputs."""
-    mass = {"follower.dynamics": {"mass": 0.5, "preload": 3000}, "outputs": None, "synthesis.pieces": 8}
+@pytest.mark.parametrize("outputs", [None, ["force"]])
+def test_an_axis_is_called_for_where_the_scene_does_not(scene, outputs):
+    """And so are the sizes, which are needed whatever the scene's outputs."""
+    mass = {"follower.dynamics": {"mass": 0.5, "preload": 3000}, "outputs": outputs, "synthesis.pieces": 8}
     found = frontier(scene.replace(**mass), ("size", "power_peak_W"), points=2, workers=1)
     assert all(row["power_peak_W"] > 0.0 for row in [*found.rows, *found.known])
 

@@ -26,6 +26,10 @@ from camopt.synthesis.iterate import Iterate, iterate_of, moving
 
 PRICES = 100.0, 1e4  # of a curve that is above its bound by all of it, in units of the objective: if one is too low
 STEPS, FIRST_REACH = 60, 0.1
+GOOD, POOR = (
+    0.75,
+    0.25,
+)  # of what a step's planes promise: if more of it comes true, steps go further; if less, less far
 ENOUGH = 5e-5  # a fall of the priced objective, relative, that is worth a step
 CLOSER = 2e-4  # by which bounds are held closer than asked: between samples a curve rises a little more
 
@@ -103,30 +107,44 @@ class Steps:
         self._set(start)
         last = iterate_of(self.model) if solve(self.nearest) in SOLVED else start
         lowered = _scaled(lowered, self._levels(last, held, lowered)[1])
+        reach = FIRST_REACH
         for self.price.value in PRICES:
-            last = self._descended(last, held, lowered)
-            if self._levels(last, held, lowered)[0] <= 1.0:
+            last, reach, enough = self._descended(last, reach, held, lowered)
+            if enough:
                 break
         self.price.value = PRICES[0]
         return last
 
-    def _descended(self, last: Iterate, held: Sequence[Claim], lowered: Sequence[Claim]) -> Iterate:
-        """Where steps end at one price."""
-        reach, price = FIRST_REACH, self._priced(last, held, lowered)
-        for _ in range(STEPS if price < inf else 0):
-            self._look(last, held, lowered)
+    def _descended(
+        self, last: Iterate, reach: float, held: Sequence[Claim], lowered: Sequence[Claim]
+    ) -> tuple[Iterate, float, bool]:
+        """Where steps end at one price, their reach there, and whether the price is high enough.
+
+        It is too low where the steps end above a bound, or would leave bounds that the last motion holds.
+        """
+        cost, top = self._priced(last, held, lowered)
+        if cost == inf:
+            return last, reach, False
+        self._look(last, held, lowered)
+        for _ in range(STEPS):
             self.reach.value = reach
             if solve(self.problem) not in SOLVED:
                 break
-            if price - float(self.problem.value) < ENOUGH * abs(price):  # even the planes promise no more
+            promise = cost - float(self.problem.value)
+            if promise < ENOUGH * abs(cost):  # even the planes promise no more
                 break
+            if top <= 1.0 and float(self.missing.value) > CLOSER and self.price.value < PRICES[-1]:
+                return last, reach, False
             tried = iterate_of(self.model)
-            cost = self._priced(tried, held, lowered)
-            if cost < price:
-                last, price, reach = tried, cost, 2.0 * reach
+            found, above = self._priced(tried, held, lowered)
+            gained = (cost - found) / promise
+            reach *= 2.0 if gained > GOOD else 1.0 if gained > POOR else 0.25
+            if gained > 0.0:
+                last, cost, top = tried, found, above
+                self._look(last, held, lowered)
             else:
-                reach /= 4.0
-        return last
+                self._set(last)
+        return last, max(reach, FIRST_REACH), top <= 1.0
 
     def ranked(
         self, starts: Sequence[Iterate], held: Sequence[Claim], lowered: Sequence[Claim] = ()
@@ -135,7 +153,7 @@ class Steps:
         lowered = _scaled(lowered, self._levels(starts[0], held, lowered)[1])
 
         def price(start: Iterate) -> float:
-            cost = self._priced(start, held, lowered)
+            cost, _ = self._priced(start, held, lowered)
             broken = max(float(np.max(limit.violation())) for limit in self.model.problem.constraints)
             return cost + PRICES[0] * broken
 
@@ -178,8 +196,8 @@ class Steps:
                 tops[int(which)].append(float(row.max()))
         return max(tops[0]), max(tops[1])
 
-    def _priced(self, at: Iterate, held: Sequence[Claim], lowered: Sequence[Claim]) -> float:
-        """The objective at a solution, with the price of what is above its bound."""
+    def _priced(self, at: Iterate, held: Sequence[Claim], lowered: Sequence[Claim]) -> tuple[float, float]:
+        """The objective at a solution, with the price of what is above its bound, and the highest of the curves."""
         top, self.level.value = self._levels(at, held, lowered)
         model, demand = self.model, self.model.demand
         reach = np.hypot(at.lead, at.height) if demand.traced else at.height
@@ -187,7 +205,7 @@ class Steps:
         for name, variable in model.largest.items():
             variable.value = max(float(np.abs(motion.samples(ORDERS[name])).max()) for motion in moving(model))
         price = float(self.goal.value) + self.price.value * max(0.0, top - 1.0 + CLOSER)
-        return price if np.isfinite(price) else inf
+        return price if np.isfinite(price) else inf, top
 
 
 def _scaled(ceilings: Sequence[Claim], level: float) -> tuple[Claim, ...]:
