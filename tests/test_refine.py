@@ -8,8 +8,10 @@ from camopt.proof.table import certify_table
 from camopt.question import exactly, resolve
 from camopt.rows import Rows
 from camopt.search import refine
+from camopt.search.clock import now
 from camopt.search.pareto import objectives, signs
 from camopt.search.polish import PatternSearch, by_closed_form, by_search
+from camopt.search.smallest import smallest
 from camopt.search.space import space_of
 
 LEVELS = 40
@@ -81,6 +83,22 @@ def rows_of(table):
 
 def costs_of(rows, result):
     return objectives(rows, result.scene.search)
+
+
+def test_the_smallest_cams_share_the_time_of_a_search(monkeypatch):
+    """Two laws: the first gets half of it, the second what is left."""
+    asked = []
+
+    def timed(question, bounds, until):
+        asked.append(until - now())
+        return smallest(question, bounds, until)
+
+    monkeypatch.setattr(refine, "smallest", timed)
+    laws = {"search.law": ["harmonic", "cycloidal"], "search.roller_radius": None}
+    sweep(ROLLER.replace(**laws))
+    first, second = (left / refine.SECONDS for left in asked)
+    assert 0.4 < first <= 0.5
+    assert 0.5 < second <= 1.0
 
 
 def test_a_refined_front_is_no_worse_than_the_grid(swept):

@@ -21,6 +21,8 @@ from camopt.quantities import QUANTITIES
 from camopt.question import Question, exactly
 from camopt.rows import Rows, joined
 from camopt.search.answer import Progress
+from camopt.search.clock import now
+from camopt.search.optimise import SECONDS, share
 from camopt.search.pareto import non_dominated, signs, thinned
 from camopt.search.polish import PatternSearch, by_search, polished
 from camopt.search.smallest import smallest
@@ -85,9 +87,11 @@ def decided_objectives(question: Question) -> list[str]:
 
 
 def _smallest_cams(space: Space, names: frozenset[str]) -> Iterator[Rows]:
-    """The smallest cam of each motion, as ``optimise`` finds it."""
-    for question in map(exactly, space.questions):
-        answers = [smallest(question, box).design for box in boxes_of(question)]
+    """The smallest cam of each motion, as ``optimise`` finds it in its time."""
+    end, questions = now() + SECONDS, [exactly(question) for question in space.questions]
+    for done, question in enumerate(questions):
+        until, boxes = share(end, len(questions) - done), boxes_of(question)
+        answers = [smallest(question, box, share(until, len(boxes) - k)).design for k, box in enumerate(boxes)]
         cams = [design for design in answers if design is not None]
         if cams:
             yield _rows(question, min(cams, key=lambda design: float(design.size[0])), names)
