@@ -8,9 +8,9 @@ from timing import least_seconds, measured, ratio, seconds
 
 from camopt import find_scene
 from camopt.effects import Case
-from camopt.judging import run_effects
 from camopt.mechanisms import Designs
-from camopt.question import resolve
+from camopt.problem.problem import resolve
+from camopt.verdicts.judging import run_effects
 
 DESIGNS = 20_000
 POLISHED_ANGLES = 72  # the fewest, of those tried, that reach AGREEMENT for each law
@@ -22,15 +22,15 @@ QUANTITIES = ("pressure_angle_max_deg", "pitch_curvature_max_per_mm", "pitch_cur
 def random_designs(law: str) -> tuple[Case, Cams]:
     """The same designs for camopt and for numpy."""
     scene = find_scene("roller-1000rpm")
-    question = resolve(scene)
+    problem = resolve(scene)
     rng = np.random.default_rng(20240611)
-    sizes = {name: np.zeros(DESIGNS) for name in question.design.sizes}
+    sizes = {name: np.zeros(DESIGNS) for name in problem.design.sizes}
     sizes["size"] = rng.uniform(30, 150, DESIGNS)
     sizes["offset"] = rng.uniform(-25, 25, DESIGNS)
     sizes["roller_radius"] = rng.uniform(5, 20, DESIGNS)
-    designs = Designs(**sizes, sense=question.design.sense)
-    programme = question.with_laws(law, law)
-    return Case(question.subject, programme, designs), Cams(designs.prime_radius, designs.lead)
+    designs = Designs(**sizes, sense=problem.design.sense)
+    programme = problem.with_laws(law, law)
+    return Case(problem.setup, programme, designs), Cams(designs.prime_radius, designs.lead)
 
 
 def worst_difference(found: Extremes, reference: Extremes) -> float:

@@ -16,11 +16,11 @@ from scipy import optimize
 from timing import least_seconds, measured, ratio, seconds
 
 from camopt import Scene, find_scene, optimise
-from camopt.question import resolve
-from camopt.search.answer import Smallest
-from camopt.search.optimise import boxes_of
-from camopt.search.smallest import smallest
-from camopt.search.space import questions_of
+from camopt.problem.problem import resolve
+from camopt.problem.space import problems_of
+from camopt.smallest.optimise import boxes_of
+from camopt.smallest.result import Smallest
+from camopt.smallest.smallest import smallest
 
 ROLLER, LIMIT = 5.0, 30.0  # mm, deg
 RADII, OFFSETS = (1.0, 300.0), (-40.0, 40.0)  # mm
@@ -44,8 +44,8 @@ def smallest_cam(law: str, offset: str) -> Scene:
 
 def solved(scene: Scene) -> Smallest:
     """The solve alone, without the description of the cam that ``optimise`` gives."""
-    question = resolve(scene)
-    (each,), (box,) = questions_of(question), boxes_of(question)
+    problem = resolve(scene)
+    (each,), (box,) = problems_of(problem), boxes_of(problem)
     return smallest(each, box)
 
 

@@ -13,7 +13,7 @@ from time import perf_counter
 from typing import Any
 
 from camopt import certify, find_scene, optimise, synthesise
-from camopt.scene import Scene
+from camopt.scene.scene import Scene
 
 SCENES = (
     "roller-1000rpm",
@@ -29,7 +29,7 @@ PEAKS = ("poly345", "cycloidal", "poly4567", "modified-sine")
 FREE_OFFSET = {"start": -60, "stop": 60}
 
 
-def question(name: str, law: str) -> Scene:
+def problem(name: str, law: str) -> Scene:
     """A scene of the sources at its pressure angle, its offset free, at the peaks of a law."""
     scene = find_scene(name)
     swung = scene.follower.motion == "oscillating"
@@ -44,10 +44,10 @@ def question(name: str, law: str) -> Scene:
 
 def main() -> None:
     print(f"| {' | '.join(COLUMNS)} |\n|{'---|' * len(COLUMNS)}")
-    synthesise(question(SCENES[0], PEAKS[0]))  # compiles
+    synthesise(problem(SCENES[0], PEAKS[0]))  # compiles
     for name in SCENES:
         for law in PEAKS:
-            scene = question(name, law)
+            scene = problem(name, law)
             best = optimise(scene).best
             assert best is not None
             start = perf_counter()

@@ -27,14 +27,14 @@ from camopt import Scene, find_scene, load, sweep
 from camopt.drawing.canvas import canvas
 from camopt.drawing.style import SERIES, dress
 from camopt.effects import Case
-from camopt.judging import excesses, run_effects
+from camopt.front import refine
+from camopt.front.pareto import costs_of, hypervolume, non_dominated, objectives, scale_of
 from camopt.mechanisms import Designs
 from camopt.numerics import FloatArray
-from camopt.question import resolve
-from camopt.rows import Rows
-from camopt.search import refine
-from camopt.search.pareto import costs_of, hypervolume, non_dominated, objectives, scale_of
-from camopt.search.space import axis_values, questions_of
+from camopt.problem.problem import resolve
+from camopt.problem.rows import Rows
+from camopt.problem.space import axis_values, problems_of
+from camopt.verdicts.judging import excesses, run_effects
 
 MANY = 10_000
 RUNS, SEEDS, POPULATION, TIMES = 3, 3, 400, (1, 10)
@@ -45,15 +45,15 @@ class Cams(Problem):  # type: ignore[misc]
     """The default scene as NSGA-II sees it: law, roller, offset and base radius as four numbers."""
 
     def __init__(self, scene: Scene) -> None:
-        self.question, search = resolve(scene), scene.search
-        self.motions, self.rollers = questions_of(self.question), axis_values(search.roller_radius)
+        self.problem, search = resolve(scene), scene.search
+        self.motions, self.rollers = problems_of(self.problem), axis_values(search.roller_radius)
         low = [0.0, 0.0, search.offset.start, search.base_radius.start]
         high = [len(self.motions), len(self.rollers), search.offset.stop, search.base_radius.stop]
-        limits = len(self.question.limits)
+        limits = len(self.problem.limits)
         super().__init__(n_var=4, n_obj=len(search.minimise), n_ieq_constr=limits, xl=low, xu=high)
 
     def _evaluate(self, x: FloatArray, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
-        scene, fixed = self.question.scene, self.question.design
+        scene, fixed = self.problem.scene, self.problem.design
         law = np.minimum(x[:, 0].astype(int), len(self.motions) - 1)
         roller = self.rollers[np.minimum(x[:, 1].astype(int), len(self.rollers) - 1)]
         out["F"], out["G"] = np.empty((len(x), self.n_obj)), np.full((len(x), self.n_ieq_constr), WORST)
@@ -61,12 +61,12 @@ class Cams(Problem):  # type: ignore[misc]
         designs = Designs(
             **{**zeros, "roller_radius": roller, "offset": x[:, 2], "size": x[:, 3]}, sense=fixed.sense
         )
-        for k, question in enumerate(self.motions):
+        for k, problem in enumerate(self.motions):
             index = np.flatnonzero((law == k) & (np.abs(x[:, 2]) < designs.prime_radius))
             chosen = designs.take(index)
-            columns = run_effects(Case(question.subject, question.programme, chosen), self.question.needed).columns
+            columns = run_effects(Case(problem.setup, problem.programme, chosen), self.problem.needed).columns
             out["F"][index] = costs_of(columns, len(chosen), scene.search)
-            excess = excesses(self.question.limits, columns, chosen)
+            excess = excesses(self.problem.limits, columns, chosen)
             out["G"][index] = np.clip(excess, -WORST, WORST).T
         out["F"][np.all(out["G"] == WORST, axis=1)] = WORST  # cannot be put together
 

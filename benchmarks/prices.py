@@ -16,8 +16,8 @@ from camopt.effects import Case
 from camopt.mechanisms import Designs
 from camopt.motion.table import DWELL, RETURN, RISE, TURN
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST
-from camopt.proof.certify import certify_limits
-from camopt.question import Question, resolve
+from camopt.problem.problem import Problem, resolve
+from camopt.verdicts.certify import certify_limits
 
 DESIGNS, PROVED, RUNS = 4096, 20, 5
 TOLERANCES = (1e-3, 1e-6, 1e-9, 1e-12)
@@ -45,22 +45,22 @@ MOTION = [
 ]
 
 
-def random_designs(question: Question) -> Designs:
+def random_designs(problem: Problem) -> Designs:
     """The scene's design with sizes varied by a tenth; those that can be assembled."""
     rng = np.random.default_rng(0)
     shares = {name: rng.uniform(0.95, 1.1, 2 * DESIGNS) for name in ("size", "roller_radius")}
-    sizes = {name: value * shares.get(name, np.ones(2 * DESIGNS)) for name, value in question.design.sizes.items()}
-    designs = Designs(**sizes, sense=question.design.sense)
-    return designs.take(question.subject.mechanism.exists(designs, question.programme)).take(slice(DESIGNS))
+    sizes = {name: value * shares.get(name, np.ones(2 * DESIGNS)) for name, value in problem.design.sizes.items()}
+    designs = Designs(**sizes, sense=problem.design.sense)
+    return designs.take(problem.setup.mechanism.exists(designs, problem.programme)).take(slice(DESIGNS))
 
 
-def nanoseconds(question: Question, designs: Designs, tolerance: float) -> float:
+def nanoseconds(problem: Problem, designs: Designs, tolerance: float) -> float:
     """The least time for each design of all its geometric extremes."""
-    mechanism = question.subject.mechanism
+    mechanism = problem.setup.mechanism
     both = [(TURN, LARGEST), (TURN, LEAST)]
     asked = [(mechanism.pressure, [(kind, LARGEST_MAGNITUDE) for kind in (RISE, RETURN, DWELL)])]
     asked += [(make, both) for make in (mechanism.curvature, mechanism.profile_radius, mechanism.reach) if make]
-    case = Case(replace(question.subject, tolerance=tolerance), question.programme, designs)
+    case = Case(replace(problem.setup, tolerance=tolerance), problem.programme, designs)
     times = []
     for _ in range(RUNS + 1):  # the first may compile
         start = perf_counter()
@@ -70,11 +70,11 @@ def nanoseconds(question: Question, designs: Designs, tolerance: float) -> float
     return min(times) / len(designs) * 1e9
 
 
-def proof(question: Question, designs: Designs) -> float:
+def proof(problem: Problem, designs: Designs) -> float:
     """Milliseconds for each design to prove or refute β ≤ 35° and no undercut in ball arithmetic."""
     start = perf_counter()
     for i in range(PROVED):
-        certify_limits(question, designs.take([i]))
+        certify_limits(problem, designs.take([i]))
     return (perf_counter() - start) / PROVED * 1e3
 
 
@@ -87,10 +87,10 @@ def lines() -> Iterator[str]:
         scene = Scene.from_dict(
             {"cam": cam, "follower": follower, "motion": MOTION, "limits": {"pressure_angle": 35}}
         )
-        question = resolve(scene)
-        designs = random_designs(question)
-        prices = [f"{nanoseconds(question, designs, tolerance):.0f}" for tolerance in TOLERANCES]
-        yield f"| {name} | " + " | ".join([*prices, f"{proof(question, designs):.1f}"]) + " |"
+        problem = resolve(scene)
+        designs = random_designs(problem)
+        prices = [f"{nanoseconds(problem, designs, tolerance):.0f}" for tolerance in TOLERANCES]
+        yield f"| {name} | " + " | ".join([*prices, f"{proof(problem, designs):.1f}"]) + " |"
 
 
 if __name__ == "__main__":

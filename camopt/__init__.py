@@ -14,57 +14,57 @@ from typing import TYPE_CHECKING, Any
 from camopt.version import VERSION as __version__  # noqa: N811
 
 if TYPE_CHECKING:
-    from camopt.designs import Design, scene_of
     from camopt.drawing.accuracy import plot_accuracy
+    from camopt.drawing.figures import plot
     from camopt.drawing.frontier import plot_frontier
     from camopt.drawing.spectrum import plot_spectrum
     from camopt.drawing.synthesis import plot_synthesis
-    from camopt.evaluation import Evaluation, evaluate
-    from camopt.figures import plot
+    from camopt.front.sweep import Sweep, sweep
     from camopt.mistakes import BadInput, UnknownName, Unmet, Unsolved
     from camopt.motion import LAWS
-    from camopt.points import cam_points
-    from camopt.proof.certify import certify
+    from camopt.points.points import cam_points
     from camopt.quantities import QUANTITIES
-    from camopt.scene import Scene, find_scene, shipped_scenes
-    from camopt.search.optimise import Optimum, optimise
-    from camopt.search.sweep import Sweep, sweep
-    from camopt.spectrum import response_spectrum
+    from camopt.scene.scene import Scene, find_scene, shipped_scenes
+    from camopt.smallest.optimise import Optimum, optimise
+    from camopt.studies.spectrum import response_spectrum
     from camopt.synthesis.frontier import Frontier, frontier
     from camopt.synthesis.synthesise import synthesise
     from camopt.synthesis.synthesised import Synthesised
-    from camopt.table import load
+    from camopt.tables.designs import Design, scene_of
+    from camopt.tables.table import load
+    from camopt.verdicts.certify import certify
+    from camopt.verdicts.evaluation import Evaluation, evaluate
 
 _HOMES = {
     "BadInput": "mistakes",
-    "Design": "designs",
-    "Evaluation": "evaluation",
+    "Design": "tables.designs",
+    "Evaluation": "verdicts.evaluation",
     "Frontier": "synthesis.frontier",
     "LAWS": "motion",
-    "Optimum": "search.optimise",
+    "Optimum": "smallest.optimise",
     "QUANTITIES": "quantities",
-    "Scene": "scene",
-    "Sweep": "search.sweep",
+    "Scene": "scene.scene",
+    "Sweep": "front.sweep",
     "Synthesised": "synthesis.synthesise",
     "UnknownName": "mistakes",
     "Unmet": "mistakes",
     "Unsolved": "mistakes",
-    "cam_points": "points",
-    "certify": "proof.certify",
-    "evaluate": "evaluation",
-    "find_scene": "scene",
+    "cam_points": "points.points",
+    "certify": "verdicts.certify",
+    "evaluate": "verdicts.evaluation",
+    "find_scene": "scene.scene",
     "frontier": "synthesis.frontier",
-    "load": "table",
-    "optimise": "search.optimise",
-    "plot": "figures",
+    "load": "tables.table",
+    "optimise": "smallest.optimise",
+    "plot": "drawing.figures",
     "plot_accuracy": "drawing.accuracy",
     "plot_frontier": "drawing.frontier",
     "plot_spectrum": "drawing.spectrum",
     "plot_synthesis": "drawing.synthesis",
-    "response_spectrum": "spectrum",
-    "scene_of": "designs",
-    "shipped_scenes": "scene",
-    "sweep": "search.sweep",
+    "response_spectrum": "studies.spectrum",
+    "scene_of": "tables.designs",
+    "shipped_scenes": "scene.scene",
+    "sweep": "front.sweep",
     "synthesise": "synthesis.synthesise",
 }
 

@@ -7,6 +7,6 @@ class Shown:
     __slots__ = ()
 
     def _repr_html_(self) -> str:
-        from camopt.notebook import html_of  # pages are made of results: it imports all of them
+        from camopt.drawing.notebook import html_of  # pages are made of results: it imports all of them
 
         return html_of(self)

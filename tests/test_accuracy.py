@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from camopt import Scene, accuracy, find_scene
-from camopt.cli import main
+from camopt.cli.main import main
 from camopt.motion.programme import Programme
 from camopt.motion.table import RETURN, TURN
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 import camopt
 from camopt import BadInput, Scene, find_scene, shipped_scenes, sweep
-from camopt.cli import main
-from camopt.oddities import oddities
-from camopt.scene_text import DEEPEST, parsed
+from camopt.cli.main import main
+from camopt.scene.oddities import oddities
+from camopt.scene.text import DEEPEST, parsed
 
 TEXT = find_scene("roller-1000rpm").to_toml()
 

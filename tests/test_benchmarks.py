@@ -26,8 +26,8 @@ def test_the_price_list_has_a_line_for_every_mechanism(monkeypatch):
 @pytest.mark.parametrize("name", prices.SCENES)
 def test_every_price_is_of_a_cam_that_can_be_assembled(name):
     cam, follower = prices.SCENES[name]
-    question = prices.resolve(prices.Scene.from_dict({"cam": cam, "follower": follower, "motion": prices.MOTION}))
-    assert len(prices.random_designs(question)) > prices.DESIGNS // 2
+    problem = prices.resolve(prices.Scene.from_dict({"cam": cam, "follower": follower, "motion": prices.MOTION}))
+    assert len(prices.random_designs(problem)) > prices.DESIGNS // 2
 
 
 def test_the_rival_of_the_fronts_sees_the_cams_of_the_sweep(tmp_path):

@@ -14,11 +14,11 @@ from camopt.effects.loads import contact_load
 from camopt.motion.table import TURN
 from camopt.numerics import LARGEST, evaluating
 from camopt.numerics.extremes import search_curve
-from camopt.question import exactly, resolve
-from camopt.search import branch_and_bound
-from camopt.search.answer import feasible, gap_of
-from camopt.search.smallest import smallest
-from camopt.search.space import boxes_of
+from camopt.problem.problem import exactly, resolve
+from camopt.problem.space import boxes_of
+from camopt.smallest import branch_and_bound
+from camopt.smallest.result import feasible, gap_of
+from camopt.smallest.smallest import smallest
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
 import slow_scenes
@@ -32,12 +32,12 @@ MOST_BOXES = {
 @pytest.mark.parametrize("seed", MOST_BOXES)
 def test_few_boxes_prove_the_smallest_cam(seed, monkeypatch):
     monkeypatch.setattr(branch_and_bound, "MOST_BOXES", MOST_BOXES[seed])
-    question = exactly(resolve(Scene.from_dict(slow_scenes.random_scene(seed)[1])))
-    (bounds,) = boxes_of(question)
-    found = smallest(question, bounds)
+    problem = exactly(resolve(Scene.from_dict(slow_scenes.random_scene(seed)[1])))
+    (bounds,) = boxes_of(problem)
+    found = smallest(problem, bounds)
     assert found.proved
-    assert feasible(question, found.design)[0]
-    assert not np.any(feasible(question, smaller_than(found.design, bounds)))
+    assert feasible(problem, found.design)[0]
+    assert not np.any(feasible(problem, smaller_than(found.design, bounds)))
 
 
 def smaller_than(design, bounds):
@@ -52,14 +52,14 @@ def smaller_than(design, bounds):
 
 def test_what_has_no_bound_is_not_looked_at_to_the_last_part(monkeypatch):
     """The load of a mushroom on an undercut flank has none over half a stroke: 83,000 parts were looked at."""
-    question = exactly(resolve(Scene.from_dict(slow_scenes.random_scene(129)[1])))
-    undercut = replace(question.design, size=np.array([25.8107]), roller_radius=np.array([66.365]))
+    problem = exactly(resolve(Scene.from_dict(slow_scenes.random_scene(129)[1])))
+    undercut = replace(problem.design, size=np.array([25.8107]), roller_radius=np.array([66.365]))
     parts, looked_at = [], evaluating.part_jets
     monkeypatch.setattr(evaluating, "part_jets", lambda *given: parts.append(1) or looked_at(*given))
     plain = getattr(search_curve, "py_func", search_curve)
     monkeypatch.setattr("camopt.numerics.extremes.search_curve", plain)
-    found = Case(question.subject, question.programme, undercut).extremes(
-        partial(contact_load, question.subject, flank=1.0, way=0.0), [(TURN, LARGEST)]
+    found = Case(problem.setup, problem.programme, undercut).extremes(
+        partial(contact_load, problem.setup, flank=1.0, way=0.0), [(TURN, LARGEST)]
     )
     assert np.isinf(found.width).all()
     assert len(parts) < 4000

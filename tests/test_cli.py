@@ -12,7 +12,7 @@ import pytest
 
 import camopt
 from camopt import Scene, find_scene, shipped_scenes
-from camopt.cli import main
+from camopt.cli.main import main
 from camopt.motion import LAWS
 
 WORKED = json.loads((Path(__file__).parent / "data" / "worked-examples.json").read_text())
@@ -469,7 +469,7 @@ def test_a_folder_in_place_of_a_table_is_told(run, table):
 
 
 def process(*arguments, **options):
-    command = [sys.executable, "-m", "camopt.cli", *arguments]
+    command = [sys.executable, "-m", "camopt.cli.main", *arguments]
     return subprocess.run(command, capture_output=True, text=True, timeout=300, **{"encoding": "utf-8", **options})
 
 
@@ -498,7 +498,7 @@ def test_without_a_command_there_is_the_help(run):
 @pytest.mark.parametrize("arguments", [["--help"], ["--version"], ["sweep", "--help"]])
 def test_help_imports_nothing_heavy(arguments):
     code = (
-        "import sys\nfrom camopt.cli import main\ncode = main(sys.argv[1:])\n"
+        "import sys\nfrom camopt.cli.main import main\ncode = main(sys.argv[1:])\n"
         "heavy = {'numpy', 'numba', 'pandas', 'pyarrow', 'scipy', 'pydantic', 'rich', 'matplotlib'} & set(sys.modules)\n"
         "assert not heavy, heavy\nsys.exit(code)"
     )
@@ -508,7 +508,7 @@ def test_help_imports_nothing_heavy(arguments):
 
 
 def test_a_reader_that_goes_away_is_no_trouble():
-    command = f'"{sys.executable}" -m camopt.cli laws | head -n 1; exit "${{PIPESTATUS[0]}}"'
+    command = f'"{sys.executable}" -m camopt laws | head -n 1; exit "${{PIPESTATUS[0]}}"'
     done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, timeout=60)
     assert "Traceback" not in done.stderr
     assert "Exception" not in done.stderr

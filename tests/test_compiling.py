@@ -2,8 +2,8 @@
 
 import pytest
 
-from camopt import compiling
-from camopt.compiling import COMPILING, Compiling, announced
+from camopt.numerics import compiling
+from camopt.numerics.compiling import COMPILING, Compiling, announced
 
 
 @pytest.fixture

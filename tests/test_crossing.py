@@ -12,17 +12,17 @@ from scipy.optimize import fsolve, minimize_scalar
 from shapely import LinearRing
 
 from camopt import Scene, certify, evaluate, find_scene, load, optimise, sweep
-from camopt.effects import Case, Subject
+from camopt.effects import Case, Setup
 from camopt.effects.crossing import across, find_crossing, surely_round
 from camopt.effects.crossing_boxes import KnownCrossings, met_near
 from camopt.effects.parts import WIDEST, cover, ends_of, first_parts
-from camopt.geometry import profile_points
-from camopt.judging import run_effects
 from camopt.mechanisms import MECHANISMS, Designs
+from camopt.mechanisms.geometry import profile_points
 from camopt.motion import LAWS
 from camopt.motion.programme import Programme
 from camopt.numerics.interval import Interval
-from camopt.question import resolve
+from camopt.problem.problem import resolve
+from camopt.verdicts.judging import run_effects
 
 DISC = [key for key in MECHANISMS if key[0] == "disc"]
 ROUND = [key for key in DISC if not key[2]]
@@ -59,11 +59,11 @@ def cases(draw, keys=DISC, slimmest=0.3) -> Case:
     }
     design = Designs(**{n: np.array([v]) for n, v in sizes.items()}, sense=draw(st.sampled_from([1.0, -1.0])))
     assume(MECHANISMS[key].exists(design, turn)[0])
-    return Case(Subject(MECHANISMS[key], angular, radius == 0.0 and not flat, None, None), turn, design)
+    return Case(Setup(MECHANISMS[key], angular, radius == 0.0 and not flat, None, None), turn, design)
 
 
 def points_of(case: Case, angles) -> np.ndarray:
-    return profile_points(case.subject.mechanism, case.designs, case.programme, np.asarray(angles, dtype=float))
+    return profile_points(case.setup.mechanism, case.designs, case.programme, np.asarray(angles, dtype=float))
 
 
 def polygon_crosses(case: Case) -> bool:
@@ -97,7 +97,7 @@ def test_parts_enclose_the_profile(case, share):
     """Inside of them: at an end, a corner of the motion may already have turned the normal."""
     assume(not undercut(case))
     parts = first_parts(case.programme)
-    found = cover(case.subject, case.designs, case.programme, parts)
+    found = cover(case.setup, case.designs, case.programme, parts)
     starts, ends = parts.middle - parts.half, parts.middle + parts.half
     assert starts[0] == pytest.approx(0.0, abs=1e-15)
     assert ends[-1] == pytest.approx(2 * np.pi, rel=1e-15)
@@ -105,7 +105,7 @@ def test_parts_enclose_the_profile(case, share):
     for x in share:
         angles = parts.middle + x * parts.half
         away = points_of(case, angles) - found.point
-        travel = case.subject.mechanism.travel(case.designs, case.programme, angles)
+        travel = case.setup.mechanism.travel(case.designs, case.programme, angles)
         normal = np.exp(-1j * case.designs.sense * angles) * travel.normal
         assert np.all(np.abs(away) <= found.radius)
         assert np.all(np.abs((found.tangent.conj() * away).imag) <= found.bulge)
@@ -120,15 +120,15 @@ def test_mirrored_and_scaled_cams_have_the_same_verdict(case, exponent):
     An oscillating follower, whose pivot stays to the right, has no mirror image here.
     """
     assume(not undercut(case))
-    found = find_crossing(case.subject, case.designs, case.programme)
-    if not case.subject.angular:
+    found = find_crossing(case.setup, case.designs, case.programme)
+    if not case.setup.angular:
         other = replace(case.designs, sense=-case.designs.sense, offset=-case.designs.offset)
-        assert find_crossing(case.subject, other, case.programme) == found
+        assert find_crossing(case.setup, other, case.programme) == found
     scale, strokes = 2.0**exponent, case.programme.strokes
-    if not case.subject.angular:
+    if not case.setup.angular:
         strokes = tuple(replace(s, low=s.low * scale, high=s.high * scale) for s in strokes)
     larger = Designs(**{n: v * scale for n, v in case.designs.sizes.items()}, sense=case.designs.sense)
-    assert find_crossing(case.subject, larger, Programme(strokes)) == found
+    assert find_crossing(case.setup, larger, Programme(strokes)) == found
 
 
 def slim_cams(count: int, key) -> list[Case]:
@@ -141,7 +141,7 @@ def slim_cams(count: int, key) -> list[Case]:
         radius, arm = random.uniform(2, 15), random.uniform(120, 160) * angular
         sizes = (radius * random.uniform(0.05, 0.6), radius, 0.0, arm, arm * random.uniform(0.95, 1.05), 0.0)
         design = Designs(*(np.array([size]) for size in sizes), sense=1.0)
-        case = Case(Subject(MECHANISMS[key], angular, False, None, None), turn, design)
+        case = Case(Setup(MECHANISMS[key], angular, False, None, None), turn, design)
         if MECHANISMS[key].exists(design, turn)[0] and not undercut(case):
             made.append(case)
     return made
@@ -152,7 +152,7 @@ def test_a_crossing_shown_is_a_root(key):
     """The two angles lead Newton's method to one point of the profile at two cam angles, along two directions."""
     shown = 0
     for case in slim_cams(60, key):
-        found = find_crossing(case.subject, case.designs, case.programme)
+        found = find_crossing(case.setup, case.designs, case.programme)
         assert found.shown is polygon_crosses(case)
         if not found.shown:
             continue
@@ -174,8 +174,8 @@ def test_a_crossing_shown_is_a_root(key):
 def test_a_knife_edge_draws_no_crossing(case):
     """Where the distance from the centre is the same, so are displacement and cam angle."""
     designs = replace(case.designs, roller_radius=np.zeros(1))
-    edge = replace(case, subject=replace(case.subject, pointed=True), designs=designs)
-    assume(edge.subject.mechanism.exists(edge.designs, edge.programme)[0])
+    edge = replace(case, setup=replace(case.setup, pointed=True), designs=designs)
+    assume(edge.setup.mechanism.exists(edge.designs, edge.programme)[0])
     assert not self_crossing(edge)
     assert not polygon_crosses(edge)
 
@@ -197,10 +197,10 @@ def touching_roller(law: str) -> tuple[float, float]:
 
     In the axis' frame the profile is p − R·n, so it reaches the axis where R = Re p/Re n; at the least such R.
     """
-    question = resolve(lobe(1.0, law=law))
+    problem = resolve(lobe(1.0, law=law))
 
     def reaching(angle):
-        y, y1 = question.programme.at(np.atleast_1d(angle))[:2]
+        y, y1 = problem.programme.at(np.atleast_1d(angle))[:2]
         turn, s = np.exp(1j * (radians(43) - angle)), 8.0 + y
         sideways = (turn * (-y1 + 1j * s)).real / np.hypot(s, y1)
         return np.where(sideways < 0.0, (1j * turn * s).real / np.minimum(sideways, -1e-300), inf)
@@ -223,8 +223,8 @@ def test_the_verdict_flips_where_the_flanks_touch(law, k):
         assert evaluate(scene)["undercut"] is False
         assert evaluate(scene)["self_crossing"] is crosses
         assert certify(scene) == {"undercut": "held", "self_crossing": "broken" if crosses else "held"}
-        question = resolve(scene)
-        found = find_crossing(question.subject, question.design, question.programme)
+        problem = resolve(scene)
+        found = find_crossing(problem.setup, problem.design, problem.programme)
         if crosses and k > 2:
             assert np.degrees(found.at) == pytest.approx([angle, 86 - angle], abs=3 * 10 ** (-k / 2))
 
@@ -236,13 +236,13 @@ def test_touching_flanks_are_undecided_and_count_as_crossing():
 
 
 def test_verdicts_of_a_block_are_those_of_its_designs():
-    question = resolve(lobe(5.0))
+    problem = resolve(lobe(5.0))
     radii = np.linspace(0.0, 7.9, 600)
     design = replace(
-        Designs(**{n: np.resize(v, 600) for n, v in question.design.sizes.items()}, sense=1.0),
+        Designs(**{n: np.resize(v, 600) for n, v in problem.design.sizes.items()}, sense=1.0),
         size=8.0 - radii, roller_radius=radii,
     )  # fmt: skip
-    case = Case(question.subject, question.programme, design)
+    case = Case(problem.setup, problem.programme, design)
     found = run_effects(case, ["self_crossing"]).column("self_crossing")
     assert np.array_equal(found, radii >= touching_roller("parabolic")[0])
     for i in (0, 300, 599):
@@ -262,8 +262,8 @@ def dense_polygon_crosses(case: Case) -> bool:
 
 
 def case_of(scene: Scene) -> Case:
-    question = resolve(scene)
-    return Case(question.subject, question.programme, question.design)
+    problem = resolve(scene)
+    return Case(problem.setup, problem.programme, problem.design)
 
 
 @pytest.mark.parametrize("law", ["parabolic", "modified-sine", "cycloidal"])
@@ -390,18 +390,18 @@ def test_the_largest_pressure_angle_tells_that_the_normal_points_outwards(case):
     assume(case.designs.roller_radius[0] > 0.0)
     if surely_round(with_pressure_angle(case))[0]:
         angles = np.linspace(0.0, 2 * np.pi, 5000, endpoint=False)
-        travel = case.subject.mechanism.travel(case.designs, case.programme, angles)
+        travel = case.setup.mechanism.travel(case.designs, case.programme, angles)
         assert np.min((travel.trace * travel.normal.conj()).real) > case.designs.roller_radius[0]
 
 
 def test_of_the_main_job_the_largest_pressure_angle_decides_all_but_a_few():
-    question = resolve(find_scene("roller-1000rpm"))
+    problem = resolve(find_scene("roller-1000rpm"))
     base, roller, offset = np.meshgrid(np.arange(20.0, 151, 5), [4, 12, 20], np.arange(-40, 41, 8), indexing="ij")
     sizes = {"size": base.ravel(), "roller_radius": roller.ravel() + 0.0, "offset": offset.ravel()}
-    fixed = {n: np.resize(v, base.size) for n, v in question.design.sizes.items()}
+    fixed = {n: np.resize(v, base.size) for n, v in problem.design.sizes.items()}
     designs = Designs(**{**fixed, **sizes}, sense=1.0)
-    designs = designs.take(question.subject.mechanism.exists(designs, question.programme))
-    case = with_pressure_angle(Case(question.subject, question.programme, designs))
+    designs = designs.take(problem.setup.mechanism.exists(designs, problem.programme))
+    case = with_pressure_angle(Case(problem.setup, problem.programme, designs))
     held = case.far("pressure_angle_max_deg") <= 30.0
     assert held.sum() > 200
     assert surely_round(case)[held].mean() > 0.99
@@ -409,7 +409,7 @@ def test_of_the_main_job_the_largest_pressure_angle_decides_all_but_a_few():
 
 def test_two_free_sizes_are_proved_in_a_few_thousand_boxes(monkeypatch):
     """From a roller at which the cam can only just be assembled, to one at which the flanks cross sooner."""
-    monkeypatch.setattr("camopt.search.branch_and_bound.MOST_BOXES", 5000)
+    monkeypatch.setattr("camopt.smallest.branch_and_bound.MOST_BOXES", 5000)
     scene = swung("modified-sine", (41.7, 3.8, 57.4), 68.6, (9.8, 152.9, 143.0), "ccw")
     best = optimise(scene.replace(**{"search.roller_radius": {"start": 9.74, "stop": 9.9}}), seconds=600).best
     assert (best["proved"], best["binding"]) == (True, ["self_crossing"])
@@ -420,12 +420,12 @@ def test_two_free_sizes_are_proved_in_a_few_thousand_boxes(monkeypatch):
 
 def test_of_sizes_that_both_move_a_crossing_without_bounds_the_wider_is_cut():
     """On the border of what can be assembled, at a prime radius of centre distance less arm."""
-    question = resolve(swung("cycloidal", (48, 7, 46), 54.3, (6.8, 115.8, 124.7), "cw"))
-    inside = replace(question.design, size=np.array([2.2]), roller_radius=np.array([6.9]))
+    problem = resolve(swung("cycloidal", (48, 7, 46), 54.3, (6.8, 115.8, 124.7), "cw"))
+    inside = replace(problem.design, size=np.array([2.2]), roller_radius=np.array([6.9]))
     sides = {name: Interval(value, value) for name, value in inside.sizes.items()}
     sides |= {"size": Interval(np.array([2.0]), np.array([2.21]))}
     sides |= {"roller_radius": Interval(np.array([6.5]), np.array([7.5]))}
-    known = KnownCrossings(question.subject, question.programme)
+    known = KnownCrossings(problem.setup, problem.programme)
     shown, cut = known.excluded(Designs(**sides, sense=inside.sense), inside, ("size", "roller_radius"))
     assert (shown[0], cut[0]) == (False, 1)
 
@@ -434,15 +434,15 @@ def test_of_sizes_that_both_move_a_crossing_without_bounds_the_wider_is_cut():
 def test_parts_that_meet_are_chosen_to_reach_furthest(key):
     """No width for both reaches further, and both parts do lie across each other."""
     for case in slim_cams(12, key):
-        found = find_crossing(case.subject, case.designs, case.programme)
+        found = find_crossing(case.setup, case.designs, case.programme)
         if found.shown:
             near = np.array([found.at])
-            met = met_near(case.subject, case.designs, case.programme, near)
+            met = met_near(case.setup, case.designs, case.programme, near)
             column = case.designs.take((slice(None), None))
             for share in 0.5 ** np.arange(0, 12):
                 parts = [replaced(part, WIDEST * share) for part in met.parts]
-                covers = [cover(case.subject, column, case.programme, part) for part in parts]
-                ends = [ends_of(case.subject, column, case.programme, part) for part in parts]
+                covers = [cover(case.setup, column, case.programme, part) for part in parts]
+                ends = [ends_of(case.setup, column, case.programme, part) for part in parts]
                 reach = [across(covers[k], ends[k], covers[1 - k]) - covers[1 - k].bulge for k in (0, 1)]
                 assert np.min(reach) <= met.least[0] * (1 + 1e-9)
 
@@ -457,19 +457,19 @@ def test_all_cams_of_an_excluded_box_cross_themselves(key):
     """Random designs of boxes, and the corners, against polygons; all boxes round a crossing are, once narrow."""
     random, excluded = np.random.default_rng(5), 0
     for case in slim_cams(30, key):
-        if find_crossing(case.subject, case.designs, case.programme).shown is not True:
+        if find_crossing(case.setup, case.designs, case.programme).shown is not True:
             continue
-        others = ("arm_length", "centre_distance") if case.subject.angular else ("offset",)
+        others = ("arm_length", "centre_distance") if case.setup.angular else ("offset",)
         free = ("size", "roller_radius", *others)
         for width in (0.3, 0.03, 1e-3, 1e-9):
             half = {n: width * (n in free) + 0.0 * v for n, v in case.designs.sizes.items()}
             sides = {n: Interval(v - half[n], v + half[n]) for n, v in case.designs.sizes.items()}
             box = Designs(**sides, sense=1.0)
-            shown = KnownCrossings(case.subject, case.programme).excluded(box, case.designs, free)[0][0]
+            shown = KnownCrossings(case.setup, case.programme).excluded(box, case.designs, free)[0][0]
             assert shown or width > 1e-9
             excluded += int(shown)
             for share in random.choice([-1.0, 1.0, 0.3, -0.7], (3, len(free))) if shown else ():
                 moved = {n: case.designs.sizes[n] + x * width for n, x in zip(free, share, strict=True)}
                 other = replace(case, designs=replace(case.designs, **moved))
-                assert not case.subject.mechanism.exists(other.designs, case.programme)[0] or polygon_crosses(other)
+                assert not case.setup.mechanism.exists(other.designs, case.programme)[0] or polygon_crosses(other)
     assert excluded >= 20  # the test has met boxes to check

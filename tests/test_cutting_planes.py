@@ -14,15 +14,15 @@ from camopt import Scene
 from camopt.mechanisms import Designs, cylindrical_oscillating, oscillating, oscillating_flat
 from camopt.motion.programme import BESIDE, Programme
 from camopt.motion.table import DWELL, RETURN, RISE, TURN
-from camopt.question import exactly, resolve
-from camopt.search import branch_and_bound as boxes
-from camopt.search.answer import GAP, feasible, gap_of
-from camopt.search.branch_and_bound import branch_and_bound
-from camopt.search.closed_form import least_size
-from camopt.search.cutting_planes import FORMS, by_cutting_planes
-from camopt.search.linear_forms import ARM, FACE
-from camopt.search.smallest import smallest
-from camopt.search.space import boxes_of
+from camopt.problem.problem import exactly, resolve
+from camopt.problem.space import boxes_of
+from camopt.smallest import branch_and_bound as boxes
+from camopt.smallest.branch_and_bound import branch_and_bound
+from camopt.smallest.closed_form import least_size
+from camopt.smallest.cutting_planes import FORMS, by_cutting_planes
+from camopt.smallest.linear_forms import ARM, FACE
+from camopt.smallest.result import GAP, feasible, gap_of
+from camopt.smallest.smallest import smallest
 
 SYMMETRIC = ("cycloidal", "poly345", "modified-sine", "harmonic", "parabolic")
 LENGTHS = {"base_radius", "mean_radius", "roller_radius", "arm_length", "centre_distance", "face_offset"}
@@ -76,9 +76,9 @@ MADE = {
 
 def asked(raw):
     """The question of a scene, and its one box of sizes."""
-    question = exactly(resolve(Scene.from_dict(raw)))
-    bounds = boxes_of(question)[0]
-    return question, {**bounds, "size": (least_size(question, bounds), bounds["size"][1])}
+    problem = exactly(resolve(Scene.from_dict(raw)))
+    bounds = boxes_of(problem)[0]
+    return problem, {**bounds, "size": (least_size(problem, bounds), bounds["size"][1])}
 
 
 def drawn(name, seed):
@@ -101,7 +101,7 @@ def drawn(name, seed):
     return raw
 
 
-def sampled(question, bounds, top, near, rng, count=4000):
+def sampled(problem, bounds, top, near, rng, count=4000):
     """Designs of the bounds below a size, half of them near to a design."""
     low = bounds["size"][0]
     sizes = {"size": top - (top - low) * 10.0 ** rng.uniform(-9, 0, count)}
@@ -113,7 +113,7 @@ def sampled(question, bounds, top, near, rng, count=4000):
             steps = (b - a) * 10.0 ** rng.uniform(-8, 0, count // 2) * rng.standard_normal(count // 2)
             values[::2] = np.clip(near.sizes[key] + steps, a, b)
         sizes[key] = values
-    return Designs(**sizes, sense=question.design.sense)
+    return Designs(**sizes, sense=problem.design.sense)
 
 
 # What the planes are
@@ -152,10 +152,10 @@ def test_a_limit_at_the_value_of_a_design_is_a_plane_through_its_point(name, rot
     for key, value in values.items():
         rooms = []
         for change in (-0.01, 0.0, 0.01):
-            question, _ = asked({**raw, "limits": {key: value * (1.0 + change)}})
-            mechanism, form = question.subject.mechanism, FORMS[name]
+            problem, _ = asked({**raw, "limits": {key: value * (1.0 + change)}})
+            mechanism, form = problem.setup.mechanism, FORMS[name]
             curve = {"face_reach": mechanism.reach, "curvature_radius": mechanism.profile_radius}.get(key)
-            limits = form.limits(question)
+            limits = form.limits(problem)
             side = int(key == "pressure_angle" and state["beta"] < 0.0)
             planes = [
                 limit.planes(jet[:, None])[side] for limit in limits if limit.curve is (curve or mechanism.pressure)
@@ -172,12 +172,12 @@ def test_a_limit_at_the_value_of_a_design_is_a_plane_through_its_point(name, rot
 @mpmath.workdps(50)
 def test_a_point_gives_its_sizes_back_and_lies_in_their_ranges(name, share):
     raw = {**MADE[name](share), "motion": turn(5.0 + 30.0 * share[3]), "limits": {"pressure_angle": 30.0}}
-    question, bounds = asked(raw)
-    form, point, design = FORMS[name], point_of(raw), question.design
+    problem, bounds = asked(raw)
+    form, point, design = FORMS[name], point_of(raw), problem.design
     for key, value in form.sizes(point, design.roller_radius[0]).items():
         assert value == pytest.approx(design.sizes[key][0], rel=1e-12, abs=1e-12 * np.linalg.norm(point))
     bounds["size"] = (design.size[0], inf)
-    assert np.min(form.ranges(question.programme, bounds) @ [*point, -1.0]) >= -1e-12 * np.linalg.norm(point)
+    assert np.min(form.ranges(problem.programme, bounds) @ [*point, -1.0]) >= -1e-12 * np.linalg.norm(point)
 
 
 SPANS = st.tuples(st.floats(0.5, 2.0), st.sampled_from([0.0, 1e-6, 1e-3, 0.3, 1.5]))
@@ -224,19 +224,19 @@ def test_no_sampled_point_within_some_planes_is_smaller_than_the_least(form, spa
 @pytest.mark.parametrize("seed", range(16))
 def test_no_sampled_design_undercuts_the_floor(name, seed):
     """The cam holds its limits and lies in its ranges; where none is said to exist, no sampled one does."""
-    question, bounds = asked(drawn(name, seed))
-    cut, rng = by_cutting_planes(question, bounds), np.random.default_rng(seed)
+    problem, bounds = asked(drawn(name, seed))
+    cut, rng = by_cutting_planes(problem, bounds), np.random.default_rng(seed)
     design = cut.design
     if design is not None:
-        assert feasible(question, design)[0]
+        assert feasible(problem, design)[0]
         assert all(low <= design.sizes[key][0] <= high for key, (low, high) in bounds.items())
         assert design.size[0] <= cut.floor + gap_of(design)
     top = min(
         cut.floor * (1.0 - GAP),
         2.0 * sum(bounds[key][1] for key in ("centre_distance", "arm_length", "face_offset")),
     )
-    designs = sampled(question, bounds, top, design, rng)
-    assert not feasible(question, designs).any()
+    designs = sampled(problem, bounds, top, design, rng)
+    assert not feasible(problem, designs).any()
 
 
 def test_the_drawn_scenes_have_cams_and_have_none():
@@ -254,12 +254,12 @@ def _drawn(name):
 def test_boxes_find_the_same_cam_with_and_without_the_floor(name, monkeypatch):
     monkeypatch.setattr(boxes, "MOST_BOXES", 5000)
     compared = 0
-    for question, bounds in _drawn(name):
-        cut = by_cutting_planes(question, bounds)
+    for problem, bounds in _drawn(name):
+        cut = by_cutting_planes(problem, bounds)
         if cut.design is None or compared == 4:
             continue
-        alone = branch_and_bound(question, bounds)
-        helped = branch_and_bound(question, bounds, cut.floor)
+        alone = branch_and_bound(problem, bounds)
+        helped = branch_and_bound(problem, bounds, cut.floor)
         assert alone.design.size[0] >= cut.floor
         assert helped.proved
         assert helped.design.size[0] == pytest.approx(cut.design.size[0], abs=2 * gap_of(cut.design))
@@ -337,15 +337,15 @@ def test_a_limit_of_one_stroke_says_nothing_about_the_next_one(limits, rest, rot
         "motion": [segment for segment in motion if segment["angle"]],
         "limits": limits,
     }
-    question, bounds = asked(raw)
+    problem, bounds = asked(raw)
     sizes = np.arange(20.5, 70.0, 0.01)
     fixed = {key: np.full(sizes.size, low) for key, (low, _) in bounds.items()}
-    scan = Designs(**{**fixed, "size": sizes}, sense=question.design.sense)
-    least = sizes[feasible(question, scan)][0]
+    scan = Designs(**{**fixed, "size": sizes}, sense=problem.design.sense)
+    least = sizes[feasible(problem, scan)][0]
     assert least > sizes[0]
     for answer in (
-        smallest(question, bounds),
-        branch_and_bound(question, bounds),
+        smallest(problem, bounds),
+        branch_and_bound(problem, bounds),
     ):
         assert answer.proved
         assert least - 0.01 <= answer.design.size[0] <= least
@@ -379,8 +379,8 @@ def test_a_range_of_the_cam_itself_holds_to_the_last_digit(name, seed):
     key = "mean_radius" if raw["cam"]["form"] == "cylindrical" else "base_radius"
 
     def found(start, stop):
-        question, bounds = asked({**raw, "search": {key: {"start": start, "stop": stop}}})
-        answer = smallest(question, bounds)
+        problem, bounds = asked({**raw, "search": {key: {"start": start, "stop": stop}}})
+        answer = smallest(problem, bounds)
         assert answer.design is None or start <= answer.design.size[0] <= stop
         return answer.design
 
@@ -400,10 +400,10 @@ def test_an_arm_that_leans_by_the_limit_at_rest_has_no_groove(half, rotation):
     """tan β = tan ½h in the dwells whatever the radius, and more beside them; no warning of 0/0."""
     raw = {**MADE[cylindrical_oscillating.MECHANISM.name]([0.5, 0.5]), "motion": turn(2.0 * half)}
     raw["cam"]["rotation"] = rotation
-    question, bounds = asked({**raw, "limits": {"pressure_angle": float(half)}})
-    cut = by_cutting_planes(question, bounds)
+    problem, bounds = asked({**raw, "limits": {"pressure_angle": float(half)}})
+    cut = by_cutting_planes(problem, bounds)
     assert cut.design is None
     assert cut.floor > 1e5
-    question, bounds = asked({**raw, "limits": {"pressure_angle": half + 1.0}})
-    cut = by_cutting_planes(question, bounds)
-    assert feasible(question, cut.design)[0]
+    problem, bounds = asked({**raw, "limits": {"pressure_angle": half + 1.0}})
+    cut = by_cutting_planes(problem, bounds)
+    assert feasible(problem, cut.design)[0]

@@ -7,7 +7,7 @@ import pytest
 
 import camopt
 from camopt import BadInput, Scene, evaluate, find_scene, optimise, shipped_scenes, sweep
-from camopt.cli import main
+from camopt.cli.main import main
 from camopt.motion import LAWS
 
 FEW = {

@@ -8,12 +8,12 @@ import pandas as pd
 import pytest
 
 from camopt import find_scene
-from camopt.bill import bill
-from camopt.cli import main
+from camopt.cli.main import main
 from camopt.effects import EFFECTS, called
+from camopt.problem.problem import resolve
 from camopt.quantities import DISCIPLINES, GEOMETRY, QUANTITIES
-from camopt.question import resolve
-from camopt.scene_tables import Dynamics, Limits, Materials
+from camopt.scene.tables import Dynamics, Limits, Materials
+from camopt.studies.cost_report import bill
 
 TRAIN = {
     "cam.rpm": 300,
@@ -28,7 +28,7 @@ VALVE = find_scene("exhaust-valve").replace(**TRAIN)
 
 @pytest.fixture(autouse=True)
 def _few_designs(monkeypatch):
-    monkeypatch.setattr("camopt.accuracy.subjects.DESIGNS", 64)
+    monkeypatch.setattr("camopt.studies.accuracy.subjects.DESIGNS", 64)
 
 
 def test_every_discipline_is_an_effect():
@@ -62,8 +62,8 @@ def test_a_limit_calls_for_what_it_needs_and_what_that_reads():
     assert not {"force", "torque", "vibration"} & entries.keys()
     assert entries["crossing"].called_by == ("limits.self_crossing",)  # asked of every cam
     assert entries["pressure"].called_by == ("effect crossing",)
-    question = resolve(scene)
-    assert list(called(question.wanted, question.subject)) == list(entries)
+    problem = resolve(scene)
+    assert list(called(problem.wanted, problem.setup)) == list(entries)
 
 
 def test_the_command_shows_the_tree_and_its_json(tmp_path, capsys):

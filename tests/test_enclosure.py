@@ -9,15 +9,15 @@ from hypothesis import strategies as st
 from support.cams import CONTACTS, GUIDED, WORN, cam_with
 
 from camopt import Scene, evaluate
-from camopt.limits import LOADS
 from camopt.mechanisms import Designs
 from camopt.numerics.curves import curve
 from camopt.numerics.interval import Interval
 from camopt.numerics.sloped import PARTIALS, Quotient, as_quotient, as_sloped, variables
-from camopt.question import exactly, resolve
-from camopt.search.answer import feasible
-from camopt.search.boxes import Boxes
-from camopt.search.enclosure import claims_on_size, examined
+from camopt.problem.limits import LOADS
+from camopt.problem.problem import exactly, resolve
+from camopt.smallest.boxes import Boxes
+from camopt.smallest.enclosure import claims_on_size, examined
+from camopt.smallest.result import feasible
 
 FREE = {
     "translating": ("size", "offset", "roller_radius"),
@@ -48,15 +48,15 @@ def limited(name):
     return exactly(resolve(scene_of(name, limits)))
 
 
-def free_of(question):
+def free_of(problem):
     """The sizes that the mechanism has, of those that may be free."""
-    moving = FREE["oscillating" if question.subject.angular else "translating"]
-    return [n for n in moving if n == "size" or question.design.sizes[n][0] != 0.0]
+    moving = FREE["oscillating" if problem.setup.angular else "translating"]
+    return [n for n in moving if n == "size" or problem.design.sizes[n][0] != 0.0]
 
 
-def drawn(question, rng, count, wide):
+def drawn(problem, rng, count, wide):
     """Boxes (low, high) near the question's design and their free sizes, each a share ``wide`` of it at most."""
-    design, free = question.design.sizes, free_of(question)
+    design, free = problem.design.sizes, free_of(problem)
     low = {n: np.full(count, v[0]) for n, v in design.items()}
     high = {n: v.copy() for n, v in low.items()}
     for name in free:
@@ -160,24 +160,24 @@ def test_a_side_too_narrow_to_be_cut_is_not_cut():
 @settings(max_examples=8, deadline=None)
 def test_no_design_of_a_box_lies_outside_of_a_limit_s_range(name, seed, wide):
     """Every limit at random cam angles: value and range of the limit's own formula."""
-    question, rng = limited(name), np.random.default_rng(seed)
-    low, high, free = drawn(question, rng, 5, wide)
-    exists = ~question.subject.mechanism.impossible(
-        Designs(**{n: Interval(low[n], high[n]) for n in low}, sense=question.design.sense), question.programme
+    problem, rng = limited(name), np.random.default_rng(seed)
+    low, high, free = drawn(problem, rng, 5, wide)
+    exists = ~problem.setup.mechanism.impossible(
+        Designs(**{n: Interval(low[n], high[n]) for n in low}, sense=problem.design.sense), problem.programme
     )
     for k in np.flatnonzero(exists):
-        points = inside_of(low, high, rng, question.design.sense, k)
-        points = points.take(question.subject.mechanism.exists(points, question.programme))
+        points = inside_of(low, high, rng, problem.design.sense, k)
+        points = points.take(problem.setup.mechanism.exists(points, problem.programme))
         if not len(points):
             continue
         box = [Interval(low[n][k : k + 1], high[n][k : k + 1]) for n in free]
         sizes = dict(zip(free, variables(box, [points.sizes[n][:1] for n in free]), strict=True))
-        made = Designs(**{**{n: v[k : k + 1] for n, v in low.items()}, **sizes}, sense=question.design.sense)
-        for claim in claims_on_size(question):
-            state = question.programme.state(rng.uniform(0.0, 2 * np.pi, 1))
+        made = Designs(**{**{n: v[k : k + 1] for n, v in low.items()}, **sizes}, sense=problem.design.sense)
+        for claim in claims_on_size(problem):
+            state = problem.programme.state(rng.uniform(0.0, 2 * np.pi, 1))
             with np.errstate(all="ignore"):
-                value = as_quotient(curve(claim.curve(made, question.programme), ..., *state)[0])
-                values = curve(claim.curve(points, question.programme), ..., *state)[0]
+                value = as_quotient(curve(claim.curve(made, problem.programme), ..., *state)[0])
+                values = curve(claim.curve(points, problem.programme), ..., *state)[0]
             if not isinstance(value.below, float):
                 continue
             ends = as_sloped(value.above, sizes[free[0]]).value
@@ -186,26 +186,26 @@ def test_no_design_of_a_box_lies_outside_of_a_limit_s_range(name, seed, wide):
             assert np.all(values <= ends.high[0] + room), claim
 
 
-def may_hold(question, designs, angles):
+def may_hold(problem, designs, angles):
     """Whether each design holds all claims at some cam angles: what does not at one of them is not feasible."""
-    held = question.subject.mechanism.exists(designs, question.programme)
-    for claim in question.claims:
-        sides = question.programme.beside(angles, claim.strokes).ravel()
+    held = problem.setup.mechanism.exists(designs, problem.programme)
+    for claim in problem.claims:
+        sides = problem.programme.beside(angles, claim.strokes).ravel()
         each = designs.take(np.repeat(np.arange(len(designs)), sides.size))
-        state = question.programme.state(np.tile(sides, len(designs)))
+        state = problem.programme.state(np.tile(sides, len(designs)))
         with np.errstate(all="ignore"):
-            values = claim.factor(each) * curve(claim.curve(each, question.programme), ..., *state)[0]
+            values = claim.factor(each) * curve(claim.curve(each, problem.programme), ..., *state)[0]
         for side in claim.sides:
             held &= ~np.any((side * values > claim.allowed()).reshape(len(designs), -1), axis=1)
     return held
 
 
-def feasible_ones(question, designs):
+def feasible_ones(problem, designs):
     """Which designs are feasible, one by one; asked exactly only of those that no cam angle shows broken."""
     for angles in (COARSE, FINE):
-        designs = designs.take(may_hold(question, designs, angles)) if len(designs) else designs
+        designs = designs.take(may_hold(problem, designs, angles)) if len(designs) else designs
     for k in range(len(designs)):
-        yield feasible(question, designs.take([k]))[0]
+        yield feasible(problem, designs.take([k]))[0]
 
 
 @pytest.mark.parametrize("name", CONTACTS)
@@ -213,26 +213,26 @@ def feasible_ones(question, designs):
 @settings(max_examples=10, deadline=None)
 def test_no_feasible_design_is_cut_off(name, seed, wide):
     """Feasible designs of random boxes lie in boxes that are not empty, between the ends that are left."""
-    question, rng = limited(name), np.random.default_rng(seed)
-    low, high, free = drawn(question, rng, 12, wide)
-    box = Designs(**{n: Interval(low[n], high[n]) for n in low}, sense=question.design.sense)
-    seen = examined(question, claims_on_size(question), box, free)
+    problem, rng = limited(name), np.random.default_rng(seed)
+    low, high, free = drawn(problem, rng, 12, wide)
+    box = Designs(**{n: Interval(low[n], high[n]) for n in low}, sense=problem.design.sense)
+    seen = examined(problem, claims_on_size(problem), box, free)
     for k in range(12):
-        points = inside_of(low, high, rng, question.design.sense, k)
+        points = inside_of(low, high, rng, problem.design.sense, k)
         beyond = [(points.sizes[n] < seen.low[n][k]) | (points.sizes[n] > seen.high[n][k]) for n in free]
-        assert not any(feasible_ones(question, points.take(seen.empty[k] | np.any(beyond, axis=0))))
+        assert not any(feasible_ones(problem, points.take(seen.empty[k] | np.any(beyond, axis=0))))
 
 
 @pytest.mark.parametrize("name", CONTACTS)
 def test_boxes_of_feasible_and_of_empty_designs_are_met(name):
     """The test above has something to say: some random boxes hold feasible designs, and some are cut or empty."""
-    question, rng = limited(name), np.random.default_rng(0)
-    (low, high, free), (near, far, _) = (drawn(question, rng, 200, wide) for wide in (0.1, 0.005))
+    problem, rng = limited(name), np.random.default_rng(0)
+    (low, high, free), (near, far, _) = (drawn(problem, rng, 200, wide) for wide in (0.1, 0.005))
     low, high = ({n: np.concatenate([a[n], b[n]]) for n in a} for a, b in ((low, near), (high, far)))
-    box = Designs(**{n: Interval(low[n], high[n]) for n in low}, sense=question.design.sense)
-    seen = examined(question, claims_on_size(question), box, free)
-    middles = Designs(**{n: (low[n] + high[n]) / 2 for n in low}, sense=question.design.sense)
+    box = Designs(**{n: Interval(low[n], high[n]) for n in low}, sense=problem.design.sense)
+    seen = examined(problem, claims_on_size(problem), box, free)
+    middles = Designs(**{n: (low[n] + high[n]) / 2 for n in low}, sense=problem.design.sense)
     assert seen.empty.any()
     assert np.any(seen.low["size"] > low["size"])
-    assert not any(feasible_ones(question, middles.take(seen.empty)))
-    assert any(feasible_ones(question, middles.take(~seen.empty)))
+    assert not any(feasible_ones(problem, middles.take(seen.empty)))
+    assert any(feasible_ones(problem, middles.take(~seen.empty)))

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from camopt import exits
-from camopt.cli import camopt, main
+from camopt.cli import exits
+from camopt.cli.main import camopt, main
 from camopt.mistakes import BadInput, Mistake, printable
 
 ESCAPE = "\x1b[31mred\x1b[0m\nsecond line\u202e"
@@ -21,7 +21,7 @@ def _in_an_empty_folder(tmp_path, monkeypatch):
 
 def shell(command, **environment):
     """A command line of bash, in which camopt is this one: exit code, standard output, standard error."""
-    line = f'camopt() {{ "{sys.executable}" -m camopt.cli "$@"; }}; {command}'
+    line = f'camopt() {{ "{sys.executable}" -m camopt "$@"; }}; {command}'
     variables = {**os.environ, **environment}
     done = subprocess.run(["bash", "-c", line], capture_output=True, timeout=300, env=variables)
     out, err = (text.decode(errors="replace") for text in (done.stdout, done.stderr))

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from numpy.polynomial import polynomial
 from support import own
 
-from camopt.effects import Case, Subject
+from camopt.effects import Case, Setup
 from camopt.mechanisms import MECHANISMS, Designs
 from camopt.motion.programme import Programme, span
 from camopt.motion.table import DWELL, RETURN, RISE, TURN
@@ -24,7 +24,7 @@ from camopt.numerics.halving import CLIMBS, CONCAVE, OPEN, SETTLED, looked_at
 from camopt.numerics.interval import Interval
 from camopt.numerics.jet import FIELDS, Jet
 from camopt.numerics.piecewise import part_jets, row_jets
-from camopt.proof.ball import BITS
+from camopt.verdicts.ball import BITS
 
 SMOOTH = [law for law in own.EVERY if law != "uniform"]
 CURVES = ("pressure", "curvature", "profile_radius", "reach")
@@ -71,7 +71,7 @@ def cases():
 @pytest.mark.parametrize(("mechanism", "angular", "name"), list(cases()))
 def test_extremes_are_those_of_dense_sampling(mechanism, angular, name, sense, law):
     turn, some = programme(law, angular=angular), designs(angular, sense, seed=SMOOTH.index(law))
-    case = Case(Subject(mechanism, angular, False, None, None, tolerance=1e-13), turn, some)
+    case = Case(Setup(mechanism, angular, False, None, None, tolerance=1e-13), turn, some)
     make = getattr(mechanism, name)
     questions = [(TURN, LARGEST), (TURN, LEAST), (RISE, LARGEST_MAGNITUDE), (RETURN, LARGEST)]
     value, where, _ = case.extremes(make, questions, located=True)
@@ -137,10 +137,10 @@ def test_span_of_a_combination_of_derivatives(law, weights):
 def test_an_answer_does_not_depend_on_its_place_in_a_block(rows):
     turn = programme("poly345", angular=False)
     mechanism = MECHANISMS["disc", "translating", False]
-    subject = Subject(mechanism, False, False, None, None, tolerance=1e-13)
+    setup = Setup(mechanism, False, False, None, None, tolerance=1e-13)
     many = designs(False, 1.0, 1000)
-    whole, _, _ = Case(subject, turn, many).extremes(mechanism.curvature, [(TURN, LARGEST)])
-    part, _, _ = Case(subject, turn, many.take(slice(1000 - rows, None))).extremes(
+    whole, _, _ = Case(setup, turn, many).extremes(mechanism.curvature, [(TURN, LARGEST)])
+    part, _, _ = Case(setup, turn, many.take(slice(1000 - rows, None))).extremes(
         mechanism.curvature, [(TURN, LARGEST)]
     )
     assert np.array_equal(whole[:, 1000 - rows :], part)
@@ -150,12 +150,12 @@ def test_a_peak_narrower_than_a_panel_is_found():
     """s₀ → 0: the pitch curve has a near-cusp far narrower than the table's panels."""
     turn = programme("harmonic", angular=False)
     mechanism = MECHANISMS["disc", "translating", False]
-    subject = Subject(mechanism, False, False, None, None, tolerance=1e-13)
+    setup = Setup(mechanism, False, False, None, None, tolerance=1e-13)
     zero = np.zeros(1)
     for height in (1.0, 0.1, 0.01):
         e = 10.0
         some = Designs(np.array([np.hypot(e, height)]), zero, np.array([e]), zero, zero, zero, 1.0)
-        value, where, _ = Case(subject, turn, some).extremes(mechanism.curvature, [(TURN, LARGEST), (TURN, LEAST)])
+        value, where, _ = Case(setup, turn, some).extremes(mechanism.curvature, [(TURN, LARGEST), (TURN, LEAST)])
         f = mechanism.curvature(some, turn)
         for at, extreme, sign in zip(where[:, 0], value[:, 0], (1, -1), strict=True):
             near = np.concatenate([np.linspace(1e-9, 6.28, 400001), at + np.linspace(-1e-3, 1e-3, 20001)])
@@ -188,7 +188,7 @@ def test_narrow_peaks_of_many_cams_next_to_the_limit(law, tolerance):
     size = rng.uniform(1, 40, count)
     offset = rng.choice([-1, 1], count) * size * (1 - 10 ** rng.uniform(-6, -0.5, count))
     some = Designs(size, zero, offset, zero, zero, zero, 1.0)
-    case = Case(Subject(mechanism, False, False, None, None, tolerance), turn, some)
+    case = Case(Setup(mechanism, False, False, None, None, tolerance), turn, some)
     for make in (mechanism.pressure, mechanism.curvature):
         value, _, width = case.extremes(make, [(TURN, LARGEST), (TURN, LEAST)])
         f = make(some, turn)

@@ -8,13 +8,13 @@ import pytest
 
 import camopt
 from camopt.drawing.dynamics import dynamics_panels
+from camopt.drawing.figures import plot
 from camopt.drawing.loads import load_panels
 from camopt.drawing.picture import Picture
-from camopt.figures import plot
 from camopt.mistakes import BadInput
-from camopt.points import cam_points, write_points
-from camopt.question import resolve
-from camopt.scene import Scene, find_scene, shipped_scenes
+from camopt.points.points import cam_points, write_points
+from camopt.problem.problem import resolve
+from camopt.scene.scene import Scene, find_scene, shipped_scenes
 
 SEGMENTS = [("rise", 120, "cycloidal"), ("dwell", 40, None), ("return", 100, "poly345"), ("dwell", 100, None)]
 DISC = {"form": "disc", "base_radius": 40.0, "rpm": 200}

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from camopt import certify, evaluate, find_scene, optimise, sweep
-from camopt.cli import main
+from camopt.cli.main import main
 from camopt.effects import EFFECTS
 from camopt.effects.hertz import DEPTH, SHEAR
 from camopt.mistakes import BadInput
 from camopt.motion.table import RETURN, RISE
-from camopt.question import resolve
+from camopt.problem.problem import resolve
 
 SPRING = {"mass": 1.5, "spring_rate": 15, "preload": 450, "damping": 0.03}
 GUIDE = {"guide_length": 90, "overhang": 80, "friction": 0.15, "stem_diameter": 16}
@@ -113,9 +113,9 @@ def test_a_flat_face(law):
 
 
 def test_an_oscillating_roller():
-    question = resolve(SWING)
+    problem = resolve(SWING)
     _, y, y1, y2, _ = sampled(SWING)
-    design, sense = question.design, question.design.sense
+    design, sense = problem.design, problem.design.sense
     c, l, r = (float(getattr(design, n)[0]) for n in ("centre_distance", "arm_length", "prime_radius"))  # noqa: E741
     psi = np.arccos((c * c + l * l - r * r) / (2 * c * l)) + y
     q = 1 + sense * y1

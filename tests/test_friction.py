@@ -15,9 +15,9 @@ from camopt.numerics.compile import compiled
 from camopt.numerics.curves import Linear, curve
 from camopt.numerics.interval import Interval
 from camopt.numerics.jet import Jet
-from camopt.own_laws import spline_of
-from camopt.proof.ball import Ball
-from camopt.question import resolve
+from camopt.problem.problem import resolve
+from camopt.scene.own_laws import spline_of
+from camopt.verdicts.ball import Ball
 
 # each mechanism once, laws that turn back, loads that change, contact that is lost, a follower that jams
 SEEDS = [4, 6, 7, 8, 9, 13, 20, 33, 134]
@@ -43,7 +43,7 @@ def test_loads_of_random_scenes_are_those_of_the_follower_in_equilibrium(seed):
 
 def test_the_random_scenes_try_every_mechanism():
     scenes = [Scene.from_dict(friction.random_scene(seed)) for seed in range(len(friction.CONTACTS))]
-    assert {resolve(scene).subject.mechanism.name for scene in scenes} == {m.name for m in MECHANISMS.values()}
+    assert {resolve(scene).setup.mechanism.name for scene in scenes} == {m.name for m in MECHANISMS.values()}
 
 
 # ------------------------------------------------------------------------------------------------- the ways

@@ -7,20 +7,20 @@ import pytest
 from support.pictures import faults_of
 
 from camopt import BadInput, Scene, certify, evaluate, find_scene, frontier, load, plot_frontier, synthesise
-from camopt.cli import main
+from camopt.cli.main import main
+from camopt.cli.reports import show_frontier
 from camopt.mistakes import Unmet
-from camopt.question import resolve
-from camopt.reports import show_frontier
-from camopt.scene_tables import TERMS
-from camopt.search.optimise import optimise
+from camopt.problem.problem import resolve
+from camopt.scene.tables import TERMS
+from camopt.smallest.optimise import optimise
 from camopt.synthesis import steps
-from camopt.synthesis.asked import demand_of
+from camopt.synthesis.axis_minimiser import AxisMinimiser
 from camopt.synthesis.cams import within
 from camopt.synthesis.ceilings import ceilings_of
 from camopt.synthesis.convex import solve
 from camopt.synthesis.files import write_frontier
+from camopt.synthesis.from_scene import demand_of
 from camopt.synthesis.frontier import _checked
-from camopt.synthesis.least import Least
 from camopt.synthesis.units import unit_of
 
 COARSE = {
@@ -116,8 +116,8 @@ def test_a_law_is_within_its_own_peaks(name, law):
             segment | ({"lift": lift} if "lift" in segment else {})
             for segment in find_scene(name).to_dict()["motion"]
         ]
-        question = resolve(find_scene(name).replace(motion=motion, **peaks))
-        assert within(demand_of(question), question.with_laws(law, law))
+        problem = resolve(find_scene(name).replace(motion=motion, **peaks))
+        assert within(demand_of(problem), problem.with_laws(law, law))
 
 
 def test_the_picture_of_a_frontier(found, tmp_path):
@@ -153,7 +153,7 @@ def test_the_end_of_a_term_is_what_synthesise_finds(case):
     """Whatever decides; both hold the peaks of poly345, since neither minimises an acceleration."""
     name, changes = ENDS[case]
     scene = find_scene(name).replace(**{"synthesis.pieces": 12, **changes})
-    end = Least(scene, ("size", "velocity"), "size", ()).at({}).row
+    end = AxisMinimiser(scene, ("size", "velocity"), "size", ()).at({}).row
     single = synthesise(scene)
     assert end["size"] == single.objective
     assert end["local"] == (not single.convex)
@@ -297,8 +297,8 @@ def test_steps_from_a_motion_within_its_bounds_stay_there_and_are_few(monkeypatc
         outputs=["force"],
     )
     scene, axes = _checked(scene, ("size", "torque_peak_N_m"))  # calls for sizes and torque too
-    gentle = Least(scene, axes, axes[1], ("size",)).at({"size": 248.0}, bounded=False)
-    least, solved = Least(scene, axes, "size", axes[1:]), []
+    gentle = AxisMinimiser(scene, axes, axes[1], ("size",)).at({"size": 248.0}, bounded=False)
+    least, solved = AxisMinimiser(scene, axes, "size", axes[1:]), []
     value = {axes[1]: gentle.row[axes[1]] * (1 + 3e-4)}
     ceilings = ceilings_of(least._demand(value))
     monkeypatch.setattr(steps, "solve", lambda problem: solved.append(problem) or solve(problem))
@@ -310,7 +310,7 @@ def test_steps_from_a_motion_within_its_bounds_stay_there_and_are_few(monkeypatc
 
 def test_the_residual_vibration_of_the_programme_is_the_effects(loaded):
     """The value of the convex programme, at its own coefficients, is that of the cam's response."""
-    least = Least(loaded, ("residual_vibration", "size"), "residual_vibration", ("size",))
+    least = AxisMinimiser(loaded, ("residual_vibration", "size"), "residual_vibration", ("size",))
     found = least.at({"size": 40.0})
     assert least.optimum > 1e-3
     assert found.row["residual_vibration_max_mm"] == pytest.approx(least.optimum, rel=1e-3)

@@ -14,7 +14,8 @@ from hypothesis import strategies as st
 from support import naive, own
 
 from camopt import Scene, certify, evaluate, find_scene
-from camopt.effects import Case, Subject
+from camopt.effects import Case, Setup
+from camopt.front.pareto import non_dominated
 from camopt.mechanisms import MECHANISMS, Designs
 from camopt.mistakes import BadInput
 from camopt.motion import LAWS
@@ -22,9 +23,8 @@ from camopt.motion.programme import Programme
 from camopt.motion.table import TURN
 from camopt.numerics import LARGEST, LEAST, compile
 from camopt.numerics.curves import curve
-from camopt.rows import Rows
-from camopt.scene_tables import Search
-from camopt.search.pareto import non_dominated
+from camopt.problem.rows import Rows
+from camopt.scene.tables import Search
 
 ULP = 2.0**-52
 
@@ -91,7 +91,7 @@ def test_a_peak_next_to_the_end_of_a_return(law, gap):
     zero, mechanism = np.zeros(1), MECHANISMS["disc", "translating", False]
     for side in (1.0, -1.0):
         design = Designs(np.array([prime]), zero, np.array([side * (prime - gap)]), zero, zero, zero, 1.0)
-        found = Case(Subject(mechanism, False, True, None, None), turn, design).extremes(
+        found = Case(Setup(mechanism, False, True, None, None), turn, design).extremes(
             mechanism.pressure, [(TURN, LARGEST), (TURN, LEAST)]
         )
         hairs = np.geomspace(1e-9, 0.1, 20001)
@@ -116,7 +116,7 @@ def test_a_cusp_of_the_pitch_curve():
     zero, mechanism = np.zeros(4), MECHANISMS["disc", "translating", False]
     size = np.array([1e-3, 1e-6, 1e-9, 1e-12])
     designs = Designs(size, zero, zero, zero, zero, zero, 1.0)
-    found = Case(Subject(mechanism, False, True, None, None), rise, designs).extremes(
+    found = Case(Setup(mechanism, False, True, None, None), rise, designs).extremes(
         mechanism.curvature, [(TURN, LARGEST), (TURN, LEAST)]
     )
     assert not np.isnan(found.value).any()
@@ -271,7 +271,7 @@ def test_lengths_out_of_range_are_refused(k):
 @pytest.mark.parametrize("name", ["roller-1000rpm", "oscillating-roller", "flat-reciprocating"])
 def test_compiled_and_uncompiled_agree_bit_for_bit(name, monkeypatch):
     monkeypatch.setattr(compile, "FEW", -1)
-    command = [sys.executable, "-m", "camopt.cli", "evaluate", name, "--json"]
+    command = [sys.executable, "-m", "camopt.cli.main", "evaluate", name, "--json"]
     plain = subprocess.run(
         command, capture_output=True, text=True, check=True, env={**os.environ, "NUMBA_DISABLE_JIT": "1"}
     )
@@ -309,7 +309,7 @@ def test_no_point_of_a_curve_lies_outside_of_its_enclosure(data, key, law):
         return
     angles = np.concatenate([s.start + s.angle * np.linspace(1e-9, 1 - 1e-9, 500) for s in turn.strokes])
     tolerance = data.draw(st.sampled_from([1e-3, 1e-6, 1e-9, 1e-12]))
-    case = Case(Subject(mechanism, angular, False, None, None, tolerance), turn, design)
+    case = Case(Setup(mechanism, angular, False, None, None, tolerance), turn, design)
     for name in ("pressure", "curvature", "profile_radius", "reach"):
         make = getattr(mechanism, name)
         if make is None:

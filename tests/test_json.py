@@ -4,7 +4,7 @@ import pytest
 from test_turns import FREE
 
 from camopt import optimise
-from camopt.cli import main
+from camopt.cli.main import main
 
 PLAIN = {dict, list, tuple, str, float, int, bool, type(None)}
 COMMANDS = {
@@ -35,7 +35,7 @@ def not_plain(value, where="document"):
 @pytest.mark.parametrize("name", COMMANDS)
 def test_a_json_document_has_plain_values_alone(name, tmp_path, monkeypatch):
     found = []
-    monkeypatch.setattr("camopt.reports.print_json", found.append)
+    monkeypatch.setattr("camopt.cli.reports.print_json", found.append)
     monkeypatch.chdir(tmp_path)
     (tmp_path / "freed.toml").write_text(FREE["curvature binds"].to_toml(), encoding="utf-8")
     words = {"SCENE": "roller-1000rpm", "FREED": "freed.toml"}

@@ -17,8 +17,8 @@ from camopt.numerics.compile import FEW, PAYS, called, compiled, compiled_for_ma
 from camopt.numerics.extremes import search_all, search_curve
 from camopt.numerics.indirect import address_of, call, code_of, evaluates
 from camopt.numerics.jet import Jet, power
-from camopt.question import exactly, resolve
-from camopt.scene import find_scene
+from camopt.problem.problem import exactly, resolve
+from camopt.scene.scene import find_scene
 
 pytestmark = pytest.mark.skipif(not isinstance(search_curve, CPUDispatcher), reason="nothing is compiled")
 
@@ -81,31 +81,31 @@ def test_evaluating_a_design_compiles_nothing(monkeypatch):
 
     monkeypatch.setattr(compile.KernelCache, "holds", lambda *_: False)
     monkeypatch.setattr(compile.Kernel, "compile", refuse)
-    question = exactly(resolve(find_scene("roller-1000rpm")))
+    problem = exactly(resolve(find_scene("roller-1000rpm")))
     fresh = compiled_for_many(search_curve.py_func)
     monkeypatch.setattr("camopt.numerics.extremes.search_curve", fresh)
-    found = curve_of(question, question.subject.mechanism.pressure, 1)
+    found = curve_of(problem, problem.setup.mechanism.pressure, 1)
     assert np.isfinite(found.value).all()
 
 
 QUESTIONS = [(15, LARGEST), (15, LEAST), (15, LARGEST_MAGNITUDE), (1, LARGEST)]
 
 
-def curve_of(question, make, count):
+def curve_of(problem, make, count):
     """Extremes of a curve of a question's mechanism, of designs around the scene's own."""
-    rng, sizes = np.random.default_rng(4), question.design.sizes
+    rng, sizes = np.random.default_rng(4), problem.design.sizes
     drawn = {name: values[0] * rng.uniform(1.0, 1.3, count) for name, values in sizes.items()}
-    case = Case(question.subject, question.programme, Designs(**drawn, sense=question.design.sense))
+    case = Case(problem.setup, problem.programme, Designs(**drawn, sense=problem.design.sense))
     return case.extremes(make, QUESTIONS, located=True)
 
 
 @pytest.mark.parametrize("name", ["roller-1000rpm", "oscillating-roller", "knife-300rpm-offset"])
 def test_compiled_and_plain_extremes_are_the_same_bits(name, monkeypatch):
-    question = exactly(resolve(find_scene(name)))
-    mechanism = question.subject.mechanism
-    compiled = curve_of(question, mechanism.pressure, FEW + 1)
+    problem = exactly(resolve(find_scene(name)))
+    mechanism = problem.setup.mechanism
+    compiled = curve_of(problem, mechanism.pressure, FEW + 1)
     monkeypatch.setattr("camopt.numerics.extremes.search_curve", search_curve.py_func)
-    plain = curve_of(question, mechanism.pressure, FEW + 1)
+    plain = curve_of(problem, mechanism.pressure, FEW + 1)
     for one, other in zip(compiled, plain, strict=True):
         assert np.array_equal(one, other)
 
@@ -135,10 +135,10 @@ def test_what_kernels_call_becomes_machine_code_with_them_only(part):
 
 
 def test_one_compiled_search_serves_every_curve():
-    question = exactly(resolve(find_scene("roller-1000rpm")))
-    mechanism = question.subject.mechanism
+    problem = exactly(resolve(find_scene("roller-1000rpm")))
+    mechanism = problem.setup.mechanism
     for make in (mechanism.pressure, mechanism.curvature, mechanism.sliding):
-        curve_of(question, make, FEW + 1)
+        curve_of(problem, make, FEW + 1)
     assert len(search_all.signatures) == 1
     assert len(search_curve.signatures) >= 3
 

@@ -18,7 +18,7 @@ from camopt.motion.load import ExternalLoad
 from camopt.motion.table import TURN
 from camopt.numerics import LARGEST
 from camopt.numerics.curves import curve
-from camopt.question import resolve
+from camopt.problem.problem import resolve
 
 TABLES = {"cornered": CORNERED, "jumping": JUMPING}
 OF_MOTION = ["force", "torque"]  # effects that need no kernel
@@ -182,14 +182,14 @@ def test_wear_and_film_are_those_of_a_scan():
     scene = under(JUMPING)
     scene["cam"]["base_radius"] = 160  # so that the lubricant is carried one way
     asked = resolve(Scene.from_dict({**scene, "materials": {**scene["materials"], **WORN}}))
-    case = Case(asked.subject, asked.programme, asked.design)
+    case = Case(asked.setup, asked.programme, asked.design)
     jump = np.radians(70.0)
     theta = np.array([jump - 1e-12, jump + 1e-12, *np.linspace(0.0, 2 * np.pi, 200_001)[:-1]])
     state = asked.programme.state(theta)
     for make in (
-        partial(surface.wear_curve, asked.subject),
-        partial(loads.normal_curve, asked.subject),
-        *(each for (each, _), _ in surface.variants("film_ratio", asked.subject)),
+        partial(surface.wear_curve, asked.setup),
+        partial(loads.normal_curve, asked.setup),
+        *(each for (each, _), _ in surface.variants("film_ratio", asked.setup)),
     ):
         scanned = curve(make(asked.design, asked.programme), 0, *state)[0].max()
         exact = case.extremes(make, [(TURN, LARGEST)])

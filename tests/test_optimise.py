@@ -10,13 +10,13 @@ from hypothesis import strategies as st
 from scipy import optimize
 
 from camopt import BadInput, Scene, evaluate, find_scene, optimise
-from camopt.judging import judged
 from camopt.mechanisms import Designs
 from camopt.motion import LAWS
 from camopt.motion.programme import span
 from camopt.motion.table import DWELL, RETURN, RISE
-from camopt.question import exactly, resolve
-from camopt.search.answer import feasible
+from camopt.problem.problem import exactly, resolve
+from camopt.smallest.result import feasible
+from camopt.verdicts.judging import judged
 
 BASE = {
     "cam": {"form": "disc", "rotation": "cw", "rpm": 1000, "base_radius": 60},
@@ -159,7 +159,7 @@ def size_of(row):
 @pytest.mark.parametrize("name", CASES)
 def test_no_grid_finds_a_smaller_cam(name):
     """The optimum is feasible, and a fine grid of smaller sizes (and free sizes) holds no feasible design."""
-    question = exactly(resolve(CASES[name]))
+    problem = exactly(resolve(CASES[name]))
     result = optimise(CASES[name])
     best = result.best
     assert best is not None, result.obstacles
@@ -168,14 +168,14 @@ def test_no_grid_finds_a_smaller_cam(name):
     size = size_of(best)
     rng = np.random.default_rng(0)
     count = 20000
-    sizes = {n: np.full(count, v[0]) for n, v in question.design.sizes.items()}
+    sizes = {n: np.full(count, v[0]) for n, v in problem.design.sizes.items()}
     sizes["size"] = np.linspace(1e-6, size - 1e-6, count)
     for key, field in (("offset", "offset"), ("roller_radius", "roller_radius")):
         choice = getattr(CASES[name].search, key)
         if choice is not None:
             sizes[field] = rng.uniform(choice.start, choice.stop, count)
-    grid = Designs(**sizes, sense=question.design.sense)
-    smaller = feasible(question, grid)
+    grid = Designs(**sizes, sense=problem.design.sense)
+    smaller = feasible(problem, grid)
     assert not smaller.any(), grid.size[smaller].min()
 
 
@@ -200,15 +200,15 @@ def test_a_scene_in_other_units_of_length_has_the_same_cam_and_proof(name, scale
 @pytest.mark.parametrize("name", ["pressure binds, offset free", "curvature binds, offset free", "roller free"])
 def test_never_larger_than_scipy_finds(name):
     """Differential evolution on size with a penalty; feasibility by the same limits."""
-    question, case = exactly(resolve(CASES[name])), CASES[name]
+    problem, case = exactly(resolve(CASES[name])), CASES[name]
     best = size_of(optimise(case).best)
     free = [key for key in ("offset", "roller_radius") if getattr(case.search, key) is not None]
 
     def cost(x):
-        sizes = {n: np.array([v[0]]) for n, v in question.design.sizes.items()}
+        sizes = {n: np.array([v[0]]) for n, v in problem.design.sizes.items()}
         sizes |= {"size": x[:1]} | {field: x[k + 1 : k + 2] for k, field in enumerate(free)}
-        design = Designs(**sizes, sense=question.design.sense)
-        return x[0] if feasible(question, design)[0] else 1e3 + x[0]
+        design = Designs(**sizes, sense=problem.design.sense)
+        return x[0] if feasible(problem, design)[0] else 1e3 + x[0]
 
     bounds = [(1.0, 200.0)] + [(getattr(case.search, k).start, getattr(case.search, k).stop) for k in free]
     rival = optimize.differential_evolution(cost, bounds, seed=1, maxiter=120, popsize=12, tol=1e-10, polish=False)
@@ -230,10 +230,10 @@ def test_a_dense_scan_of_sizes_finds_the_same_least_radius(law, lift, radius):
     motion = [{**s, **({"lift": lift, "law": law} if "lift" in s else {})} for s in VALVE]
     sizes = {"follower.roller_radius": 10, "follower.offset": 4}
     case = scene(motion=motion, **sizes, limits={"curvature_radius": radius})
-    question = exactly(resolve(case))
-    fixed = {n: np.full(6000, v[0]) for n, v in question.design.sizes.items()}
+    problem = exactly(resolve(case))
+    fixed = {n: np.full(6000, v[0]) for n, v in problem.design.sizes.items()}
     radii = np.linspace(0.05, 300, 6000)
-    held = feasible(question, Designs(**{**fixed, "size": radii}, sense=question.design.sense))
+    held = feasible(problem, Designs(**{**fixed, "size": radii}, sense=problem.design.sense))
     scanned = radii[np.argmax(held)]
     assert scanned - 0.051 < size_of(optimise(case).best) <= scanned + 1e-9
 
@@ -282,10 +282,10 @@ def test_the_closed_form_holds_its_limits_and_touches_one(law, limit, other, ris
     assert best["binding"]
     lead = -best["offset_mm"]  # cw
     s0 = np.sqrt(best["prime_radius_mm"] ** 2 - lead**2)
-    question = exactly(resolve(case))
+    problem = exactly(resolve(case))
     for tangent, kinds in ((tan(radians(limit)), RISE | DWELL), (tan(radians(other)), RETURN)):
-        rises = span(question.programme, (-tangent, 1.0), kinds)[1]
-        falls = -span(question.programme, (tangent, 1.0), kinds)[0]
+        rises = span(problem.programme, (-tangent, 1.0), kinds)[1]
+        falls = -span(problem.programme, (tangent, 1.0), kinds)[0]
         assert lead + tangent * s0 >= rises - 1e-9 * lift
         assert -lead + tangent * s0 >= falls - 1e-9 * lift
 
@@ -316,8 +316,8 @@ def test_default_scene_names_its_laws_best_first():
 
 
 def test_limits_are_judged_on_every_row_the_same_way():
-    question = exactly(resolve(CASES["pressure binds, offset free"]))
-    rows = judged(question, question.design, frozenset())
+    problem = exactly(resolve(CASES["pressure binds, offset free"]))
+    rows = judged(problem, problem.design, frozenset())
     assert rows.records()[0]["feasible"] is False
 
 
@@ -339,17 +339,17 @@ def test_the_lengths_of_followers_that_swing_are_searched_whole(name):
     case, ranges = FREED[name]
     ends = {f"search.{key}": {"start": a, "stop": b} for key, (a, b) in ranges.items()}
     freed = CASES[case].replace(**ends)
-    best, question = optimise(freed).best, exactly(resolve(freed))
+    best, problem = optimise(freed).best, exactly(resolve(freed))
     assert best["proved"]
     rng, count, least, centre = np.random.default_rng(0), 20000, np.inf, None
     spans = {**ranges, "size": (0.0, 1.5 * size_of(best))}
     for width in (1.0, 1.0, 0.3, 0.1, 0.03, 0.01, 3e-3, 1e-3):
-        sizes = {n: np.full(count, v[0]) for n, v in question.design.sizes.items()}
+        sizes = {n: np.full(count, v[0]) for n, v in problem.design.sizes.items()}
         for field, (a, b) in spans.items():
             near = rng.uniform(a, b, count) if centre is None else rng.normal(centre[field], width * (b - a), count)
             sizes[field] = np.clip(near, a, b)
-        cloud = Designs(**sizes, sense=question.design.sense)
-        cloud = cloud.take(feasible(question, cloud))
+        cloud = Designs(**sizes, sense=problem.design.sense)
+        cloud = cloud.take(feasible(problem, cloud))
         if len(cloud) and cloud.size.min() < least:
             least = cloud.size.min()
             centre = {n: v[cloud.size.argmin()] for n, v in cloud.sizes.items()}

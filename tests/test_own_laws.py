@@ -16,14 +16,14 @@ from support import own
 from test_scene import BASES, DELETED, changed, mistakes
 
 from camopt import Scene, certify, evaluate, find_scene, load, optimise, plot, sweep
-from camopt.cli import main
+from camopt.cli.main import main
+from camopt.front.certified import certify_table
 from camopt.mistakes import BadInput
 from camopt.motion import LAWS
 from camopt.motion.spline import SplineLaw, tabulated
-from camopt.proof.ball import precisely
-from camopt.proof.laws import pieces_of
-from camopt.proof.table import certify_table
-from camopt.question import resolve
+from camopt.problem.problem import resolve
+from camopt.verdicts.ball import precisely
+from camopt.verdicts.exact_laws import pieces_of
 
 BEZIER = {"degree": 5, "knots": [0] * 6 + [1] * 6, "coefficients": [0, 0, 0, 1, 1, 1]}
 POINTS = np.linspace(0.0, 1.0, 41)

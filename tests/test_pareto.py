@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from camopt.rows import Rows
-from camopt.scene_tables import Search
-from camopt.search import pareto
-from camopt.search.pareto import REFERENCE, Archive, front_of, hypervolume, knee, non_dominated, scale_of, thinned
+from camopt.front import pareto
+from camopt.front.pareto import REFERENCE, Archive, front_of, hypervolume, knee, non_dominated, scale_of, thinned
+from camopt.problem.rows import Rows
+from camopt.scene.tables import Search
 
 NAMES = ("base_radius_mm", "acceleration_max_m_s2", "pressure_angle_max_deg", "profile_radius_min_mm")
 TIED = st.sampled_from([0.0, 1.0, 2.0, 2.5, np.inf, -np.inf])

@@ -11,8 +11,8 @@ from test_figures import LIMITED, LOADED, OTHERS, loaded, made
 
 import camopt
 from camopt import BadInput, find_scene, shipped_scenes
+from camopt.drawing.figures import plot
 from camopt.drawing.style import COLOURS, DASHES, SERIES, pen_of
-from camopt.figures import plot
 
 RISE_AND_FALL = [
     {"segment": "rise", "angle": 60, "lift": 1e4, "law": "cycloidal"},
@@ -73,7 +73,7 @@ def test_spectra(tmp_path):
 
 
 def accuracy_rows(shift=0.0):
-    """Rows as ``camopt.accuracy.measure`` gives them, some methods as good and as slow as each other."""
+    """Rows as ``camopt.studies.accuracy.measure`` gives them, some methods as good and as slow as each other."""
     rows = []
     for quantity in ("pressure angle", "smallest radius", "curvature"):
         errors = {

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.special import ellipe, ellipk
 
 import camopt
-from camopt.geometry import cam_curves
+from camopt.mechanisms.geometry import cam_curves
 from camopt.numerics.compile import compiled
 from camopt.numerics.interval import Interval
 from camopt.numerics.jet import Jet
@@ -23,9 +23,9 @@ from camopt.numerics.point_contact import (
     pressure_factor,
     pressure_table,
 )
-from camopt.proof.ball import Ball, between, precisely
-from camopt.proof.certify import certify
-from camopt.question import resolve
+from camopt.problem.problem import resolve
+from camopt.verdicts.ball import Ball, between, precisely
+from camopt.verdicts.certify import certify
 
 TABLE = pressure_table()
 RATIOS = st.floats(-22.9, 22.9).map(lambda x: float(np.exp(x)))
@@ -207,17 +207,17 @@ def sampled_stress(scene):
 
     These are off by the step where y''' jumps.
     """
-    question = resolve(scene)
-    programme, subject, design = question.programme, question.subject, question.design
+    problem = resolve(scene)
+    programme, setup, design = problem.programme, problem.setup, problem.design
     angles = np.linspace(0, 2 * np.pi, 14401)[:-1]
-    curves = cam_curves(subject.mechanism, design, programme, angles)
+    curves = cam_curves(setup.mechanism, design, programme, angles)
     points, step = curves.profile[0], angles[1]
     first = (np.roll(points, -1) - np.roll(points, 1)) / (2 * step)
     second = (np.roll(points, -1) - 2 * points + np.roll(points, 1)) / step**2
     bend = (np.conj(first) * second).imag / np.abs(first) ** 3 * -design.sense
     y, _, y2, _ = programme.at(angles)
-    d = subject.dynamics
-    force = d.mass * subject.omega**2 * y2 + d.stiffness * y + d.preload
+    d = setup.dynamics
+    force = d.mass * setup.omega**2 * y2 + d.stiffness * y + d.preload
     normal = curves.normal * np.exp(1j * design.sense * angles)  # in the ground frame
     force = force / normal.imag
     sphere = design.roller_radius[0]
@@ -230,7 +230,7 @@ def sampled_stress(scene):
         low, high = np.where(slenderer, k, low), np.where(slenderer, high, k)
     k = 0.5 * (low + high)
     shape = (ellipk(1 - k) - ellipe(1 - k)) / (1 - k)
-    modulus = subject.bodies.modulus
+    modulus = setup.bodies.modulus
     a = np.cbrt(3 * force / (np.pi * modulus) * shape / curvatures[0])
     return np.max(3 * force / (2 * np.pi * a * a * np.sqrt(k)))
 
@@ -274,7 +274,7 @@ def test_base_circle_at_rest_under_preload():
             {"segment": "return", "angle": 170.0, "lift": 1e-6, "law": "cycloidal"},
             {"segment": "dwell", "angle": 20.0}]}
     )  # fmt: skip
-    found, modulus = camopt.evaluate(scene), resolve(scene).subject.bodies.modulus
+    found, modulus = camopt.evaluate(scene), resolve(scene).setup.bodies.modulus
     t = 20 / 320
     pressure = (float(exact(t)[0]) * 500 * (modulus / 300) ** 2) ** (1 / 3)
     assert found["contact_stress_max_MPa"] == pytest.approx(pressure, rel=1e-6)

@@ -5,8 +5,8 @@ import pytest
 
 import camopt
 from camopt import BadInput, cam_points, evaluate, find_scene
-from camopt.cli import main
-from camopt.load_points import column_of
+from camopt.cli.main import main
+from camopt.points.loads import column_of
 
 LOADED = {
     "cam.rpm": 300,

@@ -22,14 +22,15 @@ from support import naive, own
 from test_optimise import BASE, CASES
 
 import camopt
-import camopt.proof.certify as proof
+import camopt.verdicts.certify as proof
 from camopt import Scene, certify, evaluate, find_scene, optimise, shipped_scenes, sweep
-from camopt.cli import main
-from camopt.judging import judged, settled
+from camopt.cli.main import main
+from camopt.front.certified import certify_table
 from camopt.mistakes import BadInput
 from camopt.motion import LAWS
-from camopt.proof.ball import Ball, between, precisely
-from camopt.proof.certify import (
+from camopt.problem.problem import resolve
+from camopt.verdicts.ball import Ball, between, precisely
+from camopt.verdicts.certify import (
     FIRST_PARTS,
     certify_design,
     certify_limits,
@@ -40,9 +41,8 @@ from camopt.proof.certify import (
     statements_of,
     summary,
 )
-from camopt.proof.laws import EXACT, pieces_of
-from camopt.proof.table import certify_table
-from camopt.question import resolve
+from camopt.verdicts.exact_laws import EXACT, pieces_of
+from camopt.verdicts.judging import judged, settled
 
 DATA = json.loads((Path(__file__).parent / "data" / "reference.json").read_text())
 REFERENCE = {cam["id"]: cam for cam in DATA}
@@ -153,7 +153,8 @@ def test_a_proof_leaves_the_precision_of_flint_as_it_was():
                 precisely()(lambda: 1 / 0)()
             assert ctx.prec == bits
     assert verdicts[0] == verdicts[1] == verdicts[2]
-    code = "import camopt.proof.certify, camopt.proof.table, camopt.accuracy.table, flint; print(flint.ctx.prec)"
+    modules = "camopt.verdicts.certify, camopt.front.certified, camopt.studies.accuracy.table, flint"
+    code = f"import {modules}; print(flint.ctx.prec)"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "53\n"
 
 
@@ -179,9 +180,9 @@ def test_corners_break_curvature_limits():
 
 
 def test_a_design_that_cannot_be_assembled_is_broken():
-    question = resolve(find_scene("roller-1000rpm"))
-    design = replace(question.design, offset=np.array([80.0]))
-    assert certify_design(question, design) == {"assembly": "broken"}
+    problem = resolve(find_scene("roller-1000rpm"))
+    design = replace(problem.design, offset=np.array([80.0]))
+    assert certify_design(problem, design) == {"assembly": "broken"}
 
 
 def test_a_face_that_swings_faster_than_the_cam_turns_is_broken_everywhere():
@@ -300,12 +301,12 @@ def test_operators_of_balls_are_those_that_numpy_asks_for(operator, low, wide, n
 def test_a_part_that_its_ball_decides_is_looked_at_once(monkeypatch):
     """A large cam under a wide limit: no ball reaches it, so that none is looked at in its middle as well."""
     scene = find_scene("roller-1000rpm").replace(**{"cam.base_radius": 1000, "limits": {"pressure_angle": 80}})
-    question, looked = resolve(scene), []
+    problem, looked = resolve(scene), []
     monkeypatch.setattr(proof, "motion_at", lambda *where: looked.append(where) or motion_at(*where))
-    limit = next(limit for limit in question.limits if limit.name == "pressure_angle")
+    limit = next(limit for limit in problem.limits if limit.name == "pressure_angle")
     with precisely():
-        motion = motion_of(question.programme)
-        design = in_balls(question.design)
+        motion = motion_of(problem.programme)
+        design = in_balls(problem.design)
         for each in [s for claim in limit.claims for s in statements_of(claim, design, motion)]:
             looked.clear()
             assert decide(each, motion) == "held"
@@ -329,7 +330,7 @@ def test_a_number_below_zero_has_no_root():
 
 def test_a_pitch_point_almost_at_rest_takes_no_longer_to_prove(monkeypatch):
     """A knife edge on an arm that starts almost at the cam's centre: √(w² + s²) of balls that reach below 0."""
-    monkeypatch.setattr("camopt.proof.certify.MOST_PARTS", 100)
+    monkeypatch.setattr("camopt.verdicts.certify.MOST_PARTS", 100)
     arm = {"motion": "oscillating", "contact": "knife", "arm_length": 90, "centre_distance": 90}
     scene = Scene.from_dict(
         {

@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 
 from camopt import find_scene, load, optimise, sweep
-from camopt.proof.table import certify_table
-from camopt.question import exactly, resolve
-from camopt.rows import Rows
-from camopt.search import refine
-from camopt.search.clock import now
-from camopt.search.pareto import objectives, signs
-from camopt.search.polish import PatternSearch, by_closed_form, by_search
-from camopt.search.smallest import smallest
-from camopt.search.space import space_of
+from camopt.front import refine
+from camopt.front.certified import certify_table
+from camopt.front.pareto import objectives, signs
+from camopt.front.pattern_search import PatternSearch, by_closed_form, by_search
+from camopt.numerics.clock import now
+from camopt.problem.problem import exactly, resolve
+from camopt.problem.rows import Rows
+from camopt.problem.space import space_of
+from camopt.smallest.smallest import smallest
 
 LEVELS = 40
 PLAIN = {
@@ -89,9 +89,9 @@ def test_the_smallest_cams_share_the_time_of_a_search(monkeypatch):
     """Two laws: the first gets half of it, the second what is left."""
     asked = []
 
-    def timed(question, bounds, until):
+    def timed(problem, bounds, until):
         asked.append(until - now())
-        return smallest(question, bounds, until)
+        return smallest(problem, bounds, until)
 
     monkeypatch.setattr(refine, "smallest", timed)
     laws = {"search.law": ["harmonic", "cycloidal"], "search.roller_radius": None}
@@ -116,11 +116,11 @@ def test_a_refined_front_is_no_worse_than_the_grid(swept):
 def test_no_allowed_design_nearby_lowers_the_objective(swept):
     """Ten thousand designs about each of a few rows, at distances from 1e-4 to a tenth of each range."""
     result, rows, _ = swept
-    question = exactly(resolve(result.scene))
-    free, random = refine.free_sizes(question), np.random.default_rng(0)
+    problem = exactly(resolve(result.scene))
+    free, random = refine.free_sizes(problem), np.random.default_rng(0)
     objective = "base_radius_mm" if "base_radius_mm" in result.scene.search.minimise else "pressure_angle_max_deg"
     few = rows.take(np.linspace(0, rows.count - 1, 7).astype(int))
-    for each, _, designs in space_of(question).designs_of(few):
+    for each, _, designs in space_of(problem).designs_of(few):
         problem = PatternSearch(each, free, objective)
         ceilings, held = problem.costs(designs)
         assert held.all()
@@ -184,9 +184,9 @@ def test_refined_rows_are_proved_in_balls(swept, tmp_path):
 @of("closed form")
 def test_the_search_finds_what_the_closed_form_proves(swept):
     result, _, grid = swept
-    question = exactly(resolve(result.scene))
-    for each, _, designs in space_of(question).designs_of(grid):
-        problem = PatternSearch(each, refine.free_sizes(question), "base_radius_mm")
+    problem = exactly(resolve(result.scene))
+    for each, _, designs in space_of(problem).designs_of(grid):
+        problem = PatternSearch(each, refine.free_sizes(problem), "base_radius_mm")
         ceilings, held = problem.costs(designs)
         proved, settled = by_closed_form(problem, designs, ceilings)
         found = by_search(problem, designs, ceilings)

@@ -14,8 +14,8 @@ from support import own
 
 from camopt import BadInput, Scene, find_scene, shipped_scenes
 from camopt.mistakes import Mistake
-from camopt.scene import shipped_toml
-from camopt.scene_tables import Cam, Range, Segment
+from camopt.scene.scene import shipped_toml
+from camopt.scene.tables import Cam, Range, Segment
 
 WORKED = json.loads((Path(__file__).parent / "data" / "worked-examples.json").read_text())
 JARGON = ("Input should", "input should", "extra_forbidden", "tuple[", "Range.", "pydantic", "validation error")

@@ -7,13 +7,13 @@ import pytest
 from flint import arb, arb_series
 
 import camopt
-from camopt.geometry import cam_curves
+from camopt.mechanisms.geometry import cam_curves
 from camopt.numerics.compile import compiled
 from camopt.numerics.interval import Interval
 from camopt.numerics.jet import Jet
-from camopt.proof.ball import precisely
-from camopt.proof.certify import certify
-from camopt.question import resolve
+from camopt.problem.problem import resolve
+from camopt.verdicts.ball import precisely
+from camopt.verdicts.certify import certify
 
 PUSHED = {"mass": 0.2, "spring_rate": 30.0, "preload": 300.0}
 SWUNG = {"inertia": 1e-3, "spring_rate": 40.0, "preload": 20.0}
@@ -57,29 +57,29 @@ def scene_of(name, rotation="ccw", base_radius=30.0, **more):
 
 def sampled(scene):
     """Extremes of a grid from where the bodies are: mm, rad, N. The contact moves at (X(θ + h) − X(θ − h))/2h."""
-    question = resolve(scene)
-    subject, programme, design = question.subject, question.programme, question.design
-    sense, bodies = design.sense, subject.bodies
+    problem = resolve(scene)
+    setup, programme, design = problem.setup, problem.programme, problem.design
+    sense, bodies = design.sense, setup.bodies
     angles = np.linspace(0, 2 * np.pi, 14401)[:-1] + 1e-5
     step = 1e-5
 
     def contact(shift):
-        points = cam_curves(subject.mechanism, design, programme, np.mod(angles + shift, 2 * np.pi)).profile[0]
+        points = cam_curves(setup.mechanism, design, programme, np.mod(angles + shift, 2 * np.pi)).profile[0]
         return points * np.exp(1j * sense * (angles + shift))
 
-    here, normal = contact(0.0), cam_curves(subject.mechanism, design, programme, angles).normal
+    here, normal = contact(0.0), cam_curves(setup.mechanism, design, programme, angles).normal
     normal = normal * np.exp(1j * sense * angles)
     moves = (contact(step) - contact(-step)) / (2 * step)
     y, y1, y2, _ = programme.at(angles)
     # per unit of the follower's own motion, and per rad of the cam
-    lever = -1j * (here - design.centre_distance) if subject.angular else np.full(here.shape, 1j)
+    lever = -1j * (here - design.centre_distance) if setup.angular else np.full(here.shape, 1j)
     follower, cam = lever * y1, 1j * sense * here
     assert np.abs(((follower - cam) * np.conj(normal)).real).max() < 1e-6  # they neither part nor meet
     along = (moves - cam) / np.abs(moves - cam)
     over_cam, over_follower = (((moves - body) * np.conj(along)).real for body in (cam, follower))
     sliding = over_cam - over_follower
-    d = subject.dynamics
-    force = d.mass * subject.omega**2 * y2 + d.stiffness * y + d.preload
+    d = setup.dynamics
+    force = d.mass * setup.omega**2 * y2 + d.stiffness * y + d.preload
     force = force / (lever * np.conj(normal)).real
     turned = np.unwrap(np.angle(normal * np.exp(-1j * sense * angles)))
     bend = np.abs(np.gradient(turned, angles, edge_order=2)) / over_cam  # of the profile, convex here
@@ -87,17 +87,17 @@ def sampled(scene):
     radius = 1 / (bend + (1 / design.roller_radius[0] if rolls else 0.0))
     entrained = over_cam if rolls else 0.5 * (over_cam + over_follower)
     modulus, width = 2 * bodies.modulus, bodies.face_width
-    u = np.abs(entrained) * subject.omega * 1e-3  # m/s; Dowson and Higginson in SI
+    u = np.abs(entrained) * setup.omega * 1e-3  # m/s; Dowson and Higginson in SI
     speed = MATERIALS["viscosity"] * u / (modulus * 1e6 * radius * 1e-3)
     load = force / (modulus * radius * width)
     film = 2.65 * radius * 1e3 * (18e-9 * modulus * 1e6) ** 0.54 * speed**0.7 * load**-0.13  # µm
     if entrained.min() < 0 < entrained.max():
         film = np.zeros(1)
     return {
-        "sliding_speed_max_m_s": np.abs(sliding).max() * subject.omega / 1e3,
+        "sliding_speed_max_m_s": np.abs(sliding).max() * setup.omega / 1e3,
         "roller_speed_max_rpm": np.abs(sliding).max() / (design.roller_radius[0] or 1.0) * 1500.0,
-        "entrainment_speed_max_m_s": entrained.max() * subject.omega / 1e3,
-        "entrainment_speed_min_m_s": entrained.min() * subject.omega / 1e3,
+        "entrainment_speed_max_m_s": entrained.max() * setup.omega / 1e3,
+        "entrainment_speed_min_m_s": entrained.min() * setup.omega / 1e3,
         "wear_depth_max_um": 1e9 * 1e-10 * np.max(force / width * np.abs(sliding) / over_cam),
         "film_thickness_min_um": film.min(),
         "film_ratio_min": film.min() / 0.3,
@@ -129,8 +129,8 @@ def eccentric(**more):
 
 def test_an_eccentric_circle_under_a_flat_face():
     """v = R_b + y, c = R, u = (R + E·cos θ)/2: least where the face is highest, where sliding is fastest."""
-    found, question = camopt.evaluate(eccentric()), resolve(eccentric())
-    omega, modulus = 50 * np.pi, 2 * question.subject.bodies.modulus * 1e6
+    found, problem = camopt.evaluate(eccentric()), resolve(eccentric())
+    omega, modulus = 50 * np.pi, 2 * problem.setup.bodies.modulus * 1e6
     assert found["sliding_speed_max_m_s"] == pytest.approx((R + E) * omega / 1e3, rel=1e-12)
     assert found["entrainment_speed_max_m_s"] == pytest.approx((R + E) / 2 * omega / 1e3, rel=1e-12)
     assert found["entrainment_speed_min_m_s"] == pytest.approx((R - E) / 2 * omega / 1e3, rel=1e-12)

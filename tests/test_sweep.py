@@ -8,8 +8,8 @@ import pyarrow.parquet as pq
 import pytest
 
 from camopt import QUANTITIES, BadInput, Scene, evaluate, find_scene, load, optimise, sweep
-from camopt.question import resolve
-from camopt.search.space import space_of
+from camopt.problem.problem import resolve
+from camopt.problem.space import space_of
 
 SMALL = {
     "search.base_radius": {"start": 30, "stop": 90, "step": 4},

@@ -19,26 +19,26 @@ from scipy.optimize import linprog
 from support.pictures import faults_of, texts_of
 
 from camopt import BadInput, Scene, evaluate, find_scene, optimise
-from camopt.cli import main
+from camopt.cli.main import main
 from camopt.drawing.synthesis import plot_synthesis
+from camopt.front.sweep import sweep
 from camopt.motion import LAWS
 from camopt.motion.programme import Programme, Stroke, law_peaks, root_mean_square, span
 from camopt.motion.table import RISE, TURN
 from camopt.numerics import LARGEST_MAGNITUDE
-from camopt.proof.certify import certify
-from camopt.question import resolve
-from camopt.scene_tables import Synthesis
-from camopt.search.sweep import sweep
-from camopt.synthesis.asked import default_peaks, demand_of
+from camopt.problem.problem import resolve
+from camopt.scene.tables import Synthesis
 from camopt.synthesis.cams import free_laws, known_laws, scene_with
 from camopt.synthesis.ceilings import Sampled, ceilings_of, samples
 from camopt.synthesis.compare import compared
 from camopt.synthesis.convex import convex
-from camopt.synthesis.free import FreeMotion
+from camopt.synthesis.from_scene import default_peaks, demand_of
 from camopt.synthesis.iterate import Iterate, joined, moving
 from camopt.synthesis.relaxation import RelaxedMotion
+from camopt.synthesis.spline_motion import SplineMotion
 from camopt.synthesis.splines import Splines, elevated
 from camopt.synthesis.synthesise import Unmet, bound_of, solved, synthesise
+from camopt.verdicts.certify import certify
 
 MOTION = [
     {"segment": "rise", "angle": 120, "lift": 50, "law": "poly345"},
@@ -264,12 +264,12 @@ def objective(scene, programme, weights):
 def test_no_motion_passes_the_bound(case):
     """Of any motion within the ranges, the values at the nodes hold every inequality of the relaxation."""
     scene, laws = case
-    question = resolve(scene_with(scene, laws))
+    problem = resolve(scene_with(scene, laws))
     demand = demand_of(resolve(scene))
     relaxed = convex(demand, partial(RelaxedMotion, 12))
     angles = [stroke.start + stroke.angle * np.linspace(0, 1, 13) for stroke in demand.strokes]
     fixed = []
-    for stroke, motion, at in zip(question.programme.strokes, relaxed.motions, angles, strict=True):
+    for stroke, motion, at in zip(problem.programme.strokes, relaxed.motions, angles, strict=True):
         if motion:
             x, change = (at - stroke.start) / stroke.angle, (stroke.high - stroke.low) / demand.scale
             s = stroke.law
@@ -283,7 +283,7 @@ def test_no_motion_passes_the_bound(case):
     at_nodes = cp.Problem(cp.Minimize(relaxed.goal), [*relaxed.problem.constraints, *fixed])
     at_nodes.solve(solver=cp.CLARABEL)
     assert at_nodes.status == cp.OPTIMAL
-    true = objective(scene, question.programme, dict(scene.synthesis.minimise))
+    true = objective(scene, problem.programme, dict(scene.synthesis.minimise))
     assert relaxed.unit * at_nodes.value <= true * (1 + 1e-4)
     least = relaxed.solve()
     assert least <= true * (1 + 1e-4)
@@ -348,13 +348,13 @@ def test_the_residual_vibration_of_coefficients_is_that_of_the_response(motion, 
     """Linear in the coefficients: any motion has what the sum over its coefficients says."""
     train = {"natural_frequency": frequency + 1 / 3, "damping_ratio": damping}
     demand = demand_of(resolve(made(motion=motion, follower__dynamics=train, synthesis__pieces=8)))
-    model = convex(replace(demand, objective={"residual_vibration": 1.0}), FreeMotion)
+    model = convex(replace(demand, objective={"residual_vibration": 1.0}), SplineMotion)
     random = np.random.default_rng(4)
     each = [np.sort(random.random(demand.splines.count)) for _ in moving(model)]
     found = Iterate(0.0, 1.0, joined(demand, each))
     for stroke, coefficients in zip(moving(model), found.coefficients, strict=True):
         stroke.coefficients.value = coefficients
-    scene = scene_with(demand.question.scene, free_laws(demand, found)).replace(outputs=["vibration"])
+    scene = scene_with(demand.problem.scene, free_laws(demand, found)).replace(outputs=["vibration"])
     wanted = evaluate(scene)["residual_vibration_max_mm"]
     assert model.unit * model.goal.value == pytest.approx(wanted, rel=1e-7)
 
@@ -607,7 +607,7 @@ def test_values_of_ceilings_by_hand():
     """The pitch curvature and the torque from their textbook formulas."""
     demand = demand_of(resolve(made(VALVE, synthesis__pieces=6)))
     (curvature,) = ceilings_of(demand)
-    assert curvature.factor(demand.question.design).item() == 23
+    assert curvature.factor(demand.problem.design).item() == 23
     stroke = demand.strokes[0]
     y, y1, y2, _ = state = np.random.default_rng(2).uniform(1, 20, (4, 288))
     a, w = 50 + y, y1 - 7
@@ -639,7 +639,7 @@ def test_a_solvers_error_at_a_joint_is_no_jump(motion):
     random = np.random.default_rng(3)
     noisy = joined(demand, [c + 1e-8 * random.normal(size=c.size) for c in found.coefficients])
     laws = [demand.splines.law(name, c) for name, c in zip("abc", noisy, strict=False)]
-    scene = scene_with(demand.question.scene, laws)
+    scene = scene_with(demand.problem.scene, laws)
     assert not resolve(scene).programme.jumps
 
 

@@ -9,9 +9,9 @@ from test_synthesis import free, sound
 from camopt import Scene, find_scene, optimise
 from camopt.motion.programme import root_mean_square
 from camopt.numerics import LARGEST_MAGNITUDE
-from camopt.question import resolve
-from camopt.synthesis.asked import demand_of
+from camopt.problem.problem import resolve
 from camopt.synthesis.ceilings import Sampled, ceilings_of, samples
+from camopt.synthesis.from_scene import demand_of
 from camopt.synthesis.frontier import frontier
 from camopt.synthesis.synthesise import synthesise
 

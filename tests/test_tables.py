@@ -5,10 +5,10 @@ from pathlib import Path
 import pytest
 
 from camopt import evaluate, find_scene, optimise, sweep
-from camopt.cli import main
-from camopt.columns import bounds_of, columns_of, is_nothing, with_law
-from camopt.question import resolve
-from camopt.terminal import show, table_of
+from camopt.cli.main import main
+from camopt.cli.terminal import show, table_of
+from camopt.problem.problem import resolve
+from camopt.tables.columns import bounds_of, columns_of, is_nothing, with_law
 
 FLAT = {
     "cam.rpm": 300,
@@ -70,11 +70,11 @@ def test_a_pressure_angle_is_no_objective_of_a_flat_face():
 
 def test_an_angle_over_the_turn_is_one_column():
     scene = find_scene("roller-1000rpm").replace(limits={"pressure_angle": 40}, search={})
-    question, rows = resolve(scene), with_law([evaluate(scene)])
+    problem, rows = resolve(scene), with_law([evaluate(scene)])
     parts = ["pressure_angle_max_rise_deg", "pressure_angle_max_return_deg"]
-    assert [n for n in columns_of(question, rows) if "pressure" in n] == parts
+    assert [n for n in columns_of(problem, rows) if "pressure" in n] == parts
     whole = "pressure_angle_max_deg"
-    assert [n for n in columns_of(question, rows, [whole]) if "pressure" in n] == [whole]
+    assert [n for n in columns_of(problem, rows, [whole]) if "pressure" in n] == [whole]
     other = resolve(scene.replace(**{"limits.pressure_angle_return": 50}))
     assert {n for n in columns_of(other, rows, [whole]) if "pressure" in n} == {whole, *parts}
 
@@ -99,7 +99,7 @@ def test_a_miss_shows_each_value_beside_its_limit(capsys):
 
 @pytest.mark.parametrize("width", [40, 80, 130])
 def test_nothing_is_cut_off_at_any_width(capsys, monkeypatch, width):
-    monkeypatch.setattr("camopt.terminal.room_across", lambda: width)
+    monkeypatch.setattr("camopt.cli.terminal.room_across", lambda: width)
     laws = ["modified-trapezoid", "cycloidal"]
     rows = [
         {"law": law, "base_radius_mm": 43.75, "binding": "pressure_angle, pressure_angle_return"} for law in laws

@@ -10,7 +10,7 @@ from camopt.numerics.compile import compiled
 from camopt.numerics.interval import Interval
 from camopt.numerics.jet import UNIT
 from camopt.numerics.trigonometry import sine_cosine, turned
-from camopt.proof.ball import Ball, precisely
+from camopt.verdicts.ball import Ball, precisely
 
 
 @compiled

@@ -13,15 +13,15 @@ from camopt import BadInput, Scene, evaluate, find_scene, optimise, sweep
 from camopt.mechanisms import SIZES, Designs
 from camopt.motion.programme import span
 from camopt.motion.table import RETURN, RISE
-from camopt.question import exactly, resolve
-from camopt.search.answer import Smallest, feasible
-from camopt.search.boxes import Boxes
-from camopt.search.closed_form import least_size
-from camopt.search.convex_floor import convex_floor
-from camopt.search.optimise import boxes_of
-from camopt.search.smallest import small, smallest
-from camopt.search.turn_boxes import TurnSearch
-from camopt.search.turns import Found, Turns
+from camopt.problem.problem import exactly, resolve
+from camopt.smallest.boxes import Boxes
+from camopt.smallest.closed_form import least_size
+from camopt.smallest.convex_floor import convex_floor
+from camopt.smallest.optimise import boxes_of
+from camopt.smallest.result import Smallest, feasible
+from camopt.smallest.smallest import small, smallest
+from camopt.smallest.turn_boxes import TurnSearch
+from camopt.smallest.turns import Found, Turns
 
 ANGLES = {"search.angle_rise": {"start": 60, "stop": 160}, "search.angle_return": {"start": 60, "stop": 160}}
 OFFSET = {"search.offset": {"start": -40, "stop": 40}}
@@ -55,15 +55,15 @@ def put_back(case, best):
 def test_no_turn_of_a_grid_has_a_smaller_cam(name):
     """Every turn of a grid by the search at given angles, which knows nothing of other turns."""
     case = FREE[name]
-    best, question = optimise(case).best, exactly(resolve(case))
-    turns = Turns(question, (None, None))
+    best, problem = optimise(case).best, exactly(resolve(case))
+    turns = Turns(problem, (None, None))
     box, total = turns.box, turns.scene_angles.sum()
     assert best["proved"]
     assert sum(best["angles_deg"]) == pytest.approx(360.0, rel=1e-14)
     near = best["angles_deg"][turns.freed[0]] + np.array([-0.1, -1e-3, 1e-3, 0.1])
     sizes = []
     for angle in np.clip([*np.linspace(box.low[0], box.high[0], 15), *near], box.low[0], box.high[0]):
-        answer = smallest(turns.question_of(np.array([angle, total - angle])), boxes_of(question)[0])
+        answer = smallest(turns.problem_of(np.array([angle, total - angle])), boxes_of(problem)[0])
         sizes.append(np.inf if answer.design is None else answer.design.size[0])
     assert size_of(best) <= min(sizes) + 1e-7
     assert size_of(best) - best["gap_mm"] <= min(sizes)
@@ -77,17 +77,17 @@ def test_the_rest_at_the_lowest_may_vanish(law):
     motion = [{**each, **({"law": law, "lift": 20} if "law" in each else {})} for each in BASE["motion"]]
     ranges = {**ANGLES, "search.angle_dwell": {"start": 0, "stop": 160}}
     case = scene(motion=motion, **ranges, limits={"pressure_angle": 40, "curvature_radius": 30})
-    best, question = optimise(case).best, exactly(resolve(case))
-    turns = Turns(question, (None, None))
+    best, problem = optimise(case).best, exactly(resolve(case))
+    turns = Turns(problem, (None, None))
     assert best["angles_deg"][3] == 0.0
     sizes = []
     for rise, fall in ((160, 160), (140, 150)):
         turn = turns.programme(np.array([rise, 360.0 - rise - fall, fall, 0.0]))
-        sizes.append(smallest(question.with_programme(turn), boxes_of(question)[0]).size)
+        sizes.append(smallest(problem.with_programme(turn), boxes_of(problem)[0]).size)
     assert size_of(best) <= min(sizes) * (1.0 + 1e-8)
     assert size_of(best) < 29.0
     rests = turns.programme(np.array([159.9, 40.0, 159.9, 0.2]))
-    assert least_size(question.with_programme(rests), boxes_of(question)[0]) == 30.0
+    assert least_size(problem.with_programme(rests), boxes_of(problem)[0]) == 30.0
 
 
 def test_rise_against_return_is_where_two_monotone_functions_cross():
@@ -164,27 +164,27 @@ MANY = {
 @pytest.mark.parametrize("name", MANY)
 def test_no_turn_of_a_few_has_a_smaller_cam(name):
     """Turns drawn at random and turns near the best one, each with a small cam of its own."""
-    question, best = exactly(resolve(MANY[name])), optimise(MANY[name]).best
+    problem, best = exactly(resolve(MANY[name])), optimise(MANY[name]).best
     assert best["proved"]
     assert sum(best["angles_deg"]) == pytest.approx(360.0, rel=1e-14)
-    turns, rng = Turns(question, (None, None)), np.random.default_rng(1)
+    turns, rng = Turns(problem, (None, None)), np.random.default_rng(1)
     own, box = np.array(best["angles_deg"])[list(turns.freed)], turns.box
     shares = rng.uniform(size=(30, own.size))
     near = (own - box.low) / (box.high - box.low) + rng.normal(size=shares.shape) * 1e-3
     for share in (*shares, *np.clip(near, 0.0, 1.0)):
         turn = turns.programme(turns.at(share, box))
-        assert small(question.with_programme(turn), boxes_of(question)[0]).size >= size_of(best) - best["gap_mm"]
+        assert small(problem.with_programme(turn), boxes_of(problem)[0]).size >= size_of(best) - best["gap_mm"]
     assert evaluate(put_back(MANY[name], best))["feasible"]
 
 
 def feasible_cams(turns, ends, count=400):
     """Sizes and angles (by name, arrays) of random feasible cams: some turns, each with random sizes."""
-    question, rng, found = turns.question, np.random.default_rng(2), []
+    problem, rng, found = turns.problem, np.random.default_rng(2), []
     for _ in range(25):
         freed = turns.at(rng.uniform(size=len(turns.freed)), turns.box)
         sizes = {name: low + (high - low) * rng.uniform(size=count) for name, (low, high) in ends.items()}
-        designs = Designs(**{name: sizes[name] for name in SIZES}, sense=question.design.sense)
-        designs = designs.take(feasible(turns.question_of(freed), designs))
+        designs = Designs(**{name: sizes[name] for name in SIZES}, sense=problem.design.sense)
+        designs = designs.take(feasible(turns.problem_of(freed), designs))
         angles = {f"angle {i}": np.full(len(designs), a) for i, a in zip(turns.freed, freed, strict=True)}
         found.append({**designs.sizes, **angles})
     return {name: np.concatenate([each[name] for each in found]) for name in found[0]}
@@ -193,9 +193,9 @@ def feasible_cams(turns, ends, count=400):
 @pytest.mark.parametrize("name", [*FREE, *MANY])
 def test_no_box_loses_a_feasible_cam(name):
     """Random boxes around random feasible cams: what is left of each still holds its cam."""
-    question = exactly(resolve((FREE | MANY)[name]))
-    turns, rng = Turns(question, (None, None)), np.random.default_rng(3)
-    search = TurnSearch(turns, boxes_of(question)[0], Found(Smallest(None, 0.0), turns.scene_angles))
+    problem = exactly(resolve((FREE | MANY)[name]))
+    turns, rng = Turns(problem, (None, None)), np.random.default_rng(3)
+    search = TurnSearch(turns, boxes_of(problem)[0], Found(Smallest(None, 0.0), turns.scene_angles))
     ends = search.ends()
     low, high = ends["size"]
     cams = feasible_cams(turns, {**ends, "size": (low, min(high, 10.0 * (low + 30.0)))})

@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 from camopt import evaluate, find_scene
-from camopt.cli import main
+from camopt.cli.main import main
+from camopt.problem.unused import LOADED, PRESSING, READERS, unused
 from camopt.quantities import QUANTITIES
-from camopt.unused import LOADED, PRESSING, READERS, unused
 
 GIVEN = {
     "cam.rpm": 600,

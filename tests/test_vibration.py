@@ -459,7 +459,7 @@ def test_mistakes_in_a_spectrum(arguments, message):
 
 
 def test_a_spectrum_is_written_and_drawn(tmp_path):
-    from camopt.spectrum import COLUMNS, spectrum, write_spectrum
+    from camopt.studies.spectrum import COLUMNS, spectrum, write_spectrum
 
     rows = spectrum(camopt.Scene.from_dict(SCENE))
     assert set(rows.columns) == set(COLUMNS)

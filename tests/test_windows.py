@@ -9,16 +9,16 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from camopt import BadInput, Scene, evaluate, find_scene, optimise
-from camopt.judging import judged, weighed
-from camopt.proof.certify import certify_limits
-from camopt.question import Question, exactly, resolve
-from camopt.search.branch_and_bound import Search
-from camopt.search.clock import now
-from camopt.search.cutting_planes import by_cutting_planes
-from camopt.search.reasons import rounded_up
-from camopt.search.smallest import smallest
-from camopt.search.space import boxes_of
-from camopt.search.zoom import nearest_miss
+from camopt.numerics.clock import now
+from camopt.problem.problem import Problem, exactly, resolve
+from camopt.problem.space import boxes_of
+from camopt.smallest.branch_and_bound import Search
+from camopt.smallest.cutting_planes import by_cutting_planes
+from camopt.smallest.grid_refinement import nearest_miss
+from camopt.smallest.reasons import rounded_up
+from camopt.smallest.smallest import smallest
+from camopt.verdicts.certify import certify_limits
+from camopt.verdicts.judging import judged, weighed
 
 STEEL = {"cam": "steel", "follower": "steel", "face_width": 10}
 TURN = [
@@ -43,10 +43,10 @@ def bucket(limits, **changes):
     return Scene.from_dict({**BUCKET, "limits": limits}).replace(**changes)
 
 
-def judged_at(question, sizes):
+def judged_at(problem, sizes):
     """The rows of a scene's design at other sizes of the cam."""
-    designs = question.design.take(np.zeros(len(sizes), dtype=int))
-    return judged(question, replace(designs, size=np.asarray(sizes, dtype=float)), frozenset())
+    designs = problem.design.take(np.zeros(len(sizes), dtype=int))
+    return judged(problem, replace(designs, size=np.asarray(sizes, dtype=float)), frozenset())
 
 
 def test_a_window_that_no_coarse_grid_sees_is_found():
@@ -110,18 +110,18 @@ def test_windows_are_found_or_proved_absent(name, place, narrowness, lift, there
     """A scan of sizes, dense around the window, is the referee."""
     radius, width = 10.0**place, 10.0**-narrowness
     scene = window_of(name, radius, width, lift, there)
-    question = exactly(resolve(scene))
-    (bounds,) = boxes_of(question)
-    answer = smallest(question, bounds)
+    problem = exactly(resolve(scene))
+    (bounds,) = boxes_of(problem)
+    answer = smallest(problem, bounds)
     near, far = np.linspace(1 - 2 * width, 1 + 2 * width, 1601) * radius, np.geomspace(1e-2, 1e4, 1200)
     sizes = np.unique(np.concatenate([near, far]))
-    held = judged_at(question, sizes).column("feasible")
+    held = judged_at(problem, sizes).column("feasible")
     assert answer.proved
     assert answer.size <= np.min(sizes[held], initial=inf) * (1 + 1e-9)
     if answer.design is None:
-        assert not judged_at(question, answer.nearest.size).column("feasible")[0]
+        assert not judged_at(problem, answer.nearest.size).column("feasible")[0]
     else:
-        assert judged_at(question, answer.design.size).column("feasible")[0]
+        assert judged_at(problem, answer.design.size).column("feasible")[0]
 
 
 # Reasons
@@ -173,9 +173,9 @@ def test_what_is_in_the_way_is_said(limits, ends, reason):
 
 def stops(name, limits, ends):
     """Whether none of many sizes within the range holds this limit alone."""
-    question = resolve(bucket({name: limits[name]}))
+    problem = resolve(bucket({name: limits[name]}))
     sizes = np.linspace(*ends, 2000) if ends else np.geomspace(1e-2, 1e6, 4000)
-    return not judged_at(question, sizes).column("feasible").any()
+    return not judged_at(problem, sizes).column("feasible").any()
 
 
 def test_a_cam_that_cannot_be_put_together_is_said_so():
@@ -217,11 +217,11 @@ def test_out_of_time_the_best_so_far_is_told_with_its_gap():
 
 def test_what_time_leaves_of_a_search_is_a_lower_bound():
     """However early it stops."""
-    question = exactly(resolve(bucket({"contact_stress": 90})))
-    (bounds,) = boxes_of(question)
-    least = smallest(question, bounds).size
+    problem = exactly(resolve(bucket({"contact_stress": 90})))
+    (bounds,) = boxes_of(problem)
+    least = smallest(problem, bounds).size
     for seconds in (0.0, 1e-3, 1e-2, 3e-2):
-        answer = smallest(question, bounds, now() + seconds)
+        answer = smallest(problem, bounds, now() + seconds)
         assert answer.floor <= least <= answer.size
 
 
@@ -232,7 +232,7 @@ def test_out_of_time_without_a_design_nothing_is_called_proved():
     assert all(why.endswith("(not proved)") for why in found.obstacles.values())
 
 
-def at_its_limit() -> Question:
+def at_its_limit() -> Problem:
     """A cam whose largest pressure angle is its limit, so that only balls decide."""
     scene = find_scene("roller-1000rpm")
     most = evaluate(scene.replace(limits=None))["pressure_angle_max_deg"]
@@ -245,35 +245,35 @@ def at(scene, bound):
 
 
 def test_one_proof_in_balls_stops_in_time():
-    question = at_its_limit()
-    whole, cut = (certify_limits(question, question.design, until) for until in (inf, now()))
+    problem = at_its_limit()
+    whole, cut = (certify_limits(problem, problem.design, until) for until in (inf, now()))
     assert (whole["pressure_angle"], cut["pressure_angle"]) == ("held", "undecided")
-    whole, cut = (judged(question, question.design, frozenset(), until) for until in (inf, now()))
+    whole, cut = (judged(problem, problem.design, frozenset(), until) for until in (inf, now()))
     assert [rows.column("status")[0] for rows in (whole, cut)] == ["certified", "undecided"]
     assert [rows.column("feasible")[0] for rows in (whole, cut)] == [True, False]
 
 
 def test_a_search_asks_balls_no_longer_than_it_has_time():
-    question = at_its_limit()
+    problem = at_its_limit()
     for until, proved in ((inf, True), (now(), False)):
-        search = Search(question, [], None, None, until)
-        assert search.proved(question, question.design) is proved
+        search = Search(problem, [], None, None, until)
+        assert search.proved(problem, problem.design) is proved
 
 
 def test_the_nearest_miss_is_looked_for_as_long_as_there_is_time():
-    question = exactly(resolve(bucket({"contact_stress": 80, "sliding_speed": 1.5})))
-    (bounds,) = boxes_of(question)
-    near, start = nearest_miss(question, bounds, question.design), question.design
-    assert nearest_miss(question, bounds, start, now()) is start
-    worst = [weighed(question, design, frozenset()).outer.max() for design in (near, start)]
+    problem = exactly(resolve(bucket({"contact_stress": 80, "sliding_speed": 1.5})))
+    (bounds,) = boxes_of(problem)
+    near, start = nearest_miss(problem, bounds, problem.design), problem.design
+    assert nearest_miss(problem, bounds, start, now()) is start
+    worst = [weighed(problem, design, frozenset()).outer.max() for design in (near, start)]
     assert worst[0] < worst[1]
 
 
 def test_cutting_planes_stop_in_time_with_a_size_that_no_cam_undercuts():
     scene = find_scene("oscillating-roller").replace(limits={"pressure_angle": 35}, search=None)
-    question = exactly(resolve(scene))
-    (bounds,) = boxes_of(question)
-    whole, cut = by_cutting_planes(question, bounds), by_cutting_planes(question, bounds, now())
+    problem = exactly(resolve(scene))
+    (bounds,) = boxes_of(problem)
+    whole, cut = by_cutting_planes(problem, bounds), by_cutting_planes(problem, bounds, now())
     assert cut.design is None
     assert 0.9 * whole.floor < cut.floor < whole.floor
 

@@ -1,1 +1,1 @@
-"""Drawing: what a picture is made of. ``camopt.figures`` puts it together."""
+"""Drawing: what a picture is made of. ``camopt.drawing.figures`` puts it together."""

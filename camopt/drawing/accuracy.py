@@ -35,7 +35,7 @@ def plot_accuracy(rows: Sequence[dict[str, Any]], title: str = "", path: Target 
     Parameters
     ----------
     rows
-        What ``accuracy.measure`` gives: quantity, method, setting, ns_per_design, error_max.
+        What ``studies.accuracy.measure`` gives: quantity, method, setting, ns_per_design, error_max.
     title
         What was measured.
     path

@@ -8,8 +8,8 @@ from camopt.drawing.follower import draw_follower
 from camopt.drawing.labels import Label, around
 from camopt.drawing.picture import NAMES, Picture, area, circle, fit, line, number, round_length
 from camopt.drawing.style import COLOURS, FAINT, FILL, INK, MUTED, PITCH, PROFILE, REFERENCE, SMALL, TEXT, TITLE
-from camopt.geometry import CamCurves, cam_curves
 from camopt.mechanisms.design import ComplexArray
+from camopt.mechanisms.geometry import CamCurves, cam_curves
 from camopt.motion.table import DWELL
 
 DISTANCES = (7.0, 16.0, 28.0)  # points: of a cam angle from where its stroke begins
@@ -38,7 +38,7 @@ def _fan(before: CamCurves, after: CamCurves, radius: float) -> ComplexArray:
 
 def _draw_body(axes: Any, picture: Picture) -> None:
     """The profile, coloured by stroke, on the body of the cam: what the follower leaves of it, if undercut."""
-    design, pieces = picture.question.design, picture.curves
+    design, pieces = picture.problem.design, picture.curves
     radius = float(design.roller_radius[0])
     solid = _remaining(picture) if picture.undercut else np.concatenate([c.profile[0] for c in pieces])
     edge = {"edgecolor": INK, "label": "what is left of the cam"} if picture.undercut else {"edgecolor": "none"}
@@ -67,7 +67,7 @@ def _draw_body(axes: Any, picture: Picture) -> None:
 def _remaining(picture: Picture) -> ComplexArray:
     """The outline of an undercut cam: what lies outside of every position of the follower."""
     pitch = np.concatenate([c.pitch for c in picture.curves])
-    if picture.question.subject.mechanism.curvature is None:
+    if picture.problem.setup.mechanism.curvature is None:
         from scipy.spatial import HalfspaceIntersection
 
         normal = np.concatenate([c.normal for c in picture.curves])
@@ -80,7 +80,7 @@ def _remaining(picture: Picture) -> ComplexArray:
     from shapely import Point, Polygon, make_valid
 
     cut = make_valid(Polygon(np.column_stack([pitch.real, pitch.imag])))
-    cut = cut.buffer(-float(picture.question.design.roller_radius[0]), quad_segs=64)
+    cut = cut.buffer(-float(picture.problem.design.roller_radius[0]), quad_segs=64)
     parts = [part for part in getattr(cut, "geoms", [cut]) if not part.is_empty]
     if not parts:
         return np.zeros(1, dtype=complex)
@@ -92,21 +92,21 @@ def _remaining(picture: Picture) -> ComplexArray:
 def _draw_circles(axes: Any, picture: Picture, pitch: ComplexArray, size: float) -> list[ComplexArray]:
     """Base, prime, pitch, offset and shaft circles, the centre and the follower's axis; the points they span."""
     spans, lowest = [], float(pitch.imag.min())
-    values, question = picture.values, picture.question
-    base, radius = float(question.design.size[0]), float(question.design.roller_radius[0])
+    values, problem = picture.values, picture.problem
+    base, radius = float(problem.design.size[0]), float(problem.design.roller_radius[0])
     thin = {"lw": 0.8, "zorder": 2.5}
     circle(axes, base, color=MUTED, label=f"base circle, R {number(base)}", **thin)
     if radius > 0.0:
         label = f"prime circle, R {number(base + radius)}"
         circle(axes, base + radius, color=MUTED, ls=(0, (5, 3)), label=label, **thin)
-    if question.subject.mechanism.curvature is not None:
+    if problem.setup.mechanism.curvature is not None:
         through = values["pitch_circle_radius_mm"]
         label = f"pitch circle, R {number(through)}"
         circle(axes, through, color=REFERENCE, ls=(0, (1.5, 2.5)), label=label, **thin)
         spans.append(through * np.array([1, 1j, -1, -1j]))
         lowest = min(lowest, -through)
         _mark_pitch_point(axes, picture)
-    shaft = question.subject.shaft_radius
+    shaft = problem.setup.shaft_radius
     if shaft is not None:
         circle(axes, shaft, color=INK, lw=1.0, zorder=2.6)
         area(axes, shaft * np.exp(1j * np.linspace(0, 2 * np.pi, 181)), facecolor="white", zorder=2.2)
@@ -114,14 +114,14 @@ def _draw_circles(axes: Any, picture: Picture, pitch: ComplexArray, size: float)
     line(axes, [-mark, mark], color=INK, lw=0.8, zorder=5)
     line(axes, [-mark * 1j, mark * 1j], color=INK, lw=0.8, zorder=5)
     circle(axes, 0.012 * size, color=INK, lw=0.8, zorder=5)
-    if not question.subject.angular:
-        spans.append(_draw_offset(axes, float(question.design.offset[0]), lowest, size))
+    if not problem.setup.angular:
+        spans.append(_draw_offset(axes, float(problem.design.offset[0]), lowest, size))
     return spans
 
 
 def _mark_pitch_point(axes: Any, picture: Picture) -> None:
-    question, at = picture.question, np.radians([picture.values["pressure_angle_max_at_deg"]])
-    point = cam_curves(question.subject.mechanism, question.design, question.programme, at).pitch
+    problem, at = picture.problem, np.radians([picture.values["pressure_angle_max_at_deg"]])
+    point = cam_curves(problem.setup.mechanism, problem.design, problem.programme, at).pitch
     style = {"ls": "none", "marker": "o", "ms": 5, "mfc": "white", "mec": REFERENCE, "zorder": 6}
     line(axes, point, label="pitch point", **style)
 
@@ -147,10 +147,10 @@ def _draw_offset(axes: Any, offset: float, lowest: float, size: float) -> Comple
 
 def _draw_strokes(axes: Any, picture: Picture) -> list[Label]:
     """Where strokes begin: a ray of the construction; the cam angle there, inside the profile if there is room."""
-    question = picture.question
-    starts = np.array([s.start for s in question.programme.strokes])
-    mechanism, design = question.subject.mechanism, question.design
-    found = cam_curves(mechanism, design, question.programme, starts)
+    problem = picture.problem
+    starts = np.array([s.start for s in problem.programme.strokes])
+    mechanism, design = problem.setup.mechanism, problem.design
+    found = cam_curves(mechanism, design, problem.programme, starts)
     feet = np.exp(-1j * design.sense * starts) * (0.0 if mechanism.curvature is None else design.offset[0])
     labels = []
     for angle, point, foot in zip(starts, found.profile[0], feet, strict=True):
@@ -164,12 +164,12 @@ def _draw_strokes(axes: Any, picture: Picture) -> list[Label]:
 
 def _draw_sense(axes: Any, picture: Picture) -> Label:
     """An arrow for the sense of rotation, inside the cam where most room is left; its label."""
-    design = picture.question.design
-    marks = [np.pi / 2, *(np.pi / 2 - design.sense * s.start for s in picture.question.programme.strokes)]
+    design = picture.problem.design
+    marks = [np.pi / 2, *(np.pi / 2 - design.sense * s.start for s in picture.problem.programme.strokes)]
     places = np.radians(np.arange(0, 360, 15))
     room = np.min(np.abs(np.angle(np.exp(1j * (places[:, None] - np.array(marks))))), axis=1)
     middle, half = places[int(np.argmax(room))], np.radians(32.0)
-    base, shaft = float(design.size[0]), picture.question.subject.shaft_radius or 0.0
+    base, shaft = float(design.size[0]), picture.problem.setup.shaft_radius or 0.0
     radius = max(0.6 * base, (shaft + base) / 2)
     arc = radius * np.exp(1j * (middle + design.sense * np.linspace(-half, half, 41)))
     line(axes, arc, color=INK, lw=1.3, zorder=5)

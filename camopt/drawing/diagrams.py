@@ -40,7 +40,7 @@ def _draw_panel(axes: Any, picture: Picture, panel: Panel) -> list[Label]:
         for peak in panel.peaks:
             peak.text = number(peak.value * factor) if peak.text[-1:].isdigit() else peak.text
     angles = [np.degrees(piece) for piece in picture.pieces]
-    for stroke in picture.question.programme.strokes:
+    for stroke in picture.problem.programme.strokes:
         axes.axvspan(*np.degrees([stroke.start, stroke.end]), color=SHADES[stroke.kind], lw=0, zorder=0)
     dress(axes)
     axes.axhline(0.0, color=FAINT, lw=0.8, zorder=1)
@@ -108,7 +108,7 @@ def _draw_limits(axes: Any, picture: Picture, panel: Panel, factor: float) -> No
         level = bound * factor
         if kinds == 0 and low < level < high:
             axes.axhline(level, zorder=2, **LIMIT)
-        for stroke in picture.question.programme.strokes:
+        for stroke in picture.problem.programme.strokes:
             if stroke.kind & kinds and level < high:
                 ends = np.degrees([stroke.start, stroke.end])
                 axes.hlines([level, -level], *ends, zorder=2, **LIMIT)
@@ -154,7 +154,7 @@ def _draw_peak(axes: Any, peak: Peak, factor: float) -> Label:
 
 def _name_strokes(axes: Any, picture: Picture) -> None:
     """Name, angle and law of each stroke above a diagram, as far as there is room."""
-    for stroke in picture.question.programme.strokes:
+    for stroke in picture.problem.programme.strokes:
         start, angle = np.degrees([stroke.start, stroke.angle])
         name, size = NAMES[stroke.kind], f"{angle:.4g}°"
         lines = [f"{name} {size}", stroke.law.NAME if stroke.law else ""]

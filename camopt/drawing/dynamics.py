@@ -26,8 +26,8 @@ def _force(picture: Picture) -> list[Panel]:
     ends = ("contact_force_max_N", "contact_force_min_N")
     if not known(picture, *ends):
         return []
-    question = picture.question
-    values = picture.curve_values(force_curve(question.subject, question.design, question.programme))
+    problem = picture.problem
+    values = picture.curve_values(force_curve(problem.setup, problem.design, problem.programme))
     panel = Panel("Force along the motion", "N", values, extremes(picture, values, *ends), quantity=ends[0])
     panel.note = _below_zero(picture)
     panel.limits = limit(picture, "contact_force_min")
@@ -36,7 +36,7 @@ def _force(picture: Picture) -> list[Panel]:
 
 def _below_zero(picture: Picture) -> str:
     """What a force below 0 means."""
-    grooved = picture.question.subject.mechanism.grooved
+    grooved = picture.problem.setup.mechanism.grooved
     return "below 0, the other flank bears" if grooved else "contact is lost below 0"
 
 
@@ -45,35 +45,35 @@ def _torque(picture: Picture) -> list[Panel]:
     ends = ("torque_max_N_m", "torque_min_N_m")
     if not known(picture, *ends):
         return []
-    subject = picture.question.subject
-    assert subject.omega is not None
-    variants: list[Variant] = [(partial(torque_curve, subject, way=way), kinds) for way, kinds in ways(subject)]
+    setup = picture.problem.setup
+    assert setup.omega is not None
+    variants: list[Variant] = [(partial(torque_curve, setup, way=way), kinds) for way, kinds in ways(setup)]
     values = [1e-3 * v for v in by_way(picture, variants)]
     panel = Panel("Torque of the camshaft", "N·m", values, extremes(picture, values, *ends), quantity=ends[0])
     mean = picture.values["torque_mean_N_m"]
     panel.reference = [np.full_like(value, mean) for value in values]
     panel.note = f"dash-dot: mean {number(mean)} N·m"
-    power = [(kinds, bound / subject.omega) for kinds, bound in limit(picture, "power", TURN)]
+    power = [(kinds, bound / setup.omega) for kinds, bound in limit(picture, "power", TURN)]
     panel.limits = [*limit(picture, "torque", TURN), *power]
     return [panel]
 
 
 def _train(picture: Picture) -> list[Panel]:
     """The mass on the elastic train: its acceleration, its deviation from the motion, and the contact force."""
-    subject, programme, given = (
-        picture.question.subject,
-        picture.question.programme,
-        picture.question.subject.dynamics,
+    setup, programme, given = (
+        picture.problem.setup,
+        picture.problem.programme,
+        picture.problem.setup.dynamics,
     )
-    length, second = ("deg", "rad_s2") if subject.angular else ("mm", "m_s2")
+    length, second = ("deg", "rad_s2") if setup.angular else ("mm", "m_s2")
     overshoot, acceleration = f"overshoot_max_{length}", f"acceleration_elastic_max_{second}"
     if not known(picture, overshoot, acceleration):
         return []
-    assert subject.omega is not None
+    assert setup.omega is not None
     assert given.natural_frequency is not None
-    ratio = 2.0 * pi * given.natural_frequency / subject.omega
+    ratio = 2.0 * pi * given.natural_frequency / setup.omega
     wave = vibration.response(programme, ratio, given.damping_ratio)
-    unit, factor = degrees(1.0) if subject.angular else 1.0, scale(subject, 2)
+    unit, factor = degrees(1.0) if setup.angular else 1.0, scale(setup, 2)
     driven = _sampled(picture, vibration.acceleration(wave, ratio), factor)
     mass = Panel(
         "Acceleration of the mass on its elastic train",
@@ -91,8 +91,8 @@ def _train(picture: Picture) -> list[Panel]:
     found = [mass, travel]
     least = "contact_force_elastic_min_N"
     if known(picture, least):
-        lever = float(picture.question.design.arm_length[0]) if subject.angular else 1.0
-        pressed = vibration.contact_wave(programme, given, subject.omega, ratio)
+        lever = float(picture.problem.design.arm_length[0]) if setup.angular else 1.0
+        pressed = vibration.contact_wave(programme, given, setup.omega, ratio)
         values = _sampled(picture, pressed, 1.0 / lever)
         force = Panel(
             "Force with the elastic train", "N", values, extremes(picture, values, "", least), quantity=least
@@ -104,7 +104,7 @@ def _train(picture: Picture) -> list[Panel]:
 
 def _sampled(picture: Picture, wave: Wave, factor: float) -> list[FloatArray]:
     """A wave on each piece of the motion."""
-    table = picture.question.programme.table
+    table = picture.problem.programme.table
     starts = table.centre - table.half_width
     found = []
     for angles, first, end in zip(picture.pieces, table.first_panel[:-1], table.first_panel[1:], strict=True):

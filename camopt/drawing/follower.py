@@ -14,8 +14,8 @@ EDGE = {"facecolor": BODY, "edgecolor": INK, "lw": 1.1}
 
 def draw_follower(axes: Any, picture: Picture, size: float) -> list[ComplexArray]:
     """Draw the follower of a disc cam; the points it spans. ``size`` is the largest radius of the cam, mm."""
-    flat = picture.question.subject.mechanism.curvature is None
-    if picture.question.subject.angular:
+    flat = picture.problem.setup.mechanism.curvature is None
+    if picture.problem.setup.angular:
         return (_swinging_face if flat else _swinging_tip)(axes, picture, size)
     return (_sliding_face if flat else _sliding_tip)(axes, picture, size)
 
@@ -28,7 +28,7 @@ def _sliding_tip(axes: Any, picture: Picture, size: float) -> list[ComplexArray]
 
 def _sliding_face(axes: Any, picture: Picture, size: float) -> list[ComplexArray]:
     """A face square to the motion, as wide as the contact needs."""
-    design, values = picture.question.design, picture.values
+    design, values = picture.problem.design, picture.values
     level, offset, thick = float(design.size[0]), float(design.offset[0]), 0.045 * size
     ends = design.sense * np.array([values["face_reach_min_mm"], values["face_reach_max_mm"]]) + offset
     left = min(*ends, offset - 0.07 * size) - 0.05 * size
@@ -42,8 +42,8 @@ def _sliding_face(axes: Any, picture: Picture, size: float) -> list[ComplexArray
 
 def _draw_stem(axes: Any, picture: Picture, seat: complex, size: float) -> list[ComplexArray]:
     """The stem above its seat, in a guide that the follower never reaches."""
-    half, lift = 0.035 * size, picture.question.programme.lift
-    roller = float(picture.question.design.roller_radius[0]) * (seat == complex(_start(picture)[0]))
+    half, lift = 0.035 * size, picture.problem.programme.lift
+    roller = float(picture.problem.design.roller_radius[0]) * (seat == complex(_start(picture)[0]))
     guide = 0.05 * size + roller + lift
     top = guide + 0.16 * size
     stem = seat + np.array([-half, half, half + 1j * top, -half + 1j * top])
@@ -57,8 +57,8 @@ def _draw_stem(axes: Any, picture: Picture, seat: complex, size: float) -> list[
 
 def _draw_tip(axes: Any, picture: Picture, trace: complex, up: complex, size: float) -> complex:
     """A knife edge, roller or spherical face whose trace point moves along ``up``; where its carrier sits."""
-    contact = picture.question.scene.follower.contact
-    radius = float(picture.question.design.roller_radius[0])
+    contact = picture.problem.scene.follower.contact
+    radius = float(picture.problem.design.roller_radius[0])
     if contact == "knife":
         wedge = trace + up * size * np.array([0, 0.12 - 0.045j, 0.12 + 0.045j])
         area(axes, wedge, zorder=5, **EDGE)
@@ -81,7 +81,7 @@ def _draw_tip(axes: Any, picture: Picture, trace: complex, up: complex, size: fl
 
 
 def _swinging_tip(axes: Any, picture: Picture, size: float) -> list[ComplexArray]:
-    trace, pivot = complex(_start(picture)[0]), complex(picture.question.design.centre_distance[0])
+    trace, pivot = complex(_start(picture)[0]), complex(picture.problem.design.centre_distance[0])
     up = -1j * (trace - pivot) / abs(trace - pivot)
     seat = _draw_tip(axes, picture, trace, up, size)
     draw_arm(axes, pivot, seat, size)
@@ -91,7 +91,7 @@ def _swinging_tip(axes: Any, picture: Picture, size: float) -> list[ComplexArray
 
 def _swinging_face(axes: Any, picture: Picture, size: float) -> list[ComplexArray]:
     """A straight face at its distance from the pivot, as long as the contact needs."""
-    design, values = picture.question.design, picture.values
+    design, values = picture.problem.design, picture.values
     pivot, face = complex(design.centre_distance[0]), float(design.face_offset[0])
     psi = float(np.arcsin(oscillating_flat.first_sine(design))[0])
     along, normal = -np.exp(-1j * psi), 1j * np.exp(-1j * psi)
@@ -122,13 +122,13 @@ def draw_arm(axes: Any, pivot: complex, end: complex, size: float) -> None:
 
 def _draw_swing(axes: Any, picture: Picture, pivot: complex, tip: complex) -> ComplexArray:
     """The arc that the tip of an arm swings through."""
-    swing = pivot + (tip - pivot) * np.exp(-1j * np.linspace(0.0, picture.question.programme.lift, 61))
+    swing = pivot + (tip - pivot) * np.exp(-1j * np.linspace(0.0, picture.problem.programme.lift, 61))
     line(axes, swing, color=MUTED, lw=0.8, ls=(0, (2, 2)), zorder=4.4)
     return np.asarray(swing)
 
 
 def _start(picture: Picture) -> tuple[complex, complex]:
     """Trace (contact) point and outward normal at cam angle 0, in the dwell or just before the rise."""
-    question = picture.question
-    travel = question.subject.mechanism.travel(question.design, question.programme, np.zeros(1))
+    problem = picture.problem
+    travel = problem.setup.mechanism.travel(problem.design, problem.programme, np.zeros(1))
     return complex(travel.trace[0]), complex(travel.normal[0])

@@ -15,7 +15,7 @@ ABOVE = ((0.0, 2.0), (0.0, 11.0), (0.0, 20.0))  # points: of a cam angle above t
 
 def draw_groove(axes: Any, picture: Picture) -> list[Label]:
     """The developed groove of a cylindrical cam over one turn, the roller at its start; the labels to settle."""
-    design = picture.question.design
+    design = picture.problem.design
     around, radius = 2 * np.pi * float(design.size[0]), float(design.roller_radius[0])
     pitch = np.concatenate([c.pitch for c in picture.curves])
     low, high = float(pitch.imag.min()) - radius, float(pitch.imag.max()) + radius
@@ -48,7 +48,7 @@ def _narrow(axes: Any, points: ComplexArray) -> None:
 
 def _draw_channel(axes: Any, picture: Picture, around: float) -> None:
     """What the roller sweeps, its flanks coloured by stroke, and the pitch curve; also of the turns beside."""
-    radius = float(picture.question.design.roller_radius[0])
+    radius = float(picture.problem.design.roller_radius[0])
     pitch = np.concatenate([c.pitch for c in picture.curves])
     if radius > 0.0:
         from shapely import LineString
@@ -73,8 +73,8 @@ def _draw_channel(axes: Any, picture: Picture, around: float) -> None:
 
 def _draw_boundaries(axes: Any, picture: Picture, sheet: ComplexArray) -> list[Label]:
     """Where strokes begin along the turn, and which way the surface moves."""
-    size, top, labels = float(picture.question.design.size[0]), float(sheet.imag.max()), []
-    for angle in [*(s.start for s in picture.question.programme.strokes), 2 * np.pi]:
+    size, top, labels = float(picture.problem.design.size[0]), float(sheet.imag.max()), []
+    for angle in [*(s.start for s in picture.problem.programme.strokes), 2 * np.pi]:
         line(axes, size * angle + 1j * np.array([sheet.imag.min(), top]), color=FAINT, lw=0.7, zorder=1.5)
         style = {"fontsize": SMALL, "color": MUTED}
         labels.append(Label(axes, f"{np.degrees(angle):.4g}°", (size * angle, top), ABOVE, style, PROFILE))
@@ -87,18 +87,18 @@ def _draw_boundaries(axes: Any, picture: Picture, sheet: ComplexArray) -> list[L
 
 def _draw_groove_follower(axes: Any, picture: Picture) -> list[ComplexArray]:
     """The roller at the start of the turn, and its arm when it swings; the points they span."""
-    design, angular = picture.question.design, picture.question.subject.angular
+    design, angular = picture.problem.design, picture.problem.setup.angular
     start = complex(picture.curves[0].pitch[0])
     radius, spans = float(design.roller_radius[0]), [np.array([start])]
-    size = max(picture.question.programme.lift * (float(design.arm_length[0]) if angular else 1.0), 2 * radius)
+    size = max(picture.problem.programme.lift * (float(design.arm_length[0]) if angular else 1.0), 2 * radius)
     if angular:
-        half = picture.question.programme.lift / 2
+        half = picture.problem.programme.lift / 2
         pivot = complex(design.sense * float(design.arm_length[0]) * np.cos(half))
         draw_arm(axes, pivot, start, 1.5 * size)
         spans.append(pivot + 0.1 * size * np.array([-1, 1]))
     else:
         reach = start - (radius + 0.25 * size)
-        ends = reach + 1j * picture.question.programme.lift * np.array([0.0, 1.0])
+        ends = reach + 1j * picture.problem.programme.lift * np.array([0.0, 1.0])
         line(axes, ends, color=MUTED, lw=1.0, marker="_", ms=8)
         style = {"rotation": 90, "ha": "right", "va": "center", "fontsize": SMALL, "color": MUTED}
         axes.annotate("travel", (reach.real, ends.imag.mean()), (-4, 0), textcoords="offset points", **style)

@@ -21,9 +21,9 @@ def load_panels(picture: Picture, *, every: bool = False) -> list[Panel]:
 
 def _thrust(picture: Picture, every: bool) -> list[Panel]:
     """Side thrust, or normal force where there is none; the others where they are limited."""
-    subject, limits = picture.question.subject, picture.question.scene.limits
-    found, levers = [], thrust.levers(subject)
-    main = "side_thrust_max_N" if subject.mechanism.curvature else "normal_force_max_N"
+    setup, limits = picture.problem.setup, picture.problem.scene.limits
+    found, levers = [], thrust.levers(setup)
+    main = "side_thrust_max_N" if setup.mechanism.curvature else "normal_force_max_N"
     for title, name, key in (
         ("Normal force", "normal_force_max_N", "normal_force"),
         ("Side thrust", "side_thrust_max_N", "side_thrust"),
@@ -34,11 +34,11 @@ def _thrust(picture: Picture, every: bool) -> list[Panel]:
             continue
         arm, reach, factor = levers.get(name, (0.0, 0.0, 1.0))
         make = (
-            partial(normal_curve, subject)
+            partial(normal_curve, setup)
             if name == "normal_force_max_N"
-            else partial(thrust.thrust_curve, subject, arm=arm, reach=reach)
+            else partial(thrust.thrust_curve, setup, arm=arm, reach=reach)
         )
-        variants: list[Variant] = [(partial(make, way=way), kinds) for way, kinds in ways(subject)]
+        variants: list[Variant] = [(partial(make, way=way), kinds) for way, kinds in ways(setup)]
         values = [factor * value for value in by_way(picture, variants)]
         panel = Panel(title, QUANTITIES[name].unit, values, [peak_of(picture, values, name)], quantity=name)
         panel.limits = limit(picture, key, TURN)
@@ -49,10 +49,10 @@ def _thrust(picture: Picture, every: bool) -> list[Panel]:
 def _stress(picture: Picture) -> list[Panel]:
     if not known(picture, hertz.STRESS):
         return []
-    subject = picture.question.subject
-    loads = by_way(picture, [variant for *_, variant in hertz.variants(subject)])
-    pressed = np.abs if subject.mechanism.grooved else partial(np.maximum, 0.0)  # a groove presses both ways
-    values = [hertz.stress_of(subject, pressed(load)) for load in loads]
+    setup = picture.problem.setup
+    loads = by_way(picture, [variant for *_, variant in hertz.variants(setup)])
+    pressed = np.abs if setup.mechanism.grooved else partial(np.maximum, 0.0)  # a groove presses both ways
+    values = [hertz.stress_of(setup, pressed(load)) for load in loads]
     panel = Panel("Contact stress", "MPa", values, [peak_of(picture, values, hertz.STRESS)], quantity=hertz.STRESS)
     panel.limits = limit(picture, "contact_stress")
     return [panel]
@@ -60,15 +60,15 @@ def _stress(picture: Picture) -> list[Panel]:
 
 def _sliding(picture: Picture) -> list[Panel]:
     """How fast the follower slides over the cam, or how fast its roller spins."""
-    question = picture.question
-    subject, design = question.subject, question.design
+    problem = picture.problem
+    setup, design = problem.setup, problem.design
     rolls = known(picture, surface.SPIN)
     name = surface.SPIN if rolls else surface.SLIDING
     if not known(picture, name):
         return []
-    assert subject.omega is not None
-    factor = 30.0 / pi * subject.omega / float(design.roller_radius[0]) if rolls else subject.omega / 1e3
-    curve = surface.sliding_curve(subject, design, question.programme)
+    assert setup.omega is not None
+    factor = 30.0 / pi * setup.omega / float(design.roller_radius[0]) if rolls else setup.omega / 1e3
+    curve = surface.sliding_curve(setup, design, problem.programme)
     values = [factor * value for value in picture.curve_values(curve)]
     title = "Speed of the roller in its follower" if rolls else "Sliding speed"
     panel = Panel(title, QUANTITIES[name].unit, values, [peak_of(picture, values, name)], quantity=name)
@@ -79,9 +79,9 @@ def _sliding(picture: Picture) -> list[Panel]:
 def _wear(picture: Picture) -> list[Panel]:
     if not known(picture, surface.WEAR):
         return []
-    subject = picture.question.subject
-    loads = by_way(picture, [variant for variant, _ in surface.variants("wear", subject)])
-    values = [surface.wear_factor(subject) * np.maximum(np.abs(load), 0.0) for load in loads]
+    setup = picture.problem.setup
+    loads = by_way(picture, [variant for variant, _ in surface.variants("wear", setup)])
+    values = [surface.wear_factor(setup) * np.maximum(np.abs(load), 0.0) for load in loads]
     panel = Panel(
         "Wear of the profile in a million turns",
         "µm",
@@ -98,9 +98,9 @@ def _film(picture: Picture) -> list[Panel]:
     name = surface.RATIO if known(picture, surface.RATIO) else surface.FILM
     if not known(picture, name):
         return []
-    subject = picture.question.subject
-    thinness = by_way(picture, [variant for variant, _ in surface.variants("film_ratio", subject)])
-    factor = surface.film_factor(subject) / (subject.bodies.roughness or 1e-3)
+    setup = picture.problem.setup
+    thinness = by_way(picture, [variant for variant, _ in surface.variants("film_ratio", setup)])
+    factor = surface.film_factor(setup) / (setup.bodies.roughness or 1e-3)
     values = [np.where(value > 0.0, factor / value, 0.0) for value in thinness]
     title = "Film over roughness" if name == surface.RATIO else "Film thickness"
     panel = Panel(title, QUANTITIES[name].unit, values, [peak_of(picture, values, name, least=True)], quantity=name)
@@ -110,10 +110,10 @@ def _film(picture: Picture) -> list[Panel]:
 
 def by_way(picture: Picture, variants: list[Variant]) -> Values:
     """A load over each piece of the turn: the largest of its variants there."""
-    question = picture.question
-    each = [(picture.curve_values(make(question.design, question.programme)), kinds) for make, kinds in variants]
+    problem = picture.problem
+    each = [(picture.curve_values(make(problem.design, problem.programme)), kinds) for make, kinds in variants]
     values: Values = []
-    for k, kind in enumerate(question.programme.table.kind):
+    for k, kind in enumerate(problem.programme.table.kind):
         here: FloatArray = np.array([curves[k] for curves, kinds in each if kinds & kind])
         values.append(np.take_along_axis(here, np.abs(here).argmax(axis=0)[None], axis=0)[0])
     return values

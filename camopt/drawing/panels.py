@@ -6,15 +6,15 @@ from typing import Any
 
 import numpy as np
 
-from camopt.claims import Tangent
 from camopt.drawing.picture import NAMES, Picture, number
 from camopt.drawing.style import INK, REFERENCE
 from camopt.effects.motion import scale
 from camopt.mechanisms.design import BoolArray
 from camopt.motion.table import RETURN, RISE, TURN
 from camopt.numerics import FloatArray
+from camopt.problem.claims import Tangent
+from camopt.problem.problem import claims_on
 from camopt.quantities import DERIVATIVES, QUANTITIES, motion_quantity
-from camopt.question import claims_on
 
 SAME = 1e-6  # jumps below this share of the range are none, samples this near the peak are the peak
 CLIP = 4.0  # times the usual pitch curvature: where the diagram of curvature is cut off
@@ -58,21 +58,21 @@ def panels(picture: Picture) -> list[Panel]:
 
 
 def _displacement(picture: Picture) -> Panel:
-    angular = picture.question.subject.angular
+    angular = picture.problem.setup.angular
     factor = np.degrees(1.0) if angular else 1.0
     values = [rows[0] * factor for rows in picture.motion]
-    lift = picture.question.programme.lift * factor
+    lift = picture.problem.programme.lift * factor
     peaks = _peaks(picture, values, {TURN: lift})
     return Panel("Displacement", "deg" if angular else "mm", values, peaks)
 
 
 def _derivative(picture: Picture, name: str, order: int) -> Panel:
     """Velocity, acceleration or jerk; impulses where the derivative below it jumps."""
-    subject, programme = picture.question.subject, picture.question.programme
-    timed, factor = subject.omega is not None, scale(subject, order)
+    setup, programme = picture.problem.setup, picture.problem.programme
+    timed, factor = setup.omega is not None, scale(setup, order)
     values = [rows[order] * factor for rows in picture.motion]
     found = {
-        kind: motion_quantity(name, NAMES[kind], angular=subject.angular, timed=timed) for kind in (RISE, RETURN)
+        kind: motion_quantity(name, NAMES[kind], angular=setup.angular, timed=timed) for kind in (RISE, RETURN)
     }
     exact = {kind: picture.values[key] for kind, key in found.items()}
     panel = Panel(name.capitalize(), QUANTITIES[found[RISE]].unit, values, _peaks(picture, values, exact))
@@ -88,8 +88,8 @@ def _derivative(picture: Picture, name: str, order: int) -> Panel:
 
 def _pressure(picture: Picture) -> Panel:
     """Signed pressure angle; for a face square to the motion, which has none, the contact on the face."""
-    mechanism, design = picture.question.subject.mechanism, picture.question.design
-    programme, exact = picture.question.programme, picture.values
+    mechanism, design = picture.problem.setup.mechanism, picture.problem.design
+    programme, exact = picture.problem.programme, picture.values
     if exact["pressure_angle_max_deg"] == 0.0 and mechanism.reach is not None:
         reach = picture.curve_values(mechanism.reach(design, programme))
         peaks = extremes(picture, reach, "face_reach_max_mm", "face_reach_min_mm")
@@ -99,7 +99,7 @@ def _pressure(picture: Picture) -> Panel:
     bounds = {kind: exact[f"pressure_angle_max_{NAMES[kind]}_deg"] for kind in (RISE, RETURN)}
     panel = Panel("Pressure angle", "deg", values, _peaks(picture, values, bounds, "°"))
     _mark_pitch_point(panel, exact)
-    claims = claims_on(picture.question, mechanism.pressure)
+    claims = claims_on(picture.problem, mechanism.pressure)
     panel.limits = [(c.strokes, c.bound.degrees) for c in claims if isinstance(c.bound, Tangent)]
     return panel
 
@@ -118,8 +118,8 @@ def _mark_pitch_point(panel: Panel, exact: dict[str, Any]) -> None:
 
 def _curvature(picture: Picture) -> Panel:
     """Curvature of pitch curve and profile; for a flat face the radius of curvature, which may pass through 0."""
-    mechanism, design = picture.question.subject.mechanism, picture.question.design
-    programme, least = picture.question.programme, picture.values["profile_radius_min_mm"]
+    mechanism, design = picture.problem.setup.mechanism, picture.problem.design
+    programme, least = picture.problem.programme, picture.values["profile_radius_min_mm"]
     if mechanism.profile_radius is not None:
         values = picture.curve_values(mechanism.profile_radius(design, programme))
         peaks = bounds(picture, values, (np.nan, least)) if isfinite(least) else []
@@ -135,7 +135,7 @@ def _curvature(picture: Picture) -> Panel:
 
 
 def _trace_curvature(picture: Picture, pitch: Values) -> Panel:
-    radius, grooved = float(picture.question.design.roller_radius[0]), picture.question.subject.mechanism.grooved
+    radius, grooved = float(picture.problem.design.roller_radius[0]), picture.problem.setup.mechanism.grooved
     sides = (1.0, -1.0) if grooved and radius else (1.0,)
     cap = _cap(np.concatenate(pitch), radius)
     profiles = [[_offset_curvature(k, side * radius, cap) for k in pitch] for side in sides]
@@ -175,7 +175,7 @@ def _offset_curvature(pitch: FloatArray, radius: float, cap: float) -> FloatArra
 
 def limit(picture: Picture, key: str, kinds: int = 0) -> list[tuple[int, float]]:
     """The bound that the scene sets: on the value itself, or on its magnitude over some kinds of stroke."""
-    bound = getattr(picture.question.scene.limits, key)
+    bound = getattr(picture.problem.scene.limits, key)
     return [] if bound is None else [(kinds, bound)]
 
 

@@ -1,4 +1,4 @@
-"""What a picture shows: the question sampled piece by piece, its exact values."""
+"""What a picture shows: the problem sampled piece by piece, its exact values."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -7,14 +7,14 @@ from typing import Any
 import numpy as np
 
 from camopt.effects import Case, offered
-from camopt.geometry import CamCurves, cam_curves
-from camopt.judging import run_effects
 from camopt.mechanisms.design import ComplexArray
+from camopt.mechanisms.geometry import CamCurves, cam_curves
 from camopt.motion.table import DWELL, RETURN, RISE, TURN
 from camopt.numerics import FloatArray
 from camopt.numerics.curves import curve
+from camopt.problem.problem import Problem
 from camopt.quantities import GEOMETRY, QUANTITIES
-from camopt.question import Question
+from camopt.verdicts.judging import run_effects
 
 NAMES = {RISE: "rise", RETURN: "return", DWELL: "dwell"}
 INSIDE = 1e-9  # share of a piece that samples keep from its ends, to be on its side of a jump
@@ -23,14 +23,14 @@ PER_DEGREE = 4
 
 @dataclass(frozen=True)
 class Picture:
-    """What is drawn: a question, sampled piece by piece so that no sample lies on a jump."""
+    """What is drawn: a problem, sampled piece by piece so that no sample lies on a jump."""
 
-    question: Question
+    problem: Problem
 
     @cached_property
     def pieces(self) -> list[FloatArray]:
         """Cam angles (rad) of each smooth piece of the motion."""
-        table = self.question.programme.table
+        table = self.problem.programme.table
         first, last = table.first_panel[:-1], table.first_panel[1:] - 1
         starts = table.centre[first] - table.half_width[first]
         ends = table.centre[last] + table.half_width[last]
@@ -43,48 +43,48 @@ class Picture:
     @cached_property
     def kinds(self) -> list[int]:
         """RISE, RETURN or DWELL of each piece."""
-        return [int(kind) & TURN for kind in self.question.programme.table.kind]
+        return [int(kind) & TURN for kind in self.problem.programme.table.kind]
 
     @cached_property
     def motion(self) -> list[FloatArray]:
         """(y, y', y'', y''') of each piece, (4, samples)."""
-        return [self.question.programme.at(angles) for angles in self.pieces]
+        return [self.problem.programme.at(angles) for angles in self.pieces]
 
     @cached_property
     def values(self) -> dict[str, Any]:
         """The quantities of the effects that the scene calls for, and those of its geometry; exact."""
-        subject, design = self.question.subject, self.question.design
-        effects = {*GEOMETRY, *(QUANTITIES[name].effect for name in self.question.wanted)}
-        wanted = [name for name in offered(subject) if QUANTITIES[name].effect in effects]
+        setup, design = self.problem.setup, self.problem.design
+        effects = {*GEOMETRY, *(QUANTITIES[name].effect for name in self.problem.wanted)}
+        wanted = [name for name in offered(setup) if QUANTITIES[name].effect in effects]
         with np.errstate(all="ignore"):
-            rows = run_effects(Case(subject, self.question.programme, design), wanted)
+            rows = run_effects(Case(setup, self.problem.programme, design), wanted)
         return rows.records()[0]
 
     @cached_property
     def exists(self) -> bool:
         """Whether the mechanism can be put together at every cam angle."""
-        return bool(self.question.subject.mechanism.exists(self.question.design, self.question.programme)[0])
+        return bool(self.problem.setup.mechanism.exists(self.problem.design, self.problem.programme)[0])
 
     @cached_property
     def curves(self) -> list[CamCurves]:
         """The cam's curves of each piece, in the cam's own frame."""
-        question = self.question
+        problem = self.problem
         with np.errstate(all="ignore"):
             return [
-                cam_curves(question.subject.mechanism, question.design, question.programme, angles)
+                cam_curves(problem.setup.mechanism, problem.design, problem.programme, angles)
                 for angles in self.pieces
             ]
 
     def curve_values(self, record: Any) -> list[FloatArray]:
         """One of the mechanism's curves on each piece."""
         with np.errstate(all="ignore"):
-            states = [self.question.programme.state(angles) for angles in self.pieces]
+            states = [self.problem.programme.state(angles) for angles in self.pieces]
             return [np.broadcast_to(curve(record, 0, *state)[0], state[0].shape) for state in states]
 
     @property
     def undercut(self) -> bool:
         """Whether a part of the theoretical profile is cut away; a knife edge leaves every corner as it is."""
-        return not self.question.subject.pointed and bool(
+        return not self.problem.setup.pointed and bool(
             self.values["undercut"] or self.values.get("self_crossing", False)
         )
 

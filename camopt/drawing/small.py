@@ -9,8 +9,8 @@ import numpy as np
 from camopt.drawing.picture import Picture, number
 from camopt.drawing.style import COLOURS, FILL, INK, MUTED
 from camopt.mechanisms.design import ComplexArray
-from camopt.question import resolve_design
-from camopt.scene import Scene
+from camopt.problem.problem import resolve_design
+from camopt.scene.scene import Scene
 
 SIZE, MARGIN, LINE = 180.0, 4.0, 16.0  # pixels: the longer side of the cam, what is left around it, the text below
 NEAR = 2.0  # pixels: points closer together than that are left out
@@ -21,9 +21,9 @@ def small_cam(scene: Scene) -> str:
     picture = Picture(resolve_design(scene))
     if not picture.exists:
         return ""
-    grooved = picture.question.subject.mechanism.grooved
+    grooved = picture.problem.setup.mechanism.grooved
     sides = [curves.profile[: 2 if grooved else 1] for curves in picture.curves]
-    size = float(picture.question.design.size[0])
+    size = float(picture.problem.design.size[0])
     circle = np.zeros(0, dtype=complex) if grooved else size * np.exp(2j * np.pi * np.linspace(0.0, 1.0, 61))
     every = np.concatenate([circle, *(side for piece in sides for side in piece)])
     if not np.isfinite(every).all():

@@ -13,8 +13,8 @@ from camopt.drawing.picture import Picture, number
 from camopt.drawing.style import COLOURS, MUTED, PAGE_TITLE, TITLE, dress
 from camopt.effects.motion import scale
 from camopt.motion.table import RETURN, RISE
+from camopt.problem.problem import resolve
 from camopt.quantities import QUANTITIES, motion_quantity
-from camopt.question import resolve
 from camopt.synthesis.compare import Comparison, compared
 from camopt.synthesis.synthesised import Synthesised
 
@@ -69,7 +69,7 @@ def _own(known: Comparison) -> str:
 
 def _cams(figure: Any, pictures: dict[str, Picture]) -> None:
     """The cams, in axes of the same limits: discs side by side, developed grooves one above the other."""
-    disc = not next(iter(pictures.values())).question.subject.mechanism.grooved
+    disc = not next(iter(pictures.values())).problem.setup.mechanism.grooved
     places = [(0.03, 0.06, 0.27, 0.80), (0.31, 0.06, 0.27, 0.80)]
     if not disc:
         places = [(0.07, 0.52, 0.51, 0.34), (0.07, 0.08, 0.51, 0.34)]
@@ -86,7 +86,7 @@ def _cams(figure: Any, pictures: dict[str, Picture]) -> None:
         ax.set_position(place)
         ax.set(xlim=(limits[:, 0].min(), limits[:, 1].max()), ylim=(limits[:, 2].min(), limits[:, 3].max()))
         ax.set_aspect("equal", anchor="NW")
-        size = f"{'base' if disc else 'mean'} radius {number(float(picture.question.design.size[0]))} mm"
+        size = f"{'base' if disc else 'mean'} radius {number(float(picture.problem.design.size[0]))} mm"
         title = word if word == "free laws" else f"{word}: {_laws(picture)}"
         ax.set_title(f"{title}\n{size}", loc="left", fontsize=TITLE, color=AFTER if word == "free laws" else BEFORE)
         if disc and each != lowest:  # one bar for the scale of both
@@ -97,18 +97,18 @@ def _cams(figure: Any, pictures: dict[str, Picture]) -> None:
 
 def _laws(picture: Picture) -> str:
     """The laws of a picture, those of rises first."""
-    return " / ".join(dict.fromkeys(picture.question.programme.law_names(k) for k in (RISE, RETURN)))
+    return " / ".join(dict.fromkeys(picture.problem.programme.law_names(k) for k in (RISE, RETURN)))
 
 
 def _motions(figure: Any, pictures: list[Picture]) -> None:
     """Displacement to jerk over the turn, the known laws grey and the free ones in colour."""
-    subject = pictures[-1].question.subject
-    whats = [motion_quantity(name, "", angular=subject.angular, timed=bool(subject.omega)) for name in ROWS[1:]]
-    units = ["deg" if subject.angular else "mm", *(QUANTITIES[what].unit for what in whats)]
+    setup = pictures[-1].problem.setup
+    whats = [motion_quantity(name, "", angular=setup.angular, timed=bool(setup.omega)) for name in ROWS[1:]]
+    units = ["deg" if setup.angular else "mm", *(QUANTITIES[what].unit for what in whats)]
     pens = [{"color": BEFORE, "lw": 1.2}, {"color": AFTER, "lw": 1.7}][-len(pictures) :]
     for order, (name, unit) in enumerate(zip(ROWS, units, strict=True)):
         ax = figure.add_axes((0.655, 0.71 - 0.215 * order, 0.325, 0.175))
-        per = scale(subject, order) if order else np.degrees(1.0) if subject.angular else 1.0
+        per = scale(setup, order) if order else np.degrees(1.0) if setup.angular else 1.0
         factor, unit = in_powers([per * m[order] for picture in pictures for m in picture.motion], unit)
         for picture, pen in zip(pictures, pens, strict=True):
             angles = np.concatenate([*(np.append(a, np.nan) for a in picture.pieces)])

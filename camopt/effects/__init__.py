@@ -16,10 +16,10 @@ from camopt.effects import (
     torque,
     vibration,
 )
-from camopt.effects.case import Bodies, Case, Dynamics, Effect, Subject
+from camopt.effects.case import Bodies, Case, Dynamics, Effect, Setup
 from camopt.quantities import QUANTITIES
 
-__all__ = ["EFFECTS", "Bodies", "Case", "Dynamics", "Effect", "Subject", "called", "lacking", "offered"]
+__all__ = ["EFFECTS", "Bodies", "Case", "Dynamics", "Effect", "Setup", "called", "lacking", "offered"]
 
 EFFECTS: dict[str, Effect] = {
     effect.name: effect
@@ -41,18 +41,18 @@ EFFECTS: dict[str, Effect] = {
 """Every effect by name, cheapest first: the order in which they run."""
 
 
-def offered(subject: Subject) -> tuple[str, ...]:
-    """All quantities that a subject has and that the scene gives enough for, in the order of the columns."""
-    names = {name for effect in EFFECTS.values() for name in effect.offers(subject)} - lacking(subject).keys()
+def offered(setup: Setup) -> tuple[str, ...]:
+    """All quantities that a setup has and that the scene gives enough for, in the order of the columns."""
+    names = {name for effect in EFFECTS.values() for name in effect.offers(setup)} - lacking(setup).keys()
     return tuple(name for name in QUANTITIES if name in names)
 
 
-def lacking(subject: Subject) -> dict[str, tuple[str, ...]]:
-    """For each quantity that a subject would have if the scene gave more: the keys that it lacks."""
-    return {name: keys for effect in EFFECTS.values() for name, keys in effect.lacks(subject).items()}
+def lacking(setup: Setup) -> dict[str, tuple[str, ...]]:
+    """For each quantity that a setup would have if the scene gave more: the keys that it lacks."""
+    return {name: keys for effect in EFFECTS.values() for name, keys in effect.lacks(setup).items()}
 
 
-def called(wanted: Iterable[str], subject: Subject) -> dict[str, set[str]]:
+def called(wanted: Iterable[str], setup: Setup) -> dict[str, set[str]]:
     """What each effect that runs is called for: names of quantities, by effect, in the order in which they run."""
     asked: dict[str, set[str]] = {}
     open_ = set(wanted)
@@ -62,6 +62,6 @@ def called(wanted: Iterable[str], subject: Subject) -> dict[str, set[str]]:
         if effect is None:
             continue
         if effect.name not in asked:
-            open_ |= set(effect.reads(subject))
+            open_ |= set(effect.reads(setup))
         asked.setdefault(effect.name, set()).add(name)
     return {name: asked[name] for name in EFFECTS if name in asked}

@@ -49,8 +49,8 @@ class Bodies:
 
 
 @dataclass(frozen=True)
-class Subject:
-    """What all designs of a question share: the mechanism and the speed. Lengths in mm, ω in rad/s."""
+class Setup:
+    """What all designs of a problem share: the mechanism and the speed. Lengths in mm, ω in rad/s."""
 
     mechanism: Mechanism
     angular: bool
@@ -81,7 +81,7 @@ class Bounded(NamedTuple):
 class Case:
     """A block of designs that share a programme, and what earlier effects found of them."""
 
-    subject: Subject
+    setup: Setup
     programme: Programme
     designs: Designs
     found: Mapping[str, Any] = field(default_factory=dict)
@@ -103,25 +103,25 @@ class Case:
 
         Cam angles are as exact as values only if ``located``.
         """
-        precision = Precision(self.subject.tolerance, self.subject.tolerance if located else np.inf)
+        precision = Precision(self.setup.tolerance, self.setup.tolerance if located else np.inf)
         made = curve(self.designs, self.programme)
         return extremes(made, len(self.designs), self.programme.table, questions, precision)
 
 
 @dataclass(frozen=True)
 class Effect:
-    """A discipline that computes quantities: what it offers for a subject, and how."""
+    """A discipline that computes quantities: what it offers for a setup, and how."""
 
     name: str
-    offers: Callable[[Subject], tuple[str, ...]]
-    """The quantities of a subject's mechanism."""
+    offers: Callable[[Setup], tuple[str, ...]]
+    """The quantities of the setup's mechanism."""
     run: Callable[[Case, frozenset[str]], dict[str, Any]]
     """From a case and the wanted names to columns: arrays (designs,) or one value for all, Bounded if inexact."""
-    lacks: Callable[[Subject], Mapping[str, tuple[str, ...]]] = lambda subject: {}
+    lacks: Callable[[Setup], Mapping[str, tuple[str, ...]]] = lambda setup: {}
     """For each of them that cannot be computed from what the scene gives: the keys that it lacks."""
-    reads: Callable[[Subject], tuple[str, ...]] = lambda subject: ()
+    reads: Callable[[Setup], tuple[str, ...]] = lambda setup: ()
     """Quantities of other effects that this one reads, from ``Case.found``."""
-    of_motion: Callable[[Subject], bool] = lambda subject: False
+    of_motion: Callable[[Setup], bool] = lambda setup: False
     """Whether they depend on the motion and the speed alone, whatever the design."""
     last: bool = False
     """Whether it costs so much that a limit on its quantities is asked only of designs that hold all others."""

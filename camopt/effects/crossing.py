@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.effects.case import Bounded, Case, Effect, Subject
+from camopt.effects.case import Bounded, Case, Effect, Setup
 from camopt.effects.parts import ROUNDING, Cover, Ends, IntArray, Parts, cover, ends_of, first_parts
 from camopt.mechanisms.design import BoolArray, ComplexArray, Designs
 from camopt.motion.programme import Programme
@@ -42,27 +42,27 @@ class Crossing(NamedTuple):
     within: float = 0.0
 
 
-def offers(subject: Subject) -> tuple[str, ...]:
-    return () if subject.mechanism.grooved else ("self_crossing",)
+def offers(setup: Setup) -> tuple[str, ...]:
+    return () if setup.mechanism.grooved else ("self_crossing",)
 
 
-def reads(subject: Subject) -> tuple[str, ...]:
-    if subject.pointed:
+def reads(setup: Setup) -> tuple[str, ...]:
+    if setup.pointed:
         return ()
-    round_body = subject.mechanism.curvature is not None
+    round_body = setup.mechanism.curvature is not None
     return ("undercut", "profile_radius_min_mm", *(("pressure_angle_max_deg",) if round_body else ()))
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
-    if case.subject.pointed:
+    if case.setup.pointed:
         return {"self_crossing": False}
-    trace_point = case.subject.mechanism.curvature is not None
+    trace_point = case.setup.mechanism.curvature is not None
     sharp = trace_point & (case.designs.roller_radius == 0.0)
     crossing = np.array(case.found["undercut"])
     undecided = ~crossing & ~sharp & (case.far("profile_radius_min_mm") <= 0.0)
     if trace_point:
         left = _perhaps(case, np.flatnonzero(~(crossing | undecided | surely_round(case))))
-        shown = [each.shown for each in find_crossings(case.subject, case.designs.take(left), case.programme)]
+        shown = [each.shown for each in find_crossings(case.setup, case.designs.take(left), case.programme)]
         crossing[left], undecided[left] = [each is True for each in shown], [each is None for each in shown]
     return {"self_crossing": Bounded(crossing | undecided, undecided.astype(float), np.inf)}
 
@@ -76,7 +76,7 @@ def surely_round(case: Case) -> BoolArray:
     """
     designs, strokes = case.designs, case.programme.strokes
     levels = [y for stroke in strokes for y in (stroke.low, stroke.high)]
-    record = case.subject.mechanism.pressure(designs, case.programme)
+    record = case.setup.mechanism.pressure(designs, case.programme)
     standing = [np.abs(curve(record, ..., y, 0.0, 0.0, 0.0)[0]) for y in (min(levels), max(levels))]
     slant = np.radians(case.far("pressure_angle_max_deg")) + np.arctan(np.maximum(*standing))
     share = np.cos(np.minimum(slant, np.pi / 2)) - ROUNDING
@@ -88,23 +88,23 @@ def _perhaps(case: Case, index: IntArray) -> IntArray:
     parts, left = first_parts(case.programme), [index[:0]]
     for some in np.array_split(index, 1 + index.size // AT_ONCE) if index.size else ():
         column = case.designs.take((some, None))
-        left.append(some[~np.all(_forwards(cover(case.subject, column, case.programme, parts)), axis=-1)])
+        left.append(some[~np.all(_forwards(cover(case.setup, column, case.programme, parts)), axis=-1)])
     return np.concatenate(left)
 
 
-def find_crossing(subject: Subject, design: Designs, programme: Programme) -> Crossing:
+def find_crossing(setup: Setup, design: Designs, programme: Programme) -> Crossing:
     """Whether the profile of one disc cam that is not undercut, with a trace point, crosses itself."""
-    return find_crossings(subject, design, programme)[0]
+    return find_crossings(setup, design, programme)[0]
 
 
-def find_crossings(subject: Subject, designs: Designs, programme: Programme) -> list[Crossing]:
+def find_crossings(setup: Setup, designs: Designs, programme: Programme) -> list[Crossing]:
     """Of each of some disc cams that are not undercut, with a trace point, whether its profile crosses itself."""
     found = [Crossing(None if radius > 0.0 else False) for radius in designs.roller_radius]
     rounded = np.flatnonzero(designs.roller_radius > 0.0)
     for some in np.array_split(rounded, 1 + rounded.size // PAIRED) if rounded.size else ():
         pairs = Pairs.all_of(some, first_parts(programme))
         for _ in range(ROUNDS):
-            pairs = pairs.left(subject, designs, programme, found).split()
+            pairs = pairs.left(setup, designs, programme, found).split()
             if not pairs.first.size:
                 break
     return found
@@ -129,14 +129,14 @@ class Pairs(NamedTuple):
         tiled = Parts(*(np.tile(x, designs.size) for x in parts))
         return cls(tiled, np.repeat(designs, count), first, second)
 
-    def left(self, subject: Subject, designs: Designs, programme: Programme, found: list[Crossing]) -> "Pairs":
+    def left(self, setup: Setup, designs: Designs, programme: Programme, found: list[Crossing]) -> "Pairs":
         """The pairs that may meet, of designs that stay undecided; ``found`` gets what is found of the others."""
         each = designs.take(self.owner)
-        covered = cover(subject, each, programme, self.parts)
+        covered = cover(setup, each, programme, self.parts)
         pairs = self.only(~_one_way(covered, self.owner, self.first, self.second))
         pairs = pairs.only(~_discs_apart(covered, pairs.first, pairs.second))
         pairs = pairs.only(~_strips_apart(covered.take(pairs.first), covered.take(pairs.second)))
-        met = _meet(covered, ends_of(subject, each, programme, self.parts), pairs.first, pairs.second)
+        met = _meet(covered, ends_of(setup, each, programme, self.parts), pairs.first, pairs.second)
         for pair in np.flatnonzero(met)[::-1]:
             both = [pairs.first[pair], pairs.second[pair]]
             within = float(self.parts.half[both].max())

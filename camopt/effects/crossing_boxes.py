@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.effects.case import Subject
+from camopt.effects.case import Setup
 from camopt.effects.crossing import across, cross, find_crossing
 from camopt.effects.parts import (
     WIDEST,
@@ -66,8 +66,8 @@ class Met(NamedTuple):
 class KnownCrossings:
     """A search among the cams of a programme, and where their profiles were found to cross."""
 
-    def __init__(self, subject: Subject, programme: Programme) -> None:
-        self._subject, self._programme = subject, programme
+    def __init__(self, setup: Setup, programme: Programme) -> None:
+        self._setup, self._programme = setup, programme
         self._known: list[tuple[float, ...]] = []
         """Pairs of cam angles in rad, the latest first."""
 
@@ -80,7 +80,7 @@ class KnownCrossings:
         """
         sides: dict[str, Any] = box.sizes
         crossing, cut = np.zeros(len(box), dtype=bool), np.full(len(box), UNKNOWN)
-        index = np.flatnonzero(self._subject.mechanism.exists(inside, self._programme))
+        index = np.flatnonzero(self._setup.mechanism.exists(inside, self._programme))
         met = self._met(inside.take(index))
         unseen = index[met.least <= 0.0]
         if unseen.size and self.learn(inside.take(unseen[[np.argmin(sides["size"].low[unseen])]])):
@@ -89,7 +89,7 @@ class KnownCrossings:
         if seen.size:
             some = index[seen]
             crossing[some], cut[some] = throughout(
-                self._subject, inside.take(some), box.take(some), free, self._programme, met.take(seen)
+                self._setup, inside.take(some), box.take(some), free, self._programme, met.take(seen)
             )
         return crossing, cut
 
@@ -99,7 +99,7 @@ class KnownCrossings:
 
     def learn(self, design: Designs) -> bool:
         """Whether a design is shown to cross itself; where it does is then known."""
-        found = find_crossing(self._subject, design, self._programme)
+        found = find_crossing(self._setup, design, self._programme)
         if found.shown:
             self._known = [found.at, *self._known][:MOST_KNOWN]
         return found.shown is True
@@ -109,17 +109,17 @@ class KnownCrossings:
         known = np.array(self._known or [(0.0, 0.0)])
         count = len(designs) * len(known)
         near = np.tile(known, (len(designs), 1))
-        met = met_near(self._subject, designs.take(np.arange(count) // len(known)), self._programme, near)
+        met = met_near(self._setup, designs.take(np.arange(count) // len(known)), self._programme, near)
         best = met.least.reshape(len(designs), len(known)).argmax(axis=1)
         return met.take(np.arange(0, count, len(known)) + best)
 
 
-def met_near(subject: Subject, designs: Designs, programme: Programme, near: FloatArray) -> Met:
+def met_near(setup: Setup, designs: Designs, programme: Programme, near: FloatArray) -> Met:
     """The two parts of each profile near two cam angles in rad, (n, 2), of the widths that reach furthest."""
     column, every = designs.take((slice(None), None)), np.arange(len(designs))
-    parts = [_around(programme, root) for root in _roots(subject, column, programme, near).T]
-    covers = [cover(subject, column, programme, each) for each in parts]
-    far = [across(covers[k], ends_of(subject, column, programme, parts[k]), covers[1 - k]) for k in (0, 1)]
+    parts = [_around(programme, root) for root in _roots(setup, column, programme, near).T]
+    covers = [cover(setup, column, programme, each) for each in parts]
+    far = [across(covers[k], ends_of(setup, column, programme, parts[k]), covers[1 - k]) for k in (0, 1)]
     first, second = far[0][:, :, None] - covers[1].bulge[:, None], far[1][:, None] - covers[0].bulge[:, :, None]
     least = np.minimum(first, second).reshape(len(designs), HALVINGS**2)
     widths = np.unravel_index(least.argmax(axis=1), (HALVINGS, HALVINGS))
@@ -132,7 +132,7 @@ def met_near(subject: Subject, designs: Designs, programme: Programme, near: Flo
 
 
 def throughout(
-    subject: Subject, designs: Designs, box: Designs, free: Sequence[str], programme: Programme, met: Met
+    setup: Setup, designs: Designs, box: Designs, free: Sequence[str], programme: Programme, met: Met
 ) -> tuple[BoolArray, IntArray]:
     """In which boxes the parts that meet do so throughout; and which free size moves them the most.
 
@@ -141,18 +141,18 @@ def throughout(
     """
     sides: dict[str, Any] = box.sizes
     others = {name: (sides[name], designs.sizes[name]) for name in free}
-    by_size = moves(subject, designs, others, programme, met)
-    others[START] = as_interval(start_of(subject, box)), start_of(subject, designs)
+    by_size = moves(setup, designs, others, programme, met)
+    others[START] = as_interval(start_of(setup, box)), start_of(setup, designs)
     del others["size"]
-    by_start = moves(subject, designs, others, programme, met)
+    by_start = moves(setup, designs, others, programme, met)
     shown = [np.all(moved.sum(axis=0) * CAREFUL < met.reach, axis=0) for moved in (by_size, by_start)]
     width, most = np.array([sides[name].high - sides[name].low for name in free]), by_size.max(axis=1)
     return np.logical_or(*shown), np.argmax(np.where(np.isfinite(most), most, LARGE * width), axis=0)
 
 
-def moves(subject: Subject, designs: Designs, sides: Sides, programme: Programme, met: Met) -> FloatArray:
+def moves(setup: Setup, designs: Designs, sides: Sides, programme: Programme, met: Met) -> FloatArray:
     """How much of its reach across the other a part may lose in boxes of some variables: (variables, 2, n), mm."""
-    shifts = [shift(subject, designs, sides, programme, each) for each in met.parts]
+    shifts = [shift(setup, designs, sides, programme, each) for each in met.parts]
     apart = [one - other for one, other in zip(*shifts, strict=True)]
     half = np.array([np.maximum(side.high - point, point - side.low) for side, point in sides.values()])
     lost = [
@@ -163,7 +163,7 @@ def moves(subject: Subject, designs: Designs, sides: Sides, programme: Programme
 
 
 def shift(
-    subject: Subject, designs: Designs, sides: Sides, programme: Programme, parts: Parts
+    setup: Setup, designs: Designs, sides: Sides, programme: Programme, parts: Parts
 ) -> tuple[Interval, Interval]:
     """The ranges of ∂x and ∂y of the profile on the cam, by each variable, over boxes and parts: (variables, n)."""
     turn = Interval(parts.middle - parts.half, parts.middle + parts.half)
@@ -175,9 +175,9 @@ def shift(
     velocity = np.minimum(parts.velocity, np.abs(y1) + parts.half * parts.acceleration)
     with np.errstate(all="ignore"):
         some = replace(designs, **sizes)
-        start = start_of(subject, some) if start is None else start
+        start = start_of(setup, some) if start is None else start
         speed = _moving(angle, y1, parts.acceleration, parts)
-        places = profile(subject, some, start + _moving(angle, y, velocity, parts), speed)
+        places = profile(setup, some, start + _moving(angle, y, velocity, parts), speed)
         x, z = (place.divided() if isinstance(place, Quotient) else place for place in places)
     cosine, sine = np.cos(angle), designs.sense * np.sin(angle)
     across_x, across_y = x * cosine + z * sine, z * cosine - x * sine
@@ -206,11 +206,11 @@ def _around(programme: Programme, angles: FloatArray) -> Parts:
     return Parts(np.broadcast_to(angles[:, None], half.shape), half, velocity, acceleration, np.maximum(*errors))
 
 
-def _roots(subject: Subject, designs: Designs, programme: Programme, near: FloatArray) -> FloatArray:
+def _roots(setup: Setup, designs: Designs, programme: Programme, near: FloatArray) -> FloatArray:
     """The two cam angles (n, 2) of about one point of each profile (n, 1), by Newton's method from those given."""
     angles = near
     for _ in range(STEPS):
-        points = points_at(subject, designs, programme, np.concatenate([angles, angles + SHORT], axis=1))
+        points = points_at(setup, designs, programme, np.concatenate([angles, angles + SHORT], axis=1))
         gap, (along, across) = points[:, 1] - points[:, 0], ((points[:, 2:] - points[:, :2]) / SHORT).T
         turned = cross(along, across)
         step = np.stack([cross(gap, across), cross(gap, along)], axis=1)

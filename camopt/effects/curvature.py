@@ -10,25 +10,25 @@ from typing import Any
 
 import numpy as np
 
-from camopt.effects.case import Bounded, Case, Effect, Subject
+from camopt.effects.case import Bounded, Case, Effect, Setup
 from camopt.motion.table import TURN
 from camopt.numerics import LARGEST, LEAST, FloatArray
 
 
-def offers(subject: Subject) -> tuple[str, ...]:
-    if subject.mechanism.curvature is None:
+def offers(setup: Setup) -> tuple[str, ...]:
+    if setup.mechanism.curvature is None:
         return ("profile_radius_min_mm", "undercut")
     names = ("pitch_curvature_max_per_mm", "pitch_curvature_min_per_mm", "profile_radius_min_mm", "undercut")
     return (*names, "cutter_radius_max_mm")
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
-    return _flat(case) if case.subject.mechanism.curvature is None else _trace_point(case)
+    return _flat(case) if case.setup.mechanism.curvature is None else _trace_point(case)
 
 
 def _flat(case: Case) -> dict[str, Any]:
-    assert case.subject.mechanism.profile_radius is not None
-    found = case.extremes(case.subject.mechanism.profile_radius, [(TURN, LEAST)])
+    assert case.setup.mechanism.profile_radius is not None
+    found = case.extremes(case.setup.mechanism.profile_radius, [(TURN, LEAST)])
     radius, outward = found.value[0], -found.width[0]
     if any(corner.size < 0.0 for corner in case.programme.corners):
         radius, outward = np.full_like(radius, -np.inf), np.zeros_like(radius)
@@ -37,7 +37,7 @@ def _flat(case: Case) -> dict[str, Any]:
 
 
 def _trace_point(case: Case) -> dict[str, Any]:
-    mechanism, roller = case.subject.mechanism, case.designs.roller_radius
+    mechanism, roller = case.setup.mechanism, case.designs.roller_radius
     assert mechanism.curvature is not None
     found = case.extremes(mechanism.curvature, [(TURN, LARGEST), (TURN, LEAST)])
     (most, least), (above, below) = found.value, found.width

@@ -17,7 +17,7 @@ from itertools import product
 from math import inf, pi
 from typing import Any
 
-from camopt.effects.case import Case, Dynamics, Effect, Subject
+from camopt.effects.case import Case, Dynamics, Effect, Setup
 from camopt.motion.programme import Programme, span
 from camopt.motion.table import TURN
 
@@ -26,26 +26,26 @@ STIFFEST = 1e12  # times the force over the lift: a spring that no stiffer one b
 ROUNDED = 1e-14  # of the largest force: less below 0 is rounding
 
 
-def offers(subject: Subject) -> tuple[str, ...]:
-    force = "N_m" if subject.angular else "N"
-    rate = "N_m_per_rad" if subject.angular else "N_per_mm"
+def offers(setup: Setup) -> tuple[str, ...]:
+    force = "N_m" if setup.angular else "N"
+    rate = "N_m_per_rad" if setup.angular else "N_per_mm"
     names = (f"preload_required_{force}", f"spring_rate_required_{rate}", "jump_speed_rpm", "jump_speed_ratio")
-    flat_swing = subject.angular and subject.mechanism.curvature is None  # its lever changes over the turn
+    flat_swing = setup.angular and setup.mechanism.curvature is None  # its lever changes over the turn
     return names if flat_swing else ("contact_force_min_N", "contact_force_max_N", *names)
 
 
-def lacks(subject: Subject) -> dict[str, tuple[str, ...]]:
-    keys = missing(subject)
+def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
+    keys = missing(setup)
     mass = tuple(key for key in keys if key != "cam.rpm")
-    wanted = {name: mass if name == "jump_speed_rpm" else keys for name in offers(subject)}
+    wanted = {name: mass if name == "jump_speed_rpm" else keys for name in offers(setup)}
     return {name: keys for name, keys in wanted.items() if keys}
 
 
-def missing(subject: Subject) -> tuple[str, ...]:
+def missing(setup: Setup) -> tuple[str, ...]:
     """The keys that a force needs and the scene lacks."""
-    speed = () if subject.omega is not None else ("cam.rpm",)
-    mass = "follower.dynamics.inertia" if subject.angular else "follower.dynamics.mass"
-    return (*speed, *(() if subject.dynamics.mass is not None else (mass,)))
+    speed = () if setup.omega is not None else ("cam.rpm",)
+    mass = "follower.dynamics.inertia" if setup.angular else "follower.dynamics.mass"
+    return (*speed, *(() if setup.dynamics.mass is not None else (mass,)))
 
 
 def weights(dynamics: Dynamics, omega: float) -> tuple[float, float, float, float]:
@@ -127,8 +127,8 @@ def required_stiffness(programme: Programme, dynamics: Dynamics, omega: float) -
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
-    subject, programme = case.subject, case.programme
-    dynamics, omega = subject.dynamics, subject.omega
+    setup, programme = case.setup, case.programme
+    dynamics, omega = setup.dynamics, setup.omega
     columns: dict[str, Any] = {}
     if wanted & {"jump_speed_rpm", "jump_speed_ratio"}:
         columns["jump_speed_rpm"] = jump_speed(programme, dynamics) * 30.0 / pi
@@ -137,11 +137,11 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     if "jump_speed_ratio" in wanted:
         columns["jump_speed_ratio"] = jump_speed(programme, dynamics) / omega
     least, largest = force_span(programme, dynamics, omega)
-    if "contact_force_min_N" in offers(subject):
-        lever = case.designs.arm_length if subject.angular else 1.0
+    if "contact_force_min_N" in offers(setup):
+        lever = case.designs.arm_length if setup.angular else 1.0
         columns |= {"contact_force_min_N": least / lever, "contact_force_max_N": largest / lever}
-    per_length, per_rate = ("N_m", "N_m_per_rad") if subject.angular else ("N", "N_per_mm")
-    unit = 1e-3 if subject.angular else 1.0
+    per_length, per_rate = ("N_m", "N_m_per_rad") if setup.angular else ("N", "N_per_mm")
+    unit = 1e-3 if setup.angular else 1.0
     columns[f"preload_required_{per_length}"] = max(dynamics.preload - least, 0.0) * unit
     if f"spring_rate_required_{per_rate}" in wanted:
         required = required_stiffness(programme, dynamics, omega)
@@ -149,4 +149,4 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     return columns
 
 
-EFFECT = Effect("force", offers, run, lacks, of_motion=lambda subject: True)
+EFFECT = Effect("force", offers, run, lacks, of_motion=lambda setup: True)

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.polynomial import polynomial
 
-from camopt.effects.case import Subject
+from camopt.effects.case import Setup
 from camopt.effects.loads import torque_curve, ways
 from camopt.effects.work import derivative
 from camopt.mechanisms.design import Designs
@@ -62,10 +62,10 @@ def motion_in(programme: Programme, parts: Parts, u: FloatArray) -> tuple[Any, .
     return *rows, (0.0, load, 0.0)
 
 
-def smooth_parts(subject: Subject, design: Designs, programme: Programme, force: FloatArray) -> Parts:
+def smooth_parts(setup: Setup, design: Designs, programme: Programme, force: FloatArray) -> Parts:
     """Parts of panels in each of which T is smooth; ``force`` is F on the panels."""
     cuts = [*sign_changes(force), *sign_changes(derivative(programme.table, 2))]
-    parts, pressure = cut_panels(programme.table, cuts), subject.mechanism.pressure(design, programme)
+    parts, pressure = cut_panels(programme.table, cuts), setup.mechanism.pressure(design, programme)
 
     def lean(parts: Parts, u: FloatArray) -> FloatArray:
         return np.asarray(np.sign(curve(pressure, 0, *motion_in(programme, parts, u))[0]))
@@ -81,16 +81,16 @@ def smooth_parts(subject: Subject, design: Designs, programme: Programme, force:
 
 
 def guided_torque(
-    subject: Subject, design: Designs, programme: Programme, force: FloatArray
+    setup: Setup, design: Designs, programme: Programme, force: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """T of one design, N·mm: half-widths of parts in rad (n,), and polynomials (powers, n); ``force`` as above."""
     table, (nodes, to_powers) = programme.table, chebyshev_projection(DEGREE)
-    parts = smooth_parts(subject, design, programme, force)
+    parts = smooth_parts(setup, design, programme, force)
     kinds = np.repeat(table.kind, np.diff(table.first_panel))[parts.panel]
     values = np.zeros((nodes.size, parts.panel.size))
-    for way, chosen in ways(subject):
+    for way, chosen in ways(setup):
         here = (kinds & chosen) != 0
         some = parts.take(here)
-        made = torque_curve(subject, design, programme, way)
+        made = torque_curve(setup, design, programme, way)
         values[:, here] = curve(made, 0, *motion_in(programme, some, some.at(nodes[:, None])))[0]
     return 0.5 * table.half_width[parts.panel] * (parts.high - parts.low), to_powers @ values

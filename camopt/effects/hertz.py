@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from camopt.effects import force
-from camopt.effects.case import Bounded, Case, Effect, Subject
+from camopt.effects.case import Bounded, Case, Effect, Setup
 from camopt.effects.loads import Largest, Variant, contact_load, goal_of, largest, normal_curve, rubs, ways
 from camopt.numerics import FloatArray
 from camopt.numerics.curves import curve
@@ -30,64 +30,64 @@ LINE = (STRESS, WIDTH, "contact_shear_max_MPa", "contact_shear_depth_mm")
 POINT = (STRESS, WIDTH, LENGTH)
 
 
-def offers(subject: Subject) -> tuple[str, ...]:
-    return (STRESS,) if subject.pointed else POINT if subject.spherical else LINE
+def offers(setup: Setup) -> tuple[str, ...]:
+    return (STRESS,) if setup.pointed else POINT if setup.spherical else LINE
 
 
-def lacks(subject: Subject) -> dict[str, tuple[str, ...]]:
-    keys = force.missing(subject)
-    if not subject.bodies.modulus:
+def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
+    keys = force.missing(setup)
+    if not setup.bodies.modulus:
         keys += ("materials.cam", "materials.follower")
-    if not subject.bodies.face_width and not subject.spherical:
+    if not setup.bodies.face_width and not setup.spherical:
         keys += ("materials.face_width",)
-    return {name: keys for name in offers(subject) if keys and not subject.pointed}
+    return {name: keys for name in offers(setup) if keys and not setup.pointed}
 
 
-def reads(subject: Subject) -> tuple[str, ...]:
-    if subject.pointed:
+def reads(setup: Setup) -> tuple[str, ...]:
+    if setup.pointed:
         return ()
-    return ("undercut", *(("jamming_margin",) if rubs(subject) else ()))
+    return ("undercut", *(("jamming_margin",) if rubs(setup) else ()))
 
 
-def variants(subject: Subject) -> list[tuple[float, float, Variant]]:
+def variants(setup: Setup) -> list[tuple[float, float, Variant]]:
     """The load that decides the stress on each flank, with the guide's friction each way: (flank, way, it)."""
-    flanks = (1.0, -1.0) if subject.mechanism.grooved else (1.0,)
+    flanks = (1.0, -1.0) if setup.mechanism.grooved else (1.0,)
     return [
-        (flank, way, (partial(contact_load, subject, flank=flank, way=way), kinds))
+        (flank, way, (partial(contact_load, setup, flank=flank, way=way), kinds))
         for flank in flanks
-        for way, kinds in ways(subject)
+        for way, kinds in ways(setup)
     ]
 
 
-def load_of(subject: Subject, stress: float) -> float:
+def load_of(setup: Setup, stress: float) -> float:
     """N/R, N/mm, at which the contact stress is reached; at a spherical face N·h/R_s², N/mm²."""
-    modulus, width = subject.bodies.modulus, subject.bodies.face_width
+    modulus, width = setup.bodies.modulus, setup.bodies.face_width
     assert modulus is not None
-    if subject.spherical:
+    if setup.spherical:
         return stress**3 / modulus**2
     assert width is not None
     return stress**2 * np.pi * width / modulus
 
 
-def stress_of(subject: Subject, load: Any) -> FloatArray:
+def stress_of(setup: Setup, load: Any) -> FloatArray:
     """The contact stress at a load ≥ 0, MPa: the inverse of ``load_of``."""
-    ratio = np.asarray(load) / load_of(subject, 1.0)
-    return np.cbrt(ratio) if subject.spherical else np.sqrt(ratio)
+    ratio = np.asarray(load) / load_of(setup, 1.0)
+    return np.cbrt(ratio) if setup.spherical else np.sqrt(ratio)
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
-    subject = case.subject
-    if subject.pointed:
+    setup = case.setup
+    if setup.pointed:
         return {STRESS: np.inf}
     sound = ~np.broadcast_to(case.found["undercut"], len(case.designs))
     sound = sound & (np.asarray(case.found.get("jamming_margin", 1.0)) > 0.0)
-    every = variants(subject)
-    goal, curves = goal_of(subject), [variant for *_, variant in every]
+    every = variants(setup)
+    goal, curves = goal_of(setup), [variant for *_, variant in every]
     top = largest(case, curves, goal, sound)
     load = np.maximum(top.value, 0.0)
-    stress = stress_of(subject, load)
+    stress = stress_of(setup, load)
     finite = np.where(np.isfinite(load), stress, 0.0)
-    outward = np.where(np.isfinite(load), stress_of(subject, load + top.width) - finite, 0.0)
+    outward = np.where(np.isfinite(load), stress_of(setup, load + top.width) - finite, 0.0)
     columns: dict[str, Any] = {STRESS: Bounded(stress, outward, stress)}
     if wanted - {STRESS}:
         top = largest(case, curves, goal, sound, located=True)
@@ -98,7 +98,7 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
             if here.size:
                 width[here], length[here] = _patch(case, make, flank, way, here, top)
         columns[WIDTH] = width
-        if subject.spherical:
+        if setup.spherical:
             return {**columns, LENGTH: length}
         columns["contact_shear_max_MPa"] = Bounded(SHEAR * stress, SHEAR * outward, stress)
         columns["contact_shear_depth_mm"] = DEPTH * width
@@ -112,9 +112,9 @@ def _patch(
 
     A line has the half-width 2·N/(π·L·p₀), and half its face width; an ellipse a = 2·R_s·p₀·B/(μ·E*) and b = μ·a.
     """
-    subject, designs, programme = case.subject, case.designs.take(index), case.programme
-    load, normal = make(designs, programme), normal_curve(subject, designs, programme, way)
-    curved = subject.mechanism.curvature(designs, programme) if subject.mechanism.curvature else None
+    setup, designs, programme = case.setup, case.designs.take(index), case.programme
+    load, normal = make(designs, programme), normal_curve(setup, designs, programme, way)
+    curved = setup.mechanism.curvature(designs, programme) if setup.mechanism.curvature else None
     values = []
     for turn in (-1e-12, 1e-12):  # to both sides of a jump
         motion = programme.state(np.mod(top.where[index] + turn, 2 * np.pi))
@@ -122,8 +122,8 @@ def _patch(
         values.append(np.broadcast_arrays(curve(load, ..., *motion)[0], curve(normal, ..., *motion)[0], bend))
     nearer = np.abs(np.abs(values[0][0]) - top.value[index]) < np.abs(np.abs(values[1][0]) - top.value[index])
     _, force, bend = (np.where(nearer, one, two) for one, two in zip(*values, strict=True))
-    stress, bodies = stress_of(subject, top.value[index]), subject.bodies
-    if subject.spherical:
+    stress, bodies = stress_of(setup, top.value[index]), setup.bodies
+    if setup.spherical:
         assert bodies.modulus is not None
         mu = ellipticity_of(1.0 - flank * designs.roller_radius * bend)
         b, _ = integrals(mu)
@@ -133,4 +133,4 @@ def _patch(
     return 2.0 * np.abs(force) / (np.pi * bodies.face_width * stress), np.full_like(force, 0.5 * bodies.face_width)
 
 
-EFFECT = Effect("hertz", offers, run, lacks, reads, of_motion=lambda subject: subject.pointed)
+EFFECT = Effect("hertz", offers, run, lacks, reads, of_motion=lambda setup: setup.pointed)

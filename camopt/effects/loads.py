@@ -23,7 +23,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.effects.case import Bounded, Case, Dynamics, Subject
+from camopt.effects.case import Bounded, Case, Dynamics, Setup
 from camopt.effects.force import weights
 from camopt.mechanisms.design import Designs
 from camopt.motion.programme import Programme
@@ -207,23 +207,23 @@ def shaft_torque(f, i, y, y1, y2, y3):
     return along * y1, along1 * y1 + along * y2
 
 
-def force_curve(subject: Subject, designs: Designs, programme: Programme) -> Any:
+def force_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
     """F, N; F/l of an oscillating follower with a trace point, the moment (N·mm) of an oscillating flat face."""
-    lever = designs.arm_length if subject.angular and subject.mechanism.curvature else np.ones(len(designs))
-    return _force_at(lever, subject, programme)
+    lever = designs.arm_length if setup.angular and setup.mechanism.curvature else np.ones(len(designs))
+    return _force_at(lever, setup, programme)
 
 
-def _force_at(lever: Any, subject: Subject, programme: Programme) -> Any:
+def _force_at(lever: Any, setup: Setup, programme: Programme) -> Any:
     """F over a length, N (N·mm)."""
-    assert subject.omega is not None
-    steady = Linear(*(weight / lever for weight in weights(subject.dynamics, subject.omega)))
+    assert setup.omega is not None
+    steady = Linear(*(weight / lever for weight in weights(setup.dynamics, setup.omega)))
     return steady if programme.load is None else ChangingForce(steady, 1.0 / lever)
 
 
-def rubs(subject: Subject) -> bool:
+def rubs(setup: Setup) -> bool:
     """Whether the follower runs in a guide with friction."""
-    given = subject.dynamics
-    guided = not subject.angular and subject.mechanism.curvature is not None
+    given = setup.dynamics
+    guided = not setup.angular and setup.mechanism.curvature is not None
     return bool(guided and given.friction and given.guide_length is not None and given.overhang is not None)
 
 
@@ -237,71 +237,69 @@ def friction(dynamics: Dynamics, count: int, way: float) -> tuple[FloatArray, Fl
 
 
 def along_curve(
-    subject: Subject, designs: Designs, programme: Programme, way: float = 0.0, *, pulls: bool = False
+    setup: Setup, designs: Designs, programme: Programme, way: float = 0.0, *, pulls: bool = False
 ) -> Any:
     """G, N (F/l, or the moment of an oscillating flat face), of a follower that moves outward (1), inward (−1) or
     rests (0); ``pulls`` says that the cam gives F < 0 too."""
-    force = force_curve(subject, designs, programme)
-    if not (pulls or subject.mechanism.grooved):
+    force = force_curve(setup, designs, programme)
+    if not (pulls or setup.mechanism.grooved):
         force = Borne(force)
-    if not rubs(subject):
+    if not rubs(setup):
         return force
-    pressure = subject.mechanism.pressure(designs, programme)
-    return Guided(force, pressure, *friction(subject.dynamics, len(designs), way))
+    pressure = setup.mechanism.pressure(designs, programme)
+    return Guided(force, pressure, *friction(setup.dynamics, len(designs), way))
 
 
-def normal_curve(subject: Subject, designs: Designs, programme: Programme, way: float = 0.0) -> Any:
+def normal_curve(setup: Setup, designs: Designs, programme: Programme, way: float = 0.0) -> Any:
     """The normal force of a mechanism, N, of a follower that moves one way."""
-    along = along_curve(subject, designs, programme, way)
-    if subject.mechanism.curvature:
-        return NormalForce(along, subject.mechanism.pressure(designs, programme))
-    if not subject.angular:
+    along = along_curve(setup, designs, programme, way)
+    if setup.mechanism.curvature:
+        return NormalForce(along, setup.mechanism.pressure(designs, programme))
+    if not setup.angular:
         return along
-    assert subject.mechanism.reach is not None
-    return FaceForce(along, subject.mechanism.reach(designs, programme))
+    assert setup.mechanism.reach is not None
+    return FaceForce(along, setup.mechanism.reach(designs, programme))
 
 
-def torque_curve(subject: Subject, designs: Designs, programme: Programme, way: float = 0.0) -> ShaftTorque:
+def torque_curve(setup: Setup, designs: Designs, programme: Programme, way: float = 0.0) -> ShaftTorque:
     """The torque of the camshaft while the follower moves one way; without friction the same for all designs."""
-    if rubs(subject):
-        return ShaftTorque(along_curve(subject, designs, programme, way, pulls=True))
-    return ShaftTorque(_force_at(np.ones(len(designs)), subject, programme))
+    if rubs(setup):
+        return ShaftTorque(along_curve(setup, designs, programme, way, pulls=True))
+    return ShaftTorque(_force_at(np.ones(len(designs)), setup, programme))
 
 
-def contact_load(
-    subject: Subject, designs: Designs, programme: Programme, flank: float = 1.0, way: float = 0.0
-) -> Any:
+def contact_load(setup: Setup, designs: Designs, programme: Programme, flank: float = 1.0, way: float = 0.0) -> Any:
     """What decides the contact stress of a mechanism: N/R, N/mm; at a spherical face N·h/R_s², N/mm²."""
-    normal = normal_curve(subject, designs, programme, way)
-    if subject.mechanism.curvature:
+    normal = normal_curve(setup, designs, programme, way)
+    if setup.mechanism.curvature:
         turned = np.full(len(designs), flank)
-        curvature = subject.mechanism.curvature(designs, programme)
-        if subject.spherical:
+        curvature = setup.mechanism.curvature(designs, programme)
+        if setup.spherical:
             return PointLoad(normal, curvature, designs.roller_radius, turned, pressure_table())
         return RollerLoad(normal, curvature, designs.roller_radius, turned)
-    assert subject.mechanism.profile_radius is not None
-    return FaceLoad(normal, subject.mechanism.profile_radius(designs, programme))
+    assert setup.mechanism.profile_radius is not None
+    return FaceLoad(normal, setup.mechanism.profile_radius(designs, programme))
 
 
-def ways(subject: Subject) -> tuple[tuple[float, int], ...]:
+def ways(setup: Setup) -> tuple[tuple[float, int], ...]:
     """Which way the guide's friction acts, and on which pieces of the turn."""
-    return ((1.0, OUTWARD), (-1.0, INWARD), (0.0, RESTING)) if rubs(subject) else ((0.0, TURN),)
+    return ((1.0, OUTWARD), (-1.0, INWARD), (0.0, RESTING)) if rubs(setup) else ((0.0, TURN),)
 
 
-def driven(subject: Subject) -> int:
+def driven(setup: Setup) -> int:
     """The pieces on which the cam works against the guide's friction, so that the follower may jam."""
-    return OUTWARD | INWARD if subject.mechanism.grooved else OUTWARD
+    return OUTWARD | INWARD if setup.mechanism.grooved else OUTWARD
 
 
-def drag_curve(subject: Subject, designs: Designs, programme: Programme) -> GuideDrag:
+def drag_curve(setup: Setup, designs: Designs, programme: Programme) -> GuideDrag:
     """μ·q·t."""
-    drag = friction(subject.dynamics, len(designs), 1.0)
-    return GuideDrag(subject.mechanism.pressure(designs, programme), *drag)
+    drag = friction(setup.dynamics, len(designs), 1.0)
+    return GuideDrag(setup.mechanism.pressure(designs, programme), *drag)
 
 
 def drag_of(case: Case, kinds: int) -> Extremes:
     """The largest μ·q·|t| on some pieces of the turn."""
-    return case.extremes(partial(drag_curve, case.subject), [(kinds, LARGEST_MAGNITUDE)])
+    return case.extremes(partial(drag_curve, case.setup), [(kinds, LARGEST_MAGNITUDE)])
 
 
 Variant = tuple[Callable[[Designs, Programme], Any], int]
@@ -321,9 +319,9 @@ class Largest(NamedTuple):
         return Bounded(self.value * factor, self.width * factor, self.value * factor)
 
 
-def goal_of(subject: Subject) -> int:
+def goal_of(setup: Setup) -> int:
     """A groove pulls as well as it pushes."""
-    return LARGEST_MAGNITUDE if subject.mechanism.grooved else LARGEST
+    return LARGEST_MAGNITUDE if setup.mechanism.grooved else LARGEST
 
 
 def largest(case: Case, variants: Sequence[Variant], goal: int, sound: Any, *, located: bool = False) -> Largest:

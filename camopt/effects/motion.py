@@ -7,7 +7,7 @@ angle themselves. Where a lower derivative jumps a peak is an impulse, and is re
 from math import degrees
 from typing import Any
 
-from camopt.effects.case import Case, Effect, Subject
+from camopt.effects.case import Case, Effect, Setup
 from camopt.motion.programme import peak
 from camopt.motion.table import RETURN, RISE
 from camopt.quantities import DERIVATIVES, motion_quantity
@@ -15,33 +15,33 @@ from camopt.quantities import DERIVATIVES, motion_quantity
 KINDS = {"rise": RISE, "return": RETURN, "": RISE | RETURN}
 
 
-def _names(subject: Subject) -> dict[str, tuple[int, int]]:
+def _names(setup: Setup) -> dict[str, tuple[int, int]]:
     """Name of each quantity with its order of derivative and kinds of stroke."""
-    timed = subject.omega is not None
+    timed = setup.omega is not None
     return {
-        motion_quantity(derivative, stroke, angular=subject.angular, timed=timed): (order, kinds)
+        motion_quantity(derivative, stroke, angular=setup.angular, timed=timed): (order, kinds)
         for order, derivative in enumerate(DERIVATIVES, start=1)
         for stroke, kinds in KINDS.items()
     }
 
 
-def offers(subject: Subject) -> tuple[str, ...]:
-    return tuple(_names(subject))
+def offers(setup: Setup) -> tuple[str, ...]:
+    return tuple(_names(setup))
 
 
-def scale(subject: Subject, order: int) -> float:
+def scale(setup: Setup, order: int) -> float:
     """From mm (rad) by cam angle to the table's unit: m by time, rad by time, mm or deg by cam angle."""
-    if subject.omega is not None:
-        return subject.omega**order * (1.0 if subject.angular else 1e-3)
-    return degrees(1.0) if subject.angular else 1.0
+    if setup.omega is not None:
+        return setup.omega**order * (1.0 if setup.angular else 1e-3)
+    return degrees(1.0) if setup.angular else 1.0
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     return {
-        name: peak(case.programme, order, kinds) * scale(case.subject, order)
-        for name, (order, kinds) in _names(case.subject).items()
+        name: peak(case.programme, order, kinds) * scale(case.setup, order)
+        for name, (order, kinds) in _names(case.setup).items()
         if name in wanted
     }
 
 
-EFFECT = Effect("motion", offers, run, of_motion=lambda subject: True)
+EFFECT = Effect("motion", offers, run, of_motion=lambda setup: True)

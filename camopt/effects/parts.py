@@ -15,7 +15,7 @@ import numpy as np
 from numpy.polynomial import polynomial
 from numpy.typing import NDArray
 
-from camopt.effects.case import Subject
+from camopt.effects.case import Setup
 from camopt.mechanisms.design import ComplexArray, Designs
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
@@ -74,14 +74,14 @@ class Cover(NamedTuple):
         return self._replace(**{name: values[index] for name, values in self._asdict().items()})
 
 
-def cover(subject: Subject, design: Designs, programme: Programme, parts: Parts) -> Cover:
+def cover(setup: Setup, design: Designs, programme: Programme, parts: Parts) -> Cover:
     """Enclose the profile of one design, or of several, (n, 1) each, over parts of the turn."""
     y, y1 = motion_at(programme.table, parts.middle)
-    trace, velocity = (x + 1j * z for x, z in drawn(subject, design, start_of(subject, design) + y, y1))
-    reach = np.abs(design.centre_distance - trace) if subject.angular else 1.0  # of the trace point by y
+    trace, velocity = (x + 1j * z for x, z in drawn(setup, design, start_of(setup, design) + y, y1))
+    reach = np.abs(design.centre_distance - trace) if setup.angular else 1.0  # of the trace point by y
     distance, speed, radius = np.abs(trace), np.abs(velocity), design.roller_radius
     fastest = np.minimum(parts.velocity, np.abs(y1) + parts.half * parts.acceleration + parts.error)
-    swing = np.square(fastest) if subject.angular else 0.0
+    swing = np.square(fastest) if setup.angular else 0.0
     bend = reach * (parts.acceleration + swing + (2.0 + parts.half) * fastest) + distance
     rounding = ROUNDING * (distance + reach * fastest + radius) + reach * parts.error
     rounding = rounding * (1.0 + radius / speed)
@@ -99,16 +99,16 @@ Ends = Sequence[ComplexArray]
 """Where parts of a profile start, and where they end."""
 
 
-def ends_of(subject: Subject, design: Designs, programme: Programme, parts: Parts) -> Ends:
+def ends_of(setup: Setup, design: Designs, programme: Programme, parts: Parts) -> Ends:
     """The ends of parts of the profile of one design, or of several, (n, 1) each."""
     angles = np.stack([parts.middle - parts.half, parts.middle + parts.half])
-    return list(points_at(subject, design, programme, angles))
+    return list(points_at(setup, design, programme, angles))
 
 
-def points_at(subject: Subject, design: Designs, programme: Programme, angles: FloatArray) -> ComplexArray:
+def points_at(setup: Setup, design: Designs, programme: Programme, angles: FloatArray) -> ComplexArray:
     """The profile of one design, or of several, (n, 1) each, at cam angles in rad."""
     y, y1 = motion_at(programme.table, angles)
-    x, z = profile(subject, design, start_of(subject, design) + y, y1)
+    x, z = profile(setup, design, start_of(setup, design) + y, y1)
     return np.asarray(np.exp(-1j * design.sense * angles) * (x + 1j * z))
 
 
@@ -122,25 +122,25 @@ def motion_at(table: MotionTable, angles: FloatArray) -> tuple[FloatArray, Float
     return np.asarray(y), np.asarray(y1 / h)
 
 
-def start_of(subject: Subject, designs: Designs) -> Any:
+def start_of(setup: Setup, designs: Designs) -> Any:
     """The height of the trace point, or the angle of the arm, at displacement 0. Numbers or ranges."""
-    assert subject.mechanism.start is not None
-    return subject.mechanism.start(designs)
+    assert setup.mechanism.start is not None
+    return setup.mechanism.start(designs)
 
 
-def drawn(subject: Subject, designs: Designs, s: Any, y1: Any) -> tuple[tuple[Any, Any], tuple[Any, Any]]:
+def drawn(setup: Setup, designs: Designs, s: Any, y1: Any) -> tuple[tuple[Any, Any], tuple[Any, Any]]:
     """The trace point T in the ground frame at a height or angle, and its velocity over the cam, mm/rad, as (x, y).
 
     K·y' − iσT, where T moves by K = i per displacement, or, about a pivot at c, by i(c − T). Numbers or ranges.
     """
-    assert subject.mechanism.trace_point is not None
-    x, z = subject.mechanism.trace_point(designs, s)
-    along, up = (z * y1, (designs.centre_distance - x) * y1) if subject.angular else (0.0, y1)
+    assert setup.mechanism.trace_point is not None
+    x, z = setup.mechanism.trace_point(designs, s)
+    along, up = (z * y1, (designs.centre_distance - x) * y1) if setup.angular else (0.0, y1)
     return (x, z), (along + designs.sense * z, up - designs.sense * x)
 
 
-def profile(subject: Subject, designs: Designs, s: Any, y1: Any) -> tuple[Any, Any]:
+def profile(setup: Setup, designs: Designs, s: Any, y1: Any) -> tuple[Any, Any]:
     """The contact point (x, y) in the ground frame at a height or angle: T − R_r·n. Numbers or ranges."""
-    (x, z), (along, up) = drawn(subject, designs, s, y1)
+    (x, z), (along, up) = drawn(setup, designs, s, y1)
     share = designs.sense * designs.roller_radius / np.sqrt(np.square(along) + np.square(up))
     return x + share * up, z - share * along

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from camopt.effects.case import Bounded, Case, Effect, Subject
+from camopt.effects.case import Bounded, Case, Effect, Setup
 from camopt.motion.table import DWELL, RETURN, RISE
 from camopt.numerics import LARGEST_MAGNITUDE
 
@@ -13,17 +13,17 @@ PITCH_POINT = {"pressure_angle_max_at_deg", "pitch_circle_radius_mm"}
 KINDS = {"rise": RISE, "return": RETURN, "dwell": DWELL}
 
 
-def offers(subject: Subject) -> tuple[str, ...]:
+def offers(setup: Setup) -> tuple[str, ...]:
     names = ["pressure_angle_max_deg", *(f"pressure_angle_max_{kind}_deg" for kind in KINDS)]
     names.append("pressure_angle_max_at_deg")
-    return (*names, *(() if subject.mechanism.grooved else ("pitch_circle_radius_mm",)))
+    return (*names, *(() if setup.mechanism.grooved else ("pitch_circle_radius_mm",)))
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     kinds = {name: bit for name, bit in KINDS.items() if any(s.kind == bit for s in case.programme.strokes)}
     questions = [(bit, LARGEST_MAGNITUDE) for bit in kinds.values()]
     pitch_point_wanted = bool(wanted & PITCH_POINT)
-    found = case.extremes(case.subject.mechanism.pressure, questions, located=pitch_point_wanted)
+    found = case.extremes(case.setup.mechanism.pressure, questions, located=pitch_point_wanted)
     angles = np.degrees(np.arctan(found.value))
     largest = angles.max(axis=0)
     outer = np.degrees(np.arctan(found.value + found.width)) + ROUNDED * largest
@@ -35,7 +35,7 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
         pitch_point = np.take_along_axis(found.where, angles.argmax(axis=0)[None], axis=0)[0]
         columns["pressure_angle_max_at_deg"] = np.degrees(pitch_point)
         if "pitch_circle_radius_mm" in wanted:
-            travel = case.subject.mechanism.travel(case.designs, case.programme, pitch_point)
+            travel = case.setup.mechanism.travel(case.designs, case.programme, pitch_point)
             columns["pitch_circle_radius_mm"] = np.abs(travel.trace)
     return columns
 

@@ -8,18 +8,18 @@ from typing import Any
 
 import numpy as np
 
-from camopt.effects.case import Bounded, Case, Effect, Subject
+from camopt.effects.case import Bounded, Case, Effect, Setup
 from camopt.motion.table import TURN
 from camopt.numerics import LARGEST, LEAST
 
 
-def offers(subject: Subject) -> tuple[str, ...]:
-    return () if subject.mechanism.reach is None else ("face_reach_max_mm", "face_reach_min_mm")
+def offers(setup: Setup) -> tuple[str, ...]:
+    return () if setup.mechanism.reach is None else ("face_reach_max_mm", "face_reach_min_mm")
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
-    assert case.subject.mechanism.reach is not None
-    found = case.extremes(case.subject.mechanism.reach, [(TURN, LARGEST), (TURN, LEAST)])
+    assert case.setup.mechanism.reach is not None
+    found = case.extremes(case.setup.mechanism.reach, [(TURN, LARGEST), (TURN, LEAST)])
     (furthest, nearest), (above, below) = found.value, found.width
     scale = np.maximum(np.abs(furthest), np.abs(nearest))
     return {

@@ -6,23 +6,23 @@ the prime circle), so the clearance is base radius minus shaft radius, exactly.
 
 from typing import Any
 
-from camopt.effects.case import Case, Effect, Subject
+from camopt.effects.case import Case, Effect, Setup
 from camopt.motion.table import RETURN, RISE
 
 
-def offers(subject: Subject) -> tuple[str, ...]:
-    mechanism = subject.mechanism
+def offers(setup: Setup) -> tuple[str, ...]:
+    mechanism = setup.mechanism
     names = ["law_rise", "law_return"]
     names += ["mean_radius_mm"] if mechanism.grooved else ["base_radius_mm"]
     if mechanism.curvature is not None:
         names += ["roller_radius_mm"]
         names += [] if mechanism.grooved else ["prime_radius_mm"]
-        names += ["arm_length_mm"] if subject.angular else []
-    elif subject.angular:
+        names += ["arm_length_mm"] if setup.angular else []
+    elif setup.angular:
         names += ["face_offset_mm"]
     if not mechanism.grooved:
-        names += ["centre_distance_mm"] if subject.angular else ["offset_mm"]
-    if subject.shaft_radius is not None:
+        names += ["centre_distance_mm"] if setup.angular else ["offset_mm"]
+    if setup.shaft_radius is not None:
         names += ["shaft_clearance_mm"]
     return tuple(names)
 
@@ -40,7 +40,7 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
         "arm_length_mm": designs.arm_length,
         "centre_distance_mm": designs.centre_distance,
         "face_offset_mm": designs.face_offset,
-        "shaft_clearance_mm": designs.size - (case.subject.shaft_radius or 0.0),
+        "shaft_clearance_mm": designs.size - (case.setup.shaft_radius or 0.0),
     }
 
 

@@ -28,7 +28,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.effects import force
-from camopt.effects.case import Bounded, Case, Effect, Subject
+from camopt.effects.case import Bounded, Case, Effect, Setup
 from camopt.effects.loads import Variant, contact_load, largest, normal_curve, rubs, ways
 from camopt.mechanisms.design import Designs
 from camopt.motion.programme import Programme
@@ -144,26 +144,26 @@ def thinness(f, i, y, y1, y2, y3):
     return value, value * (OF_LOAD * n1 / n - OF_SPEED * u1 / u - OF_RADIUS * r1 / r)
 
 
-def rolls(subject: Subject) -> bool:
+def rolls(setup: Setup) -> bool:
     """Whether the follower has a roller."""
-    return subject.mechanism.curvature is not None and not subject.pointed and not subject.spherical
+    return setup.mechanism.curvature is not None and not setup.pointed and not setup.spherical
 
 
-def offers(subject: Subject) -> tuple[str, ...]:
-    if subject.mechanism.sliding is None:
+def offers(setup: Setup) -> tuple[str, ...]:
+    if setup.mechanism.sliding is None:
         return ()
-    worn = () if subject.spherical or rolls(subject) else (WEAR,)
-    carried = () if subject.spherical or subject.pointed else (FILM, RATIO)
-    return (SPIN if rolls(subject) else SLIDING, FASTEST, SLOWEST, *worn, *carried)
+    worn = () if setup.spherical or rolls(setup) else (WEAR,)
+    carried = () if setup.spherical or setup.pointed else (FILM, RATIO)
+    return (SPIN if rolls(setup) else SLIDING, FASTEST, SLOWEST, *worn, *carried)
 
 
-def lacks(subject: Subject) -> dict[str, tuple[str, ...]]:
-    bodies, speed = subject.bodies, () if subject.omega is not None else ("cam.rpm",)
-    loads = force.missing(subject)
+def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
+    bodies, speed = setup.bodies, () if setup.omega is not None else ("cam.rpm",)
+    loads = force.missing(setup)
     needs = {WEAR: ("wear_rate", "face_width"), FILM: ("face_width", *LUBRICANT)}
     needs[RATIO] = (*needs[FILM], "roughness")
     found = {}
-    for name in offers(subject):
+    for name in offers(setup):
         keys = tuple(f"materials.{key}" for key in needs.get(name, ()) if not getattr(bodies, key))
         if name in (FILM, RATIO) and not bodies.modulus:
             keys = ("materials.cam", "materials.follower", *keys)
@@ -173,50 +173,50 @@ def lacks(subject: Subject) -> dict[str, tuple[str, ...]]:
     return found
 
 
-def reads(subject: Subject) -> tuple[str, ...]:
-    return (*(() if subject.pointed else ("undercut",)), *(("jamming_margin",) if rubs(subject) else ()))
+def reads(setup: Setup) -> tuple[str, ...]:
+    return (*(() if setup.pointed else ("undercut",)), *(("jamming_margin",) if rubs(setup) else ()))
 
 
-def turning(subject: Subject, designs: Designs) -> FloatArray:
+def turning(setup: Setup, designs: Designs) -> FloatArray:
     """What q has of y'."""
-    return np.full(len(designs), designs.sense if subject.angular else 0.0)
+    return np.full(len(designs), designs.sense if setup.angular else 0.0)
 
 
-def sliding_curve(subject: Subject, designs: Designs, programme: Programme) -> Any:
+def sliding_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
     """v, mm/rad; of a roller what it would be if it did not turn."""
-    assert subject.mechanism.sliding is not None
-    sliding = subject.mechanism.sliding(designs, programme)
-    if subject.mechanism.curvature is None:
+    assert setup.mechanism.sliding is not None
+    sliding = setup.mechanism.sliding(designs, programme)
+    if setup.mechanism.curvature is None:
         return sliding
-    return TraceSliding(sliding, designs.roller_radius, turning(subject, designs))
+    return TraceSliding(sliding, designs.roller_radius, turning(setup, designs))
 
 
-def entrainment_curve(subject: Subject, designs: Designs, programme: Programme) -> Any:
+def entrainment_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
     """u, mm/rad."""
-    mechanism = subject.mechanism
+    mechanism = setup.mechanism
     assert mechanism.sliding is not None
-    sliding, turns = mechanism.sliding(designs, programme), turning(subject, designs)
+    sliding, turns = mechanism.sliding(designs, programme), turning(setup, designs)
     if mechanism.curvature is None:
         assert mechanism.profile_radius is not None
         return FaceEntrainment(mechanism.profile_radius(designs, programme), sliding, turns)
-    slip = np.full(len(designs), 0.0 if rolls(subject) else 1.0)
+    slip = np.full(len(designs), 0.0 if rolls(setup) else 1.0)
     return TraceEntrainment(sliding, mechanism.curvature(designs, programme), designs.roller_radius, turns, slip)
 
 
-def wear_curve(subject: Subject, designs: Designs, programme: Programme, way: float = 0.0) -> Any:
+def wear_curve(setup: Setup, designs: Designs, programme: Programme, way: float = 0.0) -> Any:
     """N·|v|/c, N; a knife edge has v = c."""
-    if subject.pointed:
-        return normal_curve(subject, designs, programme, way)
-    load, sliding = contact_load(subject, designs, programme), sliding_curve(subject, designs, programme)
-    return FaceWear(load, sliding, turning(subject, designs))
+    if setup.pointed:
+        return normal_curve(setup, designs, programme, way)
+    load, sliding = contact_load(setup, designs, programme), sliding_curve(setup, designs, programme)
+    return FaceWear(load, sliding, turning(setup, designs))
 
 
-def thinness_curve(subject: Subject, designs: Designs, programme: Programme, way: float = 0.0) -> Thinness:
+def thinness_curve(setup: Setup, designs: Designs, programme: Programme, way: float = 0.0) -> Thinness:
     """The inverse of the film, but for ``film_factor``."""
-    mechanism = subject.mechanism
+    mechanism = setup.mechanism
     normal, entrainment = (
-        normal_curve(subject, designs, programme, way),
-        entrainment_curve(subject, designs, programme),
+        normal_curve(setup, designs, programme, way),
+        entrainment_curve(setup, designs, programme),
     )
     if mechanism.curvature:
         radius = RollerRadius(mechanism.curvature(designs, programme), designs.roller_radius)
@@ -225,36 +225,36 @@ def thinness_curve(subject: Subject, designs: Designs, programme: Programme, way
     return Thinness(normal, entrainment, mechanism.profile_radius(designs, programme))
 
 
-def variants(name: str, subject: Subject) -> list[tuple[Variant, int]]:
+def variants(name: str, setup: Setup) -> list[tuple[Variant, int]]:
     """The curves that decide a limit, each with its goal."""
     if name == "sliding_speed":
-        return [((partial(sliding_curve, subject), TURN), LARGEST_MAGNITUDE)]
+        return [((partial(sliding_curve, setup), TURN), LARGEST_MAGNITUDE)]
     make = thinness_curve if name == "film_ratio" else wear_curve
-    return [((partial(make, subject, way=way), kinds), LARGEST) for way, kinds in ways(subject)]
+    return [((partial(make, setup, way=way), kinds), LARGEST) for way, kinds in ways(setup)]
 
 
-def ceiling(name: str, subject: Subject, bound: float) -> float:
+def ceiling(name: str, setup: Setup, bound: float) -> float:
     """What its curves may be at most where a limit is held."""
     if name == "sliding_speed":
-        assert subject.omega is not None
-        return bound * 1e3 / subject.omega
+        assert setup.omega is not None
+        return bound * 1e3 / setup.omega
     if name == "film_ratio":
-        assert subject.bodies.roughness is not None
-        return film_factor(subject) / (bound * subject.bodies.roughness)
-    return bound / wear_factor(subject)
+        assert setup.bodies.roughness is not None
+        return film_factor(setup) / (bound * setup.bodies.roughness)
+    return bound / wear_factor(setup)
 
 
-def wear_factor(subject: Subject) -> float:
+def wear_factor(setup: Setup) -> float:
     """Depth in a million turns, µm, by N·v/c."""
-    bodies = subject.bodies
+    bodies = setup.bodies
     assert bodies.wear_rate is not None
     assert bodies.face_width is not None
     return TURNS * 1e3 * bodies.wear_rate / bodies.face_width
 
 
-def film_factor(subject: Subject) -> float:
+def film_factor(setup: Setup) -> float:
     """Film, mm, over u^0.7·R^0.43/N^0.13."""
-    bodies, omega = subject.bodies, subject.omega
+    bodies, omega = setup.bodies, setup.omega
     assert bodies.modulus is not None
     assert bodies.viscosity is not None
     assert bodies.pressure_viscosity is not None
@@ -266,47 +266,45 @@ def film_factor(subject: Subject) -> float:
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
-    subject, programme = case.subject, case.programme
+    setup, programme = case.setup, case.programme
     columns: dict[str, Any] = {}
     sound = ~np.broadcast_to(case.found.get("undercut", False), len(case.designs))
     sound = sound & (np.asarray(case.found.get("jamming_margin", 1.0)) > 0.0)
     if wanted & {SLIDING, SPIN}:
-        assert subject.omega is not None
-        found = case.extremes(partial(sliding_curve, subject), [(TURN, LARGEST_MAGNITUDE)])
-        factor = 30.0 / pi * subject.omega / case.designs.roller_radius if rolls(subject) else subject.omega / 1e3
+        assert setup.omega is not None
+        found = case.extremes(partial(sliding_curve, setup), [(TURN, LARGEST_MAGNITUDE)])
+        factor = 30.0 / pi * setup.omega / case.designs.roller_radius if rolls(setup) else setup.omega / 1e3
         top = found.value[0] * factor
-        columns[SPIN if rolls(subject) else SLIDING] = Bounded(top, found.width[0] * factor, top)
+        columns[SPIN if rolls(setup) else SLIDING] = Bounded(top, found.width[0] * factor, top)
     if wanted & {FASTEST, SLOWEST, FILM, RATIO}:
-        assert subject.omega is not None
-        found = case.extremes(partial(entrainment_curve, subject), [(TURN, LARGEST), (TURN, LEAST)])
+        assert setup.omega is not None
+        found = case.extremes(partial(entrainment_curve, setup), [(TURN, LARGEST), (TURN, LEAST)])
         (most, least), (above, below) = found.value, found.width
-        scale = np.maximum(np.abs(most), np.abs(least)) * subject.omega / 1e3
-        if programme.corners and not subject.pointed:  # where y' jumps the contact does, at no time
+        scale = np.maximum(np.abs(most), np.abs(least)) * setup.omega / 1e3
+        if programme.corners and not setup.pointed:  # where y' jumps the contact does, at no time
             most, least, above, below = most + np.inf, least - np.inf, 0.0 * above, 0.0 * below
-        columns[FASTEST] = Bounded(most * subject.omega / 1e3, above * subject.omega / 1e3, scale)
-        columns[SLOWEST] = Bounded(least * subject.omega / 1e3, -below * subject.omega / 1e3, scale)
+        columns[FASTEST] = Bounded(most * setup.omega / 1e3, above * setup.omega / 1e3, scale)
+        columns[SLOWEST] = Bounded(least * setup.omega / 1e3, -below * setup.omega / 1e3, scale)
         if wanted & {FILM, RATIO}:
             columns |= _film(case, sound & ((least - below > 0.0) | (most + above < 0.0)))
     if WEAR in wanted:
-        worn = largest(case, [variant for variant, _ in variants("wear", subject)], LARGEST, sound)
-        columns[WEAR] = worn.bounded(wear_factor(subject))
+        worn = largest(case, [variant for variant, _ in variants("wear", setup)], LARGEST, sound)
+        columns[WEAR] = worn.bounded(wear_factor(setup))
     return columns
 
 
 def _film(case: Case, carried: Any) -> dict[str, Any]:
     """The least film of designs whose surfaces carry the lubricant one way, while they are pressed together."""
-    subject = case.subject
-    assert subject.omega is not None
-    pressed = force.force_span(case.programme, subject.dynamics, subject.omega)[0] > 0.0
-    thinnest = largest(
-        case, [variant for variant, _ in variants("film_ratio", subject)], LARGEST, carried & pressed
-    )
-    film = film_factor(subject) / thinnest.value
-    outward = film_factor(subject) / (thinnest.value + thinnest.width) - film
+    setup = case.setup
+    assert setup.omega is not None
+    pressed = force.force_span(case.programme, setup.dynamics, setup.omega)[0] > 0.0
+    thinnest = largest(case, [variant for variant, _ in variants("film_ratio", setup)], LARGEST, carried & pressed)
+    film = film_factor(setup) / thinnest.value
+    outward = film_factor(setup) / (thinnest.value + thinnest.width) - film
     found = {FILM: Bounded(film * 1e3, outward * 1e3, film * 1e3)}
-    if subject.bodies.roughness:
-        ratio = film / subject.bodies.roughness
-        found[RATIO] = Bounded(ratio, outward / subject.bodies.roughness, ratio)
+    if setup.bodies.roughness:
+        ratio = film / setup.bodies.roughness
+        found[RATIO] = Bounded(ratio, outward / setup.bodies.roughness, ratio)
     return found
 
 

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from camopt.effects import force
-from camopt.effects.case import Bounded, Case, Effect, Subject
+from camopt.effects.case import Bounded, Case, Effect, Setup
 from camopt.effects.loads import (
     SideThrust,
     along_curve,
@@ -44,17 +44,17 @@ NEEDS = {  # keys of [follower.dynamics] beside those of a force
 JAMMING = ("jamming_margin", "jamming_angle_deg")
 
 
-def offers(subject: Subject) -> tuple[str, ...]:
-    if subject.mechanism.curvature is None:
+def offers(setup: Setup) -> tuple[str, ...]:
+    if setup.mechanism.curvature is None:
         return ("normal_force_max_N",)
     names = ("normal_force_max_N", "side_thrust_max_N")
-    return names if subject.angular else (*names, *NEEDS, *JAMMING)
+    return names if setup.angular else (*names, *NEEDS, *JAMMING)
 
 
-def lacks(subject: Subject) -> dict[str, tuple[str, ...]]:
-    given, loads = subject.dynamics, force.missing(subject)
+def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
+    given, loads = setup.dynamics, force.missing(setup)
     found = {}
-    for name in offers(subject):
+    for name in offers(setup):
         keys = ("friction", *GUIDE) if name in JAMMING else NEEDS.get(name, ())
         absent = tuple(f"follower.dynamics.{key}" for key in keys if not getattr(given, key) and key != "overhang")
         if "overhang" in keys and given.overhang is None:
@@ -66,38 +66,37 @@ def lacks(subject: Subject) -> dict[str, tuple[str, ...]]:
 
 
 def thrust_curve(
-    subject: Subject, designs: Designs, programme: Programme, way: float, arm: float, reach: float
+    setup: Setup, designs: Designs, programme: Programme, way: float, arm: float, reach: float
 ) -> SideThrust:
     """S·(arm + reach·y) of a follower that moves one way."""
-    ones, pressure = np.ones(len(designs)), subject.mechanism.pressure(designs, programme)
-    return SideThrust(along_curve(subject, designs, programme, way), pressure, arm * ones, reach * ones)
+    ones, pressure = np.ones(len(designs)), setup.mechanism.pressure(designs, programme)
+    return SideThrust(along_curve(setup, designs, programme, way), pressure, arm * ones, reach * ones)
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
-    subject, given = case.subject, case.subject.dynamics
+    setup, given = case.setup, case.setup.dynamics
     columns: dict[str, Any] = {}
     sound = np.ones(len(case.designs), dtype=bool)
-    if rubs(subject):
-        drag = drag_of(case, driven(subject))
+    if rubs(setup):
+        drag = drag_of(case, driven(setup))
         columns["jamming_margin"] = Bounded(1.0 - drag.value[0], -drag.width[0], 1.0)
         columns["jamming_angle_deg"] = float(np.degrees(np.arctan2(1.0, friction(given, 1, 1.0)[0][0])))
         sound = drag.value[0] + drag.width[0] < 1.0
     if "normal_force_max_N" in wanted:
-        normal = [(partial(normal_curve, subject, way=way), kinds) for way, kinds in ways(subject)]
-        columns["normal_force_max_N"] = largest(case, normal, goal_of(subject), sound).bounded()
-    for name, (arm, reach, factor) in levers(subject).items():
+        normal = [(partial(normal_curve, setup, way=way), kinds) for way, kinds in ways(setup)]
+        columns["normal_force_max_N"] = largest(case, normal, goal_of(setup), sound).bounded()
+    for name, (arm, reach, factor) in levers(setup).items():
         if name in wanted:
             thrust = [
-                (partial(thrust_curve, subject, way=way, arm=arm, reach=reach), kinds)
-                for way, kinds in ways(subject)
+                (partial(thrust_curve, setup, way=way, arm=arm, reach=reach), kinds) for way, kinds in ways(setup)
             ]
             columns[name] = largest(case, thrust, LARGEST_MAGNITUDE, sound).bounded(factor)
     return columns
 
 
-def levers(subject: Subject) -> dict[str, tuple[float, float, float]]:
+def levers(setup: Setup) -> dict[str, tuple[float, float, float]]:
     """What side thrust is multiplied with: a line in y (arm, reach), and a factor."""
-    given = subject.dynamics
+    given = setup.dynamics
     found = {"side_thrust_max_N": (1.0, 0.0, 1.0)}
     if given.overhang is not None and given.guide_length:
         b = given.guide_length

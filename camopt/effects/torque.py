@@ -30,7 +30,7 @@ import numpy as np
 from numpy.polynomial import polynomial
 
 from camopt.effects import force
-from camopt.effects.case import Bounded, Case, Dynamics, Effect, Subject
+from camopt.effects.case import Bounded, Case, Dynamics, Effect, Setup
 from camopt.effects.guided import guided_torque
 from camopt.effects.loads import drag_of, driven, rubs, torque_curve, ways
 from camopt.effects.work import ROUNDED, added, derivative, integral, largest, product, total
@@ -53,13 +53,13 @@ EXTREMES = frozenset(("torque_max_N_m", "torque_min_N_m", "torque_peak_N_m", "po
 FLYWHEEL = "flywheel_inertia_kg_m2"
 
 
-def offers(subject: Subject) -> tuple[str, ...]:
+def offers(setup: Setup) -> tuple[str, ...]:
     return (*NAMES, FLYWHEEL)
 
 
-def lacks(subject: Subject) -> dict[str, tuple[str, ...]]:
-    keys = force.missing(subject)
-    wheel = () if subject.dynamics.fluctuation is not None else ("follower.dynamics.fluctuation",)
+def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
+    keys = force.missing(setup)
+    wheel = () if setup.dynamics.fluctuation is not None else ("follower.dynamics.fluctuation",)
     wanted = {**dict.fromkeys(NAMES, keys), FLYWHEEL: (*keys, *wheel)}
     return {name: lacking for name, lacking in wanted.items() if lacking}
 
@@ -136,12 +136,12 @@ def _fluctuation(programme: Programme, dynamics: Dynamics, omega: float, mean: f
 
 def guided_turn(case: Case, *, integrals: bool) -> Turn:
     """As ``turn_of`` where followers rub in their guides, arrays (designs,); infinite for those that jam."""
-    subject, programme, count = case.subject, case.programme, len(case.designs)
-    assert subject.omega is not None
+    setup, programme, count = case.setup, case.programme, len(case.designs)
+    assert setup.omega is not None
     top, mean, rms, fluctuation = np.full((4, count), inf)
     turn = Turn(top, np.full(count, -inf), mean, rms, fluctuation, np.zeros(count))
-    pulled = force.force_span(programme, subject.dynamics, subject.omega)[0] < 0.0
-    drag = drag_of(case, OUTWARD | INWARD if pulled else driven(subject))
+    pulled = force.force_span(programme, setup.dynamics, setup.omega)[0] < 0.0
+    drag = drag_of(case, OUTWARD | INWARD if pulled else driven(setup))
     index = np.flatnonzero((drag.value[0] + drag.width[0] < 1.0) & (not programme.corners))
     if not index.size:
         return turn
@@ -149,11 +149,11 @@ def guided_turn(case: Case, *, integrals: bool) -> Turn:
     turn.largest[index], above = _extreme(some, LARGEST)
     turn.least[index], below = _extreme(some, LEAST)
     turn.room[index] = np.maximum(above, below)
-    along = force_series(programme, subject.dynamics, subject.omega)
+    along = force_series(programme, setup.dynamics, setup.omega)
     for number in index if integrals else ():
         design = case.designs.take([number])
         turn.mean[number], turn.rms[number], turn.fluctuation[number] = _integrals(
-            *guided_torque(subject, design, programme, along)
+            *guided_torque(setup, design, programme, along)
         )
     return turn
 
@@ -162,8 +162,8 @@ def _extreme(case: Case, goal: int) -> tuple[FloatArray, FloatArray]:
     """The largest or the least torque of designs, and by how much it may be further out."""
     sign = -1.0 if goal == LEAST else 1.0
     found = [
-        case.extremes(partial(torque_curve, case.subject, way=way), [(kinds, goal)])
-        for way, kinds in ways(case.subject)
+        case.extremes(partial(torque_curve, case.setup, way=way), [(kinds, goal)])
+        for way, kinds in ways(case.setup)
         if np.any(case.programme.table.kind & kinds)
     ]
     values = np.max([sign * each.value[0] for each in found], axis=0)
@@ -180,9 +180,9 @@ def _integrals(half_width: FloatArray, series: FloatArray) -> tuple[float, float
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
-    dynamics, omega = case.subject.dynamics, case.subject.omega
+    dynamics, omega = case.setup.dynamics, case.setup.omega
     assert omega is not None
-    if rubs(case.subject):
+    if rubs(case.setup):
         turn = guided_turn(case, integrals=not wanted <= EXTREMES)
     else:
         turn = turn_of(case.programme, dynamics, omega)
@@ -203,4 +203,4 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     return columns
 
 
-EFFECT = Effect("torque", offers, run, lacks, of_motion=lambda subject: not rubs(subject))
+EFFECT = Effect("torque", offers, run, lacks, of_motion=lambda setup: not rubs(setup))

@@ -26,7 +26,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.polynomial import polynomial
 
-from camopt.effects.case import Bounded, Case, Dynamics, Effect, Subject
+from camopt.effects.case import Bounded, Case, Dynamics, Effect, Setup
 from camopt.effects.force import missing, weights
 from camopt.effects.motion import scale
 from camopt.motion.programme import Programme, peak
@@ -48,24 +48,24 @@ class Vibration(NamedTuple):
 ENDLESS = Vibration((inf, inf), (inf, inf), inf)
 
 
-def offers(subject: Subject) -> tuple[str, ...]:
-    length, second = ("deg", "rad_s2") if subject.angular else ("mm", "m_s2")
+def offers(setup: Setup) -> tuple[str, ...]:
+    length, second = ("deg", "rad_s2") if setup.angular else ("mm", "m_s2")
     moving = (
         f"overshoot_max_{length}",
         f"acceleration_elastic_max_{second}",
         f"residual_vibration_max_{length}",
         "dynamic_factor",
     )
-    flat_swing = subject.angular and subject.mechanism.curvature is None  # its lever changes over the turn
+    flat_swing = setup.angular and setup.mechanism.curvature is None  # its lever changes over the turn
     return moving if flat_swing else (*moving, "contact_force_elastic_min_N")
 
 
-def lacks(subject: Subject) -> dict[str, tuple[str, ...]]:
-    speed = () if subject.omega is not None else ("cam.rpm",)
-    train = () if subject.dynamics.natural_frequency is not None else ("follower.dynamics.natural_frequency",)
-    keys = dict.fromkeys(offers(subject), (*speed, *train))
+def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
+    speed = () if setup.omega is not None else ("cam.rpm",)
+    train = () if setup.dynamics.natural_frequency is not None else ("follower.dynamics.natural_frequency",)
+    keys = dict.fromkeys(offers(setup), (*speed, *train))
     if "contact_force_elastic_min_N" in keys:
-        keys["contact_force_elastic_min_N"] = (*missing(subject), *train)
+        keys["contact_force_elastic_min_N"] = (*missing(setup), *train)
     return {name: wanting for name, wanting in keys.items() if wanting}
 
 
@@ -133,22 +133,22 @@ def dynamic_factor(elastic: float, rigid: float) -> float:
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
-    subject, programme, dynamics = case.subject, case.programme, case.subject.dynamics
-    assert subject.omega is not None
+    setup, programme, dynamics = case.setup, case.programme, case.setup.dynamics
+    assert setup.omega is not None
     assert dynamics.natural_frequency is not None
-    ratio = 2.0 * pi * dynamics.natural_frequency / subject.omega
+    ratio = 2.0 * pi * dynamics.natural_frequency / setup.omega
     found = vibration(programme, ratio, dynamics.damping_ratio)
-    length, second = ("deg", "rad_s2") if subject.angular else ("mm", "m_s2")
-    unit = degrees(1.0) if subject.angular else 1.0
+    length, second = ("deg", "rad_s2") if setup.angular else ("mm", "m_s2")
+    unit = degrees(1.0) if setup.angular else 1.0
     columns: dict[str, Any] = {
         f"overshoot_max_{length}": _bounded(found.overshoot, unit),
-        f"acceleration_elastic_max_{second}": _bounded(found.acceleration, scale(subject, 2)),
+        f"acceleration_elastic_max_{second}": _bounded(found.acceleration, scale(setup, 2)),
         f"residual_vibration_max_{length}": found.residual * unit,
         "dynamic_factor": dynamic_factor(found.acceleration[0], peak(programme, 2, TURN)),
     }
     if "contact_force_elastic_min_N" in wanted:
-        lever = case.designs.arm_length if subject.angular else 1.0
-        force = contact(programme, dynamics, subject.omega, ratio)
+        lever = case.designs.arm_length if setup.angular else 1.0
+        force = contact(programme, dynamics, setup.omega, ratio)
         columns["contact_force_elastic_min_N"] = _bounded(force, 1.0 / lever)
     return columns
 
@@ -159,4 +159,4 @@ def _bounded(found: tuple[float, float], unit: Any) -> Bounded:
     return Bounded(value * unit, outward * unit, abs(value) * unit)
 
 
-EFFECT = Effect("vibration", offers, run, lacks, of_motion=lambda subject: True)
+EFFECT = Effect("vibration", offers, run, lacks, of_motion=lambda setup: True)

@@ -7,21 +7,21 @@ from typing import Any
 
 import numpy as np
 
-from camopt.designs import Design, chosen
 from camopt.effects.vibration import vibration
 from camopt.motion import LAWS
 from camopt.motion.programme import Programme, peak, root_mean_square, span
 from camopt.motion.spline import SplineLaw
 from camopt.motion.table import DWELL, RETURN, RISE, TURN
-from camopt.question import resolve
-from camopt.scene import Scene
-from camopt.search.optimise import Optimum, optimise
+from camopt.problem.problem import resolve
+from camopt.scene.scene import Scene
+from camopt.smallest.optimise import Optimum, optimise
 from camopt.synthesis import residual
-from camopt.synthesis.asked import objective_in
 from camopt.synthesis.convex import SQUARES
 from camopt.synthesis.demand import ORDERS, Demand
+from camopt.synthesis.from_scene import objective_in
 from camopt.synthesis.iterate import Iterate
 from camopt.synthesis.synthesised import Synthesised, free_names
+from camopt.tables.designs import Design, chosen
 
 NOTHING = 1e-12  # of the range of a derivative: rounding
 OFF_POINT = 1e-6  # of the lift: by how much a solver may miss a point
@@ -50,9 +50,9 @@ def laws_of(row: Mapping[str, Any]) -> tuple[str, str]:
 
 def known_row(demand: Demand, row: Design) -> Design:
     """A known law's cam with what it has of the objective, and whether it holds all that free laws hold."""
-    question = demand.question
-    names = (name if name in question.laws else None for name in laws_of(row))
-    programme, size = question.with_laws(*names), row[question.size_name]
+    problem = demand.problem
+    names = (name if name in problem.laws else None for name in laws_of(row))
+    programme, size = problem.with_laws(*names), row[problem.size_name]
     terms = {name: term_of(demand, programme, name, size) for name in demand.objective}
     smooth = all(jump.order > demand.rest for jump in programme.jumps)
     small = size + demand.roller <= demand.prime[1] * (1.0 + NOTHING)
@@ -86,14 +86,14 @@ def scene_with(scene: Scene, laws: list[SplineLaw]) -> Scene:
 
 def free_laws(demand: Demand, found: Iterate) -> list[SplineLaw]:
     """The laws of a solution, by the order of their strokes."""
-    return list(map(demand.splines.law, free_names(demand.question.scene), found.coefficients))
+    return list(map(demand.splines.law, free_names(demand.problem.scene), found.coefficients))
 
 
 def programme_with(demand: Demand, found: Iterate) -> Programme:
     """The turn with free laws."""
     laws = iter(free_laws(demand, found))
     strokes = tuple(s if s.kind == DWELL else replace(s, law=next(laws)) for s in demand.strokes)
-    return replace(demand.question.programme, strokes=strokes)
+    return replace(demand.problem.programme, strokes=strokes)
 
 
 def within(demand: Demand, programme: Programme) -> bool:
@@ -112,15 +112,15 @@ def within(demand: Demand, programme: Programme) -> bool:
 
 def cam_for(demand: Demand, found: Iterate) -> Synthesised | None:
     """The smallest cam for free laws, proved, under every limit of the scene; None if there is none."""
-    scene = scene_with(demand.question.scene, free_laws(demand, found))
+    scene = scene_with(demand.problem.scene, free_laws(demand, found))
     best = smallest_cams(scene).best
     if best is None:
         return None
-    size = demand.question.size_name
+    size = demand.problem.size_name
     if best[size] + demand.roller > demand.prime[1]:
         return None
     objective = objective_of(demand, found, best[size])
-    return Synthesised(demand.question.scene, chosen(scene, best), best, objective)
+    return Synthesised(demand.problem.scene, chosen(scene, best), best, objective)
 
 
 def objective_of(demand: Demand, found: Iterate, size: float) -> float:

@@ -11,16 +11,16 @@ from typing import Any
 
 import numpy as np
 
-from camopt.claims import Claim
-from camopt.limits import LOADS, MOST, load_quantity
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Stroke
 from camopt.motion.table import DWELL, INWARD, OUTWARD, RESTING, RETURN, RISE
 from camopt.numerics import LARGEST_MAGNITUDE, LEAST, FloatArray
 from camopt.numerics.curves import curve
-from camopt.question import Question, resolve, strictest
+from camopt.problem.claims import Claim
+from camopt.problem.limits import LOADS, MOST, load_quantity
+from camopt.problem.problem import Problem, resolve, strictest
 from camopt.synthesis.demand import Demand
-from camopt.synthesis.floors import is_linear
+from camopt.synthesis.linear_constraints import is_linear
 from camopt.synthesis.residual import TERM
 
 EACH, FEWEST = 6, 288  # samples of a piece, and of a stroke
@@ -32,21 +32,21 @@ Sizes = tuple[float, float]
 """e and s₀, mm."""
 
 
-def quantities(question: Question) -> dict[str, str]:
+def quantities(problem: Problem) -> dict[str, str]:
     """The quantities that are the largest value of a curve, each with its key in [limits]."""
-    given = {load_quantity(key, question.subject): key for key, (_, side) in LOADS.items() if side == MOST}
+    given = {load_quantity(key, problem.setup): key for key, (_, side) in LOADS.items() if side == MOST}
     return {name: key for name, key in given.items() if key != TERM}
 
 
 def ceilings_of(demand: Demand) -> tuple[Claim, ...]:
     """The claims of a scene that are not linear; those that no motion can hold at its peak are left to the size."""
-    found = (claim for claim in strictest(demand.question) if not is_linear(claim))
+    found = (claim for claim in strictest(demand.problem) if not is_linear(claim))
     return tuple(claim for claim in found if claim.allowed() > 0.0 or claim.goal == LEAST)
 
 
-def ceilings_at(question: Question, key: str, bound: float) -> tuple[Claim, ...]:
+def ceilings_at(problem: Problem, key: str, bound: float) -> tuple[Claim, ...]:
     """The claims of one limit on loads at a bound; none where it cannot be held."""
-    limited = resolve(question.scene.replace(**{f"limits.{key}": bound}))
+    limited = resolve(problem.scene.replace(**{f"limits.{key}": bound}))
     found = next(limit.claims for limit in limited.limits if limit.name == key)
     return tuple(claim for claim in found if claim.allowed() > 0.0)
 
@@ -73,7 +73,7 @@ class Sampled:
     def __init__(self, demand: Demand, stroke: Stroke) -> None:
         self.demand, self.stroke = demand, stroke
         angles = stroke.start + stroke.angle * samples(demand, stroke)
-        load = demand.question.programme.load
+        load = demand.problem.programme.load
         self.load = () if load is None else load.at(angles)
 
     def counts(self, ceiling: Claim) -> bool:
@@ -90,7 +90,7 @@ class Sampled:
         ``state`` is y to y''' at the samples (4, n), mm or rad by rad. A curve of one way to move is 0 where the
         follower moves the other way, in the state ``near`` this one if it is given.
         """
-        designs, programme = _design(self.demand, sizes), self.demand.question.programme
+        designs, programme = _design(self.demand, sizes), self.demand.problem.programme
         y, y1, y2, y3 = state
         last = (y3, *self.load) if self.load else y3
         outward = (state if near is None else near)[1] >= 0.0
@@ -141,8 +141,8 @@ def _design(demand: Demand, sizes: Sizes) -> Designs:
     lead, height = sizes
     prime = np.hypot(lead, height) if demand.traced else height
     return replace(
-        demand.question.design,
+        demand.problem.design,
         size=np.array([prime - demand.roller]),
         roller_radius=np.array([demand.body]),
-        offset=np.array([demand.question.design.sense * lead]),
+        offset=np.array([demand.problem.design.sense * lead]),
     )

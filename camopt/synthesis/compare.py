@@ -2,11 +2,11 @@
 
 from dataclasses import dataclass
 
-from camopt.designs import Design
-from camopt.question import resolve
-from camopt.scene import Scene
-from camopt.synthesis.asked import demand_of
+from camopt.problem.problem import resolve
+from camopt.scene.scene import Scene
 from camopt.synthesis.cams import known_laws, known_row, laws_of, own_laws
+from camopt.synthesis.from_scene import demand_of
+from camopt.tables.designs import Design
 
 
 @dataclass(frozen=True)

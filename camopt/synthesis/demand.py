@@ -12,7 +12,7 @@ from camopt.effects.motion import scale
 from camopt.mechanisms import oscillating, translating
 from camopt.motion.programme import Stroke
 from camopt.motion.table import DWELL, TURN
-from camopt.question import Question
+from camopt.problem.problem import Problem
 from camopt.synthesis import residual
 from camopt.synthesis.splines import Splines
 
@@ -23,7 +23,7 @@ Interval = tuple[float, float]
 
 
 @dataclass(frozen=True)
-class Floor:
+class LinearConstraint:
     """A linear limit that holds all along strokes of some kinds:
 
     displacement·y + velocity·y' + acceleration·y'' + lead·e + height·s₀ + constant ≥ 0
@@ -43,7 +43,7 @@ class Floor:
 class Demand:
     """Everything that free laws have to hold, and what they minimise."""
 
-    question: Question
+    problem: Problem
     splines: Splines
     strokes: tuple[Stroke, ...]
     lead: Interval
@@ -53,7 +53,7 @@ class Demand:
     """The largest radius of the roller or spherical face: it makes the least base radius of a prime radius."""
     ranges: tuple[dict[int, Interval], ...]
     """For each stroke, the range of each limited derivative, by its order."""
-    floors: tuple[Floor, ...]
+    floors: tuple[LinearConstraint, ...]
     residual: float | None
     """The largest residual vibration, mm or deg."""
     rest: int
@@ -64,7 +64,7 @@ class Demand:
     @property
     def roller(self) -> float:
         """What the prime radius has over the size."""
-        return roller_of(self.question, self.body)
+        return roller_of(self.problem, self.body)
 
     @property
     def scale(self) -> float:
@@ -74,24 +74,24 @@ class Demand:
     @property
     def length(self) -> float:
         """The unit of the sizes, mm: the highest lift, or the arc that an oscillating follower swings through."""
-        design = self.question.design
+        design = self.problem.design
         radius = float(max(design.arm_length[0], design.centre_distance[0]))
-        return radius * self.scale if self.question.subject.angular else self.scale
+        return radius * self.scale if self.problem.setup.angular else self.scale
 
     @property
     def traced(self) -> bool:
         """Whether the lead is part of the size: the follower has a trace point on a disc cam."""
-        return self.question.subject.mechanism is translating.MECHANISM
+        return self.problem.setup.mechanism is translating.MECHANISM
 
     @property
     def sized(self) -> bool:
         """Whether what makes the cam large is convex in the motion: not where the follower oscillates."""
-        return not self.question.subject.angular
+        return not self.problem.setup.angular
 
     @property
     def train(self) -> tuple[float, float]:
         """ω_n/ω and the damping ratio of the follower train, where something asks for its residual vibration."""
-        found = residual.train_of(self.question.subject)
+        found = residual.train_of(self.problem.setup)
         assert found is not None
         return found
 
@@ -126,12 +126,12 @@ class Demand:
     @property
     def per_unit(self) -> dict[str, float]:
         """What terms of the objective have for 1 mm or rad by radᵏ: the units of [limits]."""
-        subject = self.question.subject
-        per = {name: scale(subject, order) for name, order in ORDERS.items()}
+        setup = self.problem.setup
+        per = {name: scale(setup, order) for name, order in ORDERS.items()}
         per |= {"acceleration_rms": per["acceleration"], "jerk_rms": per["jerk"]}
-        return {"size": 1.0, **per, residual.TERM: degrees(1.0) if subject.angular else 1.0}
+        return {"size": 1.0, **per, residual.TERM: degrees(1.0) if setup.angular else 1.0}
 
 
-def roller_of(question: Question, body: float) -> float:
+def roller_of(problem: Problem, body: float) -> float:
     """What the prime radius of a follower with a trace point on a disc cam has over the size."""
-    return body if question.subject.mechanism in (translating.MECHANISM, oscillating.MECHANISM) else 0.0
+    return body if problem.setup.mechanism in (translating.MECHANISM, oscillating.MECHANISM) else 0.0

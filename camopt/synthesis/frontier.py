@@ -12,22 +12,22 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.designs import Design
 from camopt.effects import lacking, offered
-from camopt.limits import load_quantity
 from camopt.mistakes import BadInput, Mistake, Unmet, nearest
 from camopt.numerics import FloatArray
-from camopt.question import resolve
-from camopt.scene import Scene
-from camopt.scene_tables import TERMS
-from camopt.search.answer import Progress
+from camopt.problem.limits import load_quantity
+from camopt.problem.problem import resolve
+from camopt.scene.scene import Scene
+from camopt.scene.tables import TERMS
+from camopt.smallest.result import Progress
 from camopt.synthesis import residual
-from camopt.synthesis.asked import demand_of
+from camopt.synthesis.axis_minimiser import AxisMinimiser, Found
 from camopt.synthesis.cams import known_laws, known_row
 from camopt.synthesis.ceilings import ceilings_at, quantities
+from camopt.synthesis.from_scene import demand_of
 from camopt.synthesis.iterate import Iterate
-from camopt.synthesis.least import Found, Least
 from camopt.synthesis.synthesise import bound_of
+from camopt.tables.designs import Design
 
 ENDS = 1e-5  # by which the end of a term is widened, relative, so that a solver finds its laws
 LOCAL_ENDS = 3e-4  # and that of a quantity, so that convex steps do
@@ -142,24 +142,24 @@ def _local(ends: "Ends", rows: Sequence[dict[str, Any]], axes: tuple[str, ...]) 
 
 def _checked(scene: Scene, axes: Sequence[str]) -> tuple[Scene, tuple[str, ...]]:
     """The scene that calls for the axes, and the axes."""
-    question, mistakes = resolve(scene), []
+    problem, mistakes = resolve(scene), []
     if not 2 <= len(axes) <= 3 or len(set(axes)) < len(axes):
         mistakes.append(Mistake("camopt", "axes", ",".join(axes), "two or three different axes"))
-    lacks, able = lacking(question.subject), quantities(question)
-    given = [name for name in able if name in offered(question.subject)]
+    lacks, able = lacking(problem.setup), quantities(problem)
+    given = [name for name in able if name in offered(problem.setup)]
     for axis in axes:
-        name = load_quantity(axis, question.subject) if axis == residual.TERM else axis
+        name = load_quantity(axis, problem.setup) if axis == residual.TERM else axis
         if name in lacks and (axis in TERMS or axis in able):
             mistakes.append(Mistake("camopt", "axes", axis, f"needs {', '.join(lacks[name])}", bare=True))
         elif axis not in TERMS and axis not in given:
             what = f"a term of the objective or a load of this scene; {nearest(axis, [*TERMS, *able])}"
             mistakes.append(Mistake("camopt", "axes", axis, what))
-        elif axis in given and not ceilings_at(question, able[axis], 1.0):
+        elif axis in given and not ceilings_at(problem, able[axis], 1.0):
             mistakes.append(Mistake("camopt", "axes", axis, "cannot be an axis for this follower", bare=True))
     if mistakes:
         raise BadInput(mistakes)
     called = [axis for axis in axes if axis not in TERMS]
-    outputs = {"sizes", *(scene.outputs or question.wanted), *called}
+    outputs = {"sizes", *(scene.outputs or problem.wanted), *called}
     return scene.replace(outputs=sorted(outputs)) if called else scene, tuple(axes)
 
 
@@ -250,7 +250,7 @@ def _in_parallel(
     )
 
 
-_BUILT: dict[Any, Least] = {}
+_BUILT: dict[Any, AxisMinimiser] = {}
 """What a process keeps: the programme of its last task."""
 
 
@@ -260,7 +260,7 @@ def _run(toml: str, axes: tuple[str, ...], task: Task) -> Found | None:
     key = toml, axes, task.first, tuple(task.value)
     if key not in _BUILT:
         _BUILT.clear()
-        _BUILT[key] = Least(Scene.from_dict(tomllib.loads(toml)), axes, task.first, tuple(task.value))
+        _BUILT[key] = AxisMinimiser(Scene.from_dict(tomllib.loads(toml)), axes, task.first, tuple(task.value))
     return _BUILT[key].at(task.value, task.starts, task.bounded)
 
 

@@ -8,7 +8,7 @@ from camopt.motion.table import DWELL
 from camopt.numerics import FloatArray
 from camopt.synthesis.convex import Convex
 from camopt.synthesis.demand import Demand
-from camopt.synthesis.free import FreeMotion
+from camopt.synthesis.spline_motion import SplineMotion
 
 
 class Iterate(NamedTuple):
@@ -19,9 +19,9 @@ class Iterate(NamedTuple):
     coefficients: tuple[FloatArray, ...]
 
 
-def moving(model: Convex) -> list[FreeMotion]:
+def moving(model: Convex) -> list[SplineMotion]:
     """The free motions of a programme."""
-    return [motion for motion in model.motions if isinstance(motion, FreeMotion)]
+    return [motion for motion in model.motions if isinstance(motion, SplineMotion)]
 
 
 def iterate_of(model: Convex) -> Iterate:

@@ -25,8 +25,8 @@ import numpy as np
 
 from camopt.motion.programme import Stroke
 from camopt.synthesis.convex import Ranges, Sizes
-from camopt.synthesis.demand import ORDERS, Demand, Floor
-from camopt.synthesis.free import points_of
+from camopt.synthesis.demand import ORDERS, Demand, LinearConstraint
+from camopt.synthesis.spline_motion import points_of
 
 CUBIC = 2.0 / (9.0 * sqrt(3.0))
 SAME = 1e-9  # of the stroke: nodes as close as that are one
@@ -88,7 +88,7 @@ class RelaxedMotion:
             cp.abs(off) <= cp.multiply(h / 4, half) - spent,
         ]
 
-    def _floor(self, floor: Floor, ranges: list[tuple[Any, Any]]) -> None:
+    def _floor(self, floor: LinearConstraint, ranges: list[tuple[Any, Any]]) -> None:
         """A linear limit at the nodes and over each panel; the ranges are those of a."""
         velocity, acceleration = floor.velocity / self.angle, floor.acceleration / self.angle**2
         sized = floor.lead * self.sizes.lead + floor.height * self.sizes.height + floor.constant / self.unit

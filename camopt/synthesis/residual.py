@@ -14,7 +14,7 @@ from math import pi
 
 import numpy as np
 
-from camopt.effects.case import Subject
+from camopt.effects.case import Setup
 from camopt.effects.vibration import response
 from camopt.motion.programme import Programme, Stroke
 from camopt.motion.table import DWELL
@@ -25,12 +25,12 @@ from camopt.synthesis.splines import Splines
 TERM = "residual_vibration"
 
 
-def train_of(subject: Subject) -> tuple[float, float] | None:
+def train_of(setup: Setup) -> tuple[float, float] | None:
     """ω_n/ω and the damping ratio of the follower train; None if the scene lacks either, or the train resonates."""
-    frequency, damping = subject.dynamics.natural_frequency, subject.dynamics.damping_ratio
-    if frequency is None or subject.omega is None:
+    frequency, damping = setup.dynamics.natural_frequency, setup.dynamics.damping_ratio
+    if frequency is None or setup.omega is None:
         return None
-    ratio = 2.0 * pi * frequency / subject.omega
+    ratio = 2.0 * pi * frequency / setup.omega
     return None if is_resonant(ratio, damping) else (ratio, damping)
 
 

@@ -15,11 +15,10 @@ import numpy as np
 
 from camopt.mistakes import Unmet, Unsolved
 from camopt.motion import LAWS
-from camopt.question import resolve
-from camopt.scene import Scene
-from camopt.search.answer import Progress
+from camopt.problem.problem import resolve
+from camopt.scene.scene import Scene
+from camopt.smallest.result import Progress
 from camopt.synthesis import residual
-from camopt.synthesis.asked import by_offset, demand_of
 from camopt.synthesis.cams import (
     cam_for,
     free_laws,
@@ -31,10 +30,11 @@ from camopt.synthesis.cams import (
 from camopt.synthesis.ceilings import ceilings_of
 from camopt.synthesis.convex import SOLVED, Convex, convex, solve
 from camopt.synthesis.demand import Demand
-from camopt.synthesis.free import FreeMotion
+from camopt.synthesis.from_scene import by_offset, demand_of
 from camopt.synthesis.iterate import Iterate, iterate_of, joined
 from camopt.synthesis.relaxation import RelaxedMotion
-from camopt.synthesis.steps import Steps
+from camopt.synthesis.sequential_convex import SequentialConvex
+from camopt.synthesis.spline_motion import SplineMotion
 from camopt.synthesis.synthesised import Synthesised
 
 SLACK = 1e-4  # of the unit of the objective, given up for the gentlest jerk among the laws that reach it
@@ -98,9 +98,9 @@ def _best(demand: Demand, advance: Progress) -> tuple[Synthesised, Iterate]:
     found = [(cam, start)] if cam else []
     free = cam is not None and cam.objective <= least + WORSE * (abs(least) + model.unit)
     if not free and ceilings_of(demand):
-        found += _bent(model, demand, start, advance)
+        found += _by_convex_steps(model, demand, start, advance)
     if not found:
-        others = smallest_cams(scene_with(demand.question.scene, free_laws(demand, start))).obstacles.values()
+        others = smallest_cams(scene_with(demand.problem.scene, free_laws(demand, start))).obstacles.values()
         what = f": {', '.join(dict.fromkeys(others))}" if others else ""
         raise Unmet(f"free laws hold the convex limits, but no cam was found that also holds the others{what}")
     cam, laws = _least(found)
@@ -149,7 +149,7 @@ def solved(demand: Demand) -> tuple[Convex, Iterate, float]:
     ranges of their derivatives exactly.
     """
     for margin in MARGINS:
-        model = convex(tightened(demand, margin), FreeMotion)
+        model = convex(tightened(demand, margin), SplineMotion)
         least = model.solve()
         if least == inf:
             raise Unmet("no free law with so many pieces holds all limits; try more (synthesis.pieces)")
@@ -181,13 +181,13 @@ def tightened(demand: Demand, margin: float) -> Demand:
     )
 
 
-def _bent(
+def _by_convex_steps(
     model: Convex, demand: Demand, start: Iterate, advance: Progress
 ) -> Iterator[tuple[Synthesised, Iterate]]:
     """The cams that convex steps reach from the convex optimum and from known laws, and their laws."""
     starts = [start, *placed(demand, start)]
     ceilings = ceilings_of(demand)
-    steps = Steps(model, ceilings)
+    steps = SequentialConvex(model, ceilings)
     for number, each in enumerate(starts):
         advance(number, len(starts))
         last = steps.run(each, ceilings)
@@ -200,10 +200,10 @@ def placed(demand: Demand, start: Iterate) -> list[Iterate]:
 
     Not the latter where the size is part of it: it lies on its smallest cam already, but for other limits.
     """
-    scene = demand.question.scene
+    scene = demand.problem.scene
     if demand.residual is not None:  # known laws have more of it; the steps begin at the nearest that have not
         easier = scene.replace(**{f"limits.{residual.TERM}": None})
-        demand = replace(demand, residual=None, question=resolve(easier))
+        demand = replace(demand, residual=None, problem=resolve(easier))
     laws = [*([] if demand.sized else [start]), *_known(demand, start)]
     return [_placed(demand, each) for each in laws]
 
@@ -220,10 +220,10 @@ def _known(demand: Demand, start: Iterate) -> Iterator[Iterate]:
 
 def _placed(demand: Demand, known: Iterate) -> Iterate:
     """Laws on the smallest cam for them, or on the one that misses its limits the least."""
-    found = smallest_cams(scene_with(demand.question.scene, free_laws(demand, known)))
+    found = smallest_cams(scene_with(demand.problem.scene, free_laws(demand, known)))
     row = found.best or found.nearest_miss
     if row is None:
         return known
-    lead = demand.question.design.sense * row.get("offset_mm", 0.0)
-    prime = row[demand.question.size_name] + demand.roller
+    lead = demand.problem.design.sense * row.get("offset_mm", 0.0)
+    prime = row[demand.problem.size_name] + demand.roller
     return known._replace(lead=lead / demand.length, height=sqrt(prime**2 - lead**2) / demand.length)

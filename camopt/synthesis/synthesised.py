@@ -10,8 +10,8 @@ from camopt.motion.law import Law
 from camopt.motion.programme import Programme, Stroke, law_peaks, span
 from camopt.motion.spline import SplineLaw
 from camopt.motion.table import RISE
-from camopt.question import resolve
-from camopt.scene import Scene
+from camopt.problem.problem import resolve
+from camopt.scene.scene import Scene
 from camopt.synthesis.demand import PEAKS
 
 

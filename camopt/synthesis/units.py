@@ -1,9 +1,9 @@
 """Units of what free laws minimise and trade off: terms of the objective, and quantities."""
 
 from camopt.quantities import DERIVATIVES, QUANTITIES, motion_quantity
-from camopt.scene import Scene
+from camopt.scene.scene import Scene
 from camopt.synthesis import residual
-from camopt.synthesis.asked import objective_in
+from camopt.synthesis.from_scene import objective_in
 
 
 def unit_of(axis: str, scene: Scene) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from camopt.sealed_table import DIGEST, SCENE, sealed
+from camopt.tables.sealed import DIGEST, SCENE, sealed
 
 Change = Callable[[pa.Table], pa.Table]
 

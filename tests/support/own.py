@@ -9,7 +9,7 @@ from functools import cache
 import mpmath
 
 from camopt.motion import LAWS
-from camopt.own_laws import spline_of
+from camopt.scene.own_laws import spline_of
 
 X = [0.0, 0.06, 0.15, 0.2, 0.31, 0.4, 0.52, 0.6, 0.73, 0.8, 0.88, 0.95, 1.0]
 TABLES = {

@@ -1,0 +1,398 @@
+"""The command line. Each command is one call of the library, and a printer of its result."""
+
+from contextlib import nullcontext
+from pathlib import Path
+from typing import Any
+
+import click
+
+from camopt.cli.exits import NOT_REACHED, NOTHING_FEASIBLE, run, say
+from camopt.cli.options import (
+    Axis,
+    Place,
+    changed,
+    check_folder,
+    given_overrides,
+    keys_as_options,
+    option_of,
+    output_options,
+    outputs_option,
+    override_options,
+    refuse_without,
+    row_option,
+    scene_at,
+    scene_options,
+)
+from camopt.version import VERSION
+
+DEFAULT_SCENE = "roller-1000rpm"
+PICTURES = (".png", ".svg", ".pdf")
+
+
+class Aliased(click.Group):
+    """A group that also takes the American spelling."""
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        return super().get_command(
+            ctx, cmd_name.removesuffix("ize") + "ise" if cmd_name.endswith("ize") else cmd_name
+        )
+
+
+@click.group(cls=Aliased, invoke_without_command=True, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(VERSION, prog_name="camopt")
+@click.pass_context
+def camopt(context: click.Context) -> None:
+    """Find the smallest cam that gives a motion within your limits, and what a smaller one would cost.
+
+    SCENE is a TOML file, or the name of a scene that comes with camopt (`camopt scenes` lists them). Without one,
+    commands take roller-1000rpm; evaluate and certify need one.
+
+    Exit codes: 0 done; 1 no feasible design, or a limit is broken; 2 bad input; 3 trouble with a file or memory;
+    4 the tolerance was not reached, or a limit is undecided; 70 an error of camopt itself; 130 interrupted; 141 the
+    program that read the output has ended.
+    """
+    if context.invoked_subcommand is None:
+        click.echo(context.get_help())
+
+
+def _reached(scene: Any, half_width: float) -> int:
+    """The exit code for the accuracy that was reached; a message if it is worse than the tolerance."""
+    asked = scene.accuracy.tolerance
+    if half_width <= asked:
+        return 0
+    say(f"camopt: tolerance {asked:g} not reached; values are exact to {half_width:.2g}")
+    return NOT_REACHED
+
+
+@camopt.command()
+@click.argument("scene", default=DEFAULT_SCENE)
+@scene_options
+@outputs_option
+@output_options
+@click.option("--base-radius", type=Axis(), help="Base radii to sweep, mm.")
+@click.option("--offset", type=Axis(), help="Offsets to sweep, mm, positive to the right.")
+@click.option("--roller-radius", type=Axis(), help="Roller radii to sweep, mm.")
+@click.option("--law", multiple=True, help="Motion law to try; repeat the option for several laws.")
+@click.option("--out", type=Place(), default="camopt-out", show_default=True, help="Folder for the tables.")
+@click.option(
+    "--keep", type=click.Choice(("pareto", "feasible", "all")), default="feasible", show_default=True,
+    help="Which designs to write to designs.parquet.",
+)  # fmt: skip
+@click.option("--refine", is_flag=True, help="Move each design of the Pareto front off the grid, to an optimum.")
+@click.option(
+    "--thin",
+    type=float,
+    metavar="EPS",
+    help="Shorten the Pareto front: leave out rows that are within EPS of one that stays, in every objective "
+    "(normalised to 0 to 1).",
+)
+@click.option("--workers", type=click.IntRange(1), help="Number of threads; one per core by default.")
+def sweep(
+    scene: Any,
+    as_json: bool,
+    quiet: bool,
+    out: Path,
+    keep: str,
+    workers: int | None,
+    law: tuple[str, ...],
+    thin: float | None,
+    refine: bool,
+    **axes: Any,
+) -> int:
+    """Evaluate every design of a grid; write the feasible ones and the Pareto front as tables."""
+    from camopt.cli import reports, terminal
+    from camopt.front.sweep import sweep as run
+
+    changes = {f"search.{key}": (option_of(key), value) for key, value in axes.items() if value is not None}
+    if law:
+        changes |= {"search.law": ("--law", list(law))}
+        changes |= {f"search.law_{stroke}": ("--law", None) for stroke in ("rise", "return")}
+    if thin is not None:
+        changes |= {"search.thin": ("--thin", thin)}
+    if refine:
+        changes |= {"search.refine": ("--refine", True)}
+    scene = changed(scene, changes)
+    check_folder(scene, out)
+    with terminal.progress(quiet, "designs") as advance:
+        result = run(scene, out, keep, workers, advance)
+    reports.show_sweep(result, as_json)
+    if not quiet:
+        terminal.say_unused(scene)
+        terminal.say_written(result.files)
+    return _reached(scene, result.reached) if result.feasible else NOTHING_FEASIBLE
+
+
+@camopt.command()
+@click.argument("scene", default=DEFAULT_SCENE)
+@scene_options
+@outputs_option
+@output_options
+@click.option("--out", type=Place(), help="Folder to write the smallest cam of each law to, as a scene (TOML).")
+@click.option(
+    "--seconds",
+    type=click.FloatRange(0, min_open=True),
+    default=60,
+    show_default=True,
+    help="Time for the search. After it, the smallest cam so far is shown, and how much smaller one might be.",
+)
+def optimise(scene: Any, as_json: bool, quiet: bool, out: Path | None, seconds: float) -> int:
+    """Find the smallest cam of each motion law that meets every limit."""
+    from camopt.cli import reports, terminal
+    from camopt.files import result_folder
+    from camopt.smallest.optimise import optimise as run
+    from camopt.tables.designs import OPTIMUM, write_scenes
+
+    if out:
+        check_folder(scene, out, OPTIMUM)
+    with result_folder(out) if out else nullcontext(), terminal.progress(quiet, "laws") as advance:
+        result = run(scene, advance, seconds)
+        files = write_scenes(result.by_law, out) if out and result.by_law else []
+    reports.show_optimum(result, as_json)
+    if not quiet:
+        terminal.say_unused(scene)
+        terminal.say_written(files)
+    return _reached(scene, result.best["relative_half_width"]) if result.best else NOTHING_FEASIBLE
+
+
+@camopt.command()
+@click.argument("scene", default=DEFAULT_SCENE)
+@scene_options
+@output_options
+@click.option(
+    "--out", type=Place(), default="camopt-out", show_default=True, help="Folder for the scene and the laws."
+)
+@click.option(
+    "--plot",
+    "picture",
+    type=Place(*PICTURES),
+    help="Draw the cams of new and known laws: PNG, SVG, PDF.",
+)
+def synthesise(scene: Any, as_json: bool, quiet: bool, out: Path, picture: Path | None) -> int:
+    """Compute new motion laws (B-splines) that allow the smallest cam."""
+    from camopt.cli import reports, terminal
+    from camopt.files import result_folder
+    from camopt.synthesis.compare import compared
+    from camopt.synthesis.files import SCENE, write
+    from camopt.synthesis.synthesise import synthesise as run
+
+    check_folder(scene, out, SCENE)
+    with result_folder(out), terminal.progress(quiet, "starts") as advance:
+        result = run(scene, advance)
+        known = compared(scene)
+        files = write(result, out)
+    if picture:
+        from camopt.drawing.synthesis import plot_synthesis
+
+        plot_synthesis(result, picture, known)
+        files.append(picture)
+    reports.show_synthesis(result, known, as_json)
+    if not quiet:
+        terminal.say_written(files)
+    return _reached(scene, result.design["relative_half_width"])
+
+
+@camopt.command()
+@click.argument("scene", default=DEFAULT_SCENE)
+@scene_options
+@output_options
+@click.option(
+    "--axes",
+    default="size,acceleration",
+    show_default=True,
+    help="What to trade off: two or three terms or loads.",
+)
+@click.option(
+    "--points",
+    type=click.IntRange(2, 500),
+    default=24,
+    show_default=True,
+    help="Number of values for each axis but the first.",
+)
+@click.option(
+    "--out", type=Place(), default="camopt-out", show_default=True, help="Folder for the table and the picture."
+)
+@click.option("--workers", type=click.IntRange(1), help="Number of processes; one per core by default.")
+def frontier(scene: Any, as_json: bool, quiet: bool, axes: str, points: int, out: Path, workers: int | None) -> int:
+    """Show the trade-off between size and acceleration, or other terms and loads, with new motion laws."""
+    from camopt.cli import reports, terminal
+    from camopt.drawing.frontier import plot_frontier
+    from camopt.files import result_folder
+    from camopt.synthesis.files import write_frontier
+    from camopt.synthesis.frontier import frontier as run
+
+    with result_folder(out), terminal.progress(quiet, "points") as advance:
+        with keys_as_options():
+            found = run(scene, [axis.strip() for axis in axes.split(",")], points, workers, advance)
+        table, picture = write_frontier(found, out), out / "frontier.png"
+        plot_frontier(found, picture)
+    reports.show_frontier(found, as_json)
+    if not quiet:
+        terminal.say_written([table, picture])
+    return 0 if found.rows else NOTHING_FEASIBLE
+
+
+@camopt.command()
+@click.argument("scene")
+@scene_options
+@outputs_option
+@output_options
+@click.option("--plot", "picture", type=Place(*PICTURES), help="Draw the cam and its diagrams: PNG, SVG, PDF.")
+@click.option("--points", type=Place(".csv", ".parquet"), help="Write points of the cam's curves: CSV, Parquet.")
+@click.option("--cutter-radius", type=float, help="With --points: also the path of a cutter of this radius, mm.")
+@click.option("--step", type=float, help="With --points: degrees between points; 1 by default.")
+@click.option(
+    "--chord",
+    type=float,
+    help="With --points: deviation of straight lines from the curve, mm.",
+)
+def evaluate(
+    scene: Any,
+    as_json: bool,
+    quiet: bool,
+    picture: Path | None,
+    points: Path | None,
+    **spacing: float | None,
+) -> int:
+    """Compute every quantity of one design."""
+    from camopt.cli import reports, terminal
+    from camopt.verdicts.evaluation import evaluate as run
+
+    if not points:
+        refuse_without("--points", spacing)
+    with terminal.progress(quiet, ""):
+        result = run(scene)
+    if picture:
+        from camopt.drawing.figures import plot
+
+        plot(scene, picture)
+    if points:
+        from camopt.points.points import write_points
+
+        with keys_as_options():
+            write_points(scene, points, **spacing)
+    reports.show_evaluation(result, as_json)
+    if not quiet:
+        terminal.say_unused(scene)
+        terminal.say_written([file for file in (picture, points) if file])
+    return _reached(scene, result["relative_half_width"])
+
+
+@camopt.command()
+@click.argument("scene", default=DEFAULT_SCENE)
+@scene_options
+@output_options
+@click.option(
+    "--out", type=Place(), default="camopt-out", show_default=True, help="Folder for the table and the pictures."
+)
+def accuracy(scene: Any, as_json: bool, quiet: bool, out: Path) -> int:
+    """Measure how much time accuracy costs, as a table and a picture."""
+    from camopt.cli import reports, terminal
+    from camopt.files import result_folder
+    from camopt.studies.accuracy import measure, write
+
+    with result_folder(out), terminal.progress(quiet, "laws") as advance:
+        rows = measure(scene, advance)
+        files = write(rows, scene, out)
+    reports.show_accuracy(rows, scene, as_json)
+    if not quiet:
+        terminal.say_written(files)
+    return 0
+
+
+@camopt.command()
+@click.argument("scene", default=DEFAULT_SCENE)
+@scene_options
+@output_options
+@click.option(
+    "--spectrum",
+    is_flag=True,
+    help="Compute response spectra of the motion laws instead.",
+)
+@click.option(
+    "--out", type=Place(), default="camopt-out", show_default=True, help="With --spectrum: folder for its files."
+)
+def effects(scene: Any, as_json: bool, quiet: bool, spectrum: bool, out: Path) -> int:
+    """Show which computations (effects) a scene needs, why, and how long each takes."""
+    from camopt.cli import reports, terminal
+
+    if spectrum:
+        from camopt.files import result_folder
+        from camopt.studies.spectrum import spectrum as spectra
+        from camopt.studies.spectrum import write_spectrum
+
+        with result_folder(out):
+            rows = spectra(scene)
+            files = write_spectrum(rows, out)
+        reports.show_spectrum(rows, as_json)
+        if not quiet:
+            terminal.say_written(files)
+        return 0
+    from camopt.studies.cost_report import bill
+
+    with terminal.progress(quiet, ""):
+        result = bill(scene)
+    reports.show_bill(result, as_json)
+    return 0
+
+
+@camopt.command()
+@click.argument("target")
+@override_options
+@row_option
+@output_options
+def certify(target: str, as_json: bool, quiet: bool, row: int | None, **overrides: Any) -> int:
+    """Prove that the limits are met at every cam angle, in ball arithmetic.
+
+    TARGET is a scene, or a table written by a sweep. The verdict on a limit is "held" (it is proved to be met),
+    "broken" (it is proved not to be met) or "undecided". To a table, the verdict on each row is added as a column;
+    with --row, only that row is checked, and nothing is written.
+    """
+    from camopt.cli import reports, terminal
+
+    changes = given_overrides(overrides)
+    if target.endswith(".parquet") and row is None:
+        from camopt.front.certified import certify_table
+        from camopt.mistakes import BadInput, Mistake
+
+        if changes:
+            allowed = "is not possible with a table, which has the limits of its sweep"
+            given = dict(changes.values())
+            raise BadInput([Mistake("camopt", name, value, allowed, bare=True) for name, value in given.items()])
+        with terminal.progress(quiet, "rows") as advance:
+            counts = certify_table(target, advance)
+        reports.show_counts(counts, as_json)
+        verdicts = set(counts)
+    else:
+        from camopt.verdicts.certify import certify as prove
+
+        found = prove(changed(scene_at(target, row), changes))
+        reports.show_verdicts(found, as_json)
+        verdicts = set(found.values())
+    return NOTHING_FEASIBLE if "broken" in verdicts else NOT_REACHED if "undecided" in verdicts else 0
+
+
+@camopt.command()
+@output_options
+def laws(as_json: bool, quiet: bool) -> int:
+    """List the motion laws with their peak velocity, acceleration and jerk."""
+    from camopt.cli import reports, terminal
+
+    with terminal.progress(quiet, ""):
+        reports.show_laws(as_json)
+    return 0
+
+
+@camopt.command()
+@click.argument("name", required=False)
+@output_options
+def scenes(name: str | None, as_json: bool, quiet: bool) -> int:
+    """List the scenes that come with camopt; with a NAME, print that one as TOML."""
+    from camopt.cli import reports
+
+    reports.show_scenes(name, as_json)
+    return 0
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run a command; the exit code. A user's mistake is a message, never a traceback."""
+    return run(lambda: camopt.main(arguments, prog_name="camopt", standalone_mode=False) or 0)

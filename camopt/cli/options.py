@@ -1,0 +1,188 @@
+"""Options of the command line: those that commands share, and what they change in a scene."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import wraps
+from pathlib import Path
+from typing import Any
+
+import click
+
+
+def output_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Options common to all commands."""
+    command = click.option("--json", "as_json", is_flag=True, help="Print one JSON document.")(command)
+    return click.option("--quiet", is_flag=True, help="Print no progress bar and no messages.")(command)
+
+
+OVERRIDES = {
+    "rpm": ("cam.rpm",),
+    "max_pressure": ("limits.pressure_angle", "limits.pressure_angle_return"),
+    "max_pressure_return": ("limits.pressure_angle_return",),
+    "min_curvature": ("limits.curvature_radius",),
+    "tolerance": ("accuracy.tolerance",),
+    "outputs": ("outputs",),
+}
+
+
+def option_of(name: str) -> str:
+    """How a user writes an option."""
+    return f"--{name.replace('_', '-')}"
+
+
+@contextmanager
+def keys_as_options() -> Iterator[None]:
+    """The library names its arguments in messages; here they are options."""
+    from dataclasses import replace
+
+    from camopt.mistakes import BadInput
+
+    try:
+        yield
+    except BadInput as error:
+        named = [replace(m, key=option_of(m.key)) if m.file == "camopt" else m for m in error.mistakes]
+        raise BadInput(named) from None
+
+
+def refuse_without(option: str, others: dict[str, Any]) -> None:
+    """BadInput for each of some options that mean nothing without another."""
+    from camopt.mistakes import BadInput, Mistake
+
+    why = f"belongs to {option}, which is not given"
+    given = {option_of(name): value for name, value in others.items() if value is not None}
+    if given:
+        raise BadInput([Mistake("camopt", name, value, why, bare=True) for name, value in given.items()])
+
+
+def changed(scene: Any, changes: dict[str, tuple[str, Any]]) -> Any:
+    """The scene with changes by key, each from an option; a mistake in one names the option."""
+    from dataclasses import replace
+
+    from camopt.mistakes import BadInput, Mistake
+
+    try:
+        return scene.replace(**{key: value for key, (_, value) in changes.items()}) if changes else scene
+    except BadInput as error:
+        found: dict[str, Mistake] = {}
+        for mistake in error.mistakes:
+            key = next((key for key in changes if f"{mistake.key}.".startswith(f"{key}.")), None)
+            named = replace(mistake, file="camopt", key=changes[key][0]) if key else mistake
+            found.setdefault(str(named), named)
+        raise BadInput(found.values()) from None
+
+
+def given_overrides(options: dict[str, Any]) -> dict[str, tuple[str, Any]]:
+    """Take the overriding options out of all options: changes by key, each from an option."""
+    given = {name: options.pop(name, None) for name in OVERRIDES}
+    return {
+        key: (option_of(name), value)
+        for name, value in given.items()
+        if value is not None
+        for key in OVERRIDES[name]
+    }
+
+
+def override_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Options that override the scene."""
+    for option in (
+        click.option("--tolerance", type=float, help="Largest relative error of each value."),
+        click.option(
+            "--min-curvature",
+            type=float,
+            help="Least convex radius allowed on the profile, mm.",
+        ),
+        click.option("--max-pressure-return", type=float, help="Largest pressure angle allowed on returns, deg."),
+        click.option("--max-pressure", type=float, help="Largest pressure angle allowed, deg."),
+        click.option("--rpm", type=float, help="Speed of the cam, rev/min."),
+    ):
+        command = option(command)
+    return command
+
+
+def outputs_option(command: Callable[..., Any]) -> Callable[..., Any]:
+    """The option that says what to report."""
+    return click.option(
+        "--outputs",
+        callback=lambda context, option, text: text and [name.strip() for name in text.split(",")],
+        metavar="NAME,NAME|all",
+        help="Quantities or effects to report, such as force,hertz (`camopt effects` lists the effects), or all.",
+    )(command)
+
+
+def scene_at(target: str, row: int | None) -> Any:
+    """The scene of a file or of a shipped name; of a table, that of one of its rows."""
+    from camopt.mistakes import BadInput, Mistake
+    from camopt.scene.scene import find_scene
+    from camopt.tables.designs import scene_of
+
+    table = target.endswith(".parquet")
+    if table and row is not None:
+        return scene_of(target, row)
+    if table:
+        raise BadInput([Mistake("camopt", "SCENE", target, "is a table: say which row with --row", bare=True)])
+    if row is not None:
+        raise BadInput([Mistake("camopt", "--row", row, f"belongs to a table; {target} is a scene", bare=True)])
+    return find_scene(target)
+
+
+def row_option(command: Callable[..., Any]) -> Callable[..., Any]:
+    """The option that says which row of a table is the scene."""
+    return click.option("--row", type=int, help="If SCENE is a table: number of the row, from 0.")(command)
+
+
+def scene_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Options that override the scene; the command gets the scene itself."""
+
+    @wraps(command)
+    def with_scene(scene: str, row: int | None, **options: Any) -> Any:
+        changes = given_overrides(options)
+        return command(scene=changed(scene_at(scene, row), changes), **options)
+
+    return override_options(row_option(with_scene))
+
+
+class Axis(click.ParamType):  # type: ignore[type-arg]  # generic from click 8.4 on
+    """START:STOP:STEP, or one value."""
+
+    name = "START:STOP:STEP"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        try:
+            numbers = [float(part) for part in str(value).split(":")]
+        except ValueError:
+            numbers = []
+        if len(numbers) == 1:
+            return numbers
+        if len(numbers) != 3:
+            self.fail(f"{value!r} is neither START:STOP:STEP nor one number", param, ctx)
+        return dict(zip(("start", "stop", "step"), numbers, strict=True))
+
+
+class Place(click.ParamType):  # type: ignore[type-arg]
+    """A folder to write to, or a file that ends in one of some suffixes and can be written."""
+
+    name = "path"
+
+    def __init__(self, *suffixes: str) -> None:
+        self.suffixes = suffixes
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
+        from camopt.files import check_writable, checked_suffix, settled
+
+        try:
+            path = settled(value)
+        except ValueError as trouble:
+            self.fail(f"{value!r} must be {trouble}", param, ctx)
+        if self.suffixes:
+            checked_suffix(path, param.opts[0] if param else "path", self.suffixes)
+            check_writable(path)
+        return path
+
+
+def check_folder(scene: Any, out: Path, names: str = "scene.toml") -> None:
+    """Scenes are written too (of such names); never over the user's own."""
+    from camopt.mistakes import BadInput, Mistake
+
+    own = Path(scene.file)
+    if own.exists() and any(file.samefile(own) for file in out.glob(names)):
+        raise BadInput([Mistake("camopt", "--out", str(out), "another folder: this one holds the scene itself")])

@@ -1,0 +1,364 @@
+"""What the commands print of their results: tables for people, one JSON document for programs."""
+
+import sys
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+from rich.table import Table
+from rich.tree import Tree
+
+from camopt.cli.terminal import print_json, room_across, show, table_of
+from camopt.front.sweep import Sweep
+from camopt.mistakes import BadInput, Mistake, nearest
+from camopt.motion import LAWS
+from camopt.problem.problem import Problem, resolve
+from camopt.problem.rows import Rows, finite
+from camopt.quantities import QUANTITIES
+from camopt.scene.scene import Scene
+from camopt.smallest.optimise import Optimum
+from camopt.tables.cells import number
+from camopt.tables.columns import bounds_of, columns_of, is_nothing, sizes_shown, with_law
+from camopt.tables.designs import Design
+from camopt.verdicts.evaluation import Evaluation
+
+if TYPE_CHECKING:
+    from camopt.studies.cost_report import CostReport  # measures, and imports what only a measurement needs
+    from camopt.synthesis.compare import Comparison
+    from camopt.synthesis.frontier import Frontier
+    from camopt.synthesis.synthesised import Synthesised
+
+
+def show_evaluation(result: Evaluation, as_json: bool) -> None:
+    """Every quantity of a design, one a line."""
+    if as_json:
+        return print_json(result.to_json())
+    names = [name for name in result if not is_nothing(result.scene, name, [result])]
+    explained = room_across() >= ROOM_TO_EXPLAIN
+    about = {n: result.unbounded.get(n) or (QUANTITIES[n].sentence if explained else "") for n in names}
+    return show(_down(result.scene.name, resolve(result.scene), result, about))
+
+
+ROOM_TO_EXPLAIN = 110  # columns of a screen: on a narrower one each sentence would be a column of single words
+
+
+def _down(title: str, problem: Problem, design: Mapping[str, Any], about: Mapping[str, str]) -> Table:
+    """One design as a table down the page: name, value, unit, limit, and a word about each quantity."""
+    table = Table(title=title, title_justify="left", show_header=False, box=None, pad_edge=False)
+    bounds = bounds_of(problem)
+    table.add_column(no_wrap=True)
+    table.add_column(style="bold", justify="right")
+    table.add_column(no_wrap=True)
+    if bounds:
+        table.add_column(no_wrap=True)
+    table.add_column(style="dim")
+    for name, text in about.items():
+        limit = [bounds.get(name, "")] if bounds else []
+        unit = QUANTITIES[name].unit if name in QUANTITIES else ""
+        table.add_row(name, number(design[name]).replace(",", ", "), unit, *limit, text)
+    return table
+
+
+def show_sweep(result: Sweep, as_json: bool) -> None:
+    """Counts, the best design of each law, and the files."""
+    if as_json:
+        best = {law: finite(row) for law, row in result.best.items()}
+        return print_json(
+            {
+                "scene": result.scene.name,
+                "designs": result.designs,
+                "impossible": result.impossible,
+                "feasible": result.feasible,
+                "undecided": result.effort.undecided,
+                "looked_at_again": result.effort.again,
+                "decided_in_balls": result.effort.balls - result.effort.undecided,
+                "pareto": result.pareto,
+                "front": result.front.to_dict() if result.front else None,
+                "files": [str(file) for file in result.files],
+                "best": next(iter(best.values()), None),
+                "by_law": best,
+                "nearest_miss": finite(result.nearest_miss) if result.nearest_miss else None,
+                **({"obstacle": result.obstacle} if result.obstacle else {}),
+            }
+        )
+    undecided = f"{result.effort.undecided:,} undecided, " if result.effort.undecided else ""
+    show(
+        f"{result.scene.name}: {result.designs:,} designs, {result.impossible:,} impossible, "
+        f"{result.feasible:,} feasible, {undecided}{result.pareto:,} on the Pareto front"
+    )
+    if result.best:
+        problem, search, rows = resolve(result.scene), result.scene.search, with_law(result.best.values())
+        names, bounds = columns_of(problem, rows, (*search.minimise, *search.maximise)), bounds_of(problem)
+        where = " on the grid" if search.refine else ""
+        show("", table_of(f"The best design of each law{where}", rows, [*names, "held_by"], bounds))
+        _show_front(result, names, bounds)
+    elif result.nearest_miss:
+        _show_miss(result.nearest_miss)
+    elif result.obstacle:
+        show(f"No design can be assembled: {result.obstacle}.")
+    return None
+
+
+def _show_front(result: Sweep, names: list[str], bounds: Mapping[str, str]) -> None:
+    """How much the front dominates, and its knee."""
+    front = result.front
+    assert front is not None
+    volume = f"{'' if front.exact else 'about '}{front.hypervolume:.6g}"
+    if front.grid_points is not None:
+        volume += f"; of the grid's {front.grid_points:,} points, {front.grid_hypervolume:.6g}"
+    show(f"Hypervolume of the Pareto front, as a share: {volume}")
+    laws = ["law_rise", "law_return"] if front.knee["law_rise"] != front.knee["law_return"] else ["law"]
+    names = [*laws, *(name for name in names if not name.startswith("law"))]
+    show("", table_of("Its knee", with_law([front.knee]), names, bounds))
+
+
+def _show_miss(miss: Design) -> None:
+    """The design that comes nearest to holding every limit: its sizes, and each limited value beside its limit."""
+    problem = resolve(miss.searched)
+    (row,) = with_law([miss])
+    violated = miss["violated"].split(",")
+    broken = {name for limit in problem.limits if limit.name in violated for name in limit.shown}
+    about = {name: "broken" if name in broken else "" for name in columns_of(problem, [row])}
+    show("", _down("No feasible design. The nearest miss:", problem, row, about))
+    show("", f"It breaks {', '.join(violated)}.")
+
+
+def show_optimum(result: Optimum, as_json: bool) -> None:
+    """The smallest cam of each law, with what binds it."""
+    if as_json:
+        by_law = {law: finite(row) for law, row in result.by_law.items()}
+        best = next(iter(by_law.values()), {})
+        miss = finite(result.nearest_miss) if result.nearest_miss else None
+        about = {"by_law": by_law, "obstacles": result.obstacles, "nearest_miss": miss}
+        return print_json({**best, **about, "out_of_time": result.out_of_time})
+    if result.by_law:
+        problem, rows = (
+            resolve(result.scene),
+            [{**row, **_in_words(row)} for row in with_law(result.by_law.values())],
+        )
+        title = f"{result.scene.name}: the smallest cam of each law"
+        show(table_of(title, rows, _optimum_columns(problem, rows), bounds_of(problem)))
+    for law, obstacle in result.obstacles.items():
+        show(f"{law}: no feasible design; stopped by {obstacle}")
+    for law, row in result.by_law.items():
+        if not row["proved"]:
+            show(f"{law}: not proved; a feasible cam may be smaller by up to {number(row['gap_mm'])} mm")
+    if result.out_of_time:
+        show("The search ran out of time; --seconds gives it more.")
+    if result.nearest_miss:
+        _show_miss(result.nearest_miss)
+    return None
+
+
+def show_synthesis(result: "Synthesised", known: "Comparison", as_json: bool) -> None:
+    """The cam of the free laws beside the smallest of each known law, the bound and the gap."""
+    from camopt.synthesis.from_scene import default_peaks
+    from camopt.synthesis.synthesised import peaks_of
+    from camopt.synthesis.units import objective_unit
+
+    defaults = default_peaks(result.asked)
+    if as_json:
+        return print_json(
+            {
+                **finite(result.design),
+                "objective": result.objective,
+                "bound": result.bound,
+                "gap": result.gap,
+                "convex": result.convex,
+                "peaks": {name: finite(peaks) for name, peaks in result.peaks.items()},
+                "default_peaks": defaults,
+                "known_laws": {law: finite(row) for law, row in known.rows.items()},
+                "own_law": known.own,
+                "best_known_law": known.best,
+            }
+        )
+    problem = resolve(result.scene)
+    rows = [
+        {**row, **peaks_of(row, result), "binding": ", ".join(row["binding"])}
+        for row in with_law([*known.rows.values(), result.design])
+    ]
+    for row in rows:
+        beyond = {} if row.get("within", True) else {name: f"{row[name]} *" for name in ("law", "law_rise")}
+        row.update(beyond)
+    names = [*columns_of(problem, rows), *(name for name in rows[0] if name.startswith("peak_"))]
+    title = f"{result.scene.name}: free laws, and the smallest cam of each known law"
+    show(table_of(title, rows, [*names, "binding"], bounds_of(problem)))
+    unit = objective_unit(result.asked)
+    what = f"Minimised: {number(result.objective)}{unit}."
+    if result.bound:
+        what += f" No motion at all can have less than {number(result.bound)}{unit} within the convex limits:"
+        what += f" a gap of {result.gap:.2%}."
+    swung = result.scene.follower.motion == "oscillating"
+    why = "The limits of an oscillating follower are not convex" if swung else "Curvature or a load decides too"
+    _show_limits_of_motion(known.rows.values(), defaults)
+    show(_beside_known(result, known))
+    return show(what + ("" if result.convex else f" {why}, so the laws are a local optimum."))
+
+
+def _show_limits_of_motion(known: Iterable[dict[str, Any]], defaults: dict[str, float]) -> None:
+    """The limits that were taken by default, and what a star means."""
+    if not all(row["within"] for row in known):
+        show("* breaks a limit on the motion that the free laws meet")
+    if defaults:
+        peaks = " and ".join(f"{name.replace('_', ' ')} {value:.6g}" for name, value in defaults.items())
+        show(
+            "The scene limits neither acceleration nor jerk, so the peaks of poly345 are the limits "
+            f"(for unit stroke and angle): {peaks}."
+        )
+
+
+def _beside_known(result: "Synthesised", known: "Comparison") -> str:
+    """The best known law that holds the same limits, and the scene's own."""
+    from camopt.synthesis.units import objective_unit
+
+    if known.best is None:
+        return "No known law meets all these limits."
+    value, unit = known.rows[known.best]["objective"], objective_unit(result.asked)
+    what = f"The best known law that meets the same limits is {known.best}: {number(value)}{unit}"
+    what += f"; the free laws need {1.0 - result.objective / value:.1%} less." if value else "."
+    own = "" if known.own in (None, known.best) else f" The scene's own, {known.own}: "
+    return what + (own and f"{own}{number(known.rows[str(known.own)]['objective'])}{unit}.")
+
+
+def show_frontier(found: "Frontier", as_json: bool) -> None:
+    """The free laws along the frontier, the known laws, and the least value of each axis."""
+    from camopt.synthesis.from_scene import default_peaks
+    from camopt.synthesis.units import unit_of
+
+    defaults = default_peaks(found.scene, found.axes)
+    if as_json:
+        ends = {
+            term: {"free_laws": least, "any_motion": bound, "local": term in found.local}
+            for term, (least, bound) in found.least.items()
+        }
+        every = {"rows": found.rows, "known_laws": found.known}
+        tables = {name: [finite(row) for row in rows] for name, rows in every.items()}
+        names = {"axes": found.axes, "local": found.local, "default_peaks": defaults}
+        return print_json({"scene": found.scene.name, **names, "least": ends, **tables})
+    rows = [{**row, "law": "free"} for row in found.rows]
+    for row in found.known:
+        laws = " / ".join(dict.fromkeys((row["law_rise"], row["law_return"])))
+        rows.append({**row, "law": laws if row["within"] else f"{laws} *"})
+    sizes = [name for name in sizes_shown(found.scene, rows) if not name.startswith("law")]
+    shown = [{**row, "bound": "" if row.get("bound") is None else row["bound"]} for row in rows]
+    units = {axis: unit_of(axis, found.scene) for axis in found.axes}
+    units["bound"] = units[found.axes[0]]
+    columns = ["law", *found.axes, "bound", *sizes]
+    show(table_of(f"{found.scene.name}: the frontier", shown, columns, units=units))
+    show("The known laws are on the smallest cams that the limits allow them.")
+    _show_limits_of_motion(found.known, defaults)
+    for term, (least, bound) in found.least.items():
+        most = "" if not bound else f"; no motion within the other limits has less than {number(bound)}"
+        local = " (a local optimum)" if term in found.local else ""
+        show(f"Least {term}: {f'{number(least)} {units[term]}'.rstrip()}{local}{most}")
+    return None
+
+
+def _in_words(row: dict[str, Any]) -> dict[str, str]:
+    """The lists of a row as texts."""
+    angles = " ".join(f"{angle:.6g}" for angle in row.get("angles_deg", ()))
+    return {"binding": ", ".join(row["binding"]), **({"angles_deg": angles} if angles else {})}
+
+
+def _optimum_columns(problem: Problem, rows: list[dict[str, Any]]) -> list[str]:
+    """What a design shows, and what binds it; whether proved, and clear above, only where it matters."""
+    names = [*columns_of(problem, rows), "binding"]
+    if any("angles_deg" in row for row in rows):
+        names.append("angles_deg")
+    if any(row["clear_above_mm"] > row[problem.size_name] for row in rows):
+        names.append("clear_above_mm")
+    return names if all(row["proved"] for row in rows) else [*names, "proved", "gap_mm"]
+
+
+def show_verdicts(verdicts: dict[str, str], as_json: bool) -> None:
+    """The verdict on each limit."""
+    if as_json:
+        return print_json(verdicts)
+    records = [{"limit": name, "verdict": verdict} for name, verdict in verdicts.items()]
+    return show(table_of("At every cam angle", records, ["limit", "verdict"]))
+
+
+def show_counts(counts: dict[str, int], as_json: bool) -> None:
+    """How many rows of a table are held, broken and undecided."""
+    every = {verdict: counts.get(verdict, 0) for verdict in ("held", "broken", "undecided")}
+    if as_json:
+        return print_json(every)
+    return show(", ".join(f"{count:,} {verdict}" for verdict, count in every.items()))
+
+
+def show_accuracy(rows: list[dict[str, Any]], scene: Scene, as_json: bool) -> None:
+    """Cost and error of each method."""
+    if as_json:
+        return print_json({"scene": scene.name, "methods": rows})
+    names = list(rows[0])
+    shown = [{name: f"{row[name]:.2g}" if name in names[4:] else row[name] for name in names} for row in rows]
+    for row in shown:
+        row |= {"setting": float(f"{row['setting']:.2g}"), "ns_per_design": float(f"{row['ns_per_design']:.3g}")}
+    return show(table_of(f"{scene.name}: what accuracy costs", shown, names))
+
+
+def show_bill(result: "CostReport", as_json: bool) -> None:
+    """The effects that run as a tree, what called for each, and what it costs."""
+    if as_json:
+        entries = [{**asdict(entry), "share": round(entry.share, 6)} for entry in result.entries]
+        return print_json({"scene": result.scene.name, "effects": entries, "not_called_for": result.idle})
+    whole = sum(entry.ns_per_design for entry in result.entries)
+    tree = Tree(f"{result.scene.name}: {whole:,.0f} ns per design, over {result.designs:,} designs, one thread")
+    for entry in result.entries:
+        branch = tree.add(f"{entry.effect}  {entry.ns_per_design:,.0f} ns per design, {entry.share:.1%}")
+        branch.add(f"called for by {', '.join(entry.called_by)}")
+        if entry.reads:
+            branch.add(f"reads {', '.join(entry.reads)}")
+        branch.add(f"writes {', '.join(entry.writes)}")
+    for name, keys in result.idle.items():
+        needs = f", and needs {', '.join(keys)}" if keys else ""
+        tree.add(f"{name}  not called for{needs}")
+    return show(tree)
+
+
+SHOWN_RATIOS = (0.5, 1.0, 1.5, 2.0, 3.0, 5.0, 7.5, 10.0)
+
+
+def show_spectrum(rows: Rows, as_json: bool) -> None:
+    """The residual amplitude in the dwell after each law, at a few period ratios."""
+    if as_json:
+        return print_json([finite(record) for record in rows.records()])
+    laws: dict[str, dict[str, Any]] = {}
+    for record in rows.records():
+        ratio = round(record["period_ratio"], 9)
+        if ratio in SHOWN_RATIOS:
+            row = laws.setdefault(record["law"], {"law": record["law"]})
+            row[f"{ratio:g}"] = f"{record['residual']:.2g}"
+    title = "Residual vibration as a share of the lift, at ratios t₁/Tₙ of the rise time to the natural period"
+    return show(table_of(title, list(laws.values()), ["law", *(f"{ratio:g}" for ratio in SHOWN_RATIOS)]))
+
+
+def show_laws(as_json: bool) -> None:
+    """The motion laws with the peaks of their unit stroke."""
+    from camopt.motion.programme import law_peaks
+
+    records = [
+        {"law": name, "title": law.TITLE, **law_peaks(law), "source": law.SOURCE} for name, law in LAWS.items()
+    ]
+    if as_json:
+        return print_json([finite(record) for record in records])
+    names = ["law", "title", "peak_velocity", "peak_acceleration", "peak_jerk", "jumps"]
+    return show(table_of("Motion laws (between dwells; stroke 1, angle 1)", records, names))
+
+
+def show_scenes(name: str | None, as_json: bool) -> None:
+    """The shipped scenes, or one of them as TOML."""
+    from camopt.scene.scene import find_scene, shipped_scenes, shipped_toml
+
+    if name is not None:
+        if name not in shipped_scenes():
+            raise BadInput([Mistake("camopt", "NAME", name, f"a shipped scene; {nearest(name, shipped_scenes())}")])
+        text = shipped_toml(name)
+        if as_json:
+            return print_json({"name": name, "toml": text})
+        sys.stdout.write(text)
+        return None
+    records = [{"name": each, "title": find_scene(each).name} for each in shipped_scenes()]
+    if as_json:
+        return print_json(records)
+    return show(table_of("Shipped scenes", records, ["name", "title"]))

@@ -1,0 +1,129 @@
+"""The terminal: a progress bar, tables whose rows are never cut off, one JSON document."""
+
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager, nullcontext
+from typing import Any
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.table import Table
+from rich.tree import Tree
+
+from camopt.cli.exits import say
+from camopt.tables.cells import heading, number
+from camopt.tables.table import to_json
+
+Advance = Callable[[int, int], None]
+
+
+@contextmanager
+def progress(quiet: bool, unit: str) -> Iterator[Advance]:
+    """A progress bar on standard error if that is a terminal, and a message if kernels are compiled."""
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    from camopt.numerics.compiling import announced
+
+    console = Console(stderr=True, quiet=quiet)
+    columns = (TextColumn(unit), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    bar = Progress(*columns, console=console, transient=True)
+    shown = unit and not quiet and sys.stderr.isatty()
+
+    def tell() -> None:
+        console.print("camopt: compiling kernels, this first time only …", style="dim")
+
+    with announced(tell), bar if shown else nullcontext():
+        task = bar.add_task(unit, total=None)
+        yield lambda done, total: bar.update(task, completed=done, total=total)
+
+
+def print_json(document: Any) -> None:
+    if sys.stdout is not None:
+        sys.stdout.write(to_json(document) + "\n")
+
+
+def table_of(
+    title: str,
+    records: list[dict[str, Any]],
+    names: list[str],
+    bounds: Mapping[str, str] | None = None,
+    units: Mapping[str, str] | None = None,
+) -> Table:
+    """A row for each record; in the headings name, unit and, in a table with ``bounds``, the limit.
+
+    ``units`` are those of columns that are no quantities.
+    """
+    bounds, units = bounds or {}, units or {}
+    table = Table(title=title, title_justify="left", box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1))
+    for name in names:
+        texts = [record.get(name, "") for record in records]
+        words = heading(name, units.get(name))
+        if any(each in bounds for each in names):
+            words += "\n" + bounds.get(name, " ")
+        if all(isinstance(text, str) for text in texts):
+            longest = max((len(word) for text in texts for word in text.split(" ")), default=0)
+            listed = any(", " in text for text in texts)
+            table.add_column(words, min_width=longest, no_wrap=not listed, vertical="bottom")
+        else:
+            table.add_column(words, justify="right", no_wrap=True, vertical="bottom")
+    for record in records:
+        table.add_row(*(number(record.get(name, "")) for name in names))
+    return table
+
+
+def show(*things: Any) -> None:
+    """Print to standard output. Nothing is cut off: a table wider than the screen is printed row by row."""
+    if sys.stdout is None:
+        return
+    screen = Console(highlight=False, markup=False)
+    for thing in things:
+        if isinstance(thing, Tree):  # wraps within its branches on a screen, and nothing in a file
+            Console(width=room_across(), highlight=False, markup=False).print(thing)
+            continue
+        if not isinstance(thing, Table):
+            screen.print(thing, soft_wrap=True)
+            continue
+        screen.print(thing.title or "", soft_wrap=True)  # above the table, or it is wrapped to the table's width
+        thing.title = None
+        room = Console(width=UNBOUNDED).measure(thing)
+        narrow = room_across()
+        if narrow < room.minimum:
+            screen.print(_row_by_row(thing), soft_wrap=True)
+        else:
+            width = min(room.maximum, narrow)
+            Console(width=width, highlight=False, markup=False).print(thing, crop=False)
+
+
+UNBOUNDED = 10_000
+
+
+def room_across() -> int:
+    """The columns that a line may have: those of a screen; a file takes any."""
+    return Console().width if sys.stdout is not None and sys.stdout.isatty() else UNBOUNDED
+
+
+def _row_by_row(table: Table) -> str:
+    """A table as text for a narrow screen: each row as lines of heading and value."""
+    heads = [str(column.header).replace("\n", " ").strip() for column in table.columns]
+    cells = [[str(cell) for cell in column.cells] for column in table.columns]
+    width = max(map(len, heads))
+    rows = [
+        "\n".join(f"{head:<{width}}  {cell}" for head, cell in zip(heads, row, strict=True) if cell)
+        for row in zip(*cells, strict=True)
+    ]
+    return "\n" + "\n\n".join(rows) + "\n"
+
+
+def say_unused(scene: Any) -> None:
+    """Name the keys of the scene that nothing called for, and values that are odd, on standard error."""
+    from camopt.problem.unused import unused
+    from camopt.scene.oddities import oddities
+
+    for sentence in (*oddities(scene), *unused(scene)):
+        say(f"camopt: {sentence}")
+
+
+def say_written(files: Iterable[Any]) -> None:
+    """Name the files written, on standard error."""
+    for file in files:
+        say(f"wrote {file}")

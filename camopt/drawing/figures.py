@@ -1,0 +1,176 @@
+"""One picture of one design: the diagrams of its motion, pressure angle and curvature, and the cam to scale."""
+
+from math import ceil
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from camopt.drawing import diagrams
+from camopt.drawing.cam import draw_disc
+from camopt.drawing.canvas import Target, canvas, saving
+from camopt.drawing.dynamics import dynamics_panels
+from camopt.drawing.groove import draw_groove
+from camopt.drawing.labels import Label, settle
+from camopt.drawing.loads import load_panels
+from camopt.drawing.panels import panels
+from camopt.drawing.picture import Picture, number
+from camopt.drawing.style import ALARM, HEADING, INK, MUTED, PAGE_TITLE, TITLE
+from camopt.problem.problem import resolve_design
+from camopt.scene.scene import Scene
+from camopt.verdicts.judging import excesses, violations
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@saving
+def plot(scene: Scene, path: Target = None) -> "Figure":
+    """Draw a scene's cam, with its follower and diagrams; to a PNG, SVG or PDF file as well, if a path is given.
+
+    Diagrams run over one turn of the cam in deg: displacement, velocity, acceleration and jerk (by time if the
+    scene has an rpm, by cam angle if not), pressure angle (contact on the face, for a face square to the
+    motion), curvature; and of the effects that the scene calls for, and no others: force, torque with its mean, the
+    mass on the elastic train, thrust, contact stress, sliding, wear and film. Peaks carry their exact values; jumps
+    are breaks, impulses arrows. A disc cam is drawn at cam angle 0, the follower at its lowest; the groove of a
+    cylindrical cam is developed. Lengths in mm. The same scene gives the same file, and the file appears only when
+    whole.
+    """
+    picture = Picture(resolve_design(scene))
+    grooved = picture.problem.setup.mechanism.grooved
+    shown = [*panels(picture), *dynamics_panels(picture), *load_panels(picture)]
+    page = _below_a_groove(len(shown)) if grooved else _beside_a_disc(len(shown))
+    with canvas(path, (WIDTH, page.height)) as figure:
+        axes = [figure.add_axes(page.on_figure(box)) for box in page.panels]
+        _header(figure, picture)
+        labels = diagrams.draw(axes, picture, shown, page.heads, page.feet)
+        settle(figure, [*labels, *_draw_cam(figure, picture, page)])
+    return figure
+
+
+def _draw_cam(figure: Any, picture: Picture, page: Any) -> list[Label]:
+    """The cam to scale, with the legend of its lines; the labels to settle."""
+    grooved = picture.problem.setup.mechanism.grooved
+    cam = figure.add_axes(page.on_figure(page.cam))
+    if not picture.exists:
+        cam.set_axis_off()
+        cam.text(0.5, 0.5, "this mechanism cannot be put together", ha="center", color=ALARM, fontsize=TITLE)
+        return []
+    labels: list[Label] = (draw_groove if grooved else draw_disc)(cam, picture)
+    handles, names = cam.get_legend_handles_labels()
+    place: dict[str, Any] = {"bbox_to_anchor": (page.legend[0], page.legend[1] / page.height)}
+    columns = len(names) if grooved else min(len(names), 4)
+    place |= {"ncols": columns, "columnspacing": 1.8}
+    figure.legend(handles, names, loc="lower center", **place)
+    return labels
+
+
+WIDTH, COLUMNS, ACROSS = 15.5, (0.045, 0.54), 0.44  # inches; left ends and width of diagrams, of the figure
+TALL = 1.0333  # inches: a diagram
+Box = tuple[float, float, float, float]
+
+
+class Page(NamedTuple):
+    """Where things are: across in shares of the figure, upwards in inches."""
+
+    height: float
+    cam: Box
+    legend: tuple[float, float]
+    panels: list[Box]
+    heads: tuple[int, ...]
+    """Diagrams with the names of the strokes above them."""
+    feet: tuple[int, ...]
+    """Diagrams with the cam angle below them."""
+
+    def on_figure(self, box: Box) -> Box:
+        """In shares of the figure."""
+        left, bottom, width, height = box
+        return left, bottom / self.height, width, height / self.height
+
+
+def _beside_a_disc(count: int) -> Page:
+    """Six diagrams beside the cam, the others below in two columns, row by row."""
+    rows, step = ceil(max(count - 6, 0) / 2), TALL + 0.34
+    below = rows * step
+    lift = 0.65 if rows else 0.0  # room for the names of the strokes
+    panels = []
+    for place in range(count):
+        column, row = (0, place) if place < 6 else (place % 2, 6 + (place - 6) // 2)
+        panels.append((COLUMNS[column], below + 8.5 - TALL - row * step, ACROSS, TALL))
+    heads = (0, 7) if count > 7 else (0,)
+    lowest = {COLUMNS.index(left): place for place, (left, *_) in enumerate(panels)}
+    feet = tuple(lowest.values())
+    cam = (0.53, below + 1.25 + lift, 0.45, 7.45 - lift)
+    return Page(below + 10.0, cam, (0.755, below + 0.2 + lift), panels, heads, feet)
+
+
+def _below_a_groove(count: int) -> Page:
+    """Diagrams in two columns, one after the other, below the long groove."""
+    rows, step = ceil(count / 2), TALL + 0.45
+    height = 6.0 + rows * step - 0.45
+    panels = []
+    for place in range(count):
+        column, row = divmod(place, rows)
+        panels.append((COLUMNS[column], height - 5.4 - TALL - row * step, ACROSS, TALL))
+    cam, legend = (0.045, height - 4.0, 0.935, 2.5), (0.5, height - 4.75)
+    return Page(height, cam, legend, panels, (0, rows), (rows - 1, count - 1))
+
+
+def _header(figure: Any, picture: Picture) -> None:
+    """The scene's name, its mechanism and sizes, and what came out."""
+    name = picture.problem.scene.name
+    shown = name if len(name) <= 90 else name[:89] + "…"
+    inch = 1.0 / figure.get_figheight()
+    figure.text(0.045, 1.0 - 0.42 * inch, shown, fontsize=PAGE_TITLE, fontweight="bold")
+    figure.text(0.045, 1.0 - 0.66 * inch, _sizes(picture), fontsize=HEADING, color=MUTED)
+    figure.text(0.045, 1.0 - 0.87 * inch, _results(picture), fontsize=HEADING, color=INK)
+    if picture.exists:
+        figure.text(
+            0.98, 1.0 - 0.42 * inch, _faults(picture), fontsize=TITLE, color=ALARM, ha="right", fontweight="bold"
+        )
+
+
+def _sizes(picture: Picture) -> str:
+    scene, values = picture.problem.scene, picture.values
+    words = [f"{scene.cam.form} cam, {scene.follower.motion} {scene.follower.contact} follower", scene.cam.rotation]
+    words += [] if scene.cam.rpm is None else [f"{scene.cam.rpm:g} rpm"]
+    round_body = "face radius" if scene.follower.contact == "spherical" else "roller radius"
+    names = {
+        "base_radius_mm": "base radius",
+        "mean_radius_mm": "mean radius",
+        "roller_radius_mm": round_body,
+        "offset_mm": "offset",
+        "arm_length_mm": "arm",
+        "centre_distance_mm": "pivot at",
+        "face_offset_mm": "face offset",
+    }
+    sizes = [f"{words} {number(values[key])} mm" for key, words in names.items() if values.get(key)]
+    laws = [f"{kind} {values[f'law_{kind}']}" for kind in ("rise", "return") if values[f"law_{kind}"]]
+    return "  ·  ".join([*words, *sizes, *laws])
+
+
+def _results(picture: Picture) -> str:
+    values = picture.values
+    names = {"pressure_angle_max_rise_deg": "rise", "pressure_angle_max_return_deg": "return"}
+    angles = [f"{word} {number(values[key])}°" for key, word in names.items()]
+    square = values["pressure_angle_max_deg"] == 0.0
+    words = ["pressure angle 0" if square else f"largest pressure angle: {', '.join(angles)}"]
+    least = values["profile_radius_min_mm"]
+    if np.isfinite(least) and least > 0.0 and not picture.undercut:
+        words.append(f"least convex radius of the profile {number(least)} mm")
+    if "face_reach_min_mm" in values:
+        ends = [number(values[f"face_reach_{end}_mm"]) for end in ("min", "max")]
+        words.append(f"contact on the face from {' to '.join(ends)} mm")
+    if "shaft_clearance_mm" in values:
+        words.append(f"clear of the shaft by {number(values['shaft_clearance_mm'])} mm")
+    return "  ·  ".join(words)
+
+
+def _faults(picture: Picture) -> str:
+    """Undercut, and the limits that the design exceeds."""
+    problem = picture.problem
+    columns = {name: np.atleast_1d(value) for name, value in picture.values.items()}
+    excess = excesses(problem.limits, columns, problem.design)
+    broken = str(violations(problem.limits, excess)[0]) if problem.limits else ""
+    names = [name.replace("_", " ") for name in broken.split(",") if name and name != "undercut"]
+    faults = ["undercut"] if picture.undercut else []
+    return "  ·  ".join([*faults, *([f"exceeds: {', '.join(names)}"] if names else [])])

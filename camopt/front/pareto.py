@@ -1,0 +1,203 @@
+"""Pareto fronts: the non-dominated rows, a thinner set that stands for them, hypervolume and knee.
+
+Objectives are compared as costs: as they are if minimised, negated if maximised. An infinite cost is worse, and an
+infinite gain better, than any finite one; rows that share it compare by their other objectives.
+"""
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from camopt.numerics import FloatArray
+from camopt.problem.rows import Columns, Rows, finite, joined
+from camopt.scene.tables import Search
+
+LARGEST = np.finfo(float).max
+REFERENCE = 1.1  # in normalised objectives: a tenth beyond the nadir, so that the ends of a front count
+WORST = 1e6  # stands for an infinite cost in a sum
+EXACT_WORK = 1e9  # points^(objectives − 2) up to which an exact hypervolume takes seconds at most
+SAMPLED_WORK = 1e9  # points × directions of an approximate one, as long
+
+
+def signs(search: Search) -> dict[str, float]:
+    """Each objective, and what turns it into a cost: 1 if minimised, −1 if maximised."""
+    return dict.fromkeys(search.minimise, 1.0) | dict.fromkeys(search.maximise, -1.0)
+
+
+def costs_of(columns: Columns, count: int, search: Search) -> FloatArray:
+    """The objectives as numbers to minimise, (rows, objectives)."""
+    return np.column_stack([sign * columns[name] + np.zeros(count) for name, sign in signs(search).items()])
+
+
+def objectives(rows: Rows, search: Search) -> FloatArray:
+    """The objectives of each row as numbers to minimise, (rows, objectives)."""
+    return costs_of(rows.columns, rows.count, search)
+
+
+def ranked(rows: Rows, search: Search) -> Rows:
+    """The rows sorted by the first objective, ties by the next, and so on."""
+    return rows.take(np.lexsort(objectives(rows, search).T[::-1])) if rows.count else rows
+
+
+def non_dominated(rows: Rows, search: Search) -> Rows:
+    """The rows that no other row betters in one objective without losing in another, in their order.
+
+    Rows equal in all objectives are all kept: they are other designs.
+    """
+    if not rows.count:
+        return rows
+    import moocore
+
+    return rows.take(moocore.is_nondominated(np.nan_to_num(objectives(rows, search)), keep_weakly=True))
+
+
+class Archive:
+    """The exact front of rows that come in blocks; it holds a few times as many rows as remain, and no more."""
+
+    def __init__(self, search: Search, least: int) -> None:
+        """Rows are sifted once there are ``least`` new ones, and as many as there were before."""
+        self._search, self._least = search, least
+        self._parts: list[Rows] = []
+        self._kept = self._new = 0
+
+    def add(self, rows: Rows) -> None:
+        """Add the rows that follow."""
+        self._parts.append(rows)
+        self._new += rows.count
+        if self._new > max(self._kept, self._least):
+            self.front()
+
+    def front(self) -> Rows:
+        """The non-dominated ones of all rows so far, in the order in which they came."""
+        front = non_dominated(joined(self._parts), self._search)
+        self._parts, self._kept, self._new = [front], front.count, 0
+        return front
+
+
+class Scale(NamedTuple):
+    """The least and the largest finite cost of each objective over a front, (objectives,)."""
+
+    ideal: FloatArray
+    nadir: FloatArray
+
+    def normalised(self, costs: FloatArray) -> FloatArray:
+        """Costs with the ideal at 0 and the nadir at 1; infinite ones stay so, unless all of an objective are."""
+        width = self.nadir - self.ideal
+        known = np.isfinite(costs)
+        share = (np.where(known, costs, self.ideal) - self.ideal) / np.where(width > 0.0, width, 1.0)
+        return np.where(known, share, np.where(known.any(axis=0), costs, 0.0))
+
+
+def scale_of(costs: FloatArray) -> Scale:
+    """The scale of a front, by its finite costs; 0 to 0 for an objective that has none."""
+    known = np.isfinite(costs)
+    ideal = np.min(costs, axis=0, where=known, initial=LARGEST)
+    nadir = np.max(costs, axis=0, where=known, initial=-LARGEST)
+    some = known.any(axis=0)
+    return Scale(np.where(some, ideal, 0.0), np.where(some, nadir, 0.0))
+
+
+def hypervolume(normalised: FloatArray) -> tuple[float, bool]:
+    """The share of the box from 0 to REFERENCE that points (n, objectives) dominate; and whether it is exact.
+
+    Points with an infinite cost dominate none of it; an objective that is 0 throughout leaves it as it is. Where an
+    exact one takes too long, it is averaged over directions (Deng and Zhang 2019).
+    """
+    import moocore
+
+    counted = np.maximum(normalised[np.all(normalised < REFERENCE, axis=1)], 0.0)
+    counted = counted[:, np.any(counted > 0.0, axis=0)]
+    points, many = counted.shape
+    if not points or not many:
+        return float(points > 0), True
+    reference, box = [REFERENCE] * many, REFERENCE**many
+    if float(points) ** (many - 2) <= EXACT_WORK:
+        return float(moocore.hypervolume(counted, ref=reference)) / box, True
+    directions = max(int(SAMPLED_WORK / points), 1000)
+    return float(moocore.hv_approx(counted, ref=reference, nsamples=directions)) / box, False
+
+
+def knee(normalised: FloatArray) -> int:
+    """The row with the least sum of normalised costs, the first of several.
+
+    Of two objectives it is the one furthest below the chord between the ends of the front; of more, the one
+    furthest below the plane through the nadir of each objective.
+    """
+    return int(np.argmin(_sums(normalised)))
+
+
+def _sums(normalised: FloatArray) -> FloatArray:
+    """The sum of each row's normalised costs; an infinite gain counts as the ideal, an infinite cost as WORST."""
+    sums: FloatArray = np.clip(normalised, 0.0, WORST).sum(axis=1)
+    return sums
+
+
+def thinned(rows: Rows, search: Search, epsilon: float) -> Rows:
+    """Rows of a front that stand for all of it: each row has one among them that costs at most ε more.
+
+    It does so in every objective, normalised over the front. One row is kept in each box of side ε that no other
+    box dominates (Laumanns et al. 2002), the one with the least sum; and the ends and the knee.
+    """
+    if not rows.count:
+        return rows
+    import moocore
+
+    costs = objectives(rows, search)
+    normalised = scale_of(costs).normalised(costs)
+    sums, boxes = _sums(normalised), np.nan_to_num(np.floor(normalised / epsilon))
+    order = np.argsort(sums, kind="stable")
+    kept = order[moocore.is_nondominated(boxes[order], keep_weakly=False)]
+    ends = [np.lexsort((sums, column))[0] for column in normalised.T]
+    return rows.take(np.unique([*kept, *ends, knee(normalised)]))
+
+
+@dataclass(frozen=True)
+class Front:
+    """What is said of a front as a whole."""
+
+    points: int
+    hypervolume: float
+    """The share dominated of the box between the ideal and a point a tenth beyond the nadir."""
+    exact: bool
+    """Whether the hypervolume is exact."""
+    ideal: dict[str, float]
+    """The best finite value of each objective on the front."""
+    nadir: dict[str, float]
+    """The worst."""
+    knee: dict[str, Any]
+    """The row with the least sum of objectives, normalised from ideal to nadir."""
+    grid_points: int | None = None
+    """Of a refined front: the points of the front of the grid."""
+    grid_hypervolume: float | None = None
+    """Of a refined front: the hypervolume of that of the grid, between the same ideal and nadir."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """The same as plain values, with None for what is infinite."""
+        return {**vars(self), "knee": finite(self.knee)}
+
+
+def front_of(rows: Rows, search: Search, grid: Rows | None = None) -> Front | None:
+    """What is said of a front, and of the front of the grid that it refines; None if it is empty."""
+    if not rows.count:
+        return None
+    costs = objectives(rows, search)
+    scale = scale_of(costs)
+    normalised = scale.normalised(costs)
+    volume, exact = hypervolume(normalised)
+    before = None if grid is None else hypervolume(scale.normalised(objectives(grid, search)))[0]
+    return Front(
+        points=rows.count,
+        hypervolume=volume,
+        exact=exact,
+        ideal=_values(scale.ideal, search),
+        nadir=_values(scale.nadir, search),
+        knee=rows.take(np.array([knee(normalised)])).records()[0],
+        grid_points=None if grid is None else grid.count,
+        grid_hypervolume=before,
+    )
+
+
+def _values(costs: FloatArray, search: Search) -> dict[str, float]:
+    """Costs as values of the objectives."""
+    return {name: sign * float(cost) + 0.0 for (name, sign), cost in zip(signs(search).items(), costs, strict=True)}

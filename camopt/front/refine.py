@@ -1,0 +1,136 @@
+"""Refinement: each row of a front moved off the grid, to an optimum of the continuous problem.
+
+A row keeps its choices (laws, sizes from a list) and moves in the ranges of ``[search]``: the size of the cam falls
+as far as the limits allow while no other objective becomes worse. Where a closed form gives that design it is
+proved to be the smallest; elsewhere it is a local optimum. The ends of the front are added: the smallest cam of
+each programme, which is that of ``optimise``, and the best of each other objective. Where the design decides one
+objective beside the size, the front of a programme is a curve, and even levels of that objective fill it.
+"""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from camopt.effects import EFFECTS
+from camopt.front.pareto import non_dominated, signs, thinned
+from camopt.front.pattern_search import PatternSearch, by_search, polished
+from camopt.mechanisms import Designs, chained
+from camopt.mechanisms.design import Bounds
+from camopt.numerics import FloatArray
+from camopt.numerics.clock import now
+from camopt.problem.problem import Problem, exactly
+from camopt.problem.rows import Rows, joined
+from camopt.problem.space import Space, boxes_of
+from camopt.quantities import QUANTITIES
+from camopt.smallest.optimise import SECONDS, share
+from camopt.smallest.result import Progress
+from camopt.smallest.smallest import smallest
+from camopt.verdicts.judging import judged
+
+BLOCK = 1024  # designs that move at once
+LEVELS = 1000  # that fill a curve
+SAME = 1e-9  # of each objective's range: rows nearer than that are one
+
+
+def refined(space: Space, grid: Rows, progress: Progress | None = None) -> Rows:
+    """The front of the continuous problem, from the rows of a grid's front, with the column ``refined``.
+
+    No row of the grid's front is better than all of its rows. ``progress`` is called with (designs done, designs
+    in all).
+    """
+    problem, names, search = exactly(space.problem), frozenset(grid.columns), space.problem.scene.search
+    free = free_sizes(problem)
+    decided = [name for name in decided_objectives(problem) if name != problem.size_name or "size" in free]
+    if not free or not decided or not grid.count:
+        return _marked(grid, False)
+    sized = "size" in free and problem.size_name in search.minimise
+    objective = problem.size_name if sized else decided[0]
+    cams = _smallest_cams(space, names) if sized else ()
+    start = non_dominated(joined([grid, *cams]), search)
+    groups = list(space.designs_of(start))
+    parts, done, total = [], 0, start.count + LEVELS * len(groups)
+
+    def at_optima(pattern: PatternSearch, designs: Designs, ceilings: FloatArray) -> Iterator[Designs]:
+        nonlocal done
+        for first in range(0, max(len(designs), 1), BLOCK):
+            block = slice(first, first + BLOCK)
+            yield polished(pattern, designs.take(block), ceilings[block])
+            done = min(done + BLOCK, total)
+            if progress:
+                progress(done, total)
+
+    for each, index, designs in groups:
+        pattern = PatternSearch(exactly(each), free, objective)
+        _, held = pattern.costs(designs)
+        parts.append(_marked(start.take(index[~held]), False))  # so near a limit that only balls decide
+        designs = chained([designs.take(held), *_ends(pattern, designs.take(held), decided)])
+        designs = chained(at_optima(pattern, designs, pattern.costs(designs)[0]))
+        designs = chained([designs, *at_optima(pattern, *_levels(pattern, designs, decided))])
+        parts.append(_marked(_rows(pattern.problem, designs, names), True))
+    return thinned(non_dominated(joined(parts), search), search, SAME)
+
+
+def free_sizes(problem: Problem) -> Bounds:
+    """The sizes that a front moves in: those that ``[search]`` gives a range, and the cam's own if it varies."""
+    search = problem.scene.search
+    free = {name: ends for name, ends in boxes_of(problem)[0].items() if ends[1] > ends[0]}
+    if search.base_radius is None and search.mean_radius is None:
+        free.pop("size", None)
+    return free
+
+
+def decided_objectives(problem: Problem) -> list[str]:
+    """The objectives that depend on the design, not on the motion alone."""
+    effects = {name: EFFECTS[QUANTITIES[name].effect] for name in signs(problem.scene.search)}
+    return [name for name, effect in effects.items() if not effect.of_motion(problem.setup)]
+
+
+def _smallest_cams(space: Space, names: frozenset[str]) -> Iterator[Rows]:
+    """The smallest cam of each motion, as ``optimise`` finds it in its time."""
+    end, problems = now() + SECONDS, [exactly(problem) for problem in space.problems]
+    for done, problem in enumerate(problems):
+        until, boxes = share(end, len(problems) - done), boxes_of(problem)
+        answers = [smallest(problem, box, share(until, len(boxes) - k)).design for k, box in enumerate(boxes)]
+        cams = [design for design in answers if design is not None]
+        if cams:
+            yield _rows(problem, min(cams, key=lambda design: float(design.size[0])), names)
+
+
+def _ends(pattern: PatternSearch, designs: Designs, decided: list[str]) -> Iterator[Designs]:
+    """The best design of each objective, whatever it costs in the others, found from the best of some designs.
+
+    The smallest cam needs no search.
+    """
+    costs, _ = pattern.costs(designs)
+    for name in decided if len(designs) else ():
+        if name != pattern.problem.size_name or not pattern.of_size:
+            best = designs.take([int(np.argmin(costs[:, pattern.column(name)]))])
+            alone = replace(pattern, objective=name)
+            yield by_search(alone, best, np.full((1, costs.shape[1]), np.inf))
+
+
+def _levels(pattern: PatternSearch, designs: Designs, decided: list[str]) -> tuple[Designs, FloatArray]:
+    """Starts and ceilings that fill a curve: even levels of the other objective, each from the design below it."""
+    costs, _ = pattern.costs(designs)
+    others = [pattern.column(name) for name in decided if name != pattern.objective]
+    if len(others) != 1 or len(designs) < 2 or not np.isfinite(costs[:, others]).all():
+        return designs.take(slice(0)), costs[:0]
+    (other,) = others
+    order = np.argsort(costs[:, other], kind="stable")
+    known = costs[order, other]
+    levels = np.linspace(known[0], known[-1], LEVELS)
+    start = order[np.searchsorted(known, levels, side="right") - 1]
+    ceilings = costs[start]
+    ceilings[:, other] = levels
+    return designs.take(start), ceilings
+
+
+def _rows(problem: Problem, designs: Designs, names: frozenset[str]) -> Rows:
+    """The feasible ones of some designs, as rows."""
+    rows = judged(problem, designs, names).only(names)
+    return rows.take(rows.column("feasible").astype(bool))
+
+
+def _marked(rows: Rows, refined: bool) -> Rows:
+    return Rows({**rows.columns, "refined": np.full(rows.count, refined)}, rows.count)

@@ -1,0 +1,1 @@
+"""The cam as points for machines and other programs."""

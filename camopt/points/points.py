@@ -1,0 +1,189 @@
+"""The cam as points for a machine or another program: displacement, pitch curve, profile and cutter path."""
+
+import os
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from camopt.drawing.picture import Picture
+from camopt.effects import Case
+from camopt.files import checked_suffix, whole_file
+from camopt.mechanisms.design import ComplexArray
+from camopt.mechanisms.geometry import cam_curves
+from camopt.mistakes import BadInput, Mistake
+from camopt.numerics import FloatArray
+from camopt.points.loads import LOADS, loads_at
+from camopt.points.spacing import checked_angles, in_steps, within_chord
+from camopt.problem.problem import Problem, resolve_design
+from camopt.scene.scene import Scene
+from camopt.verdicts.judging import run_effects
+
+ABOUT = {
+    "cam_angle_deg": ("deg", "Cam angle."),
+    "displacement_mm": ("mm", "Displacement of the follower."),
+    "displacement_deg": ("deg", "Swing of the follower."),
+    "pitch": ("mm", "Pitch curve: the trace point."),
+    "profile": ("mm", "Profile."),
+    "profile_left": ("mm", "Flank of the groove to the left, seen along the motion of the roller in it."),
+    "profile_right": ("mm", "Flank of the groove to the right."),
+    "cutter": ("mm", "Path of the cutter's centre."),
+    "cutter_left": ("mm", "Path of the cutter's centre that makes the left flank."),
+    "cutter_right": ("mm", "Path of the cutter's centre that makes the right flank."),
+}
+
+
+def cam_points(
+    scene: Scene,
+    angles: ArrayLike | None = None,
+    cutter_radius: float | None = None,
+    *,
+    step: float | None = None,
+    chord: float | None = None,
+) -> dict[str, FloatArray]:
+    """Points of a scene's cam: columns by name, each an array (n,) with one value for each cam angle.
+
+    Columns: ``cam_angle_deg``; ``displacement_mm`` (``displacement_deg`` when oscillating); and the x and y
+    in mm of each curve, as ``profile_x_mm``, ``profile_y_mm``: ``pitch`` (not for a flat face, which has no
+    trace point), ``profile``, and ``cutter`` if a cutter radius is given. The groove of a cylindrical cam has
+    ``profile_left`` and ``profile_right`` in place of ``profile``, and likewise two cutter paths. Then each load of
+    the effects that the scene calls for, as ``contact_force_N``, ``torque_N_m``, ``contact_stress_MPa``; of several
+    friction can make, the largest. One that is infinite somewhere has no column.
+
+    A disc cam is in its own frame, which is the ground frame at cam angle 0: cam centre at the origin,
+    follower above it. A cylindrical cam is developed: x runs round it at the mean radius, y along its axis.
+    Where the velocity of the follower jumps, the normal is that after the jump.
+
+    Parameters
+    ----------
+    scene
+        A validated scene.
+    angles
+        Cam angles in deg, from 0 to 360, in any order; without them, a step and a chord, 0, 1, … 360.
+    cutter_radius
+        Radius of a cutter or grinding wheel in mm. One larger than the quantity ``cutter_radius_max_mm``
+        cannot reach the concave flanks: its path is given all the same.
+    step
+        Cam angles in even steps of so many deg instead.
+    chord
+        Cam angles so close that straight lines from point to point leave the curves by at most so many mm.
+
+    Raises
+    ------
+    BadInput
+        For a cutter radius that is not above 0, or larger than the groove; for cam angles outside 0 to 360, a step
+        or a chord that is not above 0, or more than one of the three.
+    """
+    problem = resolve_design(scene)
+    _check_cutter(problem, cutter_radius)
+    degrees = _degrees(problem, angles, cutter_radius, step, chord)
+    radians = np.radians(degrees)
+    displacement = problem.programme.at(radians)[0]
+    unit = "deg" if problem.setup.angular else "mm"
+    columns = {"cam_angle_deg": degrees}
+    columns[f"displacement_{unit}"] = np.degrees(displacement) if unit == "deg" else displacement
+    for name, points in _curves(problem, radians, cutter_radius).items():
+        columns |= {f"{name}_x_mm": points.real.copy(), f"{name}_y_mm": points.imag.copy()}
+    return columns | loads_at(Picture(problem), degrees)
+
+
+def _degrees(
+    problem: Problem,
+    angles: ArrayLike | None,
+    cutter_radius: float | None,
+    step: float | None,
+    chord: float | None,
+) -> FloatArray:
+    """The cam angles of the points: those given, in even steps, or as close as the chord needs them."""
+    given = {"angles": angles, "step": step, "chord": chord}
+    if len(names := [name for name, value in given.items() if value is not None]) > 1:
+        why = f"give one of {', '.join(names)}, not several"
+        raise BadInput([Mistake("camopt", names[-1], given[names[-1]], why, bare=True)])
+    if chord is None:
+        return in_steps(1.0 if step is None else step) if angles is None else checked_angles(angles)
+    starts = np.degrees([stroke.start for stroke in problem.programme.strokes])
+    return within_chord(
+        chord, starts, lambda degrees: list(_curves(problem, np.radians(degrees), cutter_radius).values())
+    )
+
+
+def write_points(
+    scene: Scene,
+    path: str | os.PathLike[str],
+    cutter_radius: float | None = None,
+    *,
+    step: float | None = None,
+    chord: float | None = None,
+) -> None:
+    """Write ``cam_points`` to a CSV or Parquet file, as its suffix says.
+
+    The file appears only when whole. Parquet carries units, descriptions, the scene and the version in its
+    metadata (``camopt.load`` reads it); CSV has a line of column names, and every digit.
+
+    Raises
+    ------
+    BadInput
+        For another suffix, or as ``cam_points``.
+    OSError
+        If the file cannot be written.
+    """
+    import pyarrow as pa
+    from pyarrow import csv
+
+    from camopt.tables.sealed import write_table
+    from camopt.version import VERSION
+
+    suffix = checked_suffix(path, "path", (".csv", ".parquet"))
+    columns = cam_points(scene, None, cutter_radius, step=step, chord=chord)
+    fields = [pa.field(name, pa.float64(), nullable=False, metadata=_about(name)) for name in columns]
+    layout = pa.schema(fields, metadata={"camopt_version": VERSION, "camopt_scene": scene.to_toml()})
+    arrays = [  # from their bytes: pa.array would import pandas
+        pa.Array.from_buffers(pa.float64(), values.size, [None, pa.py_buffer(np.ascontiguousarray(values))])
+        for values in columns.values()
+    ]
+    table = pa.table(arrays, schema=layout)
+    if suffix == ".csv":
+        with whole_file(path) as partial, partial.open("wb") as file:
+            csv.write_csv(table, file, csv.WriteOptions(quoting_style="none"))
+    else:
+        write_table(table, path)
+
+
+def _check_cutter(problem: Problem, radius: float | None) -> None:
+    if radius is None:
+        return
+    widest = float(problem.design.roller_radius[0]) if problem.setup.mechanism.grooved else _deepest(problem)
+    allowed = (
+        "above 0 mm" if np.isinf(widest) else f"above 0 and at most {widest:g} mm, or it cuts into the profile"
+    )
+    if not (0.0 < radius <= widest and np.isfinite(radius)):
+        raise BadInput([Mistake("camopt", "cutter_radius", radius, allowed)])
+
+
+def _deepest(problem: Problem) -> float:
+    """The largest cutter that reaches every concave flank."""
+    if problem.setup.mechanism.curvature is None:
+        return np.inf  # a flat face leaves no concave flank
+    case = Case(problem.setup, problem.programme, problem.design)
+    return float(run_effects(case, ["cutter_radius_max_mm"]).column("cutter_radius_max_mm")[0])
+
+
+def _curves(problem: Problem, angles: FloatArray, cutter_radius: float | None) -> dict[str, ComplexArray]:
+    mechanism, design = problem.setup.mechanism, problem.design
+    found = cam_curves(mechanism, design, problem.programme, angles, cutter_radius)
+    curves = {} if mechanism.curvature is None else {"pitch": found.pitch}
+    if not mechanism.grooved:
+        cutter = {} if found.cutter is None else {"cutter": found.cutter}
+        return {**curves, "profile": found.profile[0], **cutter}
+    curves |= {"profile_left": found.profile[1], "profile_right": found.profile[0]}
+    if found.cutter is not None:
+        curves |= {"cutter_left": 2.0 * found.pitch - found.cutter, "cutter_right": found.cutter}
+    return curves
+
+
+def _about(column: str) -> dict[str, str]:
+    curve = column.removesuffix("_x_mm").removesuffix("_y_mm")
+    if curve not in ABOUT:
+        quantity = LOADS[column]
+        return {"unit": quantity.unit, "symbol": "", "description": f"Along the turn: {quantity.sentence}"}
+    unit, description = ABOUT[curve]
+    return {"unit": unit, "symbol": "", "description": description}

@@ -1,0 +1,252 @@
+"""Limits: what a scene forbids, the quantities each limit calls for, and by how much a design exceeds it."""
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from camopt.effects import EFFECTS, Setup, hertz, surface, thrust
+from camopt.effects.loads import drag_curve, driven, goal_of, normal_curve, torque_curve, ways
+from camopt.mechanisms import Designs, Mechanism
+from camopt.motion.programme import Programme
+from camopt.motion.table import DWELL, RETURN, RISE, TURN
+from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
+from camopt.problem.claims import ByCamAngle, Claim, Derivative, Offset, Plain, Tangent, size_of
+from camopt.problem.rows import Columns
+from camopt.quantities import DERIVATIVES, QUANTITIES, motion_quantity
+from camopt.scene.scene import Scene
+
+
+def never(programme: Programme) -> bool:
+    """Of the motions at whose jumps no claim is infinite: all."""
+    return False
+
+
+def at_corners(programme: Programme) -> bool:
+    """Whether the velocity jumps, where an inertia would make a load infinite."""
+    return bool(programme.corners)
+
+
+@dataclass(frozen=True)
+class Limit:
+    """One limit of a scene, under its key in ``[limits]``.
+
+    ``excess`` is relative: held where ≤ 0, exceeded by 10 % at 0.1. Its sign is exact.
+    """
+
+    name: str
+    bound: float
+    """In the unit of its key."""
+    needs: tuple[str, ...]
+    excess: Callable[[Columns, Designs], FloatArray]
+    claims: tuple[Claim, ...] = ()
+    """The curves that decide it, for searches, proofs and pictures; none of one that is no matter of curves."""
+    infinite_at: Callable[[Programme], bool] = never
+    """Whether jumps of a motion make infinite what it bounds, so that no design of that motion holds it."""
+    shown: tuple[str, ...] = ()
+    """The quantities that people read beside the bound."""
+    relation: str = "≤"
+    """What each of them is to be to the bound; ± for one that the bound holds in magnitude."""
+    asked: bool = True
+    """Whether the scene asks for it; every cam has to hold the others anyway."""
+    of_motion: bool = False
+    """Whether the motion and the speed decide it, whatever the design."""
+
+    @property
+    def last(self) -> bool:
+        """Whether it is asked only of designs that hold all other limits."""
+        return any(EFFECTS[QUANTITIES[name].effect].last for name in self.needs)
+
+
+def _at_most(name: str, bound: float, *needs: str, claims: Iterable[Claim] = (), **more: Any) -> Limit:
+    """The largest magnitude of some quantities is bounded."""
+
+    def excess(columns: Columns, designs: Designs) -> FloatArray:
+        largest = np.max([np.abs(columns[need]) + np.zeros(len(designs)) for need in needs], axis=0)
+        result: FloatArray = (largest - bound) / bound
+        return result
+
+    shown = tuple(need for need in needs if need != "pressure_angle_max_dwell_deg")
+    return Limit(name, bound, needs, excess, tuple(claims), shown=shown, **more)
+
+
+MOST, LEAST_ALLOWED = 1.0, -1.0
+LOADS = {
+    "contact_force_min": ("contact_force_min_N", LEAST_ALLOWED),
+    "jump_speed": ("jump_speed_rpm", LEAST_ALLOWED),
+    "normal_force": ("normal_force_max_N", MOST),
+    "side_thrust": ("side_thrust_max_N", MOST),
+    "guide_reaction": ("guide_reaction_max_N", MOST),
+    "stem_bending_stress": ("stem_bending_stress_max_MPa", MOST),
+    "jamming_margin": ("jamming_margin", LEAST_ALLOWED),
+    "contact_stress": ("contact_stress_max_MPa", MOST),
+    "wear": ("wear_depth_max_um", MOST),
+    "sliding_speed": ("sliding_speed_max_m_s", MOST),
+    "film_ratio": ("film_ratio_min", LEAST_ALLOWED),
+    "residual_vibration": ("residual_vibration_max_mm", MOST),
+    "contact_force_elastic": ("contact_force_elastic_min_N", LEAST_ALLOWED),
+    "torque": ("torque_peak_N_m", MOST),
+    "power": ("power_peak_W", MOST),
+}
+"""Limits on loads: the quantity that each bounds, from above (MOST) or from below."""
+
+
+def load_quantity(name: str, setup: Setup) -> str:
+    """The quantity that a limit on loads bounds; what is a length is an angle where the follower oscillates."""
+    quantity = LOADS[name][0]
+    return f"{quantity.removesuffix('_mm')}_deg" if setup.angular and quantity.endswith("_mm") else quantity
+
+
+def _load(name: str, bound: float, setup: Setup) -> Limit:
+    """A load is bounded from one side."""
+    quantity, side = load_quantity(name, setup), LOADS[name][1]
+
+    def excess(columns: Columns, designs: Designs) -> FloatArray:
+        return np.asarray(side * (columns[quantity] - bound) / (abs(bound) or 1.0) + np.zeros(len(designs)))
+
+    by_arm = name.startswith("contact_force") and setup.angular  # a moment over the length of the arm
+    needs = (quantity, "arm_length_mm") if by_arm else (quantity,)
+    claims, relation = tuple(_load_claims(name, bound, setup)), "≤" if side == MOST else "≥"
+    jumps = at_corners if claims and name != "jamming_margin" else never
+    return Limit(name, bound, needs, excess, claims, jumps, shown=(quantity,), relation=relation)
+
+
+def _load_claims(name: str, bound: float, setup: Setup) -> Iterator[Claim]:
+    """The curves that decide a limit on loads; none for one that the motion alone decides."""
+    if name == "contact_stress" and not setup.pointed:  # that of a knife edge has no bound
+        for *_, (make, kinds) in hertz.variants(setup):
+            yield Claim(make, kinds, goal_of(setup), Plain(hertz.load_of(setup, bound)))
+    elif name in ("wear", "sliding_speed", "film_ratio"):
+        for (make, kinds), goal in surface.variants(name, setup):
+            yield Claim(make, kinds, goal, Plain(surface.ceiling(name, setup, bound)))
+    elif name == "jamming_margin":
+        yield Claim(partial(drag_curve, setup), driven(setup), LARGEST_MAGNITUDE, Plain(1.0 - bound))
+    elif name == "normal_force":
+        for way, kinds in ways(setup):
+            yield Claim(partial(normal_curve, setup, way=way), kinds, goal_of(setup), Plain(bound))
+    elif name in ("torque", "power"):
+        assert setup.omega is not None
+        per = 1.0 if name == "torque" else setup.omega
+        for way, kinds in ways(setup):
+            make, most = partial(torque_curve, setup, way=way), Plain(1e3 * bound / per)
+            yield Claim(make, kinds, LARGEST_MAGNITUDE, most)
+    elif name in ("side_thrust", "guide_reaction", "stem_bending_stress"):
+        arm, reach, factor = thrust.levers(setup)[LOADS[name][0]]
+        for way, kinds in ways(setup):
+            make = partial(thrust.thrust_curve, setup, way=way, arm=arm, reach=reach)
+            yield Claim(make, kinds, LARGEST_MAGNITUDE, Plain(bound / factor))
+
+
+def _curvature(name: str, setup: Setup, bound: float) -> Limit:
+    """Least convex radius of the profile: κ_pitch·(R_r + ρ_min) ≤ 1, no difference of radii.
+
+    Undercut is the same with ρ_min = 0, but at the bound itself it is not held.
+    """
+    at_bound = np.finfo(float).tiny if bound == 0.0 else 0.0
+
+    def flat(columns: Columns, designs: Designs) -> FloatArray:
+        result: FloatArray = (bound - columns["profile_radius_min_mm"]) / (bound or designs.size)
+        return np.where(result == 0.0, at_bound, result)
+
+    def trace(columns: Columns, designs: Designs) -> FloatArray:
+        sharpest = columns["pitch_curvature_max_per_mm"]
+        if setup.mechanism.grooved:
+            sharpest = np.maximum(sharpest, -columns["pitch_curvature_min_per_mm"])
+        result: FloatArray = sharpest * (designs.roller_radius + bound) - 1.0
+        return np.where(result == 0.0, at_bound, result)
+
+    mechanism, shown, relation = setup.mechanism, ("profile_radius_min_mm",), ">" if bound == 0.0 else "≥"
+
+    def pointed(programme: Programme) -> bool:
+        return any(mechanism.grooved or corner.size < 0.0 for corner in programme.corners)
+
+    if mechanism.curvature is None:
+        assert mechanism.profile_radius is not None
+        claim = Claim(mechanism.profile_radius, TURN, LEAST, Plain(bound), unit=size_of)
+        return Limit(name, bound, shown, flat, (claim,), pointed, shown, relation)
+    goal = LARGEST_MAGNITUDE if mechanism.grooved else LARGEST
+    claim = Claim(mechanism.curvature, TURN, goal, Plain(1.0), Offset(bound))
+    needs = ("pitch_curvature_max_per_mm", "pitch_curvature_min_per_mm", *shown)
+    return Limit(name, bound, needs, trace, (claim,), pointed, shown, relation)
+
+
+def _crossing() -> Limit:
+    """The profile does not cross itself: held or not, without a measure of how far."""
+
+    def excess(columns: Columns, designs: Designs) -> FloatArray:
+        return np.asarray(columns["self_crossing"] - 0.5 + np.zeros(len(designs)))
+
+    return Limit("self_crossing", 0.0, ("self_crossing",), excess, asked=False)
+
+
+def _implied(setup: Setup) -> list[Limit]:
+    """What every cam has to hold, asked or not: no undercut, no self-crossing, and clear of its shaft.
+
+    Without undercut, only a round body can make a profile that crosses itself.
+    """
+    limits = []
+    if not setup.pointed:
+        limits.append(replace(_curvature("undercut", setup, 0.0), asked=False))
+    if setup.shaft_radius is not None:
+        radius = setup.shaft_radius
+        limits.append(
+            Limit("shaft_diameter", 2 * radius, (), lambda columns, designs: (radius - designs.size) / radius)
+        )
+    if setup.mechanism.curvature is not None and not (setup.mechanism.grooved or setup.pointed):
+        limits.append(_crossing())
+    return limits
+
+
+def pressure_limits(mechanism: Mechanism, on_rise: float | None, on_return: float | None) -> Iterator[Limit]:
+    """The limits on the pressure angle in deg: one of rises and dwells, one of returns alone."""
+
+    def limit(name: str, bound: float, kinds: int, *needs: str) -> Limit:
+        claim = Claim(mechanism.pressure, kinds, LARGEST_MAGNITUDE, Tangent(bound))
+        return _at_most(name, bound, *needs, claims=[claim])
+
+    if on_rise is not None:
+        rises = ("pressure_angle_max_rise_deg", "pressure_angle_max_dwell_deg")
+        yield limit("pressure_angle", on_rise, RISE | DWELL, *rises)
+    if on_return is not None:
+        yield limit("pressure_angle_return", on_return, RETURN, "pressure_angle_max_return_deg")
+
+
+def _derivative(name: str, order: int, bound: float, setup: Setup, rpm: float) -> Limit:
+    """The largest magnitude of a derivative of the motion by time is bounded."""
+
+    def jumps(programme: Programme) -> bool:
+        return any(jump.order < order for jump in programme.jumps)
+
+    quantity = motion_quantity(name, "", angular=setup.angular, timed=True)
+    by_angle = ByCamAngle(bound, 1.0 if setup.angular else 1e3, order, rpm)
+    claim = Claim(Derivative(order), RISE | RETURN, LARGEST_MAGNITUDE, by_angle)
+    return _at_most(name, bound, quantity, claims=[claim], infinite_at=jumps)
+
+
+def limits_of(scene: Scene, setup: Setup) -> tuple[Limit, ...]:
+    """The limits of a scene, those that are asked last at the end, with those that every cam has to hold."""
+    asked = scene.limits
+    limits = []
+    for order, derivative in enumerate(DERIVATIVES, start=1):
+        if (bound := getattr(asked, derivative)) is not None:
+            assert scene.cam.rpm is not None
+            limits.append(_derivative(derivative, order, bound, setup, scene.cam.rpm))
+    on_return = asked.pressure_angle if asked.pressure_angle_return is None else asked.pressure_angle_return
+    limits += pressure_limits(setup.mechanism, asked.pressure_angle, on_return)
+    if asked.face_reach is not None and setup.mechanism.reach is not None:
+        claim = Claim(setup.mechanism.reach, TURN, LARGEST_MAGNITUDE, Plain(asked.face_reach))
+        ends = ("face_reach_max_mm", "face_reach_min_mm")
+        limits.append(_at_most("face_reach", asked.face_reach, *ends, claims=[claim], relation="±"))
+    if asked.curvature_radius is not None:
+        limits.append(_curvature("curvature_radius", setup, asked.curvature_radius))
+    loads = [_load(name, bound, setup) for name in LOADS if (bound := getattr(asked, name)) is not None]
+    found = (*limits, *_implied(setup), *loads)
+    limited = [replace(limit, of_motion=_of_motion(limit, setup)) for limit in found]
+    return tuple(sorted(limited, key=lambda limit: limit.last))
+
+
+def _of_motion(limit: Limit, setup: Setup) -> bool:
+    effects = [EFFECTS[QUANTITIES[name].effect] for name in limit.needs]
+    return bool(effects) and all(effect.of_motion(setup) for effect in effects)

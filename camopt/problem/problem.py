@@ -1,0 +1,266 @@
+"""From a scene to a problem in inside units (mm, s, rad): its setup, programme, design and limits."""
+
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, replace
+from math import isnan, nan, pi
+from typing import Any
+
+import numpy as np
+
+from camopt.effects import Bodies, Dynamics, Setup, lacking, offered
+from camopt.mechanisms import FIELDS, SIZES, Designs, mechanism_for
+from camopt.mistakes import BadInput, Mistake
+from camopt.motion import LAWS
+from camopt.motion.law import Law
+from camopt.motion.programme import Programme
+from camopt.problem.claims import Claim
+from camopt.problem.limits import LOADS, Limit, limits_of, load_quantity
+from camopt.quantities import EVERYTHING, GEOMETRY, QUANTITIES
+from camopt.scene.checks import sizes_of
+from camopt.scene.load import constant_and_changing
+from camopt.scene.materials import MATERIALS
+from camopt.scene.own_laws import spline_of
+from camopt.scene.scene import Scene
+
+VERDICT = ("feasible", "violated", "status", "relative_half_width")
+EXACT = 1e-13  # tolerance for single designs, whose digits people compare: it costs nothing there
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A scene resolved: its setup, laws, programme and design in inside units, its limits, what it calls for."""
+
+    scene: Scene
+    setup: Setup
+    laws: Mapping[str, Law]
+    """Every law that the scene can name: the built-in ones and its own."""
+    programme: Programme
+    design: Designs
+    """The scene's own design; a size that the scene leaves to its search is not a number (``resolve_design``)."""
+    limits: tuple[Limit, ...]
+
+    def with_programme(self, programme: Programme) -> "Problem":
+        """The problem of another motion of the same follower, with the same limits."""
+        return replace(self, programme=programme)
+
+    def with_laws(self, rise: str | None, fall: str | None) -> Programme:
+        """The scene's programme with other laws, by name, on its rises and returns (None keeps them)."""
+        return self.programme.with_laws(*(None if name is None else self.laws[name] for name in (rise, fall)))
+
+    @property
+    def size_name(self) -> str:
+        """The quantity that says how large the cam is."""
+        return "mean_radius_mm" if self.setup.mechanism.grooved else "base_radius_mm"
+
+    @property
+    def sizes(self) -> frozenset[str]:
+        """The quantities that a design is made of."""
+        return frozenset(n for n in offered(self.setup) if QUANTITIES[n].effect == "sizes")
+
+    @property
+    def without_last(self) -> "Problem":
+        """The problem without the limits that are asked last."""
+        return replace(self, limits=tuple(limit for limit in self.limits if not limit.last))
+
+    @property
+    def has_last(self) -> bool:
+        """Whether there are limits that are asked last."""
+        return any(limit.last for limit in self.limits)
+
+    @property
+    def claims(self) -> tuple[Claim, ...]:
+        """What all limits say of curves."""
+        return tuple(claim for limit in self.limits for claim in limit.claims)
+
+    @property
+    def needed(self) -> frozenset[str]:
+        """The quantities that limits and objectives call for."""
+        objectives = (*self.scene.search.minimise, *self.scene.search.maximise)
+        return frozenset([*objectives, *(need for limit in self.limits for need in limit.needs)])
+
+    @property
+    def named(self) -> frozenset[str]:
+        """The quantities of the scene's named outputs, or else those of motion and geometry."""
+        outputs = self.scene.outputs or GEOMETRY
+        named = [n for n in offered(self.setup) if QUANTITIES[n].effect in outputs or EVERYTHING in outputs]
+        return frozenset(named) | (frozenset(outputs) & QUANTITIES.keys())
+
+    @property
+    def wanted(self) -> frozenset[str]:
+        """What the scene calls for: its named outputs, or else motion and geometry; and what limits need."""
+        return self.needed | self.named
+
+
+def resolve(scene: Scene) -> Problem:
+    """Turn a validated scene into inside units: mm, s, rad."""
+    if not isinstance(scene, Scene):
+        raise BadInput([Mistake("camopt", "scene", scene, "a Scene, such as find_scene or Scene.from_toml give")])
+    cam, follower = scene.cam, scene.follower
+    setup = Setup(
+        mechanism=mechanism_for(cam.form, follower.motion, follower.contact),
+        angular=follower.motion == "oscillating",
+        pointed=follower.contact == "knife",
+        omega=None if cam.rpm is None else cam.rpm * 2 * pi / 60,
+        shaft_radius=None if cam.shaft_diameter is None else cam.shaft_diameter / 2,
+        tolerance=scene.accuracy.tolerance,
+        dynamics=_dynamics(scene),
+        bodies=_bodies(scene),
+        spherical=follower.contact == "spherical",
+    )
+    segments = [(s.segment, s.angle, s.lift, s.law) for s in scene.motion]
+    sizes = {FIELDS[key.partition(".")[2]]: np.array([_given(scene, key)]) for key in size_keys(scene)}
+    absent = {name: np.zeros(1) for name in SIZES if name not in sizes}
+    design = Designs(**sizes, **absent, sense=1.0 if cam.rotation == "ccw" else -1.0)
+    mistakes = [*_not_offered(scene, setup), *_out_of_reach(scene, setup)]
+    if mistakes:
+        raise BadInput(mistakes)
+    laws = {**LAWS, **{name: spline_of(name, law.model_dump()) for name, law in scene.laws.items()}}
+    _, load = constant_and_changing(*load_and_unit(scene))
+    programme = Programme.from_segments(segments, angular=setup.angular, laws=laws, load=load)
+    return Problem(scene, setup, laws, programme, design, limits_of(scene, setup))
+
+
+def resolve_design(scene: Scene) -> Problem:
+    """As ``resolve``, for a scene that gives every size of its design.
+
+    Raises
+    ------
+    BadInput
+        For each size that it leaves to a search.
+    """
+    problem = resolve(scene)
+    mistakes = missing_sizes(problem)
+    if mistakes:
+        raise BadInput(mistakes)
+    return problem
+
+
+def missing_sizes(problem: Problem, searched: Collection[str] = ()) -> list[Mistake]:
+    """A mistake for each size that the scene does not give, but for those searched (keys of ``[search]``)."""
+    scene = problem.scene
+    why = "missing; only optimise, or a sweep whose [search] has it, can do without it"
+    return [
+        Mistake(scene.file, key, None, why, bare=True)
+        for key in size_keys(scene)
+        if isnan(_given(scene, key)) and key.partition(".")[2] not in searched
+    ]
+
+
+def size_keys(scene: Scene) -> list[str]:
+    """The keys of the sizes that the scene's mechanism has, as ``cam.base_radius``."""
+    cam, follower = scene.cam, scene.follower
+    sizes = sizes_of(cam.form, follower.motion, follower.contact)
+    return [f"cam.{'base' if cam.form == 'disc' else 'mean'}_radius", *(f"follower.{name}" for name in sizes)]
+
+
+def _given(scene: Scene, key: str) -> float:
+    """A size in mm, not a number where the scene does not give it."""
+    table, name = key.split(".")
+    value: float | None = getattr(getattr(scene, table), name)
+    return nan if value is None else value
+
+
+def claims_on(problem: Problem, made: Callable[[Designs, Programme], Any] | None) -> list[Claim]:
+    """What the limits say of one of the mechanism's curves; nothing of one that it has not."""
+    return [claim for claim in problem.claims if claim.curve is made]
+
+
+def strictest(problem: Problem) -> list[Claim]:
+    """The claims of all limits, without those that another one on the same curve and strokes implies."""
+    found: dict[Any, Claim] = {}
+    for claim in problem.claims:
+        same = (claim.curve, claim.strokes, claim.goal)
+        if same not in found or claim.strictness > found[same].strictness:
+            found[same] = claim
+    return list(found.values())
+
+
+def exactly(problem: Problem) -> Problem:
+    """The problem at a tolerance near rounding, for the few designs whose digits count."""
+    return replace(problem, setup=replace(problem.setup, tolerance=min(problem.setup.tolerance, EXACT)))
+
+
+def _out_of_reach(scene: Scene, setup: Setup) -> list[Mistake]:
+    """Limits on quantities that the mechanism has not, or that the scene gives too little for."""
+    mistakes, offers, lacks = [], offered(setup), lacking(setup)
+    for key in LOADS:
+        name, bound = load_quantity(key, setup), getattr(scene.limits, key)
+        if bound is not None and name not in offers:
+            why = f"needs {', '.join(lacks[name])}" if name in lacks else "this mechanism has none"
+            mistakes.append(Mistake(scene.file, f"limits.{key}", bound, why, bare=True))
+    return mistakes
+
+
+def _dynamics(scene: Scene) -> Dynamics:
+    """The follower's dynamics in inside units: N, mm, s, t."""
+    given = scene.follower.dynamics
+    if given is None:
+        return Dynamics()
+    angular = scene.follower.motion == "oscillating"
+    mass, torque = (given.inertia, 1e3) if angular else (given.mass, 1.0)
+    constant, _ = constant_and_changing(*load_and_unit(scene))
+    mass = None if mass is None else mass * (1e3 if angular else 1e-3)  # kg·m² to t·mm², kg to t
+    return Dynamics(
+        mass=mass,
+        damping=(given.damping or 0.0) * torque,
+        stiffness=(given.spring_rate or 0.0) * torque,
+        preload=(given.preload or 0.0) * torque,
+        load=constant + (mass or 0.0) * (given.gravity or 0.0) * 1e3,
+        friction=given.friction or 0.0,
+        guide_length=given.guide_length,
+        overhang=given.overhang,
+        stem_diameter=given.stem_diameter,
+        natural_frequency=given.natural_frequency,
+        damping_ratio=given.damping_ratio or 0.0,
+        fluctuation=given.fluctuation,
+    )
+
+
+def load_and_unit(scene: Scene) -> tuple[Any, float]:
+    """The external load as the scene gives it, and its unit in N (N·mm)."""
+    given = scene.follower.dynamics
+    return given and given.load, 1e3 if scene.follower.motion == "oscillating" else 1.0
+
+
+def _bodies(scene: Scene) -> Bodies:
+    """The bodies in contact; their modulus is known if both are."""
+    given, compliance = scene.materials, 0.0
+    bodies = Bodies(
+        face_width=given.face_width,
+        wear_rate=given.wear_rate,
+        viscosity=None if given.viscosity is None else given.viscosity * 1e-6,
+        pressure_viscosity=None if given.pressure_viscosity is None else given.pressure_viscosity * 1e-3,
+        roughness=None if given.roughness is None else given.roughness * 1e-3,
+    )
+    for body in ("cam", "follower"):
+        name = getattr(given, body)
+        listed = MATERIALS[name] if name else None
+        modulus = getattr(given, f"{body}_modulus") or (listed and listed.modulus)
+        poisson = getattr(given, f"{body}_poisson")
+        poisson = listed.poisson if poisson is None and listed else poisson
+        if modulus is None or poisson is None:
+            return bodies
+        compliance += (1.0 - poisson**2) / (1e3 * modulus)
+    return replace(bodies, modulus=1.0 / compliance)
+
+
+def _not_offered(scene: Scene, setup: Setup) -> list[Mistake]:
+    """Quantities that a scene names and its mechanism has not, or lacks keys for; an objective is a number."""
+    offers, lacks = (*offered(setup), *VERDICT), lacking(setup)
+    numbers = tuple(name for name in offers if QUANTITIES[name].kind is float)
+    effects = {QUANTITIES[name].effect for name in (*offers, *lacks)}
+    named = {
+        "outputs": (scene.outputs, (*offers, *effects, EVERYTHING)),
+        "search.minimise": (scene.search.minimise, numbers),
+        "search.maximise": (scene.search.maximise, numbers),
+    }
+    mistakes = []
+    for key, (names, allowed) in named.items():
+        for name in names:
+            if name in lacks:
+                needs = f"needs {', '.join(lacks[name])}"
+                mistakes.append(Mistake(scene.file, key, name, needs, bare=True))
+            elif name not in allowed:
+                listed = ", ".join(n for n in allowed if n in QUANTITIES)
+                mistakes.append(Mistake(scene.file, key, name, f"a quantity of this scene: {listed}"))
+    return mistakes

@@ -1,0 +1,64 @@
+"""What a scene gives of dynamics and materials that nothing which runs reads."""
+
+from dataclasses import replace
+
+from camopt.effects import EFFECTS, called, lacking, offered
+from camopt.problem.problem import resolve
+from camopt.quantities import QUANTITIES
+from camopt.scene.scene import Scene
+
+LOADED = ("force", "torque", "thrust", "hertz", "surface", "vibration")
+GUIDED = ("torque", "thrust", "hertz", "surface")
+PRESSING = ("mass", "inertia", "spring_rate", "preload", "damping", "load", "gravity")
+READERS: dict[str, tuple[str, ...]] = {
+    **dict.fromkeys(PRESSING, LOADED),
+    **dict.fromkeys(("guide_length", "overhang", "friction"), GUIDED),
+    **dict.fromkeys(("natural_frequency", "damping_ratio"), ("vibration",)),
+    "stem_diameter": ("thrust",),
+    "fluctuation": ("torque",),
+    **dict.fromkeys(("cam", "cam_modulus", "cam_poisson"), ("hertz", "surface")),
+    **dict.fromkeys(("follower", "follower_modulus", "follower_poisson", "face_width"), ("hertz", "surface")),
+    **dict.fromkeys(("wear_rate", "viscosity", "pressure_viscosity", "roughness"), ("surface",)),
+}
+"""The effects that read each key of ``[follower.dynamics]`` and ``[materials]``."""
+
+
+def unused(scene: Scene) -> list[str]:
+    """What the scene gives and nothing calls for, as sentences: the keys, and what would use them."""
+    problem = resolve(scene)
+    setup = problem.setup
+    running, offers = called(problem.wanted, setup), frozenset(offered(setup))
+    massless = lacking(replace(setup, dynamics=replace(setup.dynamics, mass=None)))
+
+    def reads(effect: str, key: str, names: frozenset[str]) -> bool:
+        """Whether some quantities of an effect read a key; only loads read what presses on the cam."""
+        here = {name for name in names if QUANTITIES[name].effect == effect}
+        return bool(here & massless.keys() if key in PRESSING or effect == "surface" else here)
+
+    asked = frozenset(name for names in running.values() for name in names)
+    idle = [key for key in _given(scene) if not any(reads(effect, key, asked) for effect in READERS[key])]
+    able = {key: [effect for effect in READERS[key] if reads(effect, key, offers)] for key in idle}
+    effects = [name for name in EFFECTS if any(name in users for users in able.values())]
+    sentences = []
+    if ready := [key for key in idle if able[key]]:
+        them, do = ("them", "they do") if len(ready) > 1 else ("it", "it does")
+        shown = f"--outputs {','.join(effects)} shows what {do}"
+        sentences.append(f"{', '.join(ready)}: no limit, objective or output uses {them}; {shown}")
+    if short := [key for key in idle if not able[key]]:
+        sentences.append(f"{', '.join(short)}: not used{_for_want(short, lacking(setup))}")
+    return sentences
+
+
+def _given(scene: Scene) -> list[str]:
+    """The keys of ``[follower.dynamics]`` and ``[materials]`` that a scene gives, but for zeros."""
+    tables = (scene.follower.dynamics, scene.materials)
+    return [key for table in tables if table for key, value in table if value is not None and value != 0.0]
+
+
+def _for_want(keys: list[str], lacks: dict[str, tuple[str, ...]]) -> str:
+    """The fewest keys that would make one of the quantities that read some keys computable."""
+    effects = {effect for key in keys for effect in READERS[key]}
+    wanting = [tuple(needs) for name, needs in lacks.items() if QUANTITIES[name].effect in effects]
+    pressed = [needs for needs in wanting if any(n.endswith((".mass", ".inertia")) for n in needs)]
+    chosen = pressed if set(keys) <= {*PRESSING} and pressed else wanting
+    return f" without {', '.join(sorted(chosen, key=len)[0])}" if chosen else " with this follower"

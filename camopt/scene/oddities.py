@@ -1,0 +1,40 @@
+"""Values of a scene that are allowed, but are hardly what was meant: metres for millimetres, turns a second."""
+
+from collections.abc import Iterator
+
+from camopt.scene.scene import Scene
+
+LENGTH = (0.1, 1e4, "mm")
+USUAL = {
+    **dict.fromkeys(("cam.base_radius", "cam.mean_radius", "cam.shaft_diameter"), LENGTH),
+    **dict.fromkeys((f"follower.{k}" for k in ("roller_radius", "arm_length", "centre_distance")), LENGTH),
+    "follower.face_radius": (0.1, 1e6, "mm"),
+    "cam.rpm": (0.01, 1e5, "rev/min"),
+    "follower.dynamics.mass": (1e-5, 1e4, "kg"),
+    "follower.dynamics.inertia": (1e-9, 1e4, "kg·m²"),
+    "materials.cam_modulus": (0.1, 1500.0, "GPa"),
+    "materials.follower_modulus": (0.1, 1500.0, "GPa"),
+}
+"""From where to where a value raises no question, and its unit."""
+LIFT = {"translating": (0.01, 2e3, "mm"), "oscillating": (0.1, 180.0, "deg")}
+
+
+def oddities(scene: Scene) -> list[str]:
+    """Sentences on values far outside what cams have; none of them is a mistake."""
+    return [
+        f"{key} = {value:g} {unit}: is this what you mean? {least:g} to {most:g} {unit} is usual"
+        for key, value, (least, most, unit) in _values(scene)
+        if not least <= value <= most
+    ]
+
+
+def _values(scene: Scene) -> Iterator[tuple[str, float, tuple[float, float, str]]]:
+    for key, usual in USUAL.items():
+        value: object = scene
+        for part in key.split("."):
+            value = getattr(value, part, None)
+        if isinstance(value, float):
+            yield key, value, usual
+    for number, segment in enumerate(scene.motion, start=1):
+        if segment.segment != "dwell":
+            yield f"motion.{number}.lift", segment.lift, LIFT[scene.follower.motion]

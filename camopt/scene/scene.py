@@ -1,0 +1,208 @@
+"""The scene: the question a user asks, validated when made. TOML in and out.
+
+Keys, units (mm, deg, rev/min) and meaning are those of the scene file. Whatever is wrong with a scene is said
+at once, a line for each mistake, as a BadInput.
+"""
+
+import os
+import tomllib
+from functools import cache
+from importlib import resources
+from pathlib import Path
+from typing import Annotated, Any
+
+import tomli_w
+from pydantic import BaseModel, BeforeValidator, Field, PrivateAttr, ValidationError
+
+from camopt.files import read_bytes
+from camopt.mistakes import BadInput, Mistake, nearest, printable
+from camopt.scene.checks import check
+from camopt.scene.complaints import mistakes_of
+from camopt.scene.load import read_load
+from camopt.scene.own_laws import read_files
+from camopt.scene.tables import (
+    MOST_SEGMENTS,
+    Accuracy,
+    Cam,
+    Follower,
+    Limits,
+    Materials,
+    Outputs,
+    OwnLaw,
+    Search,
+    Segment,
+    Synthesis,
+    Table,
+    one_line,
+)
+from camopt.scene.text import parsed, plain
+from camopt.shown import Shown
+
+
+class Scene(Shown, Table):
+    """A whole question. Made from tables, from TOML (``from_toml``) or from a mapping (``from_dict``).
+
+    Raises
+    ------
+    BadInput
+        With every mistake, when the scene is made.
+    """
+
+    name: Annotated[str, BeforeValidator(one_line)] = "scene"
+    cam: Cam
+    follower: Follower
+    motion: Annotated[tuple[Segment, ...], Field(min_length=1, max_length=MOST_SEGMENTS)]
+    laws: dict[str, OwnLaw] = Field(default_factory=dict)
+    limits: Limits = Limits()
+    search: Search = Search()
+    synthesis: Synthesis = Synthesis()
+    materials: Materials = Materials()
+    accuracy: Accuracy = Accuracy()
+    outputs: Outputs = ()
+    _file: str = PrivateAttr("scene")
+
+    def __repr__(self) -> str:
+        cam, follower = self.cam, self.follower
+        words = [
+            f"{cam.form} cam",
+            f"{follower.motion} {follower.contact} follower",
+            f"{len(self.motion)} segments",
+        ]
+        words += [] if cam.rpm is None else [f"{cam.rpm:g} rpm"]
+        return f"<Scene {self.name}: {', '.join(words)}>"
+
+    __str__ = __repr__
+
+    @property
+    def file(self) -> str:
+        """The name of the scene's file, or what messages call it if it has none."""
+        return self._file
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Scene) and self.__dict__ == other.__dict__
+
+    def __hash__(self) -> int:
+        return hash(self.to_toml())
+
+    def __init__(self, /, **values: Any) -> None:
+        self._fill(values, str(values.get("name", "scene")))
+
+    def _fill(self, values: dict[str, Any], file: str, folder: Path | None = Path()) -> None:
+        tables = plain(values, file)
+        unread = [*read_files(tables, folder), *read_load(tables, folder)]
+        found: list[Mistake] = []
+        try:
+            BaseModel.__init__(self, **tables)
+        except ValidationError as error:
+            found = mistakes_of(error, Scene, "", file)
+        keys = {mistake.key for mistake in found}
+        found += [Mistake(file, *fault, bare=True) for fault in (*unread, *check(tables)) if fault[0] not in keys]
+        if found:
+            raise BadInput(found)
+        self._file = file
+
+    @classmethod
+    def from_dict(cls, data: dict[str, Any], file: str = "scene") -> "Scene":
+        """A scene from nested mappings with the keys of a scene file; ``file`` is named in messages.
+
+        Files of laws and loads are looked for in the current folder.
+        """
+        if not isinstance(data, dict):
+            raise BadInput([Mistake(file, "scene", data, "a mapping of tables")])
+        scene = cls.__new__(cls)
+        scene._fill(data, file)
+        return scene
+
+    @classmethod
+    def from_toml(cls, path: str | os.PathLike[str]) -> "Scene":
+        """A scene from a TOML file.
+
+        Raises
+        ------
+        BadInput
+            With every mistake in it.
+        OSError
+            If there is no such file, or it cannot be read.
+        """
+        name = os.fsdecode(path)
+        data = parsed(read_bytes(path), name)
+        scene = cls.__new__(cls)
+        scene._fill({"name": printable(Path(name).stem), **data}, name, Path(name).parent)
+        return scene
+
+    @classmethod
+    def embedded(cls, text: str, file: str) -> "Scene":
+        """The scene (TOML) that a table holds. Its laws and loads are in it: one that names files is bad."""
+        scene = cls.__new__(cls)
+        scene._fill(parsed(text, file), file, None)
+        return scene
+
+    def to_dict(self) -> dict[str, Any]:
+        """Nested plain mappings without what was left at its default; ``from_dict`` gives an equal scene."""
+        data = self.model_dump(mode="json", exclude_none=True, exclude_defaults=True)
+        return {"name": self.name, **{key: value for key, value in data.items() if value not in ({}, [])}}
+
+    def to_toml(self) -> str:
+        """The scene as TOML text; parsed, it gives an equal scene."""
+        return tomli_w.dumps(self.to_dict())
+
+    def replace(self, **changes: Any) -> "Scene":
+        """The scene with changes by dotted key, such as ``replace(**{"cam.rpm": 1000})``; None clears a key."""
+        data = self.to_dict()
+        for key, value in changes.items():
+            *tables, last = key.split(".")
+            table = data
+            for name in tables:
+                table = table.setdefault(name, {})
+                if not isinstance(table, dict):
+                    raise BadInput(
+                        [Mistake(self.file, key, value, f"{name} is no table: give it whole", bare=True)]
+                    )
+            if value is None:
+                table.pop(last, None)
+            else:
+                table[last] = plain(value, self.file)
+        return Scene.from_dict(data, self.file)
+
+
+@cache
+def shipped_scenes() -> tuple[str, ...]:
+    """The names of the scenes that come with the package."""
+    folder = resources.files("camopt.scene") / "shipped"
+    return tuple(
+        sorted(entry.name.removesuffix(".toml") for entry in folder.iterdir() if entry.name.endswith(".toml"))
+    )
+
+
+def shipped_toml(name: str) -> str:
+    """The text of a shipped scene."""
+    return (resources.files("camopt.scene") / "shipped" / f"{name}.toml").read_text(encoding="utf-8")
+
+
+def find_scene(name: str | os.PathLike[str]) -> Scene:
+    """A scene by the path of its file, or by the name of a shipped one.
+
+    Raises
+    ------
+    BadInput
+        If there is neither; with every mistake in it.
+    OSError
+        If the file cannot be read.
+    """
+    if not isinstance(name, (str, os.PathLike)):
+        raise BadInput(
+            [Mistake("camopt", "SCENE", name, "the path of a TOML file, or the name of a shipped scene")]
+        )
+    word = os.fsdecode(name)
+    if word in shipped_scenes():
+        return Scene.from_dict(tomllib.loads(shipped_toml(word)), word)
+    path = Path(word)
+    if path.is_file():
+        return Scene.from_toml(word)
+    if word and path.exists():
+        why = "a TOML file or a shipped scene; this is a folder, pipe or device"
+    elif path.suffix or {"/", os.sep} & {*word}:
+        why = "a TOML file or a shipped scene; there is no such file"
+    else:
+        why = f"a TOML file or a shipped scene; {nearest(word, shipped_scenes())}"
+    raise BadInput([Mistake("camopt", "SCENE", word, why)])

@@ -1,0 +1,385 @@
+"""The tables of a scene: their keys, what each allows, and what it means."""
+
+from numbers import Integral, Real
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Discriminator,
+    Field,
+    Tag,
+    ValidationError,
+    model_validator,
+)
+
+from camopt.mistakes import BadInput, nearest
+from camopt.quantities import DISCIPLINES, EVERYTHING, QUANTITIES
+from camopt.scene.complaints import TAGS, mistakes_of
+from camopt.scene.materials import MATERIALS
+from camopt.scene.own_laws import DEGREES
+
+
+def _is_number(value: Any) -> Any:
+    if isinstance(value, bool) or not isinstance(value, Real):
+        raise ValueError("a number")
+    try:
+        return float(value)
+    except OverflowError:
+        raise ValueError("a finite number") from None
+
+
+SHORTEST, LONGEST, SLOWEST = 1e-9, 1e9, 1e-9
+Number = Annotated[float, BeforeValidator(_is_number), Field(allow_inf_nan=False)]
+Length = Annotated[Number, Field(ge=SHORTEST, le=LONGEST)]
+Anywhere = Annotated[Number, Field(ge=-LONGEST, le=LONGEST)]
+Positive = Annotated[Number, Field(ge=1e-15, le=1e15)]
+NotNegative = Annotated[Number, Field(ge=0, le=1e15)]
+Acute = Annotated[Number, Field(ge=1e-9, lt=90)]
+
+
+def _known(names: Any, what: str) -> Any:
+    def validate(value: Any) -> Any:
+        if not isinstance(value, str) or value not in names:
+            raise ValueError(f"{what}; {nearest(str(value), names)}")
+        return value
+
+    return BeforeValidator(validate)
+
+
+def one_line(value: Any) -> Any:
+    if isinstance(value, str) and not value.isprintable():
+        raise ValueError("a text of one line, of printable characters")
+    return value
+
+
+def _is_whole(value: Any) -> Any:
+    if isinstance(value, bool) or not isinstance(value, Integral):
+        raise ValueError("a whole number")
+    return int(value)
+
+
+def _is_name(value: Any) -> Any:
+    if not isinstance(value, str):
+        raise ValueError("the name of a motion law")
+    return value
+
+
+def _is_switch(value: Any) -> Any:
+    if not isinstance(value, bool):
+        raise ValueError("true or false")
+    return value
+
+
+Switch = Annotated[bool, BeforeValidator(_is_switch)]
+LawName = Annotated[str, BeforeValidator(_is_name)]
+MaterialName = Annotated[str, _known(MATERIALS, "a material")]
+QuantityName = Annotated[str, _known(QUANTITIES, "a quantity")]
+
+
+class Table(BaseModel):
+    """A table of a scene: unknown keys are mistakes, and nothing changes once made."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    def __init__(self, /, **values: Any) -> None:
+        try:
+            super().__init__(**values)
+        except ValidationError as error:
+            raise BadInput(mistakes_of(error, type(self), type(self).__name__.lower())) from None
+
+
+def _turns(value: Any) -> Any:
+    if isinstance(value, Real) and not isinstance(value, bool) and value < SLOWEST:
+        raise ValueError(f"at least {SLOWEST:g}; the sense of rotation is cam.rotation, 'ccw' or 'cw'")
+    return value
+
+
+class Cam(Table):
+    """The cam: form, sense of rotation, speed (rev/min) and size (mm)."""
+
+    form: Literal["disc", "cylindrical"]
+    rotation: Literal["ccw", "cw"] = "ccw"
+    rpm: Annotated[Number, BeforeValidator(_turns), Field(le=1e15)] | None = None
+    base_radius: Length | None = None
+    mean_radius: Length | None = None
+    shaft_diameter: Length | None = None
+
+
+def _rows(value: Any) -> Any:
+    return tuple(tuple(row) if isinstance(row, list) else row for row in value)
+
+
+def _kind_of_load(value: Any) -> str:
+    return "file/" if isinstance(value, str) else "rows/" if isinstance(value, (list, tuple)) else "constant/"
+
+
+Load = Annotated[
+    Annotated[Anywhere, Tag("constant/")]
+    | Annotated[str, Tag("file/")]
+    | Annotated[tuple[Any, ...], BeforeValidator(_rows), Tag("rows/")],  # what is in them is checked with the scene
+    Discriminator(_kind_of_load),
+]
+
+
+class Dynamics(Table):
+    """What moves with the follower, and what presses it on the cam.
+
+    Translating: kg, N/mm, N, N·s/mm. Oscillating, about the pivot: inertia in kg·m² in place of the mass, N·m/rad,
+    N·m, N·m·s/rad. ``load`` is an external force (moment) that presses the follower on the cam; ``gravity`` the
+    acceleration (m/s²) that does so to the mass. Guide, overhang, stem in mm, natural frequency in Hz.
+
+    A load that changes over the turn is a list of rows (cam angle from the start of the first segment, 0 to 360
+    deg; load), or a CSV file with columns angle and load (a path relative to the scene file), read when the scene
+    is made. It goes straight from row to row, and from the last to the first of the next turn; two rows at one cam
+    angle (0 and 360 are one) are a jump.
+    """
+
+    mass: Positive | None = None
+    inertia: Positive | None = None
+    spring_rate: NotNegative | None = None
+    preload: NotNegative | None = None
+    damping: NotNegative | None = None
+    load: Load | None = None
+    gravity: Anywhere | None = None
+    guide_length: Length | None = None
+    overhang: NotNegative | None = None
+    friction: NotNegative | None = None
+    stem_diameter: Length | None = None
+    natural_frequency: Positive | None = None
+    damping_ratio: Annotated[Number, Field(ge=0, lt=1)] | None = None
+    fluctuation: Positive | None = None
+
+
+class Follower(Table):
+    """The follower: how it moves, what touches the cam, and its sizes (mm)."""
+
+    motion: Literal["translating", "oscillating"]
+    contact: Literal["knife", "roller", "flat", "spherical"]
+    roller_radius: Length | None = None
+    face_radius: Length | None = None
+    face_offset: Anywhere | None = None
+    arm_length: Length | None = None
+    centre_distance: Length | None = None
+    offset: Anywhere = 0.0
+    dynamics: Dynamics | None = None
+
+
+MOST_SEGMENTS = 1_000
+
+
+class Segment(Table):
+    """One segment of the turn: cam angle in deg, lift in mm (deg when oscillating), motion law."""
+
+    segment: Literal["rise", "dwell", "return"]
+    angle: Annotated[Number, Field(ge=0, le=360 * (1 + 1e-9))]
+    lift: Annotated[Number, Field(ge=0, le=LONGEST)] = 0.0
+    law: LawName | None = None
+
+
+Numbers = Annotated[tuple[Anywhere, ...], Field(min_length=1)]
+
+
+class OwnLaw(Table):
+    """A motion law of the scene's own on the unit stroke, 0 ≤ s ≤ 1 for 0 ≤ x ≤ 1: a B-spline or a table.
+
+    A B-spline has a ``degree`` from 3 to 12, clamped ``knots`` (degree + 1 zeros first, as many ones last) and
+    ``coefficients``; it is exact. A table has points ``x`` and ``s``, or a CSV ``file`` with these columns (a path
+    relative to the scene file), read when the scene is made. Its law is the quintic spline through the points, at
+    rest at both ends; the ``status`` of its verdicts is "sampled", for the motion between the points is not known.
+    A function ``f`` of Python is given as points too: ``x = [k / 200 for k in range(201)]`` and
+    ``s = [f(v) for v in x]``.
+
+    A rise follows y = lift·s(x), a return y = lift·(1 − s(x)): each starts as the law starts. ``mirror`` takes
+    1 − s(1 − x) in place of s(x). On a return it then retraces the rise with the law as it was given, backwards.
+    """
+
+    degree: Annotated[int, BeforeValidator(_is_whole), Field(ge=DEGREES[0], le=DEGREES[-1])] | None = None
+    knots: Numbers | None = None
+    coefficients: Numbers | None = None
+    x: Numbers | None = None
+    s: Numbers | None = None
+    file: str | None = None
+    mirror: Switch = False
+
+
+class Limits(Table):
+    """What the cam must hold, each optional: deg, mm, m/s, m/s², m/s³ (oscillating: rad), N, rpm, MPa, N·m, W.
+
+    ``pressure_angle`` holds for rises, dwells and returns; ``pressure_angle_return`` replaces it for returns alone.
+    ``face_reach`` bounds both sides of a flat face.
+    """
+
+    pressure_angle: Acute | None = None
+    pressure_angle_return: Acute | None = None
+    curvature_radius: Length | None = None
+    face_reach: Length | None = None
+    velocity: Positive | None = None
+    acceleration: Positive | None = None
+    jerk: Positive | None = None
+    contact_force_min: Anywhere | None = None
+    jump_speed: Positive | None = None
+    normal_force: Positive | None = None
+    side_thrust: Positive | None = None
+    guide_reaction: Positive | None = None
+    stem_bending_stress: Positive | None = None
+    jamming_margin: Annotated[Number, Field(ge=0, le=1)] | None = None
+    contact_stress: Positive | None = None
+    wear: Positive | None = None
+    sliding_speed: Positive | None = None
+    film_ratio: Positive | None = None
+    residual_vibration: Positive | None = None
+    contact_force_elastic: Anywhere | None = None
+    torque: Positive | None = None
+    power: Positive | None = None
+
+
+class Range(Table):
+    """A closed interval; the step matters to a sweep alone."""
+
+    start: Anywhere
+    stop: Anywhere
+    step: Length | None = None
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        if self.stop < self.start:
+            raise ValueError("a range whose stop is not below its start")
+        return self
+
+
+def _as_list(value: Any) -> Any:
+    return [value] if isinstance(value, (Real, str)) and not isinstance(value, bool) else value
+
+
+Values = Annotated[tuple[Anywhere, ...], Field(min_length=1), BeforeValidator(_as_list)]
+Laws = Annotated[tuple[LawName, ...], Field(min_length=1), BeforeValidator(_as_list)]
+Outputs = Annotated[
+    tuple[Annotated[str, _known((*QUANTITIES, *DISCIPLINES, EVERYTHING), "a quantity, an effect or all")], ...],
+    BeforeValidator(_as_list),
+]
+Quantities = Annotated[tuple[QuantityName, ...], BeforeValidator(_as_list)]
+Choice = (
+    Annotated[
+        Annotated[Range, Tag("range/")] | Annotated[Values, Tag("values/")],
+        Discriminator(lambda value: "range/" if isinstance(value, (dict, Range)) else "values/"),
+    ]
+    | None
+)
+
+
+class Search(Table):
+    """What a sweep or an optimisation may vary, and its objectives. A size is a Range or a list of values.
+
+    ``thin`` is the share of each objective's range that rows left out of the front may be away from those kept;
+    ``refine`` moves each row of the front off the grid, to an optimum of the continuous problem.
+    ``angle_rise``, ``angle_return`` and ``angle_dwell`` free the angle (deg) of every segment of a kind within a
+    Range: an optimisation shares out among freed segments the degrees that they have together in the scene.
+    """
+
+    base_radius: Choice = None
+    mean_radius: Choice = None
+    offset: Choice = None
+    roller_radius: Choice = None
+    face_radius: Choice = None
+    arm_length: Choice = None
+    centre_distance: Choice = None
+    face_offset: Choice = None
+    law: Laws = ()
+    law_rise: Laws = ()
+    law_return: Laws = ()
+    angle_rise: Range | None = None
+    angle_return: Range | None = None
+    angle_dwell: Range | None = None
+    minimise: Quantities = ()
+    maximise: Quantities = ()
+    thin: Annotated[Number, Field(ge=1e-9, lt=1)] | None = None
+    refine: Switch = False
+
+    def angle_of(self, segment: str) -> Range | None:
+        """The range of the angle of a rise, dwell or return; None where it stays as it is."""
+        found: Range | None = getattr(self, f"angle_{segment}")
+        return found
+
+
+def _is_pair(value: Any) -> Any:
+    if not isinstance(value, (list, tuple)) or len(value) != 2:
+        raise ValueError("two numbers")
+    return tuple(_is_number(v) for v in value)
+
+
+def _is_peak(value: Any) -> Any:
+    """A peak factor: ± a number, a range that holds 0, or that of a law, by name."""
+    if isinstance(value, str):
+        return value
+    if isinstance(value, (list, tuple)):
+        pair = _is_pair(value)
+        if not -LONGEST <= pair[0] <= 0.0 < pair[1] <= LONGEST:
+            raise ValueError("a range with 0 in it")
+        return pair
+    number = _is_number(value)
+    if not 0.0 < number <= LONGEST:
+        raise ValueError("a number above 0, a range or the name of a law")
+    return number
+
+
+TERMS = ("size", "velocity", "acceleration", "jerk", "acceleration_rms", "jerk_rms", "residual_vibration")
+Peak = Annotated[float | tuple[float, float] | str, BeforeValidator(_is_peak)] | None
+Term = Annotated[str, _known(TERMS, "a term of the objective")]
+Points = tuple[Annotated[tuple[float, float], BeforeValidator(_is_pair)], ...]
+
+
+class Synthesis(Table):
+    """What free motion laws minimise and hold, beside ``[limits]``.
+
+    ``minimise`` is size (mm), velocity, acceleration or jerk (largest over the turn), acceleration_rms or jerk_rms
+    (root mean square over the turn), residual_vibration (in a dwell), or a table of weights for several; units are
+    those of ``[limits]``, or by the cam angle without a speed. ``peak_velocity``, ``peak_acceleration``,
+    ``peak_jerk`` bound the unit stroke, as `camopt laws` lists them: a number for ±, a range, or the name of a law
+    that has as much. Where neither these nor ``[limits]`` bound acceleration or jerk, each that is not minimised
+    is held to poly345's. ``rest`` is how many derivatives are zero beside a dwell, 2 at least where the jerk is
+    bounded or minimised. ``points`` are (cam angle in deg, displacement in mm) that the motion goes through. Laws
+    are B-splines of a ``degree`` in so many ``pieces`` a stroke, with ``continuity`` continuous derivatives (one
+    less than the degree if not given).
+    """
+
+    minimise: Annotated[
+        Annotated[Term, Tag("range/")] | Annotated[dict[Term, Positive], Field(min_length=1), Tag("values/")],
+        Discriminator(lambda value: TAGS[isinstance(value, dict)]),
+    ] = "size"
+    peak_velocity: Peak = None
+    peak_acceleration: Peak = None
+    peak_jerk: Peak = None
+    rest: Annotated[int, BeforeValidator(_is_whole), Field(ge=1, le=3)] = 2
+    monotone: Switch = False
+    points: Points = ()
+    degree: Annotated[int, BeforeValidator(_is_whole), Field(ge=4, le=9)] = 5
+    pieces: Annotated[int, BeforeValidator(_is_whole), Field(ge=2, le=200)] = 48
+    continuity: Annotated[int, BeforeValidator(_is_whole), Field(ge=2, le=8)] | None = None
+
+
+class Materials(Table):
+    """Bodies in contact: names of materials, or moduli in GPa and Poisson's ratios; face width in mm.
+
+    Wear rate of the cam in mm²/N, viscosity of the lubricant in Pa·s and its pressure coefficient in 1/GPa,
+    composite roughness (root mean square) in µm.
+    """
+
+    cam: MaterialName | None = None
+    follower: MaterialName | None = None
+    cam_modulus: Positive | None = None
+    cam_poisson: Annotated[Number, Field(ge=0, lt=0.5)] | None = None
+    follower_modulus: Positive | None = None
+    follower_poisson: Annotated[Number, Field(ge=0, lt=0.5)] | None = None
+    face_width: Length | None = None
+    wear_rate: Positive | None = None
+    viscosity: Positive | None = None
+    pressure_viscosity: Positive | None = None
+    roughness: Positive | None = None
+
+
+class Accuracy(Table):
+    """Relative error allowed in each reported value."""
+
+    tolerance: Annotated[Number, Field(ge=1e-14, le=1e-2)] = 1e-9

@@ -1,0 +1,95 @@
+"""Boxes of designs as arrays, and how they are cut."""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from camopt.mechanisms import Designs
+from camopt.mechanisms.design import Bounds
+from camopt.numerics import FloatArray
+from camopt.numerics.interval import Interval
+from camopt.smallest.first_look import spread
+from camopt.smallest.result import GAP
+
+NARROW = 1e-3 * GAP  # of a size, or of the scale where that is larger
+
+
+@dataclass(frozen=True)
+class Boxes:
+    """Boxes of designs: the least and largest of each size, arrays (boxes,), and which side is to be cut next."""
+
+    low: dict[str, FloatArray]
+    high: dict[str, FloatArray]
+    side: Any
+    """Index into ``free``."""
+    free: tuple[str, ...]
+    """The sizes of which boxes have a range."""
+    scale: float
+    """Up to this size boxes are cut in the middle, mm; beyond, where one spans multiples, at the geometric mean."""
+
+    @classmethod
+    def one(cls, ends: Bounds, scale: float) -> "Boxes":
+        """The box between the given ends."""
+        low, high = ({n: np.array([end[k]]) for n, end in ends.items()} for k in (0, 1))
+        free = tuple(n for n, (a, b) in ends.items() if b > a)
+        return cls(low, high, np.array([free.index("size")]), free, scale)
+
+    def __len__(self) -> int:
+        return int(self.low["size"].size)
+
+    @property
+    def narrow(self) -> Any:
+        """Which boxes are so narrow that there is no use in cutting them."""
+        return np.all(self._width < 1.0, axis=0)
+
+    @property
+    def _width(self) -> FloatArray:
+        """How many times each side is as wide as one that is not to be cut (sides, boxes)."""
+        least = [NARROW * np.maximum(self.scale, np.abs(self.low[n])) for n in self.free]
+        wide = np.array([self.high[n] - self.low[n] for n in self.free])
+        return np.where(wide > 0.0, wide, 0.0) / np.array(least)
+
+    def take(self, index: Any) -> "Boxes":
+        low, high = ({n: v[index] for n, v in ends.items()} for ends in (self.low, self.high))
+        return Boxes(low, high, self.side[index], self.free, self.scale)
+
+    def below(self, most: float) -> "Boxes":
+        """The boxes without what is larger than a size."""
+        return replace(self, high={**self.high, "size": np.minimum(self.high["size"], most)})
+
+    def narrowed(self, low: dict[str, FloatArray], high: dict[str, FloatArray], side: Any) -> "Boxes":
+        """The boxes with other ends of the sizes that have a range, and other sides to be cut, if wide enough."""
+        left = replace(self, low={**self.low, **low}, high={**self.high, **high}, side=side)
+        width = left._width
+        cut = np.take_along_axis(width, side[None], axis=0)[0] >= 1.0
+        return replace(left, side=np.where(cut, side, np.argmax(width, axis=0)))
+
+    def and_(self, other: "Boxes") -> "Boxes":
+        """These boxes and others."""
+        low = {n: np.concatenate([v, other.low[n]]) for n, v in self.low.items()}
+        high = {n: np.concatenate([v, other.high[n]]) for n, v in self.high.items()}
+        return Boxes(low, high, np.concatenate([self.side, other.side]), self.free, self.scale)
+
+    def designs(self, sense: float) -> Designs:
+        """The boxes as designs of Intervals."""
+        sizes: dict[str, Any] = {n: Interval(self.low[n], self.high[n]) for n in self.low}
+        return Designs(**sizes, sense=sense)
+
+    def halved(self) -> "Boxes":
+        """Each box cut in two across its side."""
+        below, above = dict(self.high), dict(self.low)
+        for k, name in enumerate(self.free):
+            middle = self._middle(name)
+            below[name] = np.where(self.side == k, middle, self.high[name])
+            above[name] = np.where(self.side == k, middle, self.low[name])
+        first = Boxes(self.low, below, self.side, self.free, self.scale)
+        return first.and_(Boxes(above, self.high, self.side, self.free, self.scale))
+
+    def _middle(self, name: str) -> FloatArray:
+        low, high = self.low[name], self.high[name]
+        even = (low + high) / 2
+        if name != "size":
+            return even
+        wide = high > 2.0 * np.maximum(low, self.scale)
+        return np.where(wide, spread(low, high, self.scale, 3)[1], even)

@@ -1,0 +1,181 @@
+"""The least feasible size over a box of designs, by bisection of boxes, many at once.
+
+Every size that camopt takes is covered, up to the given end or to the largest of all. A box is dropped only if its
+limits' own formulas, in interval arithmetic, show that it holds no feasible design, or if a feasible one is known
+that is as small. What is left when the search is stopped bounds how much smaller a cam may be.
+
+Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, ch. 11.
+"""
+
+from dataclasses import dataclass, replace
+from math import inf
+from typing import Any
+
+import numpy as np
+
+from camopt.effects.crossing_boxes import UNKNOWN, KnownCrossings
+from camopt.mechanisms import Designs
+from camopt.mechanisms.design import Bounds
+from camopt.numerics.clock import now
+from camopt.problem.claims import Claim
+from camopt.problem.problem import Problem
+from camopt.smallest.boxes import Boxes
+from camopt.smallest.closed_form import NUDGES, negligible
+from camopt.smallest.enclosure import Examined, claims_on_size, examined, points_of, representatives
+from camopt.smallest.first_look import FEW_VALUES, VALUES, coarse_grid, first_look, largest_size, scale_of
+from camopt.smallest.result import (
+    Smallest,
+    feasible,
+    first_feasible,
+    first_that,
+    gap_of,
+    known_crossings,
+)
+from camopt.verdicts.judging import judged
+
+FEW, MANY = 32, 512  # boxes examined together: no fewer, for they take no longer, and no more, to stop in time
+MOST_BOXES = 1_000_000
+
+
+def branch_and_bound(problem: Problem, bounds: Bounds, floor: float = 0.0, until: float = inf) -> Smallest:
+    """Least feasible size over a box of designs.
+
+    ``floor`` is a size that no feasible design is known to undercut; infinite if there is none. After ``until``
+    (``clock.now``) the best so far is the answer, not proved.
+    """
+    look = first_look(problem, bounds, VALUES if floor < inf else FEW_VALUES, until)
+    least = max(bounds["size"][0], floor, negligible(problem, bounds))
+    most = largest_size(problem, bounds) if look.design is None else float(look.design.size[0])
+    if look.design is None and not look.hopeless:
+        most = _last_assembled(problem, bounds, most)
+    if look.hopeless or most <= least:
+        return Smallest(look.design, inf, look.nearest)
+    boxes = Boxes.one({**bounds, "size": (least, most)}, scale_of(bounds, problem.programme.lift))
+    crossings = known_crossings(problem)
+    search = Search(problem, claims_on_size(problem), crossings, look.design, until)
+    floor = search.run(boxes)
+    return Smallest(search.incumbent, floor, look.nearest)
+
+
+@dataclass
+class Search:
+    """A search in progress."""
+
+    problem: Problem
+    claims: list[Claim]
+    crossings: KnownCrossings | None
+    """What shows that all cams of a box cross themselves, if that is a limit."""
+    incumbent: Designs | None
+    """The smallest feasible design so far."""
+    until: float = inf
+    """When to stop (``clock.now``)."""
+    floor: float = inf
+    """The least size of the boxes that are not shown to be empty and not worth another look."""
+
+    def run(self, boxes: Boxes) -> float:
+        """Search all boxes; a size that no feasible design undercuts."""
+        seen = 0
+        while len(boxes) and seen < MOST_BOXES and now() < self.until:
+            while len(boxes) < FEW:
+                boxes = boxes.halved()
+            chosen, rest = self.split(boxes)
+            seen += len(chosen)
+            boxes = rest.and_(self.narrowed(chosen).halved())
+        return float(np.min(boxes.low["size"], initial=self.floor))
+
+    def split(self, boxes: Boxes) -> tuple[Boxes, Boxes]:
+        """The boxes to look at next, and the rest: the smallest cams, or the widest while none is feasible."""
+        if len(boxes) <= MANY:
+            return boxes, boxes.take(slice(0, 0))
+        low, high = boxes.low["size"], boxes.high["size"]
+        order = np.argsort(low if self.incumbent is not None else low / high, kind="stable")
+        return boxes.take(order[:MANY]), boxes.take(order[MANY:])
+
+    def narrowed(self, boxes: Boxes) -> Boxes:
+        """Those of some boxes that may hold a smaller cam and can be cut, with the side to cut."""
+        boxes = self.without_crossings(boxes)
+        self.improve(boxes.take(boxes.side == UNKNOWN))
+        if self.incumbent is not None:
+            boxes = self.left(boxes, boxes.low["size"] >= self.incumbent.size[0] - gap_of(self.incumbent))
+            boxes = boxes.below(self.incumbent.size[0])
+        if not len(boxes):
+            return boxes
+        designs = boxes.designs(self.problem.design.sense)
+        seen = examined(self.problem, self.claims, designs, list(boxes.free))
+        side = np.where(boxes.side == UNKNOWN, seen.side, boxes.side)
+        boxes, kept = boxes.narrowed(seen.low, seen.high, side), ~seen.empty
+        return self.left(boxes.take(kept), (boxes.narrow | self.settled(seen))[kept])
+
+    def settled(self, seen: Examined) -> Any:
+        """Boxes whose designs hold all limits but for rounding, none of them surely, and not in balls either.
+
+        To cut such boxes tells no more: the bound is what a load is, or comes to.
+        """
+        alike, problem = seen.level & ~seen.empty, self.problem.without_last
+        index = np.flatnonzero(alike)
+        alike[index[feasible(problem, seen.inside.take(index))]] = False
+        inside = seen.inside.take(alike)
+        inside = inside.take(np.argsort(inside.size, kind="stable"))
+        first = first_that(inside, lambda one: now() < self.until and self.proved(problem, one))
+        if first is None:
+            return alike
+        if not self.problem.has_last or self.proved(self.problem, first):
+            self.incumbent = first
+        return alike & (seen.inside.size < first.size)
+
+    def proved(self, problem: Problem, design: Designs) -> bool:
+        """Whether a design is feasible, decided in balls where doubles do not tell, before the time is over."""
+        return bool(judged(problem, design, frozenset(), self.until).column("feasible")[0])
+
+    def without_crossings(self, boxes: Boxes) -> Boxes:
+        """The boxes that are not shown to hold only cams that cross themselves, with the side to cut, where known.
+
+        Asked before any design of a box is looked at, which costs far more.
+        """
+        if self.crossings is None:
+            return replace(boxes, side=np.full(len(boxes), UNKNOWN))
+        designs, free = boxes.designs(self.problem.design.sense), list(boxes.free)
+        possible = ~self.problem.setup.mechanism.impossible(designs, self.problem.programme)
+        inside, _ = representatives(self.problem, designs, free, possible)
+        excluded, side = self.crossings.excluded(designs, inside, free)
+        return replace(boxes, side=side).take(~excluded)
+
+    def left(self, boxes: Boxes, done: Any) -> Boxes:
+        """Some boxes without those that are done with, though they may hold a feasible design."""
+        self.floor = float(np.min(boxes.low["size"][done], initial=self.floor))
+        return boxes.take(~done)
+
+    def improve(self, boxes: Boxes) -> None:
+        """Make the least feasible of the middles of boxes, also at their least and largest size, the incumbent."""
+        low, high = boxes.low, boxes.high
+        for share in (0.0, 0.5, 1.0):
+            points = points_of(self.problem, low, high, share)
+            if share == 0.0:  # where the curvature of the base circle decides, but for rounding
+                points = replace(
+                    points, size=np.minimum(points.size + NUDGES[-1] * points.prime_radius, high["size"])
+                )
+            points = points.take(points.size < (inf if self.incumbent is None else self.incumbent.size[0]))
+            points = points.take(np.argsort(points.size, kind="stable"))
+            found = first_feasible(self.problem, points, self.crossings)
+            self.incumbent = found or self.incumbent
+
+
+def _last_assembled(problem: Problem, bounds: Bounds, most: float) -> float:
+    """The largest size, to 1e-12, at which some design of a coarse grid of the other sizes can be assembled.
+
+    A box across that border would hold a dead position, where tan β takes every value.
+    """
+
+    def exists(designs: Designs) -> Any:
+        return problem.setup.mechanism.exists(designs, problem.programme)
+
+    grid = coarse_grid(problem, bounds, problem.programme.lift, VALUES)
+    grid = grid.take(exists(grid))
+    if not len(grid) or np.any(exists(replace(grid, size=np.full(len(grid), most)))):
+        return most
+    low, high = grid.size, np.full(len(grid), most)
+    while np.any(high - low > 1e-13 * high):
+        middle = (low + high) / 2
+        held = exists(replace(grid, size=middle))
+        low, high = np.where(held, middle, low), np.where(held, high, middle)
+    return float(np.max(low)) * (1.0 - 1e-12)

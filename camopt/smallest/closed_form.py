@@ -1,0 +1,119 @@
+"""The smallest cam by closed forms: a design that no feasible one undercuts in size, from the linear limits.
+
+For a follower with a trace point the limits on the pressure angle are lines in (e, s₀):
+
+    e + T·s₀ ≥ max (y' − T·y),    −e + T·s₀ ≥ max (−y' − T·y)
+
+so the smallest prime radius √(s₀² + e²) is the point of a convex polygon nearest to the origin; a flat face's
+radius and a cylindrical cam's pressure angle are linear in the size.
+"""
+
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+
+from camopt.mechanisms import Designs, translating, translating_flat
+from camopt.mechanisms.design import Bounds
+from camopt.motion.programme import span
+from camopt.motion.table import DWELL, TURN
+from camopt.problem.claims import Offset
+from camopt.problem.problem import Problem, claims_on
+from camopt.smallest.result import GAP, feasible
+
+NUDGES = (0.0, 1e-15, 4e-15, 1.6e-14, 6.4e-14, 2.6e-13, 1e-12, 4e-12)  # of the prime radius
+
+
+def least_size(problem: Problem, bounds: Bounds) -> float:
+    """A lower bound of the size that needs no search: the given one, the shaft's radius, and the base circle.
+
+    A disc cam that dwells at its lowest is an arc of the base circle there, which has to hold the curvature.
+    """
+    least = max(bounds["size"][0], problem.setup.shaft_radius or 0.0, negligible(problem, bounds))
+    rests = any(stroke.kind == DWELL and stroke.low == 0.0 for stroke in problem.programme.strokes)
+    if rests and not problem.setup.mechanism.grooved:
+        least = max(least, least_profile_radius(problem))
+    return least
+
+
+def least_profile_radius(problem: Problem) -> float:
+    """The least radius of curvature that limits ask of convex parts of the profile, mm."""
+    mechanism = problem.setup.mechanism
+    of_face = [-claim.allowed() for claim in claims_on(problem, mechanism.profile_radius)]
+    of_body = [claim.factor for claim in claims_on(problem, mechanism.curvature)]
+    radii = [offset.radius for offset in of_body if isinstance(offset, Offset)]
+    return float(max([0.0, *of_face, *radii]))
+
+
+def negligible(problem: Problem, bounds: Bounds) -> float:
+    """A size so small beside the lift and the follower's sizes that nothing limits a cam of it, mm."""
+    lift = 0.0 if problem.setup.angular else problem.programme.lift
+    return GAP * max(lift, *(abs(end) for name, ends in bounds.items() if name != "size" for end in ends), 0.0)
+
+
+def slopes_of(problem: Problem) -> list[tuple[float, int]]:
+    """The limits on the pressure angle, as tan β and the kinds of stroke that they are about."""
+    claims = claims_on(problem, problem.setup.mechanism.pressure)
+    found = [(claim.allowed(), claim.strokes) for claim in claims]
+    return [(tangent, kinds) for tangent, kinds in found if any(s.kind & kinds for s in problem.programme.strokes)]
+
+
+def closed_form(problem: Problem, bounds: Bounds) -> Designs | None:
+    """A design that no feasible one undercuts in size, from the linear limits; None if there is no such form."""
+    mechanism = problem.setup.mechanism
+    slopes = slopes_of(problem)
+    low, high = bounds["size"]
+    middle = {name: a for name, (a, b) in bounds.items() if a == b}
+    if mechanism is translating.MECHANISM:
+        roller = bounds["roller_radius"][1]
+        lead, prime = _nearest_in_polygon(problem, bounds["offset"], slopes, low + roller)
+        size = max(prime - roller, low)
+        middle |= {"offset": lead * problem.design.sense, "roller_radius": roller}
+    elif mechanism is translating_flat.MECHANISM:
+        radius = least_profile_radius(problem)
+        size = max(low, radius - span(problem.programme, (1, 0, 1), TURN)[0])
+        middle.setdefault("offset", problem.design.offset[0])
+    elif mechanism.grooved and not problem.setup.angular and slopes:
+        steepest = [max(map(abs, span(problem.programme, (0, 1), kinds))) / tangent for tangent, kinds in slopes]
+        size = max(low, *steepest)
+        middle.setdefault("roller_radius", bounds["roller_radius"][1])
+    else:
+        return None
+    if not 0.0 < size <= high:
+        return None
+    fields = {name: np.array([middle.get(name, bounds[name][0])]) for name in bounds}
+    return Designs(**{**fields, "size": np.array([size])}, sense=problem.design.sense)
+
+
+def _nearest_in_polygon(
+    problem: Problem,
+    offset: tuple[float, float],
+    slopes: list[tuple[float, int]],
+    least: float,
+) -> tuple[float, float]:
+    """The lead e and prime radius of the smallest cam that holds the pressure angle, within the offsets.
+
+    s₀(e) is the largest of a few lines, so R_p² = e² + s₀² is convex in e: its least value lies at e = 0, at the
+    projection of the origin on a line, where two lines cross, or at an end of the interval.
+    """
+    ends = sorted(problem.design.sense * e for e in offset)
+    lines = []  # s₀ ≥ a + b·e
+    for tangent, kinds in slopes:
+        lines.append((span(problem.programme, (-tangent, 1), kinds)[1] / tangent, -1 / tangent))
+        lines.append((-span(problem.programme, (tangent, 1), kinds)[0] / tangent, 1 / tangent))
+    candidates = [0.0, *(-a * b / (1 + b * b) for a, b in lines)]
+    candidates += [(a2 - a1) / (b1 - b2) for (a1, b1), (a2, b2) in combinations(lines, 2) if b1 != b2]
+    leads = np.clip(np.array([*ends, *candidates]), ends[0], ends[1])
+    heights = np.max([np.zeros_like(leads), *(a + b * leads for a, b in lines)], axis=0)
+    primes = np.maximum(np.hypot(leads, heights), least)
+    best = np.lexsort((np.abs(leads), primes))[0]
+    return float(leads[best]), float(primes[best])
+
+
+def nudged(problem: Problem, design: Designs, most: float) -> Designs | None:
+    """The design made larger by a few units in the last place, until rounding leaves it feasible."""
+    steps = np.array(NUDGES) * design.prime_radius
+    larger = design.take(np.zeros(steps.size, dtype=int))
+    larger = replace(larger, size=larger.size + steps)
+    held = np.flatnonzero(feasible(problem, larger) & (larger.size <= most))
+    return larger.take(held[:1]) if held.size else None

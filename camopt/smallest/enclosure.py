@@ -1,0 +1,149 @@
+"""Boxes of designs: the proof that a box holds no feasible design, and the part of a box that may hold one.
+
+Every feasible design holds a limit at every cam angle. The formula of the limit at one angle, run on a box together
+with its slopes by the sizes (``numerics.sloped``), bounds the excess of all designs of the box. If that is above 0,
+the box is empty; if it is above 0 at one end of a size, that end is cut off.
+
+Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, ch. 8 (interval Newton).
+"""
+
+from dataclasses import replace
+from itertools import product
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from camopt.effects import Case
+from camopt.mechanisms import Designs
+from camopt.motion.programme import Programme
+from camopt.numerics import LARGEST, LEAST, FloatArray
+from camopt.numerics.curves import curve
+from camopt.numerics.interval import Interval
+from camopt.numerics.sloped import Quotient, Sloped, as_quotient, as_sloped, at_point, variables
+from camopt.problem.claims import Claim
+from camopt.problem.problem import Problem
+from camopt.smallest.combined import combined
+from camopt.smallest.excesses import Excesses, chained_excesses, cut_off, kept, widest
+
+
+def claims_on_size(problem: Problem) -> list[Claim]:
+    """The claims of the limits that depend on the size of the cam."""
+    return [claim for limit in problem.limits if not limit.of_motion for claim in limit.claims]
+
+
+def excess_of(claim: Claim, side: FloatArray, found: Quotient, designs: Designs) -> Any:
+    """What is above 0 where a side of a claim does not hold, relative to the terms of the claim."""
+    bound = claim.allowed()
+    value, allowed = side * found.above * claim.factor(designs), bound * found.below
+    scale = sum(at_point(x).least_magnitude for x in (value, allowed))  # the largest may be infinite
+    return (value - allowed) / (scale if bound else scale + at_point(claim.unit(designs)).high)
+
+
+def points_of(problem: Problem, low: dict[str, FloatArray], high: dict[str, FloatArray], share: float) -> Designs:
+    """One design of each box: its middle, but at a given share of the way from least to largest size."""
+    middle = {name: (low[name] + high[name]) / 2 for name in low}
+    size = low["size"] + share * (high["size"] - low["size"])
+    return Designs(**{**middle, "size": size}, sense=problem.design.sense)
+
+
+class Examined(NamedTuple):
+    """What is known of n boxes."""
+
+    empty: Any
+    """Which hold no feasible design (n,)."""
+    level: Any
+    """Of which no design is seen to exceed a limit by more than rounding (n,)."""
+    inside: Designs
+    """One design of each."""
+    side: Any
+    """The free size to cut next (n,)."""
+    low: dict[str, FloatArray]
+    high: dict[str, FloatArray]
+    """The ends between which the feasible designs lie, (n,) of each free size."""
+
+
+def examined(problem: Problem, claims: list[Claim], box: Designs, free: list[str]) -> Examined:
+    """What the limits say of boxes, each at the cam angles where they are worst for one design of the box.
+
+    The side to cut is the one across which the excess over the worst limit changes the most; the longest, where no
+    assembled design of the box is at hand.
+    """
+    empty = problem.setup.mechanism.impossible(box, problem.programme)
+    inside, exists = representatives(problem, box, free, ~empty)
+    intervals: dict[str, Any] = box.sizes
+    low, high = (np.array([getattr(intervals[n], end) for n in free]) for end in ("low", "high"))
+    side, index, level = np.argmax(high - low, axis=0), np.flatnonzero(exists), exists.copy()
+    present = [each for each in claims if np.any(problem.programme.table.kind & each.strokes)]
+    if index.size and present:
+        point = np.array([inside.sizes[n][index] for n in free])
+        span = Interval(low[:, index] - point, high[:, index] - point)
+        with np.errstate(all="ignore"):
+            over = _excesses(problem, present, box.take(index), inside.take(index), free)
+            together = combined(over, span, free.index("size")) if len(free) > 1 else over
+            empty[index] |= over.surely
+            level[index] = over.nowhere
+            side[index] = widest(over, span)
+            left = cut_off(together, span)
+        low[:, index], high[:, index] = kept(low[:, index], high[:, index], point, span, left)
+    empty |= np.any(low > high, axis=0)
+    ends = (dict(zip(free, end, strict=True)) for end in (low, high))
+    return Examined(empty, level, inside, side, *ends)
+
+
+def _excesses(
+    problem: Problem,
+    claims: list[Claim],
+    box: Designs,
+    inside: Designs,
+    free: list[str],
+) -> Excesses:
+    """The limits on both sides of the cam angles where one design of each box exceeds them the most."""
+    case, count, found = Case(problem.setup, problem.programme, inside), len(inside), []
+    for claim in claims:
+        goals = [(claim.strokes, LARGEST if side > 0.0 else LEAST) for side in claim.sides]
+        angles = problem.programme.beside(case.extremes(claim.curve, goals).where, claim.strokes).ravel()
+        rows = angles.size // count
+        designs, like = _sloped(box, inside, free, rows)
+        state = rounded(problem.programme.state(angles), problem.programme)
+        value, _ = curve(claim.curve(designs, problem.programme), ..., *state)
+        sides = np.tile(np.repeat(claim.sides, count), 2)
+        excess = as_sloped(excess_of(claim, sides, as_quotient(value), designs), like)
+        found.append(Excesses.of(excess, rows))
+    return chained_excesses(found)
+
+
+def rounded(state: Any, programme: Programme) -> tuple[Any, ...]:
+    """What curves take at cam angles (``Programme.state``), y, y' and y'' with the rounding of their laws."""
+    y, y1, y2, rest = state
+    error = programme.table.error.max(axis=0)
+    return *(Interval(x - e, x + e) for x, e in zip((y, y1, y2), error[:3], strict=True)), rest
+
+
+def _sloped(box: Designs, inside: Designs, free: list[str], rows: int) -> tuple[Designs, Sloped]:
+    """Boxes as designs of Sloped sizes, so many times one after the other; and one of these."""
+    intervals: dict[str, Any] = box.sizes
+    ends = [Interval(*(np.tile(getattr(intervals[n], end), rows) for end in ("low", "high"))) for n in free]
+    sizes = dict(zip(free, variables(ends, [np.tile(inside.sizes[n], rows) for n in free]), strict=True))
+    fixed = {n: np.tile(v, rows) for n, v in inside.sizes.items() if n not in free}
+    return Designs(**{**fixed, **sizes}, sense=box.sense), sizes[free[0]]  # type: ignore[arg-type]
+
+
+def representatives(problem: Problem, box: Designs, free: list[str], wanted: Any) -> tuple[Designs, Any]:
+    """A design of each wanted box that can be assembled, and whether one is found.
+
+    Tried in turn: the middle; the largest size with the offset nearest to zero; the least size; every corner.
+    """
+    intervals: dict[str, Any] = box.sizes
+    low = {name: interval.low for name, interval in intervals.items()}
+    high = {name: interval.high for name, interval in intervals.items()}
+    chosen = points_of(problem, low, high, 0.5)
+    nearest = np.minimum(np.maximum(low["offset"], 0.0), high["offset"])
+    largest = replace(points_of(problem, low, high, 1.0), offset=nearest)
+    exists = wanted & problem.setup.mechanism.exists(chosen, problem.programme)
+    ends = product(*((low[name], high[name]) for name in free))
+    corners = (replace(chosen, **dict(zip(free, corner, strict=True))) for corner in ends)
+    for other in (largest, points_of(problem, low, high, 0.0), *corners):
+        better = wanted & ~exists & problem.setup.mechanism.exists(other, problem.programme)
+        sizes = {name: np.where(better, other.sizes[name], a) for name, a in chosen.sizes.items()}
+        chosen, exists = Designs(**sizes, sense=chosen.sense), exists | better
+    return chosen, exists

@@ -1,0 +1,100 @@
+"""A first look at a box of designs: a coarse grid, and from its best design on a search for the least excess."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import inf
+from typing import Any
+
+import numpy as np
+
+from camopt.mechanisms import Designs
+from camopt.mechanisms.design import Bounds
+from camopt.numerics import FloatArray
+from camopt.numerics.clock import now
+from camopt.problem.problem import Problem
+from camopt.scene.tables import LONGEST
+from camopt.smallest.grid_refinement import nearest_miss
+from camopt.smallest.result import first_feasible
+from camopt.verdicts.judging import judged, least_excess, weighed
+
+VALUES, FEW_VALUES = 9, 4  # of a free size in the coarse grid; few where there is no feasible design to find
+SIZES = 800  # of the cam in the coarse grid
+BLOCK = 512  # designs looked at together
+
+
+@dataclass(frozen=True)
+class Look:
+    """The smallest feasible design seen; without one the nearest to it, if any can be assembled."""
+
+    design: Designs | None
+    nearest: Designs | None = None
+    hopeless: bool = False
+    """Whether some limit is exceeded whatever the sizes: the motion decides it, or its corners make it infinite."""
+
+
+def first_look(problem: Problem, bounds: Bounds, values: int = VALUES, until: float = inf) -> Look:
+    """What a coarse grid shows, with so many values of each free size but the cam's; it ends after ``until``."""
+    points = coarse_grid(problem, bounds, problem.programme.lift, values)
+    points = points.take(problem.setup.mechanism.exists(points, problem.programme))
+    points = points.take(np.argsort(points.size, kind="stable"))
+    for block in _blocks(points, until):
+        found = first_feasible(problem, block)
+        if found is not None:
+            return Look(found)
+    if not len(points):
+        return Look(None)
+    seen = [weighed(problem, block, frozenset()) for block in _blocks(points, until)]
+    excess, surely = (np.concatenate([getattr(each, side) for each in seen], axis=1) for side in ("outer", "inner"))
+    if _whatever_the_size(problem, surely):
+        return Look(None, points.take([least_excess(excess)]), hopeless=True)
+    near = nearest_miss(problem, bounds, points.take([least_excess(excess)]), until)
+    held = judged(problem, near, frozenset(), until).column("feasible")[0]
+    return Look(near) if held else Look(None, near)
+
+
+def spread(low: Any, high: Any, scale: float, count: int) -> FloatArray:
+    """Sizes from low to high, (count, …), even up to a scale and geometric beyond."""
+    sizes = scale * np.sinh(np.linspace(np.arcsinh(low / scale), np.arcsinh(high / scale), count))
+    return np.asarray(np.clip(sizes, low, high))
+
+
+def scale_of(bounds: Bounds, lift: float) -> float:
+    """A length that the sizes of interest are no larger than by orders of magnitude, mm."""
+    lengths = [*(end for name, ends in bounds.items() if name != "size" for end in ends), bounds["size"][0]]
+    return max([abs(length) for length in lengths] + [lift])
+
+
+def coarse_grid(problem: Problem, bounds: Bounds, lift: float, values: int) -> Designs:
+    """Sizes even near the least and geometric beyond, at a few values of each other free size."""
+    low, high = bounds["size"][0], largest_size(problem, bounds)
+    scale = scale_of(bounds, lift)
+    near = np.linspace(low, min(high, low + 20 * scale), SIZES // 2)
+    sizes = np.unique(np.concatenate([near, spread(low, high, scale, SIZES // 2)])) if high >= low else near[:0]
+    others = {n: np.linspace(a, b, values if b > a else 1) for n, (a, b) in bounds.items() if n != "size"}
+    mesh = np.meshgrid(*others.values(), sizes[sizes > 0.0], indexing="ij")
+    fields = dict(zip([*others, "size"], (m.ravel() for m in mesh), strict=True))
+    return Designs(**fields, sense=problem.design.sense)
+
+
+def largest_size(problem: Problem, bounds: Bounds) -> float:
+    """The largest size worth a look: the given one, or what the triangle of an oscillating follower allows."""
+    reach = bounds["centre_distance"][1] + bounds["arm_length"][1] + max(bounds["face_offset"][1], 0.0)
+    triangle = problem.setup.angular and not problem.setup.mechanism.grooved
+    return min(bounds["size"][1], reach if triangle else inf, LONGEST)
+
+
+def _blocks(points: Designs, until: float) -> Iterator[Designs]:
+    """The designs a block at a time; after ``until`` none but the first."""
+    for first in range(0, len(points), BLOCK):
+        if first and now() > until:
+            return
+        yield points.take(slice(first, first + BLOCK))
+
+
+def _whatever_the_size(problem: Problem, excess: FloatArray) -> bool:
+    for limit, over in zip(problem.limits, excess, strict=True):
+        if limit.of_motion and np.all(over > 0.0):
+            return True
+        if limit.needs and problem.programme.corners and np.all(over == inf):
+            return True
+    return False

@@ -1,0 +1,235 @@
+"""Optimise: the smallest cam of a scene over its laws and sizes, with what holds it."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from math import inf
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from camopt.mechanisms import Designs
+from camopt.mechanisms.design import Bounds
+from camopt.mistakes import BadInput, Mistake
+from camopt.numerics.clock import now
+from camopt.problem.problem import Problem, exactly, resolve
+from camopt.problem.space import boxes_of, choices, laws_of
+from camopt.quantities import QUANTITIES
+from camopt.scene.scene import Scene
+from camopt.shown import Shown
+from camopt.smallest.closed_form import negligible
+from camopt.smallest.reasons import reason
+from camopt.smallest.result import Progress, Smallest, feasible
+from camopt.smallest.smallest import smallest
+from camopt.smallest.smallest_turn import smallest_of_turns
+from camopt.smallest.turns import Turns
+from camopt.tables.designs import Design
+from camopt.verdicts.judging import by_excess, excesses, judged
+
+BINDS = 1e-6  # a limit within this relative distance of its bound holds the optimum
+SECONDS = 60.0  # of a search, unless told
+RADII = 1024  # sizes above the optimum at which feasibility is looked at
+SPARSE = 16  # every so many of them, where limits that are asked last are looked at
+
+
+@dataclass(frozen=True)
+class Optimum(Shown):
+    """The smallest cam of each law (``by_law``), and the smallest of all (``best``).
+
+    Each ``Design`` is a mapping from quantity to value, and has a ``scene``. Besides the quantities that the scene
+    calls for, it has:
+
+    - ``binding``: the limits that it just meets, so that it cannot be smaller;
+    - ``proved``: whether it is proved that no feasible design of that law is smaller by more than 1e-9 of the prime
+      radius;
+    - ``gap_mm``: by how much a feasible design might be smaller;
+    - ``angles_deg``: the angles of all segments, if ``[search]`` varies some;
+    - ``clear_above_mm``: all larger designs that were tried above this size are feasible. It exceeds the optimum if
+      larger cams break a limit again, and is infinite if large cams fail, as with oscillating followers.
+    """
+
+    scene: Scene
+    best: Design | None
+    by_law: dict[str, Design]
+    obstacles: dict[str, str]
+    """For each law without a feasible design, the limits that are in the way."""
+    nearest_miss: Design | None
+    """If no law has a feasible design: the one that breaks its limits the least; ``violated`` names them."""
+    out_of_time: bool = False
+    """Whether a search ran out of time, so that its answer is not proved."""
+
+    def __repr__(self) -> str:
+        what = repr(self.best).removeprefix("<").removesuffix(">") if self.best else "no feasible design"
+        return f"<Optimum of {self.scene.name}: {len(self.by_law)} laws; {what}>"
+
+
+def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SECONDS) -> Optimum:
+    """Find the smallest base radius (mean radius of a cylindrical cam) with which every limit of a scene is met.
+
+    The base radius is free, within the range that ``[search]`` gives it, if any. For other sizes, a range in
+    ``[search]`` means any value in it, and a list one of its values; sizes that ``[search]`` does not name stay as
+    they are in the scene.
+
+    Parameters
+    ----------
+    progress
+        Called with (laws done, laws in all).
+    seconds
+        Time for the search, shared between the laws. If it runs out, the answer is the smallest cam found so far,
+        with ``proved`` False and its gap.
+
+    Raises
+    ------
+    BadInput
+        If nothing limits the size from below, so that there is no smallest cam.
+    """
+    if not (isinstance(seconds, int | float) and seconds > 0.0):
+        raise BadInput([Mistake("camopt", "seconds", seconds, "a number above 0")])
+    problem, end = exactly(resolve(scene)), now() + seconds
+    found: dict[str, dict[str, Any]] = {}
+    misses: list[tuple[tuple[float, float], dict[str, Any]]] = []
+    obstacles: dict[str, str] = {}
+    out_of_time, programmes = False, laws_of(problem)
+    for done, (programme, pair) in enumerate(programmes.items()):
+        if progress:
+            progress(done, len(programmes))
+        laws = " / ".join(dict.fromkeys((programme.law_names(1), programme.law_names(2))))
+        until = share(end, len(programmes) - done)
+        answers = list(_answers(problem.with_programme(programme), Turns(problem, pair, until=until), until))
+        out_of_time |= now() > until
+        row = _smallest(problem, answers, until)
+        if row is not None:
+            found[laws] = row
+            continue
+        obstacles[laws] = _obstacle(problem, answers, max(until, share(end, len(programmes) - done)))
+        misses += [_missed(each.problem, each.answer.nearest) for each in answers if each.answer.nearest]
+    order = sorted(found, key=lambda laws: float(found[laws][problem.size_name]))
+    ranked = {laws: Design(found[laws], scene) for laws in order}
+    nearest = None if found else _least(misses, scene)
+    return Optimum(scene, next(iter(ranked.values()), None), ranked, obstacles, nearest, out_of_time)
+
+
+def share(end: float, left: int) -> float:
+    """When the first of so many equal tasks is to stop, to leave the others as long before the end."""
+    start = now()
+    return start + max(end - start, 0.0) / left
+
+
+class Answered(NamedTuple):
+    """The answer for one box of sizes: with the turn of the cam and, where angles are free, what it chooses."""
+
+    problem: Problem
+    """With the turn that was chosen."""
+    bounds: Bounds
+    answer: Smallest
+    angles: dict[str, Any]
+
+
+def _answers(problem: Problem, turns: Turns, until: float) -> Iterator[Answered]:
+    """The smallest cam of each box of sizes."""
+    boxes = boxes_of(problem)
+    for done, bounds in enumerate(boxes):
+        end = share(until, len(boxes) - done)
+        if not turns.freed:
+            yield Answered(problem, bounds, smallest(problem, bounds, end), {})
+            continue
+        answer, freed = smallest_of_turns(replace(turns, until=end), bounds)
+        yield Answered(turns.problem_of(freed), bounds, answer, {"angles_deg": turns.angles(freed)})
+
+
+def _smallest(problem: Problem, answers: list[Answered], until: float) -> dict[str, Any] | None:
+    """The smallest cam of all boxes, and what is proved of it; None if there is none."""
+    least = min(answers, key=lambda each: each.answer.size)
+    if least.answer.design is None:
+        return None
+    if least.answer.size <= 2 * max(negligible(each.problem, each.bounds) for each in answers):
+        wanted = "a limit that small cams break, such as pressure_angle or curvature_radius"
+        what = f"nothing limits the size: add {wanted}"
+        raise BadInput([Mistake(problem.scene.file, "limits", None, what, bare=True)])
+    answer = replace(least.answer, floor=min(each.answer.floor for each in answers))
+    return _described(least.problem, answer, until) | least.angles
+
+
+def _obstacle(problem: Problem, answers: list[Answered], until: float) -> str:
+    """Why no box of sizes holds a feasible design; box by box, where the reasons differ."""
+    texts = {}
+    for done, each in enumerate(answers):
+        end = share(until, len(answers) - done)
+        texts[choices(problem, each.bounds)] = _why(problem, each, end)
+    if len(set(texts.values())) == 1:
+        return next(iter(texts.values()))
+    return "; ".join(f"{text}, where {where}" for where, text in texts.items())
+
+
+def _why(problem: Problem, each: Answered, until: float) -> str:
+    if each.answer.proved:
+        return reason(each.problem, each.bounds, until)
+    if each.answer.nearest is None:
+        return "nothing that was found (not proved)"
+    rows = judged(each.problem, each.answer.nearest, frozenset(), until)
+    return f"{rows.records()[0]['violated'].replace(',', ', ')} (not proved)"
+
+
+def _missed(problem: Problem, design: Designs) -> tuple[tuple[float, float], dict[str, Any]]:
+    """How badly a design misses its limits, and its quantities."""
+    rows = judged(problem, design, problem.wanted | problem.sizes)
+    worst = by_excess(excesses(problem.limits, rows.columns, design)[:, 0])
+    values = rows.records()[0]
+    return worst, {name: values[name] for name in QUANTITIES if name in values}
+
+
+def _least(misses: list[tuple[tuple[float, float], dict[str, Any]]], scene: Scene) -> Design | None:
+    return Design(min(misses, key=lambda miss: miss[0])[1], scene) if misses else None
+
+
+def _described(problem: Problem, answer: Smallest, until: float) -> dict[str, Any]:
+    """The quantities of an optimum, the limits that bind it, and where feasibility is clear above it."""
+    design = answer.design
+    assert design is not None
+    rows = judged(problem, design, problem.wanted | problem.sizes)
+    excess = excesses(problem.limits, rows.columns, design)[:, 0]
+    values = rows.records()[0]
+    quantities = {name: values[name] for name in QUANTITIES if name in values}
+    smaller = replace(design, size=design.size - BINDS * design.prime_radius)
+    stopped = str(judged(problem, smaller, frozenset(), until).column("violated")[0]).split(",")
+    binding = [
+        limit.name
+        for limit, over in zip(problem.limits, excess, strict=True)
+        if over > -BINDS or (limit.last and limit.name in stopped)
+    ]
+    clear = _clear_above(problem, answer, until)
+    return {
+        **quantities,
+        "binding": binding,
+        "proved": answer.proved,
+        "gap_mm": answer.gap,
+        "clear_above_mm": clear,
+    }
+
+
+def _clear_above(problem: Problem, answer: Smallest, until: float) -> float:
+    """The least size above which no size looked at is shown to break a limit, the other sizes being the optimum's.
+
+    Feasibility is looked at on a geometric grid up to ten times the prime radius, a coarser one for limits that are
+    asked last, and the last change found is bisected until the time is over. An infeasible gap narrower than the
+    grid can be missed.
+    """
+    design = answer.design
+    assert design is not None
+    size, prime = float(design.size[0]), float(design.prime_radius[0])
+    sizes = size + prime * np.geomspace(1e-6, 10.0, RADII)
+    grid = replace(design.take(np.zeros(RADII, dtype=int)), size=sizes)
+    if not feasible(problem, grid.take([RADII - 1]), -1.0)[0]:
+        return inf
+    held, some = feasible(problem.without_last, grid, -1.0), np.arange(SPARSE - 1, RADII, SPARSE)
+    held[some] &= feasible(problem, grid.take(some), -1.0)
+    bad = np.flatnonzero(~held)
+    if not bad.size:
+        return size
+    low, high = sizes[bad[-1]], sizes[some[some > bad[-1]][0]]
+    for _ in range(60):
+        if now() > until:
+            break
+        middle = (low + high) / 2
+        held = feasible(problem, replace(design, size=np.array([middle])), -1.0)[0]
+        low, high = (low, middle) if held else (middle, high)
+    return float(high)

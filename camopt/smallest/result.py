@@ -1,0 +1,109 @@
+"""What the search for the smallest cam is asked and answers."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import inf
+from typing import Any
+
+import numpy as np
+
+from camopt.effects import Case
+from camopt.effects.crossing_boxes import KnownCrossings
+from camopt.mechanisms import Designs
+from camopt.problem.problem import Problem
+from camopt.problem.rows import Rows
+from camopt.verdicts.judging import excesses, extended, planned
+
+GAP = 1e-9  # of the prime radius: a size is proved if the least feasible one is smaller by no more
+
+Progress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True)
+class Smallest:
+    """The answer for one programme: the design, or why there is none."""
+
+    design: Designs | None
+    floor: float
+    """A size that no feasible design of these bounds undercuts, mm; infinite if there is none."""
+    nearest: Designs | None = None
+    """Without a design: the one of those looked at that exceeds its limits the least."""
+
+    @property
+    def size(self) -> float:
+        """The size of the design; infinite if there is none."""
+        return inf if self.design is None else float(self.design.size[0])
+
+    @property
+    def gap(self) -> float:
+        """By how much a feasible design of these bounds may be smaller, mm; 0 where none exists at all."""
+        return 0.0 if self.size <= self.floor else float(self.size - self.floor)
+
+    @property
+    def proved(self) -> bool:
+        """Whether no feasible design of these bounds is smaller by more than ``gap_of``."""
+        return self.gap <= (0.0 if self.design is None else gap_of(self.design))
+
+
+def gap_of(design: Designs) -> float:
+    """How much smaller than a proved design the least feasible one may be, mm."""
+    return GAP * float(design.prime_radius[0])
+
+
+def feasible(problem: Problem, designs: Designs, side: float = 1.0) -> Any:
+    """Which designs can be assembled and are proved to hold every limit; at side −1, not shown to break one.
+
+    Effects run cheapest first, on the designs that hold the limits before.
+    """
+    held = problem.setup.mechanism.exists(designs, problem.programme) & (designs.size > 0.0)
+    designs, rows, pending = designs.take(held), Rows({}, int(held.sum())), list(problem.limits)
+    for effect, names in planned(problem.needed, problem.setup):
+        rows = extended(rows, Case(problem.setup, problem.programme, designs), effect, names)
+        ready = [limit for limit in pending if rows.columns.keys() >= set(limit.needs)]
+        pending = [limit for limit in pending if limit not in ready]
+        passed = np.all(excesses(ready, rows.shifted(side), designs) <= 0.0, axis=0)
+        held[held] = passed
+        designs, rows = designs.take(passed), rows.take(passed)
+    return held
+
+
+def first_feasible(problem: Problem, designs: Designs, crossings: KnownCrossings | None = None) -> Designs | None:
+    """The first of some designs that is feasible, if there is one.
+
+    Limits that are asked last cost too much to ask them of all: they are asked of one design, then of twice as
+    many, and so on. Where a design is found to cross itself, all others that do so there are left out.
+    """
+    designs = designs.take(feasible(problem.without_last, designs))
+    crossings = crossings or known_crossings(problem)
+    if crossings is None:
+        return designs.take([0]) if len(designs) else None
+    count = 1
+    while len(designs):
+        designs = designs.take(~crossings.shown(designs))
+        some, designs = designs.take(slice(0, count)), designs.take(slice(count, None))
+        held = np.flatnonzero(feasible(problem, some))
+        if held.size:
+            return some.take(held[:1])
+        if len(some):
+            crossings.learn(some.take([0]))
+        count *= 2
+    return None
+
+
+def known_crossings(problem: Problem) -> KnownCrossings | None:
+    """What is known of cams that cross themselves, nothing so far; None if they may."""
+    return KnownCrossings(problem.setup, problem.programme) if problem.has_last else None
+
+
+def first_that(designs: Designs, holds: Callable[[Designs], bool]) -> Designs | None:
+    """The first of some designs that holds what costs much to ask, by bisection, as if all after it held it too."""
+    found, low, high = None, 0, len(designs) - 1
+    middle = 0
+    while low <= high:
+        one = designs.take([middle])
+        if holds(one):
+            found, high = one, middle - 1
+        else:
+            low = middle + 1
+        middle = (low + high) // 2
+    return found

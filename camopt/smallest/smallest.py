@@ -1,0 +1,73 @@
+"""The smallest cam: the least size that holds every limit, proved.
+
+Closed forms and cutting planes come first: the smallest cam under the limits that are linear. If it holds the
+others too, it is the answer. Otherwise curvature or a load decides, and feasibility need not be monotone in the
+size: a branch-and-bound over boxes of designs, from there on. What is left when it ends is the least feasible
+size to within ``gap_of``. Limits that are asked last come last here too: no cam that holds them is smaller than the
+smallest one that holds all others, and most often that one does.
+"""
+
+from math import inf
+
+from camopt.mechanisms import Designs
+from camopt.mechanisms.design import Bounds
+from camopt.problem.problem import Problem, exactly
+from camopt.smallest.branch_and_bound import branch_and_bound
+from camopt.smallest.closed_form import NUDGES, closed_form, least_size, nudged
+from camopt.smallest.cutting_planes import Cut, by_cutting_planes
+from camopt.smallest.first_look import first_look
+from camopt.smallest.grid_refinement import CLOSE, NEAR, smaller
+from camopt.smallest.result import Smallest, feasible
+
+
+def smallest(problem: Problem, bounds: Bounds, until: float = inf) -> Smallest:
+    """The design of least size within bounds that holds every limit of the problem.
+
+    After ``until`` (``clock.now``) the best so far, not proved.
+    """
+    problem, bounds = exactly(problem), _above_least(problem, bounds)
+    answer = _smallest(problem.without_last, bounds, until)
+    if answer.design is None or not problem.has_last or feasible(problem, answer.design)[0]:
+        return answer
+    return branch_and_bound(problem, bounds, min(answer.floor, answer.size), until)
+
+
+def small(problem: Problem, bounds: Bounds, near: Designs | None = None, *, closely: bool = False) -> Smallest:
+    """As ``smallest``, but what the linear limits do not decide is a small design without proof, found much sooner.
+
+    Looked for near a given design, if there is one that can be moved to be feasible.
+    """
+    problem, bounds = exactly(problem), _above_least(problem, bounds)
+    found = _by_linear_limits(problem, bounds)
+    if found.design is not None or found.floor == inf:
+        return Smallest(found.design, found.floor)
+    bounds = {**bounds, "size": (found.floor, bounds["size"][1])}
+    zooms = CLOSE if closely else NEAR
+    design = None if near is None else smaller(problem, bounds, near, zooms)
+    if design is None:
+        look = first_look(problem, bounds)
+        if look.design is None:
+            return Smallest(None, inf if look.hopeless else found.floor, look.nearest)
+        design = smaller(problem, bounds, look.design, zooms)
+    return Smallest(design, found.floor)
+
+
+def _smallest(problem: Problem, bounds: Bounds, until: float) -> Smallest:
+    found = _by_linear_limits(problem, bounds, until)
+    if found.design is not None:
+        return Smallest(found.design, found.floor)
+    return branch_and_bound(problem, bounds, found.floor, until)
+
+
+def _above_least(problem: Problem, bounds: Bounds) -> Bounds:
+    """The bounds from the least size on that may be feasible; of a range that ends below it, the end alone."""
+    most = bounds["size"][1]
+    return {**bounds, "size": (min(least_size(problem, bounds), most), most)}
+
+
+def _by_linear_limits(problem: Problem, bounds: Bounds, until: float = inf) -> Cut:
+    start = closed_form(problem, bounds)
+    if start is None:
+        return by_cutting_planes(problem, bounds, until) or Cut(None, bounds["size"][0])
+    floor = float(start.size[0]) * (1.0 - NUDGES[-1])
+    return Cut(nudged(problem, start, bounds["size"][1]), floor)

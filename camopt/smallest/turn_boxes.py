@@ -1,0 +1,219 @@
+"""The smallest cam over sizes and angles together, by bisection of boxes of both, many at once.
+
+A box is dropped only if a limit, at some share of a stroke (``stroke_limits``), shows that it holds no feasible
+cam, if its angles are no part of a turn, or if a feasible cam is known that is as small. What is left when the
+search is stopped bounds how much smaller a cam may be. Limits that depend on where in the turn a stroke is, as
+under a load over the turn, drop no box; a cam has to hold them like all others to be the answer.
+
+Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, ch. 11.
+"""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import cached_property
+from math import inf
+from typing import Any
+
+import numpy as np
+
+from camopt.mechanisms import SIZES, Designs
+from camopt.mechanisms.design import Bounds
+from camopt.motion.programme import Programme, Stroke, span
+from camopt.motion.table import DWELL, TURN
+from camopt.numerics import FloatArray
+from camopt.numerics.clock import now
+from camopt.numerics.curves import LOADED
+from camopt.numerics.interval import Interval
+from camopt.numerics.sloped import Sloped
+from camopt.problem.claims import Derivative
+from camopt.problem.limits import Limit
+from camopt.problem.problem import Problem, exactly
+from camopt.smallest.boxes import Boxes
+from camopt.smallest.closed_form import least_size
+from camopt.smallest.combined import combined
+from camopt.smallest.enclosure import claims_on_size
+from camopt.smallest.excesses import ROUNDING, Excesses, chained_excesses, cut_off, kept, widest
+from camopt.smallest.first_look import largest_size, scale_of
+from camopt.smallest.result import Smallest, first_feasible, gap_of
+from camopt.smallest.smallest import small
+from camopt.smallest.stroke_limits import SlopedBoxes, stroke_limits
+from camopt.smallest.turns import SAME, Box, Found, Turns, better
+
+FEW, MANY = 32, 256  # boxes examined together: no fewer, for they take no longer, and no more, to stop in time
+MOST_BOXES = 50_000
+LOOKED_INTO = 12  # boxes whose middle is searched: the best turn so far may be in another valley
+LADDERS, LADDER = 3, 16  # how often so many sizes of a box are looked at, closer and closer
+
+
+class TurnSearch:
+    """A search in progress among the turns that have the same segments, below the best cam so far."""
+
+    def __init__(self, turns: Turns, bounds: Bounds, found: Found) -> None:
+        self.turns, self.bounds, self.found, self.floor = turns, bounds, found, inf
+        self.problem, self.box = exactly(turns.problem), turns.box
+        self.longest = turns.programme(self.box.high)
+        """The strokes at their longest angles: no turn, but each of its strokes is one of turns."""
+        self.limits = stroke_limits(claims_on_size(self.asked), self.strokes, self.longest)
+
+    @cached_property
+    def asked(self) -> Problem:
+        """With the limits that are the same wherever in the turn a stroke is."""
+        if self.longest.load is None:
+            return self.problem
+        limits = tuple(limit for limit in self.problem.limits if not self.reads_load(limit))
+        return replace(self.problem, limits=limits)
+
+    def reads_load(self, limit: Limit) -> bool:
+        """Whether a limit is about a load that changes over the turn."""
+        made = (claim.curve(self.problem.design, self.longest) for claim in limit.claims)
+        return any(type(curve) in LOADED for curve in made)
+
+    @cached_property
+    def names(self) -> dict[str, int]:
+        """The place among the freed segments of each that moves, by the name that its angle has in boxes."""
+        motion = self.problem.scene.motion
+        return {f"angle {i}": k for k, i in enumerate(self.turns.freed) if motion[i].segment != "dwell"}
+
+    @cached_property
+    def strokes(self) -> dict[Stroke, str | None]:
+        """What all of these turns have: strokes with the names of their angles, and rests, which have none."""
+        motion, longest = self.problem.scene.motion, self.turns.angles(self.box.high)
+        least = self.turns.angles(self.box.low)
+        found: dict[Stroke, str | None] = {}
+        present = [i for i in range(len(motion)) if longest[i] > 0.0]
+        for i, stroke in zip(present, self.longest.strokes, strict=True):
+            if stroke.kind != DWELL:
+                found[stroke] = f"angle {i}" if i in self.turns.freed else None
+            elif least[i] > 0.0 or abs(stroke.low) <= SAME:  # at the lowest there is one in all of these turns
+                found[stroke] = None
+        return found
+
+    @cached_property
+    def room(self) -> tuple[float, float]:
+        """The least and the most that the freed strokes have together, deg."""
+        dwells = [k for k in range(len(self.turns.freed)) if k not in self.names.values()]
+        total = float(self.turns.scene_angles.sum())
+        slack = ROUNDING * total
+        return total - self.box.high[dwells].sum() - slack, total - self.box.low[dwells].sum() + slack
+
+    def run(self) -> Found:
+        """The smallest cam, with a size that no cam of these turns undercuts."""
+        ends, seen = self.ends(), 0
+        least, most = ends["size"]
+        if most <= least:  # as small as any cam may be
+            return self.found._replace(answer=replace(self.found.answer, floor=least))
+        boxes = Boxes.one(ends, scale_of(self.bounds, self.longest.lift))
+        while len(boxes) and seen < MOST_BOXES and now() < self.turns.until:
+            while len(boxes) < FEW:
+                boxes = boxes.halved()
+            order = np.argsort(boxes.low["size"], kind="stable")
+            chosen, boxes = self.summed(boxes.take(order[:MANY])), boxes.take(order[MANY:])
+            seen += MANY
+            if len(chosen):
+                self.look_into(chosen, closely=seen <= LOOKED_INTO * MANY)
+                boxes = boxes.and_(self.narrowed(chosen).halved())
+        floor = float(np.min(boxes.low["size"], initial=self.floor))
+        return self.found._replace(answer=replace(self.found.answer, floor=floor))
+
+    def ends(self) -> Bounds:
+        """Between which sizes and angles are worth a look."""
+        least = least_size(self.problem.with_programme(self.longest), self.bounds)
+        most = min(largest_size(self.problem, self.bounds), self.found.answer.size)
+        low = {name: self.gentlest(stroke) for stroke, name in self.strokes.items() if name}
+        angles = {
+            name: (min(max(low[name], self.box.low[k]), self.box.high[k]), self.box.high[k])
+            for name, k in self.names.items()
+        }
+        return {**self.bounds, **angles, "size": (least, most)}
+
+    def gentlest(self, stroke: Stroke) -> float:
+        """The least angle of a stroke, deg, at which it holds the limits on velocity, acceleration and jerk."""
+        least = 0.0
+        for claim in self.problem.claims:
+            if isinstance(claim.curve, Derivative):
+                order = claim.curve.order
+                ends = span(Programme((stroke,)), (0.0,) * order + (1.0,), TURN)
+                share = max(-ends[0], ends[1]) / claim.allowed()
+                least = max(least, np.degrees(stroke.angle) * share ** (1.0 / order) * (1.0 - 16.0 * ROUNDING))
+        return float(least)
+
+    def narrowed(self, boxes: Boxes) -> Boxes:
+        """Those of some boxes that may hold a smaller cam, without what limits cut off, and the side to cut."""
+        best = self.found.answer
+        if best.design is not None:
+            boxes = self.left(boxes, boxes.low["size"] >= best.size - gap_of(best.design)).below(best.size)
+        if not len(boxes):
+            return boxes
+        point = {name: (low + boxes.high[name]) / 2.0 for name, low in boxes.low.items()}
+        ends = {name: Interval(boxes.low[name], boxes.high[name]) for name in boxes.free}
+        looked = SlopedBoxes.of(ends, point, self.problem.design.sense)
+        with np.errstate(all="ignore"):
+            reach = looked.like.span
+            alone = [each for limit in self.limits for each in limit.excesses(looked)]
+            if not alone:
+                return boxes.narrowed({}, {}, np.argmax(reach.high, axis=0))
+            over = chained_excesses([*alone, *self.sums(looked)])
+            left = cut_off(combined(over, reach, boxes.free.index("size")), reach)
+            side = widest(chained_excesses(alone), reach)
+        middle = np.array([point[name] for name in boxes.free])
+        low, high = (np.array([ends[name] for name in boxes.free]) for ends in (boxes.low, boxes.high))
+        low, high = kept(low, high, middle, reach, left)
+        held = np.all(low <= high, axis=0) & ~over.surely
+        named = (dict(zip(boxes.free, each, strict=True)) for each in (low, high))
+        boxes = boxes.narrowed(next(named), next(named), side).take(held)
+        return self.left(boxes, boxes.narrow)
+
+    def sums(self, boxes: SlopedBoxes) -> Iterator[Excesses]:
+        """That strokes leave the dwells what these can take."""
+        together = sum(boxes.sloped[name] for name in self.names)
+        if isinstance(together, Sloped):
+            for excess in (together - self.room[1], self.room[0] - together):
+                yield Excesses.of(excess / 360.0)
+
+    def summed(self, boxes: Boxes) -> Boxes:
+        """What of some boxes can be part of a turn."""
+        names = list(self.names)
+        low, high = (np.array([ends[name] for name in names]) for ends in (boxes.low, boxes.high))
+        low = np.maximum(low, self.room[0] - (high.sum(axis=0) - high))
+        high = np.minimum(high, self.room[1] - (low.sum(axis=0) - low))
+        ends = ({n: end for n, end in zip(names, each, strict=True) if n in boxes.free} for each in (low, high))
+        return boxes.narrowed(next(ends), next(ends), boxes.side).take(np.all(low <= high + SAME, axis=0))
+
+    def left(self, boxes: Boxes, done: Any) -> Boxes:
+        """Some boxes without those that are done with, though they may hold a feasible cam."""
+        self.floor = float(np.min(boxes.low["size"][done], initial=self.floor))
+        return boxes.take(~done)
+
+    def look_into(self, boxes: Boxes, *, closely: bool) -> None:
+        """Look at cams in the middle of the least box, and for where they exceed limits the most."""
+        middle = {name: (low[:1] + boxes.high[name][:1]) / 2.0 for name, low in boxes.low.items()}
+        design = Designs(**{name: middle[name] for name in SIZES}, sense=self.problem.design.sense)
+        if self.problem.setup.mechanism.exists(design, self.longest)[0]:
+            for limit in self.limits:
+                limit.look_at(self.problem, design, middle)
+        freed = self.turn(boxes)
+        problem = self.problem.with_programme(self.turns.programme(freed))
+        if closely:
+            near = small(problem, self.bounds, self.found.answer.design)
+            self.found = better(self.found, Found(near, freed))
+        rounding = gap_of(design) / 4.0
+        low, high = (float(ends["size"][0]) for ends in (boxes.low, boxes.high))
+        high = min(high + rounding, self.found.answer.size)
+        for _ in range(LADDERS):
+            sizes = np.linspace(low, high, LADDER)
+            ladder = replace(design.take(np.zeros(LADDER, dtype=int)), size=sizes)
+            cam = first_feasible(problem, ladder)
+            if cam is None:
+                return
+            self.found = better(self.found, Found(Smallest(cam, 0.0), freed))
+            low, high = float(cam.size[0]) - (sizes[1] - sizes[0]), float(cam.size[0])
+
+    def turn(self, boxes: Boxes) -> FloatArray:
+        """A turn in the middle of the first box; dwells share what strokes leave, if they can."""
+        low, high = self.box.low.copy(), self.box.high.copy()
+        for name, k in self.names.items():
+            low[k] = high[k] = (boxes.low[name][0] + boxes.high[name][0]) / 2.0
+        if not low.sum() <= self.turns.scene_angles.sum() <= high.sum():
+            for name, k in self.names.items():
+                low[k], high[k] = boxes.low[name][0], boxes.high[name][0]
+        return self.turns.at(np.full(low.size, 0.5), Box(low, high))

@@ -1,0 +1,128 @@
+"""The turns of a scene whose freed segments share out the degrees that they have together."""
+
+from dataclasses import dataclass, replace
+from math import inf
+from typing import NamedTuple
+
+import numpy as np
+
+from camopt.motion.programme import Programme
+from camopt.numerics import FloatArray
+from camopt.problem.problem import Problem
+from camopt.smallest.result import Smallest
+
+SAME = 1e-9  # mm or deg of displacement
+
+
+class Box(NamedTuple):
+    """Angles of the freed segments from ``low`` to ``high``, deg, of the turns among them."""
+
+    low: FloatArray
+    high: FloatArray
+
+
+@dataclass(frozen=True)
+class Turns:
+    """The turns of a scene under one choice of laws, by the angles (deg) of its freed segments."""
+
+    problem: Problem
+    laws: tuple[str | None, str | None]
+    without: tuple[int, ...] = ()
+    """Freed dwells that these turns go without."""
+    until: float = inf
+    """When the search among them is to stop (``clock.now``)."""
+
+    @property
+    def freed(self) -> tuple[int, ...]:
+        """The segments whose angles ``[search]`` frees."""
+        scene = self.problem.scene
+        return tuple(i for i, s in enumerate(scene.motion) if scene.search.angle_of(s.segment) is not None)
+
+    @property
+    def scene_angles(self) -> FloatArray:
+        """The angles of the freed segments in the scene itself."""
+        return np.array([self.problem.scene.motion[i].angle for i in self.freed])
+
+    @property
+    def box(self) -> Box:
+        """All angles."""
+        scene = self.problem.scene
+        ranges = [scene.search.angle_of(scene.motion[i].segment) for i in self.freed]
+        ends = [(r.start, r.stop) for r in ranges if r is not None]
+        low, high = np.array(ends, dtype=float).reshape(-1, 2).T
+        high[[i in self.without for i in self.freed]] = 0.0
+        return self.tightened(Box(low, high))
+
+    @property
+    def kinds(self) -> list["Turns"]:
+        """The turns in which the follower rests at its lowest, and, where they may, those in which it does not.
+
+        However short, such a rest is an arc of the base circle, and has its curvature.
+        """
+        scene, level, rests = self.problem.scene, 0.0, []
+        for i, segment in enumerate(scene.motion):
+            if segment.segment == "dwell" and abs(level) <= SAME:
+                rests.append(i)
+            level += (segment.lift or 0.0) * {"rise": 1.0, "return": -1.0, "dwell": 0.0}[segment.segment]
+        without = replace(self, without=tuple(i for i in rests if i in self.freed))
+        least = dict(zip(self.freed, self.box.low, strict=True))
+        gone = all(least.get(i, scene.motion[i].angle) == 0.0 for i in rests)
+        room = without.box.high.sum() >= self.scene_angles.sum()
+        return [self, without] if rests and gone and room else [self]
+
+    @property
+    def corners(self) -> list[FloatArray]:
+        """Turns whose segments, one after the other in a few orders, are as long as they can be, the rest short."""
+        box, count, found = self.box, len(self.freed), []
+        for first in range(count):
+            for way in (1, -1):
+                freed, left = box.low.copy(), self.scene_angles.sum() - box.low.sum()
+                for k in (first + way * np.arange(count)) % count:
+                    more = min(left, box.high[k] - box.low[k])
+                    freed[k], left = freed[k] + more, left - more
+                found.append(freed)
+        return found
+
+    def tightened(self, box: Box) -> Box:
+        """The least box of the same turns: what others cannot take or give is no choice."""
+        total = self.scene_angles.sum()
+        low = np.maximum(box.low, total - (box.high.sum() - box.high))
+        high = np.minimum(box.high, total - (box.low.sum() - box.low))
+        return Box(np.minimum(low, high), high)
+
+    def angles(self, freed: FloatArray) -> list[float]:
+        """The angles of all segments of a turn."""
+        given = dict(zip(self.freed, map(float, freed), strict=True))
+        return [given.get(i, s.angle) for i, s in enumerate(self.problem.scene.motion)]
+
+    def programme(self, freed: FloatArray) -> Programme:
+        """The turn with these angles of its freed segments."""
+        motion = self.problem.scene.motion
+        angles = self.angles(freed)
+        segments = [(s.segment, angle, s.lift, s.law) for s, angle in zip(motion, angles, strict=True)]
+        angular, laws = self.problem.setup.angular, self.problem.laws
+        load = self.problem.programme.load
+        programme = Programme.from_segments(segments, angular=angular, laws=laws, load=load)
+        return self.problem.with_programme(programme).with_laws(*self.laws)
+
+    def problem_of(self, freed: FloatArray) -> Problem:
+        """The problem of the turn with these angles of its freed segments."""
+        return self.problem.with_programme(self.programme(freed))
+
+    def at(self, share: FloatArray, box: Box) -> FloatArray:
+        """A turn of a box by the share of each segment's range that it takes, more or less: the total is kept."""
+        wanted, total = box.low + share * (box.high - box.low), self.scene_angles.sum()
+        over = wanted.sum() - total
+        room = wanted - box.low if over > 0.0 else box.high - wanted
+        return np.asarray(np.clip(wanted - over * room / (room.sum() or 1.0), box.low, box.high))
+
+
+class Found(NamedTuple):
+    """The smallest cam of the turns looked at, and the angles of its freed segments."""
+
+    answer: Smallest
+    freed: FloatArray
+
+
+def better(best: Found, other: Found) -> Found:
+    return other if other.answer.size < best.answer.size else best

@@ -1,0 +1,187 @@
+"""The response spectrum of a motion law: how a train vibrates after one rise between dwells, against its period.
+
+The rise has lift 1 and takes the time t₁; the train, of natural period T_n and damping ratio ζ, rests before it.
+With the period ratio λ = t₁/T_n the response is exact (``numerics.oscillator``, r = 2πλ). Undamped, the amplitude
+left over after a cycloidal rise is |sin πλ|/(πλ·|λ² − 1|): none for a whole λ from 2 on.
+
+Source: Norton, Cam Design and Manufacturing Handbook (residual vibrations).
+"""
+
+import os
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from camopt.effects.vibration import acceleration, corners
+from camopt.mistakes import BadInput, Mistake, nearest
+from camopt.motion import LAWS
+from camopt.motion.law import Law
+from camopt.motion.programme import Programme, Stroke
+from camopt.motion.table import DWELL, RISE
+from camopt.numerics import FloatArray
+from camopt.numerics.oscillator import Wave, damped, from_rest
+from camopt.numerics.wave_extremes import largest, largest_magnitude
+
+if TYPE_CHECKING:
+    from camopt.problem.rows import Rows
+    from camopt.scene.scene import Scene
+
+DRAWN = ("cycloidal", "modified-sine", "modified-trapezoid", "harmonic", "poly345", "poly4567")
+RATIOS = np.linspace(0.1, 10.0, 397)  # every whole number and quarter among them
+ALLOWED = (1e-3, 1e4)
+AT_ONCE = 1 << 14  # panels, each with a polynomial of its own
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of a spectrum: its unit, symbol and sentence."""
+
+    unit: str
+    symbol: str
+    sentence: str
+    kind: type = float
+
+
+COLUMNS = {
+    "law": Column("", "", "Motion law of the rise.", str),
+    "period_ratio": Column("", "t₁/T_n", "Time of the rise over the natural period of the train."),
+    "damping_ratio": Column("", "ζ", "Damping ratio of the train."),
+    "residual": Column("lift", "A", "Amplitude of the vibration at the start of the dwell after the rise."),
+    "overshoot": Column("lift", "", "Largest travel of the mass beyond the lift."),
+    "deflection": Column("lift", "z", "Largest |x − y| during the rise and after it."),
+    "acceleration": Column("lift/t₁²", "C_a", "Largest |acceleration| of the mass, with the rise's time as unit."),
+}
+
+
+def response_spectrum(law: str | Law, ratios: ArrayLike = RATIOS, damping_ratio: float = 0.0) -> dict[str, Any]:
+    """Compute how a follower train vibrates after one rise, by the ratio t₁/Tₙ of rise time to natural period.
+
+    Parameters
+    ----------
+    law
+        The name of a built-in law, or a law.
+    ratios
+        Period ratios, from 1e-3 to 1e4, in one dimension.
+    damping_ratio
+        ζ, 0 or more and below 1.
+
+    Returns
+    -------
+    dict
+        ``law``, ``period_ratio``, ``damping_ratio``, and in units of the lift ``residual`` (amplitude at the start
+        of the dwell), ``overshoot`` (largest x − 1), ``deflection`` (largest |x − y|) and ``acceleration``
+        (largest |ẍ|·t₁²).
+
+    Raises
+    ------
+    BadInput
+        For an unknown law, and for numbers that are not allowed.
+    """
+    chosen, λ = _checked(law, ratios, damping_ratio)
+    at_once = max(1, AT_ONCE // len(_rise(chosen).table.half_width))
+    parts = [λ[k : k + at_once].tolist() for k in range(0, len(λ), at_once)]
+    found = [_responses(chosen, tuple(part), float(damping_ratio)) for part in parts]
+    values = np.concatenate(found, axis=1) if found else np.zeros((4, 0))
+    names = ("residual", "overshoot", "deflection", "acceleration")
+    labels = {"law": np.full(len(λ), chosen.NAME), "period_ratio": λ, "damping_ratio": float(damping_ratio)}
+    return {**labels, **dict(zip(names, values, strict=True))}
+
+
+def _checked(law: str | Law, ratios: ArrayLike, damping_ratio: float) -> tuple[Law, FloatArray]:
+    mistakes = []
+    if isinstance(law, str) and law not in LAWS:
+        mistakes.append(Mistake("camopt", "law", law, f"a motion law; {nearest(law, LAWS)}"))
+    try:
+        values = np.asarray(ratios, dtype=float)
+        wrong = values[~((values >= ALLOWED[0]) & (values <= ALLOWED[1]))].tolist()
+    except (TypeError, ValueError):
+        values, wrong = np.zeros(0), [ratios]
+    wide = f"numbers from {ALLOWED[0]:g} to {ALLOWED[1]:g}, in one dimension"
+    if wrong or values.ndim != 1:
+        mistakes.append(Mistake("camopt", "ratios", wrong[0] if wrong else values.tolist(), wide))
+    if isinstance(damping_ratio, bool) or not isinstance(damping_ratio, (int, float)) or not 0 <= damping_ratio < 1:
+        mistakes.append(Mistake("camopt", "damping_ratio", damping_ratio, "a number, 0 or more and below 1"))
+    if mistakes:
+        raise BadInput(mistakes)
+    return LAWS[law] if isinstance(law, str) else law, values
+
+
+@lru_cache(maxsize=64)
+def _responses(law: Law, ratios: tuple[float, ...], damping: float) -> FloatArray:
+    """Residual, overshoot, deflection and acceleration (4, ratios)."""
+    frequency = 2.0 * np.pi * np.array(ratios)
+    motion, wave = _rise_and_dwell(law, frequency, damping)
+    beyond = motion.copy()
+    beyond[0] -= 1.0
+    return np.array(
+        [
+            wave.amplitude[:, -1],
+            np.maximum(largest(wave.over(beyond)).value, 0.0),
+            largest_magnitude(wave).value,
+            largest_magnitude(acceleration(wave, frequency[:, None])).value,
+        ]
+    )
+
+
+def _rise_and_dwell(law: Law, frequency: FloatArray, damping: float) -> tuple[FloatArray, Wave]:
+    """The motion (powers, panels), and the response on the panels of the rise and one period of the dwell."""
+    programme = _rise(law)
+    motion, rows = programme.table.coefficients.T, frequency[:, None]
+    half_width = np.repeat(programme.table.half_width[None], len(frequency), axis=0)
+    half_width[:, -1] = np.pi / (damped(damping) * frequency)
+    return motion, from_rest(motion, half_width, corners(programme), rows, damping)
+
+
+def _rise(law: Law) -> Programme:
+    return Programme((Stroke(RISE, law, 0.0, 1.0, 0.0, 1.0), Stroke(DWELL, None, 1.0, 1.0, 1.0, 1.0)))
+
+
+def spectrum(scene: "Scene") -> "Rows":
+    """The spectra of the usual laws and of those that the scene's strokes have, for its damping ratio.
+
+    Raises
+    ------
+    BadInput
+        For a damping ratio of 1 or more.
+    """
+    from camopt.problem.problem import resolve
+    from camopt.problem.rows import Rows, joined
+
+    problem = resolve(scene)
+    laws = {name: LAWS[name] for name in DRAWN}
+    laws |= {stroke.law.NAME: stroke.law for stroke in problem.programme.strokes if stroke.law}
+    damping = problem.setup.dynamics.damping_ratio
+    return joined(Rows(response_spectrum(law, damping_ratio=damping), len(RATIOS)) for law in laws.values())
+
+
+def write_spectrum(rows: "Rows", folder: str | os.PathLike[str]) -> tuple[Path, Path]:
+    """Write ``spectrum.parquet`` and ``studies.spectrum.svg`` into a folder, which is made; the two paths.
+
+    Raises
+    ------
+    OSError
+        If a file cannot be written.
+    """
+    import pyarrow as pa
+
+    from camopt.drawing.spectrum import plot_spectrum
+    from camopt.tables.sealed import TYPES, write_table
+    from camopt.tables.table import to_table
+    from camopt.version import VERSION
+
+    fields = []
+    for name, column in COLUMNS.items():
+        about = {"unit": column.unit, "symbol": column.symbol, "description": column.sentence}
+        fields.append(pa.field(name, TYPES[column.kind], nullable=False, metadata=about))
+    layout = pa.schema(fields, metadata={"camopt_version": VERSION})
+    table, picture = Path(folder) / "spectrum.parquet", Path(folder) / "spectrum.svg"
+    table.parent.mkdir(parents=True, exist_ok=True)
+    write_table(to_table(rows, layout), table)
+    laws = rows.column("law")
+    each = [{name: rows.column(name)[laws == law] for name in COLUMNS} for law in dict.fromkeys(laws.tolist())]
+    plot_spectrum(each, picture)
+    return table, picture

@@ -1,0 +1,213 @@
+"""The least of one axis of a frontier, with the others held at values.
+
+An axis is a term of the objective, which is convex, or a quantity that is the largest value of a curve over the
+turn, which is not: it is held as a limit of the scene, and reached by convex steps from several starts, a local
+optimum. Either way the laws become a cam, as in ``synthesise``, that holds every limit.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property, partial
+from math import inf
+from typing import Any, NamedTuple
+
+import cvxpy as cp
+import numpy as np
+
+from camopt.mistakes import Unsolved
+from camopt.problem.problem import resolve
+from camopt.scene.scene import Scene
+from camopt.scene.tables import TERMS
+from camopt.synthesis.cams import cam_for, free_laws, programme_with, scene_with, term_of, within
+from camopt.synthesis.ceilings import ceilings_at, ceilings_of, quantities
+from camopt.synthesis.convex import Convex, convex
+from camopt.synthesis.demand import Demand
+from camopt.synthesis.from_scene import by_offset, demand_of
+from camopt.synthesis.iterate import Iterate, iterate_of
+from camopt.synthesis.relaxation import RelaxedMotion
+from camopt.synthesis.sequential_convex import SequentialConvex
+from camopt.synthesis.spline_motion import SplineMotion
+from camopt.synthesis.synthesise import (
+    MARGINS,
+    PANELS,
+    SOLVER_ERROR,
+    WORSE,
+    best_of,
+    gentlest,
+    lowered,
+    placed,
+    tightened,
+)
+from camopt.synthesis.synthesised import Synthesised
+from camopt.tables.designs import chosen
+from camopt.verdicts.evaluation import evaluate
+
+TRIES = 2  # starts of convex steps: those that promise most
+NEAR = 1e-3  # relative: of a quantity's value, which says where to look; what a cam has of it is its own
+ROUNDING = 1e-9  # relative: of a value that a cam holds
+LARGER = (0.0, 1e-7, 1e-6, 1e-5, 1e-4)  # by which a cam may be larger than the steps say, for a solver's error
+
+
+class Found(NamedTuple):
+    """A cam: its row (the axes' values, its quantities, ``bound``, ``local`` and ``scene``), and its laws."""
+
+    row: dict[str, Any]
+    laws: Iterate
+
+
+class AxisMinimiser:
+    """The programme of one axis with others held; built once, for all their values."""
+
+    def __init__(self, scene: Scene, axes: Sequence[str], first: str, held: Sequence[str]) -> None:
+        problem = resolve(scene)
+        self.scene, self.axes, self.first = scene, axes, first
+        self.keys = {name: key for name, key in quantities(problem).items() if name in (first, *held)}
+        demand = demand_of(problem, {axis: 1.0 for axis in axes if axis in TERMS})
+        self.demand = replace(demand, objective={} if first in self.keys else {first: 1.0})
+        self.held = {term: cp.Parameter(nonneg=True) for term in held if term in TERMS}
+        self.known: list[Iterate] | None = None
+
+    @cached_property
+    def free(self) -> Convex:
+        """The programme of free laws."""
+        return convex(tightened(self.demand, MARGINS[0]), SplineMotion, self.held)
+
+    @cached_property
+    def relaxed(self) -> Convex:
+        """What bounds it for any motion, whatever the quantities."""
+        wider = tightened(self.demand, -SOLVER_ERROR)
+        return convex(wider, partial(RelaxedMotion, PANELS[0]), self.held)
+
+    @cached_property
+    def steps(self) -> SequentialConvex:
+        """The steps under the ceilings of the scene and of held quantities, whatever their values."""
+        held = self._demand(dict.fromkeys(self.keys.keys() - {self.first}, 1.0))
+        return SequentialConvex(self.free, ceilings_of(held), self.lowered)
+
+    @cached_property
+    def lowered(self) -> tuple[Any, ...]:
+        """The ceilings of the axis itself, if it is a quantity; their bounds do not matter."""
+        return ceilings_at(self.demand.problem, self.keys[self.first], 1.0) if self.first in self.keys else ()
+
+    def at(self, value: Mapping[str, float], starts: Sequence[Iterate] = (), bounded: bool = True) -> Found | None:
+        """The best cam with the other axes held at values; None if none is found."""
+        if not value and self.first in TERMS:
+            return self._end()
+        demand, best = self._demand(value), None
+        for laws in self._candidates(demand, value, starts):
+            row = self._row(demand, laws, value)
+            if row and (best is None or row[self.first] < best.row[self.first]):
+                best = Found(row, laws)
+            if best and self.first in TERMS and self._close(best.row[self.first]):
+                break
+        if best is None:
+            return None
+        local = self.first not in TERMS or not self._close(best.row[self.first])
+        bound = self._bound(value, best) if bounded else None
+        return best._replace(row=best.row | {"bound": bound, "local": local})
+
+    def _end(self) -> Found:
+        """The least of a term with nothing held: what ``synthesise`` finds."""
+        cam, laws = best_of(by_offset(self.demand), lambda done, most: None)
+        row = self._terms(cam, laws) | {"bound": None, "local": not cam.convex}
+        return Found(row, laws)
+
+    def _demand(self, value: Mapping[str, float]) -> Demand:
+        """The demand with the held quantities as limits of the scene."""
+        limits = {}
+        for name in self.keys.keys() & value.keys():
+            own = getattr(self.scene.limits, self.keys[name])
+            limits[f"limits.{self.keys[name]}"] = min(value[name], inf if own is None else own)
+        return replace(self.demand, problem=resolve(self.scene.replace(**limits)))
+
+    def _solve(self, model: Convex, value: Mapping[str, float], margin: float) -> float:
+        """The least objective with the terms held at a value; infinite if there is none.
+
+        Also if the solver fails, where there may be other values.
+        """
+        for term, parameter in self.held.items():
+            parameter.value = value[term] * (1.0 - margin)
+        try:
+            return model.solve()
+        except Unsolved:
+            if not value:
+                raise
+            return inf
+
+    def _candidates(
+        self, demand: Demand, value: Mapping[str, float], starts: Sequence[Iterate]
+    ) -> Iterator[Iterate]:
+        """Free laws for a value: what the programme gives, and bent below the ceilings if need be."""
+        self.optimum = self._solve(self.free, value, MARGINS[bool(self.keys)])
+        if self.optimum == inf:
+            return
+        plain = iterate_of(self.free)
+        calm = gentlest(self.free, self.optimum) or plain
+        ceilings = ceilings_of(demand)
+        if not self.lowered:
+            yield from (calm, plain)
+        if ceilings or self.lowered:
+            every = [calm, *starts, *self._placed(calm)]
+            if value:  # not the end of an axis, where every start of ``synthesise`` is tried
+                every = self.steps.ranked([plain, *every], ceilings, self.lowered)[:TRIES]
+            yield from (self.steps.run(each, ceilings, self.lowered) for each in every)
+
+    def _placed(self, plain: Iterate) -> list[Iterate]:
+        """Known laws on their smallest cams, which do not depend on the values."""
+        if self.known is None:
+            self.known = placed(self.demand, plain)
+        return self.known
+
+    def _close(self, objective: float) -> bool:
+        """Whether no better cam is worth looking for."""
+        return objective <= self.optimum + WORSE * (abs(self.optimum) + self.free.unit)
+
+    def _row(self, demand: Demand, laws: Iterate, value: Mapping[str, float]) -> dict[str, Any] | None:
+        """A cam of laws that holds every limit and value; None if there is none."""
+        programme = programme_with(demand, laws)
+        if not within(demand, programme):
+            return None
+        cam = self._as_solved(laws) if self.keys and not _listed(self.scene) else cam_for(demand, laws)
+        if cam is None:
+            return None
+        row = self._terms(cam, laws)
+        loose = {axis: NEAR if axis in self.keys else ROUNDING for axis in value}
+        return row if all(row[axis] <= value[axis] * (1.0 + loose[axis]) for axis in value) else None
+
+    def _terms(self, cam: Synthesised, laws: Iterate) -> dict[str, Any]:
+        """The row of a cam: its axes, its quantities and its scene."""
+        programme, size = programme_with(self.demand, laws), cam.design[self.demand.problem.size_name]
+        terms = {axis: term_of(self.demand, programme, axis, size) for axis in self.axes if axis in TERMS}
+        return {**terms, **cam.design, "scene": cam.scene.to_toml()}
+
+    def _as_solved(self, laws: Iterate) -> Synthesised | None:
+        """The cam of the sizes that the laws were found with, or a little larger, if it holds every limit.
+
+        The smallest cam for the laws is no smaller, but for the margins of the steps, and takes long to find where
+        a load decides.
+        """
+        demand = self.demand
+        scene, name = scene_with(demand.problem.scene, free_laws(demand, laws)), demand.problem.size_name
+        lead, height = (demand.length * each for each in laws[:2])
+        prime = max(float(np.hypot(lead, height)) if demand.traced else height, demand.prime[0])
+        offset = demand.problem.design.sense * lead
+        sizes = {"offset_mm": offset, "roller_radius_mm": demand.body, "face_radius_mm": demand.body}
+        for larger in LARGER:
+            cam = chosen(scene, {**sizes, name: prime * (1.0 + larger) - demand.roller})
+            found = evaluate(cam)
+            if found["feasible"]:
+                return Synthesised(demand.problem.scene, cam, dict(found), 0.0)
+        return None
+
+    def _bound(self, value: Mapping[str, float], best: Found) -> float | None:
+        """What no motion passes with the terms held at a value; None for a quantity, or if the solver fails."""
+        if self.lowered or (self.first == "size" and not self.demand.sized):
+            return None
+        bound = lowered(self.relaxed, self._solve(self.relaxed, value, -SOLVER_ERROR))
+        return bound if self.relaxed.exact and bound <= best.row[self.first] else None
+
+
+def _listed(scene: Scene) -> bool:
+    """Whether a scene lists sizes, between which there is no cam."""
+    choices = (scene.search.base_radius, scene.search.mean_radius, scene.search.offset)
+    return any(isinstance(choice, tuple) and len(choice) > 1 for choice in choices)

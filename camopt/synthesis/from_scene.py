@@ -1,0 +1,229 @@
+"""What a scene asks of free motion laws: its limits, its ``[synthesis]`` and its ranges of sizes, as a demand."""
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
+from math import inf, pi, radians
+
+from camopt.effects.motion import scale
+from camopt.mechanisms import translating, translating_flat
+from camopt.mistakes import BadInput, Mistake
+from camopt.motion import LAWS
+from camopt.motion.programme import Stroke, law_peaks
+from camopt.motion.table import DWELL
+from camopt.problem.problem import Problem, resolve
+from camopt.problem.space import freed_angles
+from camopt.scene.scene import Scene
+from camopt.scene.tables import Range, Synthesis
+from camopt.smallest.closed_form import least_size
+from camopt.synthesis import residual
+from camopt.synthesis.demand import ORDERS, PEAKS, Demand, Interval, roller_of
+from camopt.synthesis.linear_constraints import floors_of
+from camopt.synthesis.splines import Splines
+
+USUAL = {"peak_acceleration": 2, "peak_jerk": 3}
+APART = 1e-4  # of a stroke: the least distance of points
+GENTLE = "poly345"  # whose peaks hold where a scene limits neither acceleration nor jerk
+
+
+def demand_of(problem: Problem, objective: Mapping[str, float] | None = None) -> Demand:
+    """The demand of a scene, with its own objective or another.
+
+    Raises
+    ------
+    BadInput
+        If a point or a size cannot be met by any law.
+    """
+    scene, asked = problem.scene, problem.scene.synthesis
+    objective = objective_in(asked) if objective is None else dict(objective)
+    _check_rest(problem, asked, objective)
+    _check_train(problem, objective)
+    if freed := freed_angles(problem, "free laws take"):
+        raise BadInput(freed)
+    strokes = tuple(problem.programme.strokes)
+    body = _body(problem)
+    roller = roller_of(problem, body)
+    size = _size(scene, problem.size_name, objective)
+    least = least_size(problem, {"size": size})
+    return Demand(
+        problem=problem,
+        splines=Splines(
+            asked.degree, asked.pieces, asked.degree - 1 if asked.continuity is None else asked.continuity
+        ),
+        strokes=strokes,
+        lead=_lead(problem),
+        prime=(least + roller, size[1] + roller),
+        body=body,
+        ranges=tuple(_ranges(problem, asked, stroke, _orders(objective)) for stroke in strokes),
+        floors=tuple(floors_of(problem)),
+        residual=scene.limits.residual_vibration,
+        rest=asked.rest,
+        monotone=asked.monotone or (isinstance(asked.peak_velocity, tuple) and asked.peak_velocity[0] == 0.0),
+        points=tuple(_points(problem, asked)),
+        objective=objective,
+    )
+
+
+def by_offset(demand: Demand) -> list[Demand]:
+    """The demand for each offset that a scene lists: between them there is no cam."""
+    listed = demand.problem.scene.search.offset
+    if not isinstance(listed, tuple):
+        return [demand]
+    leads = [demand.problem.design.sense * offset for offset in dict.fromkeys(listed)]
+    return [replace(demand, lead=(lead, lead)) for lead in leads]
+
+
+def _check_rest(problem: Problem, asked: Synthesis, objective: Mapping[str, float]) -> None:
+    """A bounded or minimised jerk needs an acceleration that does not jump."""
+    bounded = problem.scene.limits.jerk is not None or asked.peak_jerk is not None
+    if asked.rest == 1 and (bounded or 3 in _orders(objective)):
+        what = "at least 2 where the jerk is limited or minimised: the acceleration may not jump then"
+        raise BadInput([Mistake(problem.scene.file, "synthesis.rest", asked.rest, what)])
+
+
+def _check_train(problem: Problem, objective: Mapping[str, float]) -> None:
+    """A residual vibration is that of a train, at a speed, in a dwell."""
+    scene, setup = problem.scene, problem.setup
+    key = "synthesis.minimise" if residual.TERM in objective else "limits.residual_vibration"
+    if residual.TERM not in objective and scene.limits.residual_vibration is None:
+        return
+    speed = () if setup.omega is not None else ("cam.rpm",)
+    train = () if setup.dynamics.natural_frequency is not None else ("follower.dynamics.natural_frequency",)
+    what = None
+    if speed or train:
+        what = f"needs {', '.join((*speed, *train))}"
+    elif residual.train_of(setup) is None:
+        what = "has no bound: the undamped train resonates, it vibrates a whole number of times in a turn"
+    elif all(stroke.kind != DWELL for stroke in problem.programme.strokes):
+        what = "needs a dwell"
+    if what:
+        raise BadInput([Mistake(scene.file, key, residual.TERM, what, bare=True)])
+
+
+def objective_in(asked: Synthesis) -> dict[str, float]:
+    return {asked.minimise: 1.0} if isinstance(asked.minimise, str) else dict(asked.minimise)
+
+
+def _size(scene: Scene, name: str, objective: Mapping[str, float]) -> Interval:
+    """The range of the cam's radius: that of [search], or up to the scene's own where the objective is another."""
+    key = name.removesuffix("_mm")
+    choice, own = getattr(scene.search, key), getattr(scene.cam, key)
+    if choice is not None:
+        return _ends(choice, own)
+    if "size" in objective:
+        return 0.0, inf
+    if own is None:
+        what = "missing; an objective other than the size needs the largest radius, there or in [search]"
+        raise BadInput([Mistake(scene.file, f"cam.{key}", None, what, bare=True)])
+    return 0.0, own
+
+
+def _points(problem: Problem, asked: Synthesis) -> Iterator[tuple[float, float]]:
+    """The points that the motion goes through; each has to lie in a rise or return, between its ends."""
+    mistakes = []
+    per = pi / 180 if problem.setup.angular else 1.0
+    for number, (angle, given) in enumerate(asked.points, start=1):
+        inside = [s for s in problem.programme.strokes if s.start < radians(angle) < s.end and s.kind != DWELL]
+        y = given * per
+        others = [radians(a) for a, _ in asked.points[: number - 1]]
+        if not inside:
+            what = "a cam angle inside a rise or return"
+        elif not min(inside[0].low, inside[0].high) <= y <= max(inside[0].low, inside[0].high):
+            what = f"a displacement from {inside[0].low / per:g} to {inside[0].high / per:g} there"
+        elif any(
+            abs(radians(angle) - a) < APART * inside[0].angle for a in (*others, inside[0].start, inside[0].end)
+        ):
+            what = f"at least {APART:g} of the stroke's angle away from its ends and from other points"
+        else:
+            yield radians(angle), y
+            continue
+        mistakes.append(Mistake(problem.scene.file, f"synthesis.points.{number}", [angle, given], what))
+    if mistakes:
+        raise BadInput(mistakes)
+
+
+def _body(problem: Problem) -> float:
+    """The largest radius of the roller or spherical face; 0 for what has none."""
+    own = float(problem.design.roller_radius[0])
+    if problem.setup.pointed or problem.setup.mechanism.curvature is None:
+        return own
+    search = problem.scene.search
+    return _ends(search.face_radius if problem.setup.spherical else search.roller_radius, own)[1]
+
+
+def _ends(choice: Range | tuple[float, ...] | None, own: float) -> Interval:
+    """The least and the largest value of a size that a scene allows."""
+    if isinstance(choice, Range):
+        return choice.start, choice.stop
+    return (own, own) if choice is None else (min(choice), max(choice))
+
+
+def _lead(problem: Problem) -> Interval:
+    """e, within the offsets that the scene allows."""
+    if problem.setup.mechanism not in (translating.MECHANISM, translating_flat.MECHANISM):
+        return 0.0, 0.0
+    ends = _ends(problem.scene.search.offset, problem.scene.follower.offset)
+    low, high = sorted(problem.design.sense * e for e in ends)
+    return low, high
+
+
+def _ranges(problem: Problem, asked: Synthesis, stroke: Stroke, minimised: set[int]) -> dict[int, Interval]:
+    """The ranges of a stroke's derivatives: what [limits] say of the turn and [synthesis] of the unit stroke.
+
+    Derivatives that are minimised have none but these.
+    """
+    if stroke.kind == DWELL:
+        return {}
+    limits, omega = problem.scene.limits, problem.setup.omega
+    bounds: dict[int, Interval] = {}
+    for name, order in ORDERS.items():
+        bound = getattr(limits, name)
+        if bound is not None and omega is not None:
+            largest = bound / scale(problem.setup, order)
+            bounds[order] = (-largest, largest)
+    peaks = {name: value for name in PEAKS if (value := getattr(asked, name)) is not None}
+    peaks |= dict.fromkeys(_unasked(problem, asked, minimised), GENTLE)
+    for name, value in peaks.items():
+        order = PEAKS[name]
+        low, high = _peak(problem, name, value)
+        per = (stroke.high - stroke.low) / stroke.angle**order
+        low, high = sorted((low * per, high * per))
+        before = bounds.get(order, (-inf, inf))
+        bounds[order] = max(low, before[0]), min(high, before[1])
+    return bounds
+
+
+def _unasked(problem: Problem, asked: Synthesis, minimised: set[int]) -> list[str]:
+    """The peaks that are held to those of a gentle law, because the scene bounds none of them."""
+    limits, timed = problem.scene.limits, problem.setup.omega is not None
+    bounded = timed and any(getattr(limits, name) is not None for name, order in ORDERS.items() if order > 1)
+    if bounded or any(getattr(asked, name) is not None for name in USUAL):
+        return []
+    return [name for name, order in USUAL.items() if order <= asked.rest + 1 and order not in minimised]
+
+
+def default_peaks(scene: Scene, terms: Iterable[str] | None = None) -> dict[str, float]:
+    """The peak factors that free laws hold by default, where the scene bounds neither acceleration nor jerk.
+
+    ``terms`` are what is minimised, if not the objective of the scene.
+    """
+    objective = dict.fromkeys(terms, 1.0) if terms is not None else objective_in(scene.synthesis)
+    names = _unasked(resolve(scene), scene.synthesis, _orders(objective))
+    return {name: float(law_peaks(LAWS[GENTLE])[name]) for name in names}
+
+
+def _orders(objective: Mapping[str, float]) -> set[int]:
+    """The orders of the derivatives that an objective has."""
+    return {ORDERS[term] for name in objective if (term := name.removesuffix("_rms")) in ORDERS}
+
+
+def _peak(problem: Problem, name: str, value: float | str | tuple[float, float]) -> Interval:
+    """The range of a derivative of the unit stroke: ± a number, a range, or what a known law has."""
+    if isinstance(value, tuple):
+        return value
+    if isinstance(value, str):
+        found = law_peaks(problem.laws[value])[name]
+        if not isinstance(found, float) or found == inf:
+            what = f"a law whose {name.replace('_', ' ')} is finite, or a number"
+            raise BadInput([Mistake(problem.scene.file, f"synthesis.{name}", value, what)])
+        value = found
+    return -value, value

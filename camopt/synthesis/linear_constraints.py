@@ -1,0 +1,85 @@
+"""Limits that are linear in the motion and in the sizes e and s₀: the planes of the convex programme.
+
+Which they are depends on the mechanism: tan β of a trace point that translates and of a groove, and the radius of
+curvature and the reach of a flat face that translates. Every other claim is a ceiling (``ceilings``), for convex
+steps.
+"""
+
+from collections.abc import Callable, Iterator
+from math import pi
+from typing import Any
+
+from camopt.effects import force
+from camopt.mechanisms import cylindrical, translating, translating_flat
+from camopt.problem.claims import Claim, Derivative
+from camopt.problem.problem import Problem, strictest
+from camopt.synthesis.demand import LinearConstraint
+
+
+def floors_of(problem: Problem) -> Iterator[LinearConstraint]:
+    """The limits of a scene that are linear. What is not, the size holds in the end."""
+    asked = strictest(problem)
+    for limit in problem.limits:
+        for claim in limit.claims:
+            if claim in asked and claim.curve in LINEAR:
+                yield from LINEAR[claim.curve](limit.name, claim)
+    yield from _on_contact(problem)
+
+
+def is_linear(claim: Claim) -> bool:
+    """Whether a claim is a plane in the motion and the sizes; one on a derivative is a range of the laws."""
+    return claim.curve in LINEAR or isinstance(claim.curve, Derivative)
+
+
+def _trace_pressure(name: str, claim: Claim) -> Iterator[LinearConstraint]:
+    """|y' − e| ≤ T·(s₀ + y)."""
+    tangent = claim.allowed()
+    yield LinearConstraint(name, tangent, -1.0, lead=1.0, height=tangent, kinds=claim.strokes)
+    yield LinearConstraint(name, tangent, 1.0, lead=-1.0, height=tangent, kinds=claim.strokes)
+
+
+def _groove_pressure(name: str, claim: Claim) -> Iterator[LinearConstraint]:
+    """|y'| ≤ T·R_m."""
+    for side in claim.sides:
+        yield LinearConstraint(name, 0.0, -side, height=claim.allowed(), kinds=claim.strokes)
+
+
+def _square(name: str, claim: Claim) -> Iterator[LinearConstraint]:
+    """Nothing: the pressure angle of a face square to its motion is 0."""
+    return iter(())
+
+
+def _face_radius(name: str, claim: Claim) -> Iterator[LinearConstraint]:
+    """R_b + y + y'' ≥ ρ."""
+    yield LinearConstraint(name, 1.0, 0.0, 1.0, height=1.0, constant=claim.allowed())
+
+
+def _face_reach(name: str, claim: Claim) -> Iterator[LinearConstraint]:
+    """|y' − e| ≤ t."""
+    for side in claim.sides:
+        yield LinearConstraint(name, velocity=-side, lead=side, constant=claim.allowed())
+
+
+LINEAR: dict[Any, Callable[[str, Claim], Iterator[LinearConstraint]]] = {
+    translating.MECHANISM.pressure: _trace_pressure,
+    cylindrical.MECHANISM.pressure: _groove_pressure,
+    translating_flat.MECHANISM.pressure: _square,
+    translating_flat.MECHANISM.profile_radius: _face_radius,
+    translating_flat.MECHANISM.reach: _face_reach,
+}
+
+
+def _on_contact(problem: Problem) -> Iterator[LinearConstraint]:
+    """The contact force at the scene's speed, and that at a speed that the cam has to reach, as planes."""
+    setup, limits, load = problem.setup, problem.scene.limits, problem.programme.load
+    speeds = {
+        "contact_force_min": (setup.omega, limits.contact_force_min),
+        "jump_speed": (None if limits.jump_speed is None else limits.jump_speed * pi / 30, 0.0),
+    }
+    for name, (omega, least) in speeds.items():
+        if getattr(limits, name) is not None and omega is not None and least is not None:
+            stiffness, damping, mass, constant = force.weights(setup.dynamics, omega)
+            constant += load.highest if load else 0.0  # no motion has more of it: the bound stays one
+            unit = abs(constant) + mass or 1.0  # of the order of 1, as the others are
+            terms = (stiffness / unit, damping / unit, mass / unit)
+            yield LinearConstraint(name, *terms, constant=(constant - least) / unit)

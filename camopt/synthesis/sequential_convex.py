@@ -1,0 +1,214 @@
+"""Ceilings that are not convex in the motion, by a sequence of convex steps.
+
+Each step holds the tangent planes of the curves (``ceilings``) within a trust region around the last motion, with a
+price on what is above its bound, and is taken where the priced objective truly falls. Curves that are minimised are
+held below a level, which the objective has. It ends at a local optimum; the optimum without the ceilings bounds it
+from below.
+
+Source: Fletcher, Practical Methods of Optimization, ch. 14 (exact penalty, trust region).
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from math import inf
+from typing import Any
+
+import cvxpy as cp
+import numpy as np
+
+from camopt.motion.table import DWELL
+from camopt.numerics import LARGEST_MAGNITUDE, FloatArray
+from camopt.problem.claims import Claim, Plain
+from camopt.synthesis.ceilings import Planes, Sampled, samples
+from camopt.synthesis.convex import SOLVED, Convex, solve
+from camopt.synthesis.demand import ORDERS
+from camopt.synthesis.iterate import Iterate, iterate_of, moving
+
+PRICES = 100.0, 1e4  # of a curve that is above its bound by all of it, in units of the objective: if one is too low
+STEPS, FIRST_REACH = 60, 0.1
+GOOD, POOR = (
+    0.75,
+    0.25,
+)  # of what a step's planes promise: if more of it comes true, steps go further; if less, less far
+ENOUGH = 5e-5  # a fall of the priced objective, relative, that is worth a step
+CLOSER = 2e-4  # by which bounds are held closer than asked: between samples a curve rises a little more
+
+
+@dataclass
+class Block:
+    """The planes of all curves over one stroke, as parameters of the problem of a step."""
+
+    sampled: Sampled
+    rows: list[Any]
+    """y to y''' at the samples, in units of the lift; none in a dwell."""
+    lowered: FloatArray
+    """Which curves are minimised."""
+    constant: Any
+    motion: list[Any]
+    lead: Any
+    height: Any
+
+    def state(self, unit: float) -> FloatArray:
+        """y to y''' at the samples, mm, of coefficients set in the variables."""
+        if self.rows:
+            return unit * np.array([row.value for row in self.rows])
+        rest = np.zeros((4, self.lead.shape[1]))
+        rest[0] = self.sampled.stroke.low
+        return rest
+
+
+class SequentialConvex:
+    """The convex steps of a programme under ceilings, compiled once for all their bounds.
+
+    ``held`` ceilings stay below their bounds; ``lowered`` ones are minimised, beside the objective of the model.
+    What is given to its methods are the same ceilings with other bounds.
+    """
+
+    def __init__(self, model: Convex, held: Sequence[Claim], lowered: Sequence[Claim] = ()) -> None:
+        self.model, self.count = model, len(held)
+        self.missing, self.level = cp.Variable(nonneg=True), cp.Variable(nonneg=True)
+        self.reach, self.price = cp.Parameter(nonneg=True), cp.Parameter(nonneg=True, value=PRICES[0])
+        variables = [cp.hstack([model.sizes.lead, model.sizes.height]), *(m.coefficients for m in moving(model))]
+        self.last = [cp.Parameter(variable.size) for variable in variables]
+        away = [variable - last for variable, last in zip(variables, self.last, strict=True)]
+        self.blocks = list(self._blocks([*held, *lowered]))
+        limits = [limit for block in self.blocks for limit in self._limits(block)]
+        limits += [cp.abs(each) <= self.reach for each in away]
+        self.goal = model.goal + (self.level if lowered else 0.0)
+        convex = model.problem.constraints
+        self.problem = cp.Problem(cp.Minimize(self.goal + self.price * self.missing), [*convex, *limits])
+        self.nearest = cp.Problem(cp.Minimize(sum(map(cp.sum_squares, away))), convex)
+
+    def _blocks(self, ceilings: list[Claim]) -> Iterator[Block]:
+        """A block for each stroke on which a curve counts."""
+        motions = iter(moving(self.model))
+        for stroke in self.model.demand.strokes:
+            motion = None if stroke.kind == DWELL else next(motions)
+            sampled = Sampled(self.model.demand, stroke)
+            sides = [1 + (c.goal == LARGEST_MAGNITUDE) for c in ceilings if sampled.counts(c)]
+            lowered = [n >= self.count for n, c in enumerate(ceilings) if sampled.counts(c)]
+            if sides:
+                x = samples(self.model.demand, stroke)
+                rows = motion.at(x) if motion else []
+                constant, lead, height, *parts = (cp.Parameter((sum(sides), x.size)) for _ in range(3 + len(rows)))
+                yield Block(sampled, rows, np.repeat(lowered, sides), constant, parts, lead, height)
+
+    def _limits(self, block: Block) -> Iterator[Any]:
+        """Every plane below its bound, or below the level."""
+        sizes = self.model.sizes
+        for number, lowered in enumerate(block.lowered):
+            plane = block.constant[number] + block.lead[number] * sizes.lead + block.height[number] * sizes.height
+            for part, row in zip(block.motion, block.rows, strict=True):
+                plane += cp.multiply(part[number], row)
+            yield plane <= (self.level if lowered else 1.0 - CLOSER + self.missing)
+
+    def run(self, start: Iterate, held: Sequence[Claim], lowered: Sequence[Claim] = ()) -> Iterate:
+        """The local optimum that convex steps reach from the motion nearest to a start within the convex limits."""
+        self._set(start)
+        last = iterate_of(self.model) if solve(self.nearest) in SOLVED else start
+        lowered = _scaled(lowered, self._levels(last, held, lowered)[1])
+        reach = FIRST_REACH
+        for self.price.value in PRICES:
+            last, reach, enough = self._descended(last, reach, held, lowered)
+            if enough:
+                break
+        self.price.value = PRICES[0]
+        return last
+
+    def _descended(
+        self, last: Iterate, reach: float, held: Sequence[Claim], lowered: Sequence[Claim]
+    ) -> tuple[Iterate, float, bool]:
+        """Where steps end at one price, their reach there, and whether the price is high enough.
+
+        It is too low where the steps end above a bound, or would leave bounds that the last motion holds.
+        """
+        cost, top = self._priced(last, held, lowered)
+        if cost == inf:
+            return last, reach, False
+        self._look(last, held, lowered)
+        for _ in range(STEPS):
+            self.reach.value = reach
+            if solve(self.problem) not in SOLVED:
+                break
+            promise = cost - float(self.problem.value)
+            if promise < ENOUGH * abs(cost):  # even the planes promise no more
+                break
+            if top <= 1.0 and float(self.missing.value) > CLOSER and self.price.value < PRICES[-1]:
+                return last, reach, False
+            tried = iterate_of(self.model)
+            found, above = self._priced(tried, held, lowered)
+            gained = (cost - found) / promise
+            reach *= 2.0 if gained > GOOD else 1.0 if gained > POOR else 0.25
+            if gained > 0.0:
+                last, cost, top = tried, found, above
+                self._look(last, held, lowered)
+            else:
+                self._set(last)
+        return last, max(reach, FIRST_REACH), top <= 1.0
+
+    def ranked(
+        self, starts: Sequence[Iterate], held: Sequence[Claim], lowered: Sequence[Claim] = ()
+    ) -> list[Iterate]:
+        """Starts by their priced objective, with the price of convex limits that they break."""
+        lowered = _scaled(lowered, self._levels(starts[0], held, lowered)[1])
+
+        def price(start: Iterate) -> float:
+            cost, _ = self._priced(start, held, lowered)
+            broken = max(float(np.max(limit.violation())) for limit in self.model.problem.constraints)
+            return cost + PRICES[0] * broken
+
+        return sorted(starts, key=price)
+
+    def _set(self, at: Iterate) -> None:
+        """A solution in the variables, and in the parameters that a step starts from."""
+        self.model.sizes.lead.value, self.model.sizes.height.value = at.lead, at.height
+        for motion, values in zip(moving(self.model), at.coefficients, strict=True):
+            motion.coefficients.value = values
+        for parameter, values in zip(self.last, [np.array(at[:2]), *at.coefficients], strict=True):
+            parameter.value = values
+
+    def _look(self, at: Iterate, held: Sequence[Claim], lowered: Sequence[Claim]) -> None:
+        """The planes at a solution, in the parameters."""
+        self._set(at)
+        for block in self.blocks:
+            planes = self._planes(block, at, [*held, *lowered])
+            values = planes.values - planes.lead * at.lead - planes.height * at.height
+            for part, slope, row in zip(block.motion, planes.motion, block.rows, strict=False):
+                part.value = slope
+                values = values - slope * row.value
+            block.constant.value, block.lead.value, block.height.value = values, planes.lead, planes.height
+
+    def _planes(self, block: Block, at: Iterate, ceilings: list[Claim]) -> Planes:
+        return block.sampled.planes(ceilings, block.state(self.model.demand.scale), self._sizes(at))
+
+    def _sizes(self, at: Iterate) -> tuple[float, float]:
+        """e and s₀, mm."""
+        length = self.model.demand.length
+        return length * at.lead, length * at.height
+
+    def _levels(self, at: Iterate, held: Sequence[Claim], lowered: Sequence[Claim]) -> tuple[float, float]:
+        """The largest of the curves over their bounds: of those held, and of those minimised."""
+        self._set(at)
+        scale, tops = self.model.demand.scale, ([0.0], [0.0])
+        for block in self.blocks:
+            values = block.sampled.values([*held, *lowered], block.state(scale), self._sizes(at))
+            for row, which in zip(values, block.lowered, strict=True):
+                tops[int(which)].append(float(row.max()))
+        return max(tops[0]), max(tops[1])
+
+    def _priced(self, at: Iterate, held: Sequence[Claim], lowered: Sequence[Claim]) -> tuple[float, float]:
+        """The objective at a solution, with the price of what is above its bound, and the highest of the curves."""
+        top, self.level.value = self._levels(at, held, lowered)
+        model, demand = self.model, self.model.demand
+        reach = np.hypot(at.lead, at.height) if demand.traced else at.height
+        model.sizes.prime.value = max(reach, demand.prime[0] / demand.length)
+        for name, variable in model.largest.items():
+            variable.value = max(float(np.abs(motion.samples(ORDERS[name])).max()) for motion in moving(model))
+        price = float(self.goal.value) + self.price.value * max(0.0, top - 1.0 + CLOSER)
+        return price if np.isfinite(price) else inf, top
+
+
+def _scaled(ceilings: Sequence[Claim], level: float) -> tuple[Claim, ...]:
+    """Ceilings whose curves are at most 1 of their bounds where they were at a level."""
+    scale = level if 0.0 < level < inf else 1.0
+    return tuple(ceiling._replace(bound=Plain(ceiling.allowed() * scale)) for ceiling in ceilings)

@@ -1,0 +1,1 @@
+"""Rows and tables of designs: columns, units, Parquet files that say whether they are whole."""

@@ -1,0 +1,63 @@
+"""Which quantities a table of designs shows, and the limits that it sets beside them."""
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from camopt.problem.problem import Problem
+from camopt.quantities import QUANTITIES
+from camopt.scene.scene import Scene
+
+Row = Mapping[str, Any]
+WHOLE_TURN, PARTS = "pressure_angle_max_deg", ("pressure_angle_max_rise_deg", "pressure_angle_max_return_deg")
+DERIVED = ("prime_radius_mm", "shaft_clearance_mm")  # sums and differences of other sizes
+
+
+def bounds_of(problem: Problem) -> dict[str, str]:
+    """What the limits ask of each quantity, as "≤ 30"; the first limit of several on one quantity."""
+    found: dict[str, str] = {}
+    for limit in problem.limits:
+        for name in limit.shown:
+            found.setdefault(name, f"{limit.relation} {limit.bound:g}".replace("-", "−"))
+    on_parts = {found.get(name) for name in PARTS}
+    if len(on_parts) == 1 and None not in on_parts:
+        found[WHOLE_TURN] = found[PARTS[0]]
+    return found
+
+
+def columns_of(problem: Problem, rows: Iterable[Row], asked: Iterable[str] = ()) -> list[str]:
+    """Sizes, then what was asked: objectives, limited quantities and outputs; none that is 0 throughout.
+
+    A law on rises and returns alike is one column, ``law``; so is a pressure angle that is asked over the turn.
+    """
+    rows, bounds = list(rows), bounds_of(problem)
+    outputs = problem.wanted - problem.needed if problem.scene.outputs else frozenset()
+    asked = [*asked, *(name for name in QUANTITIES if name in outputs)]
+    twice = {WHOLE_TURN} - {*asked} or {*PARTS} - {*asked}
+    named = dict.fromkeys([*asked, *(name for name in bounds if WHOLE_TURN not in bounds or name not in twice)])
+    shown = [name for name in named if name in rows[0] and not is_nothing(problem.scene, name, rows)]
+    sizes = sizes_shown(problem.scene, rows)
+    return [*sizes, *(name for name in shown if name not in sizes)]
+
+
+def sizes_shown(scene: Scene, rows: Iterable[Row]) -> list[str]:
+    """The sizes worth a column: no law twice, no sum or difference of others, none that is 0 and not searched."""
+    rows = list(rows)
+    sizes = [name for name in rows[0] if name in QUANTITIES and QUANTITIES[name].effect == "sizes"]
+    kept = [name for name in sizes if name not in DERIVED and not is_nothing(scene, name, rows)]
+    if any(row["law_rise"] != row["law_return"] for row in rows):
+        return kept
+    return ["law", *(name for name in kept if name not in ("law_rise", "law_return"))]
+
+
+def with_law(rows: Iterable[Row]) -> list[dict[str, Any]]:
+    """Rows with the column ``law``."""
+    return [{"law": row["law_rise"], **row} for row in rows]
+
+
+def is_nothing(scene: Scene, name: str, rows: Iterable[Row]) -> bool:
+    """Whether a quantity is 0 whatever the design: a roller radius of a knife, a pressure angle of a flat face."""
+    if any(row[name] != 0.0 for row in rows):
+        return False
+    effect = QUANTITIES[name].effect
+    unsearched = getattr(scene.search, name.removesuffix("_mm"), None) is None
+    return effect == "pressure" or (effect == "sizes" and unsearched)

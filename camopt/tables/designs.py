@@ -1,0 +1,139 @@
+"""Designs of a result: quantities by name, and each as a scene that every command takes."""
+
+import os
+import re
+from collections.abc import Iterable, Mapping
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from camopt.files import result_folder
+from camopt.mechanisms import FIELDS
+from camopt.mistakes import BadInput, Mistake, UnknownName, nearest
+from camopt.motion import LAWS
+from camopt.problem.problem import size_keys
+from camopt.scene.scene import Scene
+from camopt.shown import Shown
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+class Design(Shown, dict[str, Any]):
+    """One design of a result: a mapping from the name of a quantity to its value.
+
+    Parameters
+    ----------
+    quantities
+        The names and values of a row of a table.
+    searched
+        The scene that was searched: the design has its own sizes, laws and angles, the rest is that of the scene.
+
+    Examples
+    --------
+    >>> import camopt
+    >>> best = camopt.optimise(camopt.find_scene("knife-300rpm-offset")).best
+    >>> best.scene.cam.base_radius == best["base_radius_mm"]
+    True
+    """
+
+    def __init__(self, quantities: Mapping[str, Any] | Iterable[tuple[str, Any]], searched: Scene) -> None:
+        super().__init__(quantities)
+        self.searched = searched
+
+    def __missing__(self, name: str) -> Any:
+        raise UnknownName(f"{name!r} is no quantity of this design; {nearest(str(name), self)}")
+
+    def __repr__(self) -> str:
+        sizes = [f", {name} = {self[name]:.6g}" for name in ("base_radius_mm", "mean_radius_mm") if name in self]
+        laws = " / ".join(dict.fromkeys(str(self[n]) for n in ("law_rise", "law_return") if n in self))
+        return f"<Design of {self.searched.name}: {laws}{''.join(sizes)}, {len(self)} quantities>"
+
+    @cached_property
+    def scene(self) -> Scene:
+        """The scene of this one design: that which was searched, with the design's sizes, laws and angles."""
+        return scene_of_row(self.searched, self)
+
+
+def scene_of(table: "str | os.PathLike[str] | pd.DataFrame", row: int) -> Scene:
+    """The scene of one row of a table: the scene that was searched, with the sizes and laws of the row.
+
+    The table is needed as well as the row, because only the table contains the scene.
+
+    Parameters
+    ----------
+    table
+        A Parquet file that ``sweep`` or ``frontier`` wrote, or the DataFrame that ``camopt.load`` makes of it;
+        rows may have been filtered out.
+    row
+        The row's label in the DataFrame: its number in the file, counted from 0.
+
+    Returns
+    -------
+    Scene
+        For ``evaluate``, ``plot``, ``certify`` and the others; limits and ``[search]`` are those of the table.
+
+    Raises
+    ------
+    BadInput
+        If the table has no such row, or no scene.
+    OSError
+        If the file cannot be read.
+
+    Examples
+    --------
+    >>> designs = camopt.load("camopt-out/designs.parquet")
+    >>> smallest = designs.base_radius_mm.idxmin()
+    >>> camopt.evaluate(camopt.scene_of(designs, smallest))["pressure_angle_max_deg"]
+    """
+    from camopt.tables.table import load
+
+    name, frame = (os.fspath(table), load(table)) if isinstance(table, (str, os.PathLike)) else ("table", table)
+    text = frame.attrs.get("scene")
+    if not text:
+        raise BadInput([Mistake("camopt", "table", name, "a table that camopt wrote, which has its scene in it")])
+    if row not in frame.index:
+        has = f"a row of {name}, which has {len(frame):,}, counted from 0"
+        raise BadInput([Mistake("camopt", "row", row, has)])
+    values = {str(column): value for column, value in frame.loc[row].dropna().items()}
+    return scene_of_row(Scene.embedded(text, name), values)
+
+
+def scene_of_row(searched: Scene, row: Mapping[str, Any]) -> Scene:
+    """The scene of a row: a frontier's has one of its own (TOML), others are designs of the scene searched."""
+    if "scene" in row:
+        return Scene.embedded(row["scene"], searched.file)
+    return chosen(searched, row)
+
+
+def chosen(scene: Scene, row: Mapping[str, Any]) -> Scene:
+    """The scene with the sizes, laws and angles of a row; what the row does not have stays."""
+    changes: dict[str, Any] = {}
+    for key in size_keys(scene):
+        field = FIELDS[name := key.partition(".")[2]]
+        column = f"{name if field == 'size' else field}_mm"
+        if column in row:
+            changes[key] = row[column] + 0.0  # no −0
+    known, motion = {*LAWS, *scene.laws}, scene.to_dict()["motion"]
+    for number, segment in enumerate(motion):
+        law = row.get(f"law_{segment['segment']}")
+        segment |= {"law": law} if law in known else {}  # others name several: the scene's own, one after the other
+        segment |= {"angle": row["angles_deg"][number]} if "angles_deg" in row else {}
+    return scene.replace(**changes, motion=motion)
+
+
+OPTIMUM = "optimum-*.toml"
+"""The files of ``write_scenes``."""
+
+
+def write_scenes(designs: Mapping[str, Design], folder: str | os.PathLike[str]) -> list[Path]:
+    """Write the scene of each design, by its laws, as a TOML file; the files."""
+    from camopt.tables.table import write_text
+
+    files = []
+    with result_folder(folder) as out:
+        for laws, design in designs.items():
+            name = re.sub(r"[^\w.+-]+", "-", laws)
+            files.append(out / OPTIMUM.replace("*", name))
+            write_text(files[-1], design.scene.to_toml())
+    return files

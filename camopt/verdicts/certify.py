@@ -1,0 +1,280 @@
+"""Certify: whether a design holds each of its limits at every cam angle, decided in ball arithmetic.
+
+A limit is a claim that a curve stays below a bound. Over a stretch of the turn the curve is below it if its ball
+is, or the ball of its mean-value form, or, where the slope keeps its sign, both its ends; above it if one point is.
+What is neither is halved. The formulas are those of the mechanisms, run on balls; the laws are exact
+(``verdicts.exact_laws``).
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+from math import inf
+from typing import Any, NamedTuple, cast
+
+from flint import arb
+
+import camopt.verdicts.exact_point_contact  # noqa: F401  what formulas do to balls at a point contact
+from camopt.effects import Case
+from camopt.effects.crossing import find_crossing
+from camopt.mechanisms import Designs
+from camopt.motion import programme as doubles
+from camopt.motion.law import Law
+from camopt.motion.load import ExternalLoad
+from camopt.motion.programme import Programme
+from camopt.motion.table import INWARD, OUTWARD, RESTING, WAYS
+from camopt.numerics.clock import now
+from camopt.numerics.curves import curve
+from camopt.problem.claims import Claim, Derivative, Numbers
+from camopt.problem.limits import Limit
+from camopt.problem.problem import Problem, exactly, resolve_design
+from camopt.scene.scene import Scene
+from camopt.verdicts.ball import Ball, as_arb, between, precisely
+from camopt.verdicts.exact_laws import Piece, pieces_of
+from camopt.verdicts.exact_load import Line, lines_of
+from camopt.verdicts.judging import ASSEMBLY, run_effects
+
+HELD, BROKEN, UNDECIDED = "held", "broken", "undecided"
+FIRST_PARTS = 8  # of each piece of a law, and line of a load
+MOST_PARTS = 20_000
+NARROWEST = arb(2) ** -90
+BALLS = Numbers(arb, arb.pi, arb.tan)
+
+
+class Stroke(NamedTuple):
+    """A segment of the turn in balls: cam angle in rad, displacement in mm or rad."""
+
+    kind: int
+    law: Law | None
+    angle: arb
+    low: arb
+    change: arb
+    lines: tuple[Line, ...] = ()
+    """Of an external load that changes."""
+
+    def smooth(self) -> Iterator[tuple[Piece | None, Line | None, arb, arb]]:
+        """Where motion and load are smooth: the piece of the law (None in a dwell), the line, and the ends in x."""
+        for piece in pieces_of(self.law) if self.law else (None,):
+            low, high = (piece.start, piece.end) if piece else (arb(0), arb(1))
+            for line in self.lines or (None,):
+                start, end = (low, high) if line is None else (low.max(line.start), high.min(line.end))
+                if end > start:
+                    yield piece, line, start, end
+
+
+@dataclass(frozen=True)
+class Motion:
+    """The exact turn; stands in for a Programme where formulas ask for the lift, and whether the load changes."""
+
+    strokes: tuple[Stroke, ...]
+    load: ExternalLoad | None
+
+    @property
+    def lift(self) -> Ball:
+        levels = [stroke.low + stroke.change for stroke in self.strokes]
+        return Ball(max(levels, key=lambda level: float(level.mid())))
+
+
+@precisely()
+def motion_of(programme: Programme) -> Motion:
+    """The turn of a programme, the numbers that it was made from taken as exact."""
+    degree, strokes, level, start = arb.pi() / 180, [], arb(0), arb(0)
+    for stroke in programme.strokes:
+        angle, change = _given(stroke)
+        lines = () if programme.load is None else tuple(lines_of(programme.load, start, angle))
+        strokes.append(Stroke(stroke.kind, stroke.law, angle * degree, level, change, lines))
+        level, start = level + change, start + angle
+    return Motion(tuple(strokes), programme.load)
+
+
+def _given(stroke: doubles.Stroke) -> tuple[arb, arb]:
+    """The cam angle of a stroke in deg, and its change of displacement in mm (rad)."""
+    degree, given = arb.pi() / 180, stroke.given
+    if given is None:
+        return stroke.angle / degree, arb(stroke.high) - arb(stroke.low)
+    return arb(given.angle), arb(given.change) * (degree if given.angular else 1)
+
+
+def motion_at(stroke: Stroke, piece: Piece | None, x: arb, line: Line | None = None) -> list[Ball]:
+    """Balls of y and its first four derivatives by the cam angle over a ball of x; load and slope of a line too."""
+    rows = [arb(0)] * 5
+    if piece is not None:
+        rows = [stroke.change * piece.derivative(k, x) / stroke.angle**k for k in range(5)]
+    load = [] if line is None else [line.at(x), line.slope / stroke.angle]
+    return [Ball(stroke.low + rows[0]), *map(Ball, rows[1:] + load)]
+
+
+class Statement(NamedTuple):
+    """One side of a claim for one design in balls: factor · value ≤ bound, with ``values`` as of ``of_curve``."""
+
+    values: Callable[[list[Ball]], tuple[Any, Any]]
+    strokes: int
+    factor: arb
+    bound: arb
+
+    def of_stroke(self, kind: int) -> bool:
+        """Whether it is about strokes of a kind; about which way the follower moves, if it is about that."""
+        return bool(self.strokes & (kind | WAYS))
+
+    def applies(self, speed: Any) -> tuple[bool, bool]:
+        """Whether it may be, and whether it is sure to be, about a motion with this y'."""
+        if not self.strokes & WAYS:
+            return True, True
+        outward, inward = bool(speed > 0), bool(speed < 0)
+        still = not outward and not inward and bool(speed == 0)
+        if outward or inward or still:
+            sure = bool(self.strokes & (OUTWARD if outward else INWARD if inward else RESTING))
+            return sure, sure
+        return bool(self.strokes & (OUTWARD * (not speed <= 0) | INWARD * (not speed >= 0))), False
+
+
+@precisely()
+def decide(statement: Statement, motion: Motion, until: float = inf) -> str:
+    """Whether a statement holds; undecided if that is not known at ``until`` (``clock.now``)."""
+    verdict = HELD
+    for stroke in motion.strokes:
+        if statement.of_stroke(stroke.kind):
+            for part in stroke.smooth():
+                found = _decide_part(statement, until, stroke, *part)
+                if found == BROKEN:
+                    return BROKEN
+                verdict = found if found == UNDECIDED else verdict
+    return verdict
+
+
+def _decide_part(
+    statement: Statement,
+    until: float,
+    stroke: Stroke,
+    piece: Piece | None,
+    line: Line | None,
+    start: arb,
+    end: arb,
+) -> str:
+    def over(x: arb) -> tuple[arb, arb, tuple[bool, bool]]:
+        """By how much the curve is above the bound, its slope by x, and whether the statement applies."""
+        motion = motion_at(stroke, piece, x, line)
+        value, slope = statement.values(motion)
+        above = as_arb(value) * statement.factor - statement.bound
+        return above, as_arb(slope) * statement.factor * stroke.angle, statement.applies(motion[1].arb)
+
+    if piece is None and line is None:
+        above, _, (about, _) = over(arb(0))
+        return _sign(above) if about else HELD
+    cuts = [start + (end - start) * k / FIRST_PARTS for k in range(FIRST_PARTS + 1)]
+    stack, parts = list(pairwise(cuts)), 0
+    while stack:
+        parts += 1
+        low, high = stack.pop()
+        whole, slope, (about, everywhere) = over(between(low, high))
+        if not about or whole <= 0:
+            continue
+        middle = (low + high) / 2
+        here, _, (_, surely) = over(middle)
+        if here > 0 and surely:
+            return BROKEN
+        if here + abs(slope) * (high - low) / 2 <= 0:
+            continue
+        if slope > 0 or slope < 0:
+            found = _sign(over(high if slope > 0 else low)[0])
+            if found == HELD:
+                continue
+            if everywhere:
+                return found
+        if high - low < NARROWEST or parts > MOST_PARTS or now() > until:
+            return UNDECIDED
+        stack += [(low, middle), (middle, high)]
+    return HELD
+
+
+def _sign(over: arb) -> str:
+    return HELD if over <= 0 else BROKEN if over > 0 else UNDECIDED
+
+
+def in_balls(design: Designs) -> Designs:
+    """One design with its sizes as balls, taken as exact."""
+    balls: dict[str, Any] = {name: Ball(value) for name, value in design.sizes.items()}
+    return Designs(**balls, sense=design.sense)
+
+
+def of_curve(made: Any) -> Callable[[list[Ball]], tuple[Any, Any]]:
+    """Value and slope of a curve, from the motion and its derivatives, and a load that changes."""
+
+    def values(motion: list[Ball]) -> tuple[Any, Any]:
+        if isinstance(made, Derivative):
+            return motion[made.order], motion[made.order + 1]
+        y, y1, y2, y3, _, *load = motion
+        return curve(made, ..., y, y1, y2, (y3, *load) if load else y3)
+
+    return values
+
+
+def statements_of(claim: Claim, design: Designs, motion: Motion) -> list[Statement]:
+    """The sides of a claim for a design (in balls)."""
+    made = claim.curve(design, cast(Programme, motion))
+    factor, allowed = as_arb(claim.factor(design)), claim.allowed(BALLS)
+    return [Statement(of_curve(made), claim.strokes, factor * side, allowed) for side in claim.sides]
+
+
+def _in_doubles(problem: Problem, limit: Limit, design: Designs) -> str:
+    """The verdict on a limit that is no matter of curves: a size, or what the motion alone decides."""
+    rows = run_effects(Case(exactly(problem).setup, problem.programme, design), limit.needs)
+    outer, inner = (limit.excess(rows.shifted(share), design)[0] for share in (1.0, -1.0))
+    return HELD if outer <= 0.0 else BROKEN if inner > 0.0 else UNDECIDED
+
+
+def _free_of_crossing(problem: Problem, design: Designs, undercut: str) -> str:
+    """Whether the profile of a round body crosses itself nowhere; what is undercut does."""
+    if undercut != HELD:
+        return undercut
+    shown = find_crossing(problem.setup, design, problem.programme).shown
+    return UNDECIDED if shown is None else BROKEN if shown else HELD
+
+
+@precisely()
+def certify_limits(problem: Problem, design: Designs, until: float = inf) -> dict[str, str]:
+    """The verdict on each limit for one design: held, broken or undecided, as at ``until`` (``clock.now``)."""
+    if not problem.setup.mechanism.exists(design, problem.programme)[0]:
+        return {ASSEMBLY: BROKEN}
+    motion = motion_of(problem.programme)
+    exact = in_balls(design)
+    verdicts: dict[str, str] = {}
+    for limit in problem.limits:
+        statements = [each for claim in limit.claims for each in statements_of(claim, exact, motion)]
+        found = [decide(each, motion, until) for each in statements]
+        if limit.name == "self_crossing":
+            found = [_free_of_crossing(problem, design, verdicts["undercut"])]
+        elif not statements:
+            found = [_in_doubles(problem, limit, design)]
+        if limit.infinite_at(problem.programme):
+            found = [BROKEN]
+        verdicts[limit.name] = next((v for v in (BROKEN, UNDECIDED) if v in found), HELD)
+    return verdicts
+
+
+def certify_design(problem: Problem, design: Designs) -> dict[str, str]:
+    """As ``certify_limits``, and for a disc cam whether it is free of a self-crossing, under ``self_crossing``."""
+    verdicts = certify_limits(problem, design)
+    if problem.setup.mechanism.grooved or ASSEMBLY in verdicts:
+        return verdicts
+    undercut = verdicts.get("undercut", HELD)  # flat faces and knife edges make no other crossing
+    return verdicts | {"self_crossing": verdicts.get("self_crossing", undercut)}
+
+
+def certify(scene: Scene) -> dict[str, str]:
+    """Prove or refute each limit of a scene for its design: held, broken or undecided, by the limit's name.
+
+    For a disc cam ``self_crossing`` is there too: held if the profile provably crosses itself nowhere, broken if it
+    does; decided in double precision, with margins for rounding (``effects.crossing``).
+
+    Numbers of the scene are taken as exact. Limits are decided at every cam angle of the continuous motion, in
+    ball arithmetic of 200 bits; undecided is what lies within about 1e-27 of its limit. A law that the scene gives
+    as a table is the spline through its points.
+    """
+    problem = resolve_design(scene)
+    return certify_design(problem, problem.design)
+
+
+def summary(verdicts: dict[str, str]) -> str:
+    """One word for a design: broken if any limit is, undecided if any is, else held."""
+    return next((v for v in (BROKEN, UNDECIDED) if v in verdicts.values()), HELD)

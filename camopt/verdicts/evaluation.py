@@ -1,0 +1,119 @@
+"""One design: every quantity that a scene calls for."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from math import inf, isinf
+from typing import Any
+
+import numpy as np
+
+from camopt.effects import Case
+from camopt.effects.motion import KINDS
+from camopt.mistakes import UnknownName, nearest
+from camopt.motion.table import TURN
+from camopt.problem.problem import Problem, exactly, resolve_design
+from camopt.quantities import QUANTITIES
+from camopt.scene.scene import Scene
+from camopt.shown import Shown
+from camopt.verdicts.judging import judged, run_effects
+
+
+@dataclass(frozen=True)
+class Evaluation(Shown, Mapping[str, Any]):
+    """The quantities of one design: a mapping from name to value.
+
+    ``unbounded`` says why a value is infinite, for each that is.
+    """
+
+    scene: Scene
+    quantities: dict[str, float | bool | str]
+    unbounded: dict[str, str] = field(default_factory=dict)
+
+    def __getitem__(self, name: str) -> Any:
+        if name not in self.quantities:
+            raise UnknownName(f"{name!r} is no quantity of this evaluation; {nearest(str(name), self)}")
+        return self.quantities[name]
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.quantities
+
+    def __repr__(self) -> str:
+        verdict = "feasible" if self.quantities.get("feasible") else f"breaks {self.quantities.get('violated')}"
+        return f"<Evaluation of {self.scene.name}: {len(self)} quantities, {verdict}>"
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.quantities)
+
+    def __len__(self) -> int:
+        return len(self.quantities)
+
+    def to_json(self) -> dict[str, Any]:
+        """The values with None in place of infinity, and the reasons under ``unbounded``."""
+        finite = {n: None if isinstance(v, float) and isinf(v) else v for n, v in self.quantities.items()}
+        return {**finite, **({"unbounded": self.unbounded} if self.unbounded else {})}
+
+
+def evaluate(scene: Scene) -> Evaluation:
+    """Compute every quantity that a scene calls for, for the sizes that the scene gives.
+
+    Extremes are those of the continuous motion, with a relative error of at most 1e-13, or the scene's tolerance if
+    that is smaller. An infinite quantity (such as the acceleration of a uniform-velocity law) is ``inf``, and
+    ``unbounded`` says why.
+
+    Raises
+    ------
+    BadInput
+        If the scene lacks a size of its own.
+    """
+    return evaluate_design(resolve_design(scene))
+
+
+def evaluate_design(problem: Problem) -> Evaluation:
+    """As ``evaluate``, for a scene already resolved."""
+    problem = exactly(problem)
+    (found,) = judged(problem, problem.design, problem.wanted).records()
+    values = {name: found[name] for name in QUANTITIES if name in found}
+    unbounded = {n: _reason(n, problem) for n, v in values.items() if v in (inf, -inf)}
+    return Evaluation(problem.scene, values, unbounded)
+
+
+LOADS = ("force", "torque", "thrust", "hertz", "surface")
+
+
+def _overloaded(name: str, problem: Problem) -> str:
+    """Why a load of a motion without corners is infinite."""
+    effect, setup = QUANTITIES[name].effect, problem.setup
+    if effect == "force":
+        return "the force is too low where the follower is at its lowest, and no spring rate adds to it there"
+    case = Case(setup, problem.programme, problem.design)
+    shaped = effect in ("hertz", "surface") and not setup.pointed
+    if shaped and run_effects(case, ["undercut"]).column("undercut")[0]:
+        return "the profile is undercut"
+    if setup.mechanism.curvature is not None:
+        return "the follower jams in its guide"
+    return "the contact stands still" if effect == "surface" else "the contact passes the follower's pivot"
+
+
+def _reason(name: str, problem: Problem) -> str:
+    """Why a quantity is infinite."""
+    programme = problem.programme
+    if QUANTITIES[name].effect == "vibration":
+        return "the undamped train resonates: it vibrates a whole number of times in a turn"
+    kinds = next((kind for stroke, kind in KINDS.items() if stroke and f"_{stroke}_" in name), TURN)
+    corners = ", ".join(f"{np.degrees(j.at):g}°" for j in programme.corners if j.kinds & kinds)
+    jumps = ", ".join(f"{np.degrees(j.at):g}°" for j in programme.jumps if j.kinds & kinds)
+    if name.startswith("jerk") and not corners:
+        return f"the acceleration jumps at {jumps}"
+    if name == "contact_stress_max_MPa" and problem.setup.pointed:
+        return "a knife edge has no width"
+    if QUANTITIES[name].effect in LOADS and not corners:
+        return _overloaded(name, problem)
+    if name.startswith(("acceleration", "jerk")) or QUANTITIES[name].effect in LOADS:
+        return f"the velocity jumps at {corners}"
+    if name == "cutter_radius_max_mm":
+        return "no flank of the profile is concave"
+    if not corners and problem.setup.angular and problem.setup.mechanism.curvature is None:
+        return "the face turns as fast as the cam"
+    if not corners:
+        return "no part of the profile is convex"
+    return f"the pitch curve has corners where the velocity jumps, at {corners}"

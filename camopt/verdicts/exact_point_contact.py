@@ -1,0 +1,56 @@
+"""The pressure of a point contact (``numerics.point_contact``) in balls."""
+
+from typing import Any
+
+from flint import acb, arb
+
+from camopt.numerics.point_contact import ellipticity_of, pressure_factor
+from camopt.verdicts.ball import Ball, between
+
+NEAR = arb(2) ** -64  # relative: a chord this short stands for the slope
+CLOSE = arb(2) ** -180
+STEPS = 8
+
+
+def _carlson(ellipticity: arb) -> tuple[arb, arb]:
+    """B and D of μ."""
+    square = ellipticity * ellipticity
+    return square * acb.elliptic_rd(0, 1, square).real / 3, acb.elliptic_rd(0, square, 1).real / 3
+
+
+def _factor(t: arb) -> arb:
+    """h of an exact t > 0: ln μ by secants from its value in doubles, and then between two signs."""
+
+    def over(x: arb) -> arb:
+        b, d = _carlson(x.exp())
+        return (b / d).log() - 2 * x - t.log()
+
+    one, other = _start(t), _start(t) + arb(2) ** -50
+    before = over(one)
+    for _ in range(STEPS):
+        here = over(other)
+        change = here - before
+        if change.contains(0):
+            break
+        one, before, other = other, here, (other - here * (other - one) / change).mid()
+    if not (over(other - CLOSE) > 0 and over(other + CLOSE) < 0):
+        return arb(0, float("inf"))
+    mu = between(other - CLOSE, other + CLOSE).exp()
+    b, _ = _carlson(mu)
+    return 3 * mu / (8 * arb.pi() * b * b)
+
+
+def _start(t: arb) -> arb:
+    return arb(float(ellipticity_of(float(t.mid())))).log().mid()
+
+
+@pressure_factor.register
+def _of_ball(t: Ball, table: Any) -> tuple[Any, Any]:
+    """h falls and is convex: its ends bound it, and chords outside them its slope."""
+    low, high = t.arb.lower(), t.arb.upper()
+    if not low > 0:
+        return Ball(arb(0, float("inf"))), Ball(arb(0, float("inf")))
+    most, least = _factor(low), _factor(high)
+    steep = (most - _factor((low * (1 - NEAR)).mid())) / (low - (low * (1 - NEAR)).mid())
+    gentle = (_factor((high * (1 + NEAR)).mid()) - least) / ((high * (1 + NEAR)).mid() - high)
+    return Ball(most.union(least)), Ball(steep.union(gentle))

@@ -1,0 +1,215 @@
+"""Verdicts: run the effects that are called for, and hold designs against their limits, proved or undecided.
+
+A limit is held if the far side of the quantity's enclosure holds it, and broken if the near side breaks it.
+Between the two a design is looked at again at a tolerance near rounding, and then in ball arithmetic; what is
+undecided even then is no feasible design.
+"""
+
+from collections.abc import Iterable
+from dataclasses import replace
+from math import inf
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camopt.effects import EFFECTS, Case, Effect, Setup, called
+from camopt.effects.case import Bounded
+from camopt.mechanisms import Designs
+from camopt.motion.programme import Programme
+from camopt.numerics import FloatArray
+from camopt.problem.limits import Limit
+from camopt.problem.problem import EXACT, Problem, exactly
+from camopt.problem.rows import Columns, Rows
+
+CERTIFIED, SAMPLED, UNDECIDED = "certified", "sampled", "undecided"
+ASSEMBLY = "assembly"  # what a design violates that cannot be assembled
+
+
+def proved_status(programme: Programme) -> str:
+    """The status of a proved verdict; what is proved of a table is not known of the motion between its points."""
+    return SAMPLED if programme.sampled else CERTIFIED
+
+
+def run_effects(case: Case, wanted: Iterable[str]) -> Rows:
+    """The wanted quantities of a block of designs."""
+    wanted, rows = frozenset(wanted), Rows({}, len(case.designs))
+    for effect, names in planned(wanted, case.setup):
+        rows = extended(rows, case, effect, names)
+    return rows.only(wanted)
+
+
+def planned(wanted: frozenset[str], setup: Setup) -> list[tuple[Effect, frozenset[str]]]:
+    """The effects to run, each with the quantities to keep: those wanted, and those that another effect reads."""
+    asked = called(wanted, setup)
+    return [(EFFECTS[name], frozenset(names)) for name, names in asked.items()]
+
+
+def extended(rows: Rows, case: Case, effect: Effect, names: frozenset[str]) -> Rows:
+    """The rows of a case with some quantities of one more effect, which may read those that the rows have."""
+    return with_found(rows, effect.run(replace(case, found=rows.columns, outward=rows.outward), names), names)
+
+
+def with_found(rows: Rows, found: dict[str, Any], wanted: frozenset[str]) -> Rows:
+    """Rows with the wanted ones of an effect's quantities."""
+    columns, outward, half_width = dict(rows.columns), dict(rows.outward), rows.half_width
+    for name in (n for n in found if n in wanted):
+        columns[name] = found[name]
+        if isinstance(found[name], Bounded):
+            columns[name], width, scale = found[name]
+            outward[name] = np.where(np.isinf(columns[name]), 0.0, width)  # ∞ − ∞ is no width
+            width = np.abs(outward[name])
+            relative = width / np.where((scale > 0.0) & ~(np.isinf(scale) & np.isinf(width)), scale, 1.0)
+            half_width = np.maximum(half_width, relative)
+    return Rows(columns, rows.count, outward, half_width)
+
+
+class Effort(NamedTuple):
+    """How many designs a verdict took more than one look at: at a tolerance near rounding, then in balls."""
+
+    again: int = 0
+    balls: int = 0
+    undecided: int = 0
+
+    def plus(self, other: "Effort") -> "Effort":
+        return Effort(*(a + b for a, b in zip(self, other, strict=True)))
+
+
+def judged(problem: Problem, designs: Designs, wanted: frozenset[str], until: float = inf) -> Rows:
+    """The wanted quantities of all designs, with their verdict; undecided what balls leave so at ``until``."""
+    return settled(problem, designs, wanted, until)[0]
+
+
+def settled(problem: Problem, designs: Designs, wanted: frozenset[str], until: float = inf) -> tuple[Rows, Effort]:
+    """As ``judged``, and what it took."""
+    rows, outer, inner = weighed(problem, designs, wanted)
+    exists = problem.setup.mechanism.exists(designs, problem.programme)
+    feasible = exists & np.all(outer <= 0.0, axis=0)
+    undecided = exists & ~feasible & ~np.any(inner > 0.0, axis=0)
+    proved, over = proved_status(problem.programme), np.where(feasible | undecided, outer, inner)
+    verdict = {
+        "feasible": feasible,
+        "violated": np.where(exists, violations(problem.limits, over), ASSEMBLY),
+        "status": np.where(undecided, UNDECIDED, proved) if undecided.any() else proved,
+        "relative_half_width": rows.half_width,
+    }
+    rows = Rows(rows.columns | verdict, rows.count)
+    index = np.flatnonzero(undecided)
+    if not index.size:
+        return rows, Effort()
+    if problem.setup.tolerance > EXACT:
+        closer, effort = settled(exactly(problem), designs.take(index), wanted, until)
+        return rows.with_rows(index, closer), effort._replace(again=index.size)
+    closer = _by_balls(problem, designs.take(index), rows.take(index), until)
+    left = int(np.count_nonzero(closer.column("status") == UNDECIDED))
+    return rows.with_rows(index, closer), Effort(balls=index.size, undecided=left)
+
+
+class Weighed(NamedTuple):
+    """Designs with their quantities, and the relative excess over each limit, (limits, designs).
+
+    ``outer`` is that of the far sides of enclosures, ``inner`` that of the near sides. Of a limit that is asked
+    last it is −∞ where a design may exceed another.
+    """
+
+    rows: Rows
+    outer: FloatArray
+    inner: FloatArray
+
+
+def weighed(problem: Problem, designs: Designs, wanted: frozenset[str]) -> Weighed:
+    """The wanted quantities of all designs, and those that limits need but the last, with all excesses."""
+    case, rows, later = Case(problem.setup, problem.programme, designs), Rows({}, len(designs)), []
+    for effect, names in planned(wanted | problem.needed, problem.setup):
+        if effect.last and not names & wanted:
+            later.append((effect, names))
+        else:
+            rows = extended(rows, case, effect, names)
+    first = problem.without_last.limits
+    outer, inner = np.full((2, len(problem.limits), len(designs)), -np.inf)
+    outer[: len(first)] = excesses(first, rows.shifted(1.0), designs)
+    inner[: len(first)] = excesses(first, rows.shifted(-1.0), designs)
+    index = np.flatnonzero(np.all(outer <= 0.0, axis=0))
+    if len(first) < len(problem.limits) and index.size:
+        some, case = rows.take(index), replace(case, designs=designs.take(index))
+        for effect, names in later:
+            some = extended(some, case, effect, names)
+        last = problem.limits[len(first) :]
+        outer[len(first) :, index] = excesses(last, some.shifted(1.0), case.designs)
+        inner[len(first) :, index] = excesses(last, some.shifted(-1.0), case.designs)
+    return Weighed(rows, outer, inner)
+
+
+def _by_balls(problem: Problem, designs: Designs, rows: Rows, until: float) -> Rows:
+    """The rows with the verdicts of ball arithmetic: what rounding hides, 200 bits show."""
+    from camopt.verdicts.certify import BROKEN, HELD, certify_limits
+
+    found = [list(certify_limits(problem, designs.take([i]), until).values()) for i in range(len(designs))]
+    verdicts = np.array(found).T
+    feasible = np.all(verdicts == HELD, axis=0)
+    settled = feasible | np.any(verdicts == BROKEN, axis=0)
+    verdict = {
+        "feasible": feasible,
+        "violated": violations(problem.limits, np.where(verdicts == HELD, -1.0, 1.0)),
+        "status": np.where(settled, proved_status(problem.programme), UNDECIDED),
+    }
+    return Rows(rows.columns | verdict, rows.count)
+
+
+def screened(problem: Problem, designs: Designs, wanted: frozenset[str]) -> tuple[Rows, Effort]:
+    """The wanted quantities of those designs that hold every limit, with their verdict; and what it took.
+
+    Effects run cheapest first, and a design that breaks a limit is dropped before the next effect runs.
+    """
+    rows, pending, held = Rows({}, len(designs)), list(problem.limits), np.ones(len(designs), dtype=bool)
+    for effect, names in planned(wanted | problem.needed, problem.setup):
+        rows = extended(rows, Case(problem.setup, problem.programme, designs), effect, names)
+        ready = [limit for limit in pending if rows.columns.keys() >= set(limit.needs)]
+        pending = [limit for limit in pending if limit not in ready]
+        possible = np.all(excesses(ready, rows.shifted(-1.0), designs) <= 0.0, axis=0)
+        held = (held & np.all(excesses(ready, rows.shifted(1.0), designs) <= 0.0, axis=0))[possible]
+        designs, rows = designs.take(possible), rows.take(possible)
+    rows = rows.only(wanted)
+    verdict = {"feasible": True, "violated": "", "status": proved_status(problem.programme)}
+    rows = Rows({**rows.columns, "relative_half_width": rows.half_width}, rows.count)
+    if held.all():
+        return Rows(rows.columns | verdict, rows.count), Effort()
+    near, effort = settled(exactly(problem), designs.take(~held), wanted)
+    rows, kept = rows.with_rows(np.flatnonzero(~held), near), held.copy()
+    kept[~held] = near.column("feasible")
+    rows = rows.take(kept)
+    return Rows(rows.columns | verdict, rows.count), effort._replace(again=near.count)
+
+
+def excesses(limits: Iterable[Limit], columns: Columns, designs: Designs) -> FloatArray:
+    """Relative excess over each limit, (limits, designs)."""
+    rows = [limit.excess(columns, designs) + np.zeros(len(designs)) for limit in limits]
+    return np.array(rows).reshape(len(rows), len(designs))
+
+
+WORST = 1e6  # what counts as an infinite excess, so that designs can still be told apart by their other limits
+
+
+def by_excess(excess: FloatArray) -> tuple[float, float]:
+    """How badly a design (limits,) misses: its worst relative excess, and then the sum of all."""
+    over = np.clip(excess, 0.0, WORST)
+    return float(over.max(initial=0.0)), float(over.sum())
+
+
+def least_excess(excess: FloatArray) -> int:
+    """The design, of those in (limits, designs), that misses the least."""
+    over = np.clip(excess, 0.0, WORST)
+    return int(np.lexsort((over.sum(axis=0), over.max(axis=0)))[0])
+
+
+def violations(limits: Iterable[Limit], excess: FloatArray) -> NDArray[np.str_]:
+    """The names of the limits that each design exceeds, joined by commas.
+
+    A limit that is asked last is named only where a design holds all others.
+    """
+    names, last = [limit.name for limit in limits], np.array([limit.last for limit in limits], dtype=bool)
+    over = excess > 0.0
+    over[last] &= ~np.any(over[~last], axis=0)
+    kinds, which = np.unique(over, axis=1, return_inverse=True)
+    texts = [",".join(n for n, bad in zip(names, kind, strict=True) if bad) for kind in kinds.T]
+    return np.array(texts, dtype=str)[which.reshape(-1)]
