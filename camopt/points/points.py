@@ -17,6 +17,7 @@ from camopt.points.spacing import checked_angles, in_steps, within_chord
 from camopt.problem.problem import Problem, resolve_design
 from camopt.scene.scene import Scene
 from camopt.verdicts.judging import run_effects
+from camopt.version import VERSION
 
 ABOUT = {
     "cam_angle_deg": ("deg", "Cam angle."),
@@ -130,7 +131,6 @@ def write_points(
     from pyarrow import csv
 
     from camopt.tables.sealed import write_table
-    from camopt.version import VERSION
 
     suffix = checked_suffix(path, "path", (".csv", ".parquet"))
     columns = cam_points(scene, None, cutter_radius, step=step, chord=chord)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from camopt.effects import EFFECTS, Setup, hertz, surface, thrust
+from camopt.effects.crossing import find_crossing
 from camopt.effects.loads import drag_curve, driven, goal_of, normal_curve, torque_curve, ways
 from camopt.mechanisms import Designs, Mechanism
 from camopt.motion.programme import Programme
@@ -49,6 +50,10 @@ class Limit:
     """The quantities that people read beside the bound."""
     relation: str = "≤"
     """What each of them is to be to the bound; ± for one that the bound holds in magnitude."""
+    decided: Callable[[Setup, Designs, Programme], bool | None] | None = None
+    """Whether one design breaks it, None if that stays open: of a limit that is no matter of curves."""
+    presumes: str = ""
+    """The limit without which it cannot be held."""
     asked: bool = True
     """Whether the scene asks for it; every cam has to hold the others anyway."""
     of_motion: bool = False
@@ -72,6 +77,7 @@ def _at_most(name: str, bound: float, *needs: str, claims: Iterable[Claim] = (),
     return Limit(name, bound, needs, excess, tuple(claims), shown=shown, **more)
 
 
+UNDERCUT, SELF_CROSSING = "undercut", "self_crossing"  # names of limits that every cam has to hold
 MOST, LEAST_ALLOWED = 1.0, -1.0
 LOADS = {
     "contact_force_min": ("contact_force_min_N", LEAST_ALLOWED),
@@ -176,9 +182,13 @@ def _crossing() -> Limit:
     """The profile does not cross itself: held or not, without a measure of how far."""
 
     def excess(columns: Columns, designs: Designs) -> FloatArray:
-        return np.asarray(columns["self_crossing"] - 0.5 + np.zeros(len(designs)))
+        return np.asarray(columns[SELF_CROSSING] - 0.5 + np.zeros(len(designs)))
 
-    return Limit("self_crossing", 0.0, ("self_crossing",), excess, asked=False)
+    def decided(setup: Setup, design: Designs, programme: Programme) -> bool | None:
+        return find_crossing(setup, design, programme).shown
+
+    needs = (SELF_CROSSING,)
+    return Limit(SELF_CROSSING, 0.0, needs, excess, decided=decided, presumes=UNDERCUT, asked=False)
 
 
 def _implied(setup: Setup) -> list[Limit]:
@@ -188,7 +198,7 @@ def _implied(setup: Setup) -> list[Limit]:
     """
     limits = []
     if not setup.pointed:
-        limits.append(replace(_curvature("undercut", setup, 0.0), asked=False))
+        limits.append(replace(_curvature(UNDERCUT, setup, 0.0), asked=False))
     if setup.shaft_radius is not None:
         radius = setup.shaft_radius
         limits.append(

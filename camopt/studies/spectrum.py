@@ -25,9 +25,11 @@ from camopt.motion.table import DWELL, RISE
 from camopt.numerics import FloatArray
 from camopt.numerics.oscillator import Wave, damped, from_rest
 from camopt.numerics.wave_extremes import largest, largest_magnitude
+from camopt.problem.problem import resolve
+from camopt.problem.rows import Rows, joined
+from camopt.version import VERSION
 
 if TYPE_CHECKING:
-    from camopt.problem.rows import Rows
     from camopt.scene.scene import Scene
 
 DRAWN = ("cycloidal", "modified-sine", "modified-trapezoid", "harmonic", "poly345", "poly4567")
@@ -148,8 +150,6 @@ def spectrum(scene: "Scene") -> "Rows":
     BadInput
         For a damping ratio of 1 or more.
     """
-    from camopt.problem.problem import resolve
-    from camopt.problem.rows import Rows, joined
 
     problem = resolve(scene)
     laws = {name: LAWS[name] for name in DRAWN}
@@ -171,7 +171,6 @@ def write_spectrum(rows: "Rows", folder: str | os.PathLike[str]) -> tuple[Path, 
     from camopt.drawing.spectrum import plot_spectrum
     from camopt.tables.sealed import TYPES, write_table
     from camopt.tables.table import to_table
-    from camopt.version import VERSION
 
     fields = []
     for name, column in COLUMNS.items():

@@ -4,10 +4,12 @@ One axis is minimised for each value that the others are held at (``least``). It
 worker and solved for all values; each of its solutions becomes a cam, as in ``synthesise``.
 """
 
+import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, permutations, product
 from math import inf
+from os import cpu_count
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -240,7 +242,6 @@ def _in_parallel(
     scene: Scene, axes: tuple[str, ...], tasks: Sequence[Task], workers: int | None
 ) -> Iterator[Found | None]:
     """What is found for each task, in order, by several processes if there are tasks for them."""
-    from os import cpu_count
 
     from joblib import Parallel, delayed
 
@@ -255,7 +256,6 @@ _BUILT: dict[Any, AxisMinimiser] = {}
 
 
 def _run(toml: str, axes: tuple[str, ...], task: Task) -> Found | None:
-    import tomllib
 
     key = toml, axes, task.first, tuple(task.value)
     if key not in _BUILT:

@@ -16,7 +16,6 @@ from flint import arb
 
 import camopt.verdicts.exact_point_contact  # noqa: F401  what formulas do to balls at a point contact
 from camopt.effects import Case
-from camopt.effects.crossing import find_crossing
 from camopt.mechanisms import Designs
 from camopt.motion import programme as doubles
 from camopt.motion.law import Law
@@ -26,7 +25,7 @@ from camopt.motion.table import INWARD, OUTWARD, RESTING, WAYS
 from camopt.numerics.clock import now
 from camopt.numerics.curves import curve
 from camopt.problem.claims import Claim, Derivative, Numbers
-from camopt.problem.limits import Limit
+from camopt.problem.limits import SELF_CROSSING, UNDERCUT, Limit
 from camopt.problem.problem import Problem, exactly, resolve_design
 from camopt.scene.scene import Scene
 from camopt.verdicts.ball import Ball, as_arb, between, precisely
@@ -216,19 +215,14 @@ def statements_of(claim: Claim, design: Designs, motion: Motion) -> list[Stateme
     return [Statement(of_curve(made), claim.strokes, factor * side, allowed) for side in claim.sides]
 
 
-def _in_doubles(problem: Problem, limit: Limit, design: Designs) -> str:
-    """The verdict on a limit that is no matter of curves: a size, or what the motion alone decides."""
+def _without_curves(problem: Problem, limit: Limit, design: Designs) -> str:
+    """The verdict on a limit that is no matter of curves: a crossing, a size, what the motion alone decides."""
+    if limit.decided:
+        broken = limit.decided(problem.setup, design, problem.programme)
+        return UNDECIDED if broken is None else BROKEN if broken else HELD
     rows = run_effects(Case(exactly(problem).setup, problem.programme, design), limit.needs)
     outer, inner = (limit.excess(rows.shifted(share), design)[0] for share in (1.0, -1.0))
     return HELD if outer <= 0.0 else BROKEN if inner > 0.0 else UNDECIDED
-
-
-def _free_of_crossing(problem: Problem, design: Designs, undercut: str) -> str:
-    """Whether the profile of a round body crosses itself nowhere; what is undercut does."""
-    if undercut != HELD:
-        return undercut
-    shown = find_crossing(problem.setup, design, problem.programme).shown
-    return UNDECIDED if shown is None else BROKEN if shown else HELD
 
 
 @precisely()
@@ -242,10 +236,10 @@ def certify_limits(problem: Problem, design: Designs, until: float = inf) -> dic
     for limit in problem.limits:
         statements = [each for claim in limit.claims for each in statements_of(claim, exact, motion)]
         found = [decide(each, motion, until) for each in statements]
-        if limit.name == "self_crossing":
-            found = [_free_of_crossing(problem, design, verdicts["undercut"])]
+        if (presumed := verdicts.get(limit.presumes, HELD)) != HELD:
+            found = [presumed]
         elif not statements:
-            found = [_in_doubles(problem, limit, design)]
+            found = [_without_curves(problem, limit, design)]
         if limit.infinite_at(problem.programme):
             found = [BROKEN]
         verdicts[limit.name] = next((v for v in (BROKEN, UNDECIDED) if v in found), HELD)
@@ -257,8 +251,8 @@ def certify_design(problem: Problem, design: Designs) -> dict[str, str]:
     verdicts = certify_limits(problem, design)
     if problem.setup.mechanism.grooved or ASSEMBLY in verdicts:
         return verdicts
-    undercut = verdicts.get("undercut", HELD)  # flat faces and knife edges make no other crossing
-    return verdicts | {"self_crossing": verdicts.get("self_crossing", undercut)}
+    undercut = verdicts.get(UNDERCUT, HELD)  # flat faces and knife edges make no other crossing
+    return verdicts | {SELF_CROSSING: verdicts.get(SELF_CROSSING, undercut)}
 
 
 def certify(scene: Scene) -> dict[str, str]:

@@ -1,0 +1,155 @@
+"""The house: what imports what, and what no module may ask."""
+
+import ast
+from collections.abc import Iterator
+from graphlib import TopologicalSorter
+from pathlib import Path
+
+import pytest
+
+import camopt
+from camopt.scene.tables import Limits
+
+PACKAGE = Path(camopt.__file__).parent
+ROOMS = (
+    *("mistakes", "version", "files", "quantities", "shown"),
+    *("numerics", "motion", "mechanisms", "effects", "scene", "problem", "verdicts", "tables"),
+    *("smallest", "front", "synthesis", "drawing", "points", "studies", "cli"),
+)
+"""Folders and modules of the package in the order of the data: each imports from itself and those before it."""
+DOORS = {"__init__", "__main__"}
+"""They open the package, and import from anywhere."""
+HEAVY = {"matplotlib", "scipy", "numpy.polynomial", "shapely", "pyarrow", "moocore", "joblib", "rich"}
+"""Packages that take long to import: functions that need them may import them."""
+LATE = {
+    ("shown", "drawing.notebook"): "a page is made of all results, which show themselves by it",
+    ("drawing.canvas", "drawing.sheet"): "it imports matplotlib",
+    ("verdicts.judging", "verdicts.certify"): "balls are for what rounding leaves open",
+    ("tables.designs", "tables.table"): "it imports pyarrow",
+    ("points.points", "tables.sealed"): "it imports pyarrow",
+    ("studies.spectrum", "tables.sealed"): "it imports pyarrow",
+    ("studies.spectrum", "tables.table"): "it imports pyarrow",
+    ("studies.spectrum", "drawing.spectrum"): "it imports matplotlib",
+    ("studies.accuracy.table", "drawing.accuracy"): "it imports matplotlib",
+}
+"""Imports of the package's own modules inside functions, and why. Commands import what they run."""
+
+
+def modules() -> dict[str, ast.Module]:
+    """The syntax trees of all modules, by their names without that of the package."""
+    paths = sorted(PACKAGE.rglob("*.py"))
+    names = [".".join(path.relative_to(PACKAGE).with_suffix("").parts) for path in paths]
+    return {
+        name.removesuffix(".__init__"): ast.parse(path.read_text(encoding="utf-8"))
+        for name, path in zip(names, paths, strict=True)
+    }
+
+
+MODULES = modules()
+
+
+def imported(node: ast.AST) -> Iterator[str]:
+    """What a statement imports: modules of the package without its name, others with theirs."""
+    found: list[str] = []
+    if isinstance(node, ast.ImportFrom) and node.module:
+        found = [f"{node.module}.{alias.name}" for alias in node.names]
+    elif isinstance(node, ast.Import):
+        found = [alias.name for alias in node.names]
+    for name in found:
+        within = name.removeprefix("camopt.")
+        yield next(
+            (each for each in (within, within.rpartition(".")[0]) if name != within and each in MODULES), name
+        )
+
+
+def late(tree: ast.Module) -> set[ast.AST]:
+    """Statements inside functions."""
+    functions = (node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef))
+    return {inner for function in functions for inner in ast.walk(function)}
+
+
+def for_types(tree: ast.Module) -> set[ast.AST]:
+    """Statements for type checkers alone."""
+    tests = (
+        node for node in ast.walk(tree) if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test)
+    )
+    return {inner for test in tests for inner in ast.walk(test)}
+
+
+def arrows() -> Iterator[tuple[str, str, bool]]:
+    """All imports: (module, what it imports, whether inside a function)."""
+    for name, tree in MODULES.items():
+        inside, unread = late(tree), for_types(tree)
+        for node in ast.walk(tree):
+            if node not in unread:
+                for target in imported(node):
+                    yield name, target, node in inside
+
+
+def room(name: str) -> str:
+    return name.partition(".")[0]
+
+
+def test_all_modules_are_in_a_room():
+    assert {room(name) for name in MODULES} == {*ROOMS, *DOORS}
+
+
+def test_no_import_runs_back():
+    back = {
+        (name, target)
+        for name, target, _ in arrows()
+        if target in MODULES and room(name) not in DOORS and ROOMS.index(room(target)) > ROOMS.index(room(name))
+    }
+    assert back == {("shown", "drawing.notebook")}
+
+
+def test_no_circle_of_imports():
+    graph: dict[str, set[str]] = {name: set() for name in MODULES}
+    for name, target, inside in arrows():
+        if target in MODULES and not inside and target != name:
+            graph[name].add(target)
+    assert len(list(TopologicalSorter(graph).static_order())) == len(MODULES)  # CycleError names a circle
+
+
+def test_imports_inside_functions_have_a_reason():
+    unexplained, unused = set(), set(LATE)
+    for name, target, inside in arrows():
+        if inside and room(name) != "cli":
+            unused.discard((name, target))
+            heavy = any(target == each or target.startswith(f"{each}.") for each in HEAVY)
+            if not heavy and (name, target) not in LATE:
+                unexplained.add((name, target))
+    assert (unexplained, unused) == (set(), set())
+
+
+MOTION_TERMS = {"velocity", "acceleration", "jerk"}  # of objectives too
+
+
+@pytest.mark.parametrize("part", ["smallest", "front", "verdicts.certify", "verdicts.judging", "effects.case"])
+def test_no_search_and_no_proof_asks_for_a_limit_by_name(part):
+    keys = ({*Limits.model_fields} | {"undercut", "self_crossing", "shaft_diameter"}) - MOTION_TERMS
+    trees = {name: tree for name, tree in MODULES.items() if name == part or name.startswith(f"{part}.")}
+    assert trees
+    constants = ((name, node) for name, tree in trees.items() for node in ast.walk(tree))
+    assert {(n, c.value) for n, c in constants if isinstance(c, ast.Constant) and c.value in keys} == set()
+
+
+MOST_LINES, MOST_ARGUMENTS = 60, 8
+
+
+def test_functions_are_short_and_take_few_arguments():
+    """Docstrings do not count; the options of a command are its arguments."""
+    long, many = set(), set()
+    for name, tree in MODULES.items():
+        for node in ast.walk(tree):
+            if isinstance(node, ast.FunctionDef):
+                given, body = node.args, node.body[1:] if ast.get_docstring(node) else node.body
+                lines = (node.end_lineno or 0) - body[0].lineno + 1 if body else 0
+                if lines > MOST_LINES:
+                    long.add((name, node.name))
+                if (
+                    len([*given.posonlyargs, *given.args, *given.kwonlyargs]) > MOST_ARGUMENTS
+                    and name != "cli.main"
+                ):
+                    many.add((name, node.name))
+    assert (long, many) == (set(), set())
