@@ -154,7 +154,7 @@ def test_a_folder_that_takes_no_files_is_found_out_before_the_work(run, command,
     for home, name in (
         ("synthesis.synthesise", "synthesise"),
         ("synthesis.frontier", "frontier"),
-        ("accuracy", "measure"),
+        ("studies.accuracy", "measure"),
     ):
         monkeypatch.setattr(f"camopt.{home}.{name}", work)
     code, err = run(command, "--out", "/proc/nothing/inside")
