@@ -40,6 +40,14 @@ def plot_accuracy(rows: Sequence[dict[str, Any]], title: str = "", path: Target 
         What was measured.
     path
         A PNG, SVG or PDF file to write as well.
+
+    Examples
+    --------
+    >>> rows = [
+    ...     dict(quantity="pressure", method="sampling", setting=n, ns_per_design=10.0 * n, error_max=1 / n**2)
+    ...     for n in (90, 360)
+    ... ]
+    >>> figure = camopt.plot_accuracy(rows, "two samplings", "accuracy.png")
     """
     names = list(dict.fromkeys(row["quantity"] for row in rows))
     with canvas(path, (6.4 * len(names), 5.6), powers=True, layout="constrained") as figure:

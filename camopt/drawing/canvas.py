@@ -20,20 +20,25 @@ DATES: dict[str, dict[str, Any]] = {".svg": {"Date": None}, ".pdf": {"CreationDa
 Target = str | os.PathLike[str] | None
 """The file of a picture; None for a figure that is only drawn."""
 
-ERRORS = """
+SAVED = """    Returns
+    -------
+    matplotlib.figure.Figure
+        Which a notebook shows, and which can be changed.
+
     Raises
     ------
     BadInput
         If the file's name does not end in .png, .svg or .pdf.
     OSError
         If the file cannot be written.
-    """
+
+"""
 Drawing = TypeVar("Drawing", bound=Callable[..., "Figure"])
 
 
 def saving(draw: Drawing) -> Drawing:
-    """Say in the docstring of a function that saves its figure which errors that raises."""
-    draw.__doc__ = f"{(draw.__doc__ or '').rstrip()}\n{ERRORS}"
+    """Say in the docstring of a function that saves its figure what it returns and raises, before its examples."""
+    draw.__doc__ = (draw.__doc__ or "").replace("    Examples\n", f"{SAVED}    Examples\n")
     return draw
 
 

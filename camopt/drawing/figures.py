@@ -34,6 +34,17 @@ def plot(scene: Scene, path: Target = None) -> "Figure":
     are breaks, impulses arrows. A disc cam is drawn at cam angle 0, the follower at its lowest; the groove of a
     cylindrical cam is developed. Lengths in mm. The same scene gives the same file, and the file appears only when
     whole.
+
+    Parameters
+    ----------
+    scene
+        A scene with sizes of its own.
+    path
+        A PNG, SVG or PDF file to write as well.
+
+    Examples
+    --------
+    >>> figure = camopt.plot(camopt.find_scene("two-pauses"), "cam.svg")
     """
     picture = Picture(resolve_design(scene))
     grooved = picture.problem.setup.mechanism.grooved

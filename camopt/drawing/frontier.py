@@ -41,8 +41,15 @@ def plot_frontier(found: Frontier, path: Target = None) -> "Figure":
 
     Parameters
     ----------
+    found
+        What ``frontier`` gives.
     path
         A PNG, SVG or PDF file to write as well.
+
+    Examples
+    --------
+    >>> coarse = camopt.find_scene("roller-1000rpm").replace(**{"synthesis.pieces": 12})
+    >>> figure = camopt.plot_frontier(camopt.frontier(coarse, points=2, workers=1), "frontier.png")
     """
     with canvas(path, (10.5, 7.0), layout="constrained") as figure:
         axes = figure.subplots()

@@ -29,6 +29,10 @@ def plot_spectrum(spectra: Sequence[Mapping[str, Any]], path: Target = None) -> 
         What ``response_spectrum`` gives for each law, at one damping ratio.
     path
         A PNG, SVG or PDF file to write as well.
+
+    Examples
+    --------
+    >>> figure = camopt.plot_spectrum([camopt.response_spectrum(law) for law in ("cycloidal", "poly345")])
     """
     with canvas(path, (12.5, 5.6), layout="constrained") as figure:
         damping = {float(each) for spectrum in spectra for each in np.ravel(spectrum["damping_ratio"])}

@@ -31,10 +31,17 @@ def plot_synthesis(result: Synthesised, path: Target = None, known: Comparison |
 
     Parameters
     ----------
+    result
+        What ``synthesise`` gives.
     path
         A PNG, SVG or PDF file to write as well.
     known
         The known laws, if they were compared already (``synthesis.compare.compared``).
+
+    Examples
+    --------
+    >>> coarse = camopt.find_scene("roller-1000rpm").replace(**{"synthesis.pieces": 12})
+    >>> figure = camopt.plot_synthesis(camopt.synthesise(coarse), "before-and-after.png")
     """
     known = known or compared(result.asked)
     with canvas(path, (15.5, 9.0)) as figure:

@@ -92,11 +92,24 @@ def sweep(
 
     Parameters
     ----------
-    out : folder for ``pareto.parquet``, ``designs.parquet`` and ``scene.toml``; None writes nothing. Where
+    scene
+        Limits, objectives, and in ``[search]`` the values of each size and the laws.
+    out
+        Folder for ``pareto.parquet``, ``designs.parquet`` and ``scene.toml``; None writes nothing. Where
         ``[search]`` says to refine, the front of the grid goes to ``pareto-grid.parquet``.
-    keep : which designs go to ``designs.parquet``: "feasible", "pareto", or "all" that can be assembled.
-    workers : threads; None takes one a core. Rows are the same for any number, and for any ``block``.
-    progress : called with (designs done, designs in all).
+    keep
+        Which designs go to ``designs.parquet``: "feasible", "pareto", or "all" that can be assembled.
+    workers
+        Threads; None takes one a core. Rows are the same for any number, and for any ``block``.
+    progress
+        Called with (designs done, designs in all).
+    block
+        Designs evaluated together, which bounds the memory.
+
+    Returns
+    -------
+    Sweep
+        Counts, the best design of each law, the front, and the files.
 
     Raises
     ------
@@ -105,6 +118,13 @@ def sweep(
         ``keep``.
     OSError
         If a file cannot be written.
+
+    Examples
+    --------
+    >>> search = {"base_radius": [55, 60, 65], "offset": [0, 10, 20], "law": ["cycloidal"]}
+    >>> swept = camopt.sweep(camopt.find_scene("roller-1000rpm").replace(search=search))
+    >>> swept.designs, swept.feasible
+    (9, 0)
     """
     if keep not in KEPT:
         raise BadInput([Mistake("camopt", "keep", keep, f"a choice of designs; {nearest(str(keep), KEPT)}")])

@@ -68,11 +68,22 @@ def cam_points(
     chord
         Cam angles so close that straight lines from point to point leave the curves by at most so many mm.
 
+    Returns
+    -------
+    dict
+        The columns above, as arrays of numpy.
+
     Raises
     ------
     BadInput
         For a cutter radius that is not above 0, or larger than the groove; for cam angles outside 0 to 360, a step
         or a chord that is not above 0, or more than one of the three.
+
+    Examples
+    --------
+    >>> points = camopt.cam_points(camopt.find_scene("roller-1000rpm"), [0, 90, 180])
+    >>> points["displacement_mm"].round(3).tolist()
+    [0.0, 43.75, 50.0]
     """
     problem = resolve_design(scene)
     _check_cutter(problem, cutter_radius)

@@ -167,7 +167,18 @@ class Scene(Shown, Table):
 
 @cache
 def shipped_scenes() -> tuple[str, ...]:
-    """The names of the scenes that come with the package."""
+    """The names of the scenes that come with the package.
+
+    Returns
+    -------
+    tuple
+        For ``find_scene`` and for all commands.
+
+    Examples
+    --------
+    >>> "exhaust-valve" in camopt.shipped_scenes()
+    True
+    """
     folder = resources.files("camopt.scene") / "shipped"
     return tuple(
         sorted(entry.name.removesuffix(".toml") for entry in folder.iterdir() if entry.name.endswith(".toml"))
@@ -182,12 +193,27 @@ def shipped_toml(name: str) -> str:
 def find_scene(name: str | os.PathLike[str]) -> Scene:
     """A scene by the path of its file, or by the name of a shipped one.
 
+    Parameters
+    ----------
+    name
+        A path that ends in .toml, or one of ``shipped_scenes()``.
+
+    Returns
+    -------
+    Scene
+        Checked, with every key at its default where the file does not give it.
+
     Raises
     ------
     BadInput
         If there is neither; with every mistake in it.
     OSError
         If the file cannot be read.
+
+    Examples
+    --------
+    >>> camopt.find_scene("roller-1000rpm").cam.rpm
+    1000.0
     """
     if not isinstance(name, (str, os.PathLike)):
         raise BadInput(

@@ -71,16 +71,30 @@ def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SE
 
     Parameters
     ----------
+    scene
+        Limits, and in ``[search]`` the laws to try and what is free.
     progress
         Called with (laws done, laws in all).
     seconds
         Time for the search, shared between the laws. If it runs out, the answer is the smallest cam found so far,
         with ``proved`` False and its gap.
 
+    Returns
+    -------
+    Optimum
+        The smallest cam of each law, and of all (``best``), as designs with their scenes; or what is in the way.
+
     Raises
     ------
     BadInput
         If nothing limits the size from below, so that there is no smallest cam.
+
+    Examples
+    --------
+    >>> scene = camopt.find_scene("roller-1000rpm").replace(**{"search.law": ["cycloidal"]})
+    >>> best = camopt.optimise(scene).best
+    >>> round(best["base_radius_mm"], 4), best["proved"]
+    (54.5395, True)
     """
     if not (isinstance(seconds, int | float) and seconds > 0.0):
         raise BadInput([Mistake("camopt", "seconds", seconds, "a number above 0")])

@@ -82,6 +82,12 @@ def response_spectrum(law: str | Law, ratios: ArrayLike = RATIOS, damping_ratio:
     ------
     BadInput
         For an unknown law, and for numbers that are not allowed.
+
+    Examples
+    --------
+    >>> spectrum = camopt.response_spectrum("cycloidal", [1.0, 2.5])
+    >>> spectrum["residual"].round(4).tolist()
+    [0.5, 0.0243]
     """
     chosen, λ = _checked(law, ratios, damping_ratio)
     at_once = max(1, AT_ONCE // len(_rise(chosen).table.half_width))

@@ -95,6 +95,8 @@ def frontier(
 
     Parameters
     ----------
+    scene
+        The limits, the ranges of sizes, and ``[synthesis]``.
     axes
         Terms of the objective (as in ``[synthesis] minimise``), or loads that a limit bounds from above, such as
         ``torque_peak_N_m`` and ``contact_stress_max_MPa``. Terms are convex in the motion, so that the results are
@@ -106,12 +108,24 @@ def frontier(
     progress
         Called with (points done, points in all).
 
+    Returns
+    -------
+    Frontier
+        A row for each cam, with its scene; the least of each axis; and the known laws beside them.
+
     Raises
     ------
     BadInput
         For other axes, or a scene that ``synthesise`` does not take.
     Unmet
         If no free law meets all limits.
+
+    Examples
+    --------
+    >>> coarse = camopt.find_scene("roller-1000rpm").replace(**{"synthesis.pieces": 12})
+    >>> found = camopt.frontier(coarse, points=2, workers=1)
+    >>> [round(row["size"], 1) for row in found.rows]
+    [30.6]
     """
     scene, axes = _checked(scene, axes)
     demand = demand_of(resolve(scene), {axis: 1.0 for axis in axes if axis in TERMS})

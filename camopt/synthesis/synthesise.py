@@ -48,7 +48,17 @@ WORSE = 1e-3  # relative: a cam above its convex optimum by more is held by a li
 def synthesise(scene: Scene, progress: Progress | None = None) -> Synthesised:
     """Compute new motion laws for a scene, as its ``[synthesis]`` asks, and the smallest cam for them.
 
-    ``progress`` is called with (starting points done, starting points in all).
+    Parameters
+    ----------
+    scene
+        The limits, the ranges of sizes, and ``[synthesis]``.
+    progress
+        Called with (starting points done, starting points in all).
+
+    Returns
+    -------
+    Synthesised
+        The laws, the smallest cam for them with its scene, and a bound that no motion can pass.
 
     Raises
     ------
@@ -58,6 +68,12 @@ def synthesise(scene: Scene, progress: Progress | None = None) -> Synthesised:
         If no new law meets all limits.
     Unsolved
         If the convex solver fails.
+
+    Examples
+    --------
+    >>> coarse = camopt.find_scene("roller-1000rpm").replace(**{"synthesis.pieces": 12})
+    >>> round(camopt.synthesise(coarse).design["base_radius_mm"], 1)
+    39.8
     """
     demands = by_offset(demand_of(resolve(scene)))
     bounds = [bound_of(demand) for demand in demands]

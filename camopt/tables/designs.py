@@ -82,9 +82,13 @@ def scene_of(table: "str | os.PathLike[str] | pd.DataFrame", row: int) -> Scene:
 
     Examples
     --------
-    >>> designs = camopt.load("camopt-out/designs.parquet")
+    >>> search = {"base_radius": [55, 60, 65], "offset": [0, 10, 20], "law": ["cycloidal"]}
+    >>> scene = camopt.find_scene("roller-1000rpm").replace(search=search)
+    >>> swept = camopt.sweep(scene, out="results", keep="all")
+    >>> designs = camopt.load("results/designs.parquet")
     >>> smallest = designs.base_radius_mm.idxmin()
-    >>> camopt.evaluate(camopt.scene_of(designs, smallest))["pressure_angle_max_deg"]
+    >>> camopt.scene_of(designs, smallest).cam.base_radius
+    55.0
     """
     from camopt.tables.table import load
 

@@ -118,6 +118,16 @@ def load(path: str | os.PathLike[str]) -> "pd.DataFrame":
     ``attrs`` holds ``units``, ``symbols`` and ``descriptions`` (by column), ``scene`` (TOML) and ``version``, and
     that of a Pareto table ``front``: its hypervolume, ideal, nadir and knee.
 
+    Parameters
+    ----------
+    path
+        A Parquet file that ``sweep``, ``frontier``, ``cam_points`` or another command wrote.
+
+    Returns
+    -------
+    pandas.DataFrame
+        A row for each row of the file.
+
     Raises
     ------
     BadInput
@@ -125,6 +135,15 @@ def load(path: str | os.PathLike[str]) -> "pd.DataFrame":
         verified.
     OSError
         If there is no such file, or it cannot be read.
+
+    Examples
+    --------
+    >>> search = {"base_radius": [55, 60, 65], "offset": [0, 10, 20], "law": ["cycloidal"]}
+    >>> scene = camopt.find_scene("roller-1000rpm").replace(search=search)
+    >>> swept = camopt.sweep(scene, out="results", keep="all")
+    >>> designs = camopt.load("results/designs.parquet")
+    >>> len(designs), designs.attrs["units"]["base_radius_mm"]
+    (9, 'mm')
     """
     table = read_table(path)
     frame: pd.DataFrame = table.replace_schema_metadata(None).to_pandas()

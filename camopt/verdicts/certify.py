@@ -264,6 +264,27 @@ def certify(scene: Scene) -> dict[str, str]:
     Numbers of the scene are taken as exact. Limits are decided at every cam angle of the continuous motion, in
     ball arithmetic of 200 bits; undecided is what lies within about 1e-27 of its limit. A law that the scene gives
     as a table is the spline through its points.
+
+    Parameters
+    ----------
+    scene
+        A scene with sizes of its own.
+
+    Returns
+    -------
+    dict
+        "held", "broken" or "undecided" for each limit. Of a design that cannot be assembled only ``assembly``.
+
+    Raises
+    ------
+    BadInput
+        If the scene lacks a size.
+
+    Examples
+    --------
+    >>> verdicts = camopt.certify(camopt.find_scene("roller-1000rpm"))
+    >>> verdicts["pressure_angle"], verdicts["undercut"]
+    ('broken', 'held')
     """
     problem = resolve_design(scene)
     return certify_design(problem, problem.design)

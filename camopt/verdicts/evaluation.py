@@ -60,10 +60,26 @@ def evaluate(scene: Scene) -> Evaluation:
     that is smaller. An infinite quantity (such as the acceleration of a uniform-velocity law) is ``inf``, and
     ``unbounded`` says why.
 
+    Parameters
+    ----------
+    scene
+        A scene with sizes of its own.
+
+    Returns
+    -------
+    Evaluation
+        The quantities by name (``QUANTITIES`` lists all), with ``feasible`` and ``violated`` among them.
+
     Raises
     ------
     BadInput
         If the scene lacks a size of its own.
+
+    Examples
+    --------
+    >>> cam = camopt.evaluate(camopt.find_scene("roller-1000rpm"))
+    >>> round(cam["pressure_angle_max_deg"], 3), cam["violated"]
+    (41.626, 'pressure_angle')
     """
     return evaluate_design(resolve_design(scene))
 
