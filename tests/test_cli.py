@@ -469,7 +469,7 @@ def test_a_folder_in_place_of_a_table_is_told(run, table):
 
 
 def process(*arguments, **options):
-    command = [sys.executable, "-m", "camopt.cli.main", *arguments]
+    command = [sys.executable, "-m", "camopt", *arguments]
     return subprocess.run(command, capture_output=True, text=True, timeout=300, **{"encoding": "utf-8", **options})
 
 

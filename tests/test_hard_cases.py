@@ -271,7 +271,7 @@ def test_lengths_out_of_range_are_refused(k):
 @pytest.mark.parametrize("name", ["roller-1000rpm", "oscillating-roller", "flat-reciprocating"])
 def test_compiled_and_uncompiled_agree_bit_for_bit(name, monkeypatch):
     monkeypatch.setattr(compile, "FEW", -1)
-    command = [sys.executable, "-m", "camopt.cli.main", "evaluate", name, "--json"]
+    command = [sys.executable, "-m", "camopt", "evaluate", name, "--json"]
     plain = subprocess.run(
         command, capture_output=True, text=True, check=True, env={**os.environ, "NUMBA_DISABLE_JIT": "1"}
     )

@@ -129,7 +129,7 @@ def test_folders_of_versions_long_unused_go(tmp_path):
 
 def test_a_command_survives_a_torn_cache(tmp_path):
     environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
-    command = [sys.executable, "-m", "camopt.cli.main", "laws", "--quiet"]
+    command = [sys.executable, "-m", "camopt", "laws", "--quiet"]
 
     def run():
         return subprocess.run(command, capture_output=True, text=True, timeout=300, env=environment)
