@@ -26,10 +26,7 @@ from camopt.synthesis.iterate import Iterate, iterate_of, moving
 
 PRICES = 100.0, 1e4  # of a curve that is above its bound by all of it, in units of the objective: if one is too low
 STEPS, FIRST_REACH = 60, 0.1
-GOOD, POOR = (
-    0.75,
-    0.25,
-)  # of what a step's planes promise: if more of it comes true, steps go further; if less, less far
+GOOD, POOR = 0.75, 0.25  # of what planes promise: if more comes true, steps go further; if less, less far
 ENOUGH = 5e-5  # a fall of the priced objective, relative, that is worth a step
 CLOSER = 2e-4  # by which bounds are held closer than asked: between samples a curve rises a little more
 
