@@ -831,7 +831,8 @@ def test_the_result_never_replaces_the_users_scene(run, tmp_path):
 
 
 def test_cvxpy_is_imported_for_synthesis_alone():
-    code = "import sys; from camopt.cli.main import main; main(['optimise', '--help']); assert 'cvxpy' not in sys.modules"
+    command = "import sys; from camopt.cli.main import main; main(['optimise', '--help'])"
+    code = f"{command}; assert 'cvxpy' not in sys.modules"
     assert subprocess.run([sys.executable, "-c", code], check=False, stdout=subprocess.DEVNULL).returncode == 0
 
 
