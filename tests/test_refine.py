@@ -121,17 +121,17 @@ def test_no_allowed_design_nearby_lowers_the_objective(swept):
     objective = "base_radius_mm" if "base_radius_mm" in result.scene.search.minimise else "pressure_angle_max_deg"
     few = rows.take(np.linspace(0, rows.count - 1, 7).astype(int))
     for each, _, designs in space_of(problem).designs_of(few):
-        problem = PatternSearch(each, free, objective)
-        ceilings, held = problem.costs(designs)
+        pattern = PatternSearch(each, free, objective)
+        ceilings, held = pattern.costs(designs)
         assert held.all()
         for i in range(len(designs)):
             many = designs.take(np.full(10_000, i))
             for field, (low, high) in free.items():
                 reach = 10.0 ** random.uniform(-4, -1, 10_000) * random.uniform(-1, 1, 10_000)
                 getattr(many, field)[:] = np.clip(getattr(many, field) + reach * (high - low), low, high)
-            costs, held = problem.costs(many)
+            costs, held = pattern.costs(many)
             allowed = held & np.all(costs <= ceilings[i], axis=1)
-            column = problem.column(objective)
+            column = pattern.column(objective)
             assert costs[allowed, column].min(initial=np.inf) > ceilings[i, column] * (1 - 1e-6)
 
 
@@ -186,10 +186,10 @@ def test_the_search_finds_what_the_closed_form_proves(swept):
     result, _, grid = swept
     problem = exactly(resolve(result.scene))
     for each, _, designs in space_of(problem).designs_of(grid):
-        problem = PatternSearch(each, refine.free_sizes(problem), "base_radius_mm")
-        ceilings, held = problem.costs(designs)
-        proved, settled = by_closed_form(problem, designs, ceilings)
-        found = by_search(problem, designs, ceilings)
+        pattern = PatternSearch(each, refine.free_sizes(problem), "base_radius_mm")
+        ceilings, held = pattern.costs(designs)
+        proved, settled = by_closed_form(pattern, designs, ceilings)
+        found = by_search(pattern, designs, ceilings)
         assert held.all()
         assert settled.all()
         assert np.all(proved.size <= designs.size)
