@@ -6,13 +6,14 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from camopt import Scene, accuracy, find_scene
+from camopt import Scene, find_scene
 from camopt.cli.main import main
 from camopt.motion.programme import Programme
 from camopt.motion.table import RETURN, TURN
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST
 from camopt.numerics.curves import Linear
 from camopt.numerics.sampling import sampled_extremes
+from camopt.studies import accuracy
 
 MOTION = [
     {"segment": "rise", "angle": 120, "lift": 20, "law": "cycloidal"},

@@ -13,7 +13,7 @@ from camopt.mistakes import Unmet
 from camopt.problem.problem import resolve
 from camopt.scene.tables import TERMS
 from camopt.smallest.optimise import optimise
-from camopt.synthesis import steps
+from camopt.synthesis import sequential_convex
 from camopt.synthesis.axis_minimiser import AxisMinimiser
 from camopt.synthesis.cams import within
 from camopt.synthesis.ceilings import ceilings_of
@@ -301,7 +301,7 @@ def test_steps_from_a_motion_within_its_bounds_stay_there_and_are_few(monkeypatc
     least, solved = AxisMinimiser(scene, axes, "size", axes[1:]), []
     value = {axes[1]: gentle.row[axes[1]] * (1 + 3e-4)}
     ceilings = ceilings_of(least._demand(value))
-    monkeypatch.setattr(steps, "solve", lambda problem: solved.append(problem) or solve(problem))
+    monkeypatch.setattr(sequential_convex, "solve", lambda problem: solved.append(problem) or solve(problem))
     reached = least.steps.run(gentle.laws, ceilings)
     assert least.steps._levels(reached, ceilings, ())[0] <= 1.0
     assert reached.height < gentle.laws.height
