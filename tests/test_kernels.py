@@ -15,7 +15,7 @@ from camopt.mechanisms import Designs
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, compile
 from camopt.numerics.compile import FEW, PAYS, called, compiled, compiled_for_many, inlined
 from camopt.numerics.extremes import search_all, search_curve
-from camopt.numerics.indirect import address_of, call, code_of, evaluates
+from camopt.numerics.indirect import Reached, address_of, call, code_of, evaluates
 from camopt.numerics.jet import Jet, power
 from camopt.problem.problem import exactly, resolve
 from camopt.scene.scene import find_scene
@@ -175,6 +175,33 @@ def test_what_is_called_by_address_is_what_is_called_from_python():
 def test_arguments_that_an_address_does_not_take_are_refused():
     with pytest.raises(TypingError):
         scaled_wrongly(1.0, 1.0, np.ones(2))
+
+
+@compiled
+def halve_all(x):
+    for i in range(x.size):
+        x[i] *= 0.5
+
+
+@compiled
+def by_address(x, code):
+    call(code, (x,))
+
+
+@pytest.mark.usefixtures("_no_disk")
+def test_an_interrupt_while_a_kernel_is_compiled_that_another_calls_is_an_interrupt(monkeypatch):
+    """An address that was never made ended the process."""
+
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    x, kernel = np.ones(2), Reached(halve_all, (types.float64[::1],))
+    with monkeypatch.context() as patch:
+        patch.setattr(halve_all, "get_compile_result", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            by_address(x, kernel)
+    by_address(x, kernel)
+    assert np.array_equal(x, [0.5, 0.5])
 
 
 @pytest.mark.parametrize("exponent", [0.13, -0.35, -0.43])

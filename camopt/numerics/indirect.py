@@ -137,6 +137,8 @@ def _type_reached(reached, context):
 @unbox(CodeType)
 def _unbox_code(kind, reached, context):
     address = context.pyapi.object_getattr_string(reached, "address")
-    code = context.pyapi.long_as_voidptr(address)
-    context.pyapi.decref(address)
-    return NativeValue(code, is_error=cgutils.is_not_null(context.builder, context.pyapi.err_occurred()))
+    code = cgutils.alloca_once_value(context.builder, cgutils.get_null_value(cgutils.voidptr_t))
+    with context.builder.if_then(cgutils.is_not_null(context.builder, address)):  # compiling may be interrupted
+        context.builder.store(context.pyapi.long_as_voidptr(address), code)
+        context.pyapi.decref(address)
+    return NativeValue(context.builder.load(code), is_error=cgutils.is_null(context.builder, address))
