@@ -10,6 +10,7 @@ import pytest
 from camopt.cli import exits
 from camopt.cli.main import camopt, main
 from camopt.mistakes import BadInput, Mistake, printable
+from camopt.tables.cells import heading
 
 ESCAPE = "\x1b[31mred\x1b[0m\nsecond line\u202e"
 
@@ -84,6 +85,11 @@ def test_a_fault_of_the_program_is_told_in_a_line_with_a_code_of_its_own(ends, f
     assert "internal error (" in err
     assert type(fault).__name__ in err
     assert "please report it" in err
+
+
+def test_a_fault_is_placed_in_the_file_of_the_package_where_it_is(capsys):
+    assert exits.run(lambda: heading(3.5)) == exits.INTERNAL  # in a folder beside that of the command line
+    assert "internal error (cells.py, line" in capsys.readouterr().err
 
 
 def test_the_traceback_of_a_fault_is_there_for_those_who_ask(ends, monkeypatch):

@@ -98,7 +98,7 @@ def _internal(fault: BaseException) -> int:
     """A fault of camopt itself: what it is and where, and how to see more."""
     if os.environ.get(DEBUG):
         print_exception(fault)
-    package = str(Path(__file__).parent)
+    package = str(Path(__file__).parents[1])
     frames = extract_tb(fault.__traceback__)
     last = next((f for f in reversed(frames) if f.filename.startswith(package)), frames[-1])
     what = f"{type(fault).__name__}: {fault}".splitlines()[0]
