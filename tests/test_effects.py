@@ -13,7 +13,7 @@ from camopt.effects import EFFECTS, called
 from camopt.problem.problem import resolve
 from camopt.quantities import DISCIPLINES, GEOMETRY, QUANTITIES
 from camopt.scene.tables import Dynamics, Limits, Materials
-from camopt.studies.cost_report import bill
+from camopt.studies.cost_report import cost_report
 
 TRAIN = {
     "cam.rpm": 300,
@@ -37,15 +37,15 @@ def test_every_discipline_is_an_effect():
 
 
 def test_without_outputs_motion_and_geometry_run_and_nothing_else():
-    found = bill(VALVE)
+    found = cost_report(VALVE)
     assert [entry.effect for entry in found.entries] == [n for n in GEOMETRY if n != "reach"]
     assert {"force", "thrust", "hertz", "torque", "vibration"} <= found.idle.keys()
     assert found.idle["force"] == ()
-    assert bill(find_scene("exhaust-valve")).idle["force"] == ("follower.dynamics.mass",)
+    assert cost_report(find_scene("exhaust-valve")).idle["force"] == ("follower.dynamics.mass",)
 
 
 def test_all_calls_for_all_and_shares_add_up():
-    found = bill(VALVE.replace(outputs=["all"]))
+    found = cost_report(VALVE.replace(outputs=["all"]))
     assert {entry.effect for entry in found.entries} == set(EFFECTS) - {"reach"} - found.idle.keys()
     assert sum(entry.share for entry in found.entries) == pytest.approx(1.0)
     assert all(entry.called_by == ("outputs all",) or "outputs all" in entry.called_by for entry in found.entries)
@@ -55,7 +55,7 @@ def test_all_calls_for_all_and_shares_add_up():
 
 def test_a_limit_calls_for_what_it_needs_and_what_that_reads():
     scene = VALVE.replace(**{"limits.contact_stress": 900, "outputs": ["sizes"]})
-    entries = {entry.effect: entry for entry in bill(scene).entries}
+    entries = {entry.effect: entry for entry in cost_report(scene).entries}
     assert "limits.contact_stress" in entries["hertz"].called_by
     assert "effect hertz" in entries["curvature"].called_by
     assert "undercut" in entries["hertz"].reads

@@ -327,11 +327,11 @@ def effects(scene: Any, as_json: bool, quiet: bool, spectrum: bool, out: Path) -
         if not quiet:
             terminal.say_written(files)
         return 0
-    from camopt.studies.cost_report import bill
+    from camopt.studies.cost_report import cost_report
 
     with terminal.progress(quiet, ""):
-        result = bill(scene)
-    reports.show_bill(result, as_json)
+        result = cost_report(scene)
+    reports.show_cost_report(result, as_json)
     return 0
 
 

@@ -297,7 +297,7 @@ def show_accuracy(rows: list[dict[str, Any]], scene: Scene, as_json: bool) -> No
     return show(table_of(f"{scene.name}: what accuracy costs", shown, names))
 
 
-def show_bill(result: "CostReport", as_json: bool) -> None:
+def show_cost_report(result: "CostReport", as_json: bool) -> None:
     """The effects that run as a tree, what called for each, and what it costs."""
     if as_json:
         entries = [{**asdict(entry), "share": round(entry.share, 6)} for entry in result.entries]

@@ -1,4 +1,4 @@
-"""The bill: which effects a scene calls for, what called for each, and what each costs."""
+"""The cost report: which effects a scene calls for, what called for each, and what each costs."""
 
 from dataclasses import dataclass
 from time import perf_counter
@@ -41,7 +41,7 @@ class CostReport:
     idle: dict[str, tuple[str, ...]]
 
 
-def bill(scene: Scene) -> CostReport:
+def cost_report(scene: Scene) -> CostReport:
     """Measure every effect that a scene calls for, on up to 4096 designs of its space, one thread.
 
     A scene without a space has its own design with sizes varied a little. Times are the least of a few runs,
