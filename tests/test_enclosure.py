@@ -4,9 +4,10 @@ from functools import cache
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from support.cams import CONTACTS, GUIDED, WORN, cam_with
+from support.depth import times
 
 from camopt import Scene, evaluate
 from camopt.mechanisms import Designs
@@ -66,10 +67,12 @@ def drawn(problem, rng, count, wide):
     return low, high, free
 
 
-def inside_of(low, high, rng, sense, k):
-    """A random design of box k, many times."""
-    share = {n: rng.uniform(0.0, 1.0, 60) for n in low}
-    return Designs(**{n: low[n][k] + share[n] * (high[n][k] - low[n][k]) for n in low}, sense=sense)
+def inside_of(low, high, rng, sense, count=60):
+    """Random designs of each box, one box after the other."""
+    boxes = len(low["size"])
+    share = {n: rng.uniform(0.0, 1.0, (boxes, count)) for n in low}
+    drawn = {n: low[n][:, None] + share[n] * (high[n] - low[n])[:, None] for n in low}
+    return Designs(**{n: values.ravel() for n, values in drawn.items()}, sense=sense)
 
 
 ARGUMENTS = {np.arcsin: (-0.9, 0.9), np.sqrt: (0.1, 4.0), np.arctan2: (0.1, 3.0), np.power: (0.2, 3.0)}
@@ -77,7 +80,7 @@ ARGUMENTS = {np.arcsin: (-0.9, 0.9), np.sqrt: (0.1, 4.0), np.arctan2: (0.1, 3.0)
 
 @pytest.mark.parametrize("operation", PARTIALS, ids=lambda operation: operation.__name__)
 @given(seed=st.integers(0, 10**6))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=times(30, deep=1000))
 def test_values_and_differences_lie_in_ranges_and_slopes(operation, seed):
     """Of every operation, on a function of two variables whose operands both depend on both."""
     rng = np.random.default_rng(seed)
@@ -157,77 +160,80 @@ def test_a_side_too_narrow_to_be_cut_is_not_cut():
 
 @pytest.mark.parametrize("name", CONTACTS)
 @given(seed=st.integers(0, 10**6), wide=st.sampled_from([1e-6, 1e-3, 0.05, 0.5]))
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=times(4, deep=100))
 def test_no_design_of_a_box_lies_outside_of_a_limit_s_range(name, seed, wide):
-    """Every limit at random cam angles: value and range of the limit's own formula."""
+    """Every limit at random cam angles: values and ranges of the limit's own formula."""
     problem, rng = limited(name), np.random.default_rng(seed)
     low, high, free = drawn(problem, rng, 5, wide)
-    exists = ~problem.setup.mechanism.impossible(
-        Designs(**{n: Interval(low[n], high[n]) for n in low}, sense=problem.design.sense), problem.programme
-    )
-    for k in np.flatnonzero(exists):
-        points = inside_of(low, high, rng, problem.design.sense, k)
-        points = points.take(problem.setup.mechanism.exists(points, problem.programme))
-        if not len(points):
+    setup, sense = problem.setup, problem.design.sense
+    boxes = Designs(**{n: Interval(low[n], high[n]) for n in low}, sense=sense)
+    possible = ~setup.mechanism.impossible(boxes, problem.programme)
+    low, high = ({n: v[possible] for n, v in ends.items()} for ends in (low, high))
+    points = inside_of(low, high, rng, sense)
+    first = {n: points.sizes[n][::60] for n in free}
+    exists, home = setup.mechanism.exists(points, problem.programme), np.repeat(np.arange(possible.sum()), 60)
+    points, home = points.take(exists), home[exists]
+    assume(len(points))
+    sizes = dict(zip(free, variables([Interval(low[n], high[n]) for n in free], list(first.values())), strict=True))
+    made = Designs(**{**low, **sizes}, sense=sense)
+    for claim in claims_on_size(problem):
+        angles = rng.uniform(0.0, 2 * np.pi, possible.sum())
+        with np.errstate(all="ignore"):
+            value = as_quotient(
+                curve(claim.curve(made, problem.programme), ..., *problem.programme.state(angles))[0]
+            )
+            state = problem.programme.state(angles[home])
+            values = curve(claim.curve(points, problem.programme), ..., *state)[0]
+        if not isinstance(value.below, float):
             continue
-        box = [Interval(low[n][k : k + 1], high[n][k : k + 1]) for n in free]
-        sizes = dict(zip(free, variables(box, [points.sizes[n][:1] for n in free]), strict=True))
-        made = Designs(**{**{n: v[k : k + 1] for n, v in low.items()}, **sizes}, sense=problem.design.sense)
-        for claim in claims_on_size(problem):
-            state = problem.programme.state(rng.uniform(0.0, 2 * np.pi, 1))
-            with np.errstate(all="ignore"):
-                value = as_quotient(curve(claim.curve(made, problem.programme), ..., *state)[0])
-                values = curve(claim.curve(points, problem.programme), ..., *state)[0]
-            if not isinstance(value.below, float):
-                continue
-            ends = as_sloped(value.above, sizes[free[0]]).value
-            room = 1e-11 * np.max(np.abs(values)) + 1e-13
-            assert np.all(values >= ends.low[0] - room), claim
-            assert np.all(values <= ends.high[0] + room), claim
+        ends = as_sloped(value.above, sizes[free[0]]).value
+        least, most = (np.broadcast_to(end, possible.sum())[home] for end in (ends.low, ends.high))
+        room = 1e-11 * np.max(np.abs(values), initial=0.0) + 1e-13
+        assert np.all(values >= least - room), claim
+        assert np.all(values <= most + room), claim
 
 
 def may_hold(problem, designs, angles):
-    """Whether each design holds all claims at some cam angles: what does not at one of them is not feasible."""
-    held = problem.setup.mechanism.exists(designs, problem.programme)
+    """Those designs that hold all claims at some cam angles: what does not at one of them is not feasible."""
+    designs = designs.take(problem.setup.mechanism.exists(designs, problem.programme))
     for claim in problem.claims:
         sides = problem.programme.beside(angles, claim.strokes).ravel()
         each = designs.take(np.repeat(np.arange(len(designs)), sides.size))
         state = problem.programme.state(np.tile(sides, len(designs)))
         with np.errstate(all="ignore"):
             values = claim.factor(each) * curve(claim.curve(each, problem.programme), ..., *state)[0]
-        for side in claim.sides:
-            held &= ~np.any((side * values > claim.allowed()).reshape(len(designs), -1), axis=1)
-    return held
+        broken = np.any([side * values > claim.allowed() for side in claim.sides], axis=0)
+        designs = designs.take(~np.any(broken.reshape(len(designs), sides.size), axis=1))
+    return designs
 
 
 def feasible_ones(problem, designs):
     """Which designs are feasible, one by one; asked exactly only of those that no cam angle shows broken."""
     for angles in (COARSE, FINE):
-        designs = designs.take(may_hold(problem, designs, angles)) if len(designs) else designs
+        designs = may_hold(problem, designs, angles)
     for k in range(len(designs)):
         yield feasible(problem, designs.take([k]))[0]
 
 
 @pytest.mark.parametrize("name", CONTACTS)
 @given(seed=st.integers(0, 10**6), wide=st.sampled_from([1e-3, 0.02, 0.2]))
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=times(3, deep=100))
 def test_no_feasible_design_is_cut_off(name, seed, wide):
     """Feasible designs of random boxes lie in boxes that are not empty, between the ends that are left."""
     problem, rng = limited(name), np.random.default_rng(seed)
     low, high, free = drawn(problem, rng, 12, wide)
     box = Designs(**{n: Interval(low[n], high[n]) for n in low}, sense=problem.design.sense)
     seen = examined(problem, claims_on_size(problem), box, free)
-    for k in range(12):
-        points = inside_of(low, high, rng, problem.design.sense, k)
-        beyond = [(points.sizes[n] < seen.low[n][k]) | (points.sizes[n] > seen.high[n][k]) for n in free]
-        assert not any(feasible_ones(problem, points.take(seen.empty[k] | np.any(beyond, axis=0))))
+    points, home = inside_of(low, high, rng, problem.design.sense), np.repeat(np.arange(12), 60)
+    beyond = [(points.sizes[n] < seen.low[n][home]) | (points.sizes[n] > seen.high[n][home]) for n in free]
+    assert not any(feasible_ones(problem, points.take(seen.empty[home] | np.any(beyond, axis=0))))
 
 
 @pytest.mark.parametrize("name", CONTACTS)
 def test_boxes_of_feasible_and_of_empty_designs_are_met(name):
     """The test above has something to say: some random boxes hold feasible designs, and some are cut or empty."""
     problem, rng = limited(name), np.random.default_rng(0)
-    (low, high, free), (near, far, _) = (drawn(problem, rng, 200, wide) for wide in (0.1, 0.005))
+    (low, high, free), (near, far, _) = (drawn(problem, rng, times(50, deep=200), wide) for wide in (0.1, 0.005))
     low, high = ({n: np.concatenate([a[n], b[n]]) for n in a} for a, b in ((low, near), (high, far)))
     box = Designs(**{n: Interval(low[n], high[n]) for n in low}, sense=problem.design.sense)
     seen = examined(problem, claims_on_size(problem), box, free)
