@@ -30,6 +30,11 @@ def seconds(benchmark: BenchmarkFixture) -> float:
     return float(benchmark.stats.stats.min) if benchmark.stats else float("nan")
 
 
+def rival_seconds(benchmark: BenchmarkFixture, run: Callable[[], Any], rounds: int = ROUNDS) -> float:
+    """The least time of a rival; NaN where nothing is to be measured (``--benchmark-disable``)."""
+    return least_seconds(run, rounds) if benchmark.enabled else float("nan")
+
+
 def ratio(rival: float, own: float) -> float:
     """How many times longer the rival takes."""
     return round(rival / own, 3)
