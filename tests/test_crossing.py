@@ -10,6 +10,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.optimize import fsolve, minimize_scalar
 from shapely import LinearRing
+from support.depth import times
 
 from camopt import Scene, certify, evaluate, find_scene, load, optimise, sweep
 from camopt.effects import Case, Setup
@@ -81,7 +82,7 @@ def self_crossing(case: Case) -> bool:
     return bool(run_effects(case, ["self_crossing"]).column("self_crossing")[0])
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=times(150, deep=1500))
 @given(case=cases(slimmest=2))
 def test_the_proof_agrees_with_a_polygon(case):
     """An undercut may be too small for a polygon to show; all else agrees."""
@@ -91,7 +92,7 @@ def test_the_proof_agrees_with_a_polygon(case):
         assert self_crossing(case) == polygon_crosses(case)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=times(40, deep=1000))
 @given(case=cases(keys=ROUND, slimmest=2), share=st.lists(st.floats(-0.999999, 0.999999), min_size=20, max_size=20))
 def test_parts_enclose_the_profile(case, share):
     """Inside of them: at an end, a corner of the motion may already have turned the normal."""
@@ -112,7 +113,7 @@ def test_parts_enclose_the_profile(case, share):
         assert np.all(np.abs(np.angle(normal / found.normal)) <= found.spread)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=times(60, deep=600))
 @given(case=cases(keys=ROUND, slimmest=2), exponent=st.sampled_from([-9, 5]))
 def test_mirrored_and_scaled_cams_have_the_same_verdict(case, exponent):
     """Mirrored: the cam turns the other way, with the offset on the other side. Scaled: by a power of two.
@@ -169,7 +170,7 @@ def test_a_crossing_shown_is_a_root(key):
     assert shown > 10
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=times(60, deep=600))
 @given(case=cases(keys=ROUND))
 def test_a_knife_edge_draws_no_crossing(case):
     """Where the distance from the centre is the same, so are displacement and cam angle."""
@@ -383,7 +384,7 @@ def with_pressure_angle(case: Case) -> Case:
     return replace(case, found=found.columns, outward=found.outward)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=times(60, deep=1500))
 @given(case=cases(keys=ROUND, slimmest=2))
 def test_the_largest_pressure_angle_tells_that_the_normal_points_outwards(case):
     """A bound: where it tells so, it is so at each of some thousand points."""

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from support import naive
+from support.depth import times
 
 from camopt import Scene
 from camopt.mechanisms import Designs, cylindrical_oscillating, oscillating, oscillating_flat
@@ -131,7 +132,7 @@ def point_of(raw):
 
 @pytest.mark.parametrize("name", sorted(FORMS))
 @pytest.mark.parametrize("rotation", ["ccw", "cw"])
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=times(25, deep=250))
 @given(share=st.lists(st.floats(0.0, 1.0), min_size=7, max_size=7))
 @mpmath.workdps(50)
 def test_a_limit_at_the_value_of_a_design_is_a_plane_through_its_point(name, rotation, share):
@@ -167,7 +168,7 @@ def test_a_limit_at_the_value_of_a_design_is_a_plane_through_its_point(name, rot
 
 
 @pytest.mark.parametrize("name", sorted(FORMS))
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=times(25, deep=250))
 @given(share=st.lists(st.floats(0.0, 1.0), min_size=4, max_size=4))
 @mpmath.workdps(50)
 def test_a_point_gives_its_sizes_back_and_lies_in_their_ranges(name, share):
@@ -184,7 +185,7 @@ SPANS = st.tuples(st.floats(0.5, 2.0), st.sampled_from([0.0, 1e-6, 1e-3, 0.3, 1.
 
 
 @pytest.mark.parametrize("form", [ARM, FACE], ids=["arm", "face"])
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=times(20, deep=600))
 @given(
     spans=st.tuples(SPANS, SPANS),
     least=st.sampled_from([0.0, 0.6]),

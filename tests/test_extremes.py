@@ -10,6 +10,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from numpy.polynomial import polynomial
 from support import own
+from support.depth import times
 
 from camopt.effects import Case, Setup
 from camopt.mechanisms import MECHANISMS, Designs
@@ -95,7 +96,7 @@ def test_extremes_are_those_of_dense_sampling(mechanism, angular, name, sense, l
 
 @pytest.mark.parametrize(("mechanism", "angular", "name"), list(cases()))
 @given(data=st.data())
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=times(20, deep=200))
 def test_interval_formulas_enclose_every_design_of_a_box(mechanism, angular, name, data):
     turn = programme("cycloidal", angular=angular)
     middle = designs(angular, 1.0, 1, seed=data.draw(st.integers(0, 99)))

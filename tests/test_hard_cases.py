@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support import naive, own
+from support.depth import times
 
 from camopt import Scene, certify, evaluate, find_scene
 from camopt.effects import Case, Setup
@@ -278,7 +279,7 @@ def test_compiled_and_uncompiled_agree_bit_for_bit(name, monkeypatch):
     assert json.loads(plain.stdout) == evaluate(find_scene(name)).to_json()
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=times(20, deep=1000))
 @given(data=st.data(), key=st.sampled_from(list(MECHANISMS)), law=st.sampled_from(list(own.EVERY)))
 def test_no_point_of_a_curve_lies_outside_of_its_enclosure(data, key, law):
     """Random cams of every mechanism and law: 2,000 points of the true motion each, against value ± half-width."""

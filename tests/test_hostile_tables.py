@@ -9,6 +9,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from support import hostile
+from support.depth import times
 
 import camopt
 from camopt import BadInput, Scene, find_scene, sweep
@@ -89,7 +90,7 @@ def test_a_row_that_is_no_design_is_refused(table, certified, name, value):
     assert told.startswith("camopt: table = ")
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=times(60, deep=600), suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
 def test_a_damaged_table_never_says_anything_else(table, tmp_path, data):
     """Flipped bits and cuts: refused, or seen to change nothing that is read."""
@@ -106,7 +107,7 @@ def test_a_damaged_table_never_says_anything_else(table, tmp_path, data):
     assert found.equals(table)
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=times(60, deep=600), suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(content=st.binary(max_size=200), framed=st.booleans())
 def test_what_is_no_table_is_refused(tmp_path, content, framed):
     path = tmp_path / "t.parquet"

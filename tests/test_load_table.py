@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from mpmath import fp
 from support import naive
 from support.cams import CORNERED, JUMPING, MOMENT, SWUNG, UNGUIDED, cam_with
+from support.depth import times
 
 from camopt import BadInput, Scene, certify, evaluate, load, optimise, sweep
 from camopt.effects import Case, loads, surface
@@ -79,7 +80,6 @@ def test_rows_on_the_line_change_nothing():
     alike(found(CORNERED), found([*halved, CORNERED[-1]]))
 
 
-@settings(deadline=None)
 @given(st.lists(st.tuples(st.integers(0, 359), st.integers(-99, 99)), min_size=1, unique_by=lambda row: row[0]))
 def test_the_load_between_rows_is_that_of_linear_interpolation(rows):
     rows = sorted(rows)
@@ -283,7 +283,7 @@ ANYTHING = st.one_of(st.none(), st.booleans(), st.text(max_size=3), st.floats(),
 ROWS = st.lists(st.one_of(st.lists(ANYTHING, max_size=3), st.lists(st.floats(0, 360), min_size=2, max_size=2)))
 
 
-@settings(deadline=None, max_examples=200)
+@settings(max_examples=times(60, deep=2000))
 @given(ROWS)
 def test_any_table_makes_a_scene_or_one_mistake(rows):
     try:

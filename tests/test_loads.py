@@ -23,6 +23,7 @@ from support.cams import (
     cam_with,
     turn_of,
 )
+from support.depth import times
 
 from camopt import BadInput, Scene, certify, evaluate, load, optimise, sweep
 from camopt.effects import EFFECTS
@@ -520,7 +521,7 @@ def test_a_flank_that_conforms_to_the_roller_carries_without_stress():
         assert 0.0 < made["contact_stress_max_MPa"] <= inf
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=times(18, deep=600))
 @given(
     contact=st.sampled_from(list(CONTACTS)),
     law=st.sampled_from(["uniform", "parabolic", "cycloidal"]),

@@ -13,6 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import BSpline
 from support import own
+from support.depth import times
 from test_scene import BASES, DELETED, changed, mistakes
 
 from camopt import Scene, certify, evaluate, find_scene, load, optimise, plot, sweep
@@ -101,7 +102,7 @@ def spline(made):
     return {"degree": degree, "knots": knots, "coefficients": coefficients}
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=times(60, deep=600))
 @given(splines)
 @mpmath.workdps(50)
 @precisely()
@@ -122,7 +123,7 @@ def test_a_spline_is_that_of_scipy_and_of_fifty_digits(made):
             )
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=times(30, deep=1000))
 @given(splines)
 def test_any_spline_gives_a_cam_without_nan(made):
     found = evaluate(with_law("roller-1000rpm", spline(made)))
@@ -137,7 +138,7 @@ def dense(law):
     return law.displacement(np.concatenate([a + (b - a) * shares for a, b in pairwise(law.BREAKS)]))
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=times(30, deep=1000))
 @given(st.lists(st.tuples(st.floats(1e-3, 1.0), st.floats(0.0, 1.0)), min_size=1, max_size=30), st.booleans())
 def test_any_table_is_a_law_through_its_points_or_a_mistake(steps, smooth):
     x = np.cumsum([0.0, *(step for step, _ in steps)])

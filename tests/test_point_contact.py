@@ -9,6 +9,7 @@ from flint import arb
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.special import ellipe, ellipk
+from support.depth import times
 
 import camopt
 from camopt.mechanisms.geometry import cam_curves
@@ -76,7 +77,7 @@ def exact(t):
 
 
 @given(RATIOS)
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=times(60, deep=600))
 def test_pressure_and_ellipse_against_fifty_digits(t):
     h, mu = exact(t)
     assert abs(float(pressure_factor(t, TABLE)[0] / h - 1)) <= RELATIVE
@@ -84,7 +85,7 @@ def test_pressure_and_ellipse_against_fifty_digits(t):
 
 
 @given(RATIOS)
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=times(15, deep=150))
 def test_slope_of_the_pressure_against_fifty_digits(t):
     with mp.workdps(60):
         slope = (exact(mp.mpf(t) * (1 + mp.mpf(10) ** -15))[0] - exact(mp.mpf(t) * (1 - mp.mpf(10) ** -15))[0]) / (
@@ -166,7 +167,7 @@ def test_jets_hold_the_pressure_over_a_stretch(low, width):
 
 
 @given(RATIOS, st.floats(0.0, 3.0))
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=times(25, deep=250))
 @precisely()
 def test_balls_and_intervals_hold_the_pressure(low, width):
     high = low * (1 + width)

@@ -19,6 +19,7 @@ from flint import arb, ctx
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support import naive, own
+from support.depth import times
 from test_optimise import BASE, CASES
 
 import camopt
@@ -240,7 +241,7 @@ AT_ANOTHER = {
 
 @pytest.mark.parametrize("name", AT_ANOTHER)
 @given(turn=TURNS, near=st.sampled_from([-1e-16, 0.0, 1e-16, 0.2]), size=st.floats(0.7, 2.0))
-@settings(max_examples=3, deadline=None)
+@settings(max_examples=times(2, deep=30))
 def test_a_question_at_another_programme_is_the_scene_rewritten_with_it(name, turn, near, size):
     """Verdict for verdict, limits beside the cam's own pressure angle among them, where only balls decide."""
     scene = AT_ANOTHER[name].replace(search=None)

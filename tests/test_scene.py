@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support import own
+from support.depth import times
 
 from camopt import BadInput, Scene, find_scene, shipped_scenes
 from camopt.mistakes import Mistake
@@ -479,7 +480,7 @@ def mutated(draw):
     return data
 
 
-@settings(max_examples=1500, deadline=None)
+@settings(max_examples=times(300, deep=20000))
 @given(mutated())
 def test_whatever_is_given_makes_a_scene_or_a_bad_input(data):
     before = copy.deepcopy(data)

@@ -16,6 +16,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import BPoly, BSpline
 from scipy.optimize import linprog
+from support.depth import times
 from support.pictures import faults_of, texts_of
 
 from camopt import BadInput, Scene, evaluate, find_scene, optimise
@@ -259,7 +260,7 @@ def objective(scene, programme, weights):
     return total
 
 
-@settings(max_examples=12, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=times(4, deep=100), suppress_health_check=list(HealthCheck))
 @given(motions())
 def test_no_motion_passes_the_bound(case):
     """Of any motion within the ranges, the values at the nodes hold every inequality of the relaxation."""
@@ -742,7 +743,7 @@ JUNK = st.recursive(
 )
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=times(150, deep=1500))
 @given(st.dictionaries(st.sampled_from([*Synthesis.model_fields, "x"]), JUNK, min_size=1, max_size=3))
 def test_junk_is_bad_input_or_a_demand(junk):
     try:
@@ -752,7 +753,7 @@ def test_junk_is_bad_input_or_a_demand(junk):
     assert demand.splines.count > demand.splines.degree
 
 
-@settings(max_examples=6, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=times(2, deep=60), suppress_health_check=list(HealthCheck))
 @given(
     pieces=st.integers(2, 12),
     degree=st.integers(4, 9),

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from mpmath import fp, mp
 from numpy.polynomial import chebyshev, polynomial
 from support import naive, own
+from support.depth import times
 
 from camopt import BadInput, Scene, certify, evaluate, load, optimise, sweep
 from camopt.effects.case import Dynamics
@@ -265,7 +266,7 @@ either = st.floats(-1e3, 1e3)
     st.builds(Dynamics, *[st.floats(0.0, 1e3)] * 4, either),
     positive,
 )
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=times(150, deep=1500))
 def test_any_dynamics_gives_numbers_in_their_order(rise, fall, sizes, dynamics, omega):
     lift, share = sizes[0], sizes[1] / (sizes[1] + 10.0)
     up = 1e-3 + 358.0 * share

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import optimize
+from support.depth import times
 from test_optimise import BASE, CASES, scene, size_of
 
 from camopt import BadInput, Scene, evaluate, find_scene, optimise, sweep
@@ -220,7 +221,7 @@ def test_no_box_loses_a_feasible_cam(name):
     bend=st.floats(0.1, 5),
     lowest=st.floats(-15, 15),
 )
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=times(100, deep=1000))
 def test_lines_through_neighbours_bound_a_convex_function(places, bend, lowest):
     places = sorted(round(p, 3) for p in places)
     if np.diff(places).min() < 1e-2:
@@ -280,7 +281,7 @@ number = st.one_of(st.floats(allow_nan=True, allow_infinity=True), st.integers(-
 
 
 @given(st.dictionaries(st.sampled_from(["rise", "return", "dwell"]), st.tuples(number, number), min_size=1))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=times(60, deep=600))
 def test_whatever_the_ranges_they_are_right_or_told(ranges):
     given_ = {f"search.angle_{kind}": {"start": a, "stop": b} for kind, (a, b) in ranges.items()}
     told: tuple = ()

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from support.depth import times
 
 from camopt import BadInput, Scene, evaluate, find_scene, optimise
 from camopt.numerics.clock import now
@@ -105,7 +106,7 @@ def window_of(name, radius, width, lift, there):
     lift=st.floats(6.0, 14.0),
     there=st.booleans(),
 )
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=times(3, deep=60))
 def test_windows_are_found_or_proved_absent(name, place, narrowness, lift, there):
     """A scan of sizes, dense around the window, is the referee."""
     radius, width = 10.0**place, 10.0**-narrowness
