@@ -30,7 +30,7 @@ def _force(picture: Picture) -> list[Panel]:
     values = picture.curve_values(force_curve(problem.setup, problem.design, problem.programme))
     panel = Panel("Force along the motion", "N", values, extremes(picture, values, *ends), quantity=ends[0])
     panel.note = _below_zero(picture)
-    panel.limits = limit(picture, "contact_force_min")
+    panel.limits = limit(picture, "contact_force_min_N")
     return [panel]
 
 
@@ -53,8 +53,8 @@ def _torque(picture: Picture) -> list[Panel]:
     mean = picture.values["torque_mean_N_m"]
     panel.reference = [np.full_like(value, mean) for value in values]
     panel.note = f"dash-dot: mean {number(mean)} N·m"
-    power = [(kinds, bound / setup.omega) for kinds, bound in limit(picture, "power", TURN)]
-    panel.limits = [*limit(picture, "torque", TURN), *power]
+    power = [(kinds, bound / setup.omega) for kinds, bound in limit(picture, "power_peak_W", TURN)]
+    panel.limits = [*limit(picture, "torque_peak_N_m", TURN), *power]
     return [panel]
 
 
@@ -87,7 +87,7 @@ def _train(picture: Picture) -> list[Panel]:
     moved = _sampled(picture, wave, unit)
     travel = Panel("Deviation of the mass from the motion", length, moved, quantity=overshoot)
     travel.peaks = [peak_of(picture, moved, overshoot)]
-    travel.limits = limit(picture, "residual_vibration", DWELL)
+    travel.limits = limit(picture, f"residual_vibration_max_{length}", DWELL)
     found = [mass, travel]
     least = "contact_force_elastic_min_N"
     if known(picture, least):
@@ -97,7 +97,7 @@ def _train(picture: Picture) -> list[Panel]:
         force = Panel(
             "Force with the elastic train", "N", values, extremes(picture, values, "", least), quantity=least
         )
-        force.note, force.limits = _below_zero(picture), limit(picture, "contact_force_elastic")
+        force.note, force.limits = _below_zero(picture), limit(picture, least)
         found.append(force)
     return found
 

@@ -21,16 +21,17 @@ def load_panels(picture: Picture, *, every: bool = False) -> list[Panel]:
 
 def _thrust(picture: Picture, every: bool) -> list[Panel]:
     """Side thrust, or normal force where there is none; the others where they are limited."""
-    setup, limits = picture.problem.setup, picture.problem.scene.limits
+    setup = picture.problem.setup
     found, levers = [], thrust.levers(setup)
     main = "side_thrust_max_N" if setup.mechanism.curvature else "normal_force_max_N"
-    for title, name, key in (
-        ("Normal force", "normal_force_max_N", "normal_force"),
-        ("Side thrust", "side_thrust_max_N", "side_thrust"),
-        ("Reaction at the near end of the guide", "guide_reaction_max_N", "guide_reaction"),
-        ("Bending stress of the stem", "stem_bending_stress_max_MPa", "stem_bending_stress"),
+    for title, name in (
+        ("Normal force", "normal_force_max_N"),
+        ("Side thrust", "side_thrust_max_N"),
+        ("Reaction at the near end of the guide", "guide_reaction_max_N"),
+        ("Bending stress of the stem", "stem_bending_stress_max_MPa"),
     ):
-        if not known(picture, name) or not (every or name == main or getattr(limits, key) is not None):
+        limits = limit(picture, name, TURN)
+        if not known(picture, name) or not (every or name == main or limits):
             continue
         arm, reach, factor = levers.get(name, (0.0, 0.0, 1.0))
         make = (
@@ -41,7 +42,7 @@ def _thrust(picture: Picture, every: bool) -> list[Panel]:
         variants: list[Variant] = [(partial(make, way=way), kinds) for way, kinds in ways(setup)]
         values = [factor * value for value in by_way(picture, variants)]
         panel = Panel(title, QUANTITIES[name].unit, values, [peak_of(picture, values, name)], quantity=name)
-        panel.limits = limit(picture, key, TURN)
+        panel.limits = limits
         found.append(panel)
     return found
 
@@ -54,7 +55,7 @@ def _stress(picture: Picture) -> list[Panel]:
     pressed = np.abs if setup.mechanism.grooved else partial(np.maximum, 0.0)  # a groove presses both ways
     values = [hertz.stress_of(setup, pressed(load)) for load in loads]
     panel = Panel("Contact stress", "MPa", values, [peak_of(picture, values, hertz.STRESS)], quantity=hertz.STRESS)
-    panel.limits = limit(picture, "contact_stress")
+    panel.limits = limit(picture, hertz.STRESS)
     return [panel]
 
 
@@ -72,7 +73,7 @@ def _sliding(picture: Picture) -> list[Panel]:
     values = [factor * value for value in picture.curve_values(curve)]
     title = "Speed of the roller in its follower" if rolls else "Sliding speed"
     panel = Panel(title, QUANTITIES[name].unit, values, [peak_of(picture, values, name)], quantity=name)
-    panel.limits = limit(picture, "sliding_speed", TURN)
+    panel.limits = limit(picture, name, TURN)
     return [panel]
 
 
@@ -80,7 +81,7 @@ def _wear(picture: Picture) -> list[Panel]:
     if not known(picture, surface.WEAR):
         return []
     setup = picture.problem.setup
-    loads = by_way(picture, [variant for variant, _ in surface.variants("wear", setup)])
+    loads = by_way(picture, [variant for variant, _ in surface.variants(surface.WEAR, setup)])
     values = [surface.wear_factor(setup) * np.maximum(np.abs(load), 0.0) for load in loads]
     panel = Panel(
         "Wear of the profile in a million turns",
@@ -89,7 +90,7 @@ def _wear(picture: Picture) -> list[Panel]:
         [peak_of(picture, values, surface.WEAR)],
         quantity=surface.WEAR,
     )
-    panel.limits = limit(picture, "wear")
+    panel.limits = limit(picture, surface.WEAR)
     return [panel]
 
 
@@ -99,12 +100,12 @@ def _film(picture: Picture) -> list[Panel]:
     if not known(picture, name):
         return []
     setup = picture.problem.setup
-    thinness = by_way(picture, [variant for variant, _ in surface.variants("film_ratio", setup)])
+    thinness = by_way(picture, [variant for variant, _ in surface.variants(surface.RATIO, setup)])
     factor = surface.film_factor(setup) / (setup.bodies.roughness or 1e-3)
     values = [np.where(value > 0.0, factor / value, 0.0) for value in thinness]
     title = "Film over roughness" if name == surface.RATIO else "Film thickness"
     panel = Panel(title, QUANTITIES[name].unit, values, [peak_of(picture, values, name, least=True)], quantity=name)
-    panel.limits = limit(picture, "film_ratio")
+    panel.limits = limit(picture, name)
     return [panel]
 
 

@@ -82,7 +82,7 @@ def _derivative(picture: Picture, name: str, order: int) -> Panel:
         panel.note = f"arrows: impulses, where the {below} jumps"
     if order == 3 and programme.corners:
         panel.note = "no jerk at the corners, where the velocity jumps"
-    panel.limits = limit(picture, name, TURN)
+    panel.limits = limit(picture, motion_quantity(name, "", angular=setup.angular, timed=True), TURN)
     return panel
 
 
@@ -125,7 +125,7 @@ def _curvature(picture: Picture) -> Panel:
         peaks = bounds(picture, values, (np.nan, least)) if isfinite(least) else []
         panel = Panel("Radius of curvature of the profile", "mm", values, peaks)
         panel.alarm = [v <= 0.0 for v in values]
-        panel.limits = limit(picture, "curvature_radius")
+        panel.limits = limit(picture, "profile_radius_min_mm")
     else:
         assert mechanism.curvature is not None
         panel = _trace_curvature(picture, picture.curve_values(mechanism.curvature(design, programme)))
@@ -152,7 +152,7 @@ def _trace_curvature(picture: Picture, pitch: Values) -> Panel:
     if isfinite(least) and least > 0.0 and not grooved:
         peaks = bounds(picture, profiles[0], (1.0 / least, np.nan))
         panel.peaks = [Peak(p.angle, p.value, f"ρ {number(least)} mm") for p in peaks if abs(p.value) <= cap]
-    panel.limits = [(kinds, 1.0 / bound) for kinds, bound in limit(picture, "curvature_radius")]
+    panel.limits = [(kinds, 1.0 / bound) for kinds, bound in limit(picture, "profile_radius_min_mm")]
     return panel
 
 
@@ -173,10 +173,9 @@ def _offset_curvature(pitch: FloatArray, radius: float, cap: float) -> FloatArra
     return np.where((share > 0.0) & (np.abs(curvature) <= cap), curvature, np.nan)
 
 
-def limit(picture: Picture, key: str, kinds: int = 0) -> list[tuple[int, float]]:
-    """The bound that the scene sets: on the value itself, or on its magnitude over some kinds of stroke."""
-    bound = getattr(picture.problem.scene.limits, key)
-    return [] if bound is None else [(kinds, bound)]
+def limit(picture: Picture, name: str, kinds: int = 0) -> list[tuple[int, float]]:
+    """The bound that the scene sets on a quantity: itself, or its magnitude over some kinds of stroke."""
+    return [(kinds, each.bound) for each in picture.problem.limits if each.asked and name in each.shown]
 
 
 def known(picture: Picture, *names: str) -> bool:

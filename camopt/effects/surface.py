@@ -226,19 +226,19 @@ def thinness_curve(setup: Setup, designs: Designs, programme: Programme, way: fl
 
 
 def variants(name: str, setup: Setup) -> list[tuple[Variant, int]]:
-    """The curves that decide a limit, each with its goal."""
-    if name == "sliding_speed":
+    """The curves that decide a quantity that is limited, each with its goal."""
+    if name == SLIDING:
         return [((partial(sliding_curve, setup), TURN), LARGEST_MAGNITUDE)]
-    make = thinness_curve if name == "film_ratio" else wear_curve
+    make = thinness_curve if name == RATIO else wear_curve
     return [((partial(make, setup, way=way), kinds), LARGEST) for way, kinds in ways(setup)]
 
 
 def ceiling(name: str, setup: Setup, bound: float) -> float:
-    """What its curves may be at most where a limit is held."""
-    if name == "sliding_speed":
+    """What its curves may be at most where the quantity is within its bound."""
+    if name == SLIDING:
         assert setup.omega is not None
         return bound * 1e3 / setup.omega
-    if name == "film_ratio":
+    if name == RATIO:
         assert setup.bodies.roughness is not None
         return film_factor(setup) / (bound * setup.bodies.roughness)
     return bound / wear_factor(setup)
@@ -288,7 +288,7 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
         if wanted & {FILM, RATIO}:
             columns |= _film(case, sound & ((least - below > 0.0) | (most + above < 0.0)))
     if WEAR in wanted:
-        worn = largest(case, [variant for variant, _ in variants("wear", setup)], LARGEST, sound)
+        worn = largest(case, [variant for variant, _ in variants(WEAR, setup)], LARGEST, sound)
         columns[WEAR] = worn.bounded(wear_factor(setup))
     return columns
 
@@ -298,7 +298,7 @@ def _film(case: Case, carried: Any) -> dict[str, Any]:
     setup = case.setup
     assert setup.omega is not None
     pressed = force.force_span(case.programme, setup.dynamics, setup.omega)[0] > 0.0
-    thinnest = largest(case, [variant for variant, _ in variants("film_ratio", setup)], LARGEST, carried & pressed)
+    thinnest = largest(case, [variant for variant, _ in variants(RATIO, setup)], LARGEST, carried & pressed)
     film = film_factor(setup) / thinnest.value
     outward = film_factor(setup) / (thinnest.value + thinnest.width) - film
     found = {FILM: Bounded(film * 1e3, outward * 1e3, film * 1e3)}

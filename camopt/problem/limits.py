@@ -3,7 +3,8 @@
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
+from math import pi
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -30,6 +31,15 @@ def at_corners(programme: Programme) -> bool:
     return bool(programme.corners)
 
 
+class LeastForce(NamedTuple):
+    """A contact force that there has to be at every cam angle, if the cam turns at a speed."""
+
+    omega: float
+    """rad/s."""
+    force: float
+    """N, at the trace point."""
+
+
 @dataclass(frozen=True)
 class Limit:
     """One limit of a scene, under its key in ``[limits]``.
@@ -54,6 +64,8 @@ class Limit:
     """Whether one design breaks it, None if that stays open: of a limit that is no matter of curves."""
     presumes: str = ""
     """The limit without which it cannot be held."""
+    implies: LeastForce | None = None
+    """The contact force without which it cannot be held."""
     asked: bool = True
     """Whether the scene asks for it; every cam has to hold the others anyway."""
     of_motion: bool = False
@@ -115,8 +127,17 @@ def _load(name: str, bound: float, setup: Setup) -> Limit:
     by_arm = name.startswith("contact_force") and setup.angular  # a moment over the length of the arm
     needs = (quantity, "arm_length_mm") if by_arm else (quantity,)
     claims, relation = tuple(_load_claims(name, bound, setup)), "≤" if side == MOST else "≥"
-    jumps = at_corners if claims and name != "jamming_margin" else never
-    return Limit(name, bound, needs, excess, claims, jumps, shown=(quantity,), relation=relation)
+    jumps, implies = at_corners if claims and name != "jamming_margin" else never, _least_force(name, bound, setup)
+    return Limit(name, bound, needs, excess, claims, jumps, shown=(quantity,), relation=relation, implies=implies)
+
+
+def _least_force(name: str, bound: float, setup: Setup) -> LeastForce | None:
+    """The contact force that a limit on loads implies: up to its jump speed a cam keeps contact."""
+    if name == "jump_speed":
+        return LeastForce(bound * pi / 30, 0.0)
+    if name == "contact_force_min" and setup.omega is not None:
+        return LeastForce(setup.omega, bound)
+    return None
 
 
 def _load_claims(name: str, bound: float, setup: Setup) -> Iterator[Claim]:
@@ -125,8 +146,9 @@ def _load_claims(name: str, bound: float, setup: Setup) -> Iterator[Claim]:
         for *_, (make, kinds) in hertz.variants(setup):
             yield Claim(make, kinds, goal_of(setup), Plain(hertz.load_of(setup, bound)))
     elif name in ("wear", "sliding_speed", "film_ratio"):
-        for (make, kinds), goal in surface.variants(name, setup):
-            yield Claim(make, kinds, goal, Plain(surface.ceiling(name, setup, bound)))
+        quantity = LOADS[name][0]
+        for (make, kinds), goal in surface.variants(quantity, setup):
+            yield Claim(make, kinds, goal, Plain(surface.ceiling(quantity, setup, bound)))
     elif name == "jamming_margin":
         yield Claim(partial(drag_curve, setup), driven(setup), LARGEST_MAGNITUDE, Plain(1.0 - bound))
     elif name == "normal_force":

@@ -6,12 +6,12 @@ steps.
 """
 
 from collections.abc import Callable, Iterator
-from math import pi
 from typing import Any
 
 from camopt.effects import force
 from camopt.mechanisms import cylindrical, translating, translating_flat
 from camopt.problem.claims import Claim, Derivative
+from camopt.problem.limits import LeastForce
 from camopt.problem.problem import Problem, strictest
 from camopt.synthesis.demand import LinearConstraint
 
@@ -23,7 +23,8 @@ def floors_of(problem: Problem) -> Iterator[LinearConstraint]:
         for claim in limit.claims:
             if claim in asked and claim.curve in LINEAR:
                 yield from LINEAR[claim.curve](limit.name, claim)
-    yield from _on_contact(problem)
+        if limit.implies is not None:
+            yield _on_contact(problem, limit.name, limit.implies)
 
 
 def is_linear(claim: Claim) -> bool:
@@ -69,17 +70,11 @@ LINEAR: dict[Any, Callable[[str, Claim], Iterator[LinearConstraint]]] = {
 }
 
 
-def _on_contact(problem: Problem) -> Iterator[LinearConstraint]:
-    """The contact force at the scene's speed, and that at a speed that the cam has to reach, as planes."""
-    setup, limits, load = problem.setup, problem.scene.limits, problem.programme.load
-    speeds = {
-        "contact_force_min": (setup.omega, limits.contact_force_min),
-        "jump_speed": (None if limits.jump_speed is None else limits.jump_speed * pi / 30, 0.0),
-    }
-    for name, (omega, least) in speeds.items():
-        if getattr(limits, name) is not None and omega is not None and least is not None:
-            stiffness, damping, mass, constant = force.weights(setup.dynamics, omega)
-            constant += load.highest if load else 0.0  # no motion has more of it: the bound stays one
-            unit = abs(constant) + mass or 1.0  # of the order of 1, as the others are
-            terms = (stiffness / unit, damping / unit, mass / unit)
-            yield LinearConstraint(name, *terms, constant=(constant - least) / unit)
+def _on_contact(problem: Problem, name: str, least: LeastForce) -> LinearConstraint:
+    """A contact force that there has to be at a speed, as a plane; of an arm, its moment about the pivot."""
+    load, arm = problem.programme.load, float(problem.design.arm_length[0]) if problem.setup.angular else 1.0
+    stiffness, damping, mass, constant = force.weights(problem.setup.dynamics, least.omega)
+    constant += load.highest if load else 0.0  # no motion has more of it: the bound stays one
+    unit = abs(constant) + mass or 1.0  # of the order of 1, as the others are
+    terms = (stiffness / unit, damping / unit, mass / unit)
+    return LinearConstraint(name, *terms, constant=(constant - least.force * arm) / unit)
