@@ -104,7 +104,8 @@ class Sampled:
                     value = value * ceiling.factor(designs) / ceiling.allowed()
                 value = np.nan_to_num(np.broadcast_to(value, y.shape), nan=np.inf)
                 if ceiling.strokes & (OUTWARD | INWARD):
-                    value = np.where(outward == bool(ceiling.strokes & OUTWARD), value, 0.0)
+                    about = np.where(outward, ceiling.strokes & OUTWARD, ceiling.strokes & INWARD) != 0
+                    value = np.where(about, value, 0.0)
                 rows += [value, -value] if ceiling.goal == LARGEST_MAGNITUDE else [value]
         return np.array(rows).reshape(-1, y.size)
 

@@ -98,9 +98,23 @@ def motion_at(stroke: Stroke, piece: Piece | None, x: arb, line: Line | None = N
     """Balls of y and its first four derivatives by the cam angle over a ball of x; load and slope of a line too."""
     rows = [arb(0)] * 5
     if piece is not None:
-        rows = [stroke.change * piece.derivative(k, x) / stroke.angle**k for k in range(5)]
+        rows = [stroke.change * row / stroke.angle**k for k, row in enumerate(_derivatives(piece, x))]
     load = [] if line is None else [line.at(x), line.slope / stroke.angle]
     return [Ball(stroke.low + rows[0]), *map(Ball, rows[1:] + load)]
+
+
+def _derivatives(piece: Piece, x: arb) -> list[arb]:
+    """s and its first four derivatives over a ball: each where both the ball and its next derivative have it.
+
+    Beside a dwell s′ falls with the square of the distance, its ball only with the width of the ball of x.
+    """
+    rows = [piece.derivative(k, x) for k in range(5)]
+    if x.is_exact():
+        return rows
+    middle = x.mid()
+    for k in reversed(range(4)):
+        rows[k] = rows[k].intersection(piece.derivative(k, middle) + rows[k + 1] * (x - middle))
+    return rows
 
 
 class Statement(NamedTuple):

@@ -1,0 +1,158 @@
+"""Every limit of every mechanism, next to its bound: doubles, ranges, balls and convex steps decide it alike."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize_scalar
+from support.cams import CONTACTS, GUIDED, SWUNG, WORN, cam_with
+
+from camopt import Scene, evaluate
+from camopt.effects import Case
+from camopt.mistakes import BadInput
+from camopt.numerics import LARGEST, LEAST, compile
+from camopt.numerics.interval import Interval
+from camopt.problem.problem import exactly, resolve
+from camopt.scene.tables import Limits
+from camopt.smallest.enclosure import claims_on_size, examined
+from camopt.synthesis import ceilings
+from camopt.synthesis.from_scene import demand_of
+from camopt.synthesis.linear_constraints import is_linear
+from camopt.verdicts.certify import BROKEN, HELD, certify_limits
+
+NEAR = 1e-9
+TRAIN = {"natural_frequency": 60.0, "damping_ratio": 0.03}
+OTHERWISE = {"pressure_angle_return": {"pressure_angle": 89.0}}
+"""What a scene has to say beside a limit, so that it is the limit that decides."""
+
+
+def scene_of(contact, key=None, bound=None):
+    """A cam in which every limit of its mechanism can be asked, and one of them is."""
+    dynamics = (SWUNG if CONTACTS[contact]["motion"] == "oscillating" else GUIDED) | TRAIN
+    limits = {} if key is None else {**OTHERWISE.get(key, {}), key: bound}
+    return Scene.from_dict(cam_with(contact, "poly345", dynamics, materials=WORN, limits=limits, outputs=["sizes"]))
+
+
+def asked(contact, key):
+    """The limit of a key at a bound of 1, None if the mechanism has nothing that it is about."""
+    try:
+        problem = resolve(scene_of(contact, key, 1.0))
+    except BadInput:
+        return None
+    return next((limit for limit in problem.limits if limit.name == key), None)
+
+
+@cache
+def reached(contact, key):
+    """What the cam reaches of the quantities that a limit bounds."""
+    limit = asked(contact, key)
+    cam = evaluate(scene_of(contact).replace(outputs=limit.shown))
+    values = [cam[name] for name in limit.shown]
+    return min(values) if limit.relation == "≥" else max(map(abs, values))
+
+
+PAIRS = [(contact, key) for contact in CONTACTS for key in Limits.model_fields if asked(contact, key) is not None]
+
+
+@pytest.fixture(autouse=True)
+def plain(monkeypatch):
+    """Single designs, of so many problems that their kernels would be compiled."""
+    monkeypatch.setattr(compile, "PAYS", np.inf)
+
+
+def test_every_limit_is_met_on_some_mechanism():
+    assert {key for _, key in PAIRS} == {*Limits.model_fields}
+    assert {contact for contact, _ in PAIRS} == {*CONTACTS}
+
+
+def in_doubles(scene, key):
+    return key in evaluate(scene)["violated"].split(",")
+
+
+def in_balls(problem, key):
+    verdict = certify_limits(problem, problem.design)[key]
+    assert verdict in (HELD, BROKEN)
+    return verdict == BROKEN
+
+
+def in_ranges(problem):
+    """Of a box without width."""
+    sizes = {name: Interval(value, value) for name, value in problem.design.sizes.items()}
+    box = replace(problem.design, **sizes)
+    found = examined(problem, claims_on_size(problem), box, ["size"])
+    assert bool(found.empty[0]) != bool(found.level[0])
+    return bool(found.empty[0])
+
+
+def worst_angles(problem, claim):
+    """Just before and after where each side of a claim is worst."""
+    case = Case(problem.setup, problem.programme, problem.design)
+    goals = [(claim.strokes, LARGEST if side > 0.0 else LEAST) for side in claim.sides]
+    return problem.programme.beside(case.extremes(claim.curve, goals).where, claim.strokes).ravel()
+
+
+def sizes_of(demand):
+    """The lead and the height of the problem's own design."""
+    problem, design = demand.problem, demand.problem.design
+    height = problem.setup.mechanism.start(design) if demand.traced else design.size + demand.roller
+    return float(design.lead[0]), float(height[0])
+
+
+def over_samples(demand, claim, monkeypatch):
+    """By how much the curves of convex steps are over their bounds; samples are the worst cam angles."""
+    angles, programme = worst_angles(demand.problem, claim), demand.problem.programme
+    for stroke in demand.strokes:
+        x = (angles - stroke.start) / stroke.angle
+        x = x[(x >= 0.0) & (x <= 1.0)]
+        if not x.size:
+            continue
+        monkeypatch.setattr(ceilings, "samples", lambda *_, at=x: at)
+        state = programme.at(stroke.start + stroke.angle * x)
+        yield from ceilings.Sampled(demand, stroke).values([claim], state, sizes_of(demand)).ravel() - 1.0
+
+
+def below_planes(demand, name):
+    """By how much the motion and the sizes are below a linear limit, at the worst cam angle of each stroke."""
+    lead, height = sizes_of(demand)
+    for floor in (each for each in demand.floors if each.name == name):
+
+        def over(angle, f=floor):
+            y, y1, y2, _ = demand.problem.programme.at(np.atleast_1d(angle))
+            moved = f.displacement * y + f.velocity * y1 + f.acceleration * y2
+            return np.squeeze(moved + f.lead * lead + f.height * height + f.constant)
+
+        for stroke in (each for each in demand.strokes if each.kind & floor.kinds):
+            angles = np.linspace(stroke.start, stroke.start + stroke.angle, 2001)[:-1]
+            k = int(np.clip(np.argmin(over(angles)), 1, angles.size - 2))
+            near = minimize_scalar(over, bounds=(angles[k - 1], angles[k + 1]), options={"xatol": 1e-9})
+            yield -min(near.fun, over(angles).min())
+
+
+def in_planes(problem, key, monkeypatch):
+    """Over the samples of convex steps, or below the linear limits."""
+    demand = demand_of(problem)
+    limit = next(each for each in problem.limits if each.name == key)
+    over = [v for c in limit.claims if not is_linear(c) for v in over_samples(demand, c, monkeypatch)]
+    return any(excess > 0.0 for excess in (*over, *below_planes(demand, key)))
+
+
+@pytest.mark.parametrize("side", ["held", "broken"])
+@pytest.mark.parametrize(("contact", "key"), PAIRS)
+def test_a_limit_is_decided_alike_on_either_side_of_its_bound(contact, key, side, monkeypatch):
+    limit, value = asked(contact, key), reached(contact, key)
+    outwards = -1.0 if limit.relation == "≥" else 1.0
+    eased = outwards if side == "held" else -outwards
+    near = np.isfinite(value) and value != 0.0  # a film of 0 and an infinite stress break any limit
+    bound = value + eased * NEAR * abs(value) if near else 1.0
+    scene, broken = scene_of(contact, key, bound), outwards * (value - bound) > 0.0
+    assert broken == (side == "broken") or not near
+    problem = exactly(resolve(scene))
+    problem = replace(problem, limits=tuple(each for each in problem.limits if each.name == key))
+    assert in_doubles(scene, key) == broken
+    assert in_balls(problem, key) == broken
+    if limit.claims and not limit.of_motion:
+        assert in_ranges(problem) == broken
+        assert in_planes(problem, key, monkeypatch) == broken
+    elif limit.implies is not None:
+        assert in_planes(problem, key, monkeypatch) == broken
