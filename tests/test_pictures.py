@@ -3,11 +3,12 @@
 import re
 import subprocess
 import sys
+from functools import cache
 
 import numpy as np
 import pytest
 from support.pictures import faults_of
-from test_figures import LIMITED, LOADED, OTHERS, loaded, made
+from test_figures import LIMITED, LOADED, OTHERS, TITLES, load_diagrams, loaded, made
 
 import camopt
 from camopt import BadInput, find_scene, shipped_scenes
@@ -30,8 +31,7 @@ SCENES = {
     **{f"loaded {name}": (lambda name=name: loaded(name)) for name in LOADED},
     "impulses": lambda: made("cornered", "uniform"),
     "every limit": lambda: loaded("roller", limits=LIMITED),
-    "one diagram more": lambda: loaded("roller", outputs=["force"]),
-    "two diagrams more": lambda: loaded("roller", outputs=["torque"]),
+    **{f"only {effect}": (lambda effect=effect: loaded("roller", outputs=[effect])) for effect in TITLES},
     "large": lambda: find_scene("roller-1000rpm").replace(motion=RISE_AND_FALL, **{"cam.base_radius": 2e4}),
     "short strokes": lambda: find_scene("roller-1000rpm").replace(motion=SHORT),
     "tiny profile": lambda: made("cornered").replace(**{"cam.base_radius": 0.5, "follower.roller_radius": 40.0}),
@@ -39,18 +39,69 @@ SCENES = {
 }
 
 
+@pytest.fixture(scope="module")
+def picture(tmp_path_factory):
+    """Of a scene by its name, drawn once: the faults of its picture, and its SVG file."""
+    folder = tmp_path_factory.mktemp("pictures")
+
+    @cache
+    def drawn(name):
+        figure = plot(SCENES[name](), folder / "cam.svg")
+        return faults_of(figure), (folder / "cam.svg").read_text(encoding="utf-8")
+
+    return drawn
+
+
 @pytest.mark.parametrize("name", SCENES)
-def test_the_texts_of_a_cam_are_apart_and_on_the_page(name):
-    assert faults_of(plot(SCENES[name]())) == []
-
-
-@pytest.mark.parametrize("name", ["roller-1000rpm", "made groove", "made swinging face"])
-def test_text_in_a_vector_file_is_text(name, tmp_path):
-    figure = plot(SCENES[name](), tmp_path / "cam.svg")
-    written = (tmp_path / "cam.svg").read_text(encoding="utf-8")
+def test_the_texts_of_a_cam_are_apart_on_the_page_and_texts(name, picture):
+    faults, written = picture(name)
+    assert faults == []
     assert "DejaVuSans-" not in written  # a glyph drawn as a path
     shown = set(re.findall(r"<text[^>]*>([^<]*)</text>", written))
-    assert {"Velocity, m/s", "Velocity, mm/rad", "Velocity, rad/s"} & shown
+    assert [text for text in shown if text.startswith("Velocity, ")]
+
+
+@pytest.mark.parametrize("name", shipped_scenes())
+def test_shipped_scene_draws(name, picture):
+    _, written = picture(name)
+    assert find_scene(name).name in written
+    for label in ("Displacement", "Velocity", "Acceleration", "Jerk", "cam angle, deg", "base circle", "ω"):
+        assert label in written
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_other_mechanisms_draw(name, picture):
+    _, written = picture(f"made {name}")
+    assert (">undercut<" in written) == name.startswith("undercut")
+    assert ("the surface moves" in written) == name.endswith("groove")
+
+
+@pytest.mark.parametrize("effect", TITLES)
+def test_the_diagrams_are_those_of_the_effects_that_ran(effect, picture):
+    assert {panel.title for panel in load_diagrams(SCENES[f"only {effect}"]())} == TITLES[effect]
+    _, written = picture(f"only {effect}")
+    assert {title for titles in TITLES.values() for title in titles if title in written} == TITLES[effect]
+
+
+def test_uniform_velocity_under_a_roller_shows_impulses_and_undercut(picture):
+    _, written = picture("impulses")
+    assert "arrows: impulses, where the velocity jumps" in written
+    assert "undercut" in written
+
+
+def test_picture_says_the_exact_values(picture):
+    _, written = picture("roller-1000rpm")
+    for label in ("pitch point 41.63°", "−29.8°", "6.667", "888.9", "ρ 35.66 mm", "exceeds: pressure angle"):
+        assert label in written
+    for label in ("prime circle, R 55", "pitch circle, R 78.81", "offset circle, R 20", "offset 20", "1000 rpm"):
+        assert label in written
+
+
+@pytest.mark.parametrize(("file", "start"), [("cam.PNG", b"\x89PNG"), ("cam.pdf", b"%PDF"), ("cam.SVG", b"<?xml")])
+def test_a_file_is_what_its_name_says_and_the_figure_comes_back(file, start, tmp_path):
+    figure = plot(find_scene("roller-1000rpm"), tmp_path / file)
+    assert (tmp_path / file).read_bytes().startswith(start)
+    assert [path.name for path in tmp_path.iterdir()] == [file]
     assert figure.axes
 
 

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from scipy.interpolate import BPoly, BSpline
 from scipy.optimize import linprog
 from support.depth import times
-from support.pictures import faults_of, texts_of
+from support.pictures import drawn, faults_of
 
 from camopt import BadInput, Scene, evaluate, find_scene, optimise
 from camopt.cli.main import main
@@ -877,7 +877,7 @@ def test_a_law_that_breaks_a_limit_is_never_drawn_as_the_one_before():
     result = synthesise(made(search__law=["harmonic"], synthesis__peak_jerk=55, synthesis__peak_acceleration=7))
     figure = plot_synthesis(result, known=known)
     assert faults_of(figure) == []
-    words = [text.get_text() for text, _ in texts_of(figure)]
+    words = [text.get_text() for text, _ in drawn(figure)[0]]
     assert any("no known law meets all limits" in text for text in words)
     assert not any("known law:" in text for text in words)
 

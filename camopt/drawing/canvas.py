@@ -62,8 +62,9 @@ def canvas(path: Target, size: tuple[float, float], *, powers: bool = False, **o
         warnings.filterwarnings("ignore", message="Glyph .* missing")  # a name in a script the font lacks
         figure = Sheet(size, **options)
         yield figure
-        figure.draw_without_rendering()  # ticks are made here, in this style, wherever the figure is shown
-        if path is not None:
+        if path is None:
+            figure.draw_without_rendering()  # makes the ticks, in this style, wherever the figure is shown later
+        else:
             suffix = Path(path).suffix.lower()
             with whole_file(path) as partial:
                 figure.savefig(partial, format=suffix[1:], metadata=DATES.get(suffix))

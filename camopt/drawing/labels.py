@@ -62,7 +62,7 @@ def settle(figure: Any, labels: Sequence[Label]) -> None:
             **label.style,
         )
         text.set_in_layout(False)
-        costs = []
+        costs: list[float] = []
         for place in label.places:
             _put(text, place)
             box, (marks, bodies, lines) = text.get_window_extent(renderer), seen[label.axes, label.thinnest]
@@ -70,6 +70,8 @@ def settle(figure: Any, labels: Sequence[Label]) -> None:
             marked = box.padded(clear).count_contains(marks) + _leaves(box, label.axes.bbox)
             marked += sum(_runs_through(box, body) for body in bodies)
             costs.append(TEXT * met + MARK * marked + LINE * sum(_runs_through(box, path) for path in lines))
+            if costs[-1] == 0.0:
+                break
         _put(text, label.places[int(np.argmin(costs))])
         taken.append(text.get_window_extent(renderer).get_points())
 

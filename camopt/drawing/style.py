@@ -31,6 +31,7 @@ RC: dict[str, Any] = {
     "axes.labelcolor": INK,
     "axes.titlecolor": INK,
     "axes.titlesize": HEADING,
+    "axes.titley": 1.0,  # or each drawing looks for ticks above the axes, which no picture has
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.formatter.useoffset": False,
