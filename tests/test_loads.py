@@ -69,6 +69,7 @@ def loads(scene, kind, line, ctx):
     bore, over, mu = (given.get(key, 0) for key in ("guide_length", "overhang", "friction"))
     against = {"rise": -1, "dwell": 0, "return": 1}[kind]
 
+    @by_angle
     def state(theta, jet):
         y, y1, y2, _ = jet
         seen = geometry(theta, jet)
@@ -101,6 +102,18 @@ def loads(scene, kind, line, ctx):
         return out
 
     return state
+
+
+def by_angle(state):
+    """A state that is computed once at each cam angle: the peaks of all its values are looked for alike."""
+    seen = {}
+
+    def at(theta, jet):
+        if theta not in seen:
+            seen[theta] = state(theta, jet)
+        return seen[theta]
+
+    return at
 
 
 def line_contact():
