@@ -14,13 +14,14 @@ from support.depth import times
 
 from camopt import Scene, certify, evaluate, find_scene, load, optimise, sweep
 from camopt.effects import Case, Setup
-from camopt.effects.crossing import across, find_crossing, surely_round
-from camopt.effects.crossing_boxes import KnownCrossings, met_near
-from camopt.effects.parts import WIDEST, cover, ends_of, first_parts
+from camopt.effects.crossing import find_crossing, surely_round
+from camopt.effects.crossing_boxes import KnownCrossings, deepest, depth, overlap_in
+from camopt.effects.parts import cover, first_parts
 from camopt.mechanisms import MECHANISMS, Designs
-from camopt.mechanisms.geometry import profile_points
+from camopt.mechanisms.geometry import cam_curves, profile_points
 from camopt.motion import LAWS
 from camopt.motion.programme import Programme
+from camopt.numerics.curves import curve
 from camopt.numerics.interval import Interval
 from camopt.problem.problem import resolve
 from camopt.verdicts.judging import run_effects
@@ -408,49 +409,80 @@ def test_of_the_main_job_the_largest_pressure_angle_decides_all_but_a_few():
     assert surely_round(case)[held].mean() > 0.99
 
 
-def test_two_free_sizes_are_proved_in_a_few_thousand_boxes(monkeypatch):
+@pytest.mark.parametrize(
+    ("lobe", "free", "ends", "boxes"),
+    [
+        (
+            ("modified-sine", (41.7, 3.8, 57.4), 68.6, (9.8, 152.9, 143.0), "ccw"),
+            "roller_radius",
+            (9.74, 13.78),
+            1000,
+        ),
+        (("cycloidal", (48, 7, 46), 54.3, (6.8, 115.8, 124.7), "cw"), "roller_radius", (6.0, 9.0), 5000),
+    ],
+)
+def test_two_free_sizes_are_proved_in_so_many_boxes(monkeypatch, lobe, free, ends, boxes):
     """From a roller at which the cam can only just be assembled, to one at which the flanks cross sooner."""
-    monkeypatch.setattr("camopt.smallest.branch_and_bound.MOST_BOXES", 5000)
-    scene = swung("modified-sine", (41.7, 3.8, 57.4), 68.6, (9.8, 152.9, 143.0), "ccw")
-    best = optimise(scene.replace(**{"search.roller_radius": {"start": 9.74, "stop": 9.9}}), seconds=600).best
+    monkeypatch.setattr("camopt.smallest.branch_and_bound.MOST_BOXES", boxes)
+    scene = swung(*lobe)
+    best = optimise(
+        scene.replace(**{f"search.{free}": dict(zip(("start", "stop"), ends, strict=True))}), seconds=600
+    ).best
     assert (best["proved"], best["binding"]) == (True, ["self_crossing"])
-    assert best["roller_radius_mm"] == pytest.approx(9.74, abs=1e-5)  # flat along the roller's radius, nearly
-    alone = optimise(scene.replace(**{"follower.roller_radius": best["roller_radius_mm"]})).best
+    alone = optimise(scene.replace(**{f"follower.{free}": best[f"{free}_mm"]})).best
     assert alone["base_radius_mm"] == pytest.approx(best["base_radius_mm"], abs=3e-8)
 
 
-def test_of_sizes_that_both_move_a_crossing_without_bounds_the_wider_is_cut():
-    """On the border of what can be assembled, at a prime radius of centre distance less arm."""
-    problem = resolve(swung("cycloidal", (48, 7, 46), 54.3, (6.8, 115.8, 124.7), "cw"))
-    inside = replace(problem.design, size=np.array([2.2]), roller_radius=np.array([6.9]))
-    sides = {name: Interval(value, value) for name, value in inside.sizes.items()}
-    sides |= {"size": Interval(np.array([2.0]), np.array([2.21]))}
-    sides |= {"roller_radius": Interval(np.array([6.5]), np.array([7.5]))}
-    known = KnownCrossings(problem.setup, problem.programme)
-    shown, cut = known.excluded(Designs(**sides, sense=inside.sense), inside, ("size", "roller_radius"))
-    assert (shown[0], cut[0]) == (False, 1)
+def squared_depths(case: Case, a, b) -> np.ndarray:
+    """R_r² − |P(a) − C(b)|² of all pairs of two lists of cam angles, by the points that are drawn."""
+    at_a, at_b = (cam_curves(case.setup.mechanism, case.designs, case.programme, x) for x in (a, b))
+    return case.designs.roller_radius[0] ** 2 - np.abs(at_a.profile[0][:, None] - at_b.pitch) ** 2
 
 
 @pytest.mark.parametrize("key", ROUND)
-def test_parts_that_meet_are_chosen_to_reach_furthest(key):
-    """No width for both reaches further, and both parts do lie across each other."""
-    for case in slim_cams(12, key):
-        found = find_crossing(case.setup, case.designs, case.programme)
-        if found.shown:
-            near = np.array([found.at])
-            met = met_near(case.setup, case.designs, case.programme, near)
-            column = case.designs.take((slice(None), None))
-            for share in 0.5 ** np.arange(0, 12):
-                parts = [replaced(part, WIDEST * share) for part in met.parts]
-                covers = [cover(case.setup, column, case.programme, part) for part in parts]
-                ends = [ends_of(case.setup, column, case.programme, part) for part in parts]
-                reach = [across(covers[k], ends[k], covers[1 - k]) - covers[1 - k].bulge for k in (0, 1)]
-                assert np.min(reach) <= met.least[0] * (1 + 1e-9)
+def test_a_cam_crosses_itself_if_and_only_if_the_roller_cuts_into_it(key):
+    """Of cams that are not undercut, all pairs of 720 cam angles against the proof by parts."""
+    angles, found = np.linspace(0.0, 2 * np.pi, 720, endpoint=False), {True: 0, False: 0}
+    for case in slim_cams(60, key):
+        cuts = squared_depths(case, angles, angles).max() > 1e-9 * case.designs.roller_radius[0] ** 2
+        crossing = find_crossing(case.setup, case.designs, case.programme)
+        assert not cuts or crossing.shown
+        if crossing.shown:
+            pair = deepest(case.setup, case.designs, case.programme, np.array([crossing.at]))
+            assert squared_depths(case, *pair.T)[0, 0] > 0.0
+        found[crossing.shown] += 1
+    assert min(found.values()) > 10
 
 
-def replaced(part, half):
-    """One part of another width, with the bounds of the widest."""
-    return part._replace(half=np.full_like(part.half, half))
+@settings(max_examples=100, deadline=None)
+@given(
+    case=cases(keys=ROUND, slimmest=2),
+    pair=st.tuples(st.floats(0, 6.28), st.floats(0, 6.28)),
+    width=st.floats(1e-9, 1),
+)
+def test_the_overlap_over_a_box_holds_that_of_its_designs(case, pair, width):
+    assume(case.designs.roller_radius[0] > 0.0)
+    angles, random = np.array([pair]), np.random.default_rng(7)
+    assert depth(case.setup, case.designs, case.programme, angles[None])[0, 0] == pytest.approx(
+        squared_depths(case, *angles.T)[0, 0], rel=1e-9, abs=1e-9 * case.designs.prime_radius[0] ** 2
+    )
+    free = ("size", "roller_radius", *(("arm_length", "centre_distance") if case.setup.angular else ("offset",)))
+    sides = {n: Interval(v - width * (n in free), v + width * (n in free)) for n, v in case.designs.sizes.items()}
+    over = overlap_in(
+        case.setup, Designs(**sides, sense=case.designs.sense), case.designs, free, case.programme, angles
+    )
+    for share in random.uniform(-1.0, 1.0, (5, len(free))):
+        moved = {n: case.designs.sizes[n] + x * width for n, x in zip(free, share, strict=True)}
+        other = replace(case, designs=replace(case.designs, **moved))
+        if case.setup.mechanism.exists(other.designs, case.programme)[0]:
+            turned = squared_depths(other, *angles.T)[0, 0] * speed_at(other, angles[0, :1])
+            assert over.value.low[0] - 1e-12 <= turned <= over.value.high[0] + 1e-12
+
+
+def speed_at(case: Case, angles) -> float:
+    """|C'| in mm/rad."""
+    record = case.setup.mechanism.sliding(case.designs, case.programme)
+    return float(curve(record, ..., *case.programme.at(angles))[0][0])
 
 
 @pytest.mark.parametrize("key", ROUND)
@@ -466,7 +498,7 @@ def test_all_cams_of_an_excluded_box_cross_themselves(key):
             half = {n: width * (n in free) + 0.0 * v for n, v in case.designs.sizes.items()}
             sides = {n: Interval(v - half[n], v + half[n]) for n, v in case.designs.sizes.items()}
             box = Designs(**sides, sense=1.0)
-            shown = KnownCrossings(case.setup, case.programme).excluded(box, case.designs, free)[0][0]
+            shown = KnownCrossings(case.setup, case.programme).excess(box, case.designs, free).value.low[0] > 0.0
             assert shown or width > 1e-9
             excluded += int(shown)
             for share in random.choice([-1.0, 1.0, 0.3, -0.7], (3, len(free))) if shown else ():

@@ -1,66 +1,42 @@
-"""Boxes of designs of which all cross themselves, and designs that cross themselves near known cam angles.
+"""Boxes of designs of which all cross themselves, and designs that do so near known cam angles.
 
-Two parts of the profile of one design that meet do so throughout a box of designs if they reach further across each
-other than they move against each other within the box. How they move with each size follows from ranges with
-slopes (``numerics.sloped``), the cam angle within a part being one of the variables. A crossing moves little from
-design to design: those known are tried first.
+The profile P = C − R_r·n of a cam that is not undercut crosses itself if, and only if, the roller at some cam angle
+b, with its centre C(b) on the pitch curve, cuts into the profile at another one: |P(a) − C(b)| < R_r.
+
+- If: C does not meet itself, since two points of C at one distance from the centre are at one displacement, and so
+  at one cam angle. It encloses an area A and has the length L. Where nothing is undercut, a profile that does not
+  cross itself encloses A − L·R_r + π·R_r², and every point inside C that is further than R_r from C. The area of
+  these points is no smaller: the border of those further than r is no longer than L − 2πr. So it is just as long
+  for each r up to R_r, nothing is cut off the curves C − r·n, and no P(a) is nearer to C than R_r.
+- Only if: where one part of the profile crosses another, it enters the roller that touches the other there.
+
+With Δ = C(a) − C(b) the condition is 2·R_r·Δ·n(a) − |Δ|² > 0, one inequality for each pair of cam angles. Ranges
+with slopes (``numerics.sloped``) bound it over a box. The pair at which one design of the box overlaps the most
+moves little from box to box: it is looked for from those that are known.
+
+Source: B. Sz.-Nagy, Über Parallelmengen nichtkonvexer ebener Bereiche, Acta Sci. Math. 20 (1959), for the lengths.
 """
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from camopt.effects.case import Setup
-from camopt.effects.crossing import across, cross, find_crossing
-from camopt.effects.parts import (
-    WIDEST,
-    Cover,
-    IntArray,
-    Parts,
-    cover,
-    ends_of,
-    motion_at,
-    points_at,
-    profile,
-    start_of,
-)
+from camopt.effects.crossing import find_crossing
+from camopt.effects.parts import drawn, motion_at, start_of
 from camopt.mechanisms.design import BoolArray, Designs
 from camopt.motion.programme import Programme
-from camopt.numerics import FloatArray
+from camopt.numerics import GIVEN, FloatArray
 from camopt.numerics.interval import Interval, as_interval
-from camopt.numerics.sloped import Quotient, Sloped, variables
+from camopt.numerics.sloped import Sloped, variables, widened
 
 MOST_KNOWN = 4
-UNKNOWN = -1  # which size to cut
-STEPS, SHORT = 8, 1e-7  # of Newton's method; of its difference quotients, rad
-HALVINGS = 24  # from the widest part round a crossing to the narrowest
-LARGE = 1e300  # in place of what is lost without bounds
-CAREFUL = 1.001  # far more than what rounding of ranges takes, where they are narrow, too
+STEPS, FIRST = 16, np.pi / 45  # of the search for the deepest overlap; how far the first one goes, rad
+MOVES = np.array([(0, 0), *((a, b) for a in (-1, 0, 1) for b in (-1, 0, 1) if a or b)])
+LOST = 16.0 * GIVEN  # relative, of the height or angle at displacement 0 by rounding
 START = "start"
-
-Sides = dict[str, tuple[Interval, FloatArray]]
-"""Boxes of some variables of designs (free sizes, or START), and a point in each."""
-
-
-class Met(NamedTuple):
-    """Two parts of each of n profiles, and how far they reach across each other, mm; −∞ where neither is shown."""
-
-    parts: tuple[Parts, Parts]
-    covers: tuple[Cover, Cover]
-    reach: FloatArray
-    """(2, n): of the first part across the second, and the other way."""
-
-    @property
-    def least(self) -> FloatArray:
-        """How far both reach, (n,); above 0 where they surely meet."""
-        return np.asarray(self.reach.min(axis=0))
-
-    def take(self, index: IntArray) -> "Met":
-        """Those of some of the profiles."""
-        one, other = (Parts(*(x[index] for x in each)) for each in self.parts)
-        return Met((one, other), (self.covers[0].take(index), self.covers[1].take(index)), self.reach[:, index])
 
 
 class KnownCrossings:
@@ -68,152 +44,110 @@ class KnownCrossings:
 
     def __init__(self, setup: Setup, programme: Programme) -> None:
         self._setup, self._programme = setup, programme
-        self._known: list[tuple[float, ...]] = []
+        self._known: list[FloatArray] = []
         """Pairs of cam angles in rad, the latest first."""
 
-    def excluded(self, box: Designs, inside: Designs, free: Sequence[str]) -> tuple[BoolArray, IntArray]:
-        """Of which boxes (Intervals) all designs are shown to cross themselves; and which free size to cut next.
+    def excess(self, box: Designs, inside: Designs, free: Sequence[str]) -> Sloped:
+        """Over boxes (Intervals), a quantity above 0 only where a design crosses itself or is undercut.
 
-        ``inside`` is one design of each. Where no known crossing shows that it crosses itself, another one is
-        looked for, at the box of the smallest cams. −1 where the design inside cannot be assembled, or is not seen
-        to cross itself, so that nothing tells which size to cut.
+        ``inside`` is one design of each, which can be assembled. Where no known crossing shows that it crosses
+        itself, another one is looked for, at the box of the smallest cams.
         """
-        sides: dict[str, Any] = box.sizes
-        crossing, cut = np.zeros(len(box), dtype=bool), np.full(len(box), UNKNOWN)
-        index = np.flatnonzero(self._setup.mechanism.exists(inside, self._programme))
-        met = self._met(inside.take(index))
-        unseen = index[met.least <= 0.0]
-        if unseen.size and self.learn(inside.take(unseen[[np.argmin(sides["size"].low[unseen])]])):
-            met = self._met(inside.take(index))
-        seen = np.flatnonzero(met.least > 0.0)
-        if seen.size:
-            some = index[seen]
-            crossing[some], cut[some] = throughout(
-                self._setup, inside.take(some), box.take(some), free, self._programme, met.take(seen)
-            )
-        return crossing, cut
+        found = self._excess(box, inside, free)
+        unseen = np.flatnonzero(found.at.low <= 0.0)
+        if unseen.size and self.learn(inside.take(unseen[[np.argmin(as_interval(box.size).low[unseen])]])):
+            found = self._excess(box, inside, free)
+        return found
 
     def shown(self, designs: Designs) -> BoolArray:
         """Which designs are seen to cross themselves where others do."""
-        return np.asarray(self._met(designs).least > 0.0)
+        return np.asarray(self._excess(designs, designs, ("size",)).at.low > 0.0)
 
     def learn(self, design: Designs) -> bool:
         """Whether a design is shown to cross itself; where it does is then known."""
         found = find_crossing(self._setup, design, self._programme)
         if found.shown:
-            self._known = [found.at, *self._known][:MOST_KNOWN]
+            pair = deepest(self._setup, design, self._programme, np.array([found.at]))
+            self._known = [pair, *self._known][:MOST_KNOWN]
         return found.shown is True
 
-    def _met(self, designs: Designs) -> Met:
-        """Of each design the parts that reach furthest across each other, of those near the known crossings."""
-        known = np.array(self._known or [(0.0, 0.0)])
-        count = len(designs) * len(known)
-        near = np.tile(known, (len(designs), 1))
-        met = met_near(self._setup, designs.take(np.arange(count) // len(known)), self._programme, near)
-        best = met.least.reshape(len(designs), len(known)).argmax(axis=1)
-        return met.take(np.arange(0, count, len(known)) + best)
+    def _excess(self, box: Designs, inside: Designs, free: Sequence[str]) -> Sloped:
+        known = np.concatenate(self._known or [np.zeros((1, 2))])
+        nearest = known[depth(self._setup, inside, self._programme, known[None]).argmax(axis=1)]
+        pairs = deepest(self._setup, inside, self._programme, nearest)
+        return overlap_in(self._setup, box, inside, free, self._programme, pairs)
 
 
-def met_near(setup: Setup, designs: Designs, programme: Programme, near: FloatArray) -> Met:
-    """The two parts of each profile near two cam angles in rad, (n, 2), of the widths that reach furthest."""
-    column, every = designs.take((slice(None), None)), np.arange(len(designs))
-    parts = [_around(programme, root) for root in _roots(setup, column, programme, near).T]
-    covers = [cover(setup, column, programme, each) for each in parts]
-    far = [across(covers[k], ends_of(setup, column, programme, parts[k]), covers[1 - k]) for k in (0, 1)]
-    first, second = far[0][:, :, None] - covers[1].bulge[:, None], far[1][:, None] - covers[0].bulge[:, :, None]
-    least = np.minimum(first, second).reshape(len(designs), HALVINGS**2)
-    widths = np.unravel_index(least.argmax(axis=1), (HALVINGS, HALVINGS))
-    best = [(every, width) for width in widths]
-    one, other = (
-        Parts(*(np.broadcast_to(x, far[0].shape)[at] for x in part)) for part, at in zip(parts, best, strict=True)
-    )
-    reach = np.stack([each[every, *widths] for each in (first, second)])
-    return Met((one, other), (covers[0].take(best[0]), covers[1].take(best[1])), reach)
+def overlap(
+    setup: Setup, designs: Designs, start: Any, angles: FloatArray, motion: Any, other: Any
+) -> tuple[Any, Any]:
+    """(2·R_r·Δ·n(a) − |Δ|²)·|C'(a)| in mm³/rad, and |C'(a)|. Numbers, ranges or ranges with slopes.
 
-
-def throughout(
-    setup: Setup, designs: Designs, box: Designs, free: Sequence[str], programme: Programme, met: Met
-) -> tuple[BoolArray, IntArray]:
-    """In which boxes the parts that meet do so throughout; and which free size moves them the most.
-
-    Seen by the free sizes, or with the follower's height or angle at displacement 0 in place of the cam's size: by
-    the size that changes without bounds where a follower can only just be assembled.
+    ``start`` is the height or angle at displacement 0, ``angles`` are (..., 2) pairs (a, b) in rad, ``motion`` is
+    (y, y') at a and ``other`` y at b. Vectors are in the ground frame at a.
     """
-    sides: dict[str, Any] = box.sizes
-    others = {name: (sides[name], designs.sizes[name]) for name in free}
-    by_size = moves(setup, designs, others, programme, met)
-    others[START] = as_interval(start_of(setup, box)), start_of(setup, designs)
-    del others["size"]
-    by_start = moves(setup, designs, others, programme, met)
-    shown = [np.all(moved.sum(axis=0) * CAREFUL < met.reach, axis=0) for moved in (by_size, by_start)]
-    width, most = np.array([sides[name].high - sides[name].low for name in free]), by_size.max(axis=1)
-    return np.logical_or(*shown), np.argmax(np.where(np.isfinite(most), most, LARGE * width), axis=0)
+    assert setup.mechanism.trace_point is not None
+    (x, z), (along, up) = drawn(setup, designs, start + motion[0], motion[1])
+    u, w = setup.mechanism.trace_point(designs, start + other)
+    turn = designs.sense * (angles[..., 1] - angles[..., 0])
+    cosine, sine = np.cos(turn), np.sin(turn)
+    gap_x, gap_z = x - (u * cosine + w * sine), z - (w * cosine - u * sine)
+    speed = np.sqrt(np.square(along) + np.square(up))
+    outwards = designs.sense * (gap_z * along - gap_x * up)
+    return 2.0 * designs.roller_radius * outwards - (np.square(gap_x) + np.square(gap_z)) * speed, speed
 
 
-def moves(setup: Setup, designs: Designs, sides: Sides, programme: Programme, met: Met) -> FloatArray:
-    """How much of its reach across the other a part may lose in boxes of some variables: (variables, 2, n), mm."""
-    shifts = [shift(setup, designs, sides, programme, each) for each in met.parts]
-    apart = [one - other for one, other in zip(*shifts, strict=True)]
-    half = np.array([np.maximum(side.high - point, point - side.low) for side, point in sides.values()])
-    lost = [
-        (found.tangent.real * apart[1] - found.tangent.imag * apart[0]).largest_magnitude * half
-        for found in reversed(met.covers)
-    ]
-    return np.stack(lost, axis=1)
+def depth(setup: Setup, designs: Designs, programme: Programme, angles: FloatArray) -> FloatArray:
+    """R_r² − |P(a) − C(b)|² in mm² of n designs, (n, m), at pairs of cam angles in rad, (n or 1, m, 2)."""
+    column, table = designs.take((slice(None), None)), programme.table
+    motion, (other, _) = motion_at(table, angles[..., 0]), motion_at(table, angles[..., 1])
+    found, speed = overlap(setup, column, start_of(setup, column), angles, motion, other)
+    return np.asarray(found / speed)
 
 
-def shift(
-    setup: Setup, designs: Designs, sides: Sides, programme: Programme, parts: Parts
-) -> tuple[Interval, Interval]:
-    """The ranges of ∂x and ∂y of the profile on the cam, by each variable, over boxes and parts: (variables, n)."""
-    turn = Interval(parts.middle - parts.half, parts.middle + parts.half)
-    boxes, points = zip(*sides.values(), (turn, parts.middle), strict=True)
-    *within, angle = variables(boxes, points)
-    sizes: dict[str, Any] = dict(zip(sides, within, strict=True))
-    start = sizes.pop(START, None)
-    y, y1 = motion_at(programme.table, parts.middle)
-    velocity = np.minimum(parts.velocity, np.abs(y1) + parts.half * parts.acceleration)
-    with np.errstate(all="ignore"):
-        some = replace(designs, **sizes)
-        start = start_of(setup, some) if start is None else start
-        speed = _moving(angle, y1, parts.acceleration, parts)
-        places = profile(setup, some, start + _moving(angle, y, velocity, parts), speed)
-        x, z = (place.divided() if isinstance(place, Quotient) else place for place in places)
-    cosine, sine = np.cos(angle), designs.sense * np.sin(angle)
-    across_x, across_y = x * cosine + z * sine, z * cosine - x * sine
-    return across_x.slopes[:-1], across_y.slopes[:-1]
-
-
-def _moving(angle: Sloped, value: FloatArray, slope: FloatArray, parts: Parts) -> Sloped:
-    """What changes with the cam angle alone, from its value in the middle of a part and the bound of its slope."""
-    away = parts.half * slope + parts.error
-    bound = np.zeros_like(angle.slopes.low)
-    bound[-1] = slope
-    at = Interval(value - parts.error, value + parts.error)
-    return Sloped(Interval(value - away, value + away), at, Interval(-bound, bound), angle.span)
-
-
-def _around(programme: Programme, angles: FloatArray) -> Parts:
-    """Parts (n, HALVINGS) round cam angles (n,), ever narrower, with what bounds the motion in the widest."""
-    table = programme.table
-    away = np.abs(np.mod(angles[:, None] - table.centre + np.pi, 2 * np.pi) - np.pi)
-    touched = away <= table.half_width + 1.01 * WIDEST
-    velocity, acceleration, *errors = (
-        np.max(np.where(touched, row, 0.0), axis=1, keepdims=True)
-        for row in (*table.most[: table.centre.size, 1:3].T, *table.error[: table.centre.size, :2].T)
-    )
-    half = np.broadcast_to(WIDEST * 0.5 ** np.arange(HALVINGS), (angles.size, HALVINGS))
-    return Parts(np.broadcast_to(angles[:, None], half.shape), half, velocity, acceleration, np.maximum(*errors))
-
-
-def _roots(setup: Setup, designs: Designs, programme: Programme, near: FloatArray) -> FloatArray:
-    """The two cam angles (n, 2) of about one point of each profile (n, 1), by Newton's method from those given."""
-    angles = near
+def deepest(setup: Setup, designs: Designs, programme: Programme, near: FloatArray) -> FloatArray:
+    """Pairs of cam angles (n, 2) in rad, uphill from those near: a local maximum of the depth of n designs."""
+    every, pairs, step = np.arange(len(designs)), near, np.full((len(designs), 1), FIRST)
     for _ in range(STEPS):
-        points = points_at(setup, designs, programme, np.concatenate([angles, angles + SHORT], axis=1))
-        gap, (along, across) = points[:, 1] - points[:, 0], ((points[:, 2:] - points[:, :2]) / SHORT).T
-        turned = cross(along, across)
-        step = np.stack([cross(gap, across), cross(gap, along)], axis=1)
-        step = step / np.where(turned == 0.0, np.inf, turned)[:, None]
-        angles = angles + np.clip(step, -WIDEST, WIDEST)
-    return np.asarray(np.mod(angles, 2 * np.pi))
+        moved = pairs[:, None] + step[:, None] * MOVES
+        best = depth(setup, designs, programme, moved).argmax(axis=1)
+        pairs, step = moved[every, best], np.where(best[:, None] == 0, step / 2, step)
+    return pairs
+
+
+def overlap_in(
+    setup: Setup, box: Designs, inside: Designs, free: Sequence[str], programme: Programme, pairs: FloatArray
+) -> Sloped:
+    """The overlap at one pair of cam angles each, over boxes of designs, and how it changes with the free sizes.
+
+    Its range is that by the free sizes, and that with the follower's height or angle at displacement 0 in place of
+    the cam's size, by which it changes without bounds where a follower can only just be assembled.
+    """
+    sizes: dict[str, Any] = box.sizes
+    sides = {name: (as_interval(sizes[name]), inside.sizes[name]) for name in free}
+    error = programme.table.error.max(axis=0)
+    (y, y1), (y_b, _) = (motion_at(programme.table, angles) for angles in pairs.T)
+    motion, other = (_rounded(y, error[0]), _rounded(y1, error[1])), _rounded(y_b, error[0])
+
+    def sloped(sides: dict[str, tuple[Interval, FloatArray]]) -> Sloped:
+        found: dict[str, Any] = dict(zip(sides, variables(*zip(*sides.values(), strict=True)), strict=True))
+        start = found.pop(START, None)
+        designs = replace(inside, **found)
+        start = start_of(setup, designs) if start is None else start
+        over: Sloped = overlap(setup, designs, start, pairs, motion, other)[0]
+        return over
+
+    with np.errstate(all="ignore"):
+        by_size = sloped(sides)
+        del sides["size"]
+        by_start = sloped(
+            {START: (widened(as_interval(start_of(setup, box)), LOST), start_of(setup, inside))} | sides
+        )
+    value = Interval(
+        np.fmax(by_size.value.low, by_start.value.low), np.fmin(by_size.value.high, by_start.value.high)
+    )
+    return replace(by_size, value=value)
+
+
+def _rounded(value: FloatArray, error: float) -> Interval:
+    return Interval(value - error, value + error)

@@ -13,15 +13,17 @@ from typing import Any
 
 import numpy as np
 
-from camopt.effects.crossing_boxes import UNKNOWN, KnownCrossings
+from camopt.effects.crossing_boxes import KnownCrossings
 from camopt.mechanisms import Designs
 from camopt.mechanisms.design import Bounds
 from camopt.numerics.clock import now
+from camopt.numerics.interval import Interval
 from camopt.problem.claims import Claim
 from camopt.problem.problem import Problem
 from camopt.smallest.boxes import Boxes
 from camopt.smallest.closed_form import NUDGES, negligible
 from camopt.smallest.enclosure import Examined, claims_on_size, examined, points_of, representatives
+from camopt.smallest.excesses import Excesses, cut_off, kept, widest
 from camopt.smallest.first_look import FEW_VALUES, VALUES, coarse_grid, first_look, largest_size, scale_of
 from camopt.smallest.result import (
     Smallest,
@@ -35,6 +37,7 @@ from camopt.verdicts.judging import judged
 
 FEW, MANY = 32, 512  # boxes examined together: no fewer, for they take no longer, and no more, to stop in time
 MOST_BOXES = 1_000_000
+UNKNOWN = -1  # which side to cut
 
 
 def branch_and_bound(problem: Problem, bounds: Bounds, floor: float = 0.0, until: float = inf) -> Smallest:
@@ -64,7 +67,7 @@ class Search:
     problem: Problem
     claims: list[Claim]
     crossings: KnownCrossings | None
-    """What shows that all cams of a box cross themselves, if that is a limit."""
+    """What shows that cams of a box cross themselves, if that is a limit."""
     incumbent: Designs | None
     """The smallest feasible design so far."""
     until: float = inf
@@ -128,17 +131,32 @@ class Search:
         return bool(judged(problem, design, frozenset(), self.until).column("feasible")[0])
 
     def without_crossings(self, boxes: Boxes) -> Boxes:
-        """The boxes that are not shown to hold only cams that cross themselves, with the side to cut, where known.
+        """The parts of boxes that are not shown to hold only cams that cross themselves, with the side to cut.
 
-        Asked before any design of a box is looked at, which costs far more.
+        Asked before any design of a box is looked at, which costs far more. Nothing tells which side to cut where
+        the one design looked at is not seen to cross itself.
         """
+        side = np.full(len(boxes), UNKNOWN)
         if self.crossings is None:
-            return replace(boxes, side=np.full(len(boxes), UNKNOWN))
-        designs, free = boxes.designs(self.problem.design.sense), list(boxes.free)
+            return replace(boxes, side=side)
+        designs, free = boxes.designs(self.problem.design.sense), boxes.free
         possible = ~self.problem.setup.mechanism.impossible(designs, self.problem.programme)
-        inside, _ = representatives(self.problem, designs, free, possible)
-        excluded, side = self.crossings.excluded(designs, inside, free)
-        return replace(boxes, side=side).take(~excluded)
+        inside, exists = representatives(self.problem, designs, list(free), possible)
+        low, high = (np.array([ends[n] for n in free]) for ends in (boxes.low, boxes.high))
+        empty, index = np.zeros(len(boxes), dtype=bool), np.flatnonzero(exists)
+        if index.size:
+            point = np.array([inside.sizes[n][index] for n in free])
+            span = Interval(low[:, index] - point, high[:, index] - point)
+            with np.errstate(all="ignore"):
+                over = Excesses.of(self.crossings.excess(designs.take(index), inside.take(index), free))
+                side[index] = np.where(over.at[0] > 0.0, widest(over, span), UNKNOWN)
+                left = cut_off(over, span)
+            low[:, index], high[:, index] = kept(low[:, index], high[:, index], point, span, left)
+            empty[index] = over.surely
+        empty |= np.any(low > high, axis=0)
+        left_low, left_high = (dict(zip(free, end, strict=True)) for end in (low, high))
+        boxes = replace(boxes, low={**boxes.low, **left_low}, high={**boxes.high, **left_high}, side=side)
+        return boxes.take(~empty)
 
     def left(self, boxes: Boxes, done: Any) -> Boxes:
         """Some boxes without those that are done with, though they may hold a feasible design."""
