@@ -15,14 +15,14 @@ from support.depth import times
 from camopt import Scene, certify, evaluate, find_scene, load, optimise, sweep
 from camopt.effects import Case, Setup
 from camopt.effects.crossing import find_crossing, surely_round
-from camopt.effects.crossing_boxes import KnownCrossings, deepest, depth, overlap_in
+from camopt.effects.crossing_boxes import KnownCrossings, deepest, followed, overlap_in, overlaps
 from camopt.effects.parts import cover, first_parts
 from camopt.mechanisms import MECHANISMS, Designs
 from camopt.mechanisms.geometry import cam_curves, profile_points
 from camopt.motion import LAWS
 from camopt.motion.programme import Programme
 from camopt.numerics.curves import curve
-from camopt.numerics.interval import Interval
+from camopt.numerics.interval import Interval, as_interval
 from camopt.problem.problem import resolve
 from camopt.verdicts.judging import run_effects
 
@@ -410,21 +410,27 @@ def test_of_the_main_job_the_largest_pressure_angle_decides_all_but_a_few():
 
 
 @pytest.mark.parametrize(
-    ("lobe", "free", "ends", "boxes"),
+    ("scene", "free", "ends", "boxes"),
     [
         (
-            ("modified-sine", (41.7, 3.8, 57.4), 68.6, (9.8, 152.9, 143.0), "ccw"),
-            "roller_radius",
-            (9.74, 13.78),
-            1000,
+            lambda: swung("modified-sine", (41.7, 3.8, 57.4), 68.6, (9.8, 152.9, 143.0), "ccw"),
+            "roller_radius", (9.74, 13.78), 1000,
         ),
-        (("cycloidal", (48, 7, 46), 54.3, (6.8, 115.8, 124.7), "cw"), "roller_radius", (6.0, 9.0), 5000),
+        (
+            lambda: swung("cycloidal", (48, 7, 46), 54.3, (6.8, 115.8, 124.7), "cw"),
+            "roller_radius", (6.0, 9.0), 3000,
+        ),
+        (
+            lambda: swung("modified-sine", (31.4, 5.1, 45.9), 64.4, (6.58, 110.1, 120.6), "ccw"),
+            "roller_radius", (5.37, 7.79), 8000,
+        ),
+        (lambda: lobe(touching_roller("parabolic")[0] * 1.05), "offset", (-2.0, 2.0), 4000),
     ],
-)
-def test_two_free_sizes_are_proved_in_so_many_boxes(monkeypatch, lobe, free, ends, boxes):
+)  # fmt: skip
+def test_two_free_sizes_are_proved_in_so_many_boxes(monkeypatch, scene, free, ends, boxes):
     """From a roller at which the cam can only just be assembled, to one at which the flanks cross sooner."""
     monkeypatch.setattr("camopt.smallest.branch_and_bound.MOST_BOXES", boxes)
-    scene = swung(*lobe)
+    scene = scene()
     best = optimise(
         scene.replace(**{f"search.{free}": dict(zip(("start", "stop"), ends, strict=True))}), seconds=600
     ).best
@@ -448,10 +454,26 @@ def test_a_cam_crosses_itself_if_and_only_if_the_roller_cuts_into_it(key):
         crossing = find_crossing(case.setup, case.designs, case.programme)
         assert not cuts or crossing.shown
         if crossing.shown:
-            pair = deepest(case.setup, case.designs, case.programme, np.array([crossing.at]))
-            assert squared_depths(case, *pair.T)[0, 0] > 0.0
+            pair = deepest(case.setup, case.designs, case.programme, crossing.at)
+            assert squared_depths(case, *pair[:, None])[0, 0] > 0.0
         found[crossing.shown] += 1
     assert min(found.values()) > 10
+
+
+@pytest.mark.parametrize("key", ROUND)
+def test_where_a_cam_overlaps_the_most_is_found_again_from_near_by(key):
+    """By Newton's method, to rounding, what a search without derivatives finds to its tolerance."""
+    for case in slim_cams(20, key):
+        crossing = find_crossing(case.setup, case.designs, case.programme)
+        if crossing.shown:
+            best = deepest(case.setup, case.designs, case.programme, crossing.at)
+            for away in ([1e-3, -1e-3], [-1e-3, 2e-3]):
+                pair = followed(case.setup, case.designs, case.programme, np.array([best + away]))
+                least, most = (
+                    squared_depths(case, *x[:, None])[0, 0] * speed_at(case, x[:1]) for x in (best, pair[0])
+                )
+                assert most >= least * (1.0 - 1e-10)
+                assert np.abs(pair[0] - best).max() < 1e-3
 
 
 @settings(max_examples=100, deadline=None)
@@ -463,8 +485,9 @@ def test_a_cam_crosses_itself_if_and_only_if_the_roller_cuts_into_it(key):
 def test_the_overlap_over_a_box_holds_that_of_its_designs(case, pair, width):
     assume(case.designs.roller_radius[0] > 0.0)
     angles, random = np.array([pair]), np.random.default_rng(7)
-    assert depth(case.setup, case.designs, case.programme, angles[None])[0, 0] == pytest.approx(
-        squared_depths(case, *angles.T)[0, 0], rel=1e-9, abs=1e-9 * case.designs.prime_radius[0] ** 2
+    speed, prime = speed_at(case, angles[0, :1]), case.designs.prime_radius[0]
+    assert overlaps(case.setup, case.designs, case.programme, angles[None])[0, 0] == pytest.approx(
+        squared_depths(case, *angles.T)[0, 0] * speed, rel=1e-9, abs=1e-9 * prime**2 * (speed + prime)
     )
     free = ("size", "roller_radius", *(("arm_length", "centre_distance") if case.setup.angular else ("offset",)))
     sides = {n: Interval(v - width * (n in free), v + width * (n in free)) for n, v in case.designs.sizes.items()}
@@ -477,6 +500,9 @@ def test_the_overlap_over_a_box_holds_that_of_its_designs(case, pair, width):
         if case.setup.mechanism.exists(other.designs, case.programme)[0]:
             turned = squared_depths(other, *angles.T)[0, 0] * speed_at(other, angles[0, :1])
             assert over.value.low[0] - 1e-12 <= turned <= over.value.high[0] + 1e-12
+            moved = over.slopes * as_interval(width * share[:, None])
+            by_slopes = over.at + Interval(moved.low.sum(axis=0), moved.high.sum(axis=0))
+            assert by_slopes.low[0] - 1e-9 <= turned <= by_slopes.high[0] + 1e-9
 
 
 def speed_at(case: Case, angles) -> float:

@@ -1,20 +1,26 @@
 """Boxes of designs of which all cross themselves, and designs that do so near known cam angles.
 
-The profile P = C − R_r·n of a cam that is not undercut crosses itself if, and only if, the roller at some cam angle
-b, with its centre C(b) on the pitch curve, cuts into the profile at another one: |P(a) − C(b)| < R_r.
+The profile P = C − R_r·n of a cam that is not undercut crosses itself if the roller at some cam angle b, with its
+centre C(b) on the pitch curve, cuts into the profile at another one: |P(a) − C(b)| < R_r. For if it did not:
 
-- If: C does not meet itself, since two points of C at one distance from the centre are at one displacement, and so
-  at one cam angle. It encloses an area A and has the length L. Where nothing is undercut, a profile that does not
-  cross itself encloses A − L·R_r + π·R_r², and every point inside C that is further than R_r from C. The area of
-  these points is no smaller: the border of those further than r is no longer than L − 2πr. So it is just as long
-  for each r up to R_r, nothing is cut off the curves C − r·n, and no P(a) is nearer to C than R_r.
-- Only if: where one part of the profile crosses another, it enters the roller that touches the other there.
+- C does not meet itself: two points of it at one distance from the centre are at one displacement, and so at one
+  cam angle. P' has the direction of C', so both curves turn once, forwards. Each winds once round the points
+  inside it, and not round others: w = 1 or 0.
+- F(a, r) = P(a) + r·n(a), with r from 0 to R_r, folds nowhere, since ∂F/∂a, between P'(a) and C'(a), keeps their
+  direction. So it covers a point q as often as its border winds round q: w(C, q) − w(P, q) times. This is 1 between
+  the two curves, and 0 elsewhere.
+- With P(a) the nearest point of the profile to C(b), C(b) = P(a) ± d·n(a). If d < R_r, either F covers the points
+  near C(b) twice, from (a, d) and from (b, R_r), or C(b) is on the
+  profile or inside, where F covers nothing.
+
+Conversely, where one part of a profile crosses another at P(a) = P(b), it enters the roller at b, since
+|P(a) − C(b)|² changes with a at the rate −2·R_r·n(b)·P'(a), which is not 0.
 
 With Δ = C(a) − C(b) the condition is 2·R_r·Δ·n(a) − |Δ|² > 0, one inequality for each pair of cam angles. Ranges
 with slopes (``numerics.sloped``) bound it over a box. The pair at which one design of the box overlaps the most
-moves little from box to box: it is looked for from those that are known.
+moves little from box to box: Newton's method finds it from those that are known.
 
-Source: B. Sz.-Nagy, Über Parallelmengen nichtkonvexer ebener Bereiche, Acta Sci. Math. 20 (1959), for the lengths.
+Source of how often a curve winds and turns: M. P. do Carmo, Differential Geometry of Curves and Surfaces, ch. 5-7.
 """
 
 from collections.abc import Sequence
@@ -30,13 +36,15 @@ from camopt.mechanisms.design import BoolArray, Designs
 from camopt.motion.programme import Programme
 from camopt.numerics import GIVEN, FloatArray
 from camopt.numerics.interval import Interval, as_interval
-from camopt.numerics.sloped import Sloped, variables, widened
+from camopt.numerics.sloped import Sloped, by_chain, variables, widened
 
 MOST_KNOWN = 4
-STEPS, FIRST = 16, np.pi / 45  # of the search for the deepest overlap; how far the first one goes, rad
-MOVES = np.array([(0, 0), *((a, b) for a in (-1, 0, 1) for b in (-1, 0, 1) if a or b)])
+AWAY = 1e-3, 3e-4, 1e-4, 1e-4, 1e-4  # of Newton's method, rad: how far away values are taken
+AROUND = np.array([(0, 0), (1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, -1)])
+FURTHEST = np.pi / 45  # of one step, rad
+SHARES = np.array([0.0, 0.0625, 0.25, 1.0])  # of a step that are tried
 LOST = 16.0 * GIVEN  # relative, of the height or angle at displacement 0 by rounding
-START = "start"
+SIZE = "size"
 
 
 class KnownCrossings:
@@ -60,28 +68,71 @@ class KnownCrossings:
         return found
 
     def shown(self, designs: Designs) -> BoolArray:
-        """Which designs are seen to cross themselves where others do."""
-        return np.asarray(self._excess(designs, designs, ("size",)).at.low > 0.0)
+        """Which designs are seen to cross themselves where others do, but for rounding."""
+        return np.asarray(self._overlaps(designs, self._pairs(designs)[:, None])[:, 0] > 0.0)
 
     def learn(self, design: Designs) -> bool:
         """Whether a design is shown to cross itself; where it does is then known."""
         found = find_crossing(self._setup, design, self._programme)
         if found.shown:
-            pair = deepest(self._setup, design, self._programme, np.array([found.at]))
+            pair = deepest(self._setup, design, self._programme, found.at)
             self._known = [pair, *self._known][:MOST_KNOWN]
         return found.shown is True
 
     def _excess(self, box: Designs, inside: Designs, free: Sequence[str]) -> Sloped:
-        known = np.concatenate(self._known or [np.zeros((1, 2))])
-        nearest = known[depth(self._setup, inside, self._programme, known[None]).argmax(axis=1)]
-        pairs = deepest(self._setup, inside, self._programme, nearest)
-        return overlap_in(self._setup, box, inside, free, self._programme, pairs)
+        return overlap_in(self._setup, box, inside, free, self._programme, self._pairs(inside))
+
+    def _pairs(self, designs: Designs) -> FloatArray:
+        """Of each design the pair of cam angles of the most overlap, (n, 2) in rad, near the best known one."""
+        known = np.array(self._known) if self._known else np.zeros((1, 2))
+        nearest = known[self._overlaps(designs, known[None]).argmax(axis=1)]
+        return followed(self._setup, designs, self._programme, nearest)
+
+    def _overlaps(self, designs: Designs, angles: FloatArray) -> FloatArray:
+        return overlaps(self._setup, designs, self._programme, angles)
 
 
-def overlap(
-    setup: Setup, designs: Designs, start: Any, angles: FloatArray, motion: Any, other: Any
-) -> tuple[Any, Any]:
-    """(2·R_r·Δ·n(a) − |Δ|²)·|C'(a)| in mm³/rad, and |C'(a)|. Numbers, ranges or ranges with slopes.
+def overlaps(setup: Setup, designs: Designs, programme: Programme, angles: FloatArray) -> FloatArray:
+    """The overlap in mm³/rad of n designs, (n, m), at pairs of cam angles in rad, (n or 1, m, 2)."""
+    column, table = designs.take((slice(None), None)), programme.table
+    motion, (other, _) = motion_at(table, angles[..., 0]), motion_at(table, angles[..., 1])
+    return np.asarray(overlap(setup, column, start_of(setup, column), angles, motion, other))
+
+
+def deepest(setup: Setup, design: Designs, programme: Programme, near: Sequence[float]) -> FloatArray:
+    """The pair of cam angles (2,) in rad at which one design overlaps the most, uphill from one where it does."""
+    from scipy.optimize import minimize
+
+    def least(pair: FloatArray) -> float:
+        return -float(overlaps(setup, design, programme, pair[None, None])[0, 0])
+
+    return np.asarray(minimize(least, near, method="Nelder-Mead").x)
+
+
+def followed(setup: Setup, designs: Designs, programme: Programme, near: FloatArray) -> FloatArray:
+    """Pairs of cam angles (n, 2) in rad at which n designs overlap the most, by Newton's method from those near."""
+    every, pairs = np.arange(len(designs)), near
+    for away in AWAY:
+        found = overlaps(setup, designs, programme, pairs[:, None] + away * AROUND)
+        step = np.clip(away * _uphill(found), -FURTHEST, FURTHEST)
+        moved = pairs[:, None] + SHARES[:, None] * step[:, None]
+        pairs = moved[every, overlaps(setup, designs, programme, moved).argmax(axis=1)]
+    return pairs
+
+
+def _uphill(found: FloatArray) -> FloatArray:
+    """From values (n, 7) at AROUND, Newton's step (n, 2) to where the parabola through them is level, or away."""
+    middle, right, left, above, below, *slanting = found.T
+    a, b = (right - left) / 2.0, (above - below) / 2.0
+    aa, bb = right + left - 2.0 * middle, above + below - 2.0 * middle
+    ab = (sum(slanting) - 2.0 * middle - aa - bb) / 2.0
+    bent = aa * bb - ab * ab
+    step = np.array([ab * b - bb * a, ab * a - aa * b]) / np.where(bent == 0.0, np.inf, bent)
+    return np.asarray(np.where(step[0] * a + step[1] * b < 0.0, -step, step).T)
+
+
+def overlap(setup: Setup, designs: Designs, start: Any, angles: FloatArray, motion: Any, other: Any) -> Any:
+    """(2·R_r·Δ·n(a) − |Δ|²)·|C'(a)| in mm³/rad. Numbers, ranges or ranges with slopes.
 
     ``start`` is the height or angle at displacement 0, ``angles`` are (..., 2) pairs (a, b) in rad, ``motion`` is
     (y, y') at a and ``other`` y at b. Vectors are in the ground frame at a.
@@ -92,27 +143,9 @@ def overlap(
     turn = designs.sense * (angles[..., 1] - angles[..., 0])
     cosine, sine = np.cos(turn), np.sin(turn)
     gap_x, gap_z = x - (u * cosine + w * sine), z - (w * cosine - u * sine)
-    speed = np.sqrt(np.square(along) + np.square(up))
     outwards = designs.sense * (gap_z * along - gap_x * up)
-    return 2.0 * designs.roller_radius * outwards - (np.square(gap_x) + np.square(gap_z)) * speed, speed
-
-
-def depth(setup: Setup, designs: Designs, programme: Programme, angles: FloatArray) -> FloatArray:
-    """R_r² − |P(a) − C(b)|² in mm² of n designs, (n, m), at pairs of cam angles in rad, (n or 1, m, 2)."""
-    column, table = designs.take((slice(None), None)), programme.table
-    motion, (other, _) = motion_at(table, angles[..., 0]), motion_at(table, angles[..., 1])
-    found, speed = overlap(setup, column, start_of(setup, column), angles, motion, other)
-    return np.asarray(found / speed)
-
-
-def deepest(setup: Setup, designs: Designs, programme: Programme, near: FloatArray) -> FloatArray:
-    """Pairs of cam angles (n, 2) in rad, uphill from those near: a local maximum of the depth of n designs."""
-    every, pairs, step = np.arange(len(designs)), near, np.full((len(designs), 1), FIRST)
-    for _ in range(STEPS):
-        moved = pairs[:, None] + step[:, None] * MOVES
-        best = depth(setup, designs, programme, moved).argmax(axis=1)
-        pairs, step = moved[every, best], np.where(best[:, None] == 0, step / 2, step)
-    return pairs
+    speed = np.sqrt(np.square(along) + np.square(up))
+    return 2.0 * designs.roller_radius * outwards - (np.square(gap_x) + np.square(gap_z)) * speed
 
 
 def overlap_in(
@@ -120,33 +153,29 @@ def overlap_in(
 ) -> Sloped:
     """The overlap at one pair of cam angles each, over boxes of designs, and how it changes with the free sizes.
 
-    Its range is that by the free sizes, and that with the follower's height or angle at displacement 0 in place of
-    the cam's size, by which it changes without bounds where a follower can only just be assembled.
+    By the chain rule through the follower's height or angle at displacement 0 in place of the cam's size: this
+    changes it without bounds where a follower can only just be assembled.
     """
-    sizes: dict[str, Any] = box.sizes
-    sides = {name: (as_interval(sizes[name]), inside.sizes[name]) for name in free}
     error = programme.table.error.max(axis=0)
     (y, y1), (y_b, _) = (motion_at(programme.table, angles) for angles in pairs.T)
     motion, other = (_rounded(y, error[0]), _rounded(y1, error[1])), _rounded(y_b, error[0])
-
-    def sloped(sides: dict[str, tuple[Interval, FloatArray]]) -> Sloped:
-        found: dict[str, Any] = dict(zip(sides, variables(*zip(*sides.values(), strict=True)), strict=True))
-        start = found.pop(START, None)
-        designs = replace(inside, **found)
-        start = start_of(setup, designs) if start is None else start
-        over: Sloped = overlap(setup, designs, start, pairs, motion, other)[0]
-        return over
-
+    sizes: dict[str, Any] = box.sizes
+    sides = {name: (as_interval(sizes[name]), inside.sizes[name]) for name in free}
     with np.errstate(all="ignore"):
-        by_size = sloped(sides)
-        del sides["size"]
-        by_start = sloped(
-            {START: (widened(as_interval(start_of(setup, box)), LOST), start_of(setup, inside))} | sides
-        )
-    value = Interval(
-        np.fmax(by_size.value.low, by_start.value.low), np.fmin(by_size.value.high, by_start.value.high)
-    )
-    return replace(by_size, value=value)
+        by_size = _variables(sides)
+        start = start_of(setup, replace(inside, **by_size))
+        sides[SIZE] = widened(as_interval(start_of(setup, box)), LOST), start_of(setup, inside)
+        by_start = _variables(sides)
+        by_start[SIZE] = replace(by_start[SIZE], at=start.at)
+        designs = replace(inside, **{**by_start, SIZE: inside.size})
+        over = overlap(setup, designs, by_start[SIZE], pairs, motion, other)
+        partials = [Interval(*ends) for ends in zip(over.slopes.low, over.slopes.high, strict=True)]
+        operands = [start if name == SIZE else by_size[name] for name in by_size]
+        return by_chain(over.value, over.at, list(zip(operands, partials, strict=True)))
+
+
+def _variables(sides: dict[str, tuple[Interval, FloatArray]]) -> dict[str, Any]:
+    return dict(zip(sides, variables(*zip(*sides.values(), strict=True)), strict=True))
 
 
 def _rounded(value: FloatArray, error: float) -> Interval:
