@@ -105,16 +105,18 @@ class Search:
             return boxes
         designs = boxes.designs(self.problem.design.sense)
         seen = examined(self.problem, self.claims, designs, list(boxes.free))
-        side = np.where(boxes.side == UNKNOWN, seen.side, boxes.side)
+        unseen = boxes.side == UNKNOWN
+        side = np.where(unseen, seen.side, boxes.side)
+        settled = self.settled(seen, seen.level & unseen & ~seen.empty)
         boxes, kept = boxes.narrowed(seen.low, seen.high, side), ~seen.empty
-        return self.left(boxes.take(kept), (boxes.narrow | self.settled(seen))[kept])
+        return self.left(boxes.take(kept), (boxes.narrow | settled)[kept])
 
-    def settled(self, seen: Examined) -> Any:
-        """Boxes whose designs hold all limits but for rounding, none of them surely, and not in balls either.
+    def settled(self, seen: Examined, alike: Any) -> Any:
+        """Of boxes whose designs hold all limits but for rounding, those where none does surely, nor in balls.
 
         To cut such boxes tells no more: the bound is what a load is, or comes to.
         """
-        alike, problem = seen.level & ~seen.empty, self.problem.without_last
+        problem = self.problem.without_last
         index = np.flatnonzero(alike)
         alike[index[feasible(problem, seen.inside.take(index))]] = False
         inside = seen.inside.take(alike)
