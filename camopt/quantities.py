@@ -155,6 +155,7 @@ _ALL = [
         "Least reach of the contact along a flat face, with the sign of the largest: "
         "below 0 on the other side of the axis.",
     ),
+    Quantity("outer_radius_mm", "", "mm", "outline", "Largest distance of the profile from the cam's axis."),
     *[
         Quantity(name, symbol, unit, "force", sentence)
         for name, symbol, unit, sentence in (

@@ -117,6 +117,8 @@ class Mechanism:
     """And (x, y) of the trace point in the ground frame at heights, or angles; the prime radius plays no part."""
     profile_radius: Callable[[Designs, Programme], Any] | None = None
     reach: Callable[[Designs, Programme], Any] | None = None
+    outline: Callable[[Designs, Programme], Any] | None = None
+    """Curve whose largest value is that of the distance of a disc cam's profile from its axis, mm."""
     grooved: bool = False
     """Both flanks of the pitch curve touch the follower, as in a cylindrical cam."""
 

@@ -82,6 +82,24 @@ def pitch_curvature(f, i, y, y1, y2, y3):
     return trace_curvature(w, w1, w2, s, s1, s2, q, sense * y2)
 
 
+class OscillatingOutline(NamedTuple):
+    """Distance of the trace point from the cam's axis less R_r, mm; fields as in OscillatingPressureAngle."""
+
+    centre_distance: FloatArray
+    arm_length: FloatArray
+    cosine: FloatArray
+    sine: FloatArray
+    roller_radius: FloatArray
+
+
+@formula(OscillatingOutline)
+def outline(f, i, y, y1, y2, y3):
+    c, l = f.centre_distance[i], f.arm_length[i]  # noqa: E741
+    cosine, sine = turned(f.cosine[i], f.sine[i], y)
+    distance = np.sqrt(np.square(l - c * cosine) + np.square(c * sine))
+    return distance - f.roller_radius[i], c * l * sine * y1 / distance
+
+
 def first_angle(designs: Designs) -> FloatArray:
     """ψ₀ in rad, by half-angles: full digits where the triangle is nearly flat; NaN-free, clipped to [0, π]."""
     c, l, b, r = designs.centre_distance, designs.arm_length, designs.size, designs.roller_radius  # noqa: E741
@@ -95,6 +113,11 @@ def _fields(designs: Designs) -> tuple[FloatArray, ...]:
     start = first_angle(designs)
     sense = np.full(len(designs), designs.sense)
     return designs.centre_distance, designs.arm_length, np.cos(start), np.sin(start), sense
+
+
+def _outline(designs: Designs, programme: Programme) -> OscillatingOutline:
+    c, l, cosine, sine, _ = _fields(designs)  # noqa: E741
+    return OscillatingOutline(c, l, cosine, sine, designs.roller_radius)
 
 
 def _rooms(designs: Designs, programme: Programme) -> tuple[Any, ...]:
@@ -120,6 +143,7 @@ MECHANISM = Mechanism(
     pressure=lambda designs, programme: OscillatingPressureAngle(*_fields(designs)),
     sliding=lambda designs, programme: OscillatingPitchSpeed(*_fields(designs)),
     curvature=lambda designs, programme: OscillatingPitchCurvature(*_fields(designs)),
+    outline=_outline,
     start=first_angle,
     trace_point=trace_point,
     rooms=_rooms,

@@ -94,6 +94,21 @@ def reach(f, i, y, y1, y2, y3):
     return c * cosine / q, -c * (sine * y1 + cosine * f.sense[i] * y2 / q) / q
 
 
+class OscillatingFlatOutline(NamedTuple):
+    """Distance of the face from the cam's axis, mm; f and c in mm, and the direction of ψ₀."""
+
+    face_offset: FloatArray
+    centre_distance: FloatArray
+    cosine: FloatArray
+    sine: FloatArray
+
+
+@formula(OscillatingFlatOutline)
+def outline(f, i, y, y1, y2, y3):
+    cosine, sine = turned(f.cosine[i], f.sine[i], y)
+    return f.face_offset[i] + f.centre_distance[i] * sine, f.centre_distance[i] * cosine * y1
+
+
 def first_sine(designs: Designs) -> FloatArray:
     """sin ψ₀."""
     return (designs.size - designs.face_offset) / designs.centre_distance
@@ -132,6 +147,7 @@ MECHANISM = Mechanism(
     profile_radius=lambda designs, programme: OscillatingFlatProfileRadius(*_fields(designs)),
     sliding=lambda designs, programme: OscillatingFlatSliding(*_fields(designs)),
     reach=lambda designs, programme: OscillatingFlatReach(*_fields(designs)),
+    outline=lambda designs, programme: OscillatingFlatOutline(*_fields(designs)[:4]),
     rooms=_rooms,
     assembly="the face has to touch the base circle, and to swing by less than the cam turns",
     travel=_travel,

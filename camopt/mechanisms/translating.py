@@ -61,6 +61,21 @@ def pitch_curvature(f, i, y, y1, y2, y3):
     return trace_curvature(w, y2, y3, s, y1, y2, 1.0, 0.0)
 
 
+class TranslatingOutline(NamedTuple):
+    """Distance of the trace point from the cam's axis less R_r, mm; ``lead`` is e, ``height`` is s₀, in mm."""
+
+    lead: FloatArray
+    height: FloatArray
+    roller_radius: FloatArray
+
+
+@formula(TranslatingOutline)
+def outline(f, i, y, y1, y2, y3):
+    s = f.height[i] + y
+    distance = np.sqrt(np.square(s) + np.square(f.lead[i]))
+    return distance - f.roller_radius[i], s * y1 / distance
+
+
 def height(designs: Designs) -> FloatArray:
     """s₀, the trace point's least height above the cam centre, mm."""
     root: FloatArray = difference_of_squares_root(designs.size, designs.offset, designs.roller_radius)
@@ -82,6 +97,7 @@ MECHANISM = Mechanism(
     pressure=lambda designs, programme: TranslatingPressureAngle(designs.lead, height(designs)),
     sliding=lambda designs, programme: TranslatingPitchSpeed(designs.lead, height(designs)),
     curvature=lambda designs, programme: TranslatingPitchCurvature(designs.lead, height(designs)),
+    outline=lambda designs, programme: TranslatingOutline(designs.lead, height(designs), designs.roller_radius),
     start=height,
     trace_point=lambda designs, height: (designs.offset, height),
     rooms=_rooms,

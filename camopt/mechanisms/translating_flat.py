@@ -36,6 +36,7 @@ MECHANISM = Mechanism(
     profile_radius=lambda designs, programme: _linear(designs, 1, 0, 1, designs.size),
     sliding=lambda designs, programme: _linear(designs, 1, 0, 0, designs.size),
     reach=lambda designs, programme: _linear(designs, 0, 1, 0, -designs.lead),
+    outline=lambda designs, programme: _linear(designs, 1, 0, 0, designs.size),
     rooms=_rooms,
     assembly="the base radius has to be above 0",
     travel=_travel,

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.effects import EFFECTS, Setup, hertz, surface, thrust
+from camopt.effects import EFFECTS, Setup, hertz, outline, surface, thrust
 from camopt.effects.crossing import find_crossing
 from camopt.effects.loads import drag_curve, driven, goal_of, normal_curve, torque_curve, ways
 from camopt.mechanisms import Designs, Mechanism
@@ -271,6 +271,9 @@ def limits_of(scene: Scene, setup: Setup) -> tuple[Limit, ...]:
         claim = Claim(setup.mechanism.reach, TURN, LARGEST_MAGNITUDE, Plain(asked.face_reach))
         ends = ("face_reach_max_mm", "face_reach_min_mm")
         limits.append(_at_most("face_reach", asked.face_reach, *ends, claims=[claim], relation="±"))
+    if asked.outer_radius is not None and setup.mechanism.outline is not None:
+        claim = Claim(setup.mechanism.outline, TURN, LARGEST, Plain(asked.outer_radius))
+        limits.append(_at_most("outer_radius", asked.outer_radius, outline.RADIUS, claims=[claim]))
     if asked.curvature_radius is not None:
         limits.append(_curvature("curvature_radius", setup, asked.curvature_radius))
     loads = [_load(name, bound, setup) for name in LOADS if (bound := getattr(asked, name)) is not None]

@@ -350,6 +350,8 @@ def _limits(data: Mapping[str, Any], form: str, motion: str, contact: str) -> It
         return
     if limits.get("face_reach") is not None and contact != "flat":
         yield "limits.face_reach", limits["face_reach"], "only a flat face has a reach"
+    if limits.get("outer_radius") is not None and form != "disc":
+        yield "limits.outer_radius", limits["outer_radius"], "only a disc cam has one"
     for key in ("velocity", "acceleration", "jerk"):
         if limits.get(key) is not None and _at(data, "cam.rpm") is None:
             yield f"limits.{key}", limits[key], "needs cam.rpm"

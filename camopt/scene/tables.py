@@ -208,13 +208,14 @@ class Limits(Table):
     """What the cam must hold, each optional: deg, mm, m/s, m/s², m/s³ (oscillating: rad), N, rpm, MPa, N·m, W.
 
     ``pressure_angle`` holds for rises, dwells and returns; ``pressure_angle_return`` replaces it for returns alone.
-    ``face_reach`` bounds both sides of a flat face.
+    ``face_reach`` bounds both sides of a flat face, ``outer_radius`` the reach of a disc cam from its axis.
     """
 
     pressure_angle: Acute | None = None
     pressure_angle_return: Acute | None = None
     curvature_radius: Length | None = None
     face_reach: Length | None = None
+    outer_radius: Length | None = None
     velocity: Positive | None = None
     acceleration: Positive | None = None
     jerk: Positive | None = None
