@@ -1,6 +1,7 @@
 """The extremes kernel, its jets and the interval formulas against slow, obvious computations."""
 
 from fractions import Fraction
+from functools import cache
 from itertools import product
 
 import numpy as np
@@ -67,17 +68,24 @@ def cases():
                 yield pytest.param(mechanism, motion == "oscillating", name, id=f"{form}-{motion}-{flat}-{name}")
 
 
+@cache
+def sampled_motion(law, angular):
+    """Some thousand cam angles of each stroke but its ends, and the motion there."""
+    turn = programme(law, angular=angular)
+    angles = np.concatenate([np.linspace(s.start, s.end, 20001)[1:-1] for s in turn.strokes])
+    return turn, angles, turn.at(angles)
+
+
 @pytest.mark.parametrize("law", SMOOTH)
 @pytest.mark.parametrize("sense", [1.0, -1.0])
 @pytest.mark.parametrize(("mechanism", "angular", "name"), list(cases()))
 def test_extremes_are_those_of_dense_sampling(mechanism, angular, name, sense, law):
-    turn, some = programme(law, angular=angular), designs(angular, sense, seed=SMOOTH.index(law))
+    turn, angles, motion = sampled_motion(law, angular)
+    some = designs(angular, sense, times(4, deep=8), seed=SMOOTH.index(law))
     case = Case(Setup(mechanism, angular, False, None, None, tolerance=1e-13), turn, some)
     make = getattr(mechanism, name)
     questions = [(TURN, LARGEST), (TURN, LEAST), (RISE, LARGEST_MAGNITUDE), (RETURN, LARGEST)]
     value, where, _ = case.extremes(make, questions, located=True)
-    angles = np.concatenate([np.linspace(s.start, s.end, 20001)[1:-1] for s in turn.strokes])
-    motion = turn.at(angles)
     on_rise = angles < turn.strokes[0].end
     on_return = (angles > turn.strokes[2].start) & (angles < turn.strokes[2].end)
     f = make(some, turn)
@@ -123,9 +131,8 @@ def test_interval_formulas_enclose_every_design_of_a_box(mechanism, angular, nam
 @pytest.mark.parametrize("law", list(own.EVERY))
 @pytest.mark.parametrize("weights", [(0, 1), (0, 0, 1), (-0.5, 1), (1, 0, 1)])
 def test_span_of_a_combination_of_derivatives(law, weights):
-    turn = programme(law, angular=False)
-    angles = np.concatenate([np.linspace(s.start, s.end, 20001)[1:-1] for s in turn.strokes])
-    sampled = np.tensordot(weights, turn.at(angles)[: len(weights)], axes=1)
+    turn, _, motion = sampled_motion(law, False)
+    sampled = np.tensordot(weights, motion[: len(weights)], axes=1)
     least, largest = span(turn, weights, TURN)
     scale = np.abs(sampled).max()
     assert least <= sampled.min() + 1e-13 * scale
