@@ -1,7 +1,18 @@
-"""How deep the tests look at random: a little in every run, and much in ``.ci/deep`` (``support.depth``)."""
+"""What holds for all tests: how deep they look at random (``support.depth``), and when kernels are compiled."""
 
+import pytest
 from hypothesis import settings
+
+from camopt.numerics import compile
 
 settings.register_profile("ci", deadline=None, derandomize=True)
 settings.register_profile("deep", deadline=None, max_examples=1000, print_blob=True)
 settings.load_profile("ci")  # before --hypothesis-profile is read
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _compiled_for_many():
+    """A kernel that tests ask of a design at a time stays plain, for more seconds than it takes to compile."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(compile, "PAYS", 10.0)
+        yield
