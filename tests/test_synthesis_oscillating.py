@@ -33,7 +33,7 @@ ARM = {
     },
     "motion": MOTION,
     "limits": {"pressure_angle": 38},
-    "synthesis": {"pieces": 20},
+    "synthesis": {"pieces": 12},
 }
 FACE = ARM | {
     "follower": {"motion": "oscillating", "contact": "flat", "face_offset": 6, "centre_distance": 120},
@@ -116,7 +116,7 @@ def test_planes_are_tangent_to_the_curves_of_limits(name):
 
 def test_a_pressure_angle_that_no_known_law_holds_smoothly():
     """The oscillating cam of the sources at 30°: every known law with a finite jerk is beyond it at any size."""
-    scene = find_scene("oscillating-roller").replace(**{"limits.pressure_angle": 30, "synthesis.pieces": 20})
+    scene = find_scene("oscillating-roller").replace(**{"limits.pressure_angle": 30, "synthesis.pieces": 12})
     found = optimise(scene.replace(**{"search.law": ["poly345", "poly4567", "cycloidal", "modified-sine"]}))
     assert found.best is None
     assert not any("not proved" in why for why in found.obstacles.values())
@@ -143,7 +143,7 @@ def test_a_tighter_residual_vibration_asks_for_hardly_more():
     """The steps start from known laws too, which have more of it."""
     train = {"natural_frequency": 120, "damping_ratio": 0.05}
     scene = find_scene("oscillating-roller").replace(**{"cam.rpm": 600, "limits.pressure_angle": 35})
-    scene, sizes = scene.replace(**{"follower.dynamics": train, "synthesis.pieces": 40}), []
+    scene, sizes = scene.replace(**{"follower.dynamics": train, "synthesis.pieces": 16}), []
     for limit in (0.03, 1e-3, 1e-5):
         found = free(scene.replace(**{"limits.residual_vibration": limit}))
         assert sound(found)["residual_vibration_max_deg"] <= limit
@@ -158,8 +158,8 @@ def test_points_are_in_degrees():
 
 
 def test_a_frontier_of_local_optima_is_below_the_known_laws():
-    scene = Scene.from_dict(ARM).replace(**{"synthesis.pieces": 16})
-    found = frontier(scene, points=5, workers=1)
+    scene = Scene.from_dict(ARM).replace(**{"synthesis.pieces": 8})
+    found = frontier(scene, points=4, workers=1)
     assert found.local == ("size",)
     assert found.least["size"][0] <= synthesise(scene).objective * (1.0 + 1e-6)
     assert all(row["bound"] is None for row in found.rows)

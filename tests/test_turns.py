@@ -63,7 +63,9 @@ def test_no_turn_of_a_grid_has_a_smaller_cam(name):
     assert sum(best["angles_deg"]) == pytest.approx(360.0, rel=1e-14)
     near = best["angles_deg"][turns.freed[0]] + np.array([-0.1, -1e-3, 1e-3, 0.1])
     sizes = []
-    for angle in np.clip([*np.linspace(box.low[0], box.high[0], 15), *near], box.low[0], box.high[0]):
+    for angle in np.clip(
+        [*np.linspace(box.low[0], box.high[0], times(5, deep=40)), *near], box.low[0], box.high[0]
+    ):
         answer = smallest(turns.problem_of(np.array([angle, total - angle])), boxes_of(problem)[0])
         sizes.append(np.inf if answer.design is None else answer.design.size[0])
     assert size_of(best) <= min(sizes) + 1e-7
@@ -72,7 +74,7 @@ def test_no_turn_of_a_grid_has_a_smaller_cam(name):
     assert evaluate(put_back(case, best))["feasible"]
 
 
-@pytest.mark.parametrize("law", ["harmonic", "parabolic"])
+@pytest.mark.parametrize("law", ["harmonic", pytest.param("parabolic", marks=pytest.mark.long)])
 def test_the_rest_at_the_lowest_may_vanish(law):
     """However short, it is an arc of the base circle, and has its curvature; only without it is the cam smaller."""
     motion = [{**each, **({"law": law, "lift": 20} if "law" in each else {})} for each in BASE["motion"]]
@@ -170,7 +172,7 @@ def test_no_turn_of_a_few_has_a_smaller_cam(name):
     assert sum(best["angles_deg"]) == pytest.approx(360.0, rel=1e-14)
     turns, rng = Turns(problem, (None, None)), np.random.default_rng(1)
     own, box = np.array(best["angles_deg"])[list(turns.freed)], turns.box
-    shares = rng.uniform(size=(30, own.size))
+    shares = rng.uniform(size=(times(8, deep=100), own.size))
     near = (own - box.low) / (box.high - box.low) + rng.normal(size=shares.shape) * 1e-3
     for share in (*shares, *np.clip(near, 0.0, 1.0)):
         turn = turns.programme(turns.at(share, box))
@@ -181,7 +183,7 @@ def test_no_turn_of_a_few_has_a_smaller_cam(name):
 def feasible_cams(turns, ends, count=400):
     """Sizes and angles (by name, arrays) of random feasible cams: some turns, each with random sizes."""
     problem, rng, found = turns.problem, np.random.default_rng(2), []
-    for _ in range(25):
+    for _ in range(times(8, deep=25)):
         freed = turns.at(rng.uniform(size=len(turns.freed)), turns.box)
         sizes = {name: low + (high - low) * rng.uniform(size=count) for name, (low, high) in ends.items()}
         designs = Designs(**{name: sizes[name] for name in SIZES}, sense=problem.design.sense)
@@ -208,7 +210,7 @@ def test_no_box_loses_a_feasible_cam(name):
     shares = {n: rng.uniform(size=count) for n in boxes.free}
     below = {n: np.maximum(cams[n] - shares[n] * widths[n], boxes.low[n]) for n in boxes.free}
     above = {n: np.minimum(cams[n] + (1.0 - shares[n]) * widths[n], boxes.high[n]) for n in boxes.free}
-    for number in range(0, count, max(1, count // 50)):
+    for number in range(0, count, max(1, count // times(12, deep=200))):
         one = boxes.narrowed(*({n: end[n][[number]] for n in boxes.free} for end in (below, above)), boxes.side)
         left = search.narrowed(search.summed(one))
         assert len(left) == 1
