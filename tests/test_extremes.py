@@ -11,7 +11,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from numpy.polynomial import polynomial
 from support import own
-from support.depth import times
+from support.depth import covering, times
 
 from camopt.effects import Case, Setup
 from camopt.mechanisms import MECHANISMS, Designs
@@ -76,8 +76,10 @@ def sampled_motion(law, angular):
     return turn, angles, turn.at(angles)
 
 
-@pytest.mark.parametrize("law", SMOOTH)
-@pytest.mark.parametrize("sense", [1.0, -1.0])
+WAYS = [(law, way * (-1.0) ** k) for way in (1.0, -1.0) for k, law in enumerate(SMOOTH)]  # the cam's rotation
+
+
+@pytest.mark.parametrize(("law", "sense"), covering(WAYS, lambda way: way[:1]))
 @pytest.mark.parametrize(("mechanism", "angular", "name"), list(cases()))
 def test_extremes_are_those_of_dense_sampling(mechanism, angular, name, sense, law):
     turn, angles, motion = sampled_motion(law, angular)
