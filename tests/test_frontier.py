@@ -320,7 +320,7 @@ def test_the_residual_vibration_of_the_programme_is_the_effects(loaded):
 @pytest.mark.parametrize(
     "axes",
     [
-        ("torque_peak_N_m", "size"),
+        pytest.param(("torque_peak_N_m", "size"), marks=pytest.mark.long),
         ("torque_peak_N_m", "side_thrust_max_N"),
         ("size", "torque_peak_N_m", "residual_vibration"),
     ],

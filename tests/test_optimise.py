@@ -206,13 +206,15 @@ def test_never_larger_than_scipy_finds(name):
     free = [key for key in ("offset", "roller_radius") if getattr(case.search, key) is not None]
 
     def cost(x):
-        sizes = {n: np.array([v[0]]) for n, v in problem.design.sizes.items()}
-        sizes |= {"size": x[:1]} | {field: x[k + 1 : k + 2] for k, field in enumerate(free)}
-        design = Designs(**sizes, sense=problem.design.sense)
-        return x[0] if feasible(problem, design)[0] else 1e3 + x[0]
+        sizes = {n: np.full(x.shape[1], v[0]) for n, v in problem.design.sizes.items()}
+        sizes |= {"size": x[0]} | dict(zip(free, x[1:], strict=True))
+        held = feasible(problem, Designs(**sizes, sense=problem.design.sense))
+        return np.where(held, 0.0, 1e3) + x[0]
 
     bounds = [(1.0, 200.0)] + [(getattr(case.search, k).start, getattr(case.search, k).stop) for k in free]
-    rival = optimize.differential_evolution(cost, bounds, seed=1, maxiter=120, popsize=12, tol=1e-10, polish=False)
+    rival = optimize.differential_evolution(
+        cost, bounds, seed=1, maxiter=120, popsize=12, tol=1e-10, polish=False, updating="deferred", vectorized=True
+    )
     assert best <= rival.fun + 1e-6
     assert rival.fun == pytest.approx(best, rel=0.02)  # scipy saw the same problem
 
