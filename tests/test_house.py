@@ -6,6 +6,7 @@ from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
+from mutation.killers import CORE, killers
 
 import camopt
 from camopt.effects import EFFECTS
@@ -138,6 +139,12 @@ def test_no_search_no_proof_and_no_drawing_asks_for_a_limit_by_name(part):
     assert trees
     constants = ((name, node) for name, tree in trees.items() for node in ast.walk(tree))
     assert {(n, c.value) for n, c in constants if isinstance(c, ast.Constant) and c.value in keys} == set()
+
+
+@pytest.mark.parametrize("name", sorted({*MODULES} - DOORS))
+def test_a_fault_in_a_module_is_sought_by_tests_that_know_it(name):
+    found = killers(f"camopt.{name}".removesuffix(".__init__"))
+    assert len(found) > len(CORE) or name.partition(".")[0] in {"cli", "drawing", "studies"}
 
 
 MOST_LINES, MOST_ARGUMENTS = 60, 8

@@ -1,0 +1,49 @@
+"""Run the tests that know a mutated module best, quickest first, until one fails or the time is over.
+
+The mutated module is the one that differs from the last commit. Exit code 1 if a test fails, else 0.
+"""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+TESTS = Path(__file__).parents[1]
+CORE = ("published", "evaluation", "points", "tables", "bad_input")
+"""Quick tests of what most modules have a part in."""
+ENOUGH = 120.0
+"""Seconds for the tests of one mutant."""
+
+
+def changed() -> list[str]:
+    """The modules that differ from the last commit, as ``camopt.effects.force``."""
+    command = ["git", "diff", "--name-only", "--", "camopt"]
+    paths = subprocess.run(command, capture_output=True, text=True, check=True).stdout.split()
+    return [".".join(Path(path).with_suffix("").parts) for path in paths]
+
+
+def killers(module: str) -> list[Path]:
+    """Tests of a module's own name, of the core, those that import it, the shortest first, those of its folder."""
+    room, _, name = module.rpartition(".")
+    texts = {path: path.read_text(encoding="utf-8") for path in sorted(TESTS.glob("test_*.py"))}
+    direct = [p for p, text in texts.items() if module in text or (f"from {room} import" in text and name in text)]
+    near = [p for p, text in texts.items() if room in text and room != "camopt"]
+    own = [path for path in texts if path.stem.removeprefix("test_").startswith(name.rstrip("s"))]
+    core = [TESTS / f"test_{each}.py" for each in CORE]
+    return list(dict.fromkeys([*own, *core, *sorted(direct, key=lambda p: len(texts[p])), *near]))
+
+
+def main() -> int:
+    found = [path for module in changed() for path in killers(module)]
+    if not found:
+        sys.exit("no module of camopt differs from the last commit")
+    command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *map(str, found)]
+    try:
+        done = subprocess.run(command, timeout=ENOUGH, env=os.environ | {"NUMBA_DISABLE_JIT": "1"}, check=False)
+    except subprocess.TimeoutExpired:
+        return 0
+    return int(done.returncode != 0)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
