@@ -103,8 +103,8 @@ def test_a_damaged_table_never_says_anything_else(table, tmp_path, data):
     try:
         found = read_table(path)
     except (BadInput, OSError):
-        return
-    assert found.equals(table)
+        found = None
+    assert found is None or found.equals(table)
 
 
 @settings(max_examples=times(60, deep=600), suppress_health_check=[HealthCheck.function_scoped_fixture])

@@ -7,7 +7,6 @@ import sys
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from itertools import pairwise
-from math import isfinite
 from pathlib import Path
 
 import mpmath
@@ -94,30 +93,33 @@ def test_exact_laws_against_fifty_digits(law):
             assert abs(mpmath.mpf(found.mid().str(45, radius=False)) - expected) <= mpmath.mpf("1e-40")
 
 
-@pytest.mark.parametrize("name", covering(REFERENCE, features))
-def test_limits_on_either_side_of_a_fifty_digit_extreme(name):
-    scene, expected = Scene.from_dict(REFERENCE[name]["scene"]), REFERENCE[name]["expected"]
-    claims = {
-        "pressure_angle": ("pressure_angle_max_deg", 1.0),
-        "curvature_radius": ("profile_radius_min_mm", -1.0),
-    }
-    for limit, (quantity, side) in claims.items():
-        value = float(expected.get(quantity, "inf"))
-        if not (isfinite(value) and 1e-6 < value < 89):
-            continue
-        for share, verdict in ((1e-12 * side, "held"), (-1e-12 * side, "broken")):
-            found = certify(scene.replace(limits={limit: value * (1.0 + share)}))
-            either = [found[key] for key in (limit, f"{limit}_return") if key in found]
-            assert ("broken" if "broken" in either else "held") == verdict, (limit, share)
-            assert "undecided" not in either
+SIDES = {"pressure_angle": ("pressure_angle_max_deg", 1.0), "curvature_radius": ("profile_radius_min_mm", -1.0)}
 
 
-ANGLES = {name: cam["expected"].get("pressure_angle_max_deg", "inf") for name, cam in REFERENCE.items()}
+def extremes_of(quantity):
+    """The fifty digits of a quantity, of the cams for which they make a limit."""
+    every = {name: cam["expected"].get(quantity, "inf") for name, cam in REFERENCE.items()}
+    return {name: value for name, value in every.items() if 1e-6 < float(value) < 89}
 
 
 @pytest.mark.parametrize(
-    "name", covering((name for name, angle in ANGLES.items() if 1e-6 < float(angle) < 89), features)
+    ("limit", "name"),
+    [(limit, name) for limit, (key, _) in SIDES.items() for name in covering(extremes_of(key), features)],
 )
+def test_limits_on_either_side_of_a_fifty_digit_extreme(limit, name):
+    quantity, side = SIDES[limit]
+    scene, value = Scene.from_dict(REFERENCE[name]["scene"]), float(extremes_of(quantity)[name])
+    for share, verdict in ((1e-12 * side, "held"), (-1e-12 * side, "broken")):
+        found = certify(scene.replace(limits={limit: value * (1.0 + share)}))
+        either = [found[key] for key in (limit, f"{limit}_return") if key in found]
+        assert ("broken" if "broken" in either else "held") == verdict, share
+        assert "undecided" not in either
+
+
+ANGLES = extremes_of("pressure_angle_max_deg")
+
+
+@pytest.mark.parametrize("name", covering(ANGLES, features))
 @mpmath.workdps(50)
 def test_balls_decide_what_rounding_hides(name):
     """A limit at the double next to the exact extreme: the verdict is that of 50 digits."""

@@ -12,7 +12,7 @@ from math import inf, pi, radians, sqrt, tan
 import cvxpy as cp
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import BPoly, BSpline
 from scipy.optimize import linprog
@@ -749,11 +749,15 @@ def test_junk_is_bad_input_or_a_demand(junk):
     try:
         demand = demand_of(resolve(Scene.from_dict(ROLLER | {"synthesis": junk})))
     except BadInput:
-        return
-    assert demand.splines.count > demand.splines.degree
+        demand = None
+    assert demand is None or demand.splines.count > demand.splines.degree
+
+
+GENTLE = (10.0, 100.0)  # peaks that a spline of ten pieces has
 
 
 @settings(max_examples=times(2, deep=60), suppress_health_check=list(HealthCheck))
+@example(pieces=10, degree=5, rest=2, acceleration=GENTLE[0], jerk=GENTLE[1], lift=50.0)
 @given(
     pieces=st.integers(2, 12),
     degree=st.integers(4, 9),
@@ -768,9 +772,10 @@ def test_any_size_of_a_problem_is_solved_or_said(pieces, degree, rest, accelerat
     try:
         result = synthesise(Scene.from_dict(ROLLER | {"motion": motion, "synthesis": asked}))
     except (Unmet, BadInput, ArithmeticError):
-        return
-    assert evaluate(result.scene)["feasible"]
-    assert result.bound is None or result.bound <= result.objective
+        assert (acceleration, jerk) != GENTLE  # which are met
+    else:
+        assert evaluate(result.scene)["feasible"]
+        assert result.bound is None or result.bound <= result.objective
 
 
 # --------------------------------------------------------------------------------------------- command line
