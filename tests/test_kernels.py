@@ -13,7 +13,7 @@ import camopt
 from camopt.effects import Case
 from camopt.mechanisms import Designs
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, compile
-from camopt.numerics.compile import FEW, PAYS, called, compiled, compiled_for_many, inlined
+from camopt.numerics.compile import FEW, called, compiled, compiled_for_many, inlined
 from camopt.numerics.extremes import search_all, search_curve
 from camopt.numerics.indirect import Reached, address_of, call, code_of, evaluates
 from camopt.numerics.jet import Jet, power
@@ -61,7 +61,7 @@ def test_a_few_numbers_compile_nothing_and_many_do():
 @pytest.mark.usefixtures("_no_disk")
 def test_what_plain_runs_have_cost_is_paid_once(monkeypatch):
     """Each plain run takes three quarters of what compiling is worth: the third call compiles."""
-    clock = iter(np.arange(0.0, 99.0, 0.75 * PAYS))
+    clock = iter(np.arange(0.0, 99.0, 0.75 * compile.PAYS))
     monkeypatch.setattr(compile, "thread_time", lambda: next(clock))
     kernel = kernel_of_halves()
     assert [halved(kernel, 1) for _ in range(3)] == [False, False, True]

@@ -16,7 +16,7 @@ from numpy.polynomial import polynomial
 from numpy.typing import NDArray
 
 from camopt.numerics import UNIT, FloatArray
-from camopt.numerics.compile import compiled, inlined, types
+from camopt.numerics.compile import inlined, types
 from camopt.numerics.jet import Jet
 from camopt.numerics.loading import LoadTable, loaded, loaded_node, loaded_part, loaded_row
 
@@ -124,15 +124,12 @@ def part_jets(table, panel, u, r):
     )
 
 
-@compiled
-def fill_nodes(table):
-    """Tabulate the motion at the ends of all panels."""
-    for q in range(table.kind.size):
-        for p in range(table.first_panel[q], table.first_panel[q + 1]):
-            for side in range(2):
-                y, y1, y2, y3 = derivatives(table, p, 2.0 * side - 1.0)
-                node = table.nodes[p + q + side]
-                node[0], node[1], node[2], node[3] = y, y1, y2, y3
+def fill_nodes(table: MotionTable) -> None:
+    """Tabulate the motion at the ends of all panels; where two of a piece meet, as the second has it."""
+    panels = np.arange(table.centre.size)
+    pieces = np.repeat(np.arange(table.kind.size), np.diff(table.first_panel))
+    for side in (1, 0):
+        table.nodes[panels + pieces + side] = np.stack(derivatives(table, panels, 2.0 * side - 1.0), axis=1)
 
 
 @cache
