@@ -21,10 +21,18 @@ from camopt.mechanisms import MECHANISMS, Designs
 from camopt.mechanisms.geometry import cam_curves, profile_points
 from camopt.motion import LAWS
 from camopt.motion.programme import Programme
+from camopt.numerics.clock import now
 from camopt.numerics.curves import curve
 from camopt.numerics.interval import Interval, as_interval
-from camopt.problem.problem import resolve
-from camopt.verdicts.judging import run_effects
+from camopt.problem.problem import Problem, exactly, resolve
+from camopt.problem.space import boxes_of
+from camopt.smallest.branch_and_bound import branch_and_bound
+from camopt.smallest.grid_refinement import smaller
+from camopt.smallest.optimise import _clear_above
+from camopt.smallest.result import Smallest, first_feasible, known_crossings
+from camopt.smallest.smallest import _smallest as least_of_others
+from camopt.smallest.smallest import smallest
+from camopt.verdicts.judging import run_effects, weighed
 
 DISC = [key for key in MECHANISMS if key[0] == "disc"]
 ROUND = [key for key in DISC if not key[2]]
@@ -340,8 +348,8 @@ def test_the_smallest_cam_is_the_least_that_does_not_cross_itself(name):
     if scene.follower.motion == "oscillating":
         shortest = abs(scene.follower.centre_distance - scene.follower.arm_length) - scene.follower.roller_radius
         least = max(least, shortest + 1e-3 * prime)
-    for smaller in np.linspace(least, size - 1e-4 * prime, 8):
-        less = scene.replace(**{"cam.base_radius": smaller})
+    for radius in np.linspace(least, size - 1e-4 * prime, 8):
+        less = scene.replace(**{"cam.base_radius": radius})
         assert evaluate(less)["feasible"] is False
         assert dense_polygon_crosses(case_of(less)) or evaluate(less)["undercut"]
 
@@ -535,3 +543,48 @@ def test_all_cams_of_an_excluded_box_cross_themselves(key):
                 other = replace(case, designs=replace(case.designs, **moved))
                 assert not case.setup.mechanism.exists(other.designs, case.programme)[0] or polygon_crosses(other)
     assert excluded >= 20  # the test has met boxes to check
+
+
+def a_row_of_lobes(count: int = 60) -> tuple[Problem, Designs]:
+    """The same lobe at prime radii from 7.6 up: the small ones cross themselves, the large ones do not."""
+    problem = exactly(resolve(lobe(touching_roller("parabolic")[0], prime=8.0)))
+    designs = problem.design.take(np.zeros(count, dtype=int))
+    return problem, replace(designs, size=designs.size + np.linspace(-0.4, 2.0, count))
+
+
+def test_when_the_time_is_over_nothing_more_is_asked_of_crossings():
+    problem, designs = a_row_of_lobes()
+    whole, cut = (weighed(problem, designs, frozenset(), until) for until in (np.inf, now()))
+    crossing = np.array(
+        [evaluate(lobe(designs.roller_radius[0], p))["self_crossing"] for p in designs.prime_radius]
+    )
+    assert np.array_equal(whole.outer[-1] > 0.0, crossing)
+    assert np.array_equal(whole.inner[-1] > 0.0, crossing)
+    assert np.all(cut.outer[-1] == np.inf)
+    assert np.all(cut.inner[-1] == -np.inf)
+    for until, first in ((np.inf, designs.take([np.argmin(crossing)])), (now(), None)):
+        found = first_feasible(problem, designs, known_crossings(problem), until)
+        assert (found and found.size) == (first and first.size)
+
+
+def test_when_the_time_is_over_a_feasible_design_is_kept():
+    problem, designs = a_row_of_lobes()
+    bounds = {**boxes_of(problem)[0], "size": (1.0, 100.0)}
+    large = designs.take([-1])
+    assert smaller(problem, bounds, large).size < large.size
+    assert smaller(problem, bounds, large, until=now()).size == large.size
+    with_time, without = (_clear_above(problem, Smallest(large, 0.0), until) for until in (np.inf, now()))
+    assert with_time == large.size
+    assert without == pytest.approx(large.size + 10.0 * large.prime_radius)
+
+
+def test_half_of_the_time_is_kept_for_crossings(monkeypatch):
+    problem, ends = a_row_of_lobes()[0], []
+
+    def timed(search):
+        return lambda *given: ends.append(given[-1] - now()) or search(*given)
+
+    for search in (least_of_others, branch_and_bound):
+        monkeypatch.setattr(f"camopt.smallest.smallest.{search.__name__}", timed(search))
+    smallest(problem, {**boxes_of(problem)[0], "size": (1.0, 100.0)}, now() + 1000.0)
+    assert ends == [pytest.approx(500.0, abs=100.0), pytest.approx(1000.0, abs=100.0)]

@@ -18,12 +18,12 @@ from camopt.front.pattern_search import PatternSearch, by_search, polished
 from camopt.mechanisms import Designs, chained
 from camopt.mechanisms.design import Bounds
 from camopt.numerics import FloatArray
-from camopt.numerics.clock import now
+from camopt.numerics.clock import now, share
 from camopt.problem.problem import Problem, exactly
 from camopt.problem.rows import Rows, joined
 from camopt.problem.space import Space, boxes_of
 from camopt.quantities import QUANTITIES
-from camopt.smallest.optimise import SECONDS, share
+from camopt.smallest.optimise import SECONDS
 from camopt.smallest.result import Progress
 from camopt.smallest.smallest import smallest
 from camopt.verdicts.judging import judged

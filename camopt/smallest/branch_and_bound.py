@@ -176,7 +176,7 @@ class Search:
                 )
             points = points.take(points.size < (inf if self.incumbent is None else self.incumbent.size[0]))
             points = points.take(np.argsort(points.size, kind="stable"))
-            found = first_feasible(self.problem, points, self.crossings)
+            found = first_feasible(self.problem, points, self.crossings, self.until)
             self.incumbent = found or self.incumbent
 
 

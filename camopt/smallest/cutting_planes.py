@@ -52,7 +52,7 @@ def by_cutting_planes(problem: Problem, bounds: Bounds, until: float = inf) -> C
     if form is None or not limits:
         return None
     ranges = form.ranges(problem.programme, bounds)
-    planes = _first_planes(form, limits, problem.programme, bounds)
+    planes = _first_planes(form, limits, problem.programme, bounds, until)
     (least, most), floor = bounds["size"], 0.0
     for done in range(ROUNDS):
         if done and now() > until:
@@ -111,13 +111,15 @@ def _design(problem: Problem, form: Form, point: FloatArray, bounds: Bounds) -> 
     return Designs(**arrays, size=np.array([sizes["size"]]), sense=problem.design.sense)
 
 
-def _first_planes(form: Form, limits: list[LinearLimit], programme: Programme, bounds: Bounds) -> Planes:
-    """The planes that decide at a sample of cam angles, found by exchange among them."""
+def _first_planes(
+    form: Form, limits: list[LinearLimit], programme: Programme, bounds: Bounds, until: float
+) -> Planes:
+    """The planes that decide at a sample of cam angles, found by exchange among them until the time is over."""
     ranges, planes = form.ranges(programme, bounds), np.empty((0, 4))
     samples = [group for limit in limits for group in limit.planes(_sampled(programme, limit.kinds))]
     for _ in range(ROUNDS):
         point = form.least(np.concatenate([ranges, planes]), bounds)
-        if point is None:
+        if point is None or now() > until:
             break
         worst = np.array([group[np.argmin(_rooms(group, point))] for group in samples])
         worst = worst[_rooms(worst, point) < -COARSE * np.linalg.norm(point)]

@@ -14,7 +14,7 @@ from camopt.numerics.clock import now
 from camopt.problem.problem import Problem
 from camopt.scene.tables import LONGEST
 from camopt.smallest.grid_refinement import nearest_miss
-from camopt.smallest.result import first_feasible
+from camopt.smallest.result import first_feasible, known_crossings
 from camopt.verdicts.judging import judged, least_excess, weighed
 
 VALUES, FEW_VALUES = 9, 4  # of a free size in the coarse grid; few where there is no feasible design to find
@@ -37,13 +37,14 @@ def first_look(problem: Problem, bounds: Bounds, values: int = VALUES, until: fl
     points = coarse_grid(problem, bounds, problem.programme.lift, values)
     points = points.take(problem.setup.mechanism.exists(points, problem.programme))
     points = points.take(np.argsort(points.size, kind="stable"))
+    crossings = known_crossings(problem)
     for block in _blocks(points, until):
-        found = first_feasible(problem, block)
+        found = first_feasible(problem, block, crossings, until)
         if found is not None:
             return Look(found)
     if not len(points):
         return Look(None)
-    seen = [weighed(problem, block, frozenset()) for block in _blocks(points, until)]
+    seen = [weighed(problem, block, frozenset(), until) for block in _blocks(points, until)]
     excess, surely = (np.concatenate([getattr(each, side) for each in seen], axis=1) for side in ("outer", "inner"))
     if _whatever_the_size(problem, surely):
         return Look(None, points.take([least_excess(excess)]), hopeless=True)

@@ -26,7 +26,9 @@ def nearest_miss(problem: Problem, bounds: Bounds, design: Designs, until: float
     return _zoomed(problem, bounds, design, lambda designs, excess: least_excess(excess), NEAR, until)
 
 
-def smaller(problem: Problem, bounds: Bounds, design: Designs, zooms: int = NEAR) -> Designs | None:
+def smaller(
+    problem: Problem, bounds: Bounds, design: Designs, zooms: int = NEAR, until: float = inf
+) -> Designs | None:
     """A feasible design near the given one, which need not be feasible, as small as grids show; None if none is."""
 
     def smallest(designs: Designs, excess: FloatArray) -> int:
@@ -34,7 +36,7 @@ def smaller(problem: Problem, bounds: Bounds, design: Designs, zooms: int = NEAR
         size = np.where(worst <= 0.0, designs.size, inf)
         return int(np.lexsort((worst, size))[0])  # of one size the one with the most room
 
-    found = _zoomed(problem, bounds, design, smallest, zooms)
+    found = _zoomed(problem, bounds, design, smallest, zooms, until)
     return found if feasible(problem, found)[0] else None
 
 
@@ -54,7 +56,9 @@ def _zoomed(
         points = Designs(**{n: moved.get(n, v * ones) for n, v in design.sizes.items()}, sense=design.sense)
         points = points.take(problem.setup.mechanism.exists(points, problem.programme) & (points.size > 0.0))
         if len(points):
-            excess = weighed(problem, points, frozenset()).outer
+            excess = weighed(problem, points, frozenset(), until).outer
+            if now() > until:  # not all is known
+                break
             design = points.take([choice(points, excess)])
         spans = {name: span / SHRINKS for name, span in spans.items()}
     return design

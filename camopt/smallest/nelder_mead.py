@@ -57,15 +57,17 @@ class Descent:
 
     def looked_at(self, freed: FloatArray, *, closely: bool = False) -> Smallest:
         """A small cam for a turn."""
-        best = self.best.answer.design
-        answer = small(self.turns.problem_of(freed), self.bounds, best, closely=closely)
+        best, problem = self.best.answer.design, self.turns.problem_of(freed)
+        answer = small(problem, self.bounds, best, self.turns.until, closely=closely)
         if answer.design is None and best is None:
             self.best = Found(answer, freed)
         self.best = better(self.best, Found(answer, freed))
         return answer
 
     def size(self, freed: FloatArray, *, closely: bool = False) -> float:
-        """The size of a small cam for a turn."""
+        """The size of a small cam for a turn; none is found when the time is over."""
+        if now() > self.turns.until:
+            return DEAR
         return min(self.looked_at(freed, closely=closely).size, DEAR)
 
     def by_closed_form(self, freed: FloatArray) -> float:

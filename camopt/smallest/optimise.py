@@ -10,7 +10,8 @@ import numpy as np
 from camopt.mechanisms import Designs
 from camopt.mechanisms.design import Bounds
 from camopt.mistakes import BadInput, Mistake
-from camopt.numerics.clock import now
+from camopt.numerics import FloatArray
+from camopt.numerics.clock import now, share
 from camopt.problem.problem import Problem, exactly, resolve
 from camopt.problem.space import boxes_of, choices, laws_of
 from camopt.quantities import QUANTITIES
@@ -122,12 +123,6 @@ def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SE
     return Optimum(scene, next(iter(ranked.values()), None), ranked, obstacles, nearest, out_of_time)
 
 
-def share(end: float, left: int) -> float:
-    """When the first of so many equal tasks is to stop, to leave the others as long before the end."""
-    start = now()
-    return start + max(end - start, 0.0) / left
-
-
 class Answered(NamedTuple):
     """The answer for one box of sizes: with the turn of the cam and, where angles are free, what it chooses."""
 
@@ -223,27 +218,34 @@ def _described(problem: Problem, answer: Smallest, until: float) -> dict[str, An
 def _clear_above(problem: Problem, answer: Smallest, until: float) -> float:
     """The least size above which no size looked at is shown to break a limit, the other sizes being the optimum's.
 
-    Feasibility is looked at on a geometric grid up to ten times the prime radius, a coarser one for limits that are
-    asked last, and the last change found is bisected until the time is over. An infeasible gap narrower than the
-    grid can be missed.
+    Feasibility is looked at on a geometric grid up to ten times the prime radius, and the last change found is
+    bisected, until the time is over. Limits that are asked last are looked at on a coarser grid, from the largest
+    size down. An infeasible gap narrower than the grid can be missed.
     """
     design = answer.design
     assert design is not None
-    size, prime = float(design.size[0]), float(design.prime_radius[0])
-    sizes = size + prime * np.geomspace(1e-6, 10.0, RADII)
-    grid = replace(design.take(np.zeros(RADII, dtype=int)), size=sizes)
-    if not feasible(problem, grid.take([RADII - 1]), -1.0)[0]:
+    sizes = design.size[0] + float(design.prime_radius[0]) * np.geomspace(1e-6, 10.0, RADII)
+
+    def held(asked: Problem, sizes: FloatArray) -> Any:
+        return feasible(asked, replace(design.take(np.zeros(sizes.size, dtype=int)), size=sizes), -1.0)
+
+    if not held(problem, sizes[-1:])[0]:
         return inf
-    held, some = feasible(problem.without_last, grid, -1.0), np.arange(SPARSE - 1, RADII, SPARSE)
-    held[some] &= feasible(problem, grid.take(some), -1.0)
-    bad = np.flatnonzero(~held)
-    if not bad.size:
-        return size
-    low, high = sizes[bad[-1]], sizes[some[some > bad[-1]][0]]
+    bad = int(np.max(np.flatnonzero(~held(problem.without_last, sizes)), initial=-1))
+    clear = RADII - 1 if problem.has_last else bad + 1
+    while problem.has_last and clear - SPARSE > bad:
+        if now() > until:
+            return float(sizes[clear])
+        if held(problem, sizes[[clear - SPARSE]])[0]:
+            clear -= SPARSE
+        else:
+            bad = clear - SPARSE
+    if bad < 0:
+        return float(design.size[0])
+    low, high = sizes[bad], sizes[clear]
     for _ in range(60):
         if now() > until:
             break
         middle = (low + high) / 2
-        held = feasible(problem, replace(design, size=np.array([middle])), -1.0)[0]
-        low, high = (low, middle) if held else (middle, high)
+        low, high = (low, middle) if held(problem, np.array([middle]))[0] else (middle, high)
     return float(high)

@@ -10,9 +10,10 @@ import numpy as np
 from camopt.effects import Case
 from camopt.effects.crossing_boxes import KnownCrossings
 from camopt.mechanisms import Designs
+from camopt.numerics.clock import now
 from camopt.problem.problem import Problem
 from camopt.problem.rows import Rows
-from camopt.verdicts.judging import excesses, extended, planned
+from camopt.verdicts.judging import AT_ONCE, excesses, extended, planned
 
 GAP = 1e-9  # of the prime radius: a size is proved if the least feasible one is smaller by no more
 
@@ -67,18 +68,20 @@ def feasible(problem: Problem, designs: Designs, side: float = 1.0) -> Any:
     return held
 
 
-def first_feasible(problem: Problem, designs: Designs, crossings: KnownCrossings | None = None) -> Designs | None:
-    """The first of some designs that is feasible, if there is one.
+def first_feasible(
+    problem: Problem, designs: Designs, crossings: KnownCrossings | None, until: float = inf
+) -> Designs | None:
+    """The first of some designs that is feasible, if there is one that is found before ``until`` (``clock.now``).
 
     Limits that are asked last cost too much to ask them of all: they are asked of one design, then of twice as
     many, and so on. Where a design is found to cross itself, all others that do so there are left out.
+    ``crossings``, what is known of them, is None where no limit is asked last.
     """
     designs = designs.take(feasible(problem.without_last, designs))
-    crossings = crossings or known_crossings(problem)
     if crossings is None:
         return designs.take([0]) if len(designs) else None
     count = 1
-    while len(designs):
+    while len(designs) and now() <= until:
         designs = designs.take(~crossings.shown(designs))
         some, designs = designs.take(slice(0, count)), designs.take(slice(count, None))
         held = np.flatnonzero(feasible(problem, some))
@@ -86,7 +89,7 @@ def first_feasible(problem: Problem, designs: Designs, crossings: KnownCrossings
             return some.take(held[:1])
         if len(some):
             crossings.learn(some.take([0]))
-        count *= 2
+        count = min(2 * count, AT_ONCE)
     return None
 
 

@@ -11,6 +11,7 @@ from math import inf
 
 from camopt.mechanisms import Designs
 from camopt.mechanisms.design import Bounds
+from camopt.numerics.clock import share
 from camopt.problem.problem import Problem, exactly
 from camopt.smallest.branch_and_bound import branch_and_bound
 from camopt.smallest.closed_form import NUDGES, closed_form, least_size, nudged
@@ -23,32 +24,34 @@ from camopt.smallest.result import Smallest, feasible
 def smallest(problem: Problem, bounds: Bounds, until: float = inf) -> Smallest:
     """The design of least size within bounds that holds every limit of the problem.
 
-    After ``until`` (``clock.now``) the best so far, not proved.
+    After ``until`` (``clock.now``) the best so far, not proved. Half of the time is kept for limits that come last.
     """
     problem, bounds = exactly(problem), _above_least(problem, bounds)
-    answer = _smallest(problem.without_last, bounds, until)
+    answer = _smallest(problem.without_last, bounds, share(until, 2) if problem.has_last else until)
     if answer.design is None or not problem.has_last or feasible(problem, answer.design)[0]:
         return answer
     return branch_and_bound(problem, bounds, min(answer.floor, answer.size), until)
 
 
-def small(problem: Problem, bounds: Bounds, near: Designs | None = None, *, closely: bool = False) -> Smallest:
+def small(
+    problem: Problem, bounds: Bounds, near: Designs | None = None, until: float = inf, *, closely: bool = False
+) -> Smallest:
     """As ``smallest``, but what the linear limits do not decide is a small design without proof, found much sooner.
 
     Looked for near a given design, if there is one that can be moved to be feasible.
     """
     problem, bounds = exactly(problem), _above_least(problem, bounds)
-    found = _by_linear_limits(problem, bounds)
+    found = _by_linear_limits(problem, bounds, until)
     if found.design is not None or found.floor == inf:
         return Smallest(found.design, found.floor)
     bounds = {**bounds, "size": (found.floor, bounds["size"][1])}
     zooms = CLOSE if closely else NEAR
-    design = None if near is None else smaller(problem, bounds, near, zooms)
+    design = None if near is None else smaller(problem, bounds, near, zooms, until)
     if design is None:
-        look = first_look(problem, bounds)
+        look = first_look(problem, bounds, until=until)
         if look.design is None:
             return Smallest(None, inf if look.hopeless else found.floor, look.nearest)
-        design = smaller(problem, bounds, look.design, zooms)
+        design = smaller(problem, bounds, look.design, zooms, until)
     return Smallest(design, found.floor)
 
 

@@ -9,6 +9,7 @@ from dataclasses import replace
 from functools import reduce
 
 from camopt.mechanisms.design import Bounds
+from camopt.numerics.clock import now
 from camopt.smallest.convex_floor import floor_if_convex
 from camopt.smallest.nelder_mead import Descent
 from camopt.smallest.result import Smallest
@@ -39,8 +40,8 @@ def _searched(turns: Turns, bounds: Bounds, found: Found) -> Found:
 
 
 def _exactly(turns: Turns, bounds: Bounds, found: Found) -> Found:
-    """The smallest cam of a turn, which a descent only nears."""
-    if found.answer.design is None:
+    """The smallest cam of a turn, which a descent only nears, if there is time."""
+    if found.answer.design is None or now() > turns.until:
         return found
     return better(found, Found(smallest(turns.problem_of(found.freed), bounds, turns.until), found.freed))
 

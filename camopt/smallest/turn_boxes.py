@@ -34,7 +34,7 @@ from camopt.smallest.combined import combined
 from camopt.smallest.enclosure import claims_on_size
 from camopt.smallest.excesses import ROUNDING, Excesses, chained_excesses, cut_off, kept, widest
 from camopt.smallest.first_look import largest_size, scale_of
-from camopt.smallest.result import Smallest, first_feasible, gap_of
+from camopt.smallest.result import Smallest, first_feasible, gap_of, known_crossings
 from camopt.smallest.smallest import small
 from camopt.smallest.stroke_limits import SlopedBoxes, stroke_limits
 from camopt.smallest.turns import SAME, Box, Found, Turns, better
@@ -194,7 +194,7 @@ class TurnSearch:
         freed = self.turn(boxes)
         problem = self.problem.with_programme(self.turns.programme(freed))
         if closely:
-            near = small(problem, self.bounds, self.found.answer.design)
+            near = small(problem, self.bounds, self.found.answer.design, self.turns.until)
             self.found = better(self.found, Found(near, freed))
         rounding = gap_of(design) / 4.0
         low, high = (float(ends["size"][0]) for ends in (boxes.low, boxes.high))
@@ -202,7 +202,7 @@ class TurnSearch:
         for _ in range(LADDERS):
             sizes = np.linspace(low, high, LADDER)
             ladder = replace(design.take(np.zeros(LADDER, dtype=int)), size=sizes)
-            cam = first_feasible(problem, ladder)
+            cam = first_feasible(problem, ladder, known_crossings(problem), self.turns.until)
             if cam is None:
                 return
             self.found = better(self.found, Found(Smallest(cam, 0.0), freed))

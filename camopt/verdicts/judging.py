@@ -18,11 +18,13 @@ from camopt.effects.case import Bounded
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
+from camopt.numerics.clock import now
 from camopt.problem.limits import Limit
 from camopt.problem.problem import EXACT, Problem, exactly
 from camopt.problem.rows import Columns, Rows
 
 CERTIFIED, SAMPLED, UNDECIDED = "certified", "sampled", "undecided"
+AT_ONCE = 16  # designs of which limits that are asked last are asked, to stop in time
 ASSEMBLY = "assembly"  # what a design violates that cannot be assembled
 
 
@@ -109,7 +111,7 @@ class Weighed(NamedTuple):
     """Designs with their quantities, and the relative excess over each limit, (limits, designs).
 
     ``outer`` is that of the far sides of enclosures, ``inner`` that of the near sides. Of a limit that is asked
-    last it is −∞ where a design may exceed another.
+    last both are −∞ where a design may exceed another.
     """
 
     rows: Rows
@@ -117,8 +119,11 @@ class Weighed(NamedTuple):
     inner: FloatArray
 
 
-def weighed(problem: Problem, designs: Designs, wanted: frozenset[str]) -> Weighed:
-    """The wanted quantities of all designs, and those that limits need but the last, with all excesses."""
+def weighed(problem: Problem, designs: Designs, wanted: frozenset[str], until: float = inf) -> Weighed:
+    """The wanted quantities of all designs, and those that limits need but the last, with all excesses.
+
+    After ``until`` (``clock.now``) nothing more is found of limits that are asked last.
+    """
     case, rows, later = Case(problem.setup, problem.programme, designs), Rows({}, len(designs)), []
     for effect, names in planned(wanted | problem.needed, problem.setup):
         if effect.last and not names & wanted:
@@ -130,13 +135,16 @@ def weighed(problem: Problem, designs: Designs, wanted: frozenset[str]) -> Weigh
     outer[: len(first)] = excesses(first, rows.shifted(1.0), designs)
     inner[: len(first)] = excesses(first, rows.shifted(-1.0), designs)
     index = np.flatnonzero(np.all(outer <= 0.0, axis=0))
-    if len(first) < len(problem.limits) and index.size:
-        some, case = rows.take(index), replace(case, designs=designs.take(index))
+    last = problem.limits[len(first) :]
+    outer[len(first) :, index] = inf
+    for some in np.array_split(index, 1 + index.size // AT_ONCE) if last and index.size else ():
+        if now() > until:
+            break
+        found, case = rows.take(some), replace(case, designs=designs.take(some))
         for effect, names in later:
-            some = extended(some, case, effect, names)
-        last = problem.limits[len(first) :]
-        outer[len(first) :, index] = excesses(last, some.shifted(1.0), case.designs)
-        inner[len(first) :, index] = excesses(last, some.shifted(-1.0), case.designs)
+            found = extended(found, case, effect, names)
+        outer[len(first) :, some] = excesses(last, found.shifted(1.0), case.designs)
+        inner[len(first) :, some] = excesses(last, found.shifted(-1.0), case.designs)
     return Weighed(rows, outer, inner)
 
 
