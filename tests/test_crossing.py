@@ -487,7 +487,7 @@ def test_where_a_cam_overlaps_the_most_is_found_again_from_near_by(key):
     assert met >= 5
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=times(100, deep=1000))
 @given(
     case=cases(keys=ROUND, slimmest=2),
     pair=st.tuples(st.floats(0, 6.28), st.floats(0, 6.28)),
