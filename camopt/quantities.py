@@ -278,8 +278,8 @@ QUANTITIES: dict[str, Quantity] = {quantity.name: quantity for quantity in _ALL}
 """Every quantity by name, in the order of the columns."""
 
 EVERYTHING = "all"
-"""What a scene's outputs call for every quantity with."""
+"""The word in a scene's outputs that asks for every quantity."""
 GEOMETRY = ("sizes", "motion", "pressure", "curvature", "reach", "crossing")
-"""The effects that run where a scene names no outputs."""
+"""The effects that run where a scene names no outputs: those that every sweep of a cam's shape has a use for."""
 DISCIPLINES = tuple(dict.fromkeys(q.effect for q in QUANTITIES.values() if q.effect not in ("limits", "proof")))
 """Every effect that computes quantities, by name."""

@@ -11,8 +11,11 @@ from support.cams import CONTACTS, GUIDED, SWUNG, WORN, cam_with
 from camopt import Scene, evaluate
 from camopt.effects import Case
 from camopt.mistakes import BadInput
+from camopt.motion.table import TURN
 from camopt.numerics import LARGEST, LEAST, compile
 from camopt.numerics.interval import Interval
+from camopt.problem.claims import SIDES, Claim, Offset, Plain
+from camopt.problem.limits import Limit
 from camopt.problem.problem import exactly, resolve
 from camopt.scene.tables import Limits
 from camopt.smallest.enclosure import claims_on_size, examined
@@ -83,6 +86,38 @@ def in_ranges(problem):
     found = examined(problem, claims_on_size(problem), box, ["size"])
     assert bool(found.empty[0]) != bool(found.level[0])
     return bool(found.empty[0])
+
+
+@pytest.mark.parametrize("side", ["held", "broken"])
+@pytest.mark.parametrize("goal", SIDES)
+def test_a_factor_counts_for_every_goal(goal, side, monkeypatch):
+    """A bound on κ·(R_r + 3 mm), above and below: the profile of this cam has concave flanks."""
+    problem = exactly(resolve(scene_of("roller")))
+    claim = Claim(problem.setup.mechanism.curvature, TURN, goal, Plain(1.0), Offset(3.0))
+    extreme = Case(problem.setup, problem.programme, problem.design).extremes(claim.curve, [(TURN, goal)]).value
+    value = (extreme[0] * claim.factor(problem.design)).item()
+    outwards = 1.0 if (side == "held") == (goal != LEAST) else -1.0
+    claim = claim._replace(bound=Plain(value + outwards * NEAR * abs(value)))
+    limit = Limit("bent", claim.bound.number, (), lambda columns, designs: np.zeros(len(designs)), (claim,))
+    problem = replace(problem, limits=(limit,))
+    assert in_balls(problem, "bent") == in_ranges(problem) == (side == "broken")
+    assert in_planes(problem, "bent", monkeypatch) == (side == "broken")
+
+
+@pytest.mark.parametrize("contact", CONTACTS)
+def test_no_factor_is_below_zero(contact):
+    limits = (asked(contact, key) for _, key in PAIRS)
+    for claim in (each for limit in limits if limit for each in limit.claims):
+        assert np.all(np.asarray(claim.factor(resolve(scene_of(contact)).design)) >= 0.0)
+
+
+def test_only_claims_with_one_kind_of_factor_are_compared():
+    curve = resolve(scene_of("roller")).setup.mechanism.curvature
+    wide, narrow = (Claim(curve, TURN, LARGEST, Plain(1.0), Offset(radius)) for radius in (2.0, 5.0))
+    plain = Claim(curve, TURN, LARGEST, Plain(0.1))
+    assert wide.comparable == narrow.comparable != plain.comparable
+    assert narrow.strictness > wide.strictness
+    assert wide._replace(bound=Plain(2.0)).comparable != wide.comparable
 
 
 def worst_angles(problem, claim):

@@ -69,7 +69,7 @@ class Setup:
 class Bounded(NamedTuple):
     """A quantity with its enclosure: the true value lies between ``value`` and ``value + outward``.
 
-    Up to rounding it is beyond ``value`` on the side of ``outward`` only. Relative errors refer to ``scale``.
+    Apart from rounding, it lies only on the side of ``outward``. Relative errors refer to ``scale``.
     """
 
     value: Any
@@ -118,10 +118,10 @@ class Effect:
     run: Callable[[Case, frozenset[str]], dict[str, Any]]
     """From a case and the wanted names to columns: arrays (designs,) or one value for all, Bounded if inexact."""
     lacks: Callable[[Setup], Mapping[str, tuple[str, ...]]] = lambda setup: {}
-    """For each of them that cannot be computed from what the scene gives: the keys that it lacks."""
+    """For each offered quantity that cannot be computed from what the scene gives: the keys that it lacks."""
     reads: Callable[[Setup], tuple[str, ...]] = lambda setup: ()
     """Quantities of other effects that this one reads, from ``Case.found``."""
     of_motion: Callable[[Setup], bool] = lambda setup: False
-    """Whether they depend on the motion and the speed alone, whatever the design."""
+    """Whether its quantities depend on the motion and the speed alone, whatever the design."""
     last: bool = False
-    """Whether it costs so much that a limit on its quantities is asked only of designs that hold all others."""
+    """Whether it costs so much that a limit on its quantities is checked only for designs that meet all others."""

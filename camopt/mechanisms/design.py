@@ -114,7 +114,7 @@ class Mechanism:
     start: Callable[[Designs], Any] | None = None
     """Of a disc cam, the height of the trace point, or the angle of the arm, at displacement 0."""
     trace_point: Callable[[Designs, Any], tuple[Any, Any]] | None = None
-    """And (x, y) of the trace point in the ground frame at heights, or angles; the prime radius plays no part."""
+    """(x, y) of the trace point in the ground frame, from its heights or angles; the prime radius is not used."""
     profile_radius: Callable[[Designs, Programme], Any] | None = None
     reach: Callable[[Designs, Programme], Any] | None = None
     outline: Callable[[Designs, Programme], Any] | None = None

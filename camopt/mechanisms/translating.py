@@ -1,8 +1,12 @@
 """Disc cam, translating follower with a trace point: knife edge, roller or spherical face.
 
-The trace point is (offset, s) with s = s₀ + y and s₀ = √(R_p² − e²). With w = y' − e:
+The follower has the displacement y, and y', y'' and so on are its derivatives by the cam angle in rad. The trace
+point is (offset, s) with s = s₀ + y and s₀ = √(R_p² − e²). The lead e is the offset if the cam turns ccw, and minus
+the offset if it turns cw. With w = y' − e:
 
     tan β = w / s,    N² = s² + w²,    κ_pitch = (1 − β') / N = (N² + w·y' − s·y'') / N³   (> 0 convex)
+
+A formula gives the value of its curve and its slope by the cam angle (``numerics.curves``).
 
 Source: Norton, Cam Design and Manufacturing Handbook, ch. 7; regrouped.
 """
@@ -33,13 +37,6 @@ def pressure_angle(f, i, y, y1, y2, y3):
     return tangent, (y2 - tangent * y1) / s
 
 
-class TranslatingPitchCurvature(NamedTuple):
-    """κ of the pitch curve, 1/mm; ``lead`` is e, ``height`` is s₀, both in mm."""
-
-    lead: FloatArray
-    height: FloatArray
-
-
 class TranslatingPitchSpeed(NamedTuple):
     """N, mm/rad; ``lead`` is e, ``height`` is s₀, both in mm."""
 
@@ -52,6 +49,13 @@ def pitch_speed(f, i, y, y1, y2, y3):
     s, w = f.height[i] + y, y1 - f.lead[i]
     speed = np.sqrt(np.square(s) + np.square(w))
     return speed, (s * y1 + w * y2) / speed
+
+
+class TranslatingPitchCurvature(NamedTuple):
+    """κ of the pitch curve, 1/mm; ``lead`` is e, ``height`` is s₀, both in mm."""
+
+    lead: FloatArray
+    height: FloatArray
 
 
 @formula(TranslatingPitchCurvature)

@@ -3,6 +3,10 @@
 ``displacement(x)`` runs from s(0) = 0 to s(1) = 1; ``velocity``, ``acceleration`` and ``jerk`` are its first
 three derivatives by x. ``BREAKS`` are the points between which all four are smooth, 0 and 1 included; *at* a
 break a verb may return either one-sided value, so the motion tables evaluate strictly between breaks.
+
+A new law is a module of this folder, a name in the list of ``motion``, its exact form for proofs in
+``verdicts.exact_laws``, and its formula in ``tests/support/naive.py`` for the 50-digit reference, which
+``tests/data/make_reference.py`` computes.
 """
 
 from typing import Any, Protocol

@@ -62,7 +62,7 @@ def formula(owner: type, *, loaded: bool = False) -> Callable[[Formula], Formula
 
 
 class Linear(NamedTuple):
-    """a·y + b·y' + c·y'' + d·y''' + constant: peaks, support lines, radius of a flat-faced cam."""
+    """displacement·y + velocity·y' + acceleration·y'' + constant: peaks, support lines, a flat face's radius."""
 
     displacement: FloatArray
     velocity: FloatArray

@@ -1,4 +1,4 @@
-"""Claims: what a limit says of a curve at every cam angle, for any kind of number.
+"""Claims: what a limit requires of a curve at every cam angle, for any kind of number.
 
 Doubles (verdicts), intervals (boxes of designs), balls (proofs), samples (convex steps) and drawings evaluate the
 same claims, each in its own numbers. A solver asks a claim which curve it is about, never a limit for its name.
@@ -15,7 +15,7 @@ from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST
 
 
 class Numbers(NamedTuple):
-    """A kind of number: how it is made of a double, its π, and its tangent."""
+    """A kind of number: how to make one from a double, its π, and its tangent."""
 
     of: Callable[[float], Any]
     pi: Callable[[], Any]
@@ -97,7 +97,11 @@ class Claim(NamedTuple):
     """side · factor(design) · curve ≤ allowed at every cam angle of some strokes, for each side of the goal.
 
     That is: the largest value (LARGEST) or the largest magnitude (LARGEST_MAGNITUDE) of factor · curve is at most
-    the bound, or its least value (LEAST) at least the bound. Units are the curve's.
+    the bound, or its least value (LEAST) at least the bound. Units are the curve's. No factor is below 0, since
+    searches look where the curve itself is largest or least.
+
+    Example: a roller of radius R_r undercuts no profile with κ·R_r < 1 at every cam angle, where κ is the curvature
+    of the pitch curve: the curve is κ, the goal LARGEST, the factor R_r, the bound 1.
     """
 
     curve: Callable[[Designs, Programme], Any]
@@ -108,18 +112,24 @@ class Claim(NamedTuple):
     bound: Bound
     factor: Callable[[Designs], Any] = unweighted
     unit: Callable[[Designs], Any] = unweighted
-    """What a value is compared with where the bound is 0."""
+    """The scale of a relative excess where the bound is 0."""
 
     @property
     def sides(self) -> tuple[float, ...]:
         return SIDES[self.goal]
 
     def allowed(self, numbers: Numbers = DOUBLES) -> Any:
-        """What each side is to be at most."""
+        """The upper bound of each side."""
         value = self.bound.value(numbers)
         return -value if self.goal == LEAST else value
 
     @property
+    def comparable(self) -> tuple[Any, ...]:
+        """Equal for claims of which the stricter one implies the others: on one curve, with one kind of factor."""
+        weighted = (Offset, self.bound) if isinstance(self.factor, Offset) else (self.factor, None)
+        return self.curve, self.strokes, self.goal, *weighted
+
+    @property
     def strictness(self) -> float:
-        """Grows with what the claim asks, among claims on one curve."""
+        """Larger for the stricter of two comparable claims."""
         return self.factor.radius if isinstance(self.factor, Offset) else -float(self.allowed())

@@ -22,7 +22,7 @@ from camopt.scene.scene import Scene
 
 
 def never(programme: Programme) -> bool:
-    """Of the motions at whose jumps no claim is infinite: all."""
+    """For limits that no jump of the motion makes impossible."""
     return False
 
 
@@ -53,27 +53,27 @@ class Limit:
     needs: tuple[str, ...]
     excess: Callable[[Columns, Designs], FloatArray]
     claims: tuple[Claim, ...] = ()
-    """The curves that decide it, for searches, proofs and pictures; none of one that is no matter of curves."""
+    """The curves that decide it, for searches, proofs and pictures; none if it is not decided by curves."""
     infinite_at: Callable[[Programme], bool] = never
-    """Whether jumps of a motion make infinite what it bounds, so that no design of that motion holds it."""
+    """Whether jumps of a motion make infinite what it bounds, so that no design whatever meets it."""
     shown: tuple[str, ...] = ()
     """The quantities that people read beside the bound."""
     relation: str = "≤"
-    """What each of them is to be to the bound; ± for one that the bound holds in magnitude."""
+    """How each of them must compare with the bound; ± where its magnitude must be ≤."""
     decided: Callable[[Setup, Designs, Programme], bool | None] | None = None
-    """Whether one design breaks it, None if that stays open: of a limit that is no matter of curves."""
+    """Whether one design breaks it, None if that stays open; for a limit that is not decided by curves."""
     presumes: str = ""
-    """The limit without which it cannot be held."""
+    """Another limit that must be met first."""
     implies: LeastForce | None = None
-    """The contact force without which it cannot be held."""
+    """The contact force without which it cannot be met."""
     asked: bool = True
-    """Whether the scene asks for it; every cam has to hold the others anyway."""
+    """Whether the scene asks for it; False for limits that every cam must meet."""
     of_motion: bool = False
     """Whether the motion and the speed decide it, whatever the design."""
 
     @property
     def last(self) -> bool:
-        """Whether it is asked only of designs that hold all other limits."""
+        """Whether it is checked only for designs that meet all other limits."""
         return any(EFFECTS[QUANTITIES[name].effect].last for name in self.needs)
 
 

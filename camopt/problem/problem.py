@@ -166,10 +166,10 @@ def claims_on(problem: Problem, made: Callable[[Designs, Programme], Any] | None
 
 
 def strictest(problem: Problem) -> list[Claim]:
-    """The claims of all limits, without those that another one on the same curve and strokes implies."""
+    """The claims of all limits, without those that a stricter one on the same curve and strokes implies."""
     found: dict[Any, Claim] = {}
     for claim in problem.claims:
-        same = (claim.curve, claim.strokes, claim.goal)
+        same = claim.comparable
         if same not in found or claim.strictness > found[same].strictness:
             found[same] = claim
     return list(found.values())
@@ -181,7 +181,7 @@ def exactly(problem: Problem) -> Problem:
 
 
 def _out_of_reach(scene: Scene, setup: Setup) -> list[Mistake]:
-    """Limits on quantities that the mechanism has not, or that the scene gives too little for."""
+    """Limits on quantities that the mechanism has not, or for which the scene lacks data."""
     mistakes, offers, lacks = [], offered(setup), lacking(setup)
     for key in LOADS:
         name, bound = load_quantity(key, setup), getattr(scene.limits, key)

@@ -98,10 +98,11 @@ class Sampled:
         with np.errstate(all="ignore"):
             for ceiling in self._here(ceilings):
                 value = curve(ceiling.curve(designs, programme), ..., y, y1, y2, last)[0]
-                if ceiling.goal == LEAST:  # a floor, which may be 0
+                value = value * ceiling.factor(designs)
+                if ceiling.allowed() <= 0.0:  # a floor, which may be 0
                     value = 1.0 - (ceiling.allowed() + value) / self.demand.length
                 else:
-                    value = value * ceiling.factor(designs) / ceiling.allowed()
+                    value = ceiling.sides[0] * value / ceiling.allowed()
                 value = np.nan_to_num(np.broadcast_to(value, y.shape), nan=np.inf)
                 if ceiling.strokes & (OUTWARD | INWARD):
                     about = np.where(outward, ceiling.strokes & OUTWARD, ceiling.strokes & INWARD) != 0

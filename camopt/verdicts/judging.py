@@ -67,7 +67,7 @@ def with_found(rows: Rows, found: dict[str, Any], wanted: frozenset[str]) -> Row
 
 
 class Effort(NamedTuple):
-    """How many designs a verdict took more than one look at: at a tolerance near rounding, then in balls."""
+    """How many designs had to be evaluated more than once: at a tolerance near rounding, then in balls."""
 
     again: int = 0
     balls: int = 0
@@ -78,12 +78,12 @@ class Effort(NamedTuple):
 
 
 def judged(problem: Problem, designs: Designs, wanted: frozenset[str], until: float = inf) -> Rows:
-    """The wanted quantities of all designs, with their verdict; undecided what balls leave so at ``until``."""
+    """The wanted quantities of all designs, with their verdict; undecided if balls need longer than ``until``."""
     return settled(problem, designs, wanted, until)[0]
 
 
 def settled(problem: Problem, designs: Designs, wanted: frozenset[str], until: float = inf) -> tuple[Rows, Effort]:
-    """As ``judged``, and what it took."""
+    """As ``judged``, and the effort that it took."""
     rows, outer, inner = weighed(problem, designs, wanted)
     exists = problem.setup.mechanism.exists(designs, problem.programme)
     feasible = exists & np.all(outer <= 0.0, axis=0)
@@ -110,8 +110,8 @@ def settled(problem: Problem, designs: Designs, wanted: frozenset[str], until: f
 class Weighed(NamedTuple):
     """Designs with their quantities, and the relative excess over each limit, (limits, designs).
 
-    ``outer`` is that of the far sides of enclosures, ``inner`` that of the near sides. Of a limit that is asked
-    last both are −∞ where a design may exceed another.
+    ``outer`` is that of the far sides of enclosures, ``inner`` that of the near sides. Both are −∞ for a limit that
+    is checked last, of designs that may exceed another one.
     """
 
     rows: Rows
@@ -120,9 +120,9 @@ class Weighed(NamedTuple):
 
 
 def weighed(problem: Problem, designs: Designs, wanted: frozenset[str], until: float = inf) -> Weighed:
-    """The wanted quantities of all designs, and those that limits need but the last, with all excesses.
+    """The wanted quantities of all designs, and what all limits need, except those checked last, with all excesses.
 
-    After ``until`` (``clock.now``) nothing more is found of limits that are asked last.
+    After ``until`` (``clock.now``) nothing more is found of limits that are checked last.
     """
     case, rows, later = Case(problem.setup, problem.programme, designs), Rows({}, len(designs)), []
     for effect, names in planned(wanted | problem.needed, problem.setup):
