@@ -236,8 +236,12 @@ def _batch(space: Space, names: tuple[str, ...], keep: str, block: Block) -> Bat
 
 
 def _in_order(space: Space, work: Callable[[Block], Batch], workers: int, block: int) -> Iterator[Batch]:
-    """Batches in the order of the space from a few threads, never far ahead of the reader."""
+    """Batches in the order of the space from a few threads, never far ahead of the reader.
+
+    The first comes from this thread, so that an interrupt ends it while it compiles kernels.
+    """
     blocks = space.blocks(block)
+    yield from map(work, islice(blocks, 1))
     with ThreadPoolExecutor(workers) as pool:
         running: deque[Future[Batch]] = deque()
         try:
