@@ -28,7 +28,7 @@ from camopt.drawing.canvas import canvas
 from camopt.drawing.style import SERIES, dress
 from camopt.effects import Case
 from camopt.front import refine
-from camopt.front.pareto import costs_of, hypervolume, non_dominated, objectives, scale_of
+from camopt.front.pareto import costs_of, hypervolume, non_dominated, objectives, scale_of_costs
 from camopt.mechanisms import Designs
 from camopt.numerics import FloatArray
 from camopt.problem.problem import resolve
@@ -157,7 +157,7 @@ def main() -> None:
             load(Path(folder) / f"{table}.parquet")[list(scene.search.minimise)].to_numpy()
             for table in ("pareto-grid", "pareto")
         )
-    scale = scale_of(fine)
+    scale = scale_of_costs(fine)
 
     def tell(name: str, seconds: float, designs: str, fronts: list[FloatArray]) -> None:
         volumes = sorted(hypervolume(scale.normalised(costs))[0] for costs in fronts)

@@ -23,7 +23,7 @@ NO_TEXT = {
 ADDRESS = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+://")
 
 
-def settled(path: str | os.PathLike[str]) -> Path:
+def path_of(path: str | os.PathLike[str]) -> Path:
     """A path as users write it: ``~`` is the home folder. A ValueError completes the sentence "must be …"."""
     if ADDRESS.match(os.fspath(path)):
         raise ValueError("a path on this machine, not an address")

@@ -13,7 +13,7 @@ import camopt
 from camopt.effects import Case
 from camopt.mechanisms import Designs
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, compile
-from camopt.numerics.compile import FEW, called, compiled, compiled_for_many, inlined
+from camopt.numerics.compile import FEW, called_by_kernels, compiled, compiled_for_many, inlined
 from camopt.numerics.extremes import search_all, search_curve
 from camopt.numerics.indirect import Reached, address_of, call, code_of, evaluates
 from camopt.numerics.jet import Jet, power
@@ -115,7 +115,7 @@ def machine_code(compiled):
     return compiled.library.get_pointer_to_function(compiled.fndesc.llvm_func_name)
 
 
-@called
+@called_by_kernels
 def third(x):
     return x / 3.0
 

@@ -14,7 +14,7 @@ from camopt.mistakes import BadInput
 from camopt.motion.table import TURN
 from camopt.numerics import LARGEST, LEAST, compile
 from camopt.numerics.interval import Interval
-from camopt.problem.claims import SIDES, Claim, Offset, Plain
+from camopt.problem.claims import SIDES, BodyRadiusPlus, Claim, Plain
 from camopt.problem.limits import Limit
 from camopt.problem.problem import exactly, resolve
 from camopt.scene.tables import Limits
@@ -93,7 +93,7 @@ def in_ranges(problem):
 def test_a_factor_counts_for_every_goal(goal, side, monkeypatch):
     """A bound on κ·(R_r + 3 mm), above and below: the profile of this cam has concave flanks."""
     problem = exactly(resolve(scene_of("roller")))
-    claim = Claim(problem.setup.mechanism.curvature, TURN, goal, Plain(1.0), Offset(3.0))
+    claim = Claim(problem.setup.mechanism.curvature, TURN, goal, Plain(1.0), BodyRadiusPlus(3.0))
     extreme = Case(problem.setup, problem.programme, problem.design).extremes(claim.curve, [(TURN, goal)]).value
     value = (extreme[0] * claim.factor(problem.design)).item()
     outwards = 1.0 if (side == "held") == (goal != LEAST) else -1.0
@@ -113,7 +113,7 @@ def test_no_factor_is_below_zero(contact):
 
 def test_only_claims_with_one_kind_of_factor_are_compared():
     curve = resolve(scene_of("roller")).setup.mechanism.curvature
-    wide, narrow = (Claim(curve, TURN, LARGEST, Plain(1.0), Offset(radius)) for radius in (2.0, 5.0))
+    wide, narrow = (Claim(curve, TURN, LARGEST, Plain(1.0), BodyRadiusPlus(radius)) for radius in (2.0, 5.0))
     plain = Claim(curve, TURN, LARGEST, Plain(0.1))
     assert wide.comparable == narrow.comparable != plain.comparable
     assert narrow.strictness > wide.strictness

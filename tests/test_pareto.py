@@ -8,7 +8,16 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from camopt.front import pareto
-from camopt.front.pareto import REFERENCE, Archive, front_of, hypervolume, knee, non_dominated, scale_of, thinned
+from camopt.front.pareto import (
+    REFERENCE,
+    Archive,
+    front_of,
+    hypervolume,
+    knee,
+    non_dominated,
+    scale_of_costs,
+    thinned,
+)
 from camopt.problem.rows import Rows
 from camopt.scene.tables import Search
 
@@ -110,7 +119,7 @@ def test_every_row_of_a_front_has_one_within_epsilon_among_the_thinned(front, ep
     rows, search, _ = front
     whole = non_dominated(rows, search)
     costs = pareto.objectives(whole, search)
-    normalised = scale_of(costs).normalised(costs)
+    normalised = scale_of_costs(costs).normalised(costs)
     kept = thinned(whole, search, epsilon).column("number").tolist()
     assert kept == sorted(set(kept))
     number = whole.column("number").tolist()
@@ -133,7 +142,7 @@ def test_the_knee_of_two_objectives_is_furthest_below_the_chord(points):
     table = np.array(points)
     rows = non_dominated(Rows(dict(zip(NAMES, table.T, strict=False)), len(table)), search)
     costs = pareto.objectives(rows, search)
-    scale = scale_of(costs)
+    scale = scale_of_costs(costs)
     assume(np.all(scale.nadir - scale.ideal >= 1e-9 * np.array([100, 1e-3])))
     x, y = ((costs - scale.ideal) / (scale.nadir - scale.ideal)).T
     below = (1.0 - x - y) / np.sqrt(2.0)  # distance from the chord from (0, 1) to (1, 0)

@@ -18,11 +18,11 @@ from camopt.numerics.interval import Interval
 from camopt.numerics.jet import Jet
 from camopt.numerics.point_contact import (
     RELATIVE,
-    derivatives,
     ellipticity_of,
     integrals,
     pressure_factor,
     pressure_table,
+    table_derivatives,
 )
 from camopt.problem.problem import resolve
 from camopt.verdicts.ball import Ball, between, precisely
@@ -135,7 +135,7 @@ def test_a_slender_contact_is_nearly_a_line(t):
 
 
 def test_signs_on_which_the_bounds_rest():
-    h, h1, h2, h3 = derivatives(np.exp(np.linspace(-23, 23, 40001)), TABLE)
+    h, h1, h2, h3 = table_derivatives(np.exp(np.linspace(-23, 23, 40001)), TABLE)
     assert np.all(h > 0) and np.all(h1 < 0) and np.all(h2 > 0) and np.all(h3 < 0)  # noqa: PT018
 
 

@@ -34,7 +34,7 @@ from camopt.synthesis.ceilings import Sampled, ceilings_of, samples
 from camopt.synthesis.compare import compared
 from camopt.synthesis.convex import convex
 from camopt.synthesis.from_scene import default_peaks, demand_of
-from camopt.synthesis.iterate import Iterate, joined, moving
+from camopt.synthesis.iterate import Iterate, cleaned, moving
 from camopt.synthesis.relaxation import RelaxedMotion
 from camopt.synthesis.spline_motion import SplineMotion
 from camopt.synthesis.splines import Splines, elevated
@@ -352,7 +352,7 @@ def test_the_residual_vibration_of_coefficients_is_that_of_the_response(motion, 
     model = convex(replace(demand, objective={"residual_vibration": 1.0}), SplineMotion)
     random = np.random.default_rng(4)
     each = [np.sort(random.random(demand.splines.count)) for _ in moving(model)]
-    found = Iterate(0.0, 1.0, joined(demand, each))
+    found = Iterate(0.0, 1.0, cleaned(demand, each))
     for stroke, coefficients in zip(moving(model), found.coefficients, strict=True):
         stroke.coefficients.value = coefficients
     scene = scene_with(demand.problem.scene, free_laws(demand, found)).replace(outputs=["vibration"])
@@ -638,7 +638,7 @@ def test_a_solvers_error_at_a_joint_is_no_jump(motion):
     demand = demand_of(resolve(made(motion=motion)))
     found = solved(demand)[1]
     random = np.random.default_rng(3)
-    noisy = joined(demand, [c + 1e-8 * random.normal(size=c.size) for c in found.coefficients])
+    noisy = cleaned(demand, [c + 1e-8 * random.normal(size=c.size) for c in found.coefficients])
     laws = [demand.splines.law(name, c) for name, c in zip("abc", noisy, strict=False)]
     scene = scene_with(demand.problem.scene, laws)
     assert not resolve(scene).programme.jumps

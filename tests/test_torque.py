@@ -18,7 +18,7 @@ from support.depth import times
 from camopt import BadInput, Scene, certify, evaluate, load, optimise, sweep
 from camopt.effects.case import Dynamics
 from camopt.effects.torque import torque_series, turn_of
-from camopt.effects.work import integral, largest, total
+from camopt.effects.work import integral, largest_of_series, total
 from camopt.motion.programme import Programme
 from camopt.numerics.piecewise import bernstein
 
@@ -409,13 +409,13 @@ def test_largest_of_a_series_against_the_roots_of_its_slope(coefficients):
     inside = roots.real[np.abs(roots.real) < 1.0]
     values = chebyshev.chebval(np.array([-1.0, 1.0, *inside, *np.linspace(-1, 1, 99)]), coefficients)
     scale = max(np.abs(series).sum(), 1e-300)
-    assert largest(series[:, None]) == pytest.approx(values.max(), abs=1e-12 * scale)
+    assert largest_of_series(series[:, None]) == pytest.approx(values.max(), abs=1e-12 * scale)
 
 
 def test_largest_of_flat_and_of_waving_series():
-    assert largest(np.full((1, 5), 3.0)) == 3.0
-    assert largest(np.zeros((8, 3))) == 0.0
+    assert largest_of_series(np.full((1, 5), 3.0)) == 3.0
+    assert largest_of_series(np.zeros((8, 3))) == 0.0
     waves = chebyshev.cheb2poly([0.0] * 9 + [1.0])[:, None]
-    assert largest(waves) == pytest.approx(1.0, abs=1e-12)
+    assert largest_of_series(waves) == pytest.approx(1.0, abs=1e-12)
     third = np.array([cos(pi / 9), sin(pi / 9), -1.0])[:, None]  # a parabola: its top has a closed form
-    assert largest(third) == pytest.approx(cos(pi / 9) + sin(pi / 9) ** 2 / 4, rel=1e-14)
+    assert largest_of_series(third) == pytest.approx(cos(pi / 9) + sin(pi / 9) ** 2 / 4, rel=1e-14)

@@ -22,7 +22,7 @@ from camopt.smallest.optimise import boxes_of
 from camopt.smallest.result import Smallest, feasible
 from camopt.smallest.smallest import small, smallest
 from camopt.smallest.turn_boxes import TurnSearch
-from camopt.smallest.turns import Found, Turns
+from camopt.smallest.turns import BestTurn, SegmentAngles
 
 ANGLES = {"search.angle_rise": {"start": 60, "stop": 160}, "search.angle_return": {"start": 60, "stop": 160}}
 OFFSET = {"search.offset": {"start": -40, "stop": 40}}
@@ -57,7 +57,7 @@ def test_no_turn_of_a_grid_has_a_smaller_cam(name):
     """Every turn of a grid by the search at given angles, which knows nothing of other turns."""
     case = FREE[name]
     best, problem = optimise(case).best, exactly(resolve(case))
-    turns = Turns(problem, (None, None))
+    turns = SegmentAngles(problem, (None, None))
     box, total = turns.box, turns.scene_angles.sum()
     assert best["proved"]
     assert sum(best["angles_deg"]) == pytest.approx(360.0, rel=1e-14)
@@ -81,7 +81,7 @@ def test_the_rest_at_the_lowest_may_vanish(law):
     ranges = {**ANGLES, "search.angle_dwell": {"start": 0, "stop": 160}}
     case = scene(motion=motion, **ranges, limits={"pressure_angle": 40, "curvature_radius": 30})
     best, problem = optimise(case).best, exactly(resolve(case))
-    turns = Turns(problem, (None, None))
+    turns = SegmentAngles(problem, (None, None))
     assert best["angles_deg"][3] == 0.0
     sizes = []
     for rise, fall in ((160, 160), (140, 150)):
@@ -96,7 +96,7 @@ def test_the_rest_at_the_lowest_may_vanish(law):
 def test_rise_against_return_is_where_two_monotone_functions_cross():
     """A radial cam: each stroke needs the larger radius the shorter it is, so the optimum is a root."""
     case = scene(**ANGLES, **{"limits.pressure_angle": 38})
-    turns = Turns(exactly(resolve(case)), (None, None))
+    turns = SegmentAngles(exactly(resolve(case)), (None, None))
 
     def needed(rise, kinds, limit, sign):
         weights = (-tan(radians(limit)), sign)
@@ -170,7 +170,7 @@ def test_no_turn_of_a_few_has_a_smaller_cam(name):
     problem, best = exactly(resolve(MANY[name])), optimise(MANY[name]).best
     assert best["proved"]
     assert sum(best["angles_deg"]) == pytest.approx(360.0, rel=1e-14)
-    turns, rng = Turns(problem, (None, None)), np.random.default_rng(1)
+    turns, rng = SegmentAngles(problem, (None, None)), np.random.default_rng(1)
     own, box = np.array(best["angles_deg"])[list(turns.freed)], turns.box
     shares = rng.uniform(size=(times(8, deep=100), own.size))
     near = (own - box.low) / (box.high - box.low) + rng.normal(size=shares.shape) * 1e-3
@@ -197,8 +197,8 @@ def feasible_cams(turns, ends, count=400):
 def test_no_box_loses_a_feasible_cam(name):
     """Random boxes around random feasible cams: what is left of each still holds its cam."""
     problem = exactly(resolve((FREE | MANY)[name]))
-    turns, rng = Turns(problem, (None, None)), np.random.default_rng(3)
-    search = TurnSearch(turns, boxes_of(problem)[0], Found(Smallest(None, 0.0), turns.scene_angles))
+    turns, rng = SegmentAngles(problem, (None, None)), np.random.default_rng(3)
+    search = TurnSearch(turns, boxes_of(problem)[0], BestTurn(Smallest(None, 0.0), turns.scene_angles))
     ends = search.ends()
     low, high = ends["size"]
     cams = feasible_cams(turns, {**ends, "size": (low, min(high, 10.0 * (low + 30.0)))})
@@ -287,7 +287,7 @@ def test_whatever_the_ranges_they_are_right_or_told(ranges):
     given_ = {f"search.angle_{kind}": {"start": a, "stop": b} for kind, (a, b) in ranges.items()}
     told: tuple = ()
     try:
-        turns = Turns(resolve(scene(**given_)), (None, None))
+        turns = SegmentAngles(resolve(scene(**given_)), (None, None))
     except BadInput as mistakes:
         told = mistakes.mistakes
     assert all(mistake.key.startswith("search.angle_") for mistake in told)

@@ -13,7 +13,7 @@ from camopt import BadInput, Scene, evaluate, find_scene, optimise
 from camopt.numerics.clock import now
 from camopt.problem.problem import Problem, exactly, resolve
 from camopt.problem.space import boxes_of
-from camopt.smallest.branch_and_bound import Search
+from camopt.smallest.branch_and_bound import BoxSearch
 from camopt.smallest.cutting_planes import by_cutting_planes
 from camopt.smallest.grid_refinement import nearest_miss
 from camopt.smallest.reasons import rounded_up
@@ -257,7 +257,7 @@ def test_one_proof_in_balls_stops_in_time():
 def test_a_search_asks_balls_no_longer_than_it_has_time():
     problem = at_its_limit()
     for until, proved in ((inf, True), (now(), False)):
-        search = Search(problem, [], None, None, until)
+        search = BoxSearch(problem, [], None, None, until)
         assert search.proved(problem, problem.design) is proved
 
 

@@ -172,14 +172,14 @@ def synthesise(scene: Any, as_json: bool, quiet: bool, out: Path, picture: Path 
     from camopt.cli import reports, terminal
     from camopt.files import result_folder
     from camopt.synthesis.compare import compared
-    from camopt.synthesis.files import SCENE, write
+    from camopt.synthesis.files import SCENE, write_laws
     from camopt.synthesis.synthesise import synthesise as run
 
     check_folder(scene, out, SCENE)
     with result_folder(out), terminal.progress(quiet, "starts") as advance:
         result = run(scene, advance)
         known = compared(scene)
-        files = write(result, out)
+        files = write_laws(result, out)
     if picture:
         from camopt.drawing.synthesis import plot_synthesis
 
@@ -288,11 +288,11 @@ def accuracy(scene: Any, as_json: bool, quiet: bool, out: Path) -> int:
     """Measure how much time accuracy costs, as a table and a picture."""
     from camopt.cli import reports, terminal
     from camopt.files import result_folder
-    from camopt.studies.accuracy import measure, write
+    from camopt.studies.accuracy import measure, write_accuracy
 
     with result_folder(out), terminal.progress(quiet, "laws") as advance:
         rows = measure(scene, advance)
-        files = write(rows, scene, out)
+        files = write_accuracy(rows, scene, out)
     reports.show_accuracy(rows, scene, as_json)
     if not quiet:
         terminal.say_written(files)

@@ -167,10 +167,10 @@ class Place(click.ParamType):  # type: ignore[type-arg]
         self.suffixes = suffixes
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
-        from camopt.files import check_writable, checked_suffix, settled
+        from camopt.files import check_writable, checked_suffix, path_of
 
         try:
-            path = settled(value)
+            path = path_of(value)
         except ValueError as trouble:
             self.fail(f"{value!r} must be {trouble}", param, ctx)
         if self.suffixes:

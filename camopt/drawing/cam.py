@@ -6,7 +6,7 @@ import numpy as np
 
 from camopt.drawing.follower import draw_follower
 from camopt.drawing.labels import Label, around
-from camopt.drawing.picture import NAMES, Picture, area, circle, fit, line, number, round_length
+from camopt.drawing.picture import NAMES, Picture, area, circle, fit, four_digits, line, round_length
 from camopt.drawing.style import COLOURS, FAINT, FILL, INK, MUTED, PITCH, PROFILE, REFERENCE, SMALL, TEXT, TITLE
 from camopt.mechanisms.design import ComplexArray
 from camopt.mechanisms.geometry import CamCurves, cam_curves
@@ -95,13 +95,13 @@ def _draw_circles(axes: Any, picture: Picture, pitch: ComplexArray, size: float)
     values, problem = picture.values, picture.problem
     base, radius = float(problem.design.size[0]), float(problem.design.roller_radius[0])
     thin = {"lw": 0.8, "zorder": 2.5}
-    circle(axes, base, color=MUTED, label=f"base circle, R {number(base)}", **thin)
+    circle(axes, base, color=MUTED, label=f"base circle, R {four_digits(base)}", **thin)
     if radius > 0.0:
-        label = f"prime circle, R {number(base + radius)}"
+        label = f"prime circle, R {four_digits(base + radius)}"
         circle(axes, base + radius, color=MUTED, ls=(0, (5, 3)), label=label, **thin)
     if problem.setup.mechanism.curvature is not None:
         through = values["pitch_circle_radius_mm"]
-        label = f"pitch circle, R {number(through)}"
+        label = f"pitch circle, R {four_digits(through)}"
         circle(axes, through, color=REFERENCE, ls=(0, (1.5, 2.5)), label=label, **thin)
         spans.append(through * np.array([1, 1j, -1, -1j]))
         lowest = min(lowest, -through)
@@ -135,13 +135,15 @@ def _draw_offset(axes: Any, offset: float, lowest: float, size: float) -> Comple
     line(axes, ends, **dashes)
     if offset == 0.0:
         return ends
-    circle(axes, abs(offset), color=REFERENCE, lw=0.8, zorder=2.5, label=f"offset circle, R {number(abs(offset))}")
+    circle(
+        axes, abs(offset), color=REFERENCE, lw=0.8, zorder=2.5, label=f"offset circle, R {four_digits(abs(offset))}"
+    )
     line(axes, offset + 1j * np.array([level - 0.03 * size, 0.9 * size]), **dashes)
     arrow = {"arrowstyle": "<|-|>", "color": MUTED, "lw": 0.7, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 7}
     axes.annotate("", (0.0, level), (offset, level), arrowprops=arrow)
     side = 1.0 if offset > 0 else -1.0
     place = {"ha": "left" if offset > 0 else "right", "va": "center", "fontsize": TEXT, "color": INK}
-    axes.text(offset + side * 0.03 * size, level, f"offset {number(offset)}", **place)
+    axes.text(offset + side * 0.03 * size, level, f"offset {four_digits(offset)}", **place)
     return ends
 
 

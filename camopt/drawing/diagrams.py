@@ -8,7 +8,7 @@ import numpy as np
 
 from camopt.drawing.labels import Label, around
 from camopt.drawing.panels import SAME, Panel, Peak, Values
-from camopt.drawing.picture import NAMES, Picture, number
+from camopt.drawing.picture import NAMES, Picture, four_digits
 from camopt.drawing.style import ALARM, COLOURS, FAINT, INK, LIMIT, MUTED, PITCH, SHADES, SMALL, dress
 from camopt.numerics import FloatArray
 
@@ -38,7 +38,7 @@ def _draw_panel(axes: Any, picture: Picture, panel: Panel) -> list[Label]:
     factor, unit = in_powers(panel.values, panel.unit)
     if factor != 1.0:
         for peak in panel.peaks:
-            peak.text = number(peak.value * factor) if peak.text[-1:].isdigit() else peak.text
+            peak.text = four_digits(peak.value * factor) if peak.text[-1:].isdigit() else peak.text
     angles = [np.degrees(piece) for piece in picture.pieces]
     for stroke in picture.problem.programme.strokes:
         axes.axvspan(*np.degrees([stroke.start, stroke.end]), color=SHADES[stroke.kind], lw=0, zorder=0)

@@ -6,8 +6,8 @@ from math import degrees, pi
 import numpy as np
 
 from camopt.drawing.loads import by_way
-from camopt.drawing.panels import Panel, extremes, known, limit, peak_of
-from camopt.drawing.picture import Picture, number
+from camopt.drawing.panels import Panel, greatest_and_least, known, limit, peak_of
+from camopt.drawing.picture import Picture, four_digits
 from camopt.effects import vibration
 from camopt.effects.loads import Variant, force_curve, torque_curve, ways
 from camopt.effects.motion import scale
@@ -28,7 +28,9 @@ def _force(picture: Picture) -> list[Panel]:
         return []
     problem = picture.problem
     values = picture.curve_values(force_curve(problem.setup, problem.design, problem.programme))
-    panel = Panel("Force along the motion", "N", values, extremes(picture, values, *ends), quantity=ends[0])
+    panel = Panel(
+        "Force along the motion", "N", values, greatest_and_least(picture, values, *ends), quantity=ends[0]
+    )
     panel.note = _below_zero(picture)
     panel.limits = limit(picture, "contact_force_min_N")
     return [panel]
@@ -49,10 +51,12 @@ def _torque(picture: Picture) -> list[Panel]:
     assert setup.omega is not None
     variants: list[Variant] = [(partial(torque_curve, setup, way=way), kinds) for way, kinds in ways(setup)]
     values = [1e-3 * v for v in by_way(picture, variants)]
-    panel = Panel("Torque of the camshaft", "N·m", values, extremes(picture, values, *ends), quantity=ends[0])
+    panel = Panel(
+        "Torque of the camshaft", "N·m", values, greatest_and_least(picture, values, *ends), quantity=ends[0]
+    )
     mean = picture.values["torque_mean_N_m"]
     panel.reference = [np.full_like(value, mean) for value in values]
-    panel.note = f"dash-dot: mean {number(mean)} N·m"
+    panel.note = f"dash-dot: mean {four_digits(mean)} N·m"
     power = [(kinds, bound / setup.omega) for kinds, bound in limit(picture, "power_peak_W", TURN)]
     panel.limits = [*limit(picture, "torque_peak_N_m", TURN), *power]
     return [panel]
@@ -95,7 +99,11 @@ def _train(picture: Picture) -> list[Panel]:
         pressed = vibration.contact_wave(programme, given, setup.omega, ratio)
         values = _sampled(picture, pressed, 1.0 / lever)
         force = Panel(
-            "Force with the elastic train", "N", values, extremes(picture, values, "", least), quantity=least
+            "Force with the elastic train",
+            "N",
+            values,
+            greatest_and_least(picture, values, "", least),
+            quantity=least,
         )
         force.note, force.limits = _below_zero(picture), limit(picture, least)
         found.append(force)

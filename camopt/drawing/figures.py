@@ -13,7 +13,7 @@ from camopt.drawing.groove import draw_groove
 from camopt.drawing.labels import Label, settle
 from camopt.drawing.loads import load_panels
 from camopt.drawing.panels import panels
-from camopt.drawing.picture import Picture, number
+from camopt.drawing.picture import Picture, four_digits
 from camopt.drawing.style import ALARM, HEADING, INK, MUTED, PAGE_TITLE, TITLE
 from camopt.problem.problem import resolve_design
 from camopt.scene.scene import Scene
@@ -77,22 +77,22 @@ def _draw_cam(figure: Any, picture: Picture, page: Any) -> list[Label]:
 
 WIDTH, COLUMNS, ACROSS = 15.5, (0.045, 0.54), 0.44  # inches; left ends and width of diagrams, of the figure
 TALL = 1.0333  # inches: a diagram
-Box = tuple[float, float, float, float]
+Corners = tuple[float, float, float, float]
 
 
 class Page(NamedTuple):
     """Where things are: across in shares of the figure, upwards in inches."""
 
     height: float
-    cam: Box
+    cam: Corners
     legend: tuple[float, float]
-    panels: list[Box]
+    panels: list[Corners]
     heads: tuple[int, ...]
     """Diagrams with the names of the strokes above them."""
     feet: tuple[int, ...]
     """Diagrams with the cam angle below them."""
 
-    def on_figure(self, box: Box) -> Box:
+    def on_figure(self, box: Corners) -> Corners:
         """In shares of the figure."""
         left, bottom, width, height = box
         return left, bottom / self.height, width, height / self.height
@@ -154,7 +154,7 @@ def _sizes(picture: Picture) -> str:
         "centre_distance_mm": "pivot at",
         "face_offset_mm": "face offset",
     }
-    sizes = [f"{words} {number(values[key])} mm" for key, words in names.items() if values.get(key)]
+    sizes = [f"{words} {four_digits(values[key])} mm" for key, words in names.items() if values.get(key)]
     laws = [f"{kind} {values[f'law_{kind}']}" for kind in ("rise", "return") if values[f"law_{kind}"]]
     return "  ·  ".join([*words, *sizes, *laws])
 
@@ -162,17 +162,17 @@ def _sizes(picture: Picture) -> str:
 def _results(picture: Picture) -> str:
     values = picture.values
     names = {"pressure_angle_max_rise_deg": "rise", "pressure_angle_max_return_deg": "return"}
-    angles = [f"{word} {number(values[key])}°" for key, word in names.items()]
+    angles = [f"{word} {four_digits(values[key])}°" for key, word in names.items()]
     square = values["pressure_angle_max_deg"] == 0.0
     words = ["pressure angle 0" if square else f"largest pressure angle: {', '.join(angles)}"]
     least = values["profile_radius_min_mm"]
     if np.isfinite(least) and least > 0.0 and not picture.undercut:
-        words.append(f"least convex radius of the profile {number(least)} mm")
+        words.append(f"least convex radius of the profile {four_digits(least)} mm")
     if "face_reach_min_mm" in values:
-        ends = [number(values[f"face_reach_{end}_mm"]) for end in ("min", "max")]
+        ends = [four_digits(values[f"face_reach_{end}_mm"]) for end in ("min", "max")]
         words.append(f"contact on the face from {' to '.join(ends)} mm")
     if "shaft_clearance_mm" in values:
-        words.append(f"clear of the shaft by {number(values['shaft_clearance_mm'])} mm")
+        words.append(f"clear of the shaft by {four_digits(values['shaft_clearance_mm'])} mm")
     return "  ·  ".join(words)
 
 

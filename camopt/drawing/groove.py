@@ -6,7 +6,7 @@ import numpy as np
 
 from camopt.drawing.follower import draw_arm
 from camopt.drawing.labels import Label
-from camopt.drawing.picture import NAMES, Picture, area, fit, line, number, round_length
+from camopt.drawing.picture import NAMES, Picture, area, fit, four_digits, line, round_length
 from camopt.drawing.style import BODY, COLOURS, FAINT, FILL, INK, MUTED, PITCH, PROFILE, SMALL, TEXT
 from camopt.mechanisms.design import ComplexArray
 
@@ -30,7 +30,7 @@ def draw_groove(axes: Any, picture: Picture) -> list[Label]:
     spans = [sheet, *_draw_groove_follower(axes, picture)]
     _narrow(axes, np.concatenate(spans))
     fit(axes, np.concatenate(spans), 0.02)
-    axes.set(xlabel=f"circumference at R {number(float(design.size[0]))}, mm", ylabel="along its axis, mm")
+    axes.set(xlabel=f"circumference at R {four_digits(float(design.size[0]))}, mm", ylabel="along its axis, mm")
     axes.spines[:].set_visible(False)
     axes.set_xticks(np.arange(0.0, around, round_length(around / 4)))
     axes.set_yticks([y for y in axes.get_yticks() if low - edge <= y <= high + edge])

@@ -19,11 +19,11 @@ CLEAR = 2.4  # and without the middle of a mark
 ABOVE = 4.6  # the order of drawing: what is above hides a label
 NONE = 1e-6  # of a point: an offset that is none
 
-Place = tuple[float, float]
+LabelPlace = tuple[float, float]
 """Where the near edge of a label is, in points from its point."""
 
 
-def around(distances: Iterable[float], first: float = 0.0, directions: int = 8) -> list[Place]:
+def around(distances: Iterable[float], first: float = 0.0, directions: int = 8) -> list[LabelPlace]:
     """Places in so many directions, those near to ``first`` (rad) first, at each distance in turn."""
     turns = [2.0 * pi * ((k + 1) // 2) * (-1) ** k / directions for k in range(directions)]
     return [(d * cos(first + turn), d * sin(first + turn)) for d in distances for turn in turns]
@@ -35,7 +35,7 @@ class Label(NamedTuple):
     axes: Any
     text: str
     point: tuple[float, float]
-    places: Sequence[Place]
+    places: Sequence[LabelPlace]
     style: dict[str, Any]
     thinnest: float = 0.0
     """Lines thinner than that (points) may run through the text."""
@@ -76,7 +76,7 @@ def settle(figure: Any, labels: Sequence[Label]) -> None:
         taken.append(text.get_window_extent(renderer).get_points())
 
 
-def _put(text: Any, place: Place) -> None:
+def _put(text: Any, place: LabelPlace) -> None:
     """A text at a place, with the edge or corner that is nearest to its point there."""
     x, y = place
     text.set_position(place)

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from camopt.drawing.picture import NAMES, Picture, number
+from camopt.drawing.picture import NAMES, Picture, four_digits
 from camopt.drawing.style import INK, REFERENCE
 from camopt.effects.motion import scale
 from camopt.mechanisms.design import BoolArray
@@ -92,7 +92,7 @@ def _pressure(picture: Picture) -> Panel:
     programme, exact = picture.problem.programme, picture.values
     if exact["pressure_angle_max_deg"] == 0.0 and mechanism.reach is not None:
         reach = picture.curve_values(mechanism.reach(design, programme))
-        peaks = extremes(picture, reach, "face_reach_max_mm", "face_reach_min_mm")
+        peaks = greatest_and_least(picture, reach, "face_reach_max_mm", "face_reach_min_mm")
         return Panel("Contact on the face", "mm", reach, peaks, note="pressure angle 0 throughout")
     tangent = picture.curve_values(mechanism.pressure(design, programme))
     values = [np.degrees(np.arctan(t)) for t in tangent]
@@ -113,7 +113,7 @@ def _mark_pitch_point(panel: Panel, exact: dict[str, Any]) -> None:
             return
     every = np.concatenate(panel.values)
     value = float(every[np.argmax(np.abs(every))])
-    panel.peaks.append(Peak(at, value, f"pitch point {number(np.copysign(largest, value))}°", REFERENCE))
+    panel.peaks.append(Peak(at, value, f"pitch point {four_digits(np.copysign(largest, value))}°", REFERENCE))
 
 
 def _curvature(picture: Picture) -> Panel:
@@ -151,7 +151,7 @@ def _trace_curvature(picture: Picture, pitch: Values) -> Panel:
     least = picture.values["profile_radius_min_mm"]
     if isfinite(least) and least > 0.0 and not grooved:
         peaks = bounds(picture, profiles[0], (1.0 / least, np.nan))
-        panel.peaks = [Peak(p.angle, p.value, f"ρ {number(least)} mm") for p in peaks if abs(p.value) <= cap]
+        panel.peaks = [Peak(p.angle, p.value, f"ρ {four_digits(least)} mm") for p in peaks if abs(p.value) <= cap]
     panel.limits = [(kinds, 1.0 / bound) for kinds, bound in limit(picture, "profile_radius_min_mm")]
     return panel
 
@@ -193,11 +193,11 @@ def _peaks(picture: Picture, values: Values, exact: dict[int, float], sign: str 
             at = float(np.nanargmax(np.abs(every)))
             direction = np.sign(every[int(at)])
             angle = _middle_of_peak(np.concatenate([picture.pieces[k] for k in chosen]), every * direction)
-            found.append(Peak(angle, direction * largest, f"{number(direction * largest)}{sign}"))
+            found.append(Peak(angle, direction * largest, f"{four_digits(direction * largest)}{sign}"))
     return found
 
 
-def extremes(picture: Picture, values: Values, greatest: str, least: str) -> list[Peak]:
+def greatest_and_least(picture: Picture, values: Values, greatest: str, least: str) -> list[Peak]:
     """The greatest and the least value, each by the name of its quantity; none for no name."""
     return bounds(picture, values, tuple(picture.values.get(name, np.nan) for name in (greatest, least)))
 
@@ -209,7 +209,8 @@ def bounds(picture: Picture, values: Values, exact: tuple[float, ...]) -> list[P
         return []
     sides = [(sign, value) for sign, value in zip((1.0, -1.0), exact, strict=True) if isfinite(value)]
     return [
-        Peak(_middle_of_peak(angles, every * sign), value, number(value), least=sign < 0.0) for sign, value in sides
+        Peak(_middle_of_peak(angles, every * sign), value, four_digits(value), least=sign < 0.0)
+        for sign, value in sides
     ]
 
 
@@ -220,7 +221,7 @@ def peak_of(picture: Picture, values: Values, name: str, *, least: bool = False)
     sign = float(np.copysign(1.0, every[at]))
     exact = sign * picture.values[name]
     return Peak(
-        _middle_of_peak(angles, -np.abs(every) if least else sign * every), exact, number(exact), least=least
+        _middle_of_peak(angles, -np.abs(every) if least else sign * every), exact, four_digits(exact), least=least
     )
 
 

@@ -103,7 +103,7 @@ def circle(axes: Any, radius: float, centre: complex = 0.0, **style: Any) -> Non
     line(axes, centre + radius * np.exp(1j * np.linspace(0.0, 2 * np.pi, 361)), **style)
 
 
-def number(value: float) -> str:
+def four_digits(value: float) -> str:
     """A number in four digits, or all of a larger whole number, with a real minus sign."""
     text = f"{value:.0f}" if 1e4 <= abs(value) < 1e7 else f"{value:.4g}"
     return text.replace("-", "−")

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from camopt.drawing.picture import Picture, number
+from camopt.drawing.picture import Picture, four_digits
 from camopt.drawing.style import COLOURS, FILL, INK, MUTED
 from camopt.mechanisms.design import ComplexArray
 from camopt.problem.problem import resolve_design
@@ -40,7 +40,9 @@ def small_cam(scene: Scene) -> str:
         drawn += [path(side, stroke=COLOURS[kind], stroke_width=2) for side in piece]
     cross = 0.06 * size * np.array([-1, 1], dtype=complex)
     drawn += [] if grooved else [path(cross, stroke=INK), path(1j * cross, stroke=INK)]
-    return _page(drawn, scale * extent, f"{'mean' if grooved else 'base'} radius {number(size)} mm", scene.name)
+    return _page(
+        drawn, scale * extent, f"{'mean' if grooved else 'base'} radius {four_digits(size)} mm", scene.name
+    )
 
 
 def _path(points: ComplexArray, **style: object) -> str:

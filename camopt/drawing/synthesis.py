@@ -9,7 +9,7 @@ from camopt.drawing.canvas import Target, canvas, saving
 from camopt.drawing.diagrams import in_powers
 from camopt.drawing.groove import draw_groove
 from camopt.drawing.labels import settle
-from camopt.drawing.picture import Picture, number
+from camopt.drawing.picture import Picture, four_digits
 from camopt.drawing.style import COLOURS, MUTED, PAGE_TITLE, TITLE, dress
 from camopt.effects.motion import scale
 from camopt.motion.table import RETURN, RISE
@@ -69,7 +69,7 @@ def _own(known: Comparison) -> str:
         row = known.rows[known.own]
         beyond = "" if row["within"] else ", which breaks the limits on its motion"
         words.append(
-            f"the scene's own law, {known.own}: {size} radius {number(row[f'{size}_radius_mm'])} mm{beyond}"
+            f"the scene's own law, {known.own}: {size} radius {four_digits(row[f'{size}_radius_mm'])} mm{beyond}"
         )
     return "  ·  ".join(words)
 
@@ -93,7 +93,7 @@ def _cams(figure: Any, pictures: dict[str, Picture]) -> None:
         ax.set_position(place)
         ax.set(xlim=(limits[:, 0].min(), limits[:, 1].max()), ylim=(limits[:, 2].min(), limits[:, 3].max()))
         ax.set_aspect("equal", anchor="NW")
-        size = f"{'base' if disc else 'mean'} radius {number(float(picture.problem.design.size[0]))} mm"
+        size = f"{'base' if disc else 'mean'} radius {four_digits(float(picture.problem.design.size[0]))} mm"
         title = word if word == "free laws" else f"{word}: {_laws(picture)}"
         ax.set_title(f"{title}\n{size}", loc="left", fontsize=TITLE, color=AFTER if word == "free laws" else BEFORE)
         if disc and each != lowest:  # one bar for the scale of both

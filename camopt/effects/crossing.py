@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.effects.case import Bounded, Case, Effect, Setup
-from camopt.effects.parts import ROUNDING, Cover, Ends, IntArray, Parts, cover, ends_of, first_parts
+from camopt.effects.parts import ROUNDING, Cover, IntArray, PartEnds, TurnParts, cover, ends_of, first_parts
 from camopt.mechanisms.design import BoolArray, ComplexArray, Designs
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
@@ -113,7 +113,7 @@ def find_crossings(setup: Setup, designs: Designs, programme: Programme) -> list
 class Pairs(NamedTuple):
     """Parts of the profiles of some designs, and the pairs of them of which nothing is known yet."""
 
-    parts: Parts
+    parts: TurnParts
     owner: IntArray
     """The design of each part."""
     first: IntArray
@@ -121,12 +121,12 @@ class Pairs(NamedTuple):
     second: IntArray
 
     @classmethod
-    def all_of(cls, designs: IntArray, parts: Parts) -> "Pairs":
+    def all_of(cls, designs: IntArray, parts: TurnParts) -> "Pairs":
         """All pairs of parts of the turn, of each design."""
         count = parts.middle.size
         starts = np.repeat(count * np.arange(designs.size), count * (count + 1) // 2)
         first, second = (starts + np.tile(index, designs.size) for index in np.triu_indices(count))
-        tiled = Parts(*(np.tile(x, designs.size) for x in parts))
+        tiled = TurnParts(*(np.tile(x, designs.size) for x in parts))
         return cls(tiled, np.repeat(designs, count), first, second)
 
     def left(self, setup: Setup, designs: Designs, programme: Programme, found: list[Crossing]) -> "Pairs":
@@ -197,14 +197,14 @@ def _strips_apart(a: Cover, b: Cover) -> BoolArray:
     return np.asarray(along_a | along_b)
 
 
-def _meet(found: Cover, ends: Ends, first: IntArray, second: IntArray) -> BoolArray:
+def _meet(found: Cover, ends: PartEnds, first: IntArray, second: IntArray) -> BoolArray:
     """Which pairs of parts surely meet."""
     one, other = ((found.take(index), [tip[index] for tip in ends]) for index in (first, second))
     beyond = across(*one, other[0]) - other[0].bulge, across(*other, one[0]) - one[0].bulge
     return np.asarray(np.minimum(*beyond) > 0.0)
 
 
-def across(found: Cover, ends: Ends, other: Cover) -> FloatArray:
+def across(found: Cover, ends: PartEnds, other: Cover) -> FloatArray:
     """How far the ends of parts are, on opposite sides, from the tangents of others, mm; −∞ if on one side."""
     start, end = (cross(other.tangent, tip - other.point) for tip in ends)
     far = np.minimum(np.abs(start), np.abs(end)) - found.rounding

@@ -31,7 +31,7 @@ import numpy as np
 
 from camopt.effects.case import Setup
 from camopt.effects.crossing import find_crossing
-from camopt.effects.parts import drawn, motion_at, start_of
+from camopt.effects.parts import drawn, position_and_speed, start_of
 from camopt.mechanisms.design import BoolArray, Designs
 from camopt.motion.programme import Programme
 from camopt.numerics import GIVEN, FloatArray
@@ -95,7 +95,7 @@ class KnownCrossings:
 def overlaps(setup: Setup, designs: Designs, programme: Programme, angles: FloatArray) -> FloatArray:
     """The overlap in mm³/rad of n designs, (n, m), at pairs of cam angles in rad, (n or 1, m, 2)."""
     column, table = designs.take((slice(None), None)), programme.table
-    motion, (other, _) = motion_at(table, angles[..., 0]), motion_at(table, angles[..., 1])
+    motion, (other, _) = position_and_speed(table, angles[..., 0]), position_and_speed(table, angles[..., 1])
     return np.asarray(overlap(setup, column, start_of(setup, column), angles, motion, other))
 
 
@@ -157,7 +157,7 @@ def overlap_in(
     changes it without bounds where a follower can only just be assembled.
     """
     error = programme.table.error.max(axis=0)
-    (y, y1), (y_b, _) = (motion_at(programme.table, angles) for angles in pairs.T)
+    (y, y1), (y_b, _) = (position_and_speed(programme.table, angles) for angles in pairs.T)
     motion, other = (_rounded(y, error[0]), _rounded(y1, error[1])), _rounded(y_b, error[0])
     sizes: dict[str, Any] = box.sizes
     sides = {name: (as_interval(sizes[name]), inside.sizes[name]) for name in free}

@@ -28,7 +28,7 @@ DEGREE = 20
 HALVINGS = 60
 
 
-class Parts(NamedTuple):
+class PanelParts(NamedTuple):
     """Parts of panels (n,): the panel, and its ends in u."""
 
     panel: IntArray
@@ -39,20 +39,20 @@ class Parts(NamedTuple):
         """u at places from −1 to 1 of each part."""
         return 0.5 * ((1.0 - share) * self.low + (1.0 + share) * self.high)
 
-    def take(self, index: Any) -> "Parts":
+    def take(self, index: Any) -> "PanelParts":
         """Some of the parts."""
-        return Parts(self.panel[index], self.low[index], self.high[index])
+        return PanelParts(self.panel[index], self.low[index], self.high[index])
 
 
-def cut_panels(table: MotionTable, cuts: Iterable[tuple[int, float]]) -> Parts:
+def cut_panels(table: MotionTable, cuts: Iterable[tuple[int, float]]) -> PanelParts:
     """All panels of a motion, cut at (panel, u)."""
     whole = [(panel, -1.0) for panel in range(len(table.centre))]
     panel, low = (np.array(column) for column in zip(*sorted([*whole, *cuts]), strict=True))
     last = np.diff(panel, append=len(table.centre)) != 0
-    return Parts(panel, low, np.where(last, 1.0, np.append(low[1:], 1.0)))
+    return PanelParts(panel, low, np.where(last, 1.0, np.append(low[1:], 1.0)))
 
 
-def motion_in(programme: Programme, parts: Parts, u: FloatArray) -> tuple[Any, ...]:
+def motion_in(programme: Programme, parts: PanelParts, u: FloatArray) -> tuple[Any, ...]:
     """What curves take at places (…, n) of parts; y''' is left out, so that slopes mean nothing."""
     table = programme.table
     rows = [polynomial.polyval(u, derivative(table, order)[:, parts.panel], tensor=False) for order in range(3)]
@@ -62,12 +62,12 @@ def motion_in(programme: Programme, parts: Parts, u: FloatArray) -> tuple[Any, .
     return *rows, (0.0, load, 0.0)
 
 
-def smooth_parts(setup: Setup, design: Designs, programme: Programme, force: FloatArray) -> Parts:
+def smooth_parts(setup: Setup, design: Designs, programme: Programme, force: FloatArray) -> PanelParts:
     """Parts of panels in each of which T is smooth; ``force`` is F on the panels."""
     cuts = [*sign_changes(force), *sign_changes(derivative(programme.table, 2))]
     parts, pressure = cut_panels(programme.table, cuts), setup.mechanism.pressure(design, programme)
 
-    def lean(parts: Parts, u: FloatArray) -> FloatArray:
+    def lean(parts: PanelParts, u: FloatArray) -> FloatArray:
         return np.asarray(np.sign(curve(pressure, 0, *motion_in(programme, parts, u))[0]))
 
     turned = lean(parts, parts.low) * lean(parts, parts.high) < 0.0

@@ -19,7 +19,7 @@ import numpy as np
 
 from camopt.effects import force
 from camopt.effects.case import Bounded, Case, Effect, Setup
-from camopt.effects.loads import Largest, Variant, contact_load, goal_of, largest, normal_curve, rubs, ways
+from camopt.effects.loads import Largest, Variant, contact_load, goal_of, largest_load, normal_curve, rubs, ways
 from camopt.numerics import FloatArray
 from camopt.numerics.curves import curve
 from camopt.numerics.point_contact import ellipticity_of, integrals
@@ -83,14 +83,14 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     sound = sound & (np.asarray(case.found.get("jamming_margin", 1.0)) > 0.0)
     every = variants(setup)
     goal, curves = goal_of(setup), [variant for *_, variant in every]
-    top = largest(case, curves, goal, sound)
+    top = largest_load(case, curves, goal, sound)
     load = np.maximum(top.value, 0.0)
     stress = stress_of(setup, load)
     finite = np.where(np.isfinite(load), stress, 0.0)
     outward = np.where(np.isfinite(load), stress_of(setup, load + top.width) - finite, 0.0)
     columns: dict[str, Any] = {STRESS: Bounded(stress, outward, stress)}
     if wanted - {STRESS}:
-        top = largest(case, curves, goal, sound, located=True)
+        top = largest_load(case, curves, goal, sound, located=True)
         width, length = np.zeros((2, *stress.shape))
         width[~np.isfinite(load)] = length[~np.isfinite(load)] = np.inf
         for number, (flank, way, (make, _)) in enumerate(every):

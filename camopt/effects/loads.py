@@ -324,7 +324,9 @@ def goal_of(setup: Setup) -> int:
     return LARGEST_MAGNITUDE if setup.mechanism.grooved else LARGEST
 
 
-def largest(case: Case, variants: Sequence[Variant], goal: int, sound: Any, *, located: bool = False) -> Largest:
+def largest_load(
+    case: Case, variants: Sequence[Variant], goal: int, sound: Any, *, located: bool = False
+) -> Largest:
     """The largest load over the turn; infinite for designs that are not sound, and where y' jumps.
 
     Its cam angle is as exact as the load only if ``located``.

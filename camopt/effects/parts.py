@@ -26,7 +26,7 @@ WIDEST = np.pi / 100  # half of the cam angle of a first part
 ROUNDING = 2e-14  # relative to the size of the cam, beyond the motion's error: some tens of what formulas lose
 
 
-class Parts(NamedTuple):
+class TurnParts(NamedTuple):
     """Parts of the turn (n,), in order: cam angles in rad, and bounds of |y'|, |y''| and of errors in each."""
 
     middle: FloatArray
@@ -36,19 +36,19 @@ class Parts(NamedTuple):
     error: FloatArray
     """Of y and y'."""
 
-    def split(self, into: IntArray) -> "Parts":
+    def split(self, into: IntArray) -> "TurnParts":
         """Each part in so many equal ones, or left out."""
         halves = self.half / np.maximum(into, 1)
         start, half, *bounds = (np.repeat(x, into) for x in (self.middle - self.half, halves, *self[2:]))
         place = np.arange(half.size) - np.repeat(np.cumsum(into) - into, into)
-        return Parts(start + (2 * place + 1) * half, half, *bounds)
+        return TurnParts(start + (2 * place + 1) * half, half, *bounds)
 
 
-def first_parts(programme: Programme) -> Parts:
+def first_parts(programme: Programme) -> TurnParts:
     """The panels of the motion, or parts of them: a jump of y' or y'' lies between two parts."""
     table = programme.table
     most, error = (rows[: table.centre.size] for rows in (table.most, table.error))  # the rest is of groups
-    panels = Parts(table.centre, table.half_width, most[:, 1], most[:, 2], np.max(error[:, :2], axis=1))
+    panels = TurnParts(table.centre, table.half_width, most[:, 1], most[:, 2], np.max(error[:, :2], axis=1))
     return panels.split(np.ceil(table.half_width / WIDEST).astype(int))
 
 
@@ -74,9 +74,9 @@ class Cover(NamedTuple):
         return self._replace(**{name: values[index] for name, values in self._asdict().items()})
 
 
-def cover(setup: Setup, design: Designs, programme: Programme, parts: Parts) -> Cover:
+def cover(setup: Setup, design: Designs, programme: Programme, parts: TurnParts) -> Cover:
     """Enclose the profile of one design, or of several, (n, 1) each, over parts of the turn."""
-    y, y1 = motion_at(programme.table, parts.middle)
+    y, y1 = position_and_speed(programme.table, parts.middle)
     trace, velocity = (x + 1j * z for x, z in drawn(setup, design, start_of(setup, design) + y, y1))
     reach = np.abs(design.centre_distance - trace) if setup.angular else 1.0  # of the trace point by y
     distance, speed, radius = np.abs(trace), np.abs(velocity), design.roller_radius
@@ -95,11 +95,11 @@ def cover(setup: Setup, design: Designs, programme: Programme, parts: Parts) -> 
     return Cover(turn * trace - radius * normal, tangent, normal, spread, away, bulge, rounding)
 
 
-Ends = Sequence[ComplexArray]
+PartEnds = Sequence[ComplexArray]
 """Where parts of a profile start, and where they end."""
 
 
-def ends_of(setup: Setup, design: Designs, programme: Programme, parts: Parts) -> Ends:
+def ends_of(setup: Setup, design: Designs, programme: Programme, parts: TurnParts) -> PartEnds:
     """The ends of parts of the profile of one design, or of several, (n, 1) each."""
     angles = np.stack([parts.middle - parts.half, parts.middle + parts.half])
     return list(points_at(setup, design, programme, angles))
@@ -107,12 +107,12 @@ def ends_of(setup: Setup, design: Designs, programme: Programme, parts: Parts) -
 
 def points_at(setup: Setup, design: Designs, programme: Programme, angles: FloatArray) -> ComplexArray:
     """The profile of one design, or of several, (n, 1) each, at cam angles in rad."""
-    y, y1 = motion_at(programme.table, angles)
+    y, y1 = position_and_speed(programme.table, angles)
     x, z = profile(setup, design, start_of(setup, design) + y, y1)
     return np.asarray(np.exp(-1j * design.sense * angles) * (x + 1j * z))
 
 
-def motion_at(table: MotionTable, angles: FloatArray) -> tuple[FloatArray, FloatArray]:
+def position_and_speed(table: MotionTable, angles: FloatArray) -> tuple[FloatArray, FloatArray]:
     """y and y' at cam angles in rad, by the panels' polynomials; neither jumps on a cam that is not undercut."""
     angles = np.mod(angles, 2 * np.pi)
     panel = np.searchsorted((table.centre - table.half_width)[1:], angles, side="right")

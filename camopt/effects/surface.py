@@ -29,7 +29,7 @@ import numpy as np
 
 from camopt.effects import force
 from camopt.effects.case import Bounded, Case, Effect, Setup
-from camopt.effects.loads import Variant, contact_load, largest, normal_curve, rubs, ways
+from camopt.effects.loads import Variant, contact_load, largest_load, normal_curve, rubs, ways
 from camopt.mechanisms.design import Designs
 from camopt.motion.programme import Programme
 from camopt.motion.table import TURN
@@ -288,7 +288,7 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
         if wanted & {FILM, RATIO}:
             columns |= _film(case, sound & ((least - below > 0.0) | (most + above < 0.0)))
     if WEAR in wanted:
-        worn = largest(case, [variant for variant, _ in variants(WEAR, setup)], LARGEST, sound)
+        worn = largest_load(case, [variant for variant, _ in variants(WEAR, setup)], LARGEST, sound)
         columns[WEAR] = worn.bounded(wear_factor(setup))
     return columns
 
@@ -298,7 +298,7 @@ def _film(case: Case, carried: Any) -> dict[str, Any]:
     setup = case.setup
     assert setup.omega is not None
     pressed = force.force_span(case.programme, setup.dynamics, setup.omega)[0] > 0.0
-    thinnest = largest(case, [variant for variant, _ in variants(RATIO, setup)], LARGEST, carried & pressed)
+    thinnest = largest_load(case, [variant for variant, _ in variants(RATIO, setup)], LARGEST, carried & pressed)
     film = film_factor(setup) / thinnest.value
     outward = film_factor(setup) / (thinnest.value + thinnest.width) - film
     found = {FILM: Bounded(film * 1e3, outward * 1e3, film * 1e3)}

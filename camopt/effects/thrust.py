@@ -27,7 +27,7 @@ from camopt.effects.loads import (
     driven,
     friction,
     goal_of,
-    largest,
+    largest_load,
     normal_curve,
     rubs,
     ways,
@@ -84,13 +84,13 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
         sound = drag.value[0] + drag.width[0] < 1.0
     if "normal_force_max_N" in wanted:
         normal = [(partial(normal_curve, setup, way=way), kinds) for way, kinds in ways(setup)]
-        columns["normal_force_max_N"] = largest(case, normal, goal_of(setup), sound).bounded()
+        columns["normal_force_max_N"] = largest_load(case, normal, goal_of(setup), sound).bounded()
     for name, (arm, reach, factor) in levers(setup).items():
         if name in wanted:
             thrust = [
                 (partial(thrust_curve, setup, way=way, arm=arm, reach=reach), kinds) for way, kinds in ways(setup)
             ]
-            columns[name] = largest(case, thrust, LARGEST_MAGNITUDE, sound).bounded(factor)
+            columns[name] = largest_load(case, thrust, LARGEST_MAGNITUDE, sound).bounded(factor)
     return columns
 
 

@@ -33,7 +33,7 @@ from camopt.effects import force
 from camopt.effects.case import Bounded, Case, Dynamics, Effect, Setup
 from camopt.effects.guided import guided_torque
 from camopt.effects.loads import drag_of, driven, rubs, torque_curve, ways
-from camopt.effects.work import ROUNDED, added, derivative, integral, largest, product, total
+from camopt.effects.work import ROUNDED, added, derivative, integral, largest_of_series, product, total
 from camopt.motion.programme import SAME, Programme
 from camopt.motion.table import INWARD, OUTWARD
 from camopt.numerics import LARGEST, LEAST, FloatArray
@@ -98,7 +98,7 @@ def turn_of(programme: Programme, dynamics: Dynamics, omega: float) -> Turn:
     mean = total(half_width, product(lasting(programme, dynamics, omega), speed)) / (2.0 * pi)
     rms = sqrt(total(half_width, product(series, series)) / (2.0 * pi))
     upwards, downwards = _impulses(programme)
-    top, bottom = inf if upwards else largest(series), -inf if downwards else -largest(-series)
+    top, bottom = inf if upwards else largest_of_series(series), -inf if downwards else -largest_of_series(-series)
     return Turn(
         top,
         bottom,
@@ -131,7 +131,7 @@ def _fluctuation(programme: Programme, dynamics: Dynamics, omega: float, mean: f
     turned = [corner.at for corner in programme.corners if 0.0 < corner.after / corner.size < 1.0]
     within = np.asarray(polynomial.polyval(-1.0, rest))[np.searchsorted(table.centre, turned)]
     work = added(rest, kinetic)
-    return largest(work) - min([-largest(-work), *map(float, within)])
+    return largest_of_series(work) - min([-largest_of_series(-work), *map(float, within)])
 
 
 def guided_turn(case: Case, *, integrals: bool) -> Turn:
@@ -176,7 +176,7 @@ def _integrals(half_width: FloatArray, series: FloatArray) -> tuple[float, float
     mean = total(half_width, series) / (2.0 * pi)
     square = total(half_width, product(series, series)) / (2.0 * pi)
     work = integral(half_width, added(series, np.full((1, half_width.size), -mean)))
-    return mean, sqrt(square), largest(work) + largest(-work)
+    return mean, sqrt(square), largest_of_series(work) + largest_of_series(-work)
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:

@@ -50,7 +50,7 @@ def total(half_width: FloatArray, series: FloatArray) -> float:
     return float(np.sum(2.0 / np.arange(1, 2 * len(even), 2) @ even * half_width))
 
 
-def largest(series: FloatArray) -> float:
+def largest_of_series(series: FloatArray) -> float:
     """The largest value of a series, to ROUNDED of its largest magnitude.
 
     Bernstein coefficients enclose a polynomial, and the first and the last are its values at the ends. Parts of

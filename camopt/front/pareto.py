@@ -89,7 +89,7 @@ class Scale(NamedTuple):
         return np.where(known, share, np.where(known.any(axis=0), costs, 0.0))
 
 
-def scale_of(costs: FloatArray) -> Scale:
+def scale_of_costs(costs: FloatArray) -> Scale:
     """The scale of a front, by its finite costs; 0 to 0 for an objective that has none."""
     known = np.isfinite(costs)
     ideal = np.min(costs, axis=0, where=known, initial=LARGEST)
@@ -144,7 +144,7 @@ def thinned(rows: Rows, search: Search, epsilon: float) -> Rows:
     import moocore
 
     costs = objectives(rows, search)
-    normalised = scale_of(costs).normalised(costs)
+    normalised = scale_of_costs(costs).normalised(costs)
     sums, boxes = _sums(normalised), np.nan_to_num(np.floor(normalised / epsilon))
     order = np.argsort(sums, kind="stable")
     kept = order[moocore.is_nondominated(boxes[order], keep_weakly=False)]
@@ -182,7 +182,7 @@ def front_of(rows: Rows, search: Search, grid: Rows | None = None) -> Front | No
     if not rows.count:
         return None
     costs = objectives(rows, search)
-    scale = scale_of(costs)
+    scale = scale_of_costs(costs)
     normalised = scale.normalised(costs)
     volume, exact = hypervolume(normalised)
     before = None if grid is None else hypervolume(scale.normalised(objectives(grid, search)))[0]

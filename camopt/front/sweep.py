@@ -173,7 +173,7 @@ def sweep(
         pareto=rows.count,
         files=tuple(Path(out or "") / name for name in ((*map(file_name, tables), "scene.toml") if tables else ())),
         best=best_of_each_law(space, joined(firsts)),
-        nearest_miss=None if feasible else nearest_miss(space, block),
+        nearest_miss=None if feasible else nearest_miss_of_space(space, block),
         front=front,
         obstacle="" if existing else problem.setup.mechanism.assembly,
     )
@@ -298,7 +298,7 @@ def held_by(space: Space, row: dict[str, Any]) -> str:
     return str(judged(problem, design, frozenset()).column("violated")[0]).replace(",", ", ")
 
 
-def nearest_miss(space: Space, block: int) -> Design | None:
+def nearest_miss_of_space(space: Space, block: int) -> Design | None:
     """The design of the space that misses its limits the least, with its quantities."""
     best: tuple[tuple[float, float], Problem, Designs] | None = None
     for problem, first, last in space.blocks(block):

@@ -36,7 +36,7 @@ def pitch_curvature(f, i, y, y1, y2, y3):
     return trace_curvature(-y1, -y2, -y3, f.mean_radius[i], 0.0, 0.0, 0.0, 0.0)
 
 
-def _rooms(designs: Designs, programme: Programme) -> tuple[Any, ...]:
+def _assembly_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
     return (designs.size,)
 
 
@@ -50,7 +50,7 @@ MECHANISM = Mechanism(
     name="cylindrical cam, translating follower",
     pressure=lambda designs, programme: CylindricalPressureAngle(designs.size),
     curvature=lambda designs, programme: CylindricalPitchCurvature(designs.size),
-    rooms=_rooms,
+    assembly_margins=_assembly_margins,
     assembly="the mean radius has to be above 0",
     travel=_travel,
     grooved=True,

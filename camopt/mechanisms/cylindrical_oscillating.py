@@ -71,7 +71,7 @@ def _fields(designs: Designs, programme: Programme) -> tuple[FloatArray, ...]:
     return designs.size, designs.arm_length, ones * np.cos(start), ones * np.sin(start), ones * designs.sense
 
 
-def _rooms(designs: Designs, programme: Programme) -> tuple[Any, ...]:
+def _assembly_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
     return designs.size, np.pi - programme.lift
 
 
@@ -88,7 +88,7 @@ MECHANISM = Mechanism(
     name="cylindrical cam, oscillating follower",
     pressure=lambda designs, programme: CylindricalOscillatingPressureAngle(*_fields(designs, programme)),
     curvature=lambda designs, programme: CylindricalOscillatingPitchCurvature(*_fields(designs, programme)),
-    rooms=_rooms,
+    assembly_margins=_assembly_margins,
     assembly="the mean radius has to be above 0, and the swing below 180 deg",
     travel=_travel,
     grooved=True,

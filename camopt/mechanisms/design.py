@@ -102,7 +102,7 @@ class Mechanism:
     name: str
     pressure: Callable[[Designs, Programme], Any]
     """Curve tan β."""
-    rooms: Callable[[Designs, Programme], tuple[Any, ...]]
+    assembly_margins: Callable[[Designs, Programme], tuple[Any, ...]]
     """Numbers, or Intervals over boxes of designs, all above 0 where a design can be assembled at every angle."""
     assembly: str
     """That condition in words."""
@@ -125,13 +125,13 @@ class Mechanism:
     def exists(self, designs: Designs, programme: Programme) -> BoolArray:
         """Which designs can be assembled at every cam angle."""
         held = np.ones(len(designs), dtype=bool)
-        for room in self.rooms(designs, programme):
-            held &= room > 0.0
+        for margin in self.assembly_margins(designs, programme):
+            held &= margin > 0.0
         return held
 
     def impossible(self, boxes: Designs, programme: Programme) -> BoolArray:
         """Which boxes (designs of Intervals) hold no design that can be assembled."""
         lacking = np.zeros(len(boxes), dtype=bool)
-        for room in self.rooms(boxes, programme):
-            lacking |= as_interval(room).high <= 0.0
+        for margin in self.assembly_margins(boxes, programme):
+            lacking |= as_interval(margin).high <= 0.0
         return lacking

@@ -120,7 +120,7 @@ def _outline(designs: Designs, programme: Programme) -> OscillatingOutline:
     return OscillatingOutline(c, l, cosine, sine, designs.roller_radius)
 
 
-def _rooms(designs: Designs, programme: Programme) -> tuple[Any, ...]:
+def _assembly_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
     c, l, r = designs.centre_distance, designs.arm_length, designs.prime_radius  # noqa: E741
     return r - (c - l), r - (l - c), c + l - r, np.pi - programme.lift - first_angle(designs)
 
@@ -146,7 +146,7 @@ MECHANISM = Mechanism(
     outline=_outline,
     start=first_angle,
     trace_point=trace_point,
-    rooms=_rooms,
+    assembly_margins=_assembly_margins,
     assembly="prime radius, arm and centre distance have to form a triangle throughout the lift",
     travel=_travel,
 )

@@ -121,7 +121,7 @@ def _fields(designs: Designs) -> tuple[FloatArray, ...]:
     return designs.face_offset, designs.centre_distance, cosine, sine, sense
 
 
-def _rooms(designs: Designs, programme: Programme) -> tuple[Any, ...]:
+def _assembly_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
     sine = first_sine(designs)
     first = np.arcsin(np.minimum(np.maximum(sine, -1.0), 1.0))
     return 1.0 + sine, 1.0 - sine, np.pi / 2 - programme.lift - first, slowest(designs.sense, programme)
@@ -148,7 +148,7 @@ MECHANISM = Mechanism(
     sliding=lambda designs, programme: OscillatingFlatSliding(*_fields(designs)),
     reach=lambda designs, programme: OscillatingFlatReach(*_fields(designs)),
     outline=lambda designs, programme: OscillatingFlatOutline(*_fields(designs)[:4]),
-    rooms=_rooms,
+    assembly_margins=_assembly_margins,
     assembly="the face has to touch the base circle, and to swing by less than the cam turns",
     travel=_travel,
 )

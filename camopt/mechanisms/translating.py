@@ -86,7 +86,7 @@ def height(designs: Designs) -> FloatArray:
     return root
 
 
-def _rooms(designs: Designs, programme: Programme) -> tuple[Any, ...]:
+def _assembly_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
     return designs.prime_radius - designs.offset, designs.prime_radius + designs.offset
 
 
@@ -104,7 +104,7 @@ MECHANISM = Mechanism(
     outline=lambda designs, programme: TranslatingOutline(designs.lead, height(designs), designs.roller_radius),
     start=height,
     trace_point=lambda designs, height: (designs.offset, height),
-    rooms=_rooms,
+    assembly_margins=_assembly_margins,
     assembly="the offset has to be smaller than the prime radius",
     travel=_travel,
 )

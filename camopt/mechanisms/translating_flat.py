@@ -20,7 +20,7 @@ def _linear(designs: Designs, y: float, y1: float, y2: float, constant: FloatArr
     return Linear(zeros + y, zeros + y1, zeros + y2, zeros + constant)
 
 
-def _rooms(designs: Designs, programme: Programme) -> tuple[Any, ...]:
+def _assembly_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:
     return (designs.size,)
 
 
@@ -37,7 +37,7 @@ MECHANISM = Mechanism(
     sliding=lambda designs, programme: _linear(designs, 1, 0, 0, designs.size),
     reach=lambda designs, programme: _linear(designs, 0, 1, 0, -designs.lead),
     outline=lambda designs, programme: _linear(designs, 1, 0, 0, designs.size),
-    rooms=_rooms,
+    assembly_margins=_assembly_margins,
     assembly="the base radius has to be above 0",
     travel=_travel,
 )

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from camopt.numerics import LARGEST_MAGNITUDE, LEAST
-from camopt.numerics.compile import called, inlined
+from camopt.numerics.compile import called_by_kernels, inlined
 from camopt.numerics.indirect import call
 from camopt.numerics.workspace import (
     AT,
@@ -124,7 +124,7 @@ def cubic_peak(left, rising, right, falling, width):
     return 2.0 * rising / (np.sqrt(max(linear * linear - 4.0 * square * rising, 0.0)) - linear)
 
 
-@called
+@called_by_kernels
 def begin_climb(climbs, j, design, ends, half_width, concavity):
     """Fill a column of the table of climbs."""
     low, high, left, rising, right, falling = ends
@@ -140,7 +140,7 @@ def begin_climb(climbs, j, design, ends, half_width, concavity):
     state[BOUND, j], state[SLOPE, j], state[EXACT, j] = np.inf, np.inf, 0.0
 
 
-@called
+@called_by_kernels
 def step_all(many, half_width, state):
     """One step of every climb, from the values and slopes that were looked at; no branches."""
     low, high, rising, falling, side = state[LOW], state[HIGH], state[RISING], state[FALLING], state[SIDE]
@@ -159,7 +159,7 @@ def step_all(many, half_width, state):
         following[j] = crossing(bracket)
 
 
-@called
+@called_by_kernels
 def going_on(many, place, errors, last, ask, found, climbs):
     """Take what the climbs have found, and keep those that go on: how many.
 

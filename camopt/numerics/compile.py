@@ -143,7 +143,7 @@ def inlined(function: Callable[..., Any]) -> Any:
     return _dispatched(function, Part, **INLINE)
 
 
-def called(function: Callable[..., Any]) -> Any:
+def called_by_kernels(function: Callable[..., Any]) -> Any:
     """Compile a function that kernels call, but not for each number."""
     return _dispatched(function, Part, **LINKED)
 

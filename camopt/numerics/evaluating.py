@@ -14,13 +14,13 @@ import numpy as np
 from camopt.numerics.compile import inlined, types
 from camopt.numerics.curves import curve
 from camopt.numerics.indirect import code_of, evaluates
-from camopt.numerics.jet import known
+from camopt.numerics.jet import known_bound
 from camopt.numerics.piecewise import motion, node_motion, part_jets, row_jets
-from camopt.numerics.workspace import Bounds
+from camopt.numerics.workspace import PanelBounds
 
 COUNT, NUMBER = types.int64, types.float64
 DESIGNS, NUMBERS, ROWS = types.int64[::1], types.float64[::1], types.float64[:, ::1]
-BOUNDS = types.BaseTuple.from_types((ROWS, ROWS, ROWS), Bounds)
+BOUNDS = types.BaseTuple.from_types((ROWS, ROWS, ROWS), PanelBounds)
 
 
 class PartBounds(NamedTuple):
@@ -64,9 +64,9 @@ def row(made, place, half_width, first, count, bounds):
     eighth = 0.5 * half_width * half_width  # of the squared width
     for i in range(np.uint64(count)):
         jet = curve(f, np.uint64(first) + i, y, y1, y2, y3)[0]
-        bounds.excess[place, i] = known(eighth * jet.second + jet.error)
-        bounds.third[place, i] = known(jet.third)
-        bounds.error[place, i] = known(jet.error)
+        bounds.excess[place, i] = known_bound(eighth * jet.second + jet.error)
+        bounds.third[place, i] = known_bound(jet.third)
+        bounds.error[place, i] = known_bound(jet.error)
 
 
 @inlined
@@ -112,9 +112,9 @@ def part(made, place, middle, reach, design):
     return PartBounds(
         value.low,
         value.high,
-        known(value.error),
+        known_bound(value.error),
         value.second,
-        known(value.third),
+        known_bound(value.third),
         slope.low,
         slope.high,
         slope.error,

@@ -20,7 +20,7 @@ import numpy as np
 
 from camopt.numerics import LARGEST_MAGNITUDE, LEAST, UNIT, FloatArray
 from camopt.numerics.climbing import Ask, allowed, orient
-from camopt.numerics.compile import called, compiled, compiled_for_many, inlined, types
+from camopt.numerics.compile import called_by_kernels, compiled, compiled_for_many, inlined, types
 from camopt.numerics.curves import LOADED
 from camopt.numerics.evaluating import CURVE, evaluator
 from camopt.numerics.indirect import Reached, address_of, call
@@ -52,7 +52,7 @@ class Extremes(NamedTuple):
     width: FloatArray
 
 
-@called
+@called_by_kernels
 def best_nodes(values, count, panels, kinds, goal, best, node):
     """Largest oriented node value of each design over pieces of given kinds, and the first node that has it."""
     for i in range(count):
@@ -68,7 +68,7 @@ def best_nodes(values, count, panels, kinds, goal, best, node):
                     best[i] = max(value, best[i])
 
 
-@called
+@called_by_kernels
 def node_angle(panels, node):
     """Cam angle of a node."""
     q = 0
@@ -79,7 +79,7 @@ def node_angle(panels, node):
     return panels.centre[panel] + side * panels.half_width[panel]
 
 
-@called
+@called_by_kernels
 def may_exceed(before, after, excess, count, goal, best):
     """Whether a panel may hold more than the best value of any of the designs."""
     found = False
@@ -88,7 +88,7 @@ def may_exceed(before, after, excess, count, goal, best):
     return found
 
 
-@called
+@called_by_kernels
 def candidates(panel, node, count, ask, work):
     """Which designs may exceed their best value within a panel by more than is allowed: their number."""
     before, after, excess = work.values[node], work.values[node + 1], work.bounds.excess[panel]
@@ -116,7 +116,7 @@ def is_open(curve, first, count, panels, panel, node, goal, work):
     return True
 
 
-@called
+@called_by_kernels
 def begin(panels, kinds, goal, count, work):
     """What the nodes say of the extremes of a tile."""
     found = work.found
@@ -144,7 +144,7 @@ def search(curve, first, count, panels, question, precision, work):
                         search_panel(curve, first, many, panels, p, p + q, ask, work)
 
 
-@called
+@called_by_kernels
 def give(found, count, goal, value, where, width):
     """Write the extremes of a tile to where they are asked for."""
     for i in range(count):

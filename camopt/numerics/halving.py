@@ -3,9 +3,9 @@
 import numpy as np
 
 from camopt.numerics.climbing import Aim, Ends, allowed, climb
-from camopt.numerics.compile import called, inlined
+from camopt.numerics.compile import called_by_kernels, inlined
 from camopt.numerics.indirect import call
-from camopt.numerics.jet import known
+from camopt.numerics.jet import known_bound
 from camopt.numerics.workspace import DEPTH
 
 MOST_PARTS = 4096  # looked at in one panel, before it stays undecided
@@ -28,7 +28,7 @@ def most_ascent(slope, bend, curl, width):
     return max(gain, 0.0) if gain == gain else np.inf
 
 
-@called
+@called_by_kernels
 def looked_at(ends, third, half_width, enough):
     """What end values, slopes and |f'''| say of a part: (verdict, bound of its values, lower bound of −f'')."""
     low, high, left, rising, right, falling = ends
@@ -46,24 +46,24 @@ def looked_at(ends, third, half_width, enough):
     return (SETTLED if bound <= enough else OPEN), bound, 0.0
 
 
-@called
+@called_by_kernels
 def put(row, ends):
     """Write the ends of a part into a row of a table."""
     for k in range(6):
         row[k] = ends[k]
 
 
-@called
+@called_by_kernels
 def taken(row):
     """The ends of a part from a row of a table."""
     return Ends(row[0], row[1], row[2], row[3], row[4], row[5])
 
 
-@called
+@called_by_kernels
 def bound_by_slope(bounds, ends, sign, half_width):
     """A bound of the values in a part from the range of the slope: close where the curve is level or monotone."""
-    rise = known((bounds.most_slope if sign > 0.0 else -bounds.least_slope) + bounds.slope_error)
-    drop = known((-bounds.least_slope if sign > 0.0 else bounds.most_slope) + bounds.slope_error)
+    rise = known_bound((bounds.most_slope if sign > 0.0 else -bounds.least_slope) + bounds.slope_error)
+    drop = known_bound((-bounds.least_slope if sign > 0.0 else bounds.most_slope) + bounds.slope_error)
     width = (ends.high - ends.low) * half_width
     most = max(ends.left, ends.right)
     return min(max(most, ends.left + rise * width), max(most, ends.right + drop * width))
@@ -73,13 +73,13 @@ def bound_by_slope(bounds, ends, sign, half_width):
 def bound_by_jet(bound, bounds, ends, sign, half_width):
     """A closer bound of the values in a part from its own jet."""
     reach = 0.5 * (ends.high - ends.low)
-    bound = min(bound, max(ends.left, ends.right) + 0.5 * known(bounds.second) * (reach * half_width) ** 2)
+    bound = min(bound, max(ends.left, ends.right) + 0.5 * known_bound(bounds.second) * (reach * half_width) ** 2)
     if bound < np.inf:
         return bound
     return bounds.high if sign > 0.0 else -bounds.low  # a corner of the curve: its range is what is known
 
 
-@called
+@called_by_kernels
 def split(curve, design, panels, panel, error, ask, best, stack):
     """Largest value found in a part that is not settled at once, where, a bound of all its values, and their error.
 

@@ -16,7 +16,7 @@ from numba.core import cgutils
 from numba.core.typing.typeof import typeof_impl
 from numba.extending import NativeValue, lower_builtin, models, register_model, type_callable, unbox
 
-from camopt.numerics.compile import called
+from camopt.numerics.compile import called_by_kernels
 
 
 class CodeType(types.Type):
@@ -49,7 +49,7 @@ def evaluates(returns: Any, *arguments: Any) -> Callable[[Callable[..., Any]], A
     """Mark a function that is called by address, with the types of all arguments but the first, an address."""
 
     def mark(function: Callable[..., Any]) -> Any:
-        part = called(function)
+        part = called_by_kernels(function)
         vars(part)["code"] = CodeType(returns, (types.voidptr, *arguments))
         return part
 

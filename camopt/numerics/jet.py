@@ -64,13 +64,13 @@ def least_magnitude(a):
 
 
 @inlined
-def known(bound):
+def known_bound(bound):
     """A bound that a jet has come to; inf where 0·∞ has left NaN, which compares as if nothing were beyond it."""
     return bound if bound >= 0.0 else np.inf
 
 
 @inlined
-def number(x):
+def constant_jet(x):
     """A number as a jet."""
     return Jet(x, x, GIVEN * abs(x), 0.0, 0.0, 0.0)
 
@@ -261,7 +261,7 @@ RULES: dict[Callable[..., Any], dict[tuple[bool, ...], Any]] = {
     operator.truediv: {
         (JET, JET): lambda a, b: divide(a, b),
         (JET, NUMBER): lambda a, b: multiply_number(a, 1.0 / b),
-        (NUMBER, JET): lambda a, b: divide(number(a), b),
+        (NUMBER, JET): lambda a, b: divide(constant_jet(a), b),
     },
     operator.neg: {(JET,): lambda a: negative(a)},
     np.sqrt: {(JET,): lambda a: root(a)},

@@ -69,7 +69,7 @@ def pressure_table() -> FloatArray:
 
 
 @part_of_formulas
-def derivatives(t, table):
+def table_derivatives(t, table):
     """h and three derivatives by t at numbers, t held within the table."""
     t = np.minimum(np.maximum(t, 1.0 / FLATTEST), FLATTEST)
     logarithm = np.log(t)
@@ -95,8 +95,8 @@ def derivatives(t, table):
 def jet_factor(t, table):
     """h of a jet: its bounds from the ends of the range; none where that leaves the table."""
     within = (t.low >= 1.0 / FLATTEST) & (t.high <= FLATTEST)
-    most, h1, h2, h3 = derivatives(t.low, table)
-    least = derivatives(t.high, table)[0]
+    most, h1, h2, h3 = table_derivatives(t.low, table)
+    least = table_derivatives(t.high, table)[0]
     h1, h2, h3 = -h1, h2, -h3
     scale = SLACK if within else np.inf
     return Jet(
@@ -115,7 +115,7 @@ def pressure_factor(t: Any, table: FloatArray) -> tuple[Any, Any]:
 
     What is below the table has the h of its least t, what is beyond it that of its largest.
     """
-    h, h1, *_ = derivatives(np.asarray(t, dtype=float), table)
+    h, h1, *_ = table_derivatives(np.asarray(t, dtype=float), table)
     return h, h1
 
 
@@ -126,7 +126,7 @@ def _of_jet(t: Jet, table: FloatArray) -> tuple[Any, Any]:
 
 @pressure_factor.register
 def _of_interval(t: Interval, table: FloatArray) -> tuple[Any, Any]:
-    (high, steep, *_), (low, gentle, *_) = derivatives(t.low, table), derivatives(t.high, table)
+    (high, steep, *_), (low, gentle, *_) = table_derivatives(t.low, table), table_derivatives(t.high, table)
     low = np.where(t.high > FLATTEST, 0.0, low)
     below = t.low < 1.0 / FLATTEST
     return Interval(low, np.where(below, np.inf, high)), Interval(np.where(below, -np.inf, steep), gentle)
@@ -148,4 +148,4 @@ def _of_quotient(t: Quotient, table: FloatArray) -> tuple[Any, Any]:
 def _compiled(t, table):
     if isinstance(t, JetType):
         return lambda t, table: (jet_factor(t, table), Jet(-np.inf, 0.0, np.inf, np.inf, np.inf, np.inf))
-    return lambda t, table: derivatives(t, table)[:2]
+    return lambda t, table: table_derivatives(t, table)[:2]

@@ -8,12 +8,12 @@ settles nothing is halved once for all designs, and its halves, if need be, for 
 import numpy as np
 
 from camopt.numerics.climbing import Ends, allowed, begin_climb, climb_all
-from camopt.numerics.compile import called, inlined
+from camopt.numerics.compile import called_by_kernels, inlined
 from camopt.numerics.halving import CLIMBS, OPEN, looked_at, put, split, taken
 from camopt.numerics.indirect import call
 
 
-@called
+@called_by_kernels
 def judge_panels(many, panel, half_width, ask, work):
     """Settle a panel for its designs, or begin to climb, or open it: how many climb, and how many are open."""
     found, (left, right) = work.found, (work.sides[0], work.sides[1])
@@ -38,7 +38,7 @@ def judge_panels(many, panel, half_width, ask, work):
     return climbs, opened
 
 
-@called
+@called_by_kernels
 def judge_halves(opened, climbs, panel, place, ask, work):
     """As ``judge_panels``, the halves of open ones: how many climb by now, and how many parts are to be split.
 
@@ -69,7 +69,7 @@ def judge_halves(opened, climbs, panel, place, ask, work):
     return climbs, parts
 
 
-@called
+@called_by_kernels
 def split_all(curve, first, many, panels, panel, ask, work):
     """Split the parts that are open still, each alone."""
     found, errors, parts = work.found, work.bounds.error[panel], work.parts

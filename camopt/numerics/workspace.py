@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camopt.numerics import FloatArray
-from camopt.numerics.compile import called
+from camopt.numerics.compile import called_by_kernels
 
 TILE = 256  # designs whose tables (about 70 × 256 × 8 bytes each) stay in the second-level cache
 ROW = TILE + 8  # a row of a tile: not a power of two, whose columns would all share one cache set
@@ -17,7 +17,7 @@ LOW, HIGH, RISING, FALLING, SIDE, BEST, AT, BOUND, CONCAVITY, GAIN, SLOPE, NEXT,
 VALUE, GRADIENT, STATES = 13, 14, 15  # the last two next to each other, as the values and slopes looked at
 
 
-class Bounds(NamedTuple):
+class PanelBounds(NamedTuple):
     """What jets say of each row of the motion table, a panel or a group of panels: (rows, ROW).
 
     By how much a curve may exceed both its end values in a panel, a bound of |f'''|, and one of rounding errors.
@@ -28,7 +28,7 @@ class Bounds(NamedTuple):
     error: FloatArray
 
 
-class Found(NamedTuple):
+class Located(NamedTuple):
     """The extreme of each design, oriented: largest value, its node and angle, bound, rounding error; (TILE,)."""
 
     best: FloatArray
@@ -45,7 +45,7 @@ class Climbs(NamedTuple):
     state: FloatArray
 
 
-class Parts(NamedTuple):
+class Halves(NamedTuple):
     """Parts of a panel that are to be halved: the design of each and its ends; and the stack of halves of one."""
 
     design: NDArray[np.int64]
@@ -66,28 +66,28 @@ class Workspace(NamedTuple):
 
     values: FloatArray
     looked: NDArray[np.bool_]
-    bounds: Bounds
-    found: Found
+    bounds: PanelBounds
+    found: Located
     chosen: NDArray[np.int64]
     sides: FloatArray
     opened: NDArray[np.int64]
     middle: FloatArray
     climbs: Climbs
-    parts: Parts
+    parts: Halves
 
 
-@called
+@called_by_kernels
 def workspace(nodes, rows):
     """Tables for a motion table of so many nodes, and rows of jets."""
     return Workspace(
         np.empty((nodes, ROW)),
         np.empty(rows, np.bool_),
-        Bounds(np.empty((rows, ROW)), np.empty((rows, ROW)), np.empty((rows, ROW))),
-        Found(np.empty(TILE), np.empty(TILE, np.int64), np.empty(TILE), np.empty(TILE), np.empty(TILE)),
+        PanelBounds(np.empty((rows, ROW)), np.empty((rows, ROW)), np.empty((rows, ROW))),
+        Located(np.empty(TILE), np.empty(TILE, np.int64), np.empty(TILE), np.empty(TILE), np.empty(TILE)),
         np.empty(TILE + 1, np.int64),
         np.empty((3, 2, ROW)),
         np.empty(TILE, np.int64),
         np.zeros(TILE),
         Climbs(np.empty(2 * TILE, np.int64), np.empty((STATES, 2 * ROW))),
-        Parts(np.empty(2 * TILE, np.int64), np.empty((2 * TILE, 6)), np.empty((DEPTH + 2, 6))),
+        Halves(np.empty(2 * TILE, np.int64), np.empty((2 * TILE, 6)), np.empty((DEPTH + 2, 6))),
     )

@@ -14,7 +14,7 @@ from camopt.motion.programme import Programme
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST
 
 
-class Numbers(NamedTuple):
+class NumberKind(NamedTuple):
     """A kind of number: how to make one from a double, its π, and its tangent."""
 
     of: Callable[[float], Any]
@@ -22,7 +22,7 @@ class Numbers(NamedTuple):
     tan: Callable[[Any], Any]
 
 
-DOUBLES = Numbers(float, lambda: math.pi, math.tan)
+DOUBLES = NumberKind(float, lambda: math.pi, math.tan)
 
 
 class Tangent(NamedTuple):
@@ -30,7 +30,7 @@ class Tangent(NamedTuple):
 
     degrees: float
 
-    def value(self, numbers: Numbers) -> Any:
+    def value(self, numbers: NumberKind) -> Any:
         return numbers.tan(numbers.of(self.degrees) * numbers.pi() / 180)
 
 
@@ -43,7 +43,7 @@ class ByCamAngle(NamedTuple):
     order: int
     rpm: float
 
-    def value(self, numbers: Numbers) -> Any:
+    def value(self, numbers: NumberKind) -> Any:
         speed = numbers.of(self.rpm) * numbers.pi() / 30
         return numbers.of(self.by_time) * numbers.of(self.unit) / speed**self.order
 
@@ -53,7 +53,7 @@ class Plain(NamedTuple):
 
     number: float
 
-    def value(self, numbers: Numbers) -> Any:
+    def value(self, numbers: NumberKind) -> Any:
         return numbers.of(self.number)
 
 
@@ -71,7 +71,7 @@ class Derivative:
 
 
 @dataclass(frozen=True)
-class Offset:
+class BodyRadiusPlus:
     """R_r + ρ of a design: times the curvature of its pitch curve it is 1 where the profile's radius is ρ, mm."""
 
     radius: float
@@ -118,7 +118,7 @@ class Claim(NamedTuple):
     def sides(self) -> tuple[float, ...]:
         return SIDES[self.goal]
 
-    def allowed(self, numbers: Numbers = DOUBLES) -> Any:
+    def allowed(self, numbers: NumberKind = DOUBLES) -> Any:
         """The upper bound of each side."""
         value = self.bound.value(numbers)
         return -value if self.goal == LEAST else value
@@ -126,10 +126,10 @@ class Claim(NamedTuple):
     @property
     def comparable(self) -> tuple[Any, ...]:
         """Equal for claims of which the stricter one implies the others: on one curve, with one kind of factor."""
-        weighted = (Offset, self.bound) if isinstance(self.factor, Offset) else (self.factor, None)
+        weighted = (BodyRadiusPlus, self.bound) if isinstance(self.factor, BodyRadiusPlus) else (self.factor, None)
         return self.curve, self.strokes, self.goal, *weighted
 
     @property
     def strictness(self) -> float:
         """Larger for the stricter of two comparable claims."""
-        return self.factor.radius if isinstance(self.factor, Offset) else -float(self.allowed())
+        return self.factor.radius if isinstance(self.factor, BodyRadiusPlus) else -float(self.allowed())

@@ -15,7 +15,7 @@ from camopt.mechanisms import Designs, Mechanism
 from camopt.motion.programme import Programme
 from camopt.motion.table import DWELL, RETURN, RISE, TURN
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
-from camopt.problem.claims import ByCamAngle, Claim, Derivative, Offset, Plain, Tangent, size_of
+from camopt.problem.claims import BodyRadiusPlus, ByCamAngle, Claim, Derivative, Plain, Tangent, size_of
 from camopt.problem.rows import Columns
 from camopt.quantities import DERIVATIVES, QUANTITIES, motion_quantity
 from camopt.scene.scene import Scene
@@ -195,7 +195,7 @@ def _curvature(name: str, setup: Setup, bound: float) -> Limit:
         claim = Claim(mechanism.profile_radius, TURN, LEAST, Plain(bound), unit=size_of)
         return Limit(name, bound, shown, flat, (claim,), pointed, shown, relation)
     goal = LARGEST_MAGNITUDE if mechanism.grooved else LARGEST
-    claim = Claim(mechanism.curvature, TURN, goal, Plain(1.0), Offset(bound))
+    claim = Claim(mechanism.curvature, TURN, goal, Plain(1.0), BodyRadiusPlus(bound))
     needs = ("pitch_curvature_max_per_mm", "pitch_curvature_min_per_mm", *shown)
     return Limit(name, bound, needs, trace, (claim,), pointed, shown, relation)
 

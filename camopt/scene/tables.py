@@ -254,7 +254,7 @@ def _as_list(value: Any) -> Any:
     return [value] if isinstance(value, (Real, str)) and not isinstance(value, bool) else value
 
 
-Values = Annotated[tuple[Anywhere, ...], Field(min_length=1), BeforeValidator(_as_list)]
+ListedValues = Annotated[tuple[Anywhere, ...], Field(min_length=1), BeforeValidator(_as_list)]
 Laws = Annotated[tuple[LawName, ...], Field(min_length=1), BeforeValidator(_as_list)]
 Outputs = Annotated[
     tuple[Annotated[str, _known((*QUANTITIES, *DISCIPLINES, EVERYTHING), "a quantity, an effect or all")], ...],
@@ -263,7 +263,7 @@ Outputs = Annotated[
 Quantities = Annotated[tuple[QuantityName, ...], BeforeValidator(_as_list)]
 Choice = (
     Annotated[
-        Annotated[Range, Tag("range/")] | Annotated[Values, Tag("values/")],
+        Annotated[Range, Tag("range/")] | Annotated[ListedValues, Tag("values/")],
         Discriminator(lambda value: "range/" if isinstance(value, (dict, Range)) else "values/"),
     ]
     | None
@@ -326,7 +326,7 @@ def _is_peak(value: Any) -> Any:
 
 
 TERMS = ("size", "velocity", "acceleration", "jerk", "acceleration_rms", "jerk_rms", "residual_vibration")
-Peak = Annotated[float | tuple[float, float] | str, BeforeValidator(_is_peak)] | None
+PeakAsked = Annotated[float | tuple[float, float] | str, BeforeValidator(_is_peak)] | None
 Term = Annotated[str, _known(TERMS, "a term of the objective")]
 Points = tuple[Annotated[tuple[float, float], BeforeValidator(_is_pair)], ...]
 
@@ -349,9 +349,9 @@ class Synthesis(Table):
         Annotated[Term, Tag("range/")] | Annotated[dict[Term, Positive], Field(min_length=1), Tag("values/")],
         Discriminator(lambda value: TAGS[isinstance(value, dict)]),
     ] = "size"
-    peak_velocity: Peak = None
-    peak_acceleration: Peak = None
-    peak_jerk: Peak = None
+    peak_velocity: PeakAsked = None
+    peak_acceleration: PeakAsked = None
+    peak_jerk: PeakAsked = None
     rest: Annotated[int, BeforeValidator(_is_whole), Field(ge=1, le=3)] = 2
     monotone: Switch = False
     points: Points = ()

@@ -22,7 +22,7 @@ from camopt.problem.claims import Claim
 from camopt.problem.problem import Problem
 from camopt.smallest.boxes import Boxes
 from camopt.smallest.closed_form import NUDGES, negligible
-from camopt.smallest.enclosure import Examined, claims_on_size, examined, points_of, representatives
+from camopt.smallest.enclosure import Examined, claims_on_size, designs_at, examined, representatives
 from camopt.smallest.excesses import Excesses, cut_off, kept, widest
 from camopt.smallest.first_look import FEW_VALUES, VALUES, coarse_grid, first_look, largest_size, scale_of
 from camopt.smallest.result import (
@@ -55,13 +55,13 @@ def branch_and_bound(problem: Problem, bounds: Bounds, floor: float = 0.0, until
         return Smallest(look.design, inf, look.nearest)
     boxes = Boxes.one({**bounds, "size": (least, most)}, scale_of(bounds, problem.programme.lift))
     crossings = known_crossings(problem)
-    search = Search(problem, claims_on_size(problem), crossings, look.design, until)
+    search = BoxSearch(problem, claims_on_size(problem), crossings, look.design, until)
     floor = search.run(boxes)
     return Smallest(search.incumbent, floor, look.nearest)
 
 
 @dataclass
-class Search:
+class BoxSearch:
     """A search in progress."""
 
     problem: Problem
@@ -169,7 +169,7 @@ class Search:
         """Make the least feasible of the middles of boxes, also at their least and largest size, the incumbent."""
         low, high = boxes.low, boxes.high
         for share in (0.0, 0.5, 1.0):
-            points = points_of(self.problem, low, high, share)
+            points = designs_at(self.problem, low, high, share)
             if share == 0.0:  # where the curvature of the base circle decides, but for rounding
                 points = replace(
                     points, size=np.minimum(points.size + NUDGES[-1] * points.prime_radius, high["size"])

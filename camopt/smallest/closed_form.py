@@ -17,7 +17,7 @@ from camopt.mechanisms import Designs, translating, translating_flat
 from camopt.mechanisms.design import Bounds
 from camopt.motion.programme import span
 from camopt.motion.table import DWELL, TURN
-from camopt.problem.claims import Offset
+from camopt.problem.claims import BodyRadiusPlus
 from camopt.problem.problem import Problem, claims_on
 from camopt.smallest.result import GAP, feasible
 
@@ -41,7 +41,7 @@ def least_profile_radius(problem: Problem) -> float:
     mechanism = problem.setup.mechanism
     of_face = [-claim.allowed() for claim in claims_on(problem, mechanism.profile_radius)]
     of_body = [claim.factor for claim in claims_on(problem, mechanism.curvature)]
-    radii = [offset.radius for offset in of_body if isinstance(offset, Offset)]
+    radii = [offset.radius for offset in of_body if isinstance(offset, BodyRadiusPlus)]
     return float(max([0.0, *of_face, *radii]))
 
 

@@ -12,12 +12,12 @@ import numpy as np
 from camopt.mechanisms.design import Bounds
 from camopt.motion.programme import law_peaks
 from camopt.smallest.closed_form import closed_form
-from camopt.smallest.turns import Found, Turns
+from camopt.smallest.turns import BestTurn, SegmentAngles
 
 STEP = 1e-4  # deg between the neighbours of the optimum that prove it
 
 
-def floor_if_convex(turns: Turns, bounds: Bounds, found: Found) -> float:
+def floor_if_convex(turns: SegmentAngles, bounds: Bounds, found: BestTurn) -> float:
     """A size that no cam undercuts, from sizes near the best turn; 0 where the size is not known to be convex."""
     box, total = turns.box, turns.scene_angles.sum()
     laws = [stroke.law for stroke in turns.programme(box.high).strokes if stroke.law is not None]
@@ -53,15 +53,15 @@ def convex_floor(angles: list[float], values: list[float]) -> float:
     return floor
 
 
-Line = tuple[float, float, float]
+TangentLine = tuple[float, float, float]
 """A place, the value there, and the slope."""
 
 
-def _line(first: tuple[float, float], second: tuple[float, float]) -> Line:
+def _line(first: tuple[float, float], second: tuple[float, float]) -> TangentLine:
     return *first, (second[1] - first[1]) / (second[0] - first[0])
 
 
-def _least_of_largest(lines: list[Line], left: float, right: float) -> float:
+def _least_of_largest(lines: list[TangentLine], left: float, right: float) -> float:
     """The least value of the largest of one or two lines between two places."""
 
     def value(x: float) -> float:

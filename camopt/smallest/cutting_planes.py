@@ -67,11 +67,11 @@ def by_cutting_planes(problem: Problem, bounds: Bounds, until: float = inf) -> C
         if floor < least * (1.0 - SAME):
             return Cut(None, least)
         found = _worst_planes(problem, limits, design)
-        excess = float(-np.min(_rooms(found, point)) / np.linalg.norm(point))
+        excess = float(-np.min(_margins(found, point)) / np.linalg.norm(point))
         inside = _inside(problem, form, bounds, (ranges, planes), excess, floor)
         if inside is not None or excess < SAME:
             return Cut(inside, floor)
-        planes = np.concatenate([planes, found[_rooms(found, point) < 0.0]])
+        planes = np.concatenate([planes, found[_margins(found, point) < 0.0]])
     return Cut(None, floor)
 
 
@@ -98,7 +98,7 @@ def _inside(
     return None
 
 
-def _rooms(planes: Planes, point: FloatArray) -> FloatArray:
+def _margins(planes: Planes, point: FloatArray) -> FloatArray:
     """How far inside each plane a point lies."""
     return np.asarray(planes[:, :3] @ point - planes[:, 3])
 
@@ -121,8 +121,8 @@ def _first_planes(
         point = form.least(np.concatenate([ranges, planes]), bounds)
         if point is None or now() > until:
             break
-        worst = np.array([group[np.argmin(_rooms(group, point))] for group in samples])
-        worst = worst[_rooms(worst, point) < -COARSE * np.linalg.norm(point)]
+        worst = np.array([group[np.argmin(_margins(group, point))] for group in samples])
+        worst = worst[_margins(worst, point) < -COARSE * np.linalg.norm(point)]
         if not worst.size:
             break
         planes = np.concatenate([planes, worst])

@@ -39,7 +39,7 @@ def excess_of(claim: Claim, side: FloatArray, found: Quotient, designs: Designs)
     return (value - allowed) / (scale if bound else scale + at_point(claim.unit(designs)).high)
 
 
-def points_of(problem: Problem, low: dict[str, FloatArray], high: dict[str, FloatArray], share: float) -> Designs:
+def designs_at(problem: Problem, low: dict[str, FloatArray], high: dict[str, FloatArray], share: float) -> Designs:
     """One design of each box: its middle, but at a given share of the way from least to largest size."""
     middle = {name: (low[name] + high[name]) / 2 for name in low}
     size = low["size"] + share * (high["size"] - low["size"])
@@ -136,13 +136,13 @@ def representatives(problem: Problem, box: Designs, free: list[str], wanted: Any
     intervals: dict[str, Any] = box.sizes
     low = {name: interval.low for name, interval in intervals.items()}
     high = {name: interval.high for name, interval in intervals.items()}
-    chosen = points_of(problem, low, high, 0.5)
+    chosen = designs_at(problem, low, high, 0.5)
     nearest = np.minimum(np.maximum(low["offset"], 0.0), high["offset"])
-    largest = replace(points_of(problem, low, high, 1.0), offset=nearest)
+    largest = replace(designs_at(problem, low, high, 1.0), offset=nearest)
     exists = wanted & problem.setup.mechanism.exists(chosen, problem.programme)
     ends = product(*((low[name], high[name]) for name in free))
     corners = (replace(chosen, **dict(zip(free, corner, strict=True))) for corner in ends)
-    for other in (largest, points_of(problem, low, high, 0.0), *corners):
+    for other in (largest, designs_at(problem, low, high, 0.0), *corners):
         better = wanted & ~exists & problem.setup.mechanism.exists(other, problem.programme)
         sizes = {name: np.where(better, other.sizes[name], a) for name, a in chosen.sizes.items()}
         chosen, exists = Designs(**sizes, sense=chosen.sense), exists | better

@@ -17,7 +17,7 @@ STEPS = 7  # of a grid along each free size
 SHRINKS = 2.5  # the factor from grid to grid
 NEAR, CLOSE = 12, 22  # grids: 1e-5 and 1e-9 of the first
 
-Choice = Callable[[Designs, FloatArray], int]
+Preference = Callable[[Designs, FloatArray], int]
 """The best of some designs, by their excesses over the limits, (limits, designs)."""
 
 
@@ -41,7 +41,7 @@ def smaller(
 
 
 def _zoomed(
-    problem: Problem, bounds: Bounds, design: Designs, choice: Choice, zooms: int, until: float = inf
+    problem: Problem, bounds: Bounds, design: Designs, choice: Preference, zooms: int, until: float = inf
 ) -> Designs:
     free = {name: ends for name, ends in bounds.items() if ends[1] > ends[0]}
     spans = {name: (b - a) / 8 if np.isfinite(b - a) else inf for name, (a, b) in free.items()}

@@ -15,7 +15,7 @@ from camopt.numerics.clock import now
 from camopt.smallest.closed_form import closed_form
 from camopt.smallest.result import Smallest, gap_of
 from camopt.smallest.smallest import small
-from camopt.smallest.turns import Found, Turns, better
+from camopt.smallest.turns import BestTurn, SegmentAngles, better
 
 NARROW = 1e-9  # deg
 DEAR = 1e9  # mm, what a turn without a feasible design costs a descent
@@ -30,12 +30,12 @@ IntArray = NDArray[np.intp]
 class Descent:
     """A descent over the angles from the best turn so far; no proof, but most often the optimum."""
 
-    def __init__(self, turns: Turns, bounds: Bounds, best: Found | None = None) -> None:
+    def __init__(self, turns: SegmentAngles, bounds: Bounds, best: BestTurn | None = None) -> None:
         self.turns, self.bounds, self.box = turns, bounds, turns.box
         self.free = np.flatnonzero(self.box.high - self.box.low > NARROW)
-        self.best = best or Found(Smallest(None, 0.0), turns.at(np.full(len(turns.freed), 0.5), self.box))
+        self.best = best or BestTurn(Smallest(None, 0.0), turns.at(np.full(len(turns.freed), 0.5), self.box))
 
-    def few_turns(self) -> Found:
+    def few_turns(self) -> BestTurn:
         """The best turn by the closed form, if it decides; else the best of the middle, corners and the scene."""
         self.looked_at(self.best.freed)
         if self.free.size > 1 and self.down_by_closed_form():
@@ -47,7 +47,7 @@ class Descent:
                 self.looked_at(freed)
         return self.best
 
-    def run(self) -> Found:
+    def run(self) -> BestTurn:
         """The turn that descents reach from the best one so far."""
         if self.free.size > 1 and self.best.answer.design is not None:
             self.down(self.size, 0.05, ROUGH)
@@ -60,8 +60,8 @@ class Descent:
         best, problem = self.best.answer.design, self.turns.problem_of(freed)
         answer = small(problem, self.bounds, best, self.turns.until, closely=closely)
         if answer.design is None and best is None:
-            self.best = Found(answer, freed)
-        self.best = better(self.best, Found(answer, freed))
+            self.best = BestTurn(answer, freed)
+        self.best = better(self.best, BestTurn(answer, freed))
         return answer
 
     def size(self, freed: FloatArray, *, closely: bool = False) -> float:

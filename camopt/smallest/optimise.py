@@ -22,7 +22,7 @@ from camopt.smallest.reasons import reason
 from camopt.smallest.result import Progress, Smallest, feasible
 from camopt.smallest.smallest import smallest
 from camopt.smallest.smallest_turn import smallest_of_turns
-from camopt.smallest.turns import Turns
+from camopt.smallest.turns import SegmentAngles
 from camopt.tables.designs import Design
 from camopt.verdicts.judging import by_excess, excesses, judged
 
@@ -109,7 +109,9 @@ def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SE
             progress(done, len(programmes))
         laws = " / ".join(dict.fromkeys((programme.law_names(1), programme.law_names(2))))
         until = share(end, len(programmes) - done)
-        answers = list(_answers(problem.with_programme(programme), Turns(problem, pair, until=until), until))
+        answers = list(
+            _answers(problem.with_programme(programme), SegmentAngles(problem, pair, until=until), until)
+        )
         out_of_time |= now() > until
         row = _smallest(problem, answers, until)
         if row is not None:
@@ -133,7 +135,7 @@ class Answered(NamedTuple):
     angles: dict[str, Any]
 
 
-def _answers(problem: Problem, turns: Turns, until: float) -> Iterator[Answered]:
+def _answers(problem: Problem, turns: SegmentAngles, until: float) -> Iterator[Answered]:
     """The smallest cam of each box of sizes."""
     boxes = boxes_of(problem)
     for done, bounds in enumerate(boxes):

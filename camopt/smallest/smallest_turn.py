@@ -15,12 +15,12 @@ from camopt.smallest.nelder_mead import Descent
 from camopt.smallest.result import Smallest
 from camopt.smallest.smallest import smallest
 from camopt.smallest.turn_boxes import TurnSearch
-from camopt.smallest.turns import Found, Turns, better
+from camopt.smallest.turns import BestTurn, SegmentAngles, better
 
 
-def smallest_of_turns(turns: Turns, bounds: Bounds) -> Found:
+def smallest_of_turns(turns: SegmentAngles, bounds: Bounds) -> BestTurn:
     """The design of least size over the angles as well, with its proven gap."""
-    none = Found(Smallest(None, 0.0), turns.scene_angles)
+    none = BestTurn(Smallest(None, 0.0), turns.scene_angles)
     found = reduce(better, (Descent(each, bounds).few_turns() for each in turns.kinds), none)
     floors = []
     for each in turns.kinds:
@@ -33,18 +33,18 @@ def smallest_of_turns(turns: Turns, bounds: Bounds) -> Found:
     return _with_floor(_exactly(turns, bounds, reduce(better, descended, found)), min(floors))
 
 
-def _searched(turns: Turns, bounds: Bounds, found: Found) -> Found:
+def _searched(turns: SegmentAngles, bounds: Bounds, found: BestTurn) -> BestTurn:
     """The smallest cam so far and of the turns that have the same segments, with a size that no cam undercuts."""
     convex = _with_floor(found, floor_if_convex(turns, bounds, found))
     return convex if convex.answer.proved else TurnSearch(turns, bounds, found).run()
 
 
-def _exactly(turns: Turns, bounds: Bounds, found: Found) -> Found:
+def _exactly(turns: SegmentAngles, bounds: Bounds, found: BestTurn) -> BestTurn:
     """The smallest cam of a turn, which a descent only nears, if there is time."""
     if found.answer.design is None or now() > turns.until:
         return found
-    return better(found, Found(smallest(turns.problem_of(found.freed), bounds, turns.until), found.freed))
+    return better(found, BestTurn(smallest(turns.problem_of(found.freed), bounds, turns.until), found.freed))
 
 
-def _with_floor(found: Found, floor: float) -> Found:
-    return Found(replace(found.answer, floor=floor), found.freed)
+def _with_floor(found: BestTurn, floor: float) -> BestTurn:
+    return BestTurn(replace(found.answer, floor=floor), found.freed)

@@ -37,7 +37,7 @@ from camopt.smallest.first_look import largest_size, scale_of
 from camopt.smallest.result import Smallest, first_feasible, gap_of, known_crossings
 from camopt.smallest.smallest import small
 from camopt.smallest.stroke_limits import SlopedBoxes, stroke_limits
-from camopt.smallest.turns import SAME, Box, Found, Turns, better
+from camopt.smallest.turns import SAME, AngleRanges, BestTurn, SegmentAngles, better
 
 FEW, MANY = 32, 256  # boxes examined together: no fewer, for they take no longer, and no more, to stop in time
 MOST_BOXES = 50_000
@@ -48,7 +48,7 @@ LADDERS, LADDER = 3, 16  # how often so many sizes of a box are looked at, close
 class TurnSearch:
     """A search in progress among the turns that have the same segments, below the best cam so far."""
 
-    def __init__(self, turns: Turns, bounds: Bounds, found: Found) -> None:
+    def __init__(self, turns: SegmentAngles, bounds: Bounds, found: BestTurn) -> None:
         self.turns, self.bounds, self.found, self.floor = turns, bounds, found, inf
         self.problem, self.box = exactly(turns.problem), turns.box
         self.longest = turns.programme(self.box.high)
@@ -96,7 +96,7 @@ class TurnSearch:
         slack = ROUNDING * total
         return total - self.box.high[dwells].sum() - slack, total - self.box.low[dwells].sum() + slack
 
-    def run(self) -> Found:
+    def run(self) -> BestTurn:
         """The smallest cam, with a size that no cam of these turns undercuts."""
         ends, seen = self.ends(), 0
         least, most = ends["size"]
@@ -195,7 +195,7 @@ class TurnSearch:
         problem = self.problem.with_programme(self.turns.programme(freed))
         if closely:
             near = small(problem, self.bounds, self.found.answer.design, self.turns.until)
-            self.found = better(self.found, Found(near, freed))
+            self.found = better(self.found, BestTurn(near, freed))
         rounding = gap_of(design) / 4.0
         low, high = (float(ends["size"][0]) for ends in (boxes.low, boxes.high))
         high = min(high + rounding, self.found.answer.size)
@@ -205,7 +205,7 @@ class TurnSearch:
             cam = first_feasible(problem, ladder, known_crossings(problem), self.turns.until)
             if cam is None:
                 return
-            self.found = better(self.found, Found(Smallest(cam, 0.0), freed))
+            self.found = better(self.found, BestTurn(Smallest(cam, 0.0), freed))
             low, high = float(cam.size[0]) - (sizes[1] - sizes[0]), float(cam.size[0])
 
     def turn(self, boxes: Boxes) -> FloatArray:
@@ -216,4 +216,4 @@ class TurnSearch:
         if not low.sum() <= self.turns.scene_angles.sum() <= high.sum():
             for name, k in self.names.items():
                 low[k], high[k] = boxes.low[name][0], boxes.high[name][0]
-        return self.turns.at(np.full(low.size, 0.5), Box(low, high))
+        return self.turns.at(np.full(low.size, 0.5), AngleRanges(low, high))

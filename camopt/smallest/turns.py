@@ -14,7 +14,7 @@ from camopt.smallest.result import Smallest
 SAME = 1e-9  # mm or deg of displacement
 
 
-class Box(NamedTuple):
+class AngleRanges(NamedTuple):
     """Angles of the freed segments from ``low`` to ``high``, deg, of the turns among them."""
 
     low: FloatArray
@@ -22,7 +22,7 @@ class Box(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Turns:
+class SegmentAngles:
     """The turns of a scene under one choice of laws, by the angles (deg) of its freed segments."""
 
     problem: Problem
@@ -44,17 +44,17 @@ class Turns:
         return np.array([self.problem.scene.motion[i].angle for i in self.freed])
 
     @property
-    def box(self) -> Box:
+    def box(self) -> AngleRanges:
         """All angles."""
         scene = self.problem.scene
         ranges = [scene.search.angle_of(scene.motion[i].segment) for i in self.freed]
         ends = [(r.start, r.stop) for r in ranges if r is not None]
         low, high = np.array(ends, dtype=float).reshape(-1, 2).T
         high[[i in self.without for i in self.freed]] = 0.0
-        return self.tightened(Box(low, high))
+        return self.tightened(AngleRanges(low, high))
 
     @property
-    def kinds(self) -> list["Turns"]:
+    def kinds(self) -> list["SegmentAngles"]:
         """The turns in which the follower rests at its lowest, and, where they may, those in which it does not.
 
         However short, such a rest is an arc of the base circle, and has its curvature.
@@ -83,12 +83,12 @@ class Turns:
                 found.append(freed)
         return found
 
-    def tightened(self, box: Box) -> Box:
+    def tightened(self, box: AngleRanges) -> AngleRanges:
         """The least box of the same turns: what others cannot take or give is no choice."""
         total = self.scene_angles.sum()
         low = np.maximum(box.low, total - (box.high.sum() - box.high))
         high = np.minimum(box.high, total - (box.low.sum() - box.low))
-        return Box(np.minimum(low, high), high)
+        return AngleRanges(np.minimum(low, high), high)
 
     def angles(self, freed: FloatArray) -> list[float]:
         """The angles of all segments of a turn."""
@@ -109,7 +109,7 @@ class Turns:
         """The problem of the turn with these angles of its freed segments."""
         return self.problem.with_programme(self.programme(freed))
 
-    def at(self, share: FloatArray, box: Box) -> FloatArray:
+    def at(self, share: FloatArray, box: AngleRanges) -> FloatArray:
         """A turn of a box by the share of each segment's range that it takes, more or less: the total is kept."""
         wanted, total = box.low + share * (box.high - box.low), self.scene_angles.sum()
         over = wanted.sum() - total
@@ -117,12 +117,12 @@ class Turns:
         return np.asarray(np.clip(wanted - over * room / (room.sum() or 1.0), box.low, box.high))
 
 
-class Found(NamedTuple):
+class BestTurn(NamedTuple):
     """The smallest cam of the turns looked at, and the angles of its freed segments."""
 
     answer: Smallest
     freed: FloatArray
 
 
-def better(best: Found, other: Found) -> Found:
+def better(best: BestTurn, other: BestTurn) -> BestTurn:
     return other if other.answer.size < best.answer.size else best

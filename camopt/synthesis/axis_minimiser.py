@@ -48,7 +48,7 @@ ROUNDING = 1e-9  # relative: of a value that a cam holds
 LARGER = (0.0, 1e-7, 1e-6, 1e-5, 1e-4)  # by which a cam may be larger than the steps say, for a solver's error
 
 
-class Found(NamedTuple):
+class FrontierCam(NamedTuple):
     """A cam: its row (the axes' values, its quantities, ``bound``, ``local`` and ``scene``), and its laws."""
 
     row: dict[str, Any]
@@ -89,7 +89,9 @@ class AxisMinimiser:
         """The ceilings of the axis itself, if it is a quantity; their bounds do not matter."""
         return ceilings_at(self.demand.problem, self.keys[self.first], 1.0) if self.first in self.keys else ()
 
-    def at(self, value: Mapping[str, float], starts: Sequence[Iterate] = (), bounded: bool = True) -> Found | None:
+    def at(
+        self, value: Mapping[str, float], starts: Sequence[Iterate] = (), bounded: bool = True
+    ) -> FrontierCam | None:
         """The best cam with the other axes held at values; None if none is found."""
         if not value and self.first in TERMS:
             return self._end()
@@ -97,7 +99,7 @@ class AxisMinimiser:
         for laws in self._candidates(demand, value, starts):
             row = self._row(demand, laws, value)
             if row and (best is None or row[self.first] < best.row[self.first]):
-                best = Found(row, laws)
+                best = FrontierCam(row, laws)
             if best and self.first in TERMS and self._close(best.row[self.first]):
                 break
         if best is None:
@@ -106,11 +108,11 @@ class AxisMinimiser:
         bound = self._bound(value, best) if bounded else None
         return best._replace(row=best.row | {"bound": bound, "local": local})
 
-    def _end(self) -> Found:
+    def _end(self) -> FrontierCam:
         """The least of a term with nothing held: what ``synthesise`` finds."""
         cam, laws = best_of(by_offset(self.demand), lambda done, most: None)
         row = self._terms(cam, laws) | {"bound": None, "local": not cam.convex}
-        return Found(row, laws)
+        return FrontierCam(row, laws)
 
     def _demand(self, value: Mapping[str, float]) -> Demand:
         """The demand with the held quantities as limits of the scene."""
@@ -142,12 +144,12 @@ class AxisMinimiser:
         if self.optimum == inf:
             return
         plain = iterate_of(self.free)
-        calm = gentlest(self.free, self.optimum) or plain
+        least_jerk = gentlest(self.free, self.optimum) or plain
         ceilings = ceilings_of(demand)
         if not self.lowered:
-            yield from (calm, plain)
+            yield from (least_jerk, plain)
         if ceilings or self.lowered:
-            every = [calm, *starts, *self._placed(calm)]
+            every = [least_jerk, *starts, *self._placed(least_jerk)]
             if value:  # not the end of an axis, where every start of ``synthesise`` is tried
                 every = self.steps.ranked([plain, *every], ceilings, self.lowered)[:TRIES]
             yield from (self.steps.run(each, ceilings, self.lowered) for each in every)
@@ -199,7 +201,7 @@ class AxisMinimiser:
                 return Synthesised(demand.problem.scene, cam, dict(found), 0.0)
         return None
 
-    def _bound(self, value: Mapping[str, float], best: Found) -> float | None:
+    def _bound(self, value: Mapping[str, float], best: FrontierCam) -> float | None:
         """What no motion passes with the terms held at a value; None for a quantity, or if the solver fails."""
         if self.lowered or (self.first == "size" and not self.demand.sized):
             return None

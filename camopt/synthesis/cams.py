@@ -32,7 +32,7 @@ def known_laws(scene: Scene) -> dict[str, Design]:
     named = scene.search.law or scene.search.law_rise or scene.search.law_return
     found = smallest_cams(scene if named else scene.replace(**{"search.law": list(LAWS)})).by_law
     own = scene.replace(**dict.fromkeys(("search.law", "search.law_rise", "search.law_return")))
-    if not any(own_laws(scene) == laws_of(row) for row in found.values()):
+    if not any(own_laws(scene) == law_names_of(row) for row in found.values()):
         found = {**found, **smallest_cams(own).by_law}
     return found
 
@@ -43,7 +43,7 @@ def own_laws(scene: Scene) -> tuple[str, str]:
     return programme.law_names(RISE), programme.law_names(RETURN)
 
 
-def laws_of(row: Mapping[str, Any]) -> tuple[str, str]:
+def law_names_of(row: Mapping[str, Any]) -> tuple[str, str]:
     """The names of the laws of a design's rises and returns."""
     return row["law_rise"], row["law_return"]
 
@@ -51,7 +51,7 @@ def laws_of(row: Mapping[str, Any]) -> tuple[str, str]:
 def known_row(demand: Demand, row: Design) -> Design:
     """A known law's cam with what it has of the objective, and whether it holds all that free laws hold."""
     problem = demand.problem
-    names = (name if name in problem.laws else None for name in laws_of(row))
+    names = (name if name in problem.laws else None for name in law_names_of(row))
     programme, size = problem.with_laws(*names), row[problem.size_name]
     terms = {name: term_of(demand, programme, name, size) for name in demand.objective}
     smooth = all(jump.order > demand.rest for jump in programme.jumps)

@@ -28,7 +28,7 @@ OF_DWELL = 24  # samples of a dwell, for a load that changes over it
 STEP = 6e-6  # of central differences, of a derivative's order: the cube root of the rounding
 ORDERS = 4  # y, y', y'' and y'''
 
-Sizes = tuple[float, float]
+LeadAndHeight = tuple[float, float]
 """e and s₀, mm."""
 
 
@@ -52,7 +52,7 @@ def ceilings_at(problem: Problem, key: str, bound: float) -> tuple[Claim, ...]:
 
 
 @dataclass(frozen=True)
-class Planes:
+class TangentPlanes:
     """Curves over their bounds at samples of one stroke (n,): values, slopes by y to y''' (4, n), by e and s₀."""
 
     values: FloatArray
@@ -83,7 +83,7 @@ class Sampled:
         return bool(ceiling.strokes & (self.stroke.kind | ways))
 
     def values(
-        self, ceilings: Sequence[Claim], state: FloatArray, sizes: Sizes, near: FloatArray | None = None
+        self, ceilings: Sequence[Claim], state: FloatArray, sizes: LeadAndHeight, near: FloatArray | None = None
     ) -> FloatArray:
         """Each curve over its bound (rows, n), upside down as well where the magnitude counts; infinite if none.
 
@@ -110,7 +110,7 @@ class Sampled:
                 rows += [value, -value] if ceiling.goal == LARGEST_MAGNITUDE else [value]
         return np.array(rows).reshape(-1, y.size)
 
-    def planes(self, ceilings: Sequence[Claim], state: FloatArray, sizes: Sizes) -> Planes:
+    def planes(self, ceilings: Sequence[Claim], state: FloatArray, sizes: LeadAndHeight) -> TangentPlanes:
         """The tangent planes of the curves, for motions and sizes in units of the programme."""
         scale, length, (lead, height) = self.demand.scale, self.demand.length, sizes
 
@@ -127,7 +127,7 @@ class Sampled:
             away[order] = STEP * scale * fast
             motion.append(slope(lambda k, by=away: self.values(ceilings, state + k * by, sizes, state)) / fast)
         by = STEP * length
-        return Planes(
+        return TangentPlanes(
             self.values(ceilings, state, sizes),
             np.array(motion),
             slope(lambda k: self.values(ceilings, state, (lead + k * by, height))),
@@ -138,7 +138,7 @@ class Sampled:
         return [ceiling for ceiling in ceilings if self.counts(ceiling)]
 
 
-def _design(demand: Demand, sizes: Sizes) -> Designs:
+def _design(demand: Demand, sizes: LeadAndHeight) -> Designs:
     """The design of e and s₀, with the largest roller."""
     lead, height = sizes
     prime = np.hypot(lead, height) if demand.traced else height

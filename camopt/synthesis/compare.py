@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from camopt.problem.problem import resolve
 from camopt.scene.scene import Scene
-from camopt.synthesis.cams import known_laws, known_row, laws_of, own_laws
+from camopt.synthesis.cams import known_laws, known_row, law_names_of, own_laws
 from camopt.synthesis.from_scene import demand_of
 from camopt.tables.designs import Design
 
@@ -23,7 +23,7 @@ class Comparison:
     @property
     def own(self) -> str | None:
         """The key of the scene's own laws; None if no cam with them is feasible."""
-        return next((law for law, row in self.rows.items() if laws_of(row) == own_laws(self.scene)), None)
+        return next((law for law, row in self.rows.items() if law_names_of(row) == own_laws(self.scene)), None)
 
     @property
     def best(self) -> str | None:

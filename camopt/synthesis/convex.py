@@ -35,7 +35,7 @@ class Sizes:
     prime: Any
 
 
-class Motion(Protocol):
+class StrokeMotion(Protocol):
     """The motion of one stroke: its limits, and what its neighbours and the objective need of it."""
 
     limits: list[Any]
@@ -53,7 +53,7 @@ class Motion(Protocol):
         """What it adds to the vibration at the start of each dwell, mm (dwells, 2); None if that is not known."""
 
 
-MakeMotion = Callable[[Demand, Stroke, Ranges, Sizes], Motion]
+MakeMotion = Callable[[Demand, Stroke, Ranges, Sizes], StrokeMotion]
 
 
 @dataclass
@@ -65,7 +65,7 @@ class Convex:
     unit: float
     """What the objective is divided by in the problem, so that it is near 1."""
     sizes: Sizes
-    motions: list[Motion | None]
+    motions: list[StrokeMotion | None]
     largest: dict[str, Any]
     """Variables that bound a derivative over the turn, in units of the lift: those that something asks for."""
 
@@ -158,7 +158,7 @@ def _of_sizes(demand: Demand, sizes: Sizes) -> list[Any]:
     return limits
 
 
-def _joints(demand: Demand, motions: list[Motion | None]) -> list[Any]:
+def _joints(demand: Demand, motions: list[StrokeMotion | None]) -> list[Any]:
     """At rest beside a dwell; smooth where two strokes meet."""
     limits = []
     for number, motion in enumerate(motions):
@@ -184,7 +184,9 @@ def _order_of(demand: Demand, name: str) -> float:
     return demand.scale * demand.per_unit[name] / shortest**order
 
 
-def _term(demand: Demand, name: str, sizes: Sizes, motions: list[Motion | None], largest: Mapping[str, Any]) -> Any:
+def _term(
+    demand: Demand, name: str, sizes: Sizes, motions: list[StrokeMotion | None], largest: Mapping[str, Any]
+) -> Any:
     """A term of the objective, in its own unit."""
     if name == "size":
         return demand.length * sizes.prime - demand.roller

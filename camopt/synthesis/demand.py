@@ -19,7 +19,7 @@ from camopt.synthesis.splines import Splines
 ORDERS = {"velocity": 1, "acceleration": 2, "jerk": 3}
 PEAKS = {f"peak_{name}": order for name, order in ORDERS.items()}
 
-Interval = tuple[float, float]
+LowHigh = tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -46,12 +46,12 @@ class Demand:
     problem: Problem
     splines: Splines
     strokes: tuple[Stroke, ...]
-    lead: Interval
-    prime: Interval
+    lead: LowHigh
+    prime: LowHigh
     """The size with the roller: √(s₀² + e²)."""
     body: float
     """The largest radius of the roller or spherical face: it makes the least base radius of a prime radius."""
-    ranges: tuple[dict[int, Interval], ...]
+    ranges: tuple[dict[int, LowHigh], ...]
     """For each stroke, the range of each limited derivative, by its order."""
     floors: tuple[LinearConstraint, ...]
     residual: float | None

@@ -19,7 +19,7 @@ SCENE, LAWS, FRONTIER = "synthesised.toml", "laws.csv", "frontier.parquet"
 POINTS = 361
 
 
-def write(result: Synthesised, folder: str | os.PathLike[str]) -> list[Path]:
+def write_laws(result: Synthesised, folder: str | os.PathLike[str]) -> list[Path]:
     """Write the scene with the free laws (TOML) and their tables (CSV): unit displacement to jerk; the files."""
     out = Path(folder)
     out.mkdir(parents=True, exist_ok=True)

@@ -16,7 +16,7 @@ from camopt.scene.scene import Scene
 from camopt.scene.tables import Range, Synthesis
 from camopt.smallest.closed_form import least_size
 from camopt.synthesis import residual
-from camopt.synthesis.demand import ORDERS, PEAKS, Demand, Interval, roller_of
+from camopt.synthesis.demand import ORDERS, PEAKS, Demand, LowHigh, roller_of
 from camopt.synthesis.linear_constraints import floors_of
 from camopt.synthesis.splines import Splines
 
@@ -103,7 +103,7 @@ def objective_in(asked: Synthesis) -> dict[str, float]:
     return {asked.minimise: 1.0} if isinstance(asked.minimise, str) else dict(asked.minimise)
 
 
-def _size(scene: Scene, name: str, objective: Mapping[str, float]) -> Interval:
+def _size(scene: Scene, name: str, objective: Mapping[str, float]) -> LowHigh:
     """The range of the cam's radius: that of [search], or up to the scene's own where the objective is another."""
     key = name.removesuffix("_mm")
     choice, own = getattr(scene.search, key), getattr(scene.cam, key)
@@ -150,14 +150,14 @@ def _body(problem: Problem) -> float:
     return _ends(search.face_radius if problem.setup.spherical else search.roller_radius, own)[1]
 
 
-def _ends(choice: Range | tuple[float, ...] | None, own: float) -> Interval:
+def _ends(choice: Range | tuple[float, ...] | None, own: float) -> LowHigh:
     """The least and the largest value of a size that a scene allows."""
     if isinstance(choice, Range):
         return choice.start, choice.stop
     return (own, own) if choice is None else (min(choice), max(choice))
 
 
-def _lead(problem: Problem) -> Interval:
+def _lead(problem: Problem) -> LowHigh:
     """e, within the offsets that the scene allows."""
     if problem.setup.mechanism not in (translating.MECHANISM, translating_flat.MECHANISM):
         return 0.0, 0.0
@@ -166,7 +166,7 @@ def _lead(problem: Problem) -> Interval:
     return low, high
 
 
-def _ranges(problem: Problem, asked: Synthesis, stroke: Stroke, minimised: set[int]) -> dict[int, Interval]:
+def _ranges(problem: Problem, asked: Synthesis, stroke: Stroke, minimised: set[int]) -> dict[int, LowHigh]:
     """The ranges of a stroke's derivatives: what [limits] say of the turn and [synthesis] of the unit stroke.
 
     Derivatives that are minimised have none but these.
@@ -174,7 +174,7 @@ def _ranges(problem: Problem, asked: Synthesis, stroke: Stroke, minimised: set[i
     if stroke.kind == DWELL:
         return {}
     limits, omega = problem.scene.limits, problem.setup.omega
-    bounds: dict[int, Interval] = {}
+    bounds: dict[int, LowHigh] = {}
     for name, order in ORDERS.items():
         bound = getattr(limits, name)
         if bound is not None and omega is not None:
@@ -216,7 +216,7 @@ def _orders(objective: Mapping[str, float]) -> set[int]:
     return {ORDERS[term] for name in objective if (term := name.removesuffix("_rms")) in ORDERS}
 
 
-def _peak(problem: Problem, name: str, value: float | str | tuple[float, float]) -> Interval:
+def _peak(problem: Problem, name: str, value: float | str | tuple[float, float]) -> LowHigh:
     """The range of a derivative of the unit stroke: ± a number, a range, or what a known law has."""
     if isinstance(value, tuple):
         return value

@@ -23,7 +23,7 @@ from camopt.scene.scene import Scene
 from camopt.scene.tables import TERMS
 from camopt.smallest.result import Progress
 from camopt.synthesis import residual
-from camopt.synthesis.axis_minimiser import AxisMinimiser, Found
+from camopt.synthesis.axis_minimiser import AxisMinimiser, FrontierCam
 from camopt.synthesis.cams import known_laws, known_row
 from camopt.synthesis.ceilings import ceilings_at, quantities
 from camopt.synthesis.from_scene import demand_of
@@ -148,7 +148,7 @@ def frontier(
     return Frontier(scene, axes, front, known, least, _local(ends, rows, axes))
 
 
-def _local(ends: "Ends", rows: Sequence[dict[str, Any]], axes: tuple[str, ...]) -> tuple[str, ...]:
+def _local(ends: "FrontierEnds", rows: Sequence[dict[str, Any]], axes: tuple[str, ...]) -> tuple[str, ...]:
     """The axes whose least values are local optima; where a load is held, only its own axis counts."""
     convex = all(axis in TERMS for axis in axes)
     found = {axis: ends[axis, axis].row["local"] for axis in axes}
@@ -179,13 +179,13 @@ def _checked(scene: Scene, axes: Sequence[str]) -> tuple[Scene, tuple[str, ...]]
     return scene.replace(outputs=sorted(outputs)) if called else scene, tuple(axes)
 
 
-Ends = dict[tuple[str, str], Found]
+FrontierEnds = dict[tuple[str, str], FrontierCam]
 """The cams at the ends, by (axis, other): of the least of an axis, and then of another with the axis held there."""
 
 
-def _ends(scene: Scene, axes: tuple[str, ...], workers: int | None) -> Ends:
+def _ends(scene: Scene, axes: tuple[str, ...], workers: int | None) -> FrontierEnds:
     """The cams that have the least of each axis: of terms first, for how large a cam may be with a load."""
-    found: Ends = {}
+    found: FrontierEnds = {}
     room: dict[str, float] = {}
     for some in ([axis for axis in axes if axis in TERMS], [axis for axis in axes if axis not in TERMS]):
         tasks = [Task(axis, {} if axis in TERMS else room) for axis in some]
@@ -204,7 +204,7 @@ def _ends(scene: Scene, axes: tuple[str, ...], workers: int | None) -> Ends:
     return found
 
 
-def _room(scene: Scene, ends: Ends) -> dict[str, float]:
+def _room(scene: Scene, ends: FrontierEnds) -> dict[str, float]:
     """How large the cam may be where a load is least, which may fall for ever as the cam grows.
 
     [search] says it; if not, the scene's own size, or a multiple of the least.
@@ -223,13 +223,13 @@ def _between(one: Iterate, other: Iterate, share: float) -> Iterate:
     return Iterate(lead, height, laws)
 
 
-def _widened(end: Found, axis: str) -> float:
+def _widened(end: FrontierCam, axis: str) -> float:
     """The value of an axis at its end, with room for a solver."""
     value = float(end.row[axis])
     return value * (1.0 + (ENDS if axis in TERMS else LOCAL_ENDS))
 
 
-def _range(ends: Ends, axis: str) -> tuple[float, float]:
+def _range(ends: FrontierEnds, axis: str) -> tuple[float, float]:
     """From the least of an axis to the most that the least of another takes."""
     most = max(float(end.row[axis]) for (other, by), end in ends.items() if by == axis)
     return max(_widened(ends[axis, axis], axis), NEARLY_NONE * most), most
@@ -254,7 +254,7 @@ class Task(NamedTuple):
 
 def _in_parallel(
     scene: Scene, axes: tuple[str, ...], tasks: Sequence[Task], workers: int | None
-) -> Iterator[Found | None]:
+) -> Iterator[FrontierCam | None]:
     """What is found for each task, in order, by several processes if there are tasks for them."""
 
     from joblib import Parallel, delayed
@@ -269,7 +269,7 @@ _BUILT: dict[Any, AxisMinimiser] = {}
 """What a process keeps: the programme of its last task."""
 
 
-def _run(toml: str, axes: tuple[str, ...], task: Task) -> Found | None:
+def _run(toml: str, axes: tuple[str, ...], task: Task) -> FrontierCam | None:
 
     key = toml, axes, task.first, tuple(task.value)
     if key not in _BUILT:

@@ -27,10 +27,10 @@ def moving(model: Convex) -> list[SplineMotion]:
 def iterate_of(model: Convex) -> Iterate:
     """The values of a solved programme."""
     sizes = float(model.sizes.lead.value), float(model.sizes.height.value)
-    return Iterate(*sizes, joined(model.demand, [motion.coefficients.value for motion in moving(model)]))
+    return Iterate(*sizes, cleaned(model.demand, [motion.coefficients.value for motion in moving(model)]))
 
 
-def joined(demand: Demand, coefficients: list[FloatArray]) -> tuple[FloatArray, ...]:
+def cleaned(demand: Demand, coefficients: list[FloatArray]) -> tuple[FloatArray, ...]:
     """Coefficients without a solver's error: at rest beside a dwell, smooth where two strokes meet, monotone.
 
     However small, an error there would be a jump of the acceleration, or a motion that turns back.

@@ -26,7 +26,7 @@ import numpy as np
 from camopt.motion.programme import Stroke
 from camopt.synthesis.convex import Ranges, Sizes
 from camopt.synthesis.demand import ORDERS, Demand, LinearConstraint
-from camopt.synthesis.spline_motion import points_of
+from camopt.synthesis.spline_motion import points_inside
 
 CUBIC = 2.0 / (9.0 * sqrt(3.0))
 SAME = 1e-9  # of the stroke: nodes as close as that are one
@@ -40,7 +40,7 @@ class RelaxedMotion:
 
     def __init__(self, panels: int, demand: Demand, stroke: Stroke, ranges: Ranges, sizes: Sizes) -> None:
         self.unit, self.angle, self.sizes = demand.scale, stroke.angle, sizes
-        points = dict(points_of(demand, stroke))
+        points = dict(points_inside(demand, stroke))
         plain = np.linspace(0.0, 1.0, panels + 1)
         apart = [x for x in plain if all(abs(x - point) > SAME for point in points)]
         x = np.array(sorted([*apart, *points]))

@@ -19,7 +19,7 @@ import numpy as np
 from camopt.motion.table import DWELL
 from camopt.numerics import LARGEST_MAGNITUDE, FloatArray
 from camopt.problem.claims import Claim, Plain
-from camopt.synthesis.ceilings import Planes, Sampled, samples
+from camopt.synthesis.ceilings import Sampled, TangentPlanes, samples
 from camopt.synthesis.convex import SOLVED, Convex, solve
 from camopt.synthesis.demand import ORDERS
 from camopt.synthesis.iterate import Iterate, iterate_of, moving
@@ -32,7 +32,7 @@ CLOSER = 2e-4  # by which bounds are held closer than asked: between samples a c
 
 
 @dataclass
-class Block:
+class StrokePlanes:
     """The planes of all curves over one stroke, as parameters of the problem of a step."""
 
     sampled: Sampled
@@ -76,7 +76,7 @@ class SequentialConvex:
         self.problem = cp.Problem(cp.Minimize(self.goal + self.price * self.missing), [*convex, *limits])
         self.nearest = cp.Problem(cp.Minimize(sum(map(cp.sum_squares, away))), convex)
 
-    def _blocks(self, ceilings: list[Claim]) -> Iterator[Block]:
+    def _blocks(self, ceilings: list[Claim]) -> Iterator[StrokePlanes]:
         """A block for each stroke on which a curve counts."""
         motions = iter(moving(self.model))
         for stroke in self.model.demand.strokes:
@@ -88,9 +88,9 @@ class SequentialConvex:
                 x = samples(self.model.demand, stroke)
                 rows = motion.at(x) if motion else []
                 constant, lead, height, *parts = (cp.Parameter((sum(sides), x.size)) for _ in range(3 + len(rows)))
-                yield Block(sampled, rows, np.repeat(lowered, sides), constant, parts, lead, height)
+                yield StrokePlanes(sampled, rows, np.repeat(lowered, sides), constant, parts, lead, height)
 
-    def _limits(self, block: Block) -> Iterator[Any]:
+    def _limits(self, block: StrokePlanes) -> Iterator[Any]:
         """Every plane below its bound, or below the level."""
         sizes = self.model.sizes
         for number, lowered in enumerate(block.lowered):
@@ -175,7 +175,7 @@ class SequentialConvex:
                 values = values - slope * row.value
             block.constant.value, block.lead.value, block.height.value = values, planes.lead, planes.height
 
-    def _planes(self, block: Block, at: Iterate, ceilings: list[Claim]) -> Planes:
+    def _planes(self, block: StrokePlanes, at: Iterate, ceilings: list[Claim]) -> TangentPlanes:
         return block.sampled.planes(ceilings, block.state(self.model.demand.scale), self._sizes(at))
 
     def _sizes(self, at: Iterate) -> tuple[float, float]:

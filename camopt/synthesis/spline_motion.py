@@ -23,7 +23,7 @@ class SplineMotion:
         self.limits = [c[:first] == 0, c[-last:] == 1, c >= 0, c <= 1]
         if demand.monotone:
             self.limits.append(c[1:] >= c[:-1])
-        self.limits += [self._of(x, 0) == y / self.unit for x, y in points_of(demand, stroke)]
+        self.limits += [self._of(x, 0) == y / self.unit for x, y in points_inside(demand, stroke)]
         for order, bounds in ranges.items():
             per = stroke.angle**order  # by x of the unit stroke, whose numbers are not huge
             rows = per * self._rows(self.splines.bernstein(order), order)
@@ -75,7 +75,7 @@ class SplineMotion:
         return cp.vstack([each @ self.coefficients for each in rows])
 
 
-def points_of(demand: Demand, stroke: Stroke) -> list[tuple[float, float]]:
+def points_inside(demand: Demand, stroke: Stroke) -> list[tuple[float, float]]:
     """The points inside a stroke that the motion has to go through: x of the unit stroke, and y."""
     inside = [((angle - stroke.start) / stroke.angle, y) for angle, y in demand.points]
     return [(x, y) for x, y in inside if 0.0 < x < 1.0]

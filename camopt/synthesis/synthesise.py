@@ -31,7 +31,7 @@ from camopt.synthesis.ceilings import ceilings_of
 from camopt.synthesis.convex import SOLVED, Convex, convex, solve
 from camopt.synthesis.demand import Demand
 from camopt.synthesis.from_scene import by_offset, demand_of
-from camopt.synthesis.iterate import Iterate, iterate_of, joined
+from camopt.synthesis.iterate import Iterate, cleaned, iterate_of
 from camopt.synthesis.relaxation import RelaxedMotion
 from camopt.synthesis.sequential_convex import SequentialConvex
 from camopt.synthesis.spline_motion import SplineMotion
@@ -170,8 +170,8 @@ def solved(demand: Demand) -> tuple[Convex, Iterate, float]:
         if least == inf:
             raise Unmet("no free law with so many pieces holds all limits; try more (synthesis.pieces)")
         found = iterate_of(model)
-        calm = gentlest(model, least)
-        for each in (calm, found):
+        least_jerk = gentlest(model, least)
+        for each in (least_jerk, found):
             if each is not None and within(demand, programme_with(demand, each)):
                 return model, each, least
     raise Unsolved("the convex solver does not hold the limits closely enough")
@@ -229,7 +229,7 @@ def _known(demand: Demand, start: Iterate) -> Iterator[Iterate]:
     x = (np.arange(4 * demand.splines.count) + 0.5) / (4 * demand.splines.count)
     for law in LAWS.values():
         fit = np.linalg.lstsq(demand.splines.at(x, 0).toarray(), law.displacement(x), rcond=None)[0]
-        known = start._replace(coefficients=joined(demand, [fit] * len(start.coefficients)))
+        known = start._replace(coefficients=cleaned(demand, [fit] * len(start.coefficients)))
         if within(demand, programme_with(demand, known)):
             yield known
 

@@ -24,23 +24,23 @@ from camopt.motion.programme import Programme
 from camopt.motion.table import INWARD, OUTWARD, RESTING, WAYS
 from camopt.numerics.clock import now
 from camopt.numerics.curves import curve
-from camopt.problem.claims import Claim, Derivative, Numbers
+from camopt.problem.claims import Claim, Derivative, NumberKind
 from camopt.problem.limits import SELF_CROSSING, UNDERCUT, Limit
 from camopt.problem.problem import Problem, exactly, resolve_design
 from camopt.scene.scene import Scene
 from camopt.verdicts.ball import Ball, as_arb, between, precisely
 from camopt.verdicts.exact_laws import Piece, pieces_of
-from camopt.verdicts.exact_load import Line, lines_of
+from camopt.verdicts.exact_load import LoadLine, lines_of
 from camopt.verdicts.judging import ASSEMBLY, run_effects
 
 HELD, BROKEN, UNDECIDED = "held", "broken", "undecided"
 FIRST_PARTS = 8  # of each piece of a law, and line of a load
 MOST_PARTS = 20_000
 NARROWEST = arb(2) ** -90
-BALLS = Numbers(arb, arb.pi, arb.tan)
+BALLS = NumberKind(arb, arb.pi, arb.tan)
 
 
-class Stroke(NamedTuple):
+class ExactStroke(NamedTuple):
     """A segment of the turn in balls: cam angle in rad, displacement in mm or rad."""
 
     kind: int
@@ -48,10 +48,10 @@ class Stroke(NamedTuple):
     angle: arb
     low: arb
     change: arb
-    lines: tuple[Line, ...] = ()
+    lines: tuple[LoadLine, ...] = ()
     """Of an external load that changes."""
 
-    def smooth(self) -> Iterator[tuple[Piece | None, Line | None, arb, arb]]:
+    def smooth(self) -> Iterator[tuple[Piece | None, LoadLine | None, arb, arb]]:
         """Where motion and load are smooth: the piece of the law (None in a dwell), the line, and the ends in x."""
         for piece in pieces_of(self.law) if self.law else (None,):
             low, high = (piece.start, piece.end) if piece else (arb(0), arb(1))
@@ -62,10 +62,10 @@ class Stroke(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Motion:
+class ExactMotion:
     """The exact turn; stands in for a Programme where formulas ask for the lift, and whether the load changes."""
 
-    strokes: tuple[Stroke, ...]
+    strokes: tuple[ExactStroke, ...]
     load: ExternalLoad | None
 
     @property
@@ -75,15 +75,15 @@ class Motion:
 
 
 @precisely()
-def motion_of(programme: Programme) -> Motion:
+def motion_of(programme: Programme) -> ExactMotion:
     """The turn of a programme, the numbers that it was made from taken as exact."""
     degree, strokes, level, start = arb.pi() / 180, [], arb(0), arb(0)
     for stroke in programme.strokes:
         angle, change = _given(stroke)
         lines = () if programme.load is None else tuple(lines_of(programme.load, start, angle))
-        strokes.append(Stroke(stroke.kind, stroke.law, angle * degree, level, change, lines))
+        strokes.append(ExactStroke(stroke.kind, stroke.law, angle * degree, level, change, lines))
         level, start = level + change, start + angle
-    return Motion(tuple(strokes), programme.load)
+    return ExactMotion(tuple(strokes), programme.load)
 
 
 def _given(stroke: doubles.Stroke) -> tuple[arb, arb]:
@@ -94,7 +94,7 @@ def _given(stroke: doubles.Stroke) -> tuple[arb, arb]:
     return arb(given.angle), arb(given.change) * (degree if given.angular else 1)
 
 
-def motion_at(stroke: Stroke, piece: Piece | None, x: arb, line: Line | None = None) -> list[Ball]:
+def motion_at(stroke: ExactStroke, piece: Piece | None, x: arb, line: LoadLine | None = None) -> list[Ball]:
     """Balls of y and its first four derivatives by the cam angle over a ball of x; load and slope of a line too."""
     rows = [arb(0)] * 5
     if piece is not None:
@@ -142,7 +142,7 @@ class Statement(NamedTuple):
 
 
 @precisely()
-def decide(statement: Statement, motion: Motion, until: float = inf) -> str:
+def decide(statement: Statement, motion: ExactMotion, until: float = inf) -> str:
     """Whether a statement holds; undecided if that is not known at ``until`` (``clock.now``)."""
     verdict = HELD
     for stroke in motion.strokes:
@@ -158,9 +158,9 @@ def decide(statement: Statement, motion: Motion, until: float = inf) -> str:
 def _decide_part(
     statement: Statement,
     until: float,
-    stroke: Stroke,
+    stroke: ExactStroke,
     piece: Piece | None,
-    line: Line | None,
+    line: LoadLine | None,
     start: arb,
     end: arb,
 ) -> str:
@@ -222,7 +222,7 @@ def of_curve(made: Any) -> Callable[[list[Ball]], tuple[Any, Any]]:
     return values
 
 
-def statements_of(claim: Claim, design: Designs, motion: Motion) -> list[Statement]:
+def statements_of(claim: Claim, design: Designs, motion: ExactMotion) -> list[Statement]:
     """The sides of a claim for a design (in balls)."""
     made = claim.curve(design, cast(Programme, motion))
     factor, allowed = as_arb(claim.factor(design)), claim.allowed(BALLS)

@@ -14,7 +14,7 @@ from camopt.motion.law import Law
 from camopt.motion.spline import SplineLaw
 from camopt.verdicts.ball import precisely
 
-Wave = tuple[arb, arb, arb]
+SineWave = tuple[arb, arb, arb]
 """A·sin(π·(w·d + φ)): sin π·x is exact where x is a whole number, so that strokes end exactly where they should."""
 
 
@@ -25,7 +25,7 @@ class Piece:
     start: arb
     end: arb
     powers: tuple[arb, ...]
-    waves: tuple[Wave, ...] = ()
+    waves: tuple[SineWave, ...] = ()
 
     def derivative(self, order: int, x: arb) -> arb:
         """A derivative of the unit stroke over a ball of x."""

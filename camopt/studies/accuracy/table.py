@@ -166,7 +166,7 @@ def _timed(run: Callable[[], Result]) -> tuple[Result, float]:
     return result, min(times)
 
 
-def write(rows: list[dict[str, Any]], scene: Scene, folder: str | os.PathLike[str]) -> list[Path]:
+def write_accuracy(rows: list[dict[str, Any]], scene: Scene, folder: str | os.PathLike[str]) -> list[Path]:
     """Write ``accuracy.parquet``, ``.png`` and ``.svg`` to a folder."""
     from camopt.drawing.accuracy import plot_accuracy
 
