@@ -188,3 +188,17 @@ def test_a_tilde_is_the_home_folder(monkeypatch, tmp_path, capsys):
     ]
     assert main([*WORK, "--out=~nobody44/cams"]) == exits.BAD_INPUT
     assert "its home folder is not known" in capsys.readouterr().err
+
+
+def test_an_interrupt_of_an_import_is_told_as_one():
+    code = (
+        "import sys\n"
+        "class Interrupt:\n"
+        "    def find_spec(self, name, *where):\n"
+        "        if name == 'camopt.cli.exits': raise KeyboardInterrupt\n"
+        "sys.meta_path.insert(0, Interrupt())\n"
+        "from camopt.__main__ import main\n"
+        "sys.exit(main())\n"
+    )
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert (run.returncode, run.stdout, run.stderr) == (130, "", "camopt: interrupted, nothing written\n")

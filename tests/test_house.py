@@ -26,6 +26,7 @@ HEAVY = {"matplotlib", "scipy", "numpy.polynomial", "shapely", "pyarrow", "mooco
 """Packages that take long to import: functions that need them may import them."""
 LATE = {
     ("shown", "drawing.notebook"): "a page is made of all results, which show themselves by it",
+    ("__main__", "cli.main"): "an interrupt while it is imported is told as one",
     ("drawing.canvas", "drawing.sheet"): "it imports matplotlib",
     ("verdicts.judging", "verdicts.certify"): "balls are for what rounding leaves open",
     ("tables.designs", "tables.table"): "it imports pyarrow",
