@@ -52,7 +52,7 @@ def by_cutting_planes(problem: Problem, bounds: Bounds, until: float = inf) -> C
     if form is None or not limits:
         return None
     ranges = form.ranges(problem.programme, bounds)
-    planes = _first_planes(form, limits, problem.programme, bounds, until)
+    planes = _first_planes(form, limits, problem.programme, bounds)
     (least, most), floor = bounds["size"], 0.0
     for done in range(ROUNDS):
         if done and now() > until:
@@ -111,15 +111,13 @@ def _design(problem: Problem, form: Form, point: FloatArray, bounds: Bounds) -> 
     return Designs(**arrays, size=np.array([sizes["size"]]), sense=problem.design.sense)
 
 
-def _first_planes(
-    form: Form, limits: list[LinearLimit], programme: Programme, bounds: Bounds, until: float
-) -> Planes:
-    """The planes that decide at a sample of cam angles, found by exchange among them until the time is over."""
+def _first_planes(form: Form, limits: list[LinearLimit], programme: Programme, bounds: Bounds) -> Planes:
+    """The planes that decide at a sample of cam angles, found by exchange among them; some milliseconds."""
     ranges, planes = form.ranges(programme, bounds), np.empty((0, 4))
     samples = [group for limit in limits for group in limit.planes(_sampled(programme, limit.kinds))]
     for _ in range(ROUNDS):
         point = form.least(np.concatenate([ranges, planes]), bounds)
-        if point is None or now() > until:
+        if point is None:
             break
         worst = np.array([group[np.argmin(_margins(group, point))] for group in samples])
         worst = worst[_margins(worst, point) < -COARSE * np.linalg.norm(point)]
