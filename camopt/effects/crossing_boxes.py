@@ -10,8 +10,7 @@ centre C(b) on the pitch curve, cuts into the profile at another one: |P(a) − 
   direction. So it covers a point q as often as its border winds round q: w(C, q) − w(P, q) times. This is 1 between
   the two curves, and 0 elsewhere.
 - With P(a) the nearest point of the profile to C(b), C(b) = P(a) ± d·n(a). If d < R_r, either F covers the points
-  near C(b) twice, from (a, d) and from (b, R_r), or C(b) is on the
-  profile or inside, where F covers nothing.
+  near C(b) twice, from (a, d) and from (b, R_r), or C(b) is on the profile or inside, where F covers nothing.
 
 Conversely, where one part of a profile crosses another at P(a) = P(b), it enters the roller at b, since
 |P(a) − C(b)|² changes with a at the rate −2·R_r·n(b)·P'(a), which is not 0.
