@@ -147,3 +147,9 @@ def result_folder(path: str | os.PathLike[str]) -> Iterator[Path]:
         with suppress(OSError):  # there is something in it
             for folder in made:
                 folder.rmdir()
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a small file."""
+    with whole_file(path) as partial:
+        partial.write_text(text, encoding="utf-8")

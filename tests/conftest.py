@@ -3,7 +3,7 @@
 import pytest
 from hypothesis import settings
 
-from camopt.numerics import compile
+from camopt.kernels import compile
 
 settings.register_profile("ci", deadline=None, derandomize=True)
 settings.register_profile("deep", deadline=None, max_examples=1000, print_blob=True)

@@ -507,6 +507,18 @@ def test_help_imports_nothing_heavy(arguments):
     assert "camopt" in done.stdout
 
 
+@pytest.mark.parametrize("command", ["evaluate", "certify", "laws", "scenes"])
+def test_one_design_needs_no_compiler(command):
+    """Its formulas run as they are written: numba takes half a second to import."""
+    scene = [] if command in ("laws", "scenes") else ["exhaust-valve"]
+    code = (
+        "import sys\nfrom camopt.cli.main import main\nmain(sys.argv[1:])\n"
+        "sys.exit(str({'numba', 'scipy', 'pandas', 'pyarrow', 'cvxpy', 'matplotlib'} & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", code, command, *scene], capture_output=True, text=True, timeout=60)
+    assert done.stderr.strip() == "set()"
+
+
 def test_a_reader_that_goes_away_is_no_trouble():
     command = f'"{sys.executable}" -m camopt laws | head -n 1; exit "${{PIPESTATUS[0]}}"'
     done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, timeout=60)

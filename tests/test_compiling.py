@@ -2,8 +2,8 @@
 
 import pytest
 
-from camopt.numerics import compiling
-from camopt.numerics.compiling import COMPILING, Compiling, announced
+from camopt.kernels import compiling, dispatchers
+from camopt.kernels.compiling import COMPILING, Compiling, announced
 
 
 @pytest.fixture
@@ -16,14 +16,14 @@ def clock(monkeypatch):
 
 def test_a_kernel_that_compiles_another_counts_once(clock):
     found = Compiling()
-    found.on_start(None)
+    found.begin()
     clock[0] = 2.0
-    found.on_start(None)
+    found.begin()
     clock[0] = 3.0
-    found.on_end(None)
+    found.end()
     assert found.seconds == 0.0
     clock[0] = 7.0
-    found.on_end(None)
+    found.end()
     clock[0] = 9.0
     assert found.seconds == 7.0
 
@@ -32,17 +32,16 @@ def test_a_word_is_said_at_the_first_kernel_of_a_block():
     said = []
     with announced(lambda: said.append("compiling")):
         for _ in range(3):
-            COMPILING.on_start(None)
-            COMPILING.on_end(None)
-    COMPILING.on_start(None)
-    COMPILING.on_end(None)
+            COMPILING.begin()
+            COMPILING.end()
+    COMPILING.begin()
+    COMPILING.end()
     assert said == ["compiling"]
     assert COMPILING.depth == 0
 
 
 def test_numba_tells_it():
-    import numba
-
+    numba = dispatchers.numba
     before, said = COMPILING.seconds, []
     with announced(lambda: said.append("compiling")):
         assert numba.njit(lambda x: x + 1)(1) == 2

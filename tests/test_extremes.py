@@ -14,12 +14,12 @@ from support import own
 from support.depth import covering, times
 
 from camopt.effects import Case, Setup
+from camopt.kernels.compile import compiled
 from camopt.mechanisms import MECHANISMS, Designs
 from camopt.motion.programme import Programme, span
 from camopt.motion.table import DWELL, RETURN, RISE, TURN
 from camopt.numerics import GIVEN, LARGEST, LARGEST_MAGNITUDE, LEAST, UNIT
 from camopt.numerics.climbing import Ends
-from camopt.numerics.compile import compiled
 from camopt.numerics.curves import Linear, curve
 from camopt.numerics.extremes import Precision, extremes
 from camopt.numerics.halving import CLIMBS, CONCAVE, OPEN, SETTLED, looked_at

@@ -8,10 +8,10 @@ from support import friction
 
 from camopt import BadInput, Scene, certify, evaluate, find_scene, optimise
 from camopt.effects.loads import Borne, Guided
+from camopt.kernels.compile import compiled
 from camopt.mechanisms import MECHANISMS
 from camopt.motion.programme import Programme
 from camopt.motion.table import INWARD, OUTWARD, RESTING, WAYS, turnings
-from camopt.numerics.compile import compiled
 from camopt.numerics.curves import Linear, curve
 from camopt.numerics.interval import Interval
 from camopt.numerics.jet import Jet

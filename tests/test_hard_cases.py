@@ -17,12 +17,13 @@ from support.depth import times
 from camopt import Scene, certify, evaluate, find_scene
 from camopt.effects import Case, Setup
 from camopt.front.pareto import non_dominated
+from camopt.kernels import compile
 from camopt.mechanisms import MECHANISMS, Designs
 from camopt.mistakes import BadInput
 from camopt.motion import LAWS
 from camopt.motion.programme import Programme
 from camopt.motion.table import TURN
-from camopt.numerics import LARGEST, LEAST, compile
+from camopt.numerics import LARGEST, LEAST
 from camopt.numerics.curves import curve
 from camopt.problem.rows import Rows
 from camopt.scene.tables import Search

@@ -16,7 +16,7 @@ from camopt.scene.tables import Limits
 PACKAGE = Path(camopt.__file__).parent
 ROOMS = (
     *("mistakes", "version", "files", "quantities", "shown"),
-    *("numerics", "motion", "mechanisms", "effects", "scene", "problem", "verdicts", "tables"),
+    *("kernels", "numerics", "motion", "mechanisms", "effects", "scene", "problem", "verdicts", "tables"),
     *("smallest", "front", "synthesis", "drawing", "points", "studies", "cli"),
 )
 """Folders and modules of the package in the order of the data: each imports from itself and those before it."""
@@ -25,6 +25,8 @@ DOORS = {"__init__", "__main__"}
 HEAVY = {"matplotlib", "scipy", "numpy.polynomial", "shapely", "pyarrow", "moocore", "joblib", "rich"}
 """Packages that take long to import: functions that need them may import them."""
 LATE = {
+    ("kernels.compile", "kernels.dispatchers"): "it imports numba",
+    ("kernels.by_address", "kernels.dispatchers"): "it imports numba",
     ("shown", "drawing.notebook"): "a page is made of all results, which show themselves by it",
     ("__main__", "cli.main"): "an interrupt while it is imported is told as one",
     ("drawing.canvas", "drawing.sheet"): "it imports matplotlib",
@@ -124,6 +126,11 @@ def test_imports_inside_functions_have_a_reason():
             if not heavy and (name, target) not in LATE:
                 unexplained.add((name, target))
     assert (unexplained, unused) == (set(), set())
+
+
+def test_numba_is_imported_where_machine_code_is_made_and_nowhere_else():
+    found = {name for name, target, _ in arrows() if target.partition(".")[0] == "numba"}
+    assert found == {"kernels.dispatchers", "kernels.numba_types", "kernels.kernel_cache"}
 
 
 OTHERWISE = {"velocity", "acceleration", "jerk", "residual_vibration", *QUANTITIES, *EFFECTS}

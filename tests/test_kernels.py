@@ -5,22 +5,31 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from numba import types
 from numba.core.errors import TypingError
-from numba.core.registry import CPUDispatcher
 
 import camopt
 from camopt.effects import Case
+from camopt.kernels import compile, dispatchers
+from camopt.kernels.by_address import Reached, address_of, call, code_of, evaluates
+from camopt.kernels.compile import (
+    COUNT,
+    FEW,
+    NUMBER,
+    Kind,
+    called_by_kernels,
+    compiled,
+    compiled_for_many,
+    inlined,
+)
+from camopt.kernels.kernel_cache import KernelCache
 from camopt.mechanisms import Designs
-from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, compile
-from camopt.numerics.compile import FEW, called_by_kernels, compiled, compiled_for_many, inlined
+from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST
 from camopt.numerics.extremes import search_all, search_curve
-from camopt.numerics.indirect import Reached, address_of, call, code_of, evaluates
 from camopt.numerics.jet import Jet, power
 from camopt.problem.problem import exactly, resolve
 from camopt.scene.scene import find_scene
 
-pytestmark = pytest.mark.skipif(not isinstance(search_curve, CPUDispatcher), reason="nothing is compiled")
+pytestmark = pytest.mark.skipif(compile.NEVER, reason="nothing is compiled")
 
 
 @inlined
@@ -41,15 +50,15 @@ def halved(kernel, count):
     x, out = np.arange(float(count)), np.empty(count)
     kernel(x, out)
     assert np.array_equal(out, x / 2)
-    return bool(kernel.signatures)
+    return bool(kernel.dispatcher.signatures)
 
 
 @pytest.fixture
 def _no_disk(monkeypatch):
     """No kernel is found in the cache, and none is written."""
-    monkeypatch.setattr(compile.KernelCache, "holds", lambda *_: False)
-    monkeypatch.setattr(compile.KernelCache, "load_overload", lambda *_: None)
-    monkeypatch.setattr(compile.KernelCache, "save_overload", lambda *_: None)
+    monkeypatch.setattr(KernelCache, "holds", lambda *_: False)
+    monkeypatch.setattr(KernelCache, "load_overload", lambda *_: None)
+    monkeypatch.setattr(KernelCache, "save_overload", lambda *_: None)
 
 
 @pytest.mark.usefixtures("_no_disk")
@@ -68,19 +77,19 @@ def test_what_plain_runs_have_cost_is_paid_once(monkeypatch):
 
 
 def test_a_kernel_on_disk_is_taken_at_once(monkeypatch, tmp_path):
-    monkeypatch.setattr(compile, "CACHE_FOLDER", tmp_path)
+    monkeypatch.setattr(dispatchers, "CACHE_FOLDER", tmp_path)
     assert halved(kernel_of_halves(), FEW + 1)
     again = kernel_of_halves()
     assert halved(again, 1)
-    assert sum(again.stats.cache_hits.values()) == 1
+    assert sum(again.dispatcher.stats.cache_hits.values()) == 1
 
 
 def test_evaluating_a_design_compiles_nothing(monkeypatch):
     def refuse(*_):
         raise AssertionError("a kernel is compiled for a single design")
 
-    monkeypatch.setattr(compile.KernelCache, "holds", lambda *_: False)
-    monkeypatch.setattr(compile.Kernel, "compile", refuse)
+    monkeypatch.setattr(KernelCache, "holds", lambda *_: False)
+    monkeypatch.setattr(dispatchers.Dispatcher, "compile", refuse)
     problem = exactly(resolve(find_scene("roller-1000rpm")))
     fresh = compiled_for_many(search_curve.py_func)
     monkeypatch.setattr("camopt.numerics.extremes.search_curve", fresh)
@@ -130,8 +139,8 @@ def test_what_kernels_call_becomes_machine_code_with_them_only(part):
     kernel, x, out = compiled_for_many(parts), np.arange(FEW + 1.0), np.empty(FEW + 1)
     kernel(x, out)
     assert np.array_equal(out, [part.py_func(number) for number in x])
-    assert [machine_code(one) for one in part.overloads.values()] == [0]
-    assert all(machine_code(one) for one in kernel.overloads.values())
+    assert [machine_code(one) for one in part.dispatcher.overloads.values()] == [0]
+    assert all(machine_code(one) for one in kernel.dispatcher.overloads.values())
 
 
 def test_one_compiled_search_serves_every_curve():
@@ -139,11 +148,11 @@ def test_one_compiled_search_serves_every_curve():
     mechanism = problem.setup.mechanism
     for make in (mechanism.pressure, mechanism.curvature, mechanism.sliding):
         curve_of(problem, make, FEW + 1)
-    assert len(search_all.signatures) == 1
-    assert len(search_curve.signatures) >= 3
+    assert len(search_all.dispatcher.signatures) == 1
+    assert len(search_curve.dispatcher.signatures) >= 3
 
 
-@evaluates(types.float64, types.float64, types.int64)
+@evaluates(NUMBER, NUMBER, COUNT)
 def scaled(made, x, power):
     factor, shift = made[0]
     return factor * x**power + shift
@@ -195,9 +204,9 @@ def test_an_interrupt_while_a_kernel_is_compiled_that_another_calls_is_an_interr
     def interrupted(*_):
         raise KeyboardInterrupt
 
-    x, kernel = np.ones(2), Reached(halve_all, (types.float64[::1],))
+    x, kernel = np.ones(2), Reached(halve_all, (Kind(NUMBER.name, 1),))
     with monkeypatch.context() as patch:
-        patch.setattr(halve_all, "get_compile_result", interrupted)
+        patch.setattr(halve_all.dispatcher, "get_compile_result", interrupted)
         with pytest.raises(KeyboardInterrupt):
             by_address(x, kernel)
     by_address(x, kernel)
@@ -220,7 +229,6 @@ MARKS = {
     "compiled",
     "compiled_for_many",
     "evaluates",
-    "part_of_formulas",
     "formula",
     "where_loaded",
 }

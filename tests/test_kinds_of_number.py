@@ -10,9 +10,10 @@ from support.cams import CONTACTS, GUIDED, SWUNG, WORN, cam_with
 
 from camopt import Scene, evaluate
 from camopt.effects import Case
+from camopt.kernels import compile
 from camopt.mistakes import BadInput
 from camopt.motion.table import TURN
-from camopt.numerics import LARGEST, LEAST, compile
+from camopt.numerics import LARGEST, LEAST
 from camopt.numerics.interval import Interval
 from camopt.problem.claims import SIDES, BodyRadiusPlus, Claim, Plain
 from camopt.problem.limits import Limit

@@ -12,10 +12,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from support import naive, own
 
+from camopt.kernels.compile import compiled
 from camopt.motion import LAWS
 from camopt.motion.programme import PANELS, Programme, law_peaks, peak
 from camopt.motion.table import RETURN, RISE, stroke_coefficients
-from camopt.numerics.compile import compiled
 from camopt.numerics.piecewise import motion
 
 

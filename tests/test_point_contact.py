@@ -12,8 +12,8 @@ from scipy.special import ellipe, ellipk
 from support.depth import times
 
 import camopt
+from camopt.kernels.compile import compiled
 from camopt.mechanisms.geometry import cam_curves
-from camopt.numerics.compile import compiled
 from camopt.numerics.interval import Interval
 from camopt.numerics.jet import Jet
 from camopt.numerics.point_contact import (

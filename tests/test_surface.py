@@ -7,8 +7,8 @@ import pytest
 from flint import arb, arb_series
 
 import camopt
+from camopt.kernels.compile import compiled
 from camopt.mechanisms.geometry import cam_curves
-from camopt.numerics.compile import compiled
 from camopt.numerics.interval import Interval
 from camopt.numerics.jet import Jet
 from camopt.problem.problem import resolve

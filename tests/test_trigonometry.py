@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from camopt.numerics.compile import compiled
+from camopt.kernels.compile import compiled
 from camopt.numerics.interval import Interval
 from camopt.numerics.jet import UNIT
 from camopt.numerics.trigonometry import sine_cosine, turned

@@ -9,27 +9,27 @@ from rich.table import Table
 from rich.tree import Tree
 
 from camopt.cli.terminal import print_json, room_across, show, table_of
-from camopt.front.sweep import Sweep
 from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.motion import LAWS
 from camopt.problem.problem import Problem, resolve
 from camopt.problem.rows import Rows, finite
 from camopt.quantities import QUANTITIES
-from camopt.scene.scene import Scene
-from camopt.smallest.optimise import Optimum
 from camopt.tables.cells import number
 from camopt.tables.columns import bounds_of, columns_of, is_nothing, sizes_shown, with_law
-from camopt.tables.designs import Design
-from camopt.verdicts.evaluation import Evaluation
 
-if TYPE_CHECKING:
-    from camopt.studies.cost_report import CostReport  # measures, and imports what only a measurement needs
+if TYPE_CHECKING:  # a report imports what it shows from the command that made it
+    from camopt.front.sweep import Sweep
+    from camopt.scene.scene import Scene
+    from camopt.smallest.optimise import Optimum
+    from camopt.studies.cost_report import CostReport
     from camopt.synthesis.compare import Comparison
     from camopt.synthesis.frontier import Frontier
     from camopt.synthesis.synthesised import Synthesised
+    from camopt.tables.designs import Design
+    from camopt.verdicts.evaluation import Evaluation
 
 
-def show_evaluation(result: Evaluation, as_json: bool) -> None:
+def show_evaluation(result: "Evaluation", as_json: bool) -> None:
     """Every quantity of a design, one a line."""
     if as_json:
         return print_json(result.to_json())
@@ -59,7 +59,7 @@ def _down(title: str, problem: Problem, design: Mapping[str, Any], about: Mappin
     return table
 
 
-def show_sweep(result: Sweep, as_json: bool) -> None:
+def show_sweep(result: "Sweep", as_json: bool) -> None:
     """Counts, the best design of each law, and the files."""
     if as_json:
         best = {law: finite(row) for law, row in result.best.items()}
@@ -99,7 +99,7 @@ def show_sweep(result: Sweep, as_json: bool) -> None:
     return None
 
 
-def _show_front(result: Sweep, names: list[str], bounds: Mapping[str, str]) -> None:
+def _show_front(result: "Sweep", names: list[str], bounds: Mapping[str, str]) -> None:
     """How much the front dominates, and its knee."""
     front = result.front
     assert front is not None
@@ -112,7 +112,7 @@ def _show_front(result: Sweep, names: list[str], bounds: Mapping[str, str]) -> N
     show("", table_of("Its knee", with_law([front.knee]), names, bounds))
 
 
-def _show_miss(miss: Design) -> None:
+def _show_miss(miss: "Design") -> None:
     """The design that comes nearest to holding every limit: its sizes, and each limited value beside its limit."""
     problem = resolve(miss.searched)
     (row,) = with_law([miss])
@@ -123,7 +123,7 @@ def _show_miss(miss: Design) -> None:
     show("", f"It breaks {', '.join(violated)}.")
 
 
-def show_optimum(result: Optimum, as_json: bool) -> None:
+def show_optimum(result: "Optimum", as_json: bool) -> None:
     """The smallest cam of each law, with what binds it."""
     if as_json:
         by_law = {law: finite(row) for law, row in result.by_law.items()}
@@ -286,7 +286,7 @@ def show_counts(counts: dict[str, int], as_json: bool) -> None:
     return show(", ".join(f"{count:,} {verdict}" for verdict, count in every.items()))
 
 
-def show_accuracy(rows: list[dict[str, Any]], scene: Scene, as_json: bool) -> None:
+def show_accuracy(rows: list[dict[str, Any]], scene: "Scene", as_json: bool) -> None:
     """Cost and error of each method."""
     if as_json:
         return print_json({"scene": scene.name, "methods": rows})

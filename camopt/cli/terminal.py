@@ -11,8 +11,7 @@ from rich.table import Table
 from rich.tree import Tree
 
 from camopt.cli.exits import say
-from camopt.tables.cells import heading, number
-from camopt.tables.table import to_json
+from camopt.tables.cells import heading, number, to_json
 
 Advance = Callable[[int, int], None]
 
@@ -20,19 +19,24 @@ Advance = Callable[[int, int], None]
 @contextmanager
 def progress(quiet: bool, unit: str) -> Iterator[Advance]:
     """A progress bar on standard error if that is a terminal, and a message if kernels are compiled."""
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-    from camopt.numerics.compiling import announced
+    from camopt.kernels.compiling import announced
 
     console = Console(stderr=True, quiet=quiet)
-    columns = (TextColumn(unit), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    bar = Progress(*columns, console=console, transient=True)
-    shown = unit and not quiet and sys.stderr.isatty()
 
     def tell() -> None:
         console.print("camopt: compiling kernels, this first time only …", style="dim")
 
-    with announced(tell), bar if shown else nullcontext():
+    shown = unit and not quiet and sys.stderr.isatty()
+    with announced(tell), _bar(console, unit) if shown else nullcontext(lambda done, total: None) as advance:
+        yield advance
+
+
+@contextmanager
+def _bar(console: Console, unit: str) -> Iterator[Advance]:
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = (TextColumn(unit), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console, transient=True) as bar:
         task = bar.add_task(unit, total=None)
         yield lambda done, total: bar.update(task, completed=done, total=total)
 

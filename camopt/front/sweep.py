@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from camopt.files import result_folder
+from camopt.files import result_folder, write_text
 from camopt.front.pareto import Archive, Front, front_of, non_dominated, ranked, thinned
 from camopt.front.refine import refined
 from camopt.mechanisms import Designs
@@ -25,8 +25,9 @@ from camopt.quantities import QUANTITIES, motion_quantity
 from camopt.scene.scene import Scene
 from camopt.shown import Shown
 from camopt.smallest.result import Progress
+from camopt.tables.cells import to_json
 from camopt.tables.designs import Design
-from camopt.tables.table import TableWriter, schema, table_file, to_json, write_text
+from camopt.tables.table import TableWriter, schema, table_file
 from camopt.verdicts.judging import Effort, by_excess, judged, least_excess, screened, settled, weighed
 
 BLOCK = 32768  # designs: Python's share is small, and memory stays bounded

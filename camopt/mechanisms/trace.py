@@ -12,10 +12,10 @@ intervals and jets.
 
 import numpy as np
 
-from camopt.numerics.curves import part_of_formulas
+from camopt.kernels.compile import inlined
 
 
-@part_of_formulas
+@inlined
 def trace_curvature(w, w1, w2, s, s1, s2, frame, frame1):
     """κ and κ' from w and s, the turning of the frame, and their derivatives by the cam angle."""
     square = np.square(w) + np.square(s)

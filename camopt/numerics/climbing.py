@@ -10,9 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from camopt.kernels.by_address import call
+from camopt.kernels.compile import called_by_kernels, inlined
 from camopt.numerics import LARGEST_MAGNITUDE, LEAST
-from camopt.numerics.compile import called_by_kernels, inlined
-from camopt.numerics.indirect import call
 from camopt.numerics.workspace import (
     AT,
     BEST,

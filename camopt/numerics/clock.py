@@ -2,7 +2,7 @@
 
 from time import monotonic
 
-from camopt.numerics.compiling import COMPILING
+from camopt.kernels.compiling import COMPILING
 
 
 def now() -> float:

@@ -13,16 +13,10 @@ Uncompiled, the same formulas run on arrays and on intervals (``numerics.interva
 from collections.abc import Callable
 from typing import Any, NamedTuple, TypeVar
 
-from numba import types
-from numba.extending import overload, register_jitable
-
+from camopt.kernels.compile import chosen_by_type, inlined
 from camopt.numerics import FloatArray
-from camopt.numerics.compile import INLINE
 
 Formula = TypeVar("Formula", bound=Callable[..., tuple[Any, Any]])
-
-part_of_formulas = register_jitable(**INLINE)
-"""Marks a function that formulas share, whatever they run on."""
 
 FORMULAS: dict[type, Callable[..., tuple[Any, Any]]] = {}
 LOADED: set[type] = set()
@@ -33,6 +27,15 @@ def curve(f: Any, i: Any, y: Any, y1: Any, y2: Any, y3: Any) -> tuple[Any, Any]:
     if isinstance(y3, tuple) and type(f) not in LOADED:
         y3 = y3[0]
     return FORMULAS[type(f)](f, i, y, y1, y2, y3)
+
+
+@chosen_by_type(curve)
+def _formula(f, i, y, y1, y2, y3):
+    function = FORMULAS.get(f)
+    if function is None or f in LOADED or y3 is not tuple:
+        return function
+    alone = inlined(function)
+    return lambda f, i, y, y1, y2, y3: alone(f, i, y, y1, y2, y3[0])
 
 
 def formula(owner: type, *, loaded: bool = False) -> Callable[[Formula], Formula]:
@@ -46,16 +49,6 @@ def formula(owner: type, *, loaded: bool = False) -> Callable[[Formula], Formula
         FORMULAS[owner] = function
         if loaded:
             LOADED.add(owner)
-
-        @overload(curve, jit_options=INLINE)
-        def _resolve(f, i, y, y1, y2, y3):
-            if getattr(f, "instance_class", None) is not owner:
-                return None
-            if loaded or not isinstance(y3, types.BaseTuple):
-                return function
-            alone = part_of_formulas(function)
-            return lambda f, i, y, y1, y2, y3: alone(f, i, y, y1, y2, y3[0])
-
         return function
 
     return register

@@ -11,16 +11,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.numerics.compile import inlined, types
+from camopt.kernels.by_address import code_of, evaluates
+from camopt.kernels.compile import ADDRESS, COUNT, NONE, NUMBER, Kind, Record, inlined
 from camopt.numerics.curves import curve
-from camopt.numerics.indirect import code_of, evaluates
 from camopt.numerics.jet import known_bound
 from camopt.numerics.piecewise import motion, node_motion, part_jets, row_jets
 from camopt.numerics.workspace import PanelBounds
 
-COUNT, NUMBER = types.int64, types.float64
-DESIGNS, NUMBERS, ROWS = types.int64[::1], types.float64[::1], types.float64[:, ::1]
-BOUNDS = types.BaseTuple.from_types((ROWS, ROWS, ROWS), PanelBounds)
+DESIGNS, NUMBERS, ROWS = Kind(COUNT.name, 1), Kind(NUMBER.name, 1), Kind(NUMBER.name, 2)
+BOUNDS = Record(PanelBounds, (ROWS, ROWS, ROWS))
 
 
 class PartBounds(NamedTuple):
@@ -49,14 +48,14 @@ def node_values(f, table, first, count, values):
             row[i] = curve(f, np.uint64(first) + i, y, y1, y2, y3)[0]
 
 
-@evaluates(types.none, COUNT, COUNT, ROWS)
+@evaluates(NONE, COUNT, COUNT, ROWS)
 def nodes(made, first, count, values):
     """values[t, i] = curve of design first + i at node t."""
     f, table = made[0]
     node_values(f, table, first, count, values)
 
 
-@evaluates(types.none, COUNT, NUMBER, COUNT, COUNT, BOUNDS)
+@evaluates(NONE, COUNT, NUMBER, COUNT, COUNT, BOUNDS)
 def row(made, place, half_width, first, count, bounds):
     """What jets say of a row of the table, a panel or a group of panels, and design first + i."""
     f, table = made[0]
@@ -76,7 +75,7 @@ def oriented(f, i, moved, sign):
     return sign * value, sign * slope
 
 
-@evaluates(types.none, COUNT, NUMBER, COUNT, DESIGNS, COUNT, ROWS)
+@evaluates(NONE, COUNT, NUMBER, COUNT, DESIGNS, COUNT, ROWS)
 def node(made, place, sign, first, designs, count, out):
     """Some designs at one node."""
     f, table = made[0]
@@ -85,7 +84,7 @@ def node(made, place, sign, first, designs, count, out):
         values[j], slopes[j] = oriented(f, np.uint64(first + designs[j]), moved, sign)
 
 
-@evaluates(types.none, COUNT, NUMBERS, NUMBER, COUNT, DESIGNS, COUNT, ROWS)
+@evaluates(NONE, COUNT, NUMBERS, NUMBER, COUNT, DESIGNS, COUNT, ROWS)
 def panel(made, place, angles, sign, first, designs, count, out):
     """Some designs on one panel, each at its own u in [−1, 1]."""
     (f, table), values, slopes = made[0], out[0], out[1]
@@ -94,16 +93,14 @@ def panel(made, place, angles, sign, first, designs, count, out):
         values[j], slopes[j] = oriented(f, np.uint64(first + designs[j]), moved, sign)
 
 
-@evaluates(types.UniTuple(NUMBER, 2), COUNT, NUMBER, NUMBER, COUNT)
+@evaluates(Record(tuple, (NUMBER, NUMBER)), COUNT, NUMBER, NUMBER, COUNT)
 def point(made, place, u, sign, design):
     """Value and slope of one design."""
     f, table = made[0]
     return oriented(f, np.uint64(design), motion(table, place, u), sign)
 
 
-@evaluates(
-    types.BaseTuple.from_types((NUMBER,) * len(PartBounds._fields), PartBounds), COUNT, NUMBER, NUMBER, COUNT
-)
+@evaluates(Record(PartBounds, (NUMBER,) * len(PartBounds._fields)), COUNT, NUMBER, NUMBER, COUNT)
 def part(made, place, middle, reach, design):
     """Bounds of one design over the part |u − middle| ≤ reach of a panel; over all of it if ``reach`` is 1."""
     f, table = made[0]
@@ -133,9 +130,7 @@ class Evaluator(NamedTuple):
     part: Any
 
 
-CURVE = types.BaseTuple.from_types(
-    (types.voidptr, *(function.code for function in (nodes, row, node, panel, point, part))), Evaluator
-)
+CURVE = Record(Evaluator, (ADDRESS, *(function.code for function in (nodes, row, node, panel, point, part))))
 
 
 @inlined

@@ -18,12 +18,21 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from camopt.kernels.by_address import Reached, address_of, call
+from camopt.kernels.compile import (
+    COUNT,
+    NUMBER,
+    Kind,
+    Record,
+    called_by_kernels,
+    compiled,
+    compiled_for_many,
+    inlined,
+)
 from camopt.numerics import LARGEST_MAGNITUDE, LEAST, UNIT, FloatArray
 from camopt.numerics.climbing import Ask, allowed, orient
-from camopt.numerics.compile import called_by_kernels, compiled, compiled_for_many, inlined, types
 from camopt.numerics.curves import LOADED
 from camopt.numerics.evaluating import CURVE, evaluator
-from camopt.numerics.indirect import Reached, address_of, call
 from camopt.numerics.piecewise import PANELS, MotionTable, panels_of
 from camopt.numerics.searching import search_panel
 from camopt.numerics.workspace import TILE, workspace
@@ -38,7 +47,7 @@ class Precision(NamedTuple):
     location: float
 
 
-PRECISION = types.BaseTuple.from_types((types.float64,) * 2, Precision)
+PRECISION = Record(Precision, (NUMBER, NUMBER))
 
 
 class Extremes(NamedTuple):
@@ -176,8 +185,8 @@ def search_curve(f, table, panels, questions, precision, answers, search_all):
     call(search_all, (evaluator(made, address_of(made)), panels, questions, precision, answers))
 
 
-ANSWERS = types.float64[:, :, ::1]
-QUESTIONS = types.int64[:, ::1]
+ANSWERS = Kind(NUMBER.name, 3)
+QUESTIONS = Kind(COUNT.name, 2)
 SEARCH = Reached(search_all, (CURVE, PANELS, QUESTIONS, PRECISION, ANSWERS))
 
 

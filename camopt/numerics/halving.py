@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from camopt.kernels.by_address import call
+from camopt.kernels.compile import called_by_kernels, inlined
 from camopt.numerics.climbing import Aim, Ends, allowed, climb
-from camopt.numerics.compile import called_by_kernels, inlined
-from camopt.numerics.indirect import call
 from camopt.numerics.jet import known_bound
 from camopt.numerics.workspace import DEPTH
 

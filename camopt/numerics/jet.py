@@ -19,24 +19,15 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numba import types
-from numba.core import cgutils
-from numba.extending import (
-    lower_builtin,
-    make_attribute_wrapper,
-    models,
-    overload,
-    register_model,
-    type_callable,
-)
 
+from camopt.kernels.compile import chosen_by_type, inlined, value_type
 from camopt.numerics import GIVEN, UNIT
-from camopt.numerics.compile import INLINE, inlined
 
 NOTHING = np.float64(0.0)  # what divides by it is infinite, in plain Python too
 FIELDS = ("low", "high", "error", "first", "second", "third")
 
 
+@value_type(*FIELDS)
 class Jet(np.lib.mixins.NDArrayOperatorsMixin):
     """Range, rounding error, and bounds of three derivatives by the cam angle."""
 
@@ -285,49 +276,14 @@ _OPERATORS: dict[Any, Any] = {
 UFUNCS = {_OPERATORS.get(operation, operation): rules for operation, rules in RULES.items()}
 
 
-class JetType(types.Type):
-    """Jets inside kernels."""
-
-    def __init__(self):
-        super().__init__(name="Jet")
-
-
-JET_TYPE = JetType()
-
-
-@register_model(JetType)
-class JetModel(models.StructModel):
-    """Six registers."""
-
-    def __init__(self, manager, jet_type):
-        super().__init__(manager, jet_type, [(name, types.float64) for name in FIELDS])
-
-
-for _name in FIELDS:
-    make_attribute_wrapper(JetType, _name, _name)
-
-
-@type_callable(Jet)
-def _type_of_jet(context):
-    return lambda low, high, error, first, second, third: JET_TYPE
-
-
-@lower_builtin(Jet, *[types.float64] * len(FIELDS))
-def _make_jet(context, builder, signature, values):
-    made = cgutils.create_struct_proxy(JET_TYPE)(context, builder)
-    for name, value in zip(FIELDS, values, strict=True):
-        setattr(made, name, value)
-    return made._getvalue()
-
-
 def _register(operation, rules):
     """Let kernels apply an operation to jets."""
 
     def choose(*operands):
-        return rules.get(tuple(isinstance(x, JetType) for x in operands))
+        return rules.get(tuple(operand is Jet for operand in operands))
 
     unary = len(next(iter(rules))) == 1
-    overload(operation, jit_options=INLINE)((lambda a: choose(a)) if unary else (lambda a, b: choose(a, b)))
+    chosen_by_type(operation)((lambda a: choose(a)) if unary else (lambda a, b: choose(a, b)))
 
 
 for _operation, _rules in RULES.items():

@@ -1,14 +1,13 @@
 """An external load that changes over the turn, for kernels: curves get it along with y''' (``numerics.curves``)."""
 
+from types import NoneType
 from typing import NamedTuple
 
 import numpy as np
-from numba import types
-from numba.extending import overload
 from numpy.typing import NDArray
 
+from camopt.kernels.compile import chosen_by_type, inlined
 from camopt.numerics import UNIT, FloatArray
-from camopt.numerics.compile import INLINE, inlined
 from camopt.numerics.jet import Jet
 
 LOADED, TURNED = 8.0, 64.0  # errors of a load, in roundings of the largest; of its cam angles, in those of 1 rad
@@ -62,9 +61,9 @@ def where_loaded(function):
     def marked(load, row, place, y3):
         return y3 if load is None else function(load, row, place, y3)
 
-    @overload(marked, jit_options=INLINE)
-    def _resolve(load, row, place, y3):
-        return (lambda load, row, place, y3: y3) if isinstance(load, types.NoneType) else function
+    @chosen_by_type(marked)
+    def _chosen(load, row, place, y3):
+        return (lambda load, row, place, y3: y3) if load is NoneType else function
 
     return marked
 

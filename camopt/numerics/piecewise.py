@@ -15,8 +15,8 @@ import numpy as np
 from numpy.polynomial import polynomial
 from numpy.typing import NDArray
 
+from camopt.kernels.compile import COUNT, NUMBER, Kind, Record, inlined
 from camopt.numerics import UNIT, FloatArray
-from camopt.numerics.compile import inlined, types
 from camopt.numerics.jet import Jet
 from camopt.numerics.loading import LoadTable, loaded, loaded_node, loaded_part, loaded_row
 
@@ -58,8 +58,8 @@ class Panels(NamedTuple):
     rows: int  # panels and groups
 
 
-INTEGERS, NUMBERS = types.int64[::1], types.float64[::1]
-PANELS = types.BaseTuple.from_types((INTEGERS, INTEGERS, NUMBERS, NUMBERS, INTEGERS, types.int64), Panels)
+INTEGERS, NUMBERS = Kind(COUNT.name, 1), Kind(NUMBER.name, 1)
+PANELS = Record(Panels, (INTEGERS, INTEGERS, NUMBERS, NUMBERS, INTEGERS, COUNT))
 
 
 def panels_of(table: MotionTable) -> Panels:

@@ -17,13 +17,11 @@ from functools import lru_cache, singledispatch
 from typing import Any
 
 import numpy as np
-from numba.extending import overload
 
+from camopt.kernels.compile import chosen_by_type, inlined
 from camopt.numerics import UNIT, FloatArray
-from camopt.numerics.compile import INLINE
-from camopt.numerics.curves import part_of_formulas
 from camopt.numerics.interval import Interval
-from camopt.numerics.jet import Jet, JetType
+from camopt.numerics.jet import Jet
 from camopt.numerics.sloped import Quotient, Sloped, by_chain, widened
 
 STEP, CENTRES, DEGREE = 0.5, 46, 15  # of ln t: width of a piece, pieces to either side of 0, degree of each
@@ -68,7 +66,7 @@ def pressure_table() -> FloatArray:
     return np.ascontiguousarray(powers / (0.5 * STEP) ** np.arange(DEGREE + 1))
 
 
-@part_of_formulas
+@inlined
 def table_derivatives(t, table):
     """h and three derivatives by t at numbers, t held within the table."""
     t = np.minimum(np.maximum(t, 1.0 / FLATTEST), FLATTEST)
@@ -91,7 +89,7 @@ def table_derivatives(t, table):
     )
 
 
-@part_of_formulas
+@inlined
 def jet_factor(t, table):
     """h of a jet: its bounds from the ends of the range; none where that leaves the table."""
     within = (t.low >= 1.0 / FLATTEST) & (t.high <= FLATTEST)
@@ -144,8 +142,8 @@ def _of_quotient(t: Quotient, table: FloatArray) -> tuple[Any, Any]:
     return pressure_factor(t.divided(), table)
 
 
-@overload(pressure_factor, jit_options=INLINE)
-def _compiled(t, table):
-    if isinstance(t, JetType):
+@chosen_by_type(pressure_factor)
+def _in_kernels(t, table):
+    if t is Jet:
         return lambda t, table: (jet_factor(t, table), Jet(-np.inf, 0.0, np.inf, np.inf, np.inf, np.inf))
     return lambda t, table: table_derivatives(t, table)[:2]

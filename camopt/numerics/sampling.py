@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from camopt.kernels.compile import compiled, inlined
 from camopt.numerics import LEAST
 from camopt.numerics.climbing import orient
-from camopt.numerics.compile import compiled, inlined
 from camopt.numerics.evaluating import node_values
 from camopt.numerics.extremes import best_nodes
 from camopt.numerics.workspace import ROW, TILE

@@ -7,10 +7,10 @@ settles nothing is halved once for all designs, and its halves, if need be, for 
 
 import numpy as np
 
+from camopt.kernels.by_address import call
+from camopt.kernels.compile import called_by_kernels, inlined
 from camopt.numerics.climbing import Ends, allowed, begin_climb, climb_all
-from camopt.numerics.compile import called_by_kernels, inlined
 from camopt.numerics.halving import CLIMBS, OPEN, looked_at, put, split, taken
-from camopt.numerics.indirect import call
 
 
 @called_by_kernels

@@ -10,18 +10,16 @@ from math import factorial
 from typing import Any
 
 import numpy as np
-from numba.extending import overload
 
-from camopt.numerics.compile import INLINE
-from camopt.numerics.curves import part_of_formulas
-from camopt.numerics.jet import JetType, cosine, sine
+from camopt.kernels.compile import chosen_by_type, inlined
+from camopt.numerics.jet import Jet, cosine, sine
 
 QUARTER, QUARTER_REST = 1.5707963267341256, 6.077100506506192e-11  # π/2 in two parts, the first of 33 bits
 SINES = tuple((-1) ** k / factorial(2 * k + 1) for k in range(7, 0, -1))  # of r³·(r²)ᵏ, the highest first
 COSINES = tuple((-1) ** k / factorial(2 * k) for k in range(8, 1, -1))  # of r⁴·(r²)ᵏ
 
 
-@part_of_formulas
+@inlined
 def series(y):
     """Sine and cosine of a number or an array."""
     k = np.rint(y * (2.0 / np.pi))
@@ -45,14 +43,12 @@ def sine_cosine(y: Any) -> tuple[Any, Any]:
     return series(y) if isinstance(y, (float, np.ndarray)) else (np.sin(y), np.cos(y))
 
 
-@overload(sine_cosine, jit_options=INLINE)
-def _compiled(y):
-    if isinstance(y, JetType):
-        return lambda y: (sine(y), cosine(y))
-    return lambda y: series(y)
+@chosen_by_type(sine_cosine)
+def _in_kernels(y):
+    return (lambda y: (sine(y), cosine(y))) if y is Jet else (lambda y: series(y))
 
 
-@part_of_formulas
+@inlined
 def turned(cosine, sine, y):
     """Cosine and sine of an angle turned on by y."""
     s, c = sine_cosine(y)

@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from camopt.kernels.compile import called_by_kernels
 from camopt.numerics import FloatArray
-from camopt.numerics.compile import called_by_kernels
 
 TILE = 256  # designs whose tables (about 70 × 256 × 8 bytes each) stay in the second-level cache
 ROW = TILE + 8  # a row of a tile: not a power of two, whose columns would all share one cache set

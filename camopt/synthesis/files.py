@@ -6,13 +6,12 @@ from pathlib import Path
 
 import numpy as np
 
-from camopt.files import whole_file
+from camopt.files import whole_file, write_text
 from camopt.quantities import QUANTITIES
 from camopt.synthesis.frontier import Frontier
 from camopt.synthesis.synthesised import Synthesised
 from camopt.synthesis.units import unit_of
 from camopt.tables.sealed import write_table
-from camopt.tables.table import write_text
 from camopt.version import VERSION
 
 SCENE, LAWS, FRONTIER = "synthesised.toml", "laws.csv", "frontier.parquet"

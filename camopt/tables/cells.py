@@ -1,5 +1,6 @@
 """Numbers and headings as people read them in tables: on a terminal, in a notebook."""
 
+import json
 from math import inf
 from typing import Any
 
@@ -25,3 +26,8 @@ def _suffix(unit: str) -> str:
     """A unit as it is written in names: m/s² is _m_s2, N/mm is _N_per_mm."""
     plain = unit.translate(str.maketrans("²³·µ", "23_u")).replace("/s", "_s")
     return "_" + plain.replace("1/", "per_").replace("/", "_per_")
+
+
+def to_json(document: Any) -> str:
+    """Strict JSON text (no NaN or Infinity), in ASCII: it passes any pipe."""
+    return json.dumps(document, indent=2, allow_nan=False)

@@ -7,7 +7,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from camopt.files import result_folder
+from camopt.files import result_folder, write_text
 from camopt.mechanisms import FIELDS
 from camopt.mistakes import BadInput, Mistake, UnknownName, nearest
 from camopt.motion import LAWS
@@ -132,7 +132,6 @@ OPTIMUM = "optimum-*.toml"
 
 def write_scenes(designs: Mapping[str, Design], folder: str | os.PathLike[str]) -> list[Path]:
     """Write the scene of each design, by its laws, as a TOML file; the files."""
-    from camopt.tables.table import write_text
 
     files = []
     with result_folder(folder) as out:

@@ -1,6 +1,5 @@
 """Tables on disk: Parquet with units, symbols, scene, version and a digest in its metadata; pandas at the door."""
 
-import json
 import os
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
@@ -106,12 +105,6 @@ class TableWriter:
         self._parquet.write_table(table, row_group_size=ROWS_IN_GROUP)
 
 
-def write_text(path: Path, text: str) -> None:
-    """Write a small file."""
-    with whole_file(path) as partial:
-        partial.write_text(text, encoding="utf-8")
-
-
 def load(path: str | os.PathLike[str]) -> "pd.DataFrame":
     """A table that camopt wrote, as a pandas DataFrame.
 
@@ -149,8 +142,3 @@ def load(path: str | os.PathLike[str]) -> "pd.DataFrame":
     frame: pd.DataFrame = table.replace_schema_metadata(None).to_pandas()
     frame.attrs = about(table.schema)
     return frame
-
-
-def to_json(document: Any) -> str:
-    """Strict JSON text (no NaN or Infinity), in ASCII: it passes any pipe."""
-    return json.dumps(document, indent=2, allow_nan=False)

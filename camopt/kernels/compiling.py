@@ -3,19 +3,16 @@
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from time import monotonic
-from typing import Any
-
-from numba.core import event
 
 
-class Compiling(event.Listener):
+class Compiling:
     """Counts the seconds of compilation; one kernel may compile another."""
 
     def __init__(self) -> None:
         self.depth, self.since, self.seconds = 0, 0.0, 0.0
         self.tell: Callable[[], None] | None = None
 
-    def on_start(self, happening: Any) -> None:
+    def begin(self) -> None:
         if self.depth == 0:
             self.since = monotonic()
         self.depth += 1
@@ -23,14 +20,13 @@ class Compiling(event.Listener):
         if tell:
             tell()
 
-    def on_end(self, happening: Any) -> None:
+    def end(self) -> None:
         self.depth -= 1
         if self.depth == 0:
             self.seconds += monotonic() - self.since
 
 
 COMPILING = Compiling()
-event.register("numba:compile", COMPILING)  # type: ignore[no-untyped-call]
 
 
 @contextmanager

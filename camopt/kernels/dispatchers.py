@@ -1,0 +1,146 @@
+"""The compile options of the package, each with its reason, and what numba makes of marked functions."""
+
+import hashlib
+import sys
+import warnings
+from pathlib import Path
+from threading import RLock
+from typing import Any
+
+from platformdirs import user_cache_path
+
+from camopt.kernels import compile
+from camopt.kernels.by_address import Reached
+from camopt.kernels.compile import Kernel, KernelForMany, Part
+from camopt.kernels.compiling import COMPILING
+from camopt.mistakes import BadInput, Mistake
+
+try:
+    with warnings.catch_warnings():
+        warnings.filterwarnings("error", "Environment variable")
+        import llvmlite
+        import numba
+        from numba.core import config, event
+        from numba.core.compiler_lock import global_compiler_lock
+        from numba.core.registry import CPUDispatcher
+except (RuntimeWarning, ValueError) as trouble:  # NUMBA_NUM_THREADS=0, NUMBA_OPT=fast
+    why = f"numba does not start with its environment variables: {str(trouble).splitlines()[0]}"
+    raise BadInput([Mistake("camopt", "NUMBA_…", None, why, bare=True)]) from None
+
+from camopt.kernels.kernel_cache import KernelCache, opened_folder
+from camopt.kernels.numba_types import INLINE, LINKED, numba_type, tell_numba
+
+FLAGS: dict[str, Any] = {
+    "nogil": True,  # blocks of designs run on threads
+    "error_model": "numpy",  # 1/0 is inf, as in the formulas; Python's model would add a branch to each division
+    "fastmath": False,  # inf and signed zeros decide feasibility; and no reordering: results are bit-identical
+}
+
+KERNEL_FOLDERS = ("effects", "kernels", "mechanisms", "motion", "numerics")
+
+
+def _version_of_kernels() -> str:
+    """Fingerprint of what kernels are made of and with: their sources, the compiler, the interpreter.
+
+    numba renews a cached kernel only when the kernel's own file changes, not when a formula that it inlines does. A
+    cache folder per version closes that hole, and survives an edit of any other file.
+    """
+    package = Path(__file__).resolve().parents[1]
+    digest = hashlib.sha256(f"{numba.__version__} {llvmlite.__version__} {sys.version}".encode())
+    for folder in KERNEL_FOLDERS:
+        for path in sorted((package / folder).rglob("*.py")):
+            digest.update(f"{path.relative_to(package)}:".encode() + path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+CACHE_DIR: str = vars(config)["CACHE_DIR"]  # NUMBA_CACHE_DIR
+CACHE_FOLDER = opened_folder(Path(CACHE_DIR or user_cache_path("camopt")), _version_of_kernels())
+
+
+class Listener(event.Listener):
+    """Hears of each kernel that numba compiles."""
+
+    def on_start(self, happening: Any) -> None:
+        COMPILING.begin()
+
+    def on_end(self, happening: Any) -> None:
+        COMPILING.end()
+
+
+event.register("numba:compile", Listener())  # type: ignore[no-untyped-call]
+
+
+class Dispatcher(CPUDispatcher):
+    """What numba compiles a marked function by."""
+
+    part: Part
+    targetctx: Any
+    _cache: Any
+
+    def compile(self, signature: Any) -> Any:
+        with global_compiler_lock:
+            tell_numba()
+        return super().compile(signature)
+
+
+class DispatcherForMany(Dispatcher):
+    """As ``Dispatcher``, of a kernel that is compiled once that pays."""
+
+    part: KernelForMany
+    spent: dict[Any, float]
+    """Seconds of plain runs, by the types of the arguments."""
+
+    def _compile_for_args(self, *arguments: Any, **named: Any) -> Any:
+        """The function to run: numba asks where nothing fits that is compiled."""
+        types = tuple(map(self.typeof_pyval, arguments))
+        dear = self.part.dear(arguments) or self.spent.get(types, 0.0) > compile.PAYS
+        if dear or self._cache.holds(types, self.targetctx.codegen()):
+            return super()._compile_for_args(*arguments, **named)  # type: ignore[misc]
+
+        def plain(*arguments: Any) -> Any:
+            result, seconds = self.part.plain(arguments)
+            self.spent[types] = self.spent.get(types, 0.0) + seconds
+            return result
+
+        return plain
+
+
+LOCK = RLock()
+
+
+def _dispatcher(part: Part, kind: type[Dispatcher], **options: Any) -> Any:
+    """What numba compiles a function by: one for each, whatever threads ask for it."""
+    with LOCK:
+        if "dispatcher" in vars(part):
+            return vars(part)["dispatcher"]
+        made: Any = numba.njit(**options, **FLAGS)(part.py_func)
+        made.__class__, made.part = kind, part
+        vars(part)["dispatcher"] = made
+        return made
+
+
+def part_dispatcher(part: Part) -> Any:
+    """Of a function that kernels call."""
+    return _dispatcher(part, Dispatcher, **(INLINE if part.inline else LINKED))
+
+
+def kernel_dispatcher(kernel: Kernel, kind: type[Dispatcher] = Dispatcher) -> Any:
+    """Of a kernel, cached on disk."""
+    made = _dispatcher(kernel, kind)
+    made._cache = KernelCache(kernel.py_func, CACHE_FOLDER)
+    return made
+
+
+def dispatcher_for_many(kernel: KernelForMany) -> Any:
+    """Of a kernel that is compiled once that pays."""
+    made = kernel_dispatcher(kernel, DispatcherForMany)
+    made.spent = {}
+    return made
+
+
+def machine_code(kernel: Reached) -> int:
+    """The address of a kernel for arguments of given types."""
+    arguments = [numba_type(kind) for kind in kernel.code.arguments]
+    compiled = kernel.kernel.dispatcher.get_compile_result(numba_type(kernel.code.returns)(*arguments))
+    address: int = compiled.library.get_pointer_to_function(compiled.fndesc.llvm_func_name)
+    return address

@@ -1,0 +1,232 @@
+"""What numba is told of the package's types: value types, addresses of functions, functions chosen by type.
+
+Imported by ``dispatchers`` alone, when the first kernel is compiled.
+"""
+
+from collections.abc import Callable
+from functools import wraps
+from inspect import Parameter, Signature
+from types import NoneType
+from typing import Any
+
+from numba import types
+from numba.core import cgutils
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler
+from numba.core.typing.typeof import typeof_impl
+from numba.extending import (
+    NativeValue,
+    lower_builtin,
+    make_attribute_wrapper,
+    models,
+    overload,
+    register_model,
+    type_callable,
+    unbox,
+)
+
+from camopt.kernels.by_address import Code, Reached, address_of, call, code_of
+from camopt.kernels.compile import CHOICES, VALUES, Part, Record
+
+
+class PartLibrary(JITCodeLibrary):
+    """The code of what only kernels call: it becomes machine code with them, and not once more for itself."""
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()
+        self._finalized = True
+
+    def get_pointer_to_function(self, name: str) -> int:
+        """None, which numba writes as 0."""
+        self._ensure_finalized()
+        return 0
+
+    @property
+    def codegen(self) -> Any:
+        """What numba gives a function's environment to, with which machine code reaches the interpreter."""
+        return self
+
+    def set_env(self, name: str, environment: Any) -> None:
+        """Nothing: without machine code there is no place to put it."""
+
+
+class PartCompiler(Compiler):
+    """Compiles a function into a ``PartLibrary``."""
+
+    def __init__(self, typing: Any, target: Any, library: Any, *others: Any) -> None:
+        own = PartLibrary(target.codegen(), "part")
+        super().__init__(typing, target, own, *others)
+
+
+UNWRAPPED: Any = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}  # never called from Python: compiles faster
+LINKED: Any = {"pipeline_class": PartCompiler, **UNWRAPPED}
+INLINE: Any = {"forceinline": True, **LINKED}
+
+
+@typeof_impl.register(Part)
+def _type_part(part, context):
+    return types.Dispatcher(part.dispatcher)
+
+
+# ------------------------------------------------------------------------ descriptions
+
+
+def numba_type(kind: Any) -> Any:
+    """The numba type that a ``Kind``, a ``Record`` or a ``Code`` describes."""
+    if isinstance(kind, Record):
+        return types.BaseTuple.from_types(tuple(map(numba_type, kind.fields)), kind.owner)
+    if isinstance(kind, Code):
+        return CodeType(kind)
+    number = getattr(types, kind.name)
+    return types.Array(number, kind.dimensions, "C") if kind.dimensions else number
+
+
+def described(kind: Any) -> type:
+    """The class of what has a numba type: a value type, a NamedTuple, tuple, NoneType, or float for the rest."""
+    if isinstance(kind, ValueType):
+        return kind.owner
+    if isinstance(kind, types.NoneType):
+        return NoneType
+    owner: type = getattr(kind, "instance_class", tuple if isinstance(kind, types.BaseTuple) else float)
+    return owner
+
+
+# ------------------------------------------------------------------------ value types
+
+
+class ValueType(types.Type):
+    """The numba type of a class of numbers."""
+
+    def __init__(self, owner: type) -> None:
+        self.owner = owner
+        super().__init__(name=owner.__name__)
+
+
+def _tell_value(owner: type, fields: tuple[str, ...]) -> None:
+    """Let kernels make values of a class, and read their fields: as many registers as there are fields."""
+    members = [(name, types.float64) for name in fields]
+    own = type(f"{owner.__name__}Type", (ValueType,), {})
+    kind = own(owner)
+    register_model(own)(lambda manager, kind: models.StructModel(manager, kind, members))
+    for name in fields:
+        make_attribute_wrapper(own, name, name)
+    parameters = [Parameter(name, Parameter.POSITIONAL_ONLY) for name in fields]
+
+    def typer(*numbers):
+        return kind
+
+    vars(typer)["__signature__"] = Signature(parameters)
+    type_callable(owner)(lambda context: typer)
+
+    @lower_builtin(owner, *[types.float64] * len(fields))
+    def _make(context, builder, signature, values):
+        made = cgutils.create_struct_proxy(kind)(context, builder)
+        for name, value in zip(fields, values, strict=True):
+            setattr(made, name, value)
+        return made._getvalue()
+
+
+# ------------------------------------------------------------------------ functions chosen by type
+
+
+def _tell_choice(function: Callable[..., Any], choose: Callable[..., Any]) -> None:
+    """Let kernels call, in place of a function, the one that is chosen by the classes of its arguments."""
+
+    @wraps(choose)
+    def chosen(*kinds):
+        return choose(*map(described, kinds))
+
+    overload(function, jit_options=INLINE)(chosen)
+
+
+def tell_numba() -> None:
+    """Tell numba of what has been marked since it was told last."""
+    while VALUES:
+        _tell_value(*VALUES.pop(0))
+    while CHOICES:
+        _tell_choice(*CHOICES.pop(0))
+
+
+# ------------------------------------------------------------------------ addresses of functions
+
+
+class CodeType(types.Type):
+    """The numba type of a function's address."""
+
+    def __init__(self, code: Code) -> None:
+        self.returns, self.arguments = numba_type(code.returns), tuple(map(numba_type, code.arguments))
+        super().__init__(name=f"Code({self.returns}, {self.arguments})")
+
+
+register_model(CodeType)(models.OpaqueModel)
+
+
+@type_callable(address_of)
+def _type_address_of(context):
+    return lambda values: types.voidptr
+
+
+@lower_builtin(address_of, types.Any)
+def _lower_address_of(context, builder, signature, arguments):
+    return builder.bitcast(cgutils.alloca_once_value(builder, arguments[0]), cgutils.voidptr_t)
+
+
+@type_callable(code_of)
+def _type_code_of(context):
+    def typer(function, values):
+        code = numba_type(function.dispatcher.part.code)
+        function.get_call_type(context, (types.CPointer(values), *code.arguments[1:]), {})
+        return code
+
+    return typer
+
+
+@lower_builtin(code_of, types.Dispatcher, types.Any)
+def _lower_code_of(context, builder, signature, arguments):
+    function, values = signature.args
+    compiled = function.dispatcher.overloads[types.CPointer(values), *signature.return_type.arguments[1:]]
+    context.active_code_library.add_linking_library(compiled.library)
+    return builder.bitcast(context.declare_function(builder.module, compiled.fndesc), cgutils.voidptr_t)
+
+
+@type_callable(call)
+def _type_call(context):
+    def typer(code, arguments):
+        fits = len(arguments) == len(code.arguments) and all(
+            context.can_convert(given, asked) is not None
+            for given, asked in zip(arguments, code.arguments, strict=True)
+        )
+        return code.returns if fits else None
+
+    return typer
+
+
+@lower_builtin(call, CodeType, types.BaseTuple)
+def _lower_call(context, builder, signature, arguments):
+    code, given = signature.args
+    values = [
+        context.cast(builder, value, kind, asked)
+        for value, kind, asked in zip(
+            cgutils.unpack_tuple(builder, arguments[1]), given, code.arguments, strict=True
+        )
+    ]
+    shape = context.call_conv.get_function_type(code.returns, code.arguments)
+    function = builder.bitcast(arguments[0], shape.as_pointer())
+    # kernels raise nothing; to look for errors would keep numba from dropping pairs of reference counts
+    _, result = context.call_conv.call_function(builder, function, code.returns, code.arguments, values)
+    return result
+
+
+@typeof_impl.register(Reached)
+def _type_reached(reached, context):
+    return numba_type(reached.code)
+
+
+@unbox(CodeType)
+def _unbox_code(kind, reached, context):
+    address = context.pyapi.object_getattr_string(reached, "address")
+    code = cgutils.alloca_once_value(context.builder, cgutils.get_null_value(cgutils.voidptr_t))
+    with context.builder.if_then(cgutils.is_not_null(context.builder, address)):  # compiling may be interrupted
+        context.builder.store(context.pyapi.long_as_voidptr(address), code)
+        context.pyapi.decref(address)
+    return NativeValue(context.builder.load(code), is_error=cgutils.is_null(context.builder, address))
