@@ -11,16 +11,15 @@ Source: Fletcher, Practical Methods of Optimization, ch. 14 (exact penalty, trus
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from math import inf
-from typing import Any
 
-import cvxpy as cp
 import numpy as np
 
 from camopt.motion.table import DWELL
 from camopt.numerics import LARGEST_MAGNITUDE, FloatArray
 from camopt.problem.claims import Claim, Plain
 from camopt.synthesis.ceilings import Sampled, TangentPlanes, samples
-from camopt.synthesis.convex import SOLVED, Convex, solve
+from camopt.synthesis.conic import SOLVED, Affine, Limit, Norm, Program, Variable, constant, stacked, within
+from camopt.synthesis.convex import Convex
 from camopt.synthesis.demand import ORDERS
 from camopt.synthesis.iterate import Iterate, iterate_of, moving
 
@@ -32,30 +31,28 @@ CLOSER = 2e-4  # by which bounds are held closer than asked: between samples a c
 
 
 @dataclass
-class StrokePlanes:
-    """The planes of all curves over one stroke, as parameters of the problem of a step."""
+class SampledStroke:
+    """The curves that count over one stroke."""
 
     sampled: Sampled
-    rows: list[Any]
+    rows: list[Affine]
     """y to y''' at the samples, in units of the lift; none in a dwell."""
     lowered: FloatArray
     """Which curves are minimised."""
-    constant: Any
-    motion: list[Any]
-    lead: Any
-    height: Any
+    size: int
+    """How many samples."""
 
     def state(self, unit: float) -> FloatArray:
         """y to y''' at the samples, mm, of coefficients set in the variables."""
         if self.rows:
             return unit * np.array([row.value for row in self.rows])
-        rest = np.zeros((4, self.lead.shape[1]))
+        rest = np.zeros((4, self.size))
         rest[0] = self.sampled.stroke.low
         return rest
 
 
 class SequentialConvex:
-    """The convex steps of a programme under ceilings, compiled once for all their bounds.
+    """The convex steps of a programme under ceilings, for all their bounds.
 
     ``held`` ceilings stay below their bounds; ``lowered`` ones are minimised, beside the objective of the model.
     What is given to its methods are the same ceilings with other bounds.
@@ -63,21 +60,15 @@ class SequentialConvex:
 
     def __init__(self, model: Convex, held: Sequence[Claim], lowered: Sequence[Claim] = ()) -> None:
         self.model, self.count = model, len(held)
-        self.missing, self.level = cp.Variable(nonneg=True), cp.Variable(nonneg=True)
-        self.reach, self.price = cp.Parameter(nonneg=True), cp.Parameter(nonneg=True, value=PRICES[0])
-        variables = [cp.hstack([model.sizes.lead, model.sizes.height]), *(m.coefficients for m in moving(model))]
-        self.last = [cp.Parameter(variable.size) for variable in variables]
-        away = [variable - last for variable, last in zip(variables, self.last, strict=True)]
-        self.blocks = list(self._blocks([*held, *lowered]))
-        limits = [limit for block in self.blocks for limit in self._limits(block)]
-        limits += [cp.abs(each) <= self.reach for each in away]
-        self.goal = model.goal + (self.level if lowered else 0.0)
-        convex = model.problem.constraints
-        self.problem = cp.Problem(cp.Minimize(self.goal + self.price * self.missing), [*convex, *limits])
-        self.nearest = cp.Problem(cp.Minimize(sum(map(cp.sum_squares, away))), convex)
+        self.missing, self.level = Variable(positive=True), Variable(positive=True)
+        self.price = PRICES[0]
+        self.variables = [model.sizes.lead, model.sizes.height, *(m.coefficients for m in moving(model))]
+        self.strokes = list(self._strokes([*held, *lowered]))
+        self.planes: list[Limit] = []
+        self.goal = model.goal + self.level if lowered else model.goal
 
-    def _blocks(self, ceilings: list[Claim]) -> Iterator[StrokePlanes]:
-        """A block for each stroke on which a curve counts."""
+    def _strokes(self, ceilings: list[Claim]) -> Iterator[SampledStroke]:
+        """Those on which a curve counts."""
         motions = iter(moving(self.model))
         for stroke in self.model.demand.strokes:
             motion = None if stroke.kind == DWELL else next(motions)
@@ -86,30 +77,20 @@ class SequentialConvex:
             lowered = [n >= self.count for n, c in enumerate(ceilings) if sampled.counts(c)]
             if sides:
                 x = samples(self.model.demand, stroke)
-                rows = motion.at(x) if motion else []
-                constant, lead, height, *parts = (cp.Parameter((sum(sides), x.size)) for _ in range(3 + len(rows)))
-                yield StrokePlanes(sampled, rows, np.repeat(lowered, sides), constant, parts, lead, height)
-
-    def _limits(self, block: StrokePlanes) -> Iterator[Any]:
-        """Every plane below its bound, or below the level."""
-        sizes = self.model.sizes
-        for number, lowered in enumerate(block.lowered):
-            plane = block.constant[number] + block.lead[number] * sizes.lead + block.height[number] * sizes.height
-            for part, row in zip(block.motion, block.rows, strict=True):
-                plane += cp.multiply(part[number], row)
-            yield plane <= (self.level if lowered else 1.0 - CLOSER + self.missing)
+                yield SampledStroke(sampled, motion.at(x) if motion else [], np.repeat(lowered, sides), x.size)
 
     def run(self, start: Iterate, held: Sequence[Claim], lowered: Sequence[Claim] = ()) -> Iterate:
         """The local optimum that convex steps reach from the motion nearest to a start within the convex limits."""
         self._set(start)
-        last = iterate_of(self.model) if solve(self.nearest) in SOLVED else start
+        nearest = Program(Norm(stacked(self._away())), self.model.limits)
+        last = iterate_of(self.model) if nearest.solve() in SOLVED else start
         lowered = _scaled(lowered, self._levels(last, held, lowered)[1])
         reach = FIRST_REACH
-        for self.price.value in PRICES:
+        for self.price in PRICES:
             last, reach, enough = self._descended(last, reach, held, lowered)
             if enough:
                 break
-        self.price.value = PRICES[0]
+        self.price = PRICES[0]
         return last
 
     def _descended(
@@ -124,13 +105,13 @@ class SequentialConvex:
             return last, reach, False
         self._look(last, held, lowered)
         for _ in range(STEPS):
-            self.reach.value = reach
-            if solve(self.problem) not in SOLVED:
+            step = self._step(reach)
+            if step.solve() not in SOLVED:
                 break
-            promise = cost - float(self.problem.value)
+            promise = cost - step.value
             if promise < ENOUGH * abs(cost):  # even the planes promise no more
                 break
-            if top <= 1.0 and float(self.missing.value) > CLOSER and self.price.value < PRICES[-1]:
+            if top <= 1.0 and self.missing.value.item() > CLOSER and self.price < PRICES[-1]:
                 return last, reach, False
             tried = iterate_of(self.model)
             found, above = self._priced(tried, held, lowered)
@@ -151,32 +132,46 @@ class SequentialConvex:
 
         def price(start: Iterate) -> float:
             cost, _ = self._priced(start, held, lowered)
-            broken = max(float(np.max(limit.violation())) for limit in self.model.problem.constraints)
+            broken = max(limit.broken_by for limit in self.model.limits)
             return cost + PRICES[0] * broken
 
         return sorted(starts, key=price)
 
     def _set(self, at: Iterate) -> None:
-        """A solution in the variables, and in the parameters that a step starts from."""
-        self.model.sizes.lead.value, self.model.sizes.height.value = at.lead, at.height
-        for motion, values in zip(moving(self.model), at.coefficients, strict=True):
-            motion.coefficients.value = values
-        for parameter, values in zip(self.last, [np.array(at[:2]), *at.coefficients], strict=True):
-            parameter.value = values
+        """A solution in the variables, from which a step starts."""
+        sizes = np.array([[at.lead], [at.height]])
+        for variable, value in zip(self.variables, (*sizes, *at.coefficients), strict=True):
+            variable.found = value
+
+    def _away(self) -> list[Affine]:
+        """How far the variables are from their values now."""
+        return [variable - variable.value for variable in self.variables]
+
+    def _step(self, reach: float) -> Program:
+        """The programme of a step from the values of the variables, under the planes."""
+        room = [limit for away in self._away() for limit in within(away, reach)]
+        return Program(self.goal + self.price * self.missing, [*self.model.limits, *self.planes, *room])
 
     def _look(self, at: Iterate, held: Sequence[Claim], lowered: Sequence[Claim]) -> None:
-        """The planes at a solution, in the parameters."""
+        """Take the planes at a solution."""
         self._set(at)
-        for block in self.blocks:
-            planes = self._planes(block, at, [*held, *lowered])
-            values = planes.values - planes.lead * at.lead - planes.height * at.height
-            for part, slope, row in zip(block.motion, planes.motion, block.rows, strict=False):
-                part.value = slope
-                values = values - slope * row.value
-            block.constant.value, block.lead.value, block.height.value = values, planes.lead, planes.height
+        ceilings, scale = [*held, *lowered], self.model.demand.scale
+        self.planes = [
+            limit
+            for stroke in self.strokes
+            for limit in self._limits(stroke, stroke.sampled.planes(ceilings, stroke.state(scale), self._sizes(at)))
+        ]
 
-    def _planes(self, block: StrokePlanes, at: Iterate, ceilings: list[Claim]) -> TangentPlanes:
-        return block.sampled.planes(ceilings, block.state(self.model.demand.scale), self._sizes(at))
+    def _limits(self, stroke: SampledStroke, planes: TangentPlanes) -> Iterator[Limit]:
+        """Every plane below its bound, or below the level."""
+        sizes = self.model.sizes
+        moves = [(row - row.value, slope) for row, slope in zip(stroke.rows, planes.motion, strict=False)]
+        moves += [
+            (size - size.value, slope) for size, slope in ((sizes.lead, planes.lead), (sizes.height, planes.height))
+        ]
+        for number, lowered in enumerate(stroke.lowered):
+            plane = sum((slope[number] * move for move, slope in moves), constant(planes.values[number]))
+            yield plane <= (self.level if lowered else 1.0 - CLOSER + self.missing)
 
     def _sizes(self, at: Iterate) -> tuple[float, float]:
         """e and s₀, mm."""
@@ -187,21 +182,22 @@ class SequentialConvex:
         """The largest of the curves over their bounds: of those held, and of those minimised."""
         self._set(at)
         scale, tops = self.model.demand.scale, ([0.0], [0.0])
-        for block in self.blocks:
-            values = block.sampled.values([*held, *lowered], block.state(scale), self._sizes(at))
-            for row, which in zip(values, block.lowered, strict=True):
+        for stroke in self.strokes:
+            values = stroke.sampled.values([*held, *lowered], stroke.state(scale), self._sizes(at))
+            for row, which in zip(values, stroke.lowered, strict=True):
                 tops[int(which)].append(float(row.max()))
         return max(tops[0]), max(tops[1])
 
     def _priced(self, at: Iterate, held: Sequence[Claim], lowered: Sequence[Claim]) -> tuple[float, float]:
         """The objective at a solution, with the price of what is above its bound, and the highest of the curves."""
-        top, self.level.value = self._levels(at, held, lowered)
+        top, level = self._levels(at, held, lowered)
+        self.level.found = np.array([level])
         model, demand = self.model, self.model.demand
         reach = np.hypot(at.lead, at.height) if demand.traced else at.height
-        model.sizes.prime.value = max(reach, demand.prime[0] / demand.length)
+        model.sizes.prime.found = np.array([max(reach, demand.prime[0] / demand.length)])
         for name, variable in model.largest.items():
-            variable.value = max(float(np.abs(motion.samples(ORDERS[name])).max()) for motion in moving(model))
-        price = float(self.goal.value) + self.price.value * max(0.0, top - 1.0 + CLOSER)
+            variable.found = np.array([max(np.abs(motion.samples(ORDERS[name])).max() for motion in moving(model))])
+        price = self.goal.value.item() + self.price * max(0.0, top - 1.0 + CLOSER)
         return price if np.isfinite(price) else inf, top
 
 
