@@ -7,7 +7,6 @@ are central differences of it. So any curve will do, and none is written twice.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -87,12 +86,13 @@ class Sampled:
     ) -> FloatArray:
         """Each curve over its bound (rows, n), upside down as well where the magnitude counts; infinite if none.
 
-        ``state`` is y to y''' at the samples (4, n), mm or rad by rad. A curve of one way to move is 0 where the
-        follower moves the other way, in the state ``near`` this one if it is given.
+        ``state`` is y to y''' at the samples (4, n), mm or rad by rad, or several such states one after another. A
+        curve of one way to move is 0 where the follower moves the other way, in the state ``near`` this one if
+        it is given.
         """
         designs, programme = _design(self.demand, sizes), self.demand.problem.programme
         y, y1, y2, y3 = state
-        last = (y3, *self.load) if self.load else y3
+        last = (y3, *(np.tile(each, y.size // each.size) for each in self.load)) if self.load else y3
         outward = (state if near is None else near)[1] >= 0.0
         rows = []
         with np.errstate(all="ignore"):
@@ -113,29 +113,28 @@ class Sampled:
     def planes(self, ceilings: Sequence[Claim], state: FloatArray, sizes: LeadAndHeight) -> TangentPlanes:
         """The tangent planes of the curves, for motions and sizes in units of the programme."""
         scale, length, (lead, height) = self.demand.scale, self.demand.length, sizes
-
-        def slope(moved: Any) -> FloatArray:
-            """By a value in its unit, of values at so many of STEP."""
-            with np.errstate(all="ignore"):
-                found = (moved(1.0) - moved(-1.0)) / (2.0 * STEP)
-            return np.asarray(np.nan_to_num(found, posinf=0.0, neginf=0.0))
-
-        motion = []
-        for order in range(ORDERS):
-            fast = 1.0 / self.stroke.angle**order
-            away = np.zeros((ORDERS, 1))
-            away[order] = STEP * scale * fast
-            motion.append(slope(lambda k, by=away: self.values(ceilings, state + k * by, sizes, state)) / fast)
+        fast = 1.0 / self.stroke.angle ** np.arange(ORDERS)
+        moved = np.array([1.0, -1.0])[:, None] * STEP * scale * fast  # up and down: (2, ORDERS)
+        states = state[:, None, None] + np.einsum("so,ko->kso", moved, np.eye(ORDERS))[..., None]
+        near = np.broadcast_to(state[:, None, None], states.shape)
+        values = self.values(ceilings, states.reshape(ORDERS, -1), sizes, near.reshape(ORDERS, -1))
+        by_order = values.reshape(len(values), 2, ORDERS, -1).transpose(1, 2, 0, 3)
         by = STEP * length
         return TangentPlanes(
             self.values(ceilings, state, sizes),
-            np.array(motion),
-            slope(lambda k: self.values(ceilings, state, (lead + k * by, height))),
-            slope(lambda k: self.values(ceilings, state, (lead, height + k * by))),
+            _slopes(*by_order) / fast[:, None, None],
+            _slopes(*(self.values(ceilings, state, (lead + k, height)) for k in (by, -by))),
+            _slopes(*(self.values(ceilings, state, (lead, height + k)) for k in (by, -by))),
         )
 
     def _here(self, ceilings: Sequence[Claim]) -> list[Claim]:
         return [ceiling for ceiling in ceilings if self.counts(ceiling)]
+
+
+def _slopes(up: FloatArray, down: FloatArray) -> FloatArray:
+    """Central differences, of values a step up and a step down."""
+    with np.errstate(all="ignore"):
+        return np.asarray(np.nan_to_num((up - down) / (2.0 * STEP), posinf=0.0, neginf=0.0))
 
 
 def _design(demand: Demand, sizes: LeadAndHeight) -> Designs:

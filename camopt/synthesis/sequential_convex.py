@@ -18,7 +18,7 @@ from camopt.motion.table import DWELL
 from camopt.numerics import LARGEST_MAGNITUDE, FloatArray
 from camopt.problem.claims import Claim, Plain
 from camopt.synthesis.ceilings import Sampled, TangentPlanes, samples
-from camopt.synthesis.conic import SOLVED, Affine, Limit, Norm, Program, Variable, constant, stacked, within
+from camopt.synthesis.conic import SOLVED, Affine, Limit, Norm, Program, Variable, stacked, within
 from camopt.synthesis.convex import Convex
 from camopt.synthesis.demand import ORDERS
 from camopt.synthesis.iterate import Iterate, iterate_of, moving
@@ -32,20 +32,22 @@ CLOSER = 2e-4  # by which bounds are held closer than asked: between samples a c
 
 @dataclass
 class SampledStroke:
-    """The curves that count over one stroke."""
+    """The curves that count over one stroke, each with its samples one after another."""
 
     sampled: Sampled
     rows: list[Affine]
-    """y to y''' at the samples, in units of the lift; none in a dwell."""
+    """y to y''' at the samples of all curves, in units of the lift; none in a dwell."""
+    bounds: Affine
+    """What the curves are to stay below."""
     lowered: FloatArray
     """Which curves are minimised."""
     size: int
-    """How many samples."""
+    """How many samples a curve has."""
 
     def state(self, unit: float) -> FloatArray:
-        """y to y''' at the samples, mm, of coefficients set in the variables."""
+        """y to y''' at the samples of one curve, mm, of coefficients set in the variables."""
         if self.rows:
-            return unit * np.array([row.value for row in self.rows])
+            return unit * np.array([row.value[: self.size] for row in self.rows])
         rest = np.zeros((4, self.size))
         rest[0] = self.sampled.stroke.low
         return rest
@@ -77,7 +79,11 @@ class SequentialConvex:
             lowered = [n >= self.count for n, c in enumerate(ceilings) if sampled.counts(c)]
             if sides:
                 x = samples(self.model.demand, stroke)
-                yield SampledStroke(sampled, motion.at(x) if motion else [], np.repeat(lowered, sides), x.size)
+                curves = np.repeat(lowered, sides)
+                bounds = [self.level if each else 1.0 - CLOSER + self.missing for each in curves]
+                rows = [stacked([row] * curves.size) for row in motion.at(x)] if motion else []
+                below = stacked([bound.repeated(x.size) for bound in bounds])
+                yield SampledStroke(sampled, rows, below, curves, x.size)
 
     def run(self, start: Iterate, held: Sequence[Claim], lowered: Sequence[Claim] = ()) -> Iterate:
         """The local optimum that convex steps reach from the motion nearest to a start within the convex limits."""
@@ -157,21 +163,18 @@ class SequentialConvex:
         self._set(at)
         ceilings, scale = [*held, *lowered], self.model.demand.scale
         self.planes = [
-            limit
+            self._below(stroke, stroke.sampled.planes(ceilings, stroke.state(scale), self._sizes(at)))
             for stroke in self.strokes
-            for limit in self._limits(stroke, stroke.sampled.planes(ceilings, stroke.state(scale), self._sizes(at)))
         ]
 
-    def _limits(self, stroke: SampledStroke, planes: TangentPlanes) -> Iterator[Limit]:
+    def _below(self, stroke: SampledStroke, planes: TangentPlanes) -> Limit:
         """Every plane below its bound, or below the level."""
         sizes = self.model.sizes
-        moves = [(row - row.value, slope) for row, slope in zip(stroke.rows, planes.motion, strict=False)]
-        moves += [
-            (size - size.value, slope) for size, slope in ((sizes.lead, planes.lead), (sizes.height, planes.height))
-        ]
-        for number, lowered in enumerate(stroke.lowered):
-            plane = sum((slope[number] * move for move, slope in moves), constant(planes.values[number]))
-            yield plane <= (self.level if lowered else 1.0 - CLOSER + self.missing)
+        slopes = (*planes.motion[: len(stroke.rows)], planes.lead, planes.height)
+        below = stroke.bounds - planes.values.ravel()
+        for each, slope in zip((*stroke.rows, sizes.lead, sizes.height), slopes, strict=True):
+            below -= slope.ravel() * (each - each.value)
+        return below >= 0.0
 
     def _sizes(self, at: Iterate) -> tuple[float, float]:
         """e and s₀, mm."""
