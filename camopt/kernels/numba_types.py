@@ -4,7 +4,7 @@ Imported by ``dispatchers`` alone, when the first kernel is compiled.
 """
 
 from collections.abc import Callable
-from functools import wraps
+from functools import cache, wraps
 from inspect import Parameter, Signature
 from types import NoneType
 from typing import Any
@@ -71,6 +71,7 @@ def _type_part(part, context):
 # ------------------------------------------------------------------------ descriptions
 
 
+@cache
 def numba_type(kind: Any) -> Any:
     """The numba type that a ``Kind``, a ``Record`` or a ``Code`` describes."""
     if isinstance(kind, Record):

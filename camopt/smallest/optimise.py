@@ -19,17 +19,16 @@ from camopt.scene.scene import Scene
 from camopt.shown import Shown
 from camopt.smallest.closed_form import negligible
 from camopt.smallest.reasons import reason
-from camopt.smallest.result import Progress, Smallest, feasible
+from camopt.smallest.result import GAP, Progress, Smallest, feasible
 from camopt.smallest.smallest import smallest
 from camopt.smallest.smallest_turn import smallest_of_turns
 from camopt.smallest.turns import SegmentAngles
 from camopt.tables.designs import Design
-from camopt.verdicts.judging import by_excess, excesses, judged
+from camopt.verdicts.judging import AT_ONCE, by_excess, excesses, judged
 
 BINDS = 1e-6  # a limit within this relative distance of its bound holds the optimum
 SECONDS = 60.0  # of a search, unless told
-RADII = 1024  # sizes above the optimum at which feasibility is looked at
-SPARSE = 16  # every so many of them, where limits that are asked last are looked at
+RADII = 48  # sizes above the optimum at which feasibility is looked at
 
 
 @dataclass(frozen=True)
@@ -220,13 +219,14 @@ def _described(problem: Problem, answer: Smallest, until: float) -> dict[str, An
 def _clear_above(problem: Problem, answer: Smallest, until: float) -> float:
     """The least size above which no size looked at is shown to break a limit, the other sizes being the optimum's.
 
-    Feasibility is looked at on a geometric grid up to ten times the prime radius, and the last change found is
-    bisected, until the time is over. Limits that are asked last are looked at on a coarser grid, from the largest
-    size down. An infeasible gap narrower than the grid can be missed.
+    Feasibility is looked at on a geometric grid up to ten times the prime radius, from the largest size down where
+    limits are asked last, and the last change found is bisected, until the time is over. An infeasible gap narrower
+    than the grid can be missed.
     """
     design = answer.design
     assert design is not None
-    sizes = design.size[0] + float(design.prime_radius[0]) * np.geomspace(1e-6, 10.0, RADII)
+    size, prime_radius = float(design.size[0]), float(design.prime_radius[0])
+    sizes = size + prime_radius * np.geomspace(1e-6, 10.0, RADII)
 
     def held(asked: Problem, sizes: FloatArray) -> Any:
         return feasible(asked, replace(design.take(np.zeros(sizes.size, dtype=int)), size=sizes), -1.0)
@@ -235,19 +235,16 @@ def _clear_above(problem: Problem, answer: Smallest, until: float) -> float:
         return inf
     bad = int(np.max(np.flatnonzero(~held(problem.without_last, sizes)), initial=-1))
     clear = RADII - 1 if problem.has_last else bad + 1
-    while problem.has_last and clear - SPARSE > bad:
+    while bad < clear - 1:
         if now() > until:
             return float(sizes[clear])
-        if held(problem, sizes[[clear - SPARSE]])[0]:
-            clear -= SPARSE
-        else:
-            bad = clear - SPARSE
+        some = np.arange(max(clear - AT_ONCE, bad + 1), clear)
+        bad = int(np.max(some[~held(problem, sizes[some])], initial=bad))
+        clear = max(int(some[0]), bad + 1)
     if bad < 0:
-        return float(design.size[0])
+        return size
     low, high = sizes[bad], sizes[clear]
-    for _ in range(60):
-        if now() > until:
-            break
+    while high - low > GAP * prime_radius and now() <= until:
         middle = (low + high) / 2
         low, high = (low, middle) if held(problem, np.array([middle]))[0] else (middle, high)
     return float(high)
