@@ -8,7 +8,8 @@ import numpy as np
 from camopt.drawing.panels import Panel, Values, known, limit, peak_of
 from camopt.drawing.picture import Picture
 from camopt.effects import hertz, surface, thrust
-from camopt.effects.loads import Variant, normal_curve, ways
+from camopt.effects.case import Variant
+from camopt.effects.loads import normal_curve, ways
 from camopt.motion.table import TURN
 from camopt.numerics import FloatArray
 from camopt.quantities import QUANTITIES

@@ -66,6 +66,32 @@ class Setup:
     """Whether the follower touches the cam in a point."""
 
 
+Variant = tuple[Callable[[Designs, Programme], Any], int]
+"""A curve and the kinds of piece over which it counts."""
+
+
+class ByExtreme(NamedTuple):
+    """A quantity that the extreme of some curves over the turn decides, which bounds it over boxes of designs."""
+
+    variants: tuple[Variant, ...]
+    goal: int
+    """Of all curves together."""
+    of: Callable[[Any, Designs], Any]
+    """The quantity of designs from the extreme; numbers or ranges."""
+    falls: bool = False
+    """Whether it falls where the extreme rises."""
+
+
+def as_it_is(extreme: Any, designs: Designs) -> Any:
+    """A quantity that is the extreme itself."""
+    return extreme
+
+
+def scaled(factor: float, extreme: Any, designs: Designs) -> Any:
+    """A quantity that is a multiple of the extreme."""
+    return factor * extreme
+
+
 class Bounded(NamedTuple):
     """A quantity with its enclosure: the true value lies between ``value`` and ``value + outward``.
 
@@ -123,5 +149,9 @@ class Effect:
     """Quantities of other effects that this one reads, from ``Case.found``."""
     of_motion: Callable[[Setup], bool] = lambda setup: False
     """Whether its quantities depend on the motion and the speed alone, whatever the design."""
+    by_extremes: Callable[[Setup], Mapping[str, ByExtreme]] = lambda setup: {}
+    """Its quantities that extremes of curves decide; of those that it offers, or more."""
+    of_sizes: bool = False
+    """Whether it is arithmetic on sizes, which runs on ranges of them (Intervals) too."""
     last: bool = False
     """Whether it costs so much that a limit on its quantities is checked only for designs that meet all others."""

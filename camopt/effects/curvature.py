@@ -10,9 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from camopt.effects.case import Bounded, Case, Effect, Setup
+from camopt.effects.case import Bounded, ByExtreme, Case, Effect, Setup, as_it_is
+from camopt.mechanisms.design import Designs
 from camopt.motion.table import TURN
-from camopt.numerics import LARGEST, LEAST, FloatArray
+from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
@@ -20,6 +21,34 @@ def offers(setup: Setup) -> tuple[str, ...]:
         return ("profile_radius_min_mm", "undercut")
     names = ("pitch_curvature_max_per_mm", "pitch_curvature_min_per_mm", "profile_radius_min_mm", "undercut")
     return (*names, "cutter_radius_max_mm")
+
+
+def by_extremes(setup: Setup) -> dict[str, ByExtreme]:
+    mechanism = setup.mechanism
+    if mechanism.curvature is None:
+        assert mechanism.profile_radius is not None
+        radius = ByExtreme(((mechanism.profile_radius, TURN),), LEAST, as_it_is)
+        return {"profile_radius_min_mm": radius}
+    curves, grooved = ((mechanism.curvature, TURN),), mechanism.grooved
+    sharpest, deepest = (LARGEST_MAGNITUDE, LARGEST_MAGNITUDE) if grooved else (LARGEST, LEAST)
+    return {
+        "pitch_curvature_max_per_mm": ByExtreme(curves, LARGEST, as_it_is),
+        "pitch_curvature_min_per_mm": ByExtreme(curves, LEAST, as_it_is),
+        "profile_radius_min_mm": ByExtreme(curves, sharpest, _convex_radius, falls=True),
+        "cutter_radius_max_mm": ByExtreme(curves, deepest, _groove_cutter if grooved else _cutter, falls=grooved),
+    }
+
+
+def _convex_radius(curvature: Any, designs: Designs) -> Any:
+    return 1.0 / np.maximum(curvature, 0.0) - designs.roller_radius
+
+
+def _cutter(curvature: Any, designs: Designs) -> Any:
+    return designs.roller_radius + 1.0 / np.maximum(-curvature, 0.0)
+
+
+def _groove_cutter(curvature: Any, designs: Designs) -> Any:
+    return designs.roller_radius + 1.0 / np.maximum(curvature, 0.0)
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
@@ -76,4 +105,4 @@ def _inwards(radius: FloatArray, curvature: FloatArray) -> FloatArray:
     return np.where(np.isfinite(radius), np.minimum(_inverse(np.maximum(curvature, 0.0)), finite) - finite, 0.0)
 
 
-EFFECT = Effect("curvature", offers, run)
+EFFECT = Effect("curvature", offers, run, by_extremes=by_extremes)

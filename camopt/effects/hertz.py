@@ -18,8 +18,9 @@ from typing import Any
 import numpy as np
 
 from camopt.effects import force
-from camopt.effects.case import Bounded, Case, Effect, Setup
-from camopt.effects.loads import Largest, Variant, contact_load, goal_of, largest_load, normal_curve, rubs, ways
+from camopt.effects.case import Bounded, ByExtreme, Case, Effect, Setup, Variant
+from camopt.effects.loads import Largest, contact_load, goal_of, largest_load, normal_curve, rubs, ways
+from camopt.mechanisms.design import Designs
 from camopt.numerics import FloatArray
 from camopt.numerics.curves import curve
 from camopt.numerics.point_contact import ellipticity_of, integrals
@@ -69,10 +70,22 @@ def load_of(setup: Setup, stress: float) -> float:
     return stress**2 * np.pi * width / modulus
 
 
-def stress_of(setup: Setup, load: Any) -> FloatArray:
-    """The contact stress at a load ≥ 0, MPa: the inverse of ``load_of``."""
-    ratio = np.asarray(load) / load_of(setup, 1.0)
+def stress_of(setup: Setup, load: Any) -> Any:
+    """The contact stress at a load ≥ 0, MPa: the inverse of ``load_of``; numbers or ranges."""
+    ratio = load / load_of(setup, 1.0)
     return np.cbrt(ratio) if setup.spherical else np.sqrt(ratio)
+
+
+def by_extremes(setup: Setup) -> dict[str, ByExtreme]:
+    if setup.pointed or lacks(setup):
+        return {}
+    curves = tuple(variant for *_, variant in variants(setup))
+
+    def stress(factor: float, load: Any, designs: Designs) -> Any:
+        return factor * stress_of(setup, np.maximum(load, 0.0))
+
+    factors = {STRESS: 1.0, "contact_shear_max_MPa": SHEAR}
+    return {name: ByExtreme(curves, goal_of(setup), partial(stress, factor)) for name, factor in factors.items()}
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
@@ -133,4 +146,4 @@ def _patch(
     return 2.0 * np.abs(force) / (np.pi * bodies.face_width * stress), np.full_like(force, 0.5 * bodies.face_width)
 
 
-EFFECT = Effect("hertz", offers, run, lacks, reads, of_motion=lambda setup: setup.pointed)
+EFFECT = Effect("hertz", offers, run, lacks, reads, of_motion=lambda setup: setup.pointed, by_extremes=by_extremes)

@@ -16,14 +16,14 @@ and a spherical face N·h(1 − κ·R_s)/R_s² (``numerics.point_contact``).
 Each is built from the mechanism's own curves of pressure angle, curvature, radius and reach.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.effects.case import Bounded, Case, Dynamics, Setup
+from camopt.effects.case import Bounded, Case, Dynamics, Setup, Variant
 from camopt.effects.force import weights
 from camopt.mechanisms.design import Designs
 from camopt.motion.programme import Programme
@@ -300,10 +300,6 @@ def drag_curve(setup: Setup, designs: Designs, programme: Programme) -> GuideDra
 def drag_of(case: Case, kinds: int) -> Extremes:
     """The largest μ·q·|t| on some pieces of the turn."""
     return case.extremes(partial(drag_curve, case.setup), [(kinds, LARGEST_MAGNITUDE)])
-
-
-Variant = tuple[Callable[[Designs, Programme], Any], int]
-"""A curve and the kinds of piece over which it is the load."""
 
 
 class Largest(NamedTuple):

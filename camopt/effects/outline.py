@@ -9,7 +9,7 @@ Source: regrouped from Norton, Cam Design and Manufacturing Handbook, ch. 7.
 
 from typing import Any
 
-from camopt.effects.case import Bounded, Case, Effect, Setup
+from camopt.effects.case import Bounded, ByExtreme, Case, Effect, Setup, as_it_is
 from camopt.motion.table import TURN
 from camopt.numerics import LARGEST
 
@@ -20,10 +20,16 @@ def offers(setup: Setup) -> tuple[str, ...]:
     return () if setup.mechanism.outline is None else (RADIUS,)
 
 
+def by_extremes(setup: Setup) -> dict[str, ByExtreme]:
+    if setup.mechanism.outline is None:
+        return {}
+    return {RADIUS: ByExtreme(((setup.mechanism.outline, TURN),), LARGEST, as_it_is)}
+
+
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     assert case.setup.mechanism.outline is not None
     found = case.extremes(case.setup.mechanism.outline, [(TURN, LARGEST)])
     return {RADIUS: Bounded(found.value[0], found.width[0], found.value[0])}
 
 
-EFFECT = Effect("outline", offers, run)
+EFFECT = Effect("outline", offers, run, by_extremes=by_extremes)

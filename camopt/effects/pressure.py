@@ -4,8 +4,9 @@ from typing import Any
 
 import numpy as np
 
-from camopt.effects.case import Bounded, Case, Effect, Setup
-from camopt.motion.table import DWELL, RETURN, RISE
+from camopt.effects.case import Bounded, ByExtreme, Case, Effect, Setup
+from camopt.mechanisms.design import Designs
+from camopt.motion.table import DWELL, RETURN, RISE, TURN
 from camopt.numerics import LARGEST_MAGNITUDE
 
 ROUNDED = 4e-16  # relative, of an angle from its tangent
@@ -19,14 +20,27 @@ def offers(setup: Setup) -> tuple[str, ...]:
     return (*names, *(() if setup.mechanism.grooved else ("pitch_circle_radius_mm",)))
 
 
+def angle_of(tangent: Any, designs: Designs | None = None) -> Any:
+    """The angle in deg of a tangent ≥ 0; numbers or ranges."""
+    return np.degrees(np.arctan(tangent))
+
+
+def by_extremes(setup: Setup) -> dict[str, ByExtreme]:
+    names = {f"pressure_angle_max_{kind}_deg": bit for kind, bit in KINDS.items()} | {
+        "pressure_angle_max_deg": TURN
+    }
+    pressure = setup.mechanism.pressure
+    return {name: ByExtreme(((pressure, kinds),), LARGEST_MAGNITUDE, angle_of) for name, kinds in names.items()}
+
+
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     kinds = {name: bit for name, bit in KINDS.items() if any(s.kind == bit for s in case.programme.strokes)}
     questions = [(bit, LARGEST_MAGNITUDE) for bit in kinds.values()]
     pitch_point_wanted = bool(wanted & PITCH_POINT)
     found = case.extremes(case.setup.mechanism.pressure, questions, located=pitch_point_wanted)
-    angles = np.degrees(np.arctan(found.value))
+    angles = angle_of(found.value)
     largest = angles.max(axis=0)
-    outer = np.degrees(np.arctan(found.value + found.width)) + ROUNDED * largest
+    outer = angle_of(found.value + found.width) + ROUNDED * largest
     columns: dict[str, Any] = {f"pressure_angle_max_{kind}_deg": 0.0 for kind in KINDS}
     for name, angle, top in zip(kinds, angles, outer, strict=True):
         columns[f"pressure_angle_max_{name}_deg"] = Bounded(angle, top - angle, largest)
@@ -40,4 +54,4 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     return columns
 
 
-EFFECT = Effect("pressure", offers, run)
+EFFECT = Effect("pressure", offers, run, by_extremes=by_extremes)

@@ -44,4 +44,4 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     }
 
 
-EFFECT = Effect("sizes", offers, run)
+EFFECT = Effect("sizes", offers, run, of_sizes=True)

@@ -28,8 +28,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.effects import force
-from camopt.effects.case import Bounded, Case, Effect, Setup
-from camopt.effects.loads import Variant, contact_load, largest_load, normal_curve, rubs, ways
+from camopt.effects.case import Bounded, ByExtreme, Case, Effect, Setup, Variant, scaled
+from camopt.effects.loads import contact_load, largest_load, normal_curve, rubs, ways
 from camopt.mechanisms.design import Designs
 from camopt.motion.programme import Programme
 from camopt.motion.table import TURN
@@ -265,6 +265,42 @@ def film_factor(setup: Setup) -> float:
     return float(2.65 * (bodies.pressure_viscosity * twice) ** 0.54 * speed * load)
 
 
+def by_extremes(setup: Setup) -> dict[str, ByExtreme]:
+    if setup.mechanism.sliding is None or setup.omega is None:
+        return {}
+    return _speeds(setup, setup.omega) | _of_load(setup)
+
+
+def _speeds(setup: Setup, omega: float) -> dict[str, ByExtreme]:
+    sliding, carrying = ((partial(each, setup), TURN) for each in (sliding_curve, entrainment_curve))
+    speed = partial(scaled, omega / 1e3)
+
+    def spin(extreme: Any, designs: Designs) -> Any:
+        return extreme * (30.0 / pi * omega) / designs.roller_radius
+
+    fastest, slowest = ByExtreme((carrying,), LARGEST, speed), ByExtreme((carrying,), LEAST, speed)
+    slides = {SPIN: spin} if rolls(setup) else {SLIDING: speed}
+    found = {name: ByExtreme((sliding,), LARGEST_MAGNITUDE, of) for name, of in slides.items()}
+    return found | {FASTEST: fastest, SLOWEST: slowest}
+
+
+def _of_load(setup: Setup) -> dict[str, ByExtreme]:
+    """Wear and film, as far as the scene gives enough for them."""
+    found, missing = {}, lacks(setup)
+
+    def over(factor: float, extreme: Any, designs: Designs) -> Any:
+        return factor / np.maximum(extreme, 0.0)
+
+    for name in (each for each in offers(setup) if each in (WEAR, FILM, RATIO) and each not in missing):
+        curves = tuple(variant for variant, _ in variants(WEAR if name == WEAR else RATIO, setup))
+        if name == WEAR:
+            found[name] = ByExtreme(curves, LARGEST, partial(scaled, wear_factor(setup)))
+        else:
+            unit = 1e3 if name == FILM else 1.0 / (setup.bodies.roughness or 1.0)
+            found[name] = ByExtreme(curves, LARGEST, partial(over, film_factor(setup) * unit), falls=True)
+    return found
+
+
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     setup, programme = case.setup, case.programme
     columns: dict[str, Any] = {}
@@ -308,4 +344,4 @@ def _film(case: Case, carried: Any) -> dict[str, Any]:
     return found
 
 
-EFFECT = Effect("surface", offers, run, lacks, reads)
+EFFECT = Effect("surface", offers, run, lacks, reads, by_extremes=by_extremes)

@@ -19,10 +19,11 @@ from typing import Any
 import numpy as np
 
 from camopt.effects import force
-from camopt.effects.case import Bounded, Case, Effect, Setup
+from camopt.effects.case import Bounded, ByExtreme, Case, Effect, Setup, Variant, as_it_is, scaled
 from camopt.effects.loads import (
     SideThrust,
     along_curve,
+    drag_curve,
     drag_of,
     driven,
     friction,
@@ -73,6 +74,23 @@ def thrust_curve(
     return SideThrust(along_curve(setup, designs, programme, way), pressure, arm * ones, reach * ones)
 
 
+def by_extremes(setup: Setup) -> dict[str, ByExtreme]:
+    normal = tuple((partial(normal_curve, setup, way=way), kinds) for way, kinds in ways(setup))
+    found = {"normal_force_max_N": ByExtreme(normal, goal_of(setup), as_it_is)}
+    if rubs(setup):
+        drag = ((partial(drag_curve, setup), driven(setup)),)
+        found["jamming_margin"] = ByExtreme(drag, LARGEST_MAGNITUDE, lambda most, designs: 1.0 - most, falls=True)
+    for name, (arm, reach, factor) in levers(setup).items() if setup.mechanism.curvature else ():
+        of = partial(scaled, factor)
+        found[name] = ByExtreme(tuple(_thrust_curves(setup, arm, reach)), LARGEST_MAGNITUDE, of)
+    return found
+
+
+def _thrust_curves(setup: Setup, arm: float, reach: float) -> list[Variant]:
+    """S·(arm + reach·y) for each way in which the follower moves."""
+    return [(partial(thrust_curve, setup, way=way, arm=arm, reach=reach), kinds) for way, kinds in ways(setup)]
+
+
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     setup, given = case.setup, case.setup.dynamics
     columns: dict[str, Any] = {}
@@ -87,9 +105,7 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
         columns["normal_force_max_N"] = largest_load(case, normal, goal_of(setup), sound).bounded()
     for name, (arm, reach, factor) in levers(setup).items():
         if name in wanted:
-            thrust = [
-                (partial(thrust_curve, setup, way=way, arm=arm, reach=reach), kinds) for way, kinds in ways(setup)
-            ]
+            thrust = _thrust_curves(setup, arm, reach)
             columns[name] = largest_load(case, thrust, LARGEST_MAGNITUDE, sound).bounded(factor)
     return columns
 
@@ -106,4 +122,4 @@ def levers(setup: Setup) -> dict[str, tuple[float, float, float]]:
     return found
 
 
-EFFECT = Effect("thrust", offers, run, lacks)
+EFFECT = Effect("thrust", offers, run, lacks, by_extremes=by_extremes)

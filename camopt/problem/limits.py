@@ -121,8 +121,8 @@ def _load(name: str, bound: float, setup: Setup) -> Limit:
     """A load is bounded from one side."""
     quantity, side = load_quantity(name, setup), LOADS[name][1]
 
-    def excess(columns: Columns, designs: Designs) -> FloatArray:
-        return np.asarray(side * (columns[quantity] - bound) / (abs(bound) or 1.0) + np.zeros(len(designs)))
+    def excess(columns: Columns, designs: Designs) -> Any:
+        return side * (columns[quantity] - bound) / (abs(bound) or 1.0) + np.zeros(len(designs))
 
     by_arm = name.startswith("contact_force") and setup.angular  # a moment over the length of the arm
     needs = (quantity, "arm_length_mm") if by_arm else (quantity,)
