@@ -168,6 +168,23 @@ def test_sweep_counts_writes_and_gives_the_best(run_json):
     assert front.attrs["units"]["base_radius_mm"] == "mm"
 
 
+def test_a_sweep_of_the_front_alone_tells_what_boxes_decided(run, run_json, tmp_path):
+    axes = ("--base-radius", "40:90:0.5", "--offset", "-10:20:10", "--roller-radius", "5:20:5", "--quiet")
+    front_only = ("sweep", *axes, "--keep", "front-only", "--out", str(tmp_path / "alone"))
+    _, usual = run_json("sweep", *axes, "--out", str(tmp_path / "usual"))
+    code, alone = run_json(*front_only)
+    assert (code, alone["front"], alone["best"]) == (0, usual["front"], usual["best"])
+    assert (alone["feasible"], alone["impossible"]) == (None, None)
+    assert alone["evaluated"] < alone["designs"] <= alone["evaluated"] + alone["decided_by_boxes"]
+    assert (usual["evaluated"], usual["decided_by_boxes"]) == (usual["designs"], 0)
+    code, out, _ = run(*front_only)
+    counts = f"{alone['decided_by_boxes']:,} decided by boxes, {alone['evaluated']:,} evaluated"
+    assert (code, counts in out) == (0, True)
+    code, out, _ = run(*front_only, "--max-pressure", "1")
+    assert code == 1
+    assert "No feasible design" in out
+
+
 def test_the_scene_of_a_sweep_makes_the_same_sweep(run_json):
     _, first = run_json("sweep", *SMALL, "--rpm", "700", "--max-pressure", "35", "--out", "a")
     _, second = run_json("sweep", "a/scene.toml", "--out", "b")

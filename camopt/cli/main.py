@@ -75,8 +75,8 @@ def _reached(scene: Any, half_width: float) -> int:
 @click.option("--law", multiple=True, help="Motion law to try; repeat the option for several laws.")
 @click.option("--out", type=Place(), default="camopt-out", show_default=True, help="Folder for the tables.")
 @click.option(
-    "--keep", type=click.Choice(("pareto", "feasible", "all")), default="feasible", show_default=True,
-    help="Which designs to write to designs.parquet.",
+    "--keep", type=click.Choice(("pareto", "feasible", "all", "front-only")), default="feasible", show_default=True,
+    help="Which designs to write to designs.parquet; front-only writes none, and decides whole boxes of designs.",
 )  # fmt: skip
 @click.option("--refine", is_flag=True, help="Move each design of the Pareto front off the grid, to an optimum.")
 @click.option(
@@ -113,13 +113,13 @@ def sweep(
         changes |= {"search.refine": ("--refine", True)}
     scene = changed(scene, changes)
     check_folder(scene, out)
-    with terminal.progress(quiet, "designs") as advance:
+    with terminal.progress(quiet, "boxes of designs" if keep == "front-only" else "designs") as advance:
         result = run(scene, out, keep, workers, advance)
     reports.show_sweep(result, as_json)
     if not quiet:
         terminal.say_unused(scene)
         terminal.say_written(result.files)
-    return _reached(scene, result.reached) if result.feasible else NOTHING_FEASIBLE
+    return _reached(scene, result.reached) if result.pareto else NOTHING_FEASIBLE
 
 
 @camopt.command()

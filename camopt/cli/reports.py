@@ -67,6 +67,8 @@ def show_sweep(result: "Sweep", as_json: bool) -> None:
             {
                 "scene": result.scene.name,
                 "designs": result.designs,
+                "evaluated": result.evaluated,
+                "decided_by_boxes": result.decided_by_boxes,
                 "impossible": result.impossible,
                 "feasible": result.feasible,
                 "undecided": result.effort.undecided,
@@ -82,21 +84,29 @@ def show_sweep(result: "Sweep", as_json: bool) -> None:
             }
         )
     undecided = f"{result.effort.undecided:,} undecided, " if result.effort.undecided else ""
-    show(
-        f"{result.scene.name}: {result.designs:,} designs, {result.impossible:,} impossible, "
-        f"{result.feasible:,} feasible, {undecided}{result.pareto:,} on the Pareto front"
-    )
+    pareto = f"{result.pareto:,} on the Pareto front"
+    show(f"{result.scene.name}: {result.designs:,} designs, {_counts(result)}{undecided}{pareto}")
     if result.best:
         problem, search, rows = resolve(result.scene), result.scene.search, with_law(result.best.values())
         names, bounds = columns_of(problem, rows, (*search.minimise, *search.maximise)), bounds_of(problem)
-        where = " on the grid" if search.refine else ""
+        where = " on the front" if result.feasible is None else ""
+        where += " of the grid" if search.refine and where else " on the grid" if search.refine else ""
         show("", table_of(f"The best design of each law{where}", rows, [*names, "held_by"], bounds))
         _show_front(result, names, bounds)
     elif result.nearest_miss:
         _show_miss(result.nearest_miss)
     elif result.obstacle:
         show(f"No design can be assembled: {result.obstacle}.")
+    else:
+        show("No feasible design. A sweep with another --keep shows the nearest miss.")
     return None
+
+
+def _counts(result: "Sweep") -> str:
+    """How many designs are impossible and feasible; or, where nobody counted them, how the front was found."""
+    if result.feasible is None:
+        return f"{result.decided_by_boxes:,} decided by boxes, {result.evaluated:,} evaluated, "
+    return f"{result.impossible:,} impossible, {result.feasible:,} feasible, "
 
 
 def _show_front(result: "Sweep", names: list[str], bounds: Mapping[str, str]) -> None:

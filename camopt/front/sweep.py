@@ -1,26 +1,24 @@
 """The sweep: every design of a space through the kernels, block by block, and its Pareto set."""
 
 import os
-from collections import deque
-from collections.abc import Callable, Iterator
-from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
-from functools import partial
-from itertools import islice
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from camopt.files import result_folder, write_text
-from camopt.front.pareto import Archive, Front, front_of, non_dominated, ranked, thinned
+from camopt.front.box_bounds import all_bounded
+from camopt.front.front_search import FrontSearch
+from camopt.front.pareto import Front, front_of, ranked, thinned
 from camopt.front.refine import refined
+from camopt.front.streaming import streamed
 from camopt.mechanisms import Designs
 from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.problem.problem import VERDICT, Problem, exactly, resolve
 from camopt.problem.rows import Rows, joined
-from camopt.problem.space import Block, Space, space_of
+from camopt.problem.space import Space, space_of
 from camopt.quantities import QUANTITIES, motion_quantity
 from camopt.scene.scene import Scene
 from camopt.shown import Shown
@@ -28,11 +26,12 @@ from camopt.smallest.result import Progress
 from camopt.tables.cells import to_json
 from camopt.tables.designs import Design
 from camopt.tables.table import TableWriter, schema, table_file
-from camopt.verdicts.judging import Effort, by_excess, judged, least_excess, screened, settled, weighed
+from camopt.verdicts.judging import Effort, by_excess, judged, least_excess, weighed
 
 BLOCK = 32768  # designs: Python's share is small, and memory stays bounded
-KEPT = ("pareto", "feasible", "all")
-"""Which designs a sweep can write to its table of designs."""
+FRONT_ONLY = "front-only"
+KEPT = ("pareto", "feasible", "all", FRONT_ONLY)
+"""Which designs a sweep can write to its table of designs; with the last one it finds the front and no more."""
 
 
 @dataclass(frozen=True)
@@ -41,9 +40,11 @@ class Sweep(Shown):
 
     scene: Scene
     designs: int
-    impossible: int
-    """Designs that cannot be assembled, such as an offset beyond the prime radius; they are in no table."""
-    feasible: int
+    impossible: int | None
+    """Designs that cannot be assembled, such as an offset beyond the prime radius; they are in no table. None where
+    boxes of designs were decided together: nobody has counted them."""
+    feasible: int | None
+    """None, too, where boxes were decided."""
     effort: Effort
     """Designs so near a limit that they were looked at again, and in balls; and those undecided even then, which
     are not feasible, and in no table but that of all."""
@@ -51,34 +52,29 @@ class Sweep(Shown):
     files: tuple[Path, ...]
     best: dict[str, Design]
     """The best feasible design of each law: least first objective, ties by the next. ``held_by`` names the
-    limits that the next smaller cam of the space would exceed."""
+    limits that the next smaller cam of the space would exceed. Where boxes were decided, the best on the front."""
     nearest_miss: Design | None
-    """Where nothing is feasible: the design with the least excess, and what it exceeds under ``violated``."""
+    """Where nothing is feasible: the design with the least excess, and what it exceeds under ``violated``.
+
+    None where boxes were decided."""
     reached: float = 0.0
     """The largest relative half-width of an enclosure of any row kept."""
     front: Front | None = None
     """Hypervolume, ideal, nadir and knee of the Pareto front, None where nothing is feasible."""
     obstacle: str = ""
     """Where no design can be put together: the condition that all of them break."""
+    evaluated: int = 0
+    """Designs that were evaluated, one by one."""
+    boxes: int = 0
+    """Boxes of designs that were bounded; 0 where every design was evaluated."""
+    decided_by_boxes: int = 0
+    """Designs in boxes that were dropped. A few of them were evaluated before."""
 
     def __repr__(self) -> str:
-        counts = f"{self.designs:,} designs, {self.feasible:,} feasible, {self.pareto:,} on the Pareto front"
-        return f"<Sweep of {self.scene.name}: {counts}>"
-
-
-@dataclass(frozen=True)
-class Batch:
-    """What one block gave: rows for the designs file, and rows that may be on the Pareto front."""
-
-    designs: int
-    existing: int
-    feasible: int
-    effort: Effort
-    reached: float
-    kept: Rows
-    front: Rows
-    best: Rows
-    """Its best feasible row, or none."""
+        feasible = "" if self.feasible is None else f" {self.feasible:,} feasible,"
+        return (
+            f"<Sweep of {self.scene.name}: {self.designs:,} designs,{feasible} {self.pareto:,} on the Pareto front>"
+        )
 
 
 def sweep(
@@ -99,11 +95,14 @@ def sweep(
         Folder for ``pareto.parquet``, ``designs.parquet`` and ``scene.toml``; None writes nothing. Where
         ``[search]`` says to refine, the front of the grid goes to ``pareto-grid.parquet``.
     keep
-        Which designs go to ``designs.parquet``: "feasible", "pareto", or "all" that can be assembled.
+        Which designs go to ``designs.parquet``: "feasible", "pareto", or "all" that can be assembled. With
+        "front-only" there is no such table: the front is that of the other choices, row for row, but where the
+        objectives allow it boxes of designs are decided together, and nobody counts the feasible ones.
     workers
         Threads; None takes one a core. Rows are the same for any number, and for any ``block``.
     progress
-        Called with (designs done, designs in all).
+        Called with (designs done, designs in all); where boxes are decided, with (boxes done, and about how many
+        there will be).
     block
         Designs evaluated together, which bounds the memory.
 
@@ -131,53 +130,56 @@ def sweep(
         raise BadInput([Mistake("camopt", "keep", keep, f"a choice of designs; {nearest(str(keep), KEPT)}")])
     problem = with_objectives(resolve(scene))
     space = space_of(problem)
-    work = partial(_batch, space, column_names(problem), keep)
-    designs, existing, feasible, effort, reached = 0, 0, 0, Effort(), 0.0
-    search = problem.scene.search
-    archive, firsts = Archive(search, block), []
+    search, names, count = problem.scene.search, column_names(problem), workers or os.cpu_count() or 1
     with ExitStack() as stack:
-        tables = None if out is None else _tables(stack, Path(out), problem)
-        for batch in _in_order(space, work, workers or os.cpu_count() or 1, block):
-            designs += batch.designs
-            existing += batch.existing
-            feasible += batch.feasible
-            effort = effort.plus(batch.effort)
-            reached = max(reached, batch.reached)
-            archive.add(batch.front)
-            firsts.append(batch.best)
-            if tables and keep != "pareto":
-                tables["designs"].append(batch.kept)
-            if progress:
-                progress(designs, len(space))
-        grid = archive.front()
-        rows = refined(space, grid, progress) if search.refine else grid
-        rows = rows if search.thin is None else thinned(rows, search, search.thin)
-        rows, grid = to_compare(space, rows), to_compare(space, grid) if search.refine or keep == "pareto" else grid
+        tables = {} if out is None else _tables(stack, Path(out), problem, keep)
+        if keep == FRONT_ONLY and all_bounded(problem):
+            seen = FrontSearch(space, names, count, progress).run()
+        else:
+            kept = tables["designs"].append if tables and keep in ("feasible", "all") else _nowhere
+            seen = streamed(space, names, keep, count, block, progress, kept)
+        rows, grid = _fronts(space, seen.front, progress)
         front = front_of(rows, search, grid if search.refine else None)
         front = front and replace(front, knee=Design(front.knee, problem.scene))
         if tables:
-            if keep == "pareto":
-                tables["designs"].append(grid)
-            if search.refine:
-                tables["pareto-grid"].append(grid)
+            about = {"designs": len(space), "evaluated": seen.evaluated, "decided_by_boxes": seen.decided}
+            tables["pareto"].describe("camopt_sweep", to_json(about))
             if front:
                 tables["pareto"].describe("camopt_front", to_json(front.to_dict()))
-            tables["pareto"].append(rows)
+            for table, found in (("pareto", rows), ("pareto-grid", grid), ("designs", grid)):
+                if table in tables and (table != "designs" or keep == "pareto"):
+                    tables[table].append(found)
             write_text(Path(out or "") / "scene.toml", problem.scene.to_toml())
     return Sweep(
         scene=problem.scene,
-        designs=designs,
-        impossible=designs - existing,
-        feasible=feasible,
-        effort=effort,
-        reached=reached,
+        designs=len(space),
+        impossible=None if seen.existing is None else len(space) - seen.existing,
+        feasible=seen.feasible,
+        effort=seen.effort,
+        reached=seen.reached,
         pareto=rows.count,
         files=tuple(Path(out or "") / name for name in ((*map(file_name, tables), "scene.toml") if tables else ())),
-        best=best_of_each_law(space, joined(firsts)),
-        nearest_miss=None if feasible else nearest_miss_of_space(space, block),
+        best=best_of_each_law(space, seen.best),
+        nearest_miss=nearest_miss_of_space(space, block) if seen.feasible == 0 else None,
         front=front,
-        obstacle="" if existing else problem.setup.mechanism.assembly,
+        obstacle="" if seen.existing != 0 else problem.setup.mechanism.assembly,
+        evaluated=seen.evaluated,
+        boxes=seen.boxes,
+        decided_by_boxes=seen.decided,
     )
+
+
+def _nowhere(rows: Rows) -> None:
+    """Rows of which no table is written."""
+
+
+def _fronts(space: Space, found: Rows, progress: Progress | None) -> tuple[Rows, Rows]:
+    """The front as the scene asks for it, refined and thinned, and that of the grid, with digits to compare."""
+    search = space.problem.scene.search
+    rows = refined(space, found, progress) if search.refine else found
+    rows = rows if search.thin is None else thinned(rows, search, search.thin)
+    compared = to_compare(space, rows)
+    return compared, compared if rows is found else to_compare(space, found)
 
 
 def file_name(table: str) -> str:
@@ -185,11 +187,12 @@ def file_name(table: str) -> str:
     return f"{table}.parquet"
 
 
-def _tables(stack: ExitStack, folder: Path, problem: Problem) -> dict[str, TableWriter]:
+def _tables(stack: ExitStack, folder: Path, problem: Problem, keep: str) -> dict[str, TableWriter]:
     """The tables of a sweep by name, open until the stack is left."""
     stack.enter_context(result_folder(folder))
     names, scene, refine = column_names(problem), problem.scene.to_toml(), problem.scene.search.refine
-    columns = {"designs": names, "pareto": (*names, "refined") if refine else names}
+    columns = {} if keep == FRONT_ONLY else {"designs": names}
+    columns |= {"pareto": (*names, "refined") if refine else names}
     columns |= {"pareto-grid": names} if refine else {}
     return {
         table: stack.enter_context(table_file(folder / file_name(table), schema(kept, scene)))
@@ -218,42 +221,6 @@ def column_names(problem: Problem) -> tuple[str, ...]:
     outputs = problem.named if problem.scene.outputs else frozenset()
     names = problem.sizes | numbers | outputs | set(VERDICT)
     return tuple(name for name in QUANTITIES if name in names)
-
-
-def _batch(space: Space, names: tuple[str, ...], keep: str, block: Block) -> Batch:
-    """Evaluate one block of a space."""
-    problem, first, last = block
-    designs = space.designs(np.arange(first, last))
-    designs = designs.take(problem.setup.mechanism.exists(designs, problem.programme))
-    if keep == "all":
-        evaluated, effort = settled(problem, designs, frozenset(names))
-    else:
-        evaluated, effort = screened(problem, designs, frozenset(names))
-    feasible = evaluated.take(evaluated.column("feasible").astype(bool))
-    front = non_dominated(feasible, problem.scene.search)
-    best = ranked(front, problem.scene.search).take(np.arange(min(front.count, 1)))
-    reached = float(np.max(evaluated.columns["relative_half_width"], initial=0.0))
-    return Batch(last - first, len(designs), feasible.count, effort, reached, evaluated, front, best)
-
-
-def _in_order(space: Space, work: Callable[[Block], Batch], workers: int, block: int) -> Iterator[Batch]:
-    """Batches in the order of the space from a few threads, never far ahead of the reader.
-
-    The first comes from this thread, so that an interrupt ends it while it compiles kernels.
-    """
-    blocks = space.blocks(block)
-    yield from map(work, islice(blocks, 1))
-    with ThreadPoolExecutor(workers) as pool:
-        running: deque[Future[Batch]] = deque()
-        try:
-            for item in islice(blocks, workers + 1):
-                running.append(pool.submit(work, item))
-            while running:
-                yield running.popleft().result()
-                for item in islice(blocks, 1):
-                    running.append(pool.submit(work, item))
-        finally:
-            pool.shutdown(cancel_futures=True)
 
 
 def best_of_each_law(space: Space, rows: Rows) -> dict[str, Design]:

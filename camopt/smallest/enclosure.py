@@ -73,7 +73,7 @@ def examined(problem: Problem, claims: list[Claim], box: Designs, free: list[str
     intervals: dict[str, Any] = box.sizes
     low, high = (np.array([getattr(intervals[n], end) for n in free]) for end in ("low", "high"))
     side, index, level = np.argmax(high - low, axis=0), np.flatnonzero(exists), exists.copy()
-    present = [each for each in claims if np.any(problem.programme.table.kind & each.strokes)]
+    present = present_claims(problem, claims)
     if index.size and present:
         point = np.array([inside.sizes[n][index] for n in free])
         span = Interval(low[:, index] - point, high[:, index] - point)
@@ -90,6 +90,11 @@ def examined(problem: Problem, claims: list[Claim], box: Designs, free: list[str
     return Examined(empty, level, inside, side, *ends)
 
 
+def present_claims(problem: Problem, claims: list[Claim]) -> list[Claim]:
+    """Those of some claims whose strokes the motion has."""
+    return [each for each in claims if np.any(problem.programme.table.kind & each.strokes)]
+
+
 def _excesses(
     problem: Problem,
     claims: list[Claim],
@@ -103,7 +108,7 @@ def _excesses(
         goals = [(claim.strokes, LARGEST if side > 0.0 else LEAST) for side in claim.sides]
         angles = problem.programme.beside(case.extremes(claim.curve, goals).where, claim.strokes).ravel()
         rows = angles.size // count
-        designs, like = _sloped(box, inside, free, rows)
+        designs, like = sloped_boxes(box, inside, free, rows)
         state = rounded(problem.programme.state(angles), problem.programme)
         value, _ = curve(claim.curve(designs, problem.programme), ..., *state)
         sides = np.tile(np.repeat(claim.sides, count), 2)
@@ -119,7 +124,7 @@ def rounded(state: Any, programme: Programme) -> tuple[Any, ...]:
     return *(Interval(x - e, x + e) for x, e in zip((y, y1, y2), error[:3], strict=True)), rest
 
 
-def _sloped(box: Designs, inside: Designs, free: list[str], rows: int) -> tuple[Designs, Sloped]:
+def sloped_boxes(box: Designs, inside: Designs, free: list[str], rows: int) -> tuple[Designs, Sloped]:
     """Boxes as designs of Sloped sizes, so many times one after the other; and one of these."""
     intervals: dict[str, Any] = box.sizes
     ends = [Interval(*(np.tile(getattr(intervals[n], end), rows) for end in ("low", "high"))) for n in free]
@@ -143,6 +148,8 @@ def representatives(problem: Problem, box: Designs, free: list[str], wanted: Any
     ends = product(*((low[name], high[name]) for name in free))
     corners = (replace(chosen, **dict(zip(free, corner, strict=True))) for corner in ends)
     for other in (largest, designs_at(problem, low, high, 0.0), *corners):
+        if not np.any(wanted & ~exists):
+            break
         better = wanted & ~exists & problem.setup.mechanism.exists(other, problem.programme)
         sizes = {name: np.where(better, other.sizes[name], a) for name, a in chosen.sizes.items()}
         chosen, exists = Designs(**sizes, sense=chosen.sense), exists | better

@@ -115,6 +115,7 @@ def about(layout: pa.Schema) -> dict[Hashable | None, Any]:
         "descriptions": {name: facts.get("description", "") for name, facts in columns.items()},
         "scene": whole.get("camopt_scene", ""),
         "front": json.loads(whole.get("camopt_front", "null")),
+        "sweep": json.loads(whole.get("camopt_sweep", "null")),
         "version": whole.get("camopt_version", ""),
     }
 

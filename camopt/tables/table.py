@@ -109,7 +109,8 @@ def load(path: str | os.PathLike[str]) -> "pd.DataFrame":
     """A table that camopt wrote, as a pandas DataFrame.
 
     ``attrs`` holds ``units``, ``symbols`` and ``descriptions`` (by column), ``scene`` (TOML) and ``version``, and
-    that of a Pareto table ``front``: its hypervolume, ideal, nadir and knee.
+    that of a Pareto table ``front``: its hypervolume, ideal, nadir and knee, and ``sweep``: how many designs were
+    evaluated, and how many were decided in boxes.
 
     Parameters
     ----------

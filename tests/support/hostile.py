@@ -107,6 +107,7 @@ def changes(table: pa.Table) -> Iterator[tuple[str, Change]]:
         yield what, lambda t, s=text: with_metadata(t, SCENE, s)
     for what, text in {"no JSON": b"{", "deep JSON": b"[" * 100_000, "NaN": b"NaN", "no text": b"\xff"}.items():
         yield f"a front of {what}", lambda t, s=text: with_metadata(t, b"camopt_front", s)
+        yield f"counts of {what}", lambda t, s=text: with_metadata(t, b"camopt_sweep", s)
     for version in (None, b"0.0.1", b"99", b"\xff"):
         yield f"version {version!r}", lambda t, v=version: with_metadata(t, b"camopt_version", v)
     yield "pandas metadata of nothing", lambda t: with_metadata(t, b"pandas", b"{")

@@ -1,0 +1,277 @@
+"""What designs of a box cost at least, and whether all of them break a limit.
+
+A size, or what the motion decides, is known over a box by arithmetic on ranges. The largest value of a curve over
+the turn is at least that at any one cam angle, and there the formula of the curve, on ranges with slopes, bounds it
+for all designs of the box (``smallest.enclosure``); so does that of a limit its excess.
+"""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from camopt.effects import EFFECTS, Case, Setup
+from camopt.effects.case import Bounded, ByExtreme, Effect
+from camopt.front.pareto import signs
+from camopt.mechanisms import Designs
+from camopt.motion.table import DWELL, RETURN, RISE, TURN
+from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
+from camopt.numerics.curves import curve
+from camopt.numerics.interval import Interval, as_interval
+from camopt.numerics.sloped import Quotient, Sloped, as_quotient, as_sloped
+from camopt.problem.claims import Claim
+from camopt.problem.limits import Limit
+from camopt.problem.problem import Problem, strictest
+from camopt.problem.rows import Columns
+from camopt.quantities import QUANTITIES
+from camopt.smallest.enclosure import (
+    excess_of,
+    present_claims,
+    representatives,
+    rounded,
+    sloped_boxes,
+)
+from camopt.smallest.excesses import LARGE, LEVEL
+from camopt.verdicts.judging import planned
+
+COARSE = 1e-4  # of the cam angles at which curves are evaluated: any would do, those of extremes tell the most
+ROUNDED = 1e-12  # relative, of a quantity from the extreme or the sizes that decide it
+TIMES = 4.0  # the tolerance, and the rounding at a point, by which kernels may be off
+
+
+def is_ranged(effect: Effect, setup: Setup) -> bool:
+    """Whether an effect runs on ranges of sizes."""
+    return effect.of_sizes or effect.of_motion(setup)
+
+
+def is_bounded(name: str, sign: float, setup: Setup) -> bool:
+    """Whether boxes of designs bound an objective from its better side; ``sign`` is −1 if it is maximised."""
+    effect = EFFECTS[QUANTITIES[name].effect]
+    known = effect.by_extremes(setup)
+    if is_ranged(effect, setup) or name not in known:
+        return is_ranged(effect, setup)
+    from_below = (known[name].goal != LEAST) != known[name].falls
+    return from_below == (sign > 0.0)
+
+
+def all_bounded(problem: Problem) -> bool:
+    """Whether boxes of designs bound all objectives from their better sides."""
+    return all(is_bounded(name, sign, problem.setup) for name, sign in signs(problem.scene.search).items())
+
+
+def is_hopeless(problem: Problem) -> bool:
+    """Whether no design of a motion meets the limits, whatever its sizes."""
+    if any(limit.infinite_at(problem.programme) for limit in problem.limits):
+        return True
+    of_motion = [limit for limit in problem.limits if limit.of_motion]
+    return bool(np.any(_by_arithmetic(problem, of_motion, problem.design) > 0.0))
+
+
+class Looked(NamedTuple):
+    """What is known of n boxes of designs of one motion."""
+
+    costs: FloatArray
+    """What their designs cost at least (n, objectives)."""
+    change: FloatArray
+    """How much that changes across each free size, relative (free, n)."""
+    inside: Designs
+    """A design of each that can be assembled."""
+    exists: Any
+    """Whether one is found (n,)."""
+
+    def take(self, index: Any) -> "Looked":
+        """What is known of the boxes at an index or mask."""
+        return Looked(self.costs[index], self.change[:, index], self.inside.take(index), self.exists[index])
+
+
+class Bounds(NamedTuple):
+    """Boxes of designs of one motion, asked for bounds; ``free`` are the sizes that have a range."""
+
+    problem: Problem
+    free: list[str]
+
+    @property
+    def claims(self) -> list[Claim]:
+        """What limits say of curves, but for those that the motion decides."""
+        on_size = replace(self.problem, limits=tuple(limit for limit in self.problem.limits if not limit.of_motion))
+        return present_claims(self.problem, strictest(on_size))
+
+    @np.errstate(all="ignore")
+    def impossible(self, box: Designs) -> Any:
+        """Which boxes hold no design that can be assembled, or only such as break a limit on sizes (n,)."""
+        limits = [each for each in self.problem.limits if not each.claims and not each.of_motion]
+        over = _by_arithmetic(self.problem, limits, box)
+        return self.problem.setup.mechanism.impossible(box, self.problem.programme) | np.any(over > 0.0, axis=0)
+
+    @np.errstate(all="ignore")
+    def look(self, box: Designs) -> Looked:
+        """The bounds of objectives."""
+        inside, exists = representatives(self.problem, box, self.free, np.ones(len(box), dtype=bool))
+        asked = signs(self.problem.scene.search)
+        costs, change = np.full((len(box), len(asked)), -np.inf), np.zeros((len(self.free), len(box)))
+        index = np.flatnonzero(exists)
+        some, middle = box.take(index), inside.take(index)
+        for k, (name, sign) in enumerate(asked.items()):
+            effect = EFFECTS[QUANTITIES[name].effect]
+            if is_ranged(effect, self.problem.setup):
+                costs[:, k], moved = self._by_arithmetic(name, sign, box, inside)
+                change = np.maximum(change, moved)
+            elif index.size:
+                known = effect.by_extremes(self.problem.setup)[name]
+                costs[index, k], moved = self._by_extreme(known, sign, some, middle)
+                change[:, index] = np.maximum(change[:, index], moved)
+        return Looked(costs, change, inside, exists)
+
+    @np.errstate(all="ignore")
+    def broken(self, box: Designs, looked: Looked) -> tuple[Any, FloatArray]:
+        """Which boxes hold only designs that break a limit (n,).
+
+        And how much the excesses over limits that some designs may break change across each free size (free, n).
+        """
+        broken, change = np.zeros(len(box), dtype=bool), np.zeros((len(self.free), len(box)))
+        index = np.flatnonzero(looked.exists)
+        if not index.size:
+            return broken, change
+        some, inside = box.take(index), looked.inside.take(index)
+        width = _widths(some, self.free)
+        for claim in self.claims:
+            asked = [Asked(claim.strokes, LARGEST if side > 0.0 else LEAST) for side in claim.sides]
+            angle, side = self._worst(claim.curve, asked, inside)
+            value, designs, like = self._over(claim.curve, angle, some, inside)
+            over = as_sloped(excess_of(claim, side, as_quotient(value), designs), like)
+            moved = _finite(over.slopes.largest_magnitude) * width
+            broken[index] |= over.value.low > LEVEL
+            change[:, index] = np.maximum(change[:, index], np.where(over.value.high > 0.0, moved, 0.0))
+        return broken, change
+
+    def _by_arithmetic(self, name: str, sign: float, box: Designs, inside: Designs) -> tuple[Any, FloatArray]:
+        """The least cost of an objective that sizes or the motion decide, and its relative change.
+
+        Sums of sizes, and what is the same for all designs, are exact; other arithmetic rounds.
+        """
+        value = sign * as_interval(ranged(self.problem, {name}, box)[name]) + np.zeros(len(box))
+        sloped = ranged(self.problem, {name}, sloped_boxes(box, inside, self.free, 1)[0])[name]
+        if not isinstance(sloped, Sloped):
+            return value.low, np.zeros((len(self.free), len(box)))
+        change = _relative(sloped.slopes, _widths(box, self.free), value.largest_magnitude)
+        return value.low if EFFECTS[QUANTITIES[name].effect].of_sizes else _lowered(value.low), change
+
+    def _by_extreme(self, known: ByExtreme, sign: float, box: Designs, inside: Designs) -> tuple[Any, FloatArray]:
+        """The least cost of an objective that curves decide, and its relative change."""
+        extreme = np.full(len(box), 0.0 if known.goal == LARGEST_MAGNITUDE else -np.inf)
+        change, farthest, width = np.zeros((len(self.free), len(box))), extreme, _widths(box, self.free)
+        for make, part in self._parts(known):
+            angle, _ = self._worst(make, [Asked(part, known.goal)], inside)
+            value, _, like = self._over(make, angle, box, inside)
+            made = value.divided() if isinstance(value, Quotient) else as_sloped(value, like)
+            least, at = _side(known.goal, made)
+            extreme = np.maximum(extreme, _known(least - self._room(made, least, at)))
+            change = np.where(at > farthest, _relative(made.slopes, width, np.abs(at)), change)
+            farthest = np.fmax(farthest, at)
+        turned = -extreme if known.goal == LEAST else extreme
+        cost = sign * as_interval(known.of(as_interval(turned), box))
+        low = np.where(np.isnan(cost.low) | np.isneginf(extreme), -np.inf, cost.low)
+        return _lowered(low), change
+
+    def _room(self, value: Sloped, least: FloatArray, at: FloatArray) -> FloatArray:
+        """By how much kernels may find an extreme less than it is."""
+        size = np.maximum(np.abs(least), np.where(np.isfinite(at), np.abs(at), 0.0))
+        return TIMES * self.problem.setup.tolerance * size + TIMES**3 * (value.at.high - value.at.low)
+
+    def _parts(self, known: ByExtreme) -> Iterator[tuple[Any, int]]:
+        """The curves that decide a quantity, each over one kind of stroke.
+
+        That tells more than the extreme over all of them: the best design may lie where two strokes are alike.
+        """
+        kind = self.problem.programme.table.kind
+        for make, kinds in known.variants:
+            parts = [bit for bit in (RISE, RETURN, DWELL) if bit & kinds] if kinds & TURN else [kinds]
+            yield from ((make, part) for part in parts if np.any(kind & part))
+
+    def _worst(self, make: Any, asked: list["Asked"], inside: Designs) -> tuple[FloatArray, FloatArray]:
+        """The cam angle at which a curve is the most extreme for one design of each box, and on which side of 0."""
+        problem, programme = coarse(self.problem), self.problem.programme
+        where = Case(problem.setup, programme, inside).extremes(make, list(asked)).where
+        angles = np.concatenate([programme.beside(at, kinds) for (kinds, _), at in zip(asked, where, strict=True)])
+        value, _ = curve(make(inside, programme), ..., *programme.state(angles))
+        goals = np.repeat([goal for _, goal in asked], 2)[:, None]
+        sides = np.where(goals == LEAST, -1.0, 1.0)
+        far = _known(np.where(goals == LARGEST_MAGNITUDE, np.abs(value), sides * value))
+        row = np.argmax(far, axis=0)
+        return angles[row, np.arange(row.size)], sides[row, 0]
+
+    def _over(self, make: Any, angle: FloatArray, box: Designs, inside: Designs) -> tuple[Any, Designs, Sloped]:
+        """A curve over boxes, each at a cam angle of its own; and the boxes as designs of ranges with slopes."""
+        designs, like = sloped_boxes(box, inside, self.free, 1)
+        state = rounded(self.problem.programme.state(angle), self.problem.programme)
+        return curve(make(designs, self.problem.programme), ..., *state)[0], designs, like
+
+
+class Asked(NamedTuple):
+    """Kinds of stroke, and a goal."""
+
+    kinds: int
+    goal: int
+
+
+def coarse(problem: Problem) -> Problem:
+    """The problem where extremes need no digits."""
+    return replace(problem, setup=replace(problem.setup, tolerance=max(problem.setup.tolerance, COARSE)))
+
+
+def ranged(problem: Problem, names: set[str], designs: Designs, side: float = 0.0) -> Columns:
+    """Quantities that sizes or the motion decide, of designs of numbers or of ranges.
+
+    At side −1 they are the near sides of their enclosures.
+    """
+    case, found = Case(problem.setup, problem.programme, designs), {}
+    for effect, wanted in planned(frozenset(names), problem.setup):
+        for name, value in effect.run(case, wanted).items():
+            found[name] = value.value + side * value.outward if isinstance(value, Bounded) else value
+    return found
+
+
+def _by_arithmetic(problem: Problem, limits: list[Limit], designs: Designs) -> FloatArray:
+    """The least excess over each of those limits that sizes or the motion decide, (limits, designs)."""
+    effects = {name: EFFECTS[QUANTITIES[name].effect] for limit in limits for name in limit.needs}
+    known = {name for name, effect in effects.items() if is_ranged(effect, problem.setup)}
+    chosen = [limit for limit in limits if known.issuperset(limit.needs)]
+    columns = ranged(problem, known, designs, -1.0)
+    rows = [as_interval(limit.excess(columns, designs)).low + np.zeros(len(designs)) for limit in chosen]
+    return np.array(rows).reshape(len(rows), len(designs))
+
+
+def _side(goal: int, value: Sloped) -> tuple[FloatArray, FloatArray]:
+    """What curves are at least, or minus what they are at most, over each box and at its point."""
+    if goal == LARGEST:
+        return value.value.low, value.at.low
+    if goal == LEAST:
+        return -value.value.high, -value.at.high
+    return np.maximum(value.value.low, -value.value.high), np.maximum(value.at.low, -value.at.high)
+
+
+def _widths(box: Designs, free: list[str]) -> FloatArray:
+    """How wide boxes are, (free, n)."""
+    sizes: dict[str, Any] = box.sizes
+    return np.array([sizes[name].high - sizes[name].low for name in free]).reshape(len(free), len(box))
+
+
+def _relative(slopes: Interval, width: FloatArray, scale: FloatArray) -> FloatArray:
+    """The change of a quantity across each side of boxes, relative to the quantity."""
+    known = (scale > 0.0) & np.isfinite(scale)
+    return _finite(slopes.largest_magnitude) * width / np.where(known, scale, 1.0)
+
+
+def _lowered(cost: FloatArray) -> FloatArray:
+    """Costs less their rounding."""
+    return cost - ROUNDED * np.where(np.isfinite(cost), np.abs(cost), 0.0)
+
+
+def _known(least: FloatArray) -> FloatArray:
+    """What values are at least; of those that are not known, nothing."""
+    return np.where(np.isnan(least), -np.inf, least)
+
+
+def _finite(slopes: FloatArray) -> FloatArray:
+    return np.where(np.isfinite(slopes), slopes, LARGE)

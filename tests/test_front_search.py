@@ -1,0 +1,230 @@
+"""Fronts decided by boxes of designs against those of the full sweep, row for row and bit for bit."""
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from support.cams import CONTACTS, GUIDED, WORN, cam_with
+from support.depth import times
+
+from camopt import Scene, evaluate, find_scene, load, sweep
+from camopt.effects import Case, offered
+from camopt.front import front_search
+from camopt.front.box_bounds import Bounds, all_bounded, is_bounded
+from camopt.front.dominance import Dominators
+from camopt.front.front_search import FrontSearch
+from camopt.front.grid_boxes import Grid
+from camopt.front.pareto import LARGEST, signs
+from camopt.front.pareto import objectives as objectives_of
+from camopt.front.streaming import streamed
+from camopt.front.sweep import column_names, with_objectives
+from camopt.problem.limits import LOADS
+from camopt.problem.problem import resolve
+from camopt.problem.space import space_of
+from camopt.quantities import QUANTITIES
+from camopt.verdicts.judging import run_effects
+
+SPREAD = {"base_radius": 0.5, "mean_radius": 0.5, "roller_radius": 0.4, "face_radius": 0.4, "arm_length": 0.2}
+AROUND = {"offset": 12.0, "face_offset": 8.0}
+LAWS = ("cycloidal", "poly345", "harmonic", "parabolic", "uniform", "modified-sine")
+
+
+def axis(rng, middle, half, count):
+    """Values around one, in any order."""
+    values = np.round(middle + half * np.linspace(-1.0, 1.0, count), 3)
+    return [float(v) for v in dict.fromkeys(rng.permutation(values).tolist())]
+
+
+def axes_of(scene, rng, most):
+    """A few values of each size that the mechanism has."""
+    given_sizes = {**scene.cam.model_dump(), **scene.follower.model_dump()}
+    keys = [key for key in (*SPREAD, "centre_distance") if given_sizes.get(key)]
+    found = {}
+    for key in keys:
+        share = SPREAD.get(key, 0.2)
+        found[key] = axis(rng, given_sizes[key], share * given_sizes[key], int(rng.integers(1, most)))
+    if scene.follower.motion == "translating" and scene.cam.form == "disc":
+        found["offset"] = axis(rng, 0.0, AROUND["offset"], int(rng.integers(1, most)))
+    if given_sizes.get("face_offset"):
+        found["face_offset"] = axis(rng, 0.0, AROUND["face_offset"], int(rng.integers(1, most)))
+    return found
+
+
+def mechanism(contact):
+    """A scene of a contact that has every quantity, and its objectives that boxes bound, each with its sign."""
+    dynamics = None if CONTACTS[contact]["motion"] == "oscillating" else GUIDED
+    scene = Scene.from_dict(cam_with(contact, "poly345", dynamics, materials=WORN))
+    setup = resolve(scene).setup
+    names = [name for name in offered(setup) if QUANTITIES[name].kind is float]
+    return scene, [(name, sign) for name in names for sign in (1.0, -1.0) if is_bounded(name, sign, setup)]
+
+
+def search_of(axes, rng, objectives):
+    """A table ``[search]``; no quantity is both minimised and maximised."""
+    chosen = dict(reversed(objectives))
+    least, most = ([name for name in chosen if chosen[name] == way] for way in (1.0, -1.0))
+    laws = rng.permutation(LAWS)[: rng.integers(1, 4)].tolist()
+    asked = {"minimise": least, "maximise": most}
+    return {**axes, "law": laws, **{side: names for side, names in asked.items() if names}}
+
+
+def question(contact, seed, most=7):
+    """A random space of a mechanism: sizes, laws, objectives of both kinds, limits near what its cam has."""
+    rng = np.random.default_rng(seed)
+    scene, objectives = mechanism(contact)
+    chosen = [objectives[k] for k in rng.permutation(len(objectives))[: rng.integers(1, 4)]]
+    search = search_of(axes_of(scene, rng, most), rng, chosen)
+    return scene.replace(search=search, limits=limits_of(scene, rng), outputs=None)
+
+
+def limits_of(scene, rng):
+    """Some limits, of what the scene's own cam has and a little more or less."""
+    cam, limits = evaluate(scene), {}
+    for key, (quantity, way) in LOADS.items():
+        if quantity in cam and np.isfinite(cam[quantity]) and cam[quantity] > 0.0 and rng.random() < 0.15:
+            limits[key] = float(cam[quantity] * (1.0 + way * rng.uniform(-0.2, 0.5)))
+    if "jamming_margin" in limits:
+        limits["jamming_margin"] = min(limits["jamming_margin"], 0.99)
+    if rng.random() < 0.5:
+        limits["pressure_angle"] = min(80.0, rng.uniform(0.8, 1.5) * cam["pressure_angle_max_deg"]) or 45.0
+    if rng.random() < 0.5:
+        limits["curvature_radius"] = rng.uniform(0.2, 1.0) * max(cam["profile_radius_min_mm"], 0.1)
+    return limits
+
+
+def both(scene, few, together=7):
+    """The front by a full sweep and that by boxes, and what the search knows of its work."""
+    problem = with_objectives(resolve(scene))
+    assert all_bounded(problem)
+    space, names = space_of(problem), column_names(problem)
+    full = streamed(space, names, "pareto", 1, 32768, None, lambda rows: None)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(front_search, "FEW", few)
+        patch.setattr(front_search, "TOGETHER", together)
+        found = FrontSearch(space, names, 1, None).run()
+    return full, found, len(space)
+
+
+def same_rows(full, found):
+    assert found.count == full.count
+    assert set(found.columns) == set(full.columns)
+    for name in full.columns:
+        mine, theirs = found.column(name), full.column(name)
+        assert np.array_equal(mine, theirs), (name, mine[mine != theirs][:3], theirs[mine != theirs][:3])
+
+
+@pytest.mark.parametrize("contact", CONTACTS)
+@given(seed=st.integers(0, 10**6), few=st.sampled_from([1, 2, 9]))
+@settings(max_examples=times(5, deep=40))
+def test_boxes_give_the_front_of_the_full_sweep(contact, seed, few):
+    full, found, designs = both(question(contact, seed), few)
+    same_rows(full.front, found.front)
+    assert found.decided + found.evaluated >= designs
+
+
+@pytest.mark.parametrize("contact", CONTACTS)
+@given(seed=st.integers(0, 10**6))
+@settings(max_examples=times(3, deep=40))
+def test_no_design_of_a_box_costs_less_than_its_bound(contact, seed):
+    """Every objective that boxes bound, of every design of random boxes, as the kernels find it."""
+    rng = np.random.default_rng(seed)
+    scene, objectives = mechanism(contact)
+    search = search_of(axes_of(scene, rng, 4), rng, objectives)
+    problem = resolve(scene.replace(search=search, limits={}, outputs=None))
+    space = space_of(problem)
+    grid, problem = Grid(space), space.problems[0]
+    assume(grid.free)
+    boxes = grid.whole(len(signs(problem.scene.search))).take(slice(0, 1))
+    while rng.random() < 0.8 and np.any(boxes.counts > 1):
+        boxes = boxes.take(boxes.counts > 1)
+        boxes = boxes.halved(np.argmax((boxes.high - boxes.low) * rng.random(boxes.low.shape), axis=1))
+    looked = Bounds(problem, grid.free).look(grid.designs(boxes))
+    designs, home = space.designs(grid.numbers(boxes)), np.repeat(np.arange(len(boxes)), boxes.counts)
+    exists = problem.setup.mechanism.exists(designs, problem.programme)
+    rows = run_effects(Case(problem.setup, problem.programme, designs.take(exists)), problem.needed)
+    costs = objectives_of(rows, problem.scene.search)
+    assert np.all(looked.costs[home[exists]] <= costs)
+
+
+def test_the_default_scene():
+    """A million designs, of which few are evaluated."""
+    full, found, designs = both(find_scene("roller-1000rpm"), 64, 2048)
+    same_rows(full.front, found.front)
+    assert full.front.count == 426
+    assert found.evaluated < 0.1 * designs
+    assert found.decided > 0.9 * designs
+
+
+def test_boxes_do_not_depend_on_threads(tmp_path):
+    scene = find_scene("roller-1000rpm").replace(**{"search.offset": {"start": -30, "stop": 30, "step": 5}})
+    results = [sweep(scene, tmp_path / str(workers), "front-only", workers) for workers in (1, 3)]
+    tables = [(tmp_path / str(workers) / "pareto.parquet").read_bytes() for workers in (1, 3)]
+    assert tables[0] == tables[1]
+    assert results[0].evaluated == results[1].evaluated
+
+
+@pytest.fixture(scope="module")
+def ties():
+    """A scene with ties, and with objectives that are infinite for some laws."""
+    search = {"base_radius": list(range(40, 100, 3)), "offset": [-10, 0, 10], "roller_radius": [5, 20, 8]}
+    search |= {"law": ["uniform", "parabolic", "poly345"], "minimise": ["jerk_max_m_s3"], "maximise": ["offset_mm"]}
+    return find_scene("roller-1000rpm").replace(search=search, limits={"pressure_angle": 50})
+
+
+def test_ties_and_infinities(ties):
+    full, found, _ = both(ties, 4)
+    same_rows(full.front, found.front)
+    assert full.front.count > 20
+    endless = ties.replace(**{"search.law": ["uniform", "parabolic"]})
+    full, found, _ = both(endless, 4)
+    same_rows(full.front, found.front)
+    assert np.isinf(full.front.column("jerk_max_m_s3")).all()
+
+
+def test_what_a_sweep_of_the_front_alone_tells(ties, tmp_path):
+    usual, alone = sweep(ties, tmp_path / "usual", "pareto"), sweep(ties, tmp_path / "alone", "front-only")
+    assert (alone.feasible, alone.impossible) == (None, None)
+    assert alone.front == usual.front
+    assert alone.designs == usual.designs == usual.evaluated
+    assert [file.name for file in alone.files] == ["pareto.parquet", "scene.toml"]
+    tables = [load(tmp_path / name / "pareto.parquet") for name in ("usual", "alone")]
+    assert tables[0].equals(tables[1])
+    counted = {"designs": alone.designs, "evaluated": alone.evaluated, "decided_by_boxes": alone.decided_by_boxes}
+    assert tables[1].attrs["sweep"] == counted
+    assert {law: dict(row) for law, row in alone.best.items()}.items() <= {
+        law: dict(row) for law, row in usual.best.items()
+    }.items()
+
+
+def test_an_objective_that_boxes_do_not_bound_is_swept_as_usual(ties):
+    scene = ties.replace(**{"search.minimise": ["base_radius_mm"], "search.maximise": ["pressure_angle_max_deg"]})
+    assert not all_bounded(resolve(scene))
+    usual, alone = sweep(scene, keep="pareto"), sweep(scene, keep="front-only")
+    assert alone.decided_by_boxes == 0
+    assert (alone.feasible, alone.front) == (usual.feasible, usual.front)
+
+
+def test_where_nothing_is_feasible():
+    scene = find_scene("roller-1000rpm").replace(**{"limits.pressure_angle": 2, "limits.pressure_angle_return": 2})
+    found = sweep(scene, keep="front-only")
+    assert (found.pareto, found.front, found.nearest_miss) == (0, None, None)
+    assert found.decided_by_boxes + found.evaluated >= found.designs
+    assert found.evaluated < 0.01 * found.designs
+
+
+def test_an_interrupt_leaves_no_files(ties, tmp_path):
+    def stop(done, total):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        sweep(ties, tmp_path / "new", "front-only", progress=stop)
+    assert list(tmp_path.iterdir()) == []
+
+
+@given(st.integers(0, 10**6))
+def test_dominators_are_those_of_the_definition(seed):
+    rng = np.random.default_rng(seed)
+    many = rng.integers(1, 5)
+    known, asked = (rng.choice([0.0, 1.0, 2.0, 3.5, LARGEST], (rng.integers(0, 150), many)) for _ in range(2))
+    expected = [any(np.all(p <= c) and np.any(p < c) for p in known) for c in asked]
+    assert Dominators(known).dominate(asked).tolist() == expected
