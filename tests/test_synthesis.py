@@ -412,6 +412,9 @@ def test_bernstein_coefficients_are_those_of_the_spline(splines, order):
         rows = elevated(rows, splines.degree - order, up) @ coefficients
         peer = BPoly(rows.reshape(parts, -1).T, np.linspace(0, 1, parts + 1))
         np.testing.assert_allclose(peer(x), wanted, atol=1e-9 * np.abs(wanted).max())
+        repeated = np.setdiff1d(np.arange(rows.size), splines.fresh(order, splines.degree - order + up))
+        np.testing.assert_allclose(rows[repeated], rows[repeated - 1], atol=1e-9 * np.abs(wanted).max())
+        assert repeated.size == parts - (1 if order <= splines.continuity else splines.pieces)
     np.testing.assert_allclose(splines.at(x, order) @ coefficients, wanted, atol=1e-9 * np.abs(wanted).max())
 
 

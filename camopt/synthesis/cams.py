@@ -8,13 +8,17 @@ from typing import Any
 import numpy as np
 
 from camopt.effects.vibration import vibration
+from camopt.mechanisms import Designs
 from camopt.motion import LAWS
 from camopt.motion.programme import Programme, peak, root_mean_square, span
 from camopt.motion.spline import SplineLaw
 from camopt.motion.table import DWELL, RETURN, RISE, TURN
-from camopt.problem.problem import resolve
+from camopt.numerics.clock import now
+from camopt.problem.problem import Problem, resolve
+from camopt.problem.space import boxes_of
 from camopt.scene.scene import Scene
-from camopt.smallest.optimise import Optimum, optimise
+from camopt.smallest.optimise import SECONDS, Optimum, optimise
+from camopt.smallest.smallest import smallest
 from camopt.synthesis import residual
 from camopt.synthesis.convex import SQUARES
 from camopt.synthesis.demand import ORDERS, Demand
@@ -62,12 +66,25 @@ def known_row(demand: Demand, row: Design) -> Design:
 
 def smallest_cams(scene: Scene) -> Optimum:
     """What ``optimise`` finds; of the scene's own size where neither limits nor the objective bear on it."""
+    return optimise(_with_size_sought(scene))
+
+
+def smallest_design(problem: Problem) -> Designs | None:
+    """The smallest design that holds all limits; else one that breaks them by little, if any is found."""
+    sought = resolve(_with_size_sought(problem.scene)).with_programme(problem.programme)
+    until = now() + SECONDS
+    answers = sorted((smallest(sought, bounds, until) for bounds in boxes_of(sought)), key=lambda each: each.size)
+    found = (*(each.design for each in answers), *(each.nearest for each in answers))
+    return next((design for design in found if design is not None), None)
+
+
+def _with_size_sought(scene: Scene) -> Scene:
     key = "base_radius" if scene.cam.form == "disc" else "mean_radius"
     own, sought = getattr(scene.cam, key), getattr(scene.search, key)
     limited = any(limit.asked and not limit.of_motion for limit in resolve(scene).limits)
     if own is None or sought is not None or limited or "size" in objective_in(scene.synthesis):
-        return optimise(scene)
-    return optimise(scene.replace(**{f"search.{key}": [own]}))
+        return scene
+    return scene.replace(**{f"search.{key}": [own]})
 
 
 def scene_with(scene: Scene, laws: list[SplineLaw]) -> Scene:

@@ -26,11 +26,14 @@ class SplineMotion:
         self.limits += [zero(self._of(x, 0) - y / self.unit) for x, y in points_inside(demand, stroke)]
         for order, bounds in ranges.items():
             per = stroke.angle**order  # by x of the unit stroke, whose numbers are not huge
-            rows = per * self._rows(self.splines.bernstein(order), order)
+            fresh = self.splines.fresh(order, self.splines.degree - order)
+            rows = per * self._rows(self.splines.bernstein(order)[fresh], order)
             self.limits += [limit for low, high in bounds for limit in (rows >= per * low, rows <= per * high)]
         degree = self.splines.degree
+        fresh = self.splines.fresh(2, degree)
         y, y1, y2 = (
-            self._rows(elevated(self.splines.bernstein(order), degree - order, order), order) for order in range(3)
+            self._rows(elevated(self.splines.bernstein(order), degree - order, order)[fresh], order)
+            for order in range(3)
         )
         for floor in demand.floors:
             if floor.kinds & stroke.kind:

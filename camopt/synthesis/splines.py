@@ -12,6 +12,7 @@ from functools import cache
 from math import comb
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import sparse
 
 from camopt.motion.spline import SplineLaw
@@ -53,6 +54,15 @@ class Splines:
     def bernstein(self, order: int) -> sparse.csr_array:
         """The matrix from coefficients to Bernstein coefficients of a derivative, part by part along the stroke."""
         return _bernstein(self, order)
+
+    def fresh(self, order: int, degree: int) -> NDArray[np.intp]:
+        """Which Bernstein coefficients of a derivative, as polynomials of a degree, differ from the one before.
+
+        Where the derivative is continuous, the first of a part is the last of the part before.
+        """
+        part, number = np.divmod(np.arange(self.pieces * PARTS * (degree + 1)), degree + 1)
+        smooth = (part % PARTS != 0) | (order <= self.continuity)
+        return np.flatnonzero((number > 0) | (part == 0) | ~smooth)
 
     def law(self, name: str, coefficients: FloatArray) -> SplineLaw:
         """The spline as a motion law: from 0 to 1, without rounding."""

@@ -24,6 +24,7 @@ from camopt.synthesis.cams import (
     programme_with,
     scene_with,
     smallest_cams,
+    smallest_design,
     within,
 )
 from camopt.synthesis.ceilings import ceilings_of
@@ -235,11 +236,9 @@ def _known(demand: Demand, start: Iterate) -> Iterator[Iterate]:
 
 
 def _placed(demand: Demand, known: Iterate) -> Iterate:
-    """Laws on the smallest cam for them, or on the one that misses its limits the least."""
-    found = smallest_cams(scene_with(demand.problem.scene, free_laws(demand, known)))
-    row = found.best or found.nearest_miss
-    if row is None:
+    """Laws on the smallest cam for them, or on one that misses its limits by little."""
+    cam = smallest_design(demand.problem.with_programme(programme_with(demand, known)))
+    if cam is None:
         return known
-    lead = demand.problem.design.sense * row.get("offset_mm", 0.0)
-    prime = row[demand.problem.size_name] + demand.roller
+    lead, prime = float(cam.sense * cam.offset[0]), float(cam.size[0]) + demand.roller
     return known._replace(lead=lead / demand.length, height=sqrt(prime**2 - lead**2) / demand.length)
