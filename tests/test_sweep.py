@@ -180,6 +180,14 @@ def test_tables_carry_units_symbols_scene_and_version(tables, tmp_path, scene):
     assert Scene.from_toml(tmp_path / "scene.toml") == scene
 
 
+def test_values_that_differ_are_split_by_bytes_and_those_that_repeat_are_in_dictionaries(scene, tmp_path):
+    sweep(scene, tmp_path)
+    group = pq.read_metadata(tmp_path / "designs.parquet").row_group(0)
+    encodings = {group.column(k).path_in_schema: set(group.column(k).encodings) for k in range(group.num_columns)}
+    assert "RLE_DICTIONARY" in encodings["law_rise"] & encodings["roller_radius_mm"]
+    assert encodings["pressure_angle_max_deg"] == {"BYTE_STREAM_SPLIT", "RLE"}
+
+
 def test_an_interrupted_sweep_leaves_no_files_and_no_new_folder(scene, tmp_path):
     def stop(done, total):
         raise KeyboardInterrupt
