@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from camopt.drawing.frontier import plot_frontier
     from camopt.drawing.spectrum import plot_spectrum
     from camopt.drawing.synthesis import plot_synthesis
+    from camopt.front.designs import evaluate_designs
     from camopt.front.sweep import Sweep, sweep
     from camopt.mistakes import BadInput, UnknownName, Unmet, Unsolved
     from camopt.motion import LAWS
@@ -52,6 +53,7 @@ _HOMES = {
     "cam_points": "points.points",
     "certify": "verdicts.certify",
     "evaluate": "verdicts.evaluation",
+    "evaluate_designs": "front.designs",
     "find_scene": "scene.scene",
     "frontier": "synthesis.frontier",
     "load": "tables.table",
@@ -86,6 +88,7 @@ __all__ = [
     "cam_points",
     "certify",
     "evaluate",
+    "evaluate_designs",
     "find_scene",
     "frontier",
     "load",

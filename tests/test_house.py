@@ -22,7 +22,7 @@ ROOMS = (
 """Folders and modules of the package in the order of the data: each imports from itself and those before it."""
 DOORS = {"__init__", "__main__"}
 """They open the package, and import from anywhere."""
-HEAVY = {"matplotlib", "scipy", "numpy.polynomial", "shapely", "pyarrow", "moocore", "joblib", "rich"}
+HEAVY = {"matplotlib", "pandas", "scipy", "numpy.polynomial", "shapely", "pyarrow", "moocore", "joblib", "rich"}
 """Packages that take long to import: functions that need them may import them."""
 LATE = {
     ("kernels.compile", "kernels.dispatchers"): "it imports numba",

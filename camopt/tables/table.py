@@ -55,8 +55,8 @@ def _array(value: Any, rows: int, kind: pa.DataType) -> pa.Array:
 def table_file(path: Path, layout: pa.Schema) -> Iterator["TableWriter"]:
     """A Parquet file that grows by batches and takes its final name only when whole.
 
-    Values that repeat go by a dictionary. Others are split by bytes (BYTE_STREAM_SPLIT): the leading bytes of doubles
-    are much the same from row to row, and compress well.
+    Values that repeat go by a dictionary. Others are split by bytes (BYTE_STREAM_SPLIT): the leading bytes of
+    doubles are much the same from row to row, and compress well.
     """
     repeats = {q.name for q in QUANTITIES.values() if q.effect in ("sizes", "motion") or q.kind is not float}
     floats = [field.name for field in layout if pa.types.is_floating(field.type)]

@@ -1,0 +1,170 @@
+"""Designs from elsewhere: any table of sizes and laws through the kernels at once, for other optimisers.
+
+A sweep evaluates a grid; here the designs are those of another program, a row each.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping
+from math import inf
+from typing import TYPE_CHECKING, Any, get_type_hints
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import TypeAdapter, ValidationError
+
+from camopt.effects import Case
+from camopt.mechanisms import FIELDS, Designs
+from camopt.mistakes import BadInput, Mistake, nearest
+from camopt.problem.problem import VERDICT, Problem, missing_sizes, resolve, size_keys
+from camopt.quantities import QUANTITIES
+from camopt.scene.complaints import mistakes_of
+from camopt.scene.scene import Scene
+from camopt.scene.tables import Cam, Follower, Table
+from camopt.verdicts.judging import ASSEMBLY, CERTIFIED, excesses, run_effects, settled
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+FILE = "designs"  # what messages call the table
+TABLES: dict[str, type[Table]] = {"cam": Cam, "follower": Follower}
+STROKES = (("law_rise", "law"), ("law_return", "law"))
+"""Columns with the law of the rises, and with that of the returns."""
+LAWS = ("law", "law_rise", "law_return")
+IMPOSSIBLE = {"violated": ASSEMBLY, "status": CERTIFIED}
+"""What is known of designs that cannot be assembled, beside that they are not feasible; numbers are infinite."""
+EXCESS = "excess_"  # before the name of a limit: the column of its excess
+
+
+def evaluate_designs(scene: Scene, designs: "Mapping[str, Any] | pd.DataFrame") -> "pd.DataFrame":
+    """Compute the quantities of many designs, and by how much each is beyond every limit.
+
+    Parameters
+    ----------
+    scene
+        Everything that the designs share: motion, speed, limits, ``outputs``, and the sizes and laws that
+        ``designs`` does not have.
+    designs
+        A DataFrame, or a mapping of arrays, with a row for each design. Columns are sizes of the scene's mechanism
+        (``base_radius_mm``, ``offset_mm``, ``roller_radius_mm`` and so on), and names of laws: ``law``, or
+        ``law_rise`` and ``law_return``.
+
+    Returns
+    -------
+    pandas.DataFrame
+        A row for each design, in the same order and with the same index: what ``evaluate`` gives for the
+        scene, to its ``[accuracy] tolerance``, with ``feasible``, ``violated``, ``status`` and
+        ``relative_half_width``; and for each limit ``excess_…``, relative to its bound: 0 or less where it is met,
+        but for the tolerance. Of a design that cannot be assembled all but the sizes is infinite, and ``violated``
+        is "assembly".
+
+    Raises
+    ------
+    BadInput
+        For a column that is neither a size of the mechanism nor a law, a value that a scene would not take, and a
+        size that neither the scene nor ``designs`` has.
+
+    Examples
+    --------
+    >>> scene = camopt.find_scene("roller-1000rpm")
+    >>> found = camopt.evaluate_designs(scene, {"base_radius_mm": [60, 90], "law": ["cycloidal", "poly345"]})
+    >>> found["violated"].tolist(), found["excess_pressure_angle"].round(3).tolist()
+    (['pressure_angle', ''], [0.312, -0.017])
+    """
+    import pandas as pd
+
+    problem = resolve(scene)
+    try:
+        frame = pd.DataFrame(designs)
+    except (ValueError, TypeError) as trouble:  # columns of several lengths, or no columns at all
+        raise BadInput([Mistake("camopt", FILE, None, f"columns of one length: {trouble}")]) from None
+    given = _given(problem, frame)
+    names = problem.wanted | problem.sizes | frozenset(VERDICT)
+    parts = [_evaluated(each, given.take(rows), names).set_axis(rows) for each, rows in _by_motion(problem, frame)]
+    found = pd.concat(parts).sort_index().set_axis(frame.index)
+    columns = [name for name in QUANTITIES if name in found]
+    found = found[[*columns, *(f"{EXCESS}{limit.name}" for limit in problem.limits)]]
+    found.attrs = {"units": {name: QUANTITIES[name].unit for name in columns}}
+    return found
+
+
+def _given(problem: Problem, frame: "pd.DataFrame") -> Designs:
+    """The designs of a table: its columns, and the scene's own sizes."""
+    keys = {f"{key.partition('.')[2]}_mm": key for key in size_keys(problem.scene)}
+    if odd := list(_odd_columns(frame, keys)):
+        raise BadInput(odd)
+    sizes = {name: keys[name] for name in frame if name in keys}
+    searched = [key.partition(".")[2] for key in sizes.values()]
+    mistakes = [
+        *(mistake for name, key in sizes.items() for mistake in _out_of_range(key, frame[name])),
+        *(mistake for name in frame if name in LAWS for mistake in _unknown_laws(problem, frame[name])),
+        *missing_sizes(problem, searched),
+    ]
+    if mistakes:
+        raise BadInput(mistakes)
+    columns = {name: np.full(len(frame), value[0]) for name, value in problem.design.sizes.items()}
+    columns |= {FIELDS[key]: frame[name].to_numpy(float) for key, name in zip(searched, sizes, strict=True)}
+    return Designs(**columns, sense=problem.design.sense)
+
+
+def _odd_columns(frame: "pd.DataFrame", keys: Mapping[str, str]) -> Iterator[Mistake]:
+    """Columns that are no sizes of the mechanism and no laws, and what is given twice."""
+    for twice in frame.columns[frame.columns.duplicated()]:
+        yield Mistake(FILE, str(twice), None, "stands there twice", bare=True)
+    for name in frame:
+        if name not in keys and name not in LAWS:
+            what = f"no size of this mechanism and no law; {nearest(str(name), (*keys, *LAWS))}"
+            yield Mistake(FILE, str(name), None, what, bare=True)
+    if "law" in frame and ("law_rise" in frame or "law_return" in frame):
+        yield Mistake(FILE, "law", None, "must stand alone, without law_rise and law_return", bare=True)
+
+
+def _out_of_range(key: str, column: "pd.Series[Any]") -> Iterator[Mistake]:
+    """The first value of a size that a scene would not take; of numbers, the least or the largest."""
+    table, name = key.split(".")
+    size: TypeAdapter[Any] = TypeAdapter(get_type_hints(TABLES[table], include_extras=True)[name])
+    values = column.to_numpy()
+    looked_at: Iterable[int] = range(len(column))
+    if values.size and values.dtype.kind in "iuf":
+        looked_at = [int(values.argmin()), int(values.argmax())]  # the first that is not a number, if there is one
+    for row in looked_at:
+        try:
+            size.validate_python(values.item(row))
+        except ValidationError as error:
+            yield mistakes_of(error, TABLES[table], f"{column.name}[{column.index[row]}]", FILE)[0]
+            return
+
+
+def _unknown_laws(problem: Problem, column: "pd.Series[Any]") -> Iterator[Mistake]:
+    """The first name of a column that is no law."""
+    for row, law in column[~column.isin(list(problem.laws))].head(1).items():
+        yield Mistake(FILE, f"{column.name}[{row}]", law, f"a motion law; {nearest(str(law), problem.laws)}")
+
+
+def _by_motion(problem: Problem, frame: "pd.DataFrame") -> Iterator[tuple[Problem, NDArray[np.intp]]]:
+    """The problem of each pair of laws, and the rows that have it."""
+    rise, fall = (next((name for name in names if name in frame), None) for names in STROKES)
+    named = [name for name in dict.fromkeys((rise, fall)) if name]
+    if not named or frame.empty:
+        yield problem, np.arange(len(frame))
+        return
+    for rows in frame.reset_index(drop=True).groupby(named, sort=False).indices.values():
+        first = frame.iloc[rows[0]]
+        laws = (None if name is None else first[name] for name in (rise, fall))
+        yield problem.with_programme(problem.with_laws(*laws)), np.asarray(rows)
+
+
+def _evaluated(problem: Problem, designs: Designs, names: frozenset[str]) -> "pd.DataFrame":
+    """Quantities, verdicts and excesses of designs that share a motion."""
+    import pandas as pd
+
+    exists = np.flatnonzero(problem.setup.mechanism.exists(designs, problem.programme))
+    made = run_effects(Case(problem.setup, problem.programme, designs), problem.sizes)
+    rows = settled(problem, designs.take(exists), names | problem.needed)[0]
+    excess = excesses(problem.limits, rows.columns, designs.take(exists))
+    columns = {name: rows.column(name) for name in names - problem.sizes}
+    columns |= {f"{EXCESS}{limit.name}": over for limit, over in zip(problem.limits, excess, strict=True)}
+    table = pd.DataFrame({name: made.column(name) for name in made.columns})
+    for name, values in columns.items():
+        otherwise = IMPOSSIBLE.get(name, inf if values.dtype.kind == "f" else values.dtype.type())
+        table[name] = np.full(len(designs), otherwise, dtype=values.dtype if values.dtype.kind in "fb" else object)
+        table.loc[exists, name] = values
+    return table
