@@ -1,9 +1,12 @@
 """Run the tests that know a mutated module best, quickest first, until one fails or the time is over.
 
-The mutated module is the one that differs from the last commit. Exit code 1 if a test fails, else 0.
+The mutated module is the one that differs from the last commit; without one, the core tests show that all is well
+(``cosmic-ray baseline``). Exit code 1 if a test fails, else 0.
 """
 
 import os
+import resource
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -11,8 +14,8 @@ from pathlib import Path
 TESTS = Path(__file__).parents[1]
 CORE = ("published", "evaluation", "points", "tables", "bad_input")
 """Quick tests of what most modules have a part in."""
-ENOUGH = 300.0
-"""Seconds for the tests of one mutant."""
+ENOUGH = 300
+"""Seconds of CPU time for the tests of one mutant, whatever else the machine does."""
 
 
 def changed() -> list[str]:
@@ -35,15 +38,17 @@ def killers(module: str) -> list[Path]:
 
 
 def main() -> int:
-    found = [path for module in changed() for path in killers(module)]
-    if not found:
-        sys.exit("no module of camopt differs from the last commit")
+    found = [path for module in changed() for path in killers(module)] or [
+        TESTS / f"test_{each}.py" for each in CORE
+    ]
     command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *map(str, found)]
-    try:
-        done = subprocess.run(command, timeout=ENOUGH, env=os.environ | {"NUMBA_DISABLE_JIT": "1"}, check=False)
-    except subprocess.TimeoutExpired:
-        return 0
-    return int(done.returncode != 0)
+    done = subprocess.run(command, env=os.environ | {"NUMBA_DISABLE_JIT": "1"}, preexec_fn=_limited, check=False)
+    return int(done.returncode not in (0, -signal.SIGXCPU))
+
+
+def _limited() -> None:
+    """End this process after its seconds."""
+    resource.setrlimit(resource.RLIMIT_CPU, (ENOUGH, ENOUGH + 5))
 
 
 if __name__ == "__main__":
