@@ -1,5 +1,7 @@
 """Fronts decided by boxes of designs against those of the full sweep, row for row and bit for bit."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
@@ -50,6 +52,13 @@ def axes_of(scene, rng, most):
     return found
 
 
+@cache
+def cam_of(contact):
+    """All quantities of a contact's own cam."""
+    return evaluate(mechanism(contact)[0])
+
+
+@cache
 def mechanism(contact):
     """A scene of a contact that has every quantity, and its objectives that boxes bound, each with its sign."""
     dynamics = None if CONTACTS[contact]["motion"] == "oscillating" else GUIDED
@@ -57,6 +66,10 @@ def mechanism(contact):
     setup = resolve(scene).setup
     names = [name for name in offered(setup) if QUANTITIES[name].kind is float]
     return scene, [(name, sign) for name in names for sign in (1.0, -1.0) if is_bounded(name, sign, setup)]
+
+
+def some_of(objectives, rng, count):
+    return [objectives[k] for k in rng.permutation(len(objectives))[:count]]
 
 
 def search_of(axes, rng, objectives):
@@ -68,18 +81,18 @@ def search_of(axes, rng, objectives):
     return {**axes, "law": laws, **{side: names for side, names in asked.items() if names}}
 
 
-def question(contact, seed, most=7):
+def question(contact, seed, most=6):
     """A random space of a mechanism: sizes, laws, objectives of both kinds, limits near what its cam has."""
     rng = np.random.default_rng(seed)
     scene, objectives = mechanism(contact)
-    chosen = [objectives[k] for k in rng.permutation(len(objectives))[: rng.integers(1, 4)]]
+    chosen = some_of(objectives, rng, rng.integers(1, 4))
     search = search_of(axes_of(scene, rng, most), rng, chosen)
-    return scene.replace(search=search, limits=limits_of(scene, rng), outputs=None)
+    return scene.replace(search=search, limits=limits_of(cam_of(contact), rng), outputs=None)
 
 
-def limits_of(scene, rng):
-    """Some limits, of what the scene's own cam has and a little more or less."""
-    cam, limits = evaluate(scene), {}
+def limits_of(cam, rng):
+    """Some limits, on what a cam has and a little more or less."""
+    limits = {}
     for key, (quantity, way) in LOADS.items():
         if quantity in cam and np.isfinite(cam[quantity]) and cam[quantity] > 0.0 and rng.random() < 0.15:
             limits[key] = float(cam[quantity] * (1.0 + way * rng.uniform(-0.2, 0.5)))
@@ -92,7 +105,7 @@ def limits_of(scene, rng):
     return limits
 
 
-def both(scene, few, together=7):
+def both(scene, few, together=50):
     """The front by a full sweep and that by boxes, and what the search knows of its work."""
     problem = with_objectives(resolve(scene))
     assert all_bounded(problem)
@@ -126,10 +139,10 @@ def test_boxes_give_the_front_of_the_full_sweep(contact, seed, few):
 @given(seed=st.integers(0, 10**6))
 @settings(max_examples=times(3, deep=40))
 def test_no_design_of_a_box_costs_less_than_its_bound(contact, seed):
-    """Every objective that boxes bound, of every design of random boxes, as the kernels find it."""
+    """Some objectives that boxes bound, of every design of random boxes, as the kernels find them."""
     rng = np.random.default_rng(seed)
     scene, objectives = mechanism(contact)
-    search = search_of(axes_of(scene, rng, 4), rng, objectives)
+    search = search_of(axes_of(scene, rng, 4), rng, some_of(objectives, rng, 8))
     problem = resolve(scene.replace(search=search, limits={}, outputs=None))
     space = space_of(problem)
     grid, problem = Grid(space), space.problems[0]
