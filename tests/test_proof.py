@@ -18,6 +18,7 @@ from flint import arb, ctx
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support import naive, own
+from support.cams import CONTACTS, GUIDED, WORN, cam_with
 from support.depth import covering, times
 from test_optimise import BASE, CASES
 
@@ -28,6 +29,7 @@ from camopt.cli.main import main
 from camopt.front.certified import certify_table
 from camopt.mistakes import BadInput
 from camopt.motion import LAWS
+from camopt.problem.limits import LOADS
 from camopt.problem.problem import resolve
 from camopt.verdicts.ball import Ball, between, precisely
 from camopt.verdicts.certify import (
@@ -421,3 +423,19 @@ def test_a_sweep_counts_what_its_verdicts_took():
     effort = sweep(scene.replace(**{"search.base_radius": near})).effort
     assert 0 < effort.balls <= effort.again <= len(near)
     assert effort.undecided == 0
+
+
+@pytest.mark.parametrize("contact", CONTACTS)
+def test_a_limit_that_a_corner_makes_infinite_is_broken_there(contact):
+    """At a jump of y' a force is infinite, and a speed is not: what is refused without a look at any design."""
+    dynamics = None if CONTACTS[contact]["motion"] == "oscillating" else GUIDED
+    scene = Scene.from_dict(cam_with(contact, "uniform", dynamics, materials=WORN))
+    cam, refused = evaluate(scene), []
+    for name, (quantity, side) in LOADS.items():
+        if quantity in cam:
+            lax = scene.replace(limits={name: 1e9 if side > 0.0 else 1e-9})
+            (limit,) = (each for each in resolve(lax).limits if each.name == name)
+            if limit.infinite_at(resolve(lax).programme):
+                refused.append(name)
+                assert name in evaluate(lax)["violated"], name
+    assert refused

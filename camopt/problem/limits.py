@@ -109,6 +109,8 @@ LOADS = {
     "power": ("power_peak_W", MOST),
 }
 """Limits on loads: the quantity that each bounds, from above (MOST) or from below."""
+WITHOUT_FORCE = ("jamming_margin", "sliding_speed")
+"""Those on what no force enters, so that it stays finite where the velocity jumps."""
 
 
 def load_quantity(name: str, setup: Setup) -> str:
@@ -127,7 +129,8 @@ def _load(name: str, bound: float, setup: Setup) -> Limit:
     by_arm = name.startswith("contact_force") and setup.angular  # a moment over the length of the arm
     needs = (quantity, "arm_length_mm") if by_arm else (quantity,)
     claims, relation = tuple(_load_claims(name, bound, setup)), "≤" if side == MOST else "≥"
-    jumps, implies = at_corners if claims and name != "jamming_margin" else never, _least_force(name, bound, setup)
+    forced, implies = claims and name not in WITHOUT_FORCE, _least_force(name, bound, setup)
+    jumps = at_corners if forced else never
     return Limit(name, bound, needs, excess, claims, jumps, shown=(quantity,), relation=relation, implies=implies)
 
 
