@@ -47,10 +47,12 @@ def is_ranged(effect: Effect, setup: Setup) -> bool:
 
 def is_bounded(name: str, sign: float, setup: Setup) -> bool:
     """Whether boxes of designs bound an objective from its better side; ``sign`` is −1 if it is maximised."""
-    effect = EFFECTS[QUANTITIES[name].effect]
+    effect = EFFECTS.get(QUANTITIES[name].effect)
+    if effect is None or is_ranged(effect, setup):
+        return effect is not None
     known = effect.by_extremes(setup)
-    if is_ranged(effect, setup) or name not in known:
-        return is_ranged(effect, setup)
+    if name not in known:
+        return False
     from_below = (known[name].goal != LEAST) != known[name].falls
     return from_below == (sign > 0.0)
 
@@ -180,13 +182,13 @@ class Bounds(NamedTuple):
         return TIMES * self.problem.setup.tolerance * size + TIMES**3 * (value.at.high - value.at.low)
 
     def _parts(self, known: ByExtreme) -> Iterator[tuple[Any, int]]:
-        """The curves that decide a quantity, each over one kind of stroke.
+        """The curves that decide a quantity, over rises and returns apart.
 
-        That tells more than the extreme over all of them: the best design may lie where two strokes are alike.
+        That tells more than the extreme over both: the best design may lie where they are alike.
         """
         kind = self.problem.programme.table.kind
         for make, kinds in known.variants:
-            parts = [bit for bit in (RISE, RETURN, DWELL) if bit & kinds] if kinds & TURN else [kinds]
+            parts = (kinds & (RISE | DWELL), kinds & RETURN) if kinds & TURN else (kinds,)
             yield from ((make, part) for part in parts if np.any(kind & part))
 
     def _worst(self, make: Any, asked: list["Asked"], inside: Designs) -> tuple[FloatArray, FloatArray]:

@@ -30,7 +30,7 @@ from camopt.verdicts.judging import Effort, screened
 FEW = 64  # designs of a box that are evaluated: to bound it costs as much
 BOXES = 1 << 13  # halved before those that they leave, which bounds the memory
 TOGETHER = 2048  # boxes bounded together, and few enough for the cache
-SOME, LARGE = 512, 8  # boxes to begin with, if they are large: so many times as large as small ones
+SOME, LARGE = 2048, 8  # boxes to begin with, if they are large: so many times as large as small ones
 BLOCK = 8192  # designs evaluated together
 PENDING = 1 << 18  # designs of small boxes evaluated before their dominance is asked again
 NUMBER = "number"  # of a design in the space, as a column of rows
