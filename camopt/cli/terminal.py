@@ -3,6 +3,7 @@
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext
+from datetime import timedelta
 from typing import Any
 
 from rich.box import SIMPLE_HEAD
@@ -33,12 +34,22 @@ def progress(quiet: bool, unit: str) -> Iterator[Advance]:
 
 @contextmanager
 def _bar(console: Console, unit: str) -> Iterator[Advance]:
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
-    columns = (TextColumn(unit), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    from camopt.numerics.clock import now
+
+    columns = (TextColumn(unit), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[left]}", style="cyan"))
+    start = now()
     with Progress(*columns, console=console, transient=True) as bar:
-        task = bar.add_task(unit, total=None)
-        yield lambda done, total: bar.update(task, completed=done, total=total)
+        task = bar.add_task(unit, total=None, left="")
+        yield lambda done, total: bar.update(
+            task, completed=done, total=total, left=time_left(now() - start, done, total)
+        )
+
+
+def time_left(seconds: float, done: int, total: int) -> str:
+    """The time left at the mean rate of the seconds so far, as h:mm:ss. The total may change."""
+    return f"{timedelta(seconds=round(seconds * (total - done) / done))} left" if done else ""
 
 
 def print_json(document: Any) -> None:
