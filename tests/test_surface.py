@@ -203,7 +203,7 @@ def test_what_is_missing_is_named():
 
 @compiled
 def to_power(a, exponent, found):
-    z = np.power(Jet(a[0], a[1], a[2], a[3], a[4], a[5]), exponent)
+    z = Jet(a[0], a[1], a[2], a[3], a[4], a[5]) ** exponent
     found[0], found[1], found[2], found[3], found[4], found[5] = z.low, z.high, z.error, z.first, z.second, z.third
 
 

@@ -140,7 +140,7 @@ def thinness(f, i, y, y1, y2, y3):
     n, n1 = curve(f.normal, i, y, y1, y2, y3)
     u, u1 = curve(f.entrainment, i, y, y1, y2, y3)
     r, r1 = curve(f.radius, i, y, y1, y2, y3)
-    value = np.power(n, OF_LOAD) * np.power(np.square(u), -0.5 * OF_SPEED) * np.power(r, -OF_RADIUS)
+    value = n**OF_LOAD * np.square(u) ** (-0.5 * OF_SPEED) * r**-OF_RADIUS  # numpy's power has other last digits
     return value, value * (OF_LOAD * n1 / n - OF_SPEED * u1 / u - OF_RADIUS * r1 / r)
 
 

@@ -254,13 +254,13 @@ RULES: dict[Callable[..., Any], dict[tuple[bool, ...], Any]] = {
         (JET, NUMBER): lambda a, b: multiply_number(a, 1.0 / b),
         (NUMBER, JET): lambda a, b: divide(constant_jet(a), b),
     },
+    operator.pow: {(JET, NUMBER): lambda a, b: power(a, b)},
     operator.neg: {(JET,): lambda a: negative(a)},
     np.sqrt: {(JET,): lambda a: root(a)},
     np.square: {(JET,): lambda a: square(a)},
     np.absolute: {(JET,): lambda a: absolute(a)},
     np.maximum: {(JET, NUMBER): lambda a, b: at_least(a, b)},
     np.sign: {(JET,): lambda a: sign(a)},
-    np.power: {(JET, NUMBER): lambda a, b: power(a, b)},
     np.sin: {(JET,): lambda a: sine(a)},
     np.cos: {(JET,): lambda a: cosine(a)},
 }
@@ -271,6 +271,7 @@ OPERATORS: dict[Any, Any] = {
     operator.sub: np.subtract,
     operator.mul: np.multiply,
     operator.truediv: np.divide,
+    operator.pow: np.power,
     operator.neg: np.negative,
 }
 UFUNCS = {OPERATORS.get(operation, operation): rules for operation, rules in RULES.items()}
