@@ -13,10 +13,11 @@ from camopt.mistakes import Unmet
 from camopt.problem.problem import resolve
 from camopt.scene.tables import TERMS
 from camopt.smallest.optimise import optimise
+from camopt.synthesis import sequential_convex
 from camopt.synthesis.axis_minimiser import AxisMinimiser
 from camopt.synthesis.cams import within
 from camopt.synthesis.ceilings import ceilings_of
-from camopt.synthesis.conic import Program
+from camopt.synthesis.convex import solve
 from camopt.synthesis.files import write_frontier
 from camopt.synthesis.from_scene import demand_of
 from camopt.synthesis.frontier import _checked
@@ -300,12 +301,12 @@ def test_steps_from_a_motion_within_its_bounds_stay_there_and_are_few(monkeypatc
     least, solved = AxisMinimiser(scene, axes, "size", axes[1:]), []
     value = {axes[1]: gentle.row[axes[1]] * (1 + 3e-4)}
     ceilings = ceilings_of(least._demand(value))
-    solve = Program.solve
-    monkeypatch.setattr(Program, "solve", lambda program: solved.append(program) or solve(program))
+    monkeypatch.setattr(sequential_convex, "solve", lambda problem: solved.append(problem) or solve(problem))
     reached = least.steps.run(gentle.laws, ceilings)
     assert least.steps._levels(reached, ceilings, ())[0] <= 1.0
     assert reached.height < gentle.laws.height
     assert len(solved) <= 8
+    assert all(problem.is_dpp() for problem in solved)  # translated for the solver once, whatever the parameters
 
 
 def test_the_residual_vibration_of_the_programme_is_the_effects(loaded):

@@ -11,6 +11,7 @@ from functools import cached_property, partial
 from math import inf
 from typing import Any, NamedTuple
 
+import cvxpy as cp
 import numpy as np
 
 from camopt.mistakes import Unsolved
@@ -63,7 +64,7 @@ class AxisMinimiser:
         self.keys = {name: key for name, key in quantities(problem).items() if name in (first, *held)}
         demand = demand_of(problem, {axis: 1.0 for axis in axes if axis in TERMS})
         self.demand = replace(demand, objective={} if first in self.keys else {first: 1.0})
-        self.held = [term for term in held if term in TERMS]
+        self.held = {term: cp.Parameter(nonneg=True) for term in held if term in TERMS}
         self.known: list[Iterate] | None = None
 
     @cached_property
@@ -126,7 +127,8 @@ class AxisMinimiser:
 
         Also if the solver fails, where there may be other values.
         """
-        model.held = {term: value[term] * (1.0 - margin) for term in self.held}
+        for term, parameter in self.held.items():
+            parameter.value = value[term] * (1.0 - margin)
         try:
             return model.solve()
         except Unsolved:

@@ -26,7 +26,7 @@ def moving(model: Convex) -> list[SplineMotion]:
 
 def iterate_of(model: Convex) -> Iterate:
     """The values of a solved programme."""
-    sizes = model.sizes.lead.value.item(), model.sizes.height.value.item()
+    sizes = float(model.sizes.lead.value), float(model.sizes.height.value)
     return Iterate(*sizes, cleaned(model.demand, [motion.coefficients.value for motion in moving(model)]))
 
 

@@ -20,10 +20,10 @@ optimum under it bounds every cam from below, and closes on the truth as h².
 from math import sqrt
 from typing import Any
 
+import cvxpy as cp
 import numpy as np
 
 from camopt.motion.programme import Stroke
-from camopt.synthesis.conic import Affine, Limit, Norm, Variable, cones, stacked, within, zero
 from camopt.synthesis.convex import Ranges, Sizes
 from camopt.synthesis.demand import ORDERS, Demand, LinearConstraint
 from camopt.synthesis.spline_motion import points_inside
@@ -45,43 +45,47 @@ class RelaxedMotion:
         apart = [x for x in plain if all(abs(x - point) > SAME for point in points)]
         x = np.array(sorted([*apart, *points]))
         self.h = np.diff(x)
-        self.y, self.v, self.a = (Variable(x.size) for _ in range(3))
+        self.y, self.v, self.a = (cp.Variable(x.size) for _ in range(3))
         low, high = sorted((stroke.low / self.unit, stroke.high / self.unit))
-        self.limits = [zero(self.y[0] - stroke.low / self.unit), zero(self.y[-1] - stroke.high / self.unit)]
+        self.limits = [self.y[0] == stroke.low / self.unit, self.y[-1] == stroke.high / self.unit]
         self.limits += [self.y >= low, self.y <= high]
-        self.limits += [zero(self.y[int(np.searchsorted(x, at))] - y / self.unit) for at, y in points.items()]
+        self.limits += [self.y[int(np.searchsorted(x, at))] == y / self.unit for at, y in points.items()]
         if demand.monotone:
             up = 1.0 if stroke.high > stroke.low else -1.0
-            self.limits += [up * self.v >= 0.0, up * diff(self.y) >= 0.0]
+            self.limits += [up * self.v >= 0.0, up * cp.diff(self.y) >= 0.0]
         unit = {
             k: [(low * stroke.angle**k, high * stroke.angle**k) for low, high in ranges.get(k, [])]
             for k in ORDERS.values()
         }
         for low, high in unit[1]:
             self.limits += [self.v >= low, self.v <= high]
-            self.limits += [diff(self.y) >= self.h * low, diff(self.y) <= self.h * high]
+            self.limits += [
+                cp.diff(self.y) >= cp.multiply(self.h, low),
+                cp.diff(self.y) <= cp.multiply(self.h, high),
+            ]
         for low, high in unit[2]:
             self._chained(self.y, self.v, low, high)
             self.limits += [self.a >= low, self.a <= high]
         for low, high in unit[3]:
             self._chained(self.v, self.a, low, high)
-            start = self.h * self.v[:-1] + self.h**2 / 6 * (2 * self.a[:-1] + self.a[1:])
-            self.limits += within(diff(self.y) - start, CUBIC * self.h**3 * ((high - low) / 2))
+            start = cp.multiply(self.h, self.v[:-1]) + cp.multiply(self.h**2 / 6, 2 * self.a[:-1] + self.a[1:])
+            reach = cp.multiply(CUBIC * self.h**3, (high - low) / 2)
+            self.limits += _within(cp.diff(self.y) - start, reach)
         for floor in demand.floors:
             if floor.kinds & stroke.kind:
                 self._floor(floor, unit[2])
 
-    def _chained(self, value: Affine, slope: Affine, low: Any, high: Any) -> None:
+    def _chained(self, value: Any, slope: Any, low: Any, high: Any) -> None:
         """What a value and its slope have at neighbouring nodes if the slope of the slope is within a range."""
         h, middle, half = self.h, (low + high) / 2, (high - low) / 2
-        turned = diff(slope) - h * middle
-        off = diff(value) / h - (slope[1:] + slope[:-1]) / 2
-        spent = Variable(h.size, positive=True)  # ≥ turned²/(4·half·h), a rotated cone
-        most = 4 * h * half
+        turned = cp.diff(slope) - cp.multiply(h, middle)
+        off = cp.multiply(1 / h, cp.diff(value)) - (slope[1:] + slope[:-1]) / 2
+        spent = cp.Variable(h.size, nonneg=True)  # ≥ turned²/(4·half·h), a rotated cone
+        most = cp.multiply(4 * h, half)
         self.limits += [
-            *within(turned, h * half),
-            cones(spent + most, 2 * turned, spent - most),
-            *within(off, h / 4 * half - spent),
+            *_within(turned, cp.multiply(h, half)),
+            cp.SOC(spent + most, cp.vstack([2 * turned, spent - most])),
+            *_within(off, cp.multiply(h / 4, half) - spent),
         ]
 
     def _floor(self, floor: LinearConstraint, ranges: list[tuple[Any, Any]]) -> None:
@@ -90,51 +94,52 @@ class RelaxedMotion:
         sized = floor.lead * self.sizes.lead + floor.height * self.sizes.height + floor.constant / self.unit
         moving = floor.displacement * self.y + velocity * self.v
         if acceleration == 0.0:
-            self.limits.append(moving + sized >= 0.0)
+            self.limits.append(moving + sized >= 0)
             if floor.displacement > 0.0 and velocity:
                 self._groenwall(floor.displacement, velocity, sized)
             return
-        self.limits.append(moving + acceleration * self.a + sized >= 0.0)
+        self.limits.append(moving + acceleration * self.a + sized >= 0)
         for low, high in ranges:
             largest = (high - low) / 2 + abs((high + low) / 2) if isinstance(low, float) else high
-            mean = self.h / 2 * (self.y[1:] + self.y[:-1])
-            off = self.h**3 / 12 * largest  # by which the area under y may differ
+            mean = cp.multiply(self.h / 2, self.y[1:] + self.y[:-1])
+            off = cp.multiply(self.h**3 / 12, largest)  # by which the area under y may differ
             self.limits.append(
                 floor.displacement * mean
                 + abs(floor.displacement) * off
-                + velocity * diff(self.y)
-                + acceleration * diff(self.v)
-                + self.h * sized
-                >= 0.0
+                + velocity * cp.diff(self.y)
+                + acceleration * cp.diff(self.v)
+                + cp.multiply(self.h, sized)
+                >= 0
             )
 
-    def _groenwall(self, displacement: float, velocity: float, sized: Affine) -> None:
+    def _groenwall(self, displacement: float, velocity: float, sized: Any) -> None:
         """With z = w₀·y + S and z ∓ w₁·y' ≥ 0, z grows by e^(w₀·h/w₁) at most, or falls by no more."""
         z = displacement * self.y + sized
         decay = np.exp(-displacement / abs(velocity) * self.h)
         later, sooner = (z[:-1], z[1:]) if velocity < 0.0 else (z[1:], z[:-1])
-        self.limits.append(later >= decay * sooner)
+        self.limits.append(later >= cp.multiply(decay, sooner))
 
-    def end(self, order: int, last: bool) -> Affine | None:
+    def end(self, order: int, last: bool) -> Any:
         values = {1: self.v, 2: self.a}.get(order)
         return None if values is None else values[-1 if last else 0] / self.angle**order
 
-    def at_rest(self, rest: int, last: bool) -> list[Limit]:
-        return [zero(values[-1 if last else 0]) for values in (self.v, self.a)[:rest]]
+    def at_rest(self, rest: int, last: bool) -> list[Any]:
+        return [values[-1 if last else 0] == 0.0 for values in (self.v, self.a)[:rest]]
 
     def left_over(self) -> None:
         """Between its nodes a motion may add anything."""
 
-    def square(self, order: int) -> Norm:
+    def square(self, order: int) -> Any:
         value, slope = {2: (self.y, self.v), 3: (self.v, self.a)}[order]
-        off = diff(value) - self.h / 2 * (slope[1:] + slope[:-1])
-        parts = [diff(slope) / np.sqrt(self.h), np.sqrt(12 / self.h**3) * off]
+        off = cp.diff(value) - cp.multiply(self.h / 2, slope[1:] + slope[:-1])
+        first = cp.multiply(1 / np.sqrt(self.h), cp.diff(slope))
+        parts = [first, cp.multiply(np.sqrt(12 / self.h**3), off)]
         if order == 3:
-            bent = 12 / self.h**2 * diff(self.y) - 6 / self.h * (self.v[1:] + self.v[:-1])
-            parts.append(np.sqrt(5 / self.h) * (diff(self.a) + bent))
-        return Norm(self.angle ** (0.5 - order) * stacked(parts))
+            bent = cp.multiply(12 / self.h**2, cp.diff(self.y)) - cp.multiply(6 / self.h, self.v[1:] + self.v[:-1])
+            parts.append(cp.multiply(np.sqrt(5 / self.h), cp.diff(self.a) + bent))
+        return self.angle ** (0.5 - order) * cp.norm(cp.hstack(parts))
 
 
-def diff(values: Affine) -> Affine:
-    """The changes from node to node."""
-    return values[1:] - values[:-1]
+def _within(values: Any, most: Any) -> list[Any]:
+    """The limits of their magnitudes, without the variables that cvxpy would add for an absolute value."""
+    return [values <= most, values >= -most]

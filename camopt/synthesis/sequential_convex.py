@@ -11,15 +11,17 @@ Source: Fletcher, Practical Methods of Optimization, ch. 14 (exact penalty, trus
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from math import inf
+from typing import Any
 
+import cvxpy as cp
 import numpy as np
+from numpy.typing import NDArray
 
 from camopt.motion.table import DWELL
 from camopt.numerics import LARGEST_MAGNITUDE, FloatArray
 from camopt.problem.claims import Claim, Plain
-from camopt.synthesis.ceilings import Sampled, TangentPlanes, samples
-from camopt.synthesis.conic import SOLVED, Affine, Limit, Norm, Program, Variable, stacked, within
-from camopt.synthesis.convex import Convex
+from camopt.synthesis.ceilings import Sampled, samples
+from camopt.synthesis.convex import SOLVED, Convex, solve
 from camopt.synthesis.demand import ORDERS
 from camopt.synthesis.iterate import Iterate, iterate_of, moving
 
@@ -31,30 +33,31 @@ CLOSER = 2e-4  # by which bounds are held closer than asked: between samples a c
 
 
 @dataclass
-class SampledStroke:
-    """The curves that count over one stroke, each with its samples one after another."""
+class StrokePlanes:
+    """The tangent planes of all curves over one stroke, curve by curve, as parameters of the problem of a step."""
 
     sampled: Sampled
-    rows: list[Affine]
-    """y to y''' at the samples of all curves, in units of the lift; none in a dwell."""
-    bounds: Affine
-    """What the curves are to stay below."""
-    lowered: FloatArray
+    moves: list[Any]
+    """y to y''' at the samples of all curves, in units of the lift (none in a dwell); e and s₀."""
+    lowered: NDArray[np.bool_]
     """Which curves are minimised."""
     size: int
     """How many samples a curve has."""
+    constant: Any
+    slopes: list[Any]
+    """By each of the moves."""
 
     def state(self, unit: float) -> FloatArray:
         """y to y''' at the samples of one curve, mm, of coefficients set in the variables."""
-        if self.rows:
-            return unit * np.array([row.value[: self.size] for row in self.rows])
+        if rows := self.moves[:-2]:
+            return unit * np.array([row.value[: self.size] for row in rows])
         rest = np.zeros((4, self.size))
         rest[0] = self.sampled.stroke.low
         return rest
 
 
 class SequentialConvex:
-    """The convex steps of a programme under ceilings, for all their bounds.
+    """The convex steps of a programme under ceilings, compiled once for all their bounds.
 
     ``held`` ceilings stay below their bounds; ``lowered`` ones are minimised, beside the objective of the model.
     What is given to its methods are the same ceilings with other bounds.
@@ -62,15 +65,20 @@ class SequentialConvex:
 
     def __init__(self, model: Convex, held: Sequence[Claim], lowered: Sequence[Claim] = ()) -> None:
         self.model, self.count = model, len(held)
-        self.missing, self.level = Variable(positive=True), Variable(positive=True)
-        self.price = PRICES[0]
-        self.variables = [model.sizes.lead, model.sizes.height, *(m.coefficients for m in moving(model))]
-        self.strokes = list(self._strokes([*held, *lowered]))
-        self.planes: list[Limit] = []
-        self.goal = model.goal + self.level if lowered else model.goal
+        self.missing, self.level = cp.Variable(nonneg=True), cp.Variable(nonneg=True)
+        self.reach, self.price = cp.Parameter(nonneg=True), cp.Parameter(nonneg=True, value=PRICES[0])
+        free = cp.hstack([model.sizes.lead, model.sizes.height, *(m.coefficients for m in moving(model))])
+        self.last = cp.Parameter(free.size)
+        away = free - self.last
+        self.blocks = list(self._blocks([*held, *lowered]))
+        limits = [*(self._below(block) for block in self.blocks), away <= self.reach, -away <= self.reach]
+        self.goal = model.goal + (self.level if lowered else 0.0)
+        convex = model.problem.constraints
+        self.problem = cp.Problem(cp.Minimize(self.goal + self.price * self.missing), [*convex, *limits])
+        self.nearest = cp.Problem(cp.Minimize(cp.sum_squares(away)), convex)
 
-    def _strokes(self, ceilings: list[Claim]) -> Iterator[SampledStroke]:
-        """Those on which a curve counts."""
+    def _blocks(self, ceilings: list[Claim]) -> Iterator[StrokePlanes]:
+        """A block for each stroke on which a curve counts."""
         motions = iter(moving(self.model))
         for stroke in self.model.demand.strokes:
             motion = None if stroke.kind == DWELL else next(motions)
@@ -79,24 +87,29 @@ class SequentialConvex:
             lowered = [n >= self.count for n, c in enumerate(ceilings) if sampled.counts(c)]
             if sides:
                 x = samples(self.model.demand, stroke)
-                curves = np.repeat(lowered, sides)
-                bounds = [self.level if each else 1.0 - CLOSER + self.missing for each in curves]
-                rows = [stacked([row] * curves.size) for row in motion.at(x)] if motion else []
-                below = stacked([bound.repeated(x.size) for bound in bounds])
-                yield SampledStroke(sampled, rows, below, curves, x.size)
+                every = np.tile(x, sum(sides))
+                moves = [*(motion.at(every) if motion else []), self.model.sizes.lead, self.model.sizes.height]
+                constant, *slopes = (cp.Parameter(every.size) for _ in range(1 + len(moves)))
+                yield StrokePlanes(sampled, moves, np.repeat(lowered, sides), x.size, constant, slopes)
+
+    def _below(self, block: StrokePlanes) -> Any:
+        """Every plane below its bound, or below the level."""
+        lowered = np.repeat(block.lowered, block.size)
+        bounds = lowered * self.level + ~lowered * (1.0 - CLOSER + self.missing)
+        moved = sum(cp.multiply(slope, move) for slope, move in zip(block.slopes, block.moves, strict=True))
+        return block.constant + moved <= bounds
 
     def run(self, start: Iterate, held: Sequence[Claim], lowered: Sequence[Claim] = ()) -> Iterate:
         """The local optimum that convex steps reach from the motion nearest to a start within the convex limits."""
         self._set(start)
-        nearest = Program(Norm(stacked(self._away())), self.model.limits)
-        last = iterate_of(self.model) if nearest.solve() in SOLVED else start
+        last = iterate_of(self.model) if solve(self.nearest) in SOLVED else start
         lowered = _scaled(lowered, self._levels(last, held, lowered)[1])
         reach = FIRST_REACH
-        for self.price in PRICES:
+        for self.price.value in PRICES:
             last, reach, enough = self._descended(last, reach, held, lowered)
             if enough:
                 break
-        self.price = PRICES[0]
+        self.price.value = PRICES[0]
         return last
 
     def _descended(
@@ -111,13 +124,13 @@ class SequentialConvex:
             return last, reach, False
         self._look(last, held, lowered)
         for _ in range(STEPS):
-            step = self._step(reach)
-            if step.solve() not in SOLVED:
+            self.reach.value = reach
+            if solve(self.problem) not in SOLVED:
                 break
-            promise = cost - step.value
+            promise = cost - float(self.problem.value)
             if promise < ENOUGH * abs(cost):  # even the planes promise no more
                 break
-            if top <= 1.0 and self.missing.value.item() > CLOSER and self.price < PRICES[-1]:
+            if top <= 1.0 and float(self.missing.value) > CLOSER and self.price.value < PRICES[-1]:
                 return last, reach, False
             tried = iterate_of(self.model)
             found, above = self._priced(tried, held, lowered)
@@ -138,43 +151,30 @@ class SequentialConvex:
 
         def price(start: Iterate) -> float:
             cost, _ = self._priced(start, held, lowered)
-            broken = max(limit.broken_by for limit in self.model.limits)
+            broken = max(float(np.max(limit.violation())) for limit in self.model.problem.constraints)
             return cost + PRICES[0] * broken
 
         return sorted(starts, key=price)
 
     def _set(self, at: Iterate) -> None:
-        """A solution in the variables, from which a step starts."""
-        sizes = np.array([[at.lead], [at.height]])
-        for variable, value in zip(self.variables, (*sizes, *at.coefficients), strict=True):
-            variable.found = value
-
-    def _away(self) -> list[Affine]:
-        """How far the variables are from their values now."""
-        return [variable - variable.value for variable in self.variables]
-
-    def _step(self, reach: float) -> Program:
-        """The programme of a step from the values of the variables, under the planes."""
-        room = [limit for away in self._away() for limit in within(away, reach)]
-        return Program(self.goal + self.price * self.missing, [*self.model.limits, *self.planes, *room])
+        """A solution in the variables, and in the parameter that a step starts from."""
+        self.model.sizes.lead.value, self.model.sizes.height.value = at.lead, at.height
+        for motion, values in zip(moving(self.model), at.coefficients, strict=True):
+            motion.coefficients.value = values
+        self.last.value = np.concatenate([at[:2], *at.coefficients])
 
     def _look(self, at: Iterate, held: Sequence[Claim], lowered: Sequence[Claim]) -> None:
-        """Take the planes at a solution."""
+        """The planes at a solution, in the parameters."""
         self._set(at)
         ceilings, scale = [*held, *lowered], self.model.demand.scale
-        self.planes = [
-            self._below(stroke, stroke.sampled.planes(ceilings, stroke.state(scale), self._sizes(at)))
-            for stroke in self.strokes
-        ]
-
-    def _below(self, stroke: SampledStroke, planes: TangentPlanes) -> Limit:
-        """Every plane below its bound, or below the level."""
-        sizes = self.model.sizes
-        slopes = (*planes.motion[: len(stroke.rows)], planes.lead, planes.height)
-        below = stroke.bounds - planes.values.ravel()
-        for each, slope in zip((*stroke.rows, sizes.lead, sizes.height), slopes, strict=True):
-            below -= slope.ravel() * (each - each.value)
-        return below >= 0.0
+        for block in self.blocks:
+            planes = block.sampled.planes(ceilings, block.state(scale), self._sizes(at))
+            slopes = (*planes.motion[: len(block.moves) - 2], planes.lead, planes.height)
+            constant = planes.values.ravel()
+            for parameter, slope, move in zip(block.slopes, slopes, block.moves, strict=True):
+                parameter.value = slope.ravel()
+                constant = constant - parameter.value * move.value
+            block.constant.value = constant
 
     def _sizes(self, at: Iterate) -> tuple[float, float]:
         """e and s₀, mm."""
@@ -185,22 +185,21 @@ class SequentialConvex:
         """The largest of the curves over their bounds: of those held, and of those minimised."""
         self._set(at)
         scale, tops = self.model.demand.scale, ([0.0], [0.0])
-        for stroke in self.strokes:
-            values = stroke.sampled.values([*held, *lowered], stroke.state(scale), self._sizes(at))
-            for row, which in zip(values, stroke.lowered, strict=True):
+        for block in self.blocks:
+            values = block.sampled.values([*held, *lowered], block.state(scale), self._sizes(at))
+            for row, which in zip(values, block.lowered, strict=True):
                 tops[int(which)].append(float(row.max()))
         return max(tops[0]), max(tops[1])
 
     def _priced(self, at: Iterate, held: Sequence[Claim], lowered: Sequence[Claim]) -> tuple[float, float]:
         """The objective at a solution, with the price of what is above its bound, and the highest of the curves."""
-        top, level = self._levels(at, held, lowered)
-        self.level.found = np.array([level])
+        top, self.level.value = self._levels(at, held, lowered)
         model, demand = self.model, self.model.demand
         reach = np.hypot(at.lead, at.height) if demand.traced else at.height
-        model.sizes.prime.found = np.array([max(reach, demand.prime[0] / demand.length)])
+        model.sizes.prime.value = max(reach, demand.prime[0] / demand.length)
         for name, variable in model.largest.items():
-            variable.found = np.array([max(np.abs(motion.samples(ORDERS[name])).max() for motion in moving(model))])
-        price = self.goal.value.item() + self.price * max(0.0, top - 1.0 + CLOSER)
+            variable.value = max(float(np.abs(motion.samples(ORDERS[name])).max()) for motion in moving(model))
+        price = float(self.goal.value) + self.price.value * max(0.0, top - 1.0 + CLOSER)
         return price if np.isfinite(price) else inf, top
 
 

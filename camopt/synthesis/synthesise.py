@@ -10,6 +10,7 @@ from dataclasses import replace
 from functools import partial
 from math import inf, sqrt
 
+import cvxpy as cp
 import numpy as np
 
 from camopt.mistakes import Unmet, Unsolved
@@ -28,8 +29,7 @@ from camopt.synthesis.cams import (
     within,
 )
 from camopt.synthesis.ceilings import ceilings_of
-from camopt.synthesis.conic import SOLVED, Norm, Program, stacked
-from camopt.synthesis.convex import Convex, convex
+from camopt.synthesis.convex import SOLVED, Convex, convex, solve
 from camopt.synthesis.demand import Demand
 from camopt.synthesis.from_scene import by_offset, demand_of
 from camopt.synthesis.iterate import Iterate, cleaned, iterate_of
@@ -180,10 +180,10 @@ def solved(demand: Demand) -> tuple[Convex, Iterate, float]:
 
 def gentlest(model: Convex, least: float) -> Iterate | None:
     """The laws of the least mean square of the jerk at nearly the least objective; None if the solver fails."""
-    jerk = Norm(stacked([motion.square(3) for motion in model.motions if motion]))
+    jerk = cp.norm(cp.hstack([motion.square(3) for motion in model.motions if motion]))
     close = model.goal <= least / model.unit + SLACK
-    status = Program(jerk, [*model.limits, close]).solve()
-    return iterate_of(model) if status in SOLVED else None
+    problem = cp.Problem(cp.Minimize(jerk), [*model.problem.constraints, close])
+    return iterate_of(model) if solve(problem) in SOLVED else None
 
 
 def tightened(demand: Demand, margin: float) -> Demand:
