@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 FEW = 300  # numbers in the largest array to fill: for more, a kernel is compiled at once
-PAYS = 1.0  # seconds of plain runs of a kernel, after which it is compiled
+PAYS = 4.0  # seconds of plain runs of a kernel, after which it is compiled, which takes about as long
 IMPORT = 0.5  # seconds of plain runs of all kernels, after which numba is imported, which takes about as long
 NEVER = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")  # whether everything runs as it is written
 

@@ -219,32 +219,30 @@ def _described(problem: Problem, answer: Smallest, until: float) -> dict[str, An
 def _clear_above(problem: Problem, answer: Smallest, until: float) -> float:
     """The least size above which no size looked at is shown to break a limit, the other sizes being the optimum's.
 
-    Feasibility is looked at on a geometric grid up to ten times the prime radius, from the largest size down where
-    limits are asked last, and the last change found is bisected, until the time is over. An infeasible gap narrower
-    than the grid can be missed.
+    Feasibility is looked at on a geometric grid, from ten times the prime radius down, and the last change found is
+    bisected, until the time is over. An infeasible gap narrower than the grid can be missed.
     """
     design = answer.design
     assert design is not None
     size, prime_radius = float(design.size[0]), float(design.prime_radius[0])
     sizes = size + prime_radius * np.geomspace(1e-6, 10.0, RADII)
 
-    def held(asked: Problem, sizes: FloatArray) -> Any:
-        return feasible(asked, replace(design.take(np.zeros(sizes.size, dtype=int)), size=sizes), -1.0)
+    def held(sizes: FloatArray) -> Any:
+        return feasible(problem, replace(design.take(np.zeros(sizes.size, dtype=int)), size=sizes), -1.0)
 
-    if not held(problem, sizes[-1:])[0]:
+    if not held(sizes[-1:])[0]:
         return inf
-    bad = int(np.max(np.flatnonzero(~held(problem.without_last, sizes)), initial=-1))
-    clear = RADII - 1 if problem.has_last else bad + 1
+    bad, clear = -1, RADII - 1
     while bad < clear - 1:
         if now() > until:
             return float(sizes[clear])
         some = np.arange(max(clear - AT_ONCE, bad + 1), clear)
-        bad = int(np.max(some[~held(problem, sizes[some])], initial=bad))
+        bad = int(np.max(some[~held(sizes[some])], initial=bad))
         clear = max(int(some[0]), bad + 1)
     if bad < 0:
         return size
     low, high = sizes[bad], sizes[clear]
     while high - low > GAP * prime_radius and now() <= until:
         middle = (low + high) / 2
-        low, high = (low, middle) if held(problem, np.array([middle]))[0] else (middle, high)
+        low, high = (low, middle) if held(np.array([middle]))[0] else (middle, high)
     return float(high)
