@@ -9,11 +9,12 @@ Source: de Boor, A Practical Guide to Splines, ch. IX; Farin, Curves and Surface
 
 from dataclasses import dataclass
 from functools import cache
-from math import comb
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
+from scipy.interpolate import BSpline
+from scipy.special import comb
 
 from camopt.motion.spline import SplineLaw
 from camopt.numerics import FloatArray
@@ -43,13 +44,10 @@ class Splines:
 
     def at(self, x: FloatArray, order: int) -> sparse.csr_array:
         """The matrix from coefficients to values of a derivative at x, from 0 to 1."""
-        knots, degree, steps = self.knots, self.degree, sparse.eye_array(self.count, format="csr")
-        for _ in range(order):
-            widths = knots[degree + 1 : -1] - knots[1 : -degree - 1]
-            per = np.divide(degree, widths, out=np.zeros_like(widths), where=widths > 0.0)
-            steps = sparse.diags_array(per) @ (steps[1:] - steps[:-1])
-            knots, degree = knots[1:-1], degree - 1
-        return sparse.csr_array(_basis(knots, degree, x) @ steps)
+        basis = BSpline(self.knots, np.eye(self.count), self.degree)
+        values = (basis.derivative(order) if order else basis)(x)
+        values[np.abs(values) <= NOTHING * np.abs(values).max()] = 0.0
+        return sparse.csr_array(values)
 
     def bernstein(self, order: int) -> sparse.csr_array:
         """The matrix from coefficients to Bernstein coefficients of a derivative, part by part along the stroke."""
@@ -71,27 +69,12 @@ class Splines:
         return SplineLaw(name, self.degree, knots, (0.0, *inner.tolist(), 1.0))
 
 
-def _basis(knots: FloatArray, degree: int, x: FloatArray) -> sparse.csr_array:
-    """The B-splines of clamped knots at x, from degree to degree (de Boor)."""
-    span = np.clip(np.searchsorted(knots, x, side="right") - 1, degree, knots.size - degree - 2)
-    values = np.ones((x.size, 1))
-    for level in range(1, degree + 1):
-        right = span[:, None] + np.arange(1, level + 1)
-        share = (x[:, None] - knots[right - level]) / (knots[right] - knots[right - level])
-        values = np.pad(values * (1.0 - share), ((0, 0), (0, 1))) + np.pad(values * share, ((0, 0), (1, 0)))
-    columns = span[:, None] + np.arange(-degree, 1)
-    ends = np.arange(x.size + 1) * (degree + 1)
-    return sparse.csr_array((values.ravel(), columns.ravel(), ends), shape=(x.size, knots.size - degree - 1))
-
-
 @cache
 def _bernstein(splines: Splines, order: int) -> sparse.csr_array:
     degree, parts = splines.degree - order, splines.pieces * PARTS
     x = (1.0 - np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1))) / 2.0  # inside a part: no knot
     power = np.arange(degree + 1)
-    values = (
-        [comb(degree, k) for k in range(degree + 1)] * x[:, None] ** power * (1.0 - x[:, None]) ** (degree - power)
-    )
+    values = comb(degree, power) * x[:, None] ** power * (1.0 - x[:, None]) ** (degree - power)
     nodes = ((np.arange(parts)[:, None] + x) / parts).ravel()
     found = sparse.kron(sparse.eye_array(parts), np.linalg.inv(values)) @ splines.at(nodes, order)
     found.data[np.abs(found.data) <= NOTHING * np.abs(found.data).max()] = 0.0
