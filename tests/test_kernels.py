@@ -67,7 +67,7 @@ def _no_disk(monkeypatch):
 @pytest.mark.usefixtures("_no_disk")
 def test_a_few_numbers_compile_nothing_and_many_do():
     kernel = kernel_of_halves()
-    assert [halved(kernel, FEW), halved(kernel, 1), halved(kernel, FEW + 1), halved(kernel, 1)] == [0, 0, 1, 1]
+    assert [halved(kernel, count) for count in (compile.FEW, 1, compile.FEW + 1, 1)] == [0, 0, 1, 1]
 
 
 @pytest.mark.usefixtures("_no_disk")
@@ -81,7 +81,7 @@ def test_what_plain_runs_have_cost_is_paid_once(monkeypatch):
 
 def test_a_kernel_on_disk_is_taken_at_once(monkeypatch, tmp_path):
     monkeypatch.setattr(dispatchers, "CACHE_FOLDER", tmp_path)
-    assert halved(kernel_of_halves(), FEW + 1)
+    assert halved(kernel_of_halves(), compile.FEW + 1)
     again = kernel_of_halves()
     assert halved(again, 1)
     assert sum(again.dispatcher.stats.cache_hits.values()) == 1
@@ -101,6 +101,7 @@ def test_evaluating_a_design_compiles_nothing(monkeypatch):
 
 
 QUESTIONS = [(15, LARGEST), (15, LEAST), (15, LARGEST_MAGNITUDE), (1, LARGEST)]
+MANY = FEW // (3 * len(QUESTIONS)) + 1  # designs, whose answers are more numbers than a few
 
 
 def curve_of(problem, make, count):
@@ -115,9 +116,9 @@ def curve_of(problem, make, count):
 def test_compiled_and_plain_extremes_are_the_same_bits(name, monkeypatch):
     problem = exactly(resolve(find_scene(name)))
     mechanism = problem.setup.mechanism
-    compiled = curve_of(problem, mechanism.pressure, FEW + 1)
+    compiled = curve_of(problem, mechanism.pressure, MANY)
     monkeypatch.setattr("camopt.numerics.extremes.search_curve", search_curve.py_func)
-    plain = curve_of(problem, mechanism.pressure, FEW + 1)
+    plain = curve_of(problem, mechanism.pressure, MANY)
     for one, other in zip(compiled, plain, strict=True):
         assert np.array_equal(one, other)
 
@@ -151,7 +152,7 @@ def test_what_kernels_call_becomes_machine_code_with_them_only(part):
         for i in range(out.size):
             out[i] = part(x[i])
 
-    kernel, x, out = compiled_for_many(parts), np.arange(FEW + 1.0), np.empty(FEW + 1)
+    kernel, x, out = compiled_for_many(parts), np.arange(compile.FEW + 1.0), np.empty(compile.FEW + 1)
     kernel(x, out)
     assert np.array_equal(out, [part.py_func(number) for number in x])
     assert [machine_code(one) for one in part.dispatcher.overloads.values()] == [0]
@@ -162,7 +163,7 @@ def test_one_compiled_search_serves_every_curve():
     problem = exactly(resolve(find_scene("roller-1000rpm")))
     mechanism = problem.setup.mechanism
     for make in (mechanism.pressure, mechanism.curvature, mechanism.sliding):
-        curve_of(problem, make, FEW + 1)
+        curve_of(problem, make, MANY)
     assert len(search_all.dispatcher.signatures) == 1
     assert len(search_curve.dispatcher.signatures) >= 3
 

@@ -92,7 +92,7 @@ def first_feasible(
             some = held
         if len(some):
             return some.take([0])
-        count = min(2 * count, AT_ONCE)
+        count = 2 * count if crossings is None else min(2 * count, AT_ONCE)
     return None
 
 
