@@ -16,7 +16,6 @@ from camopt.numerics.interval import Interval
 from camopt.numerics.sloped import PARTIALS, Quotient, as_quotient, as_sloped, variables
 from camopt.problem.limits import LOADS
 from camopt.problem.problem import exactly, resolve
-from camopt.smallest import screen
 from camopt.smallest.boxes import Boxes
 from camopt.smallest.enclosure import claims_on_size, examined
 from camopt.smallest.result import feasible
@@ -243,17 +242,3 @@ def test_boxes_of_feasible_and_of_empty_designs_are_met(name):
     assert np.any(seen.low["size"] > low["size"])
     assert not any(feasible_ones(problem, middles.take(seen.empty)))
     assert any(feasible_ones(problem, middles.take(~seen.empty)))
-
-
-@pytest.mark.parametrize("name", CONTACTS)
-def test_no_feasible_design_is_screened_out(name):
-    """What a few cam angles show to break a limit does, exactly; and they show most of it."""
-    problem, rng = limited(name), np.random.default_rng(1)
-    sizes = {n: np.repeat(v, 40) for n, v in problem.design.sizes.items()}
-    sizes |= {n: sizes[n] * rng.uniform(0.97, 1.05, 40) for n in free_of(problem)}
-    designs = Designs(**sizes, sense=problem.design.sense)
-    designs = designs.take(problem.setup.mechanism.exists(designs, problem.programme))
-    held = feasible(problem, designs)
-    left = screen.may_hold(problem, designs)
-    assert set(designs.size[held]) <= set(left.size)
-    assert np.count_nonzero(held) <= len(left) < len(designs)

@@ -128,9 +128,9 @@ def test_a_film_has_the_same_bits_compiled_and_plain(monkeypatch):
     problem = exactly(resolve(Scene.from_dict(cam_with("flat", materials=WORN))))
     film = partial(thinness_curve, problem.setup)
     monkeypatch.setattr(compile, "FEW", 0)
-    compiled = curve_of(problem, film, 30)
+    compiled = curve_of(problem, film, 10)
     monkeypatch.setattr("camopt.numerics.extremes.search_curve", search_curve.py_func)
-    plain = curve_of(problem, film, 30)
+    plain = curve_of(problem, film, 10)
     for one, other in zip(compiled, plain, strict=True):
         assert np.array_equal(one, other, equal_nan=True)
 

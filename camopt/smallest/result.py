@@ -13,7 +13,6 @@ from camopt.mechanisms import Designs
 from camopt.numerics.clock import now
 from camopt.problem.problem import Problem
 from camopt.problem.rows import Rows
-from camopt.smallest.screen import may_hold
 from camopt.verdicts.judging import AT_ONCE, excesses, extended, planned
 
 GAP = 1e-9  # of the prime radius: a size is proved if the least feasible one is smaller by no more
@@ -74,25 +73,23 @@ def first_feasible(
 ) -> Designs | None:
     """The first of some designs that is feasible, if there is one that is found before ``until`` (``clock.now``).
 
-    Designs are asked one first, then twice as many, and so on; those that break a limit at one of a few cam angles
-    are not. Where one that holds all limits but those asked last is found to cross itself, others that do so there
-    are left out. ``crossings``, what is known of them, is None where no limit is asked last.
+    Limits that are asked last cost too much to ask them of all: they are asked of one design, then of twice as
+    many, and so on. Where a design is found to cross itself, all others that do so there are left out.
+    ``crossings``, what is known of them, is None where no limit is asked last.
     """
-    designs = designs.take(problem.setup.mechanism.exists(designs, problem.programme) & (designs.size > 0.0))
-    designs, count = may_hold(problem, designs), 1
-    while len(designs) and (crossings is None or now() <= until):
+    designs = designs.take(feasible(problem.without_last, designs))
+    if crossings is None:
+        return designs.take([0]) if len(designs) else None
+    count = 1
+    while len(designs) and now() <= until:
+        designs = designs.take(~crossings.shown(designs))
         some, designs = designs.take(slice(0, count)), designs.take(slice(count, None))
-        some = some.take(feasible(problem.without_last, some))
-        if crossings is not None:
-            some = some.take(~crossings.shown(some))
-            held = some.take(feasible(problem, some))
-            if len(some) and not len(held):
-                crossings.learn(some.take([0]))
-                designs = designs.take(~crossings.shown(designs))
-            some = held
+        held = np.flatnonzero(feasible(problem, some))
+        if held.size:
+            return some.take(held[:1])
         if len(some):
-            return some.take([0])
-        count = 2 * count if crossings is None else min(2 * count, AT_ONCE)
+            crossings.learn(some.take([0]))
+        count = min(2 * count, AT_ONCE)
     return None
 
 
