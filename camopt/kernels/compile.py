@@ -9,9 +9,11 @@ import sys
 from collections.abc import Callable
 from functools import cached_property, update_wrapper
 from time import thread_time
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
+
+Value = TypeVar("Value")
 
 FEW = 300  # numbers in the largest array to fill: for more, a kernel is compiled at once
 PAYS = 4.0  # seconds of plain runs of a kernel, after which it is compiled, which takes about as long
@@ -49,9 +51,9 @@ class Part:
     @cached_property
     def dispatcher(self) -> Any:
         """What numba compiles."""
-        from camopt.kernels.dispatchers import part_dispatcher
+        from camopt.kernels.dispatchers import dispatcher_of
 
-        return part_dispatcher(self)
+        return dispatcher_of(self)
 
 
 class Kernel(Part):
@@ -59,12 +61,6 @@ class Kernel(Part):
 
     def __call__(self, *arguments: Any) -> Any:
         return self.py_func(*arguments) if NEVER else self.dispatcher(*arguments)
-
-    @cached_property
-    def dispatcher(self) -> Any:
-        from camopt.kernels.dispatchers import kernel_dispatcher
-
-        return kernel_dispatcher(self)
 
 
 class KernelForMany(Kernel):
@@ -75,6 +71,10 @@ class KernelForMany(Kernel):
 
     seconds = 0.0
     """Of plain runs of all kernels."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        super().__init__(function)
+        self.spent: dict[Any, float] = {}  # seconds of plain runs since numba is there, by types of the arguments
 
     def __call__(self, *arguments: Any) -> Any:
         if NEVER or not (self.dear(arguments) or self.seconds > IMPORT or "numba" in sys.modules):
@@ -94,12 +94,6 @@ class KernelForMany(Kernel):
         seconds = thread_time() - start
         KernelForMany.seconds += seconds
         return result, seconds
-
-    @cached_property
-    def dispatcher(self) -> Any:
-        from camopt.kernels.dispatchers import dispatcher_for_many
-
-        return dispatcher_for_many(self)
 
 
 def inlined(function: Callable[..., Any]) -> Any:
@@ -124,10 +118,10 @@ CHOICES: list[tuple[Callable[..., Any], Callable[..., Any]]] = []
 """And functions for which kernels take others by the types of the arguments: the function, and what chooses."""
 
 
-def value_type(*fields: str) -> Callable[[type], type]:
+def value_type(*fields: str) -> Callable[[type[Value]], type[Value]]:
     """Mark a class whose objects are numbers under these names, and in kernels as many registers."""
 
-    def register(owner: type) -> type:
+    def register(owner: type[Value]) -> type[Value]:
         VALUES.append((owner, fields))
         return owner
 

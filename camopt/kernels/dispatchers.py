@@ -87,19 +87,18 @@ class DispatcherForMany(Dispatcher):
     """As ``Dispatcher``, of a kernel that is compiled once that pays."""
 
     part: KernelForMany
-    spent: dict[Any, float]
-    """Seconds of plain runs, by the types of the arguments."""
 
     def _compile_for_args(self, *arguments: Any, **named: Any) -> Any:
         """The function to run: numba asks where nothing fits that is compiled."""
         types = tuple(map(self.typeof_pyval, arguments))
-        dear = self.part.dear(arguments) or self.spent.get(types, 0.0) > compile.PAYS
+        spent = self.part.spent
+        dear = self.part.dear(arguments) or spent.get(types, 0.0) > compile.PAYS
         if dear or self._cache.holds(types, self.targetctx.codegen()):
             return super()._compile_for_args(*arguments, **named)  # type: ignore[misc]
 
         def plain(*arguments: Any) -> Any:
             result, seconds = self.part.plain(arguments)
-            self.spent[types] = self.spent.get(types, 0.0) + seconds
+            spent[types] = spent.get(types, 0.0) + seconds
             return result
 
         return plain
@@ -108,33 +107,22 @@ class DispatcherForMany(Dispatcher):
 LOCK = RLock()
 
 
-def _dispatcher(part: Part, kind: type[Dispatcher], **options: Any) -> Any:
-    """What numba compiles a function by: one for each, whatever threads ask for it."""
+def dispatcher_of(part: Part) -> Any:
+    """What numba compiles a function by: one for each, whatever threads ask for it, and whole before any has it."""
     with LOCK:
-        if "dispatcher" in vars(part):
-            return vars(part)["dispatcher"]
-        made: Any = numba.njit(**options, **FLAGS)(part.py_func)
-        made.__class__, made.part = kind, part
-        vars(part)["dispatcher"] = made
-        return made
+        if "dispatcher" not in vars(part):
+            vars(part)["dispatcher"] = _made(part)
+        return vars(part)["dispatcher"]
 
 
-def part_dispatcher(part: Part) -> Any:
-    """Of a function that kernels call."""
-    return _dispatcher(part, Dispatcher, **(INLINE if part.inline else LINKED))
-
-
-def kernel_dispatcher(kernel: Kernel, kind: type[Dispatcher] = Dispatcher) -> Any:
-    """Of a kernel, cached on disk."""
-    made = _dispatcher(kernel, kind)
-    made._cache = KernelCache(kernel.py_func, CACHE_FOLDER)
-    return made
-
-
-def dispatcher_for_many(kernel: KernelForMany) -> Any:
-    """Of a kernel that is compiled once that pays."""
-    made = kernel_dispatcher(kernel, DispatcherForMany)
-    made.spent = {}
+def _made(part: Part) -> Any:
+    kernel = isinstance(part, Kernel)
+    options = {} if kernel else INLINE if part.inline else LINKED
+    made: Any = numba.njit(**options, **FLAGS)(part.py_func)
+    made.__class__ = DispatcherForMany if isinstance(part, KernelForMany) else Dispatcher
+    made.part = part
+    if kernel:
+        made._cache = KernelCache(part.py_func, CACHE_FOLDER)
     return made
 
 

@@ -281,15 +281,19 @@ def _give_operators():
     """Let jets take the operators themselves: numpy's way to them takes far longer than what they compute."""
 
     def applied(rules):
-        return lambda jet, other: rules[JET, isinstance(other, Jet)](jet, other)
+        return lambda jet, other: rules.get((JET, isinstance(other, Jet)), unknown)(jet, other)
 
     def reflected(rules):
-        return lambda jet, other: rules[NUMBER, JET](other, jet)
+        return lambda jet, other: rules.get((NUMBER, JET), unknown)(other, jet)
 
-    for operation in OPERATORS.keys() - {operator.neg}:
-        setattr(Jet, f"__{operation.__name__}__", applied(RULES[operation]))
-        setattr(Jet, f"__r{operation.__name__}__", reflected(RULES[operation]))
-    setattr(Jet, "__neg__", RULES[operator.neg][(JET,)])  # noqa: B010 - mypy takes a marked class for a plain type
+    def unknown(a, b):
+        return NotImplemented
+
+    for operation in OPERATORS:
+        name, rules = operation.__name__, RULES[operation]
+        setattr(Jet, f"__{name}__", rules[(JET,)] if (JET,) in rules else applied(rules))
+        if (JET,) not in rules:
+            setattr(Jet, f"__r{name}__", reflected(rules))
 
 
 _give_operators()
