@@ -1,4 +1,4 @@
-"""The price list of the benchmarks is made for every mechanism."""
+"""What measures is right itself: rivals, prices, fronts."""
 
 import sys
 from pathlib import Path
@@ -10,6 +10,12 @@ from camopt.mechanisms import MECHANISMS
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
 import prices
+import rival_c
+import rival_numba
+from rival_motion import ALL_LAWS, motion_table
+from throughput import jobs
+
+from camopt.motion import LAWS
 
 
 def test_the_price_list_has_a_line_for_every_mechanism(monkeypatch):
@@ -65,3 +71,34 @@ def test_the_excess_of_a_front_over_itself_is_nothing():
     shifted = exact[100:-100:7] + np.array([0.25, 0.0, 0.003])
     expected = 0.25 + 600.0 / exact[100:-100:7, 2] - 600.0 / shifted[:, 2]
     assert fronts.excess(shifted, exact) == pytest.approx(expected, abs=1e-6)
+
+
+@pytest.mark.parametrize("law", ALL_LAWS)
+def test_the_motion_of_the_rivals_is_that_of_the_laws(law):
+    x = np.linspace(0.0, 1.0, 1000)  # no node is at a jump of an acceleration
+    own = (LAWS[law].displacement(x), LAWS[law].velocity(x), LAWS[law].acceleration(x))
+    assert np.array(ALL_LAWS[law](x)) == pytest.approx(np.array(own), abs=1e-11)
+
+
+@pytest.mark.parametrize("mechanism", rival_c.MECHANISMS)
+def test_the_rivals_in_c_and_in_numba_agree(mechanism, monkeypatch):
+    job = jobs(12)[mechanism]
+    in_c = {number: rival_c.rival(number) for number in rival_c.NUMBERS}
+    monkeypatch.setenv("CC", "no-such-compiler")
+    in_numba = rival_c.rival.__wrapped__("float")
+    assert in_numba.name == rival_numba.NAME
+    (expected,), (double,), (single,) = (
+        job.sampled(each, threads)() for each, threads in ((in_numba, 1), (in_c["double"], 2), (in_c["float"], 3))
+    )
+    scale = np.maximum(np.abs(expected).max(axis=0), 1e-30)
+    assert double / scale == pytest.approx(expected / scale, abs=1e-13)
+    assert single / scale == pytest.approx(expected / scale, abs=1e-4)
+
+
+def test_a_motion_table_has_both_ends_of_every_segment():
+    y, y1, y2, cosine, sine = motion_table("parabolic", [(120, 0.5), (60, 0.0), (90, -0.5), (90, 0.0)], 360)
+    assert y.size == 360
+    assert y[[0, 119, 120, 179, 180, 269, 270]] == pytest.approx([0.0, 0.5, 0.5, 0.5, 0.5, 0.0, 0.0])
+    assert y2[[0, 119, 120]] == pytest.approx(np.array([4.0, -4.0, 0.0]) * 0.5 / np.radians(120) ** 2)
+    assert y1[[119, 180]] == pytest.approx(0.0)
+    assert cosine**2 + sine**2 == pytest.approx(1.0)

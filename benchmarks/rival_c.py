@@ -1,0 +1,99 @@
+"""The rival in C (``rival.c``): compiled where there is a compiler, else the same arithmetic by numba.
+
+It looks at samples of a tabulated turn, as most programs do. What it finds is never too large, and misses the truth
+by what lies between two samples; camopt encloses the extremes of the continuous turn to 1e-9.
+"""
+
+import ctypes
+import os
+import shlex
+import subprocess
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+from rival_numpy import Array
+
+SAMPLES = 360
+FLAGS = ("-O3", "-march=native", "-ffast-math")
+MECHANISMS = (
+    "disc_translating",
+    "disc_translating_flat",
+    "disc_oscillating",
+    "disc_oscillating_flat",
+    "cylindrical_translating",
+    "cylindrical_oscillating",
+)
+SIZES = ("size", "roller_radius", "offset", "arm_length", "centre_distance", "face_offset")
+NUMBERS = {"float": np.float32, "double": np.float64}
+"""The types of number that the rival is made for, by their names in C."""
+
+
+@dataclass(frozen=True)
+class Rival:
+    """A function for each mechanism, the numbers it takes, and what it is made with."""
+
+    name: str
+    number: Any
+    works: dict[str, Callable[[Any, float, float, Any, Any], None]]
+    """(sizes, sense, lift, motion, found), as ``rival.c`` describes them; fills ``found``."""
+
+    def extremes(
+        self, mechanism: str, sizes: Array, sense: float, lift: float, motion: Array, threads: int = 1
+    ) -> Array:
+        """The largest |tan β|, and the least and the largest curvature (of a flat face: radius), (designs, 3).
+
+        ``sizes`` is (designs, 6) in the order of ``SIZES``, ``motion`` (5, samples); mm and rad. The designs are
+        shared out evenly between the threads: neither C nor numba holds Python's lock.
+        """
+        found, motion = np.empty((len(sizes), 3), self.number), np.ascontiguousarray(motion, self.number)
+        parts = np.array_split(np.ascontiguousarray(sizes, self.number), threads)
+        with ThreadPoolExecutor(threads) as pool:
+            shared = ([value] * threads for value in (sense, lift, motion))
+            list(pool.map(self.works[mechanism], parts, *shared, np.array_split(found, threads)))
+        return found
+
+
+@cache
+def rival(number: str) -> Rival:
+    """The rival in C for a type of number; where there is no C compiler, that in numba, which takes doubles."""
+    compiler = shlex.split(os.environ.get("CC", "cc"))
+    try:
+        about = subprocess.run([*compiler, "--version"], check=True, capture_output=True, text=True).stdout
+    except (FileNotFoundError, subprocess.CalledProcessError):
+        import rival_numba
+
+        return Rival(rival_numba.NAME, np.float64, {each: rival_numba.work_of(each) for each in MECHANISMS})
+    flags, library = [*FLAGS, f"-DNUMBER={number}"], _library(compiler, number)
+    works = {each: _work(getattr(library, f"{each}_extremes"), number) for each in MECHANISMS}
+    return Rival(f"C, {' '.join(flags)}, {about.splitlines()[0]}", NUMBERS[number], works)
+
+
+def _library(compiler: list[str], number: str) -> Any:
+    """``rival.c``, compiled and loaded.
+
+    It is linked without ``-ffast-math``: gcc would link what makes the whole process take denormal numbers as 0.
+    """
+    source = Path(__file__).with_name("rival.c")
+    with TemporaryDirectory() as folder:
+        made, library = Path(folder, "rival.o"), Path(folder, "rival.so")
+        compiled = ["-fPIC", f"-DNUMBER={number}", "-c", str(source), "-o", str(made)]
+        subprocess.run([*compiler, *FLAGS, *compiled], check=True)
+        subprocess.run([*compiler, "-shared", str(made), "-o", str(library), "-lm"], check=True)
+        return ctypes.CDLL(str(library))
+
+
+def _work(function: Any, number: str) -> Callable[..., None]:
+    """A function of the library, for arrays."""
+    table, one = np.ctypeslib.ndpointer(NUMBERS[number], 2, flags="C"), getattr(ctypes, f"c_{number}")
+    function.argtypes, function.restype = [ctypes.c_long, table, one, one, ctypes.c_long, table, table], None
+
+    def work(sizes: Any, sense: float, lift: float, motion: Any, found: Any) -> None:
+        function(len(sizes), sizes, sense, lift, motion.shape[1], motion, found)
+
+    return work
