@@ -11,7 +11,7 @@ from support.depth import times
 
 from camopt import Scene, evaluate, find_scene, load, sweep
 from camopt.effects import Case, offered
-from camopt.front import front_search
+from camopt.front import front_search, shared_curves
 from camopt.front.box_bounds import Bounds, all_bounded, is_bounded
 from camopt.front.dominance import Dominators
 from camopt.front.front_search import FrontSearch
@@ -22,6 +22,7 @@ from camopt.front.streaming import streamed
 from camopt.front.sweep import column_names, with_objectives
 from camopt.problem.limits import LOADS
 from camopt.problem.problem import resolve
+from camopt.problem.rows import joined
 from camopt.problem.space import space_of
 from camopt.quantities import QUANTITIES
 from camopt.verdicts.judging import run_effects
@@ -119,12 +120,44 @@ def both(scene, few, together=50):
     return full, found, len(space)
 
 
+def rounded(contact):
+    """Whether a roller or a spherical face follows a pitch curve."""
+    return CONTACTS[contact]["contact"] in ("roller", "spherical")
+
+
 def same_rows(full, found):
     assert found.count == full.count
     assert set(found.columns) == set(full.columns)
     for name in full.columns:
         mine, theirs = found.column(name), full.column(name)
         assert np.array_equal(mine, theirs), (name, mine[mine != theirs][:3], theirs[mine != theirs][:3])
+
+
+@pytest.mark.parametrize("contact", [name for name in CONTACTS if rounded(name)])
+@given(seed=st.integers(0, 10**6), block=st.sampled_from([7, 50, 32768]))
+@settings(max_examples=times(5, deep=40))
+def test_curves_that_designs_share_change_no_bit(contact, seed, block):
+    """The full sweep with each pitch curve searched once, four together, and without; sizes repeat their sums."""
+    scene = question(contact, seed)
+    sizes = {
+        key: [24.0, 24.5, 25.0, 30.0] for key in scene.search.model_fields_set & {"base_radius", "mean_radius"}
+    }
+    rollers = {key: [5.0, 5.5, 6.0] for key in scene.search.model_fields_set & {"roller_radius", "face_radius"}}
+    scene = scene.replace(**{f"search.{key}": values for key, values in (sizes | rollers).items()})
+    problem = with_objectives(resolve(scene))
+    space, names, tables = space_of(problem), column_names(problem), []
+    for at_once, worth in ((4, 1.0), (4096, np.inf)):
+        rows = []
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(shared_curves, "AT_ONCE", at_once)
+            patch.setattr(shared_curves, "WORTH", worth)
+            shared = shared_curves.curve_numbers(space) is not None
+            found = streamed(space, names, "feasible", 2, block, None, rows.append)
+        tables.append((shared, found.existing, found.effort, found.reached, joined(rows)))
+    (shared, *counts, rows), (alone, *others, expected) = tables
+    assert (shared, alone) == (True, False)
+    assert counts == others
+    same_rows(expected, rows)
 
 
 @pytest.mark.parametrize("contact", CONTACTS)

@@ -134,6 +134,11 @@ class Case:
         return extremes(made, len(self.designs), self.programme.table, questions, precision)
 
 
+def nothing(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
+    """No quantity at all."""
+    return {}
+
+
 @dataclass(frozen=True)
 class Effect:
     """A discipline that computes quantities: what it offers for a setup, and how."""
@@ -141,12 +146,14 @@ class Effect:
     name: str
     offers: Callable[[Setup], tuple[str, ...]]
     """The quantities of the setup's mechanism."""
-    run: Callable[[Case, frozenset[str]], dict[str, Any]]
+    run: Callable[[Case, frozenset[str]], dict[str, Any]] = nothing
     """From a case and the wanted names to columns: arrays (designs,) or one value for all, Bounded if inexact."""
     lacks: Callable[[Setup], Mapping[str, tuple[str, ...]]] = lambda setup: {}
     """For each offered quantity that cannot be computed from what the scene gives: the keys that it lacks."""
     reads: Callable[[Setup], tuple[str, ...]] = lambda setup: ()
-    """Quantities of other effects that this one reads, from ``Case.found``."""
+    """Quantities that ``run`` reads from ``Case.found``: of other effects, or found of the pitch curve."""
+    of_pitch: Callable[[Case, frozenset[str]], dict[str, Any]] = nothing
+    """As ``run``, and before it: what the pitch curve decides, which designs with rollers of many sizes share."""
     of_motion: Callable[[Setup], bool] = lambda setup: False
     """Whether its quantities depend on the motion and the speed alone, whatever the design."""
     by_extremes: Callable[[Setup], Mapping[str, ByExtreme]] = lambda setup: {}

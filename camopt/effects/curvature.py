@@ -15,12 +15,13 @@ from camopt.mechanisms.design import Designs
 from camopt.motion.table import TURN
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
 
+PITCH = ("pitch_curvature_max_per_mm", "pitch_curvature_min_per_mm")
+
 
 def offers(setup: Setup) -> tuple[str, ...]:
     if setup.mechanism.curvature is None:
         return ("profile_radius_min_mm", "undercut")
-    names = ("pitch_curvature_max_per_mm", "pitch_curvature_min_per_mm", "profile_radius_min_mm", "undercut")
-    return (*names, "cutter_radius_max_mm")
+    return (*PITCH, "profile_radius_min_mm", "undercut", "cutter_radius_max_mm")
 
 
 def by_extremes(setup: Setup) -> dict[str, ByExtreme]:
@@ -32,8 +33,7 @@ def by_extremes(setup: Setup) -> dict[str, ByExtreme]:
     curves, grooved = ((mechanism.curvature, TURN),), mechanism.grooved
     sharpest, deepest = (LARGEST_MAGNITUDE, LARGEST_MAGNITUDE) if grooved else (LARGEST, LEAST)
     return {
-        "pitch_curvature_max_per_mm": ByExtreme(curves, LARGEST, as_it_is),
-        "pitch_curvature_min_per_mm": ByExtreme(curves, LEAST, as_it_is),
+        **{name: ByExtreme(curves, goal, as_it_is) for name, goal in zip(PITCH, (LARGEST, LEAST), strict=True)},
         "profile_radius_min_mm": ByExtreme(curves, sharpest, _convex_radius, falls=True),
         "cutter_radius_max_mm": ByExtreme(curves, deepest, _groove_cutter if grooved else _cutter, falls=grooved),
     }
@@ -51,6 +51,27 @@ def _groove_cutter(curvature: Any, designs: Designs) -> Any:
     return designs.roller_radius + 1.0 / np.maximum(curvature, 0.0)
 
 
+def reads(setup: Setup) -> tuple[str, ...]:
+    return () if setup.mechanism.curvature is None else PITCH
+
+
+def of_pitch(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
+    """The extremes of the pitch curve's curvature, of which ``run`` makes the rest."""
+    mechanism = case.setup.mechanism
+    if mechanism.curvature is None:
+        return {}
+    found = case.extremes(mechanism.curvature, [(TURN, LARGEST), (TURN, LEAST)])
+    (most, least), (above, below) = found.value, found.width
+    convex_sign = 1.0 if mechanism.grooved else -1.0  # of a jump of y' that makes a convex corner
+    for corner in case.programme.corners:
+        if corner.size * convex_sign > 0.0:
+            most, above = np.full_like(most, np.inf), np.zeros_like(most)
+        else:
+            least, below = np.full_like(least, -np.inf), np.zeros_like(most)
+    scale = np.maximum(np.abs(most), np.abs(least))
+    return dict(zip(PITCH, (Bounded(most, above, scale), Bounded(least, -below, scale)), strict=True))
+
+
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     return _flat(case) if case.setup.mechanism.curvature is None else _trace_point(case)
 
@@ -66,30 +87,18 @@ def _flat(case: Case) -> dict[str, Any]:
 
 
 def _trace_point(case: Case) -> dict[str, Any]:
-    mechanism, roller = case.setup.mechanism, case.designs.roller_radius
-    assert mechanism.curvature is not None
-    found = case.extremes(mechanism.curvature, [(TURN, LARGEST), (TURN, LEAST)])
-    (most, least), (above, below) = found.value, found.width
-    convex_sign = 1.0 if mechanism.grooved else -1.0  # of a jump of y' that makes a convex corner
-    for corner in case.programme.corners:
-        if corner.size * convex_sign > 0.0:
-            most, above = np.full_like(most, np.inf), np.zeros_like(most)
-        else:
-            least, below = np.full_like(least, -np.inf), np.zeros_like(most)
-    sharpest, sharper = most, most + above
-    concave, deeper = np.maximum(-least, 0.0), np.maximum(below - least, 0.0)
-    if mechanism.grooved:
-        sharpest, sharper = np.maximum(most, -least), np.maximum(sharper, deeper)
-        concave, deeper = np.maximum(sharpest, 0.0), np.maximum(sharper, 0.0)
-    scale = np.maximum(np.abs(most), np.abs(least))
-    radius = _inverse(np.maximum(sharpest, 0.0))
-    widest = _inverse(concave)
+    grooved, roller = case.setup.mechanism.grooved, case.designs.roller_radius
+    (most, least), (highest, lowest) = map(case.found.__getitem__, PITCH), map(case.far, PITCH)
+    sharpest, sharper = np.maximum(most, 0.0), np.maximum(highest, 0.0)
+    concave, deeper = np.maximum(-least, 0.0), np.maximum(-lowest, 0.0)
+    if grooved:
+        sharpest = concave = np.maximum(sharpest, concave)
+        sharper = deeper = np.maximum(sharper, deeper)
+    radius, widest = _inverse(sharpest), _inverse(concave)
     return {
-        "pitch_curvature_max_per_mm": Bounded(most, above, scale),
-        "pitch_curvature_min_per_mm": Bounded(least, -below, scale),
         "profile_radius_min_mm": Bounded(radius - roller, _inwards(radius, sharper), radius),
         "cutter_radius_max_mm": Bounded(roller + widest, _inwards(widest, deeper), roller + widest),
-        "undercut": np.where(roller > 0.0, sharpest, 0.0) * np.where(roller > 0.0, roller, 1.0) >= 1.0,
+        "undercut": np.where(roller > 0.0, sharpest, 0.0) * roller >= 1.0,
     }
 
 
@@ -105,4 +114,4 @@ def _inwards(radius: FloatArray, curvature: FloatArray) -> FloatArray:
     return np.where(np.isfinite(radius), np.minimum(_inverse(np.maximum(curvature, 0.0)), finite) - finite, 0.0)
 
 
-EFFECT = Effect("curvature", offers, run, by_extremes=by_extremes)
+EFFECT = Effect("curvature", offers, run, reads=reads, of_pitch=of_pitch, by_extremes=by_extremes)

@@ -33,7 +33,7 @@ def by_extremes(setup: Setup) -> dict[str, ByExtreme]:
     return {name: ByExtreme(((pressure, kinds),), LARGEST_MAGNITUDE, angle_of) for name, kinds in names.items()}
 
 
-def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
+def of_pitch(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     kinds = {name: bit for name, bit in KINDS.items() if any(s.kind == bit for s in case.programme.strokes)}
     questions = [(bit, LARGEST_MAGNITUDE) for bit in kinds.values()]
     pitch_point_wanted = bool(wanted & PITCH_POINT)
@@ -54,4 +54,4 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     return columns
 
 
-EFFECT = Effect("pressure", offers, run, by_extremes=by_extremes)
+EFFECT = Effect("pressure", offers, of_pitch=of_pitch, by_extremes=by_extremes)

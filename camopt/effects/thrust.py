@@ -91,7 +91,7 @@ def _thrust_curves(setup: Setup, arm: float, reach: float) -> list[Variant]:
     return [(partial(thrust_curve, setup, way=way, arm=arm, reach=reach), kinds) for way, kinds in ways(setup)]
 
 
-def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
+def of_pitch(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     setup, given = case.setup, case.setup.dynamics
     columns: dict[str, Any] = {}
     sound = np.ones(len(case.designs), dtype=bool)
@@ -122,4 +122,4 @@ def levers(setup: Setup) -> dict[str, tuple[float, float, float]]:
     return found
 
 
-EFFECT = Effect("thrust", offers, run, lacks, by_extremes=by_extremes)
+EFFECT = Effect("thrust", offers, lacks=lacks, of_pitch=of_pitch, by_extremes=by_extremes)

@@ -190,7 +190,7 @@ def by_extremes(setup: Setup) -> dict[str, ByExtreme]:
     return {name: ByExtreme(curves, goal, partial(scaled, units[name])) for name, goal in goals.items()}
 
 
-def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
+def of_pitch(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     dynamics, omega = case.setup.dynamics, case.setup.omega
     assert omega is not None
     if rubs(case.setup):
@@ -214,4 +214,11 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     return columns
 
 
-EFFECT = Effect("torque", offers, run, lacks, of_motion=lambda setup: not rubs(setup), by_extremes=by_extremes)
+EFFECT = Effect(
+    "torque",
+    offers,
+    lacks=lacks,
+    of_pitch=of_pitch,
+    of_motion=lambda setup: not rubs(setup),
+    by_extremes=by_extremes,
+)

@@ -229,7 +229,7 @@ def ranged(problem: Problem, names: set[str], designs: Designs, side: float = 0.
     """
     case, found = Case(problem.setup, problem.programme, designs), {}
     for effect, wanted in planned(frozenset(names), problem.setup):
-        for name, value in effect.run(case, wanted).items():
+        for name, value in {**effect.of_pitch(case, wanted), **effect.run(case, wanted)}.items():
             found[name] = value.value + side * value.outward if isinstance(value, Bounded) else value
     return found
 

@@ -25,7 +25,8 @@ from camopt.front.streaming import Seen
 from camopt.problem.rows import Rows
 from camopt.problem.space import Space
 from camopt.smallest.result import Progress
-from camopt.verdicts.judging import Effort, screened
+from camopt.verdicts.judging import Effort
+from camopt.verdicts.screening import screened
 
 FEW = 64  # designs of a box that are evaluated: to bound it costs as much
 BOXES = 1 << 13  # halved before those that they leave, which bounds the memory

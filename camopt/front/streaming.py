@@ -11,10 +11,14 @@ from typing import NamedTuple
 import numpy as np
 
 from camopt.front.pareto import Archive, non_dominated, ranked
+from camopt.front.shared_curves import CurveNumbers, SharedCurves, curve_numbers
 from camopt.problem.rows import Rows, joined
 from camopt.problem.space import Block, Space
 from camopt.smallest.result import Progress
-from camopt.verdicts.judging import Effort, screened, settled
+from camopt.verdicts.judging import Effort, settled
+from camopt.verdicts.screening import screened, screened_beyond_pitch
+
+Work = tuple[Block, SharedCurves | None]
 
 
 class Seen(NamedTuple):
@@ -64,7 +68,9 @@ def streamed(
     """Evaluate all designs. ``write`` takes rows of each block: all that can be assembled, or are feasible."""
     designs, existing, feasible, effort, reached = 0, 0, 0, Effort(), 0.0
     archive, firsts = Archive(space.problem.scene.search, block), []
-    for batch in in_order(space, partial(_batch, space, names, keep), workers, block):
+    sharing = None if keep == "all" else curve_numbers(space)
+    blocks = _blocks(space, frozenset(names), sharing, block)
+    for batch in in_order(blocks, partial(_batch, space, frozenset(names), keep), workers):
         designs += batch.designs
         existing += batch.existing
         feasible += batch.feasible
@@ -78,28 +84,42 @@ def streamed(
     return Seen(archive.front(), joined(firsts), effort, reached, designs, existing, feasible)
 
 
-def _batch(space: Space, names: tuple[str, ...], keep: str, block: Block) -> Batch:
+def _blocks(space: Space, names: frozenset[str], sharing: CurveNumbers | None, size: int) -> Iterator[Work]:
+    """The space in order, each block with the pitch curves of its motion, if designs share them."""
+    curves: dict[int, SharedCurves | None] = {}
+    for block in space.blocks(size):
+        problem, *_ = block
+        if id(problem) not in curves:
+            curves = {id(problem): None if sharing is None else SharedCurves(space, problem, sharing, names)}
+        yield block, curves[id(problem)]
+
+
+def _batch(space: Space, names: frozenset[str], keep: str, work: Work) -> Batch:
     """Evaluate one block of a space."""
-    problem, first, last = block
-    designs = space.designs(np.arange(first, last))
-    designs = designs.take(problem.setup.mechanism.exists(designs, problem.programme))
-    if keep == "all":
-        evaluated, effort = settled(problem, designs, frozenset(names))
+    (problem, first, last), curves = work
+    if curves:
+        existing, candidates = curves.candidates(first, last)
+        evaluated, _, effort = screened_beyond_pitch(candidates, names)
     else:
-        evaluated, _, effort = screened(problem, designs, frozenset(names))
+        designs = space.designs(np.arange(first, last))
+        designs = designs.take(problem.setup.mechanism.exists(designs, problem.programme))
+        existing = len(designs)
+        if keep == "all":
+            evaluated, effort = settled(problem, designs, names)
+        else:
+            evaluated, _, effort = screened(problem, designs, names)
     feasible = evaluated.take(evaluated.column("feasible").astype(bool))
     front = non_dominated(feasible, problem.scene.search)
     best = ranked(front, problem.scene.search).take(np.arange(min(front.count, 1)))
     reached = float(np.max(evaluated.columns["relative_half_width"], initial=0.0))
-    return Batch(last - first, len(designs), feasible.count, effort, reached, evaluated, front, best)
+    return Batch(last - first, existing, feasible.count, effort, reached, evaluated, front, best)
 
 
-def in_order(space: Space, work: Callable[[Block], Batch], workers: int, block: int) -> Iterator[Batch]:
+def in_order(blocks: Iterator[Work], work: Callable[[Work], Batch], workers: int) -> Iterator[Batch]:
     """Batches in the order of the space from a few threads, never far ahead of the reader.
 
     The first comes from this thread, so that an interrupt ends it while it compiles kernels.
     """
-    blocks = space.blocks(block)
     yield from map(work, islice(blocks, 1))
     with ThreadPoolExecutor(workers) as pool:
         running: deque[Future[Batch]] = deque()

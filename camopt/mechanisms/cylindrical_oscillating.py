@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.mechanisms.design import Designs, Mechanism, Travel
+from camopt.mechanisms.design import Designs, Mechanism, Travel, without_roller
 from camopt.mechanisms.trace import trace_curvature
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
@@ -91,5 +91,6 @@ MECHANISM = Mechanism(
     assembly_margins=_assembly_margins,
     assembly="the mean radius has to be above 0, and the swing below 180 deg",
     travel=_travel,
+    pitch=without_roller,
     grooved=True,
 )

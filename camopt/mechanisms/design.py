@@ -1,7 +1,7 @@
 """Designs as a structure of arrays, and what a mechanism has to say about them."""
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.numerics.interval import as_interval
+from camopt.numerics.stable import lost_by_sum
 
 ComplexArray = NDArray[np.complex128]
 BoolArray = NDArray[np.bool_]
@@ -84,6 +85,26 @@ def chained(parts: Iterable[Designs]) -> Designs:
     return Designs(**sizes, sense=parts[0].sense)
 
 
+def drawn_by_point(designs: Designs) -> Designs:
+    """Designs without a roller that have the same pitch curves: of disc cams, the prime circle as base circle.
+
+    Curves take the sum of size and roller radius to its last digit. What rounding takes off the prime radius stays
+    as a tiny "roller radius", so that the sum is the same, and equal designs come of pitch curves that are equal.
+    """
+    prime = designs.prime_radius
+    return replace(designs, size=prime, roller_radius=lost_by_sum(designs.size, designs.roller_radius))
+
+
+def without_roller(designs: Designs) -> Designs:
+    """Designs whose pitch curves do not depend on the roller, without it."""
+    return replace(designs, roller_radius=np.zeros(len(designs)))
+
+
+def itself(designs: Designs) -> Designs:
+    """Designs that share no pitch curve."""
+    return designs
+
+
 class Travel(NamedTuple):
     """Where the trace point is in the ground frame, as complex x + iy, and the cam's outward normal there."""
 
@@ -119,6 +140,8 @@ class Mechanism:
     reach: Callable[[Designs, Programme], Any] | None = None
     outline: Callable[[Designs, Programme], Any] | None = None
     """Curve whose largest value is that of the distance of a disc cam's profile from its axis, mm."""
+    pitch: Callable[[Designs], Designs] = itself
+    """For designs those with the same pitch curves that are alike if these are."""
     grooved: bool = False
     """Both flanks of the pitch curve touch the follower, as in a cylindrical cam."""
 

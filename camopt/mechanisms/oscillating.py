@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.mechanisms.design import Designs, Mechanism, Travel
+from camopt.mechanisms.design import Designs, Mechanism, Travel, drawn_by_point
 from camopt.mechanisms.trace import trace_curvature
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
@@ -149,4 +149,5 @@ MECHANISM = Mechanism(
     assembly_margins=_assembly_margins,
     assembly="prime radius, arm and centre distance have to form a triangle throughout the lift",
     travel=_travel,
+    pitch=drawn_by_point,
 )

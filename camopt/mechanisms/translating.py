@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.mechanisms.design import Designs, Mechanism, Travel
+from camopt.mechanisms.design import Designs, Mechanism, Travel, drawn_by_point
 from camopt.mechanisms.trace import trace_curvature
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
@@ -107,4 +107,5 @@ MECHANISM = Mechanism(
     assembly_margins=_assembly_margins,
     assembly="the offset has to be smaller than the prime radius",
     travel=_travel,
+    pitch=drawn_by_point,
 )

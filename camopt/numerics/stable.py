@@ -38,11 +38,16 @@ def sum_of(*terms: Any) -> Any:
         return Interval(sum_of(*(x.low for x in ends)), sum_of(*(x.high for x in ends)))
     total, lost = terms[0], 0.0
     for term in terms[1:]:
-        raised = total + term
-        part = raised - total
-        lost = lost + ((total - (raised - part)) + (term - part))
-        total = raised
+        lost = lost + lost_by_sum(total, term)
+        total = total + term
     return total + lost
+
+
+def lost_by_sum(a: Any, b: Any) -> Any:
+    """What a + b loses by rounding, exactly (Knuth, The Art of Computer Programming, vol. 2, 4.2.2)."""
+    total = a + b
+    part = total - a
+    return (a - (total - part)) + (b - part)
 
 
 def difference_of_squares_root(a: Any, b: Any, more: Any = 0.0) -> Any:

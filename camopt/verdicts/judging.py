@@ -49,6 +49,17 @@ def planned(wanted: frozenset[str], setup: Setup) -> list[tuple[Effect, frozense
 
 def extended(rows: Rows, case: Case, effect: Effect, names: frozenset[str]) -> Rows:
     """The rows of a case with some quantities of one more effect, which may read those that the rows have."""
+    return beyond_pitch(of_pitch(rows, case, effect, names), case, effect, names)
+
+
+def of_pitch(rows: Rows, case: Case, effect: Effect, names: frozenset[str]) -> Rows:
+    """The rows of a case with what one more effect finds of pitch curves, the same bits for all that share one."""
+    curves = replace(case, designs=case.setup.mechanism.pitch(case.designs))
+    return with_found(rows, effect.of_pitch(curves, names), names)
+
+
+def beyond_pitch(rows: Rows, case: Case, effect: Effect, names: frozenset[str]) -> Rows:
+    """The rows of a case with what one more effect finds beyond that of pitch curves."""
     return with_found(rows, effect.run(replace(case, found=rows.columns, outward=rows.outward), names), names)
 
 
@@ -162,40 +173,6 @@ def _by_balls(problem: Problem, designs: Designs, rows: Rows, until: float) -> R
         "status": np.where(settled, proved_status(problem.programme), UNDECIDED),
     }
     return Rows(rows.columns | verdict, rows.count)
-
-
-class Screened(NamedTuple):
-    """The feasible ones of some designs: rows, their numbers among those, and what it took."""
-
-    rows: Rows
-    which: NDArray[np.intp]
-    effort: Effort
-
-
-def screened(problem: Problem, designs: Designs, wanted: frozenset[str]) -> Screened:
-    """The wanted quantities of those designs that hold every limit, with their verdict.
-
-    Effects run cheapest first, and a design that breaks a limit is dropped before the next effect runs.
-    """
-    rows, pending, held = Rows({}, len(designs)), list(problem.limits), np.ones(len(designs), dtype=bool)
-    index = np.arange(len(designs))
-    for effect, names in planned(wanted | problem.needed, problem.setup):
-        rows = extended(rows, Case(problem.setup, problem.programme, designs), effect, names)
-        ready = [limit for limit in pending if rows.columns.keys() >= set(limit.needs)]
-        pending = [limit for limit in pending if limit not in ready]
-        possible = np.all(excesses(ready, rows.shifted(-1.0), designs) <= 0.0, axis=0)
-        held = (held & np.all(excesses(ready, rows.shifted(1.0), designs) <= 0.0, axis=0))[possible]
-        designs, rows, index = designs.take(possible), rows.take(possible), index[possible]
-    rows = rows.only(wanted)
-    verdict = {"feasible": True, "violated": "", "status": proved_status(problem.programme)}
-    rows = Rows({**rows.columns, "relative_half_width": rows.half_width}, rows.count)
-    if held.all():
-        return Screened(Rows(rows.columns | verdict, rows.count), index, Effort())
-    near, effort = settled(exactly(problem), designs.take(~held), wanted)
-    rows, kept = rows.with_rows(np.flatnonzero(~held), near), held.copy()
-    kept[~held] = near.column("feasible")
-    rows = rows.take(kept)
-    return Screened(Rows(rows.columns | verdict, rows.count), index[kept], effort._replace(again=near.count))
 
 
 def excesses(limits: Iterable[Limit], columns: Columns, designs: Designs) -> FloatArray:

@@ -1,0 +1,119 @@
+"""Screening: the quantities of those designs of many that hold every limit, with a verdict that is proved.
+
+Effects run cheapest first, and a design that breaks a limit is dropped before the next effect runs.
+"""
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camopt.effects import Case, Effect
+from camopt.mechanisms import Designs
+from camopt.mechanisms.design import BoolArray
+from camopt.problem.limits import Limit
+from camopt.problem.problem import Problem, exactly
+from camopt.problem.rows import Rows
+from camopt.verdicts.judging import Effort, beyond_pitch, excesses, of_pitch, planned, proved_status, settled
+
+
+@dataclass(frozen=True)
+class Candidates:
+    """Designs that hold every limit that was asked so far, or may."""
+
+    problem: Problem
+    designs: Designs
+    which: NDArray[np.intp]
+    """Their numbers among those that there were."""
+    rows: Rows
+    held: BoolArray
+    """Which of them hold those limits for certain."""
+    pending: tuple[Limit, ...]
+    """The limits that were not asked yet."""
+
+    @property
+    def case(self) -> Case:
+        """The block that they are."""
+        return Case(self.problem.setup, self.problem.programme, self.designs)
+
+    def take(self, index: NDArray[np.intp]) -> "Candidates":
+        """Some of them."""
+        designs, rows = self.designs.take(index), self.rows.take(index)
+        return replace(self, designs=designs, which=self.which[index], rows=rows, held=self.held[index])
+
+    def asked(self, rows: Rows) -> "Candidates":
+        """With more quantities, those that hold the limits that these decide, or may."""
+        ready = tuple(limit for limit in self.pending if rows.columns.keys() >= set(limit.needs))
+        pending = tuple(limit for limit in self.pending if limit not in ready)
+        left = replace(self, rows=rows, pending=pending)
+        if not ready:
+            return left
+        possible = left._holding(ready, -1.0)
+        left = left if possible.all() else left.take(np.flatnonzero(possible))
+        return replace(left, held=left.held & left._holding(ready, 1.0))
+
+    def _holding(self, limits: tuple[Limit, ...], side: float) -> BoolArray:
+        """Which of them hold some limits on a side of their enclosures: 1 for the far one."""
+        columns = self.rows.only({name for limit in limits for name in limit.needs}).shifted(side)
+        return np.asarray(np.all(excesses(limits, columns, self.designs) <= 0.0, axis=0))
+
+
+def begun(problem: Problem, designs: Designs) -> Candidates:
+    """Designs of which nothing is known yet."""
+    count = len(designs)
+    held = np.ones(count, dtype=bool)
+    return Candidates(problem, designs, np.arange(count), Rows({}, count), held, problem.limits)
+
+
+class Screened(NamedTuple):
+    """The feasible ones of some designs: rows, their numbers among those, and what it took."""
+
+    rows: Rows
+    which: NDArray[np.intp]
+    effort: Effort
+
+
+def screened(problem: Problem, designs: Designs, wanted: frozenset[str]) -> Screened:
+    """The wanted quantities of those designs that hold every limit, with their verdict."""
+    candidates = begun(problem, designs)
+    for effect, names in _plan(problem, wanted):
+        candidates = candidates.asked(of_pitch(candidates.rows, candidates.case, effect, names))
+        candidates = candidates.asked(beyond_pitch(candidates.rows, candidates.case, effect, names))
+    return _with_verdict(candidates, wanted)
+
+
+def screened_by_pitch(candidates: Candidates, wanted: frozenset[str]) -> Candidates:
+    """Those of some pitch curves, as designs of their own, that hold every limit which they decide, or may."""
+    of_sizes = tuple(limit for limit in candidates.pending if not limit.needs)
+    found = replace(candidates, pending=tuple(limit for limit in candidates.pending if limit.needs))
+    for effect, names in _plan(candidates.problem, wanted):
+        found = found.asked(of_pitch(found.rows, found.case, effect, names))
+    return replace(found, pending=(*of_sizes, *found.pending))
+
+
+def screened_beyond_pitch(candidates: Candidates, wanted: frozenset[str]) -> Screened:
+    """As ``screened``, of designs of which everything is known that their pitch curves decide."""
+    for effect, names in _plan(candidates.problem, wanted):
+        candidates = candidates.asked(beyond_pitch(candidates.rows, candidates.case, effect, names))
+    return _with_verdict(candidates, wanted)
+
+
+def _plan(problem: Problem, wanted: frozenset[str]) -> list[tuple[Effect, frozenset[str]]]:
+    return planned(wanted | problem.needed, problem.setup)
+
+
+def _with_verdict(candidates: Candidates, wanted: frozenset[str]) -> Screened:
+    """The rows of candidates that hold all limits; those that may are looked at again."""
+    problem, rows, held = candidates.problem, candidates.rows.only(wanted), candidates.held
+    verdict = {"feasible": True, "violated": "", "status": proved_status(problem.programme)}
+    rows = Rows({**rows.columns, "relative_half_width": rows.half_width}, rows.count)
+    if held.all():
+        return Screened(Rows(rows.columns | verdict, rows.count), candidates.which, Effort())
+    near, effort = settled(exactly(problem), candidates.designs.take(~held), wanted)
+    rows, kept = rows.with_rows(np.flatnonzero(~held), near), held.copy()
+    kept[~held] = near.column("feasible")
+    rows = rows.take(kept)
+    return Screened(
+        Rows(rows.columns | verdict, rows.count), candidates.which[kept], effort._replace(again=near.count)
+    )
