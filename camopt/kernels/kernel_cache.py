@@ -19,6 +19,7 @@ from typing import Any
 
 from numba.core import compiler, serialize
 from numba.core.caching import NullCache
+from numba.core.runtime.nrt import rtsys
 
 rebuilt: Callable[..., Any] = compiler.CompileResult._rebuild
 pickled: Callable[..., bytes] = serialize.dumps
@@ -67,8 +68,12 @@ class KernelCache(NullCache):
         return self._file(self._key(signature, codegen)).is_file()
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """The compiled function for a signature; None if there is none on disk that is whole."""
-        target_context.refresh()
+        """The compiled function for a signature; None if there is none on disk that is whole.
+
+        Machine code needs numba's memory management, and none of what numba knows of Python, which takes it half a
+        second to load.
+        """
+        rtsys.initialize(target_context)
         key = self._key(sig, target_context.codegen())
         try:
             content = content_of(self._file(key).read_bytes())

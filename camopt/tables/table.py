@@ -40,9 +40,12 @@ def to_table(rows: Rows, layout: pa.Schema) -> pa.Table:
 def _array(value: Any, rows: int, kind: pa.DataType) -> pa.Array:
     """A column as an arrow array, from its bytes: ``pa.array`` and ``pa.scalar`` would import pandas, at 0.3 s."""
     if kind == pa.string():
-        texts = [str(value).encode()] * rows if not np.ndim(value) else [text.encode() for text in value.tolist()]
-        ends = np.cumsum([0, *map(len, texts)], dtype=np.int32)
-        return pa.Array.from_buffers(kind, rows, [None, pa.py_buffer(ends), pa.py_buffer(b"".join(texts))])
+        texts = [text.encode() for text in (value.tolist() if np.ndim(value) else [str(value)])]
+        lengths = np.broadcast_to(np.array([*map(len, texts)], dtype=np.int32), (rows,))
+        ends, repeats = np.concatenate([[0], np.cumsum(lengths)]).astype(np.int32), 1 if np.ndim(value) else rows
+        return pa.Array.from_buffers(
+            kind, rows, [None, pa.py_buffer(ends), pa.py_buffer(b"".join(texts) * repeats)]
+        )
     value = np.broadcast_to(value, (rows,))
     if kind == pa.bool_():
         bits = np.packbits(value, bitorder="little")
