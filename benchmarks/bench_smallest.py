@@ -11,35 +11,20 @@ import numpy as np
 import pytest
 from mechanism import Cam
 from pytest_benchmark.fixture import BenchmarkFixture
-from rival_numpy import Array, Cams, polished, turn_of
+from rival_numpy import Array, Cams, polished
 from scipy import optimize
+from smallest_cams import LIMIT, OFFSETS, RADII, ROLLER, Answer, by_brentq, sampled_tangents, smallest_cam
 from timing import measured, ratio, rival_seconds, seconds
 
-from camopt import Scene, find_scene, optimise
+from camopt import Scene, optimise
 from camopt.problem.problem import resolve
 from camopt.problem.space import problems_of
 from camopt.smallest.optimise import boxes_of
 from camopt.smallest.result import Smallest
 from camopt.smallest.smallest import smallest
 
-ROLLER, LIMIT = 5.0, 30.0  # mm, deg
-RADII, OFFSETS = (1.0, 300.0), (-40.0, 40.0)  # mm
-ANGLES = 3600
 KNOWN = {("cycloidal", "radial"): 82.5472265, ("harmonic", "radial"): 60.1387819}  # mm
 CLOSE = 1e-6  # mm
-Answer = tuple[float, float]
-"""Base radius and lead, mm."""
-
-
-def smallest_cam(law: str, offset: str) -> Scene:
-    """The 1000 rpm scene with the pressure angle as its only limit and one law."""
-    search = {
-        "law": [law],
-        **({"offset": dict(zip(("start", "stop"), OFFSETS, strict=True))} if offset == "free" else {}),
-    }
-    limits = {"pressure_angle": LIMIT, "pressure_angle_return": LIMIT}
-    sizes = {"follower.offset": 0, "follower.roller_radius": ROLLER}
-    return find_scene("roller-1000rpm").replace(**sizes, limits=limits, search=search)
 
 
 def solved(scene: Scene) -> Smallest:
@@ -47,33 +32,6 @@ def solved(scene: Scene) -> Smallest:
     problem = resolve(scene)
     (each,), (box,) = problems_of(problem), boxes_of(problem)
     return smallest(each, box)
-
-
-def sampled_turn(law: str) -> tuple[Array, Array]:
-    """y and y' at even cam angles of both strokes."""
-    x = np.linspace(0.0, 1.0, ANGLES // 2)
-    rows = [stroke.motion(x)[:2] for stroke in turn_of(law)]
-    y, y1 = (np.concatenate(each) for each in zip(*rows, strict=True))
-    return y, y1
-
-
-def sampled_tangents(law: str) -> Callable[[float, float], Array]:
-    """tan β over the turn as a function of base radius and lead."""
-    y, y1 = sampled_turn(law)
-
-    def tangents(radius: float, lead: float) -> Array:
-        height = np.sqrt(max((radius + ROLLER) ** 2 - lead**2, 0.0))
-        return (y1 - lead) / (height + y + 1e-12)
-
-    return tangents
-
-
-def by_brentq(law: str) -> Answer:
-    """A root of the largest sampled pressure angle."""
-    tangents, limit = sampled_tangents(law), np.tan(np.radians(LIMIT))
-    return float(
-        optimize.brentq(lambda radius: np.abs(tangents(radius, 0.0)).max() - limit, *RADII, xtol=1e-10)
-    ), 0.0
 
 
 def by_mechanism(law: str) -> Answer:

@@ -5,18 +5,14 @@ by what lies between two samples; camopt encloses the extremes of the continuous
 """
 
 import ctypes
-import os
-import shlex
-import subprocess
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cache
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
+from c_library import c_compiler, c_library
 from rival_numpy import Array
 
 SAMPLES = 360
@@ -62,30 +58,15 @@ class Rival:
 @cache
 def rival(number: str) -> Rival:
     """The rival in C for a type of number; where there is no C compiler, that in numba, which takes doubles."""
-    compiler = shlex.split(os.environ.get("CC", "cc"))
-    try:
-        about = subprocess.run([*compiler, "--version"], check=True, capture_output=True, text=True).stdout
-    except (FileNotFoundError, subprocess.CalledProcessError):
+    compiler = c_compiler()
+    if compiler is None:
         import rival_numba
 
         return Rival(rival_numba.NAME, np.float64, {each: rival_numba.work_of(each) for each in MECHANISMS})
-    flags, library = [*FLAGS, f"-DNUMBER={number}"], _library(compiler, number)
+    flags = [*FLAGS, f"-DNUMBER={number}"]
+    library = c_library("rival.c", flags)
     works = {each: _work(getattr(library, f"{each}_extremes"), number) for each in MECHANISMS}
-    return Rival(f"C, {' '.join(flags)}, {about.splitlines()[0]}", NUMBERS[number], works)
-
-
-def _library(compiler: list[str], number: str) -> Any:
-    """``rival.c``, compiled and loaded.
-
-    It is linked without ``-ffast-math``: gcc would link what makes the whole process take denormal numbers as 0.
-    """
-    source = Path(__file__).with_name("rival.c")
-    with TemporaryDirectory() as folder:
-        made, library = Path(folder, "rival.o"), Path(folder, "rival.so")
-        compiled = ["-fPIC", f"-DNUMBER={number}", "-c", str(source), "-o", str(made)]
-        subprocess.run([*compiler, *FLAGS, *compiled], check=True)
-        subprocess.run([*compiler, "-shared", str(made), "-o", str(library), "-lm"], check=True)
-        return ctypes.CDLL(str(library))
+    return Rival(f"C, {' '.join(flags)}, {compiler}", NUMBERS[number], works)
 
 
 def _work(function: Any, number: str) -> Callable[..., None]:

@@ -1,0 +1,80 @@
+"""A process that measures tasks with the package on ``PYTHONPATH``; the last line that it prints is JSON.
+
+    python measuring.py time|count|warm TASK …
+
+``time`` tells the least wall and CPU seconds of camopt and of its rival. ``count`` runs under callgrind, which
+writes the instructions of each task to a file. ``warm`` runs each task once, so that its kernels are on disk.
+"""
+
+import json
+import resource
+import sys
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from subprocess import CalledProcessError
+from time import perf_counter
+from typing import Any
+
+from c_library import c_library
+from record import TIMES
+from tasks import TASKS, Task
+
+import camopt
+
+
+def cpu_seconds() -> float:
+    """CPU time of this process and of the children it has waited for."""
+    used = (resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+    return sum(each.ru_utime + each.ru_stime for each in used)
+
+
+def spent(run: Callable[[], Any]) -> tuple[float, float]:
+    """Wall and CPU seconds of a call."""
+    wall, cpu = perf_counter(), cpu_seconds()
+    run()
+    return perf_counter() - wall, cpu_seconds() - cpu
+
+
+def timed(task: Task) -> dict[str, float]:
+    """The least of a few runs, camopt and its rival in turns."""
+    if task.runs > 1:
+        task.own()
+        task.rival()
+    pairs = [(spent(task.own), spent(task.rival)) for _ in range(task.runs)]
+    own, rival = ([min(times) for times in zip(*side, strict=True)] for side in zip(*pairs, strict=True))
+    return {**dict(zip(TIMES, (*own, *rival), strict=True)), "designs": task.designs}
+
+
+def counted(task: Task, name: str) -> None:
+    """A task once more after it has run, for callgrind to count."""
+    library = c_library("counting.c", ())
+    task.own()
+    library.counting_begins()
+    task.own()
+    library.counting_ends(name.encode())
+
+
+def measured(verb: str, names: Iterable[str]) -> dict[str, Any]:
+    """What is found of each task; a commit that cannot do a task, being older, has nothing for it, and says so."""
+    found = {}
+    for name in names:
+        try:
+            task = TASKS[name]()
+            if verb == "time":
+                found[name] = timed(task)
+            elif verb == "count":
+                counted(task, name)
+            else:
+                task.own()
+        except (camopt.BadInput, CalledProcessError) as refused:
+            print(f"{name}: {refused}", file=sys.stderr)
+    return found
+
+
+def main(verb: str, *names: str) -> None:
+    package = str(Path(camopt.__file__).parent)
+    print(json.dumps({"package": package, "tasks": measured(verb, names)}))
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

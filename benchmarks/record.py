@@ -1,0 +1,90 @@
+"""The record of speed: a JSON file for each commit that was measured, and what is compared of two of them.
+
+Times are CPU seconds where they are compared: what else a machine does changes them least. A time means something
+beside that of a rival, which is the same for every commit.
+"""
+
+import json
+from collections.abc import Iterable, Mapping
+from math import inf
+from pathlib import Path
+from typing import Any, NamedTuple
+
+HISTORY = Path(__file__).with_name("history")
+TIMES = ("seconds", "cpu_seconds", "rival_seconds", "rival_cpu_seconds")
+COUNTS = {"instructions": "all instructions", "kernel_instructions": "those of kernels"}
+Measures = dict[str, dict[str, float]]
+"""By task: the least times, the designs of a call, and counts of instructions where they were counted."""
+Record = dict[str, Any]
+
+
+def least(rounds: Iterable[Measures]) -> Measures:
+    """The least of each number of several rounds of measuring."""
+    found: Measures = {}
+    for measures in rounds:
+        for task, numbers in measures.items():
+            before = found.setdefault(task, {})
+            before.update({name: min(value, before.get(name, inf)) for name, value in numbers.items()})
+    return found
+
+
+def ratio(numbers: Mapping[str, float]) -> float:
+    """How many times as long the rival takes: below 1 where camopt takes longer."""
+    return numbers["rival_cpu_seconds"] / numbers["cpu_seconds"]
+
+
+class Change(NamedTuple):
+    """One number of a task before and after. What it costs has risen by ``rise``, as a share."""
+
+    task: str
+    what: str
+    before: float
+    after: float
+    rise: float
+    allowed: float
+
+    @property
+    def failed(self) -> bool:
+        return self.rise > self.allowed
+
+
+def changes(before: Measures, after: Measures, slower: float, more: float) -> list[Change]:
+    """What has changed in the tasks of both: ratios may fall to 1/(1 + slower), and counts rise by ``more``."""
+    found = []
+    for task in (name for name in after if name in before):
+        old, new = before[task], after[task]
+        found.append(Change(task, "ratio", ratio(old), ratio(new), ratio(old) / ratio(new) - 1.0, slower))
+        for name in (name for name in COUNTS if name in old and name in new):
+            found.append(Change(task, COUNTS[name], old[name], new[name], new[name] / old[name] - 1.0, more))
+    return found
+
+
+def table(found: Iterable[Change]) -> str:
+    """The changes as Markdown."""
+    lines = ["| task | what | before | after | costs more by | allowed | |", "|---|---|---:|---:|---:|---:|---|"]
+    for each in found:
+        cells = (each.task, each.what, f"{each.before:.4g}", f"{each.after:.4g}", f"{each.rise:+.1%}")
+        lines.append(f"| {' | '.join(cells)} | {each.allowed:.0%} | {'**fails**' if each.failed else ''} |")
+    return "\n".join(lines)
+
+
+def with_one_rival(before: Measures, after: Measures) -> tuple[Measures, Measures]:
+    """Two sides that were measured in turns, each with the least times of the rival on either side."""
+    both = least([before, after])
+    rival = {task: {name: both[task][name] for name in TIMES if name.startswith("rival")} for task in both}
+    found = [{task: numbers | rival[task] for task, numbers in side.items()} for side in (before, after)]
+    return found[0], found[1]
+
+
+def written(record: Record, folder: Path = HISTORY) -> Path:
+    """Write the record of a commit to a file of its own, so that records merge without conflicts."""
+    folder.mkdir(exist_ok=True)
+    moment = "".join(mark for mark in record["date"][:19] if mark.isdigit())
+    file = folder / f"{moment}-{record['commit'][:9]}.json"
+    file.write_text(json.dumps(record, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+    return file
+
+
+def records(folder: Path = HISTORY) -> list[Record]:
+    """All records, in the order of their commits' dates."""
+    return [json.loads(file.read_text(encoding="utf-8")) for file in sorted(folder.glob("*.json"))]

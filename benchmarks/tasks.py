@@ -1,0 +1,91 @@
+"""What the record of speed measures: tasks of camopt, each with a rival that does not change from commit to commit.
+
+camopt is asked through its public functions and commands, so that the tasks of one commit measure the package of
+another one.
+"""
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Sequence
+from functools import partial
+from tempfile import TemporaryDirectory
+from typing import Any, NamedTuple
+
+from rival_c import MECHANISMS, rival
+from smallest_cams import by_brentq, smallest_cam
+from throughput import Job, default_job, jobs
+
+from camopt import optimise
+
+STEPS, RUNS = 100, 15
+CORES = os.cpu_count() or 1
+IMPORT_NUMPY = [sys.executable, "-c", "import numpy"]
+BILLION = ("--base-radius", "20:150:0.0005", "--keep", "front-only")
+COMMANDS: dict[str, tuple[str, ...]] = {
+    "help": ("--help",),
+    "evaluate": ("evaluate", "exhaust-valve"),
+    "certify": ("certify", "exhaust-valve"),
+    "optimise": ("optimise", "exhaust-valve"),
+    "sweep": ("sweep", "--rpm", "1000", "--max-pressure", "30"),
+    "synthesise": ("synthesise", "roller-1000rpm", "--max-pressure", "30"),
+    "front of 1e9": ("sweep", "--rpm", "1000", "--max-pressure", "30", *BILLION),
+}
+COLD = {f"camopt {name}, first": name for name in ("evaluate", "optimise", "sweep")}
+"""Tasks that compile: the first answers after an installation. By task, the command."""
+
+
+class Task(NamedTuple):
+    """What is measured: two calls, of camopt and of its rival."""
+
+    own: Callable[[], Any]
+    rival: Callable[[], Any]
+    designs: int = 1
+    """Designs of one call."""
+    runs: int = RUNS
+    """In one round of measuring, after one that does not count; or 1, and none before it. Many short ones: only
+    they fit into the quiet moments of a busy machine."""
+
+
+def _sweep(job: Job, threads: int, runs: int = RUNS) -> Task:
+    return Task(job.swept(threads), job.sampled(rival("float"), threads), job.designs, runs)
+
+
+def _smallest() -> Task:
+    """The smallest radius, against a root of 3600 samples."""
+    scene = smallest_cam("cycloidal", "radial")
+    return Task(lambda: optimise(scene), lambda: by_brentq("cycloidal"))
+
+
+def _run(command: Sequence[str]) -> None:
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+
+
+def _camopt(arguments: Sequence[str], first: bool) -> None:
+    """A command, with tables where it writes any; for a first answer, with no kernel on disk."""
+    with TemporaryDirectory() as folder:
+        out = ("--out", os.path.join(folder, "out")) if arguments[0] in ("sweep", "synthesise") else ()
+        kernels = {"NUMBA_CACHE_DIR": os.path.join(folder, "kernels")} if first else {}
+        command = [sys.executable, "-m", "camopt", *arguments, *out]
+        subprocess.run(command, check=True, env=os.environ | kernels, stdout=subprocess.DEVNULL)
+
+
+def _command(name: str, first: bool) -> Task:
+    """A command as a process, against one that imports numpy."""
+    return Task(partial(_camopt, COMMANDS[name], first), partial(_run, IMPORT_NUMPY), runs=1)
+
+
+COUNTED: dict[str, Callable[[], Task]] = {
+    name.replace("_", " "): lambda name=name: _sweep(jobs(STEPS)[name], 1) for name in MECHANISMS
+}
+"""Sweeps of each mechanism on one thread: tasks whose instructions can be counted."""
+
+QUICK: dict[str, Callable[[], Task]] = {**COUNTED, "smallest radius": _smallest}
+
+TASKS: dict[str, Callable[[], Task]] = {
+    **QUICK,
+    "default sweep": lambda: _sweep(default_job(), CORES, runs=2),
+    **{f"camopt {name}": partial(_command, name, False) for name in COMMANDS},
+    **{name: partial(_command, command, True) for name, command in COLD.items()},
+}
+"""All of them; those of ``QUICK`` first."""

@@ -1,0 +1,182 @@
+"""The record of speed.
+
+Without an option: measure HEAD, add it to the record, and draw the record. ``--commit`` does so with another
+commit, ``--compare`` measures a base and HEAD in turns and fails if HEAD costs more, ``--check`` fails if the
+working tree is much slower than the newest record, ``--draw`` draws. ``--quick`` takes the first part of the list
+alone: sweeps in process, and the smallest radius.
+
+Kernels are compiled before anything is measured, for each commit in a folder of its own; ``--kernels`` keeps them.
+Instructions are counted where valgrind is, unless ``--no-counts`` is given.
+"""
+
+import argparse
+import os
+import platform
+import sys
+from collections.abc import Callable
+from contextlib import ExitStack
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+
+import callgrind
+from history_picture import drawn
+from record import Change, Measures, Record, changes, least, records, table, with_one_rival, written
+from rival_c import rival
+from sides import HERE, Side, git, say, side_of
+from tasks import CORES, COUNTED, QUICK, TASKS
+
+ROUNDS, CHECK_ROUNDS, MOST_ROUNDS = 5, 2, 15
+SLOWER, MORE = 0.10, 0.03  # allowed of one commit against another: time, instructions
+MUCH_SLOWER = 1.0  # allowed against the record, which may come from another machine
+
+
+def commit_of(revision: str) -> str:
+    return git("rev-parse", "--verify", f"{revision}^{{commit}}").decode().strip()
+
+
+def countable() -> list[str]:
+    """The tasks whose instructions can be counted here."""
+    absent = callgrind.missing()
+    if absent:
+        say(f"no instructions are counted, for lack of {absent}")
+    return [] if absent else list(COUNTED)
+
+
+def repeated(
+    tasks: list[str],
+    rounds: int,
+    measure: Callable[[int, list[str]], None],
+    suspects: Callable[[], list[str]],
+) -> None:
+    """Measure all tasks for a few rounds, and then those that seem slower until they do no more, or it is enough.
+
+    The least of several times only falls: of equal commits it becomes equal, of a slower one it stays slower.
+    """
+    for turn in range(MOST_ROUNDS):
+        names = tasks if turn < rounds else suspects()
+        if not names:
+            return
+        say(f"round {turn + 1}: {len(names)} tasks")
+        measure(turn, names)
+
+
+def with_counts(times: Measures, counts: Measures) -> Measures:
+    return {task: numbers | counts.get(task, {}) for task, numbers in times.items()}
+
+
+def record_of(commit: str, tasks: list[str], to_count: list[str], kernels: Path | None) -> Record:
+    """Measure a commit."""
+    with ExitStack() as stack:
+        side = side_of(commit, stack, kernels)
+        side.warm(tasks)
+        load = os.getloadavg()[0]
+        times = least(side.timed(tasks) for _ in range(ROUNDS))
+        counts = side.counted(to_count)
+    second, subject = git("show", "-s", "--format=%ct%n%s", commit).decode().strip().split("\n", 1)
+    made_with = {name: version(name) for name in ("numba", "llvmlite", "numpy")}
+    return {
+        "commit": commit,
+        "date": datetime.fromtimestamp(int(second), UTC).isoformat(),
+        "subject": subject,
+        "machine": {"processor": processor(), "cores": CORES, "load": round(load, 2)},
+        "versions": {"python": platform.python_version(), **made_with},
+        "rival": rival("float").name,
+        "tasks": with_counts(times, counts),
+    }
+
+
+def processor() -> str:
+    """What the machine calls its processor."""
+    about = Path("/proc/cpuinfo")
+    lines = about.read_text(encoding="utf-8").splitlines() if about.is_file() else []
+    names = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else platform.processor()
+
+
+def compared(base: str, head: str, tasks: list[str], to_count: list[str], kernels: Path | None) -> list[Change]:
+    """Measure two commits in turns."""
+    with ExitStack() as stack:
+        sides = [side_of(commit, stack, kernels) for commit in (base, head)]
+        for side in sides:
+            side.warm(tasks)
+        found: list[Measures] = [{}, {}]
+
+        def measure(turn: int, names: list[str]) -> None:
+            for k in (0, 1) if turn % 2 == 0 else (1, 0):
+                found[k] = least([found[k], sides[k].timed(names)])
+
+        def suspects() -> list[str]:
+            return failing(changes(*with_one_rival(*found), SLOWER, MORE))
+
+        repeated(tasks, ROUNDS, measure, suspects)
+        counts = [side.counted(to_count) for side in sides]
+    both = with_one_rival(*found)
+    if lost := [task for task in both[0] if task not in both[1]]:
+        raise SystemExit(f"{sides[1].name} cannot do what {sides[0].name} can: {', '.join(lost)}")
+    return changes(*(with_counts(*each) for each in zip(both, counts, strict=True)), SLOWER, MORE)
+
+
+def checked(tasks: list[str]) -> list[Change]:
+    """Measure the working tree against the newest record."""
+    *_, newest = records() or [None]
+    if newest is None:
+        raise SystemExit("there is no record to check against: python benchmarks/track.py makes one of HEAD")
+    side, found = Side("working tree", HERE.parent), [Measures()]
+    say(f"against {newest['commit'][:9]}, whose rival was {newest['rival']}; now it is {rival('float').name}")
+
+    def against() -> list[Change]:
+        return changes(newest["tasks"], found[0], MUCH_SLOWER, MORE)
+
+    def measure(turn: int, names: list[str]) -> None:
+        found[0] = least([found[0], side.timed(names)])
+
+    repeated(tasks, CHECK_ROUNDS, measure, lambda: failing(against()))
+    return against()
+
+
+def failing(found: list[Change]) -> list[str]:
+    """The tasks that have a change beyond what is allowed, each once."""
+    return list(dict.fromkeys(each.task for each in found if each.failed))
+
+
+def verdict(found: list[Change]) -> int:
+    """Print a table of changes; the exit code."""
+    print(table(found))
+    failed = failing(found)
+    print(f"\ncosts too much: {', '.join(failed)}" if failed else "\nnothing costs more than is allowed")
+    return 1 if failed else 0
+
+
+def arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    verbs = parser.add_mutually_exclusive_group()
+    verbs.add_argument("--commit", metavar="REV", default="HEAD")
+    verbs.add_argument("--compare", metavar="BASE")
+    verbs.add_argument("--check", action="store_true")
+    verbs.add_argument("--draw", action="store_true")
+    parser.add_argument("--quick", action="store_true")
+    parser.add_argument("--no-counts", action="store_true")
+    parser.add_argument("--kernels", metavar="FOLDER", type=lambda text: Path(text).resolve())
+    return parser.parse_args()
+
+
+def main() -> int:
+    asked = arguments()
+    tasks = list(QUICK if asked.quick else TASKS)
+    if asked.check:
+        return verdict(checked(list(QUICK)))
+    if asked.draw:
+        say(f"drawn: {drawn(records())}")
+        return 0
+    to_count = [] if asked.no_counts else countable()
+    head = commit_of("HEAD" if asked.compare else asked.commit)
+    if asked.compare:
+        return verdict(compared(commit_of(asked.compare), head, tasks, to_count, asked.kernels))
+    say(f"written: {written(record_of(head, tasks, to_count, asked.kernels))}")
+    say(f"drawn: {drawn(records())}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
