@@ -47,6 +47,12 @@ class Change(NamedTuple):
     def failed(self) -> bool:
         return self.rise > self.allowed
 
+    @property
+    def doubtful(self) -> bool:
+        """Whether it differs by more than is allowed, either way: where the side before had no quiet moment, what
+        costs more may seem to cost less."""
+        return self.failed or self.rise < 1.0 / (1.0 + self.allowed) - 1.0
+
 
 def changes(before: Measures, after: Measures, slower: float, more: float) -> list[Change]:
     """What has changed in the tasks of both: ratios may fall to 1/(1 + slower), and counts rise by ``more``."""

@@ -13,7 +13,7 @@ import argparse
 import os
 import platform
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextlib import ExitStack
 from datetime import UTC, datetime
 from importlib.metadata import version
@@ -49,7 +49,7 @@ def repeated(
     measure: Callable[[int, list[str]], None],
     suspects: Callable[[], list[str]],
 ) -> None:
-    """Measure all tasks for a few rounds, and then those that seem slower until they do no more, or it is enough.
+    """Measure all tasks for a few rounds, and then those in doubt until there are none, or it is enough.
 
     The least of several times only falls: of equal commits it becomes equal, of a slower one it stays slower.
     """
@@ -107,7 +107,7 @@ def compared(base: str, head: str, tasks: list[str], to_count: list[str], kernel
                 found[k] = least([found[k], sides[k].timed(names)])
 
         def suspects() -> list[str]:
-            return failing(changes(*with_one_rival(*found), SLOWER, MORE))
+            return named(each for each in changes(*with_one_rival(*found), SLOWER, MORE) if each.doubtful)
 
         repeated(tasks, ROUNDS, measure, suspects)
         counts = [side.counted(to_count) for side in sides]
@@ -135,9 +135,14 @@ def checked(tasks: list[str]) -> list[Change]:
     return against()
 
 
-def failing(found: list[Change]) -> list[str]:
-    """The tasks that have a change beyond what is allowed, each once."""
-    return list(dict.fromkeys(each.task for each in found if each.failed))
+def named(found: Iterable[Change]) -> list[str]:
+    """The tasks of changes, each once."""
+    return list(dict.fromkeys(each.task for each in found))
+
+
+def failing(found: Iterable[Change]) -> list[str]:
+    """The tasks that cost more than is allowed."""
+    return named(each for each in found if each.failed)
 
 
 def verdict(found: list[Change]) -> int:

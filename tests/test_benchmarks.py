@@ -144,6 +144,12 @@ def test_what_costs_more_than_is_allowed_fails(changed, failed):
     assert len(text.splitlines()) == 2 + len(found)
 
 
+@pytest.mark.parametrize(("factor", "doubtful"), [(1.11, True), (1.09, False), (1 / 1.09, False), (1 / 1.11, True)])
+def test_what_differs_either_way_is_in_doubt(factor, doubtful):
+    found = record.changes(measures(), measures(cpu_seconds=0.2 * factor), 0.1, 0.03)
+    assert found[0].doubtful is doubtful
+
+
 def test_what_only_one_side_has_is_not_compared():
     before = measures()
     after = {"sweep": {**TIMES, "designs": 100}, "new": {**TIMES, "designs": 1}}
@@ -253,6 +259,7 @@ def test_a_slower_commit_fails_when_it_is_measured_in_turns_with_its_base(monkey
     assert rounds[:4] == ["base", "head", "head", "base"]
     assert len(rounds) == 2 * track.MOST_ROUNDS
     assert track.failing(track.compared("base", "base", ["sweep"], [], None)) == []
+    assert len(rounds) == 2 * (track.MOST_ROUNDS + track.ROUNDS)
 
 
 def test_every_task_of_the_record_is_measured(monkeypatch, capsys):
