@@ -124,13 +124,16 @@ def test_compiled_and_plain_extremes_are_the_same_bits(name, monkeypatch):
 
 
 def test_a_film_has_the_same_bits_compiled_and_plain(monkeypatch):
-    """Its powers are those of the C library; numpy's of arrays differ in the last digit, one time in sixteen."""
-    problem = exactly(resolve(Scene.from_dict(cam_with("flat", materials=WORN))))
+    """Its powers are those of the C library; numpy's of arrays differ in the last digit, one time in sixteen.
+
+    Of a roller: the film of a flat face is none where its speed is 0, and takes a hundred times as long.
+    """
+    problem = exactly(resolve(Scene.from_dict(cam_with("roller", materials=WORN))))
     film = partial(thinness_curve, problem.setup)
     monkeypatch.setattr(compile, "FEW", 0)
-    compiled = curve_of(problem, film, 10)
+    compiled = curve_of(problem, film, 24)
     monkeypatch.setattr("camopt.numerics.extremes.search_curve", search_curve.py_func)
-    plain = curve_of(problem, film, 10)
+    plain = curve_of(problem, film, 24)
     for one, other in zip(compiled, plain, strict=True):
         assert np.array_equal(one, other, equal_nan=True)
 
