@@ -69,7 +69,15 @@ def _few_levels():
         yield
 
 
-@pytest.fixture(scope="module", params=SCENES)
+LONG = {"oscillating": pytest.mark.long}
+"""Two sizes are sought where no closed form helps: half the time of all. ``maximised`` asks the same search."""
+
+
+def some(names):
+    return [pytest.param(name, marks=LONG.get(name, ())) for name in names]
+
+
+@pytest.fixture(scope="module", params=some(SCENES))
 def swept(request, tmp_path_factory):
     """The outcome and the refined and the grid's front of a scene, as rows; the outcome names their files."""
     folder = tmp_path_factory.mktemp("refined")
@@ -79,7 +87,7 @@ def swept(request, tmp_path_factory):
 
 def of(*names):
     """The scenes that a test takes, if not all."""
-    return pytest.mark.parametrize("swept", names, indirect=True)
+    return pytest.mark.parametrize("swept", some(names), indirect=True)
 
 
 def rows_of(table):
