@@ -35,6 +35,7 @@ from camopt.motion.programme import Programme
 from camopt.motion.table import TURN
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
 from camopt.numerics.curves import curve, formula
+from camopt.numerics.jet import to_power
 
 SLIDING, SPIN = "sliding_speed_max_m_s", "roller_speed_max_rpm"
 FASTEST, SLOWEST = "entrainment_speed_max_m_s", "entrainment_speed_min_m_s"
@@ -140,7 +141,7 @@ def thinness(f, i, y, y1, y2, y3):
     n, n1 = curve(f.normal, i, y, y1, y2, y3)
     u, u1 = curve(f.entrainment, i, y, y1, y2, y3)
     r, r1 = curve(f.radius, i, y, y1, y2, y3)
-    value = n**OF_LOAD * np.square(u) ** (-0.5 * OF_SPEED) * r**-OF_RADIUS  # numpy's power has other last digits
+    value = to_power(n, OF_LOAD) * to_power(np.square(u), -0.5 * OF_SPEED) * to_power(r, -OF_RADIUS)
     return value, value * (OF_LOAD * n1 / n - OF_SPEED * u1 / u - OF_RADIUS * r1 / r)
 
 

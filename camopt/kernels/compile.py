@@ -15,7 +15,7 @@ import numpy as np
 
 Value = TypeVar("Value")
 
-FEW = 300  # numbers in the largest array to fill: for more, a kernel is compiled at once
+FEW = 20_000  # numbers in the largest array to fill: for more, a kernel is compiled at once
 PAYS = 4.0  # seconds of plain runs of a kernel, after which it is compiled, which takes about as long
 IMPORT = 0.5  # seconds of plain runs of all kernels, after which numba is imported, which takes about as long
 NEVER = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")  # whether everything runs as it is written
@@ -44,9 +44,15 @@ class Part:
     def __init__(self, function: Callable[..., Any], *, inline: bool = False) -> None:
         update_wrapper(self, function)
         self.py_func, self.inline = function, inline
+        self.in_python = function
 
     def __call__(self, *arguments: Any) -> Any:
-        return self.py_func(*arguments)
+        return self.in_python(*arguments)
+
+    def uncompiled(self, function: Callable[..., Any]) -> Callable[..., Any]:
+        """Mark what runs in place of the function where it is not compiled: the same, on arrays."""
+        self.in_python = function
+        return function
 
     @cached_property
     def dispatcher(self) -> Any:

@@ -13,6 +13,7 @@ import numpy as np
 from camopt.kernels.by_address import call
 from camopt.kernels.compile import called_by_kernels, inlined
 from camopt.numerics import LARGEST_MAGNITUDE, LEAST
+from camopt.numerics.jet import chosen, larger
 from camopt.numerics.workspace import (
     AT,
     BEST,
@@ -86,7 +87,7 @@ def orient(value, goal):
 @inlined
 def allowed(best, tolerance, error):
     """The gain that may be left: below it an extreme is exact enough. No less than rounding where that is known."""
-    return max(0.5 * tolerance * abs(best), error if error < np.inf else 0.0)
+    return larger(0.5 * tolerance * abs(best), chosen(error < np.inf, error, 0.0))
 
 
 @inlined

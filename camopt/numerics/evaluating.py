@@ -3,6 +3,8 @@
 The search for extremes is compiled once, and calls these functions by their address (``indirect``). So whatever is
 written here costs compile time for each curve, and whatever is written there does not.
 
+Uncompiled, several designs go through a formula together, as arrays, with the same bits.
+
 ``made`` is the address of a curve and its motion table. Several designs are numbered from ``first``; ``out`` takes
 values in its first row and slopes in its second. ``sign`` orients both: 1 looks for the largest, −1 for the least.
 """
@@ -15,7 +17,7 @@ from camopt.kernels.by_address import code_of, evaluates
 from camopt.kernels.compile import ADDRESS, COUNT, NONE, NUMBER, Kind, Record, inlined
 from camopt.numerics.curves import curve
 from camopt.numerics.jet import known_bound
-from camopt.numerics.piecewise import motion, node_motion, part_jets, row_jets
+from camopt.numerics.piecewise import motion, node_motion, of_all_rows, part_jets, row_jets
 from camopt.numerics.workspace import PanelBounds
 
 DESIGNS, NUMBERS, ROWS = Kind(COUNT.name, 1), Kind(NUMBER.name, 1), Kind(NUMBER.name, 2)
@@ -55,6 +57,13 @@ def nodes(made, first, count, values):
     node_values(f, table, first, count, values)
 
 
+@nodes.uncompiled
+def _nodes_in_python(made, first, count, values):
+    f, table = made[0]
+    moved = node_motion(of_all_rows(table), ...)
+    values[: len(table.nodes), :count] = curve(f, slice(first, first + count), *moved)[0]
+
+
 @evaluates(NONE, COUNT, NUMBER, COUNT, COUNT, BOUNDS)
 def row(made, place, half_width, first, count, bounds):
     """What jets say of a row of the table, a panel or a group of panels, and design first + i."""
@@ -66,6 +75,17 @@ def row(made, place, half_width, first, count, bounds):
         bounds.excess[place, i] = known_bound(eighth * jet.second + jet.error)
         bounds.third[place, i] = known_bound(jet.third)
         bounds.error[place, i] = known_bound(jet.error)
+
+
+@row.uncompiled
+def _rows_in_python(made, place, half_width, first, count, bounds):
+    """All rows of the table at once: ``place`` is all of them, ``half_width`` (rows, 1)."""
+    f, table = made[0]
+    moved, eighth = row_jets(of_all_rows(table), place), 0.5 * half_width * half_width
+    jet = curve(f, slice(first, first + count), *moved)[0]
+    bounds.excess[:, :count] = known_bound(eighth * jet.second + jet.error)
+    bounds.third[:, :count] = known_bound(jet.third)
+    bounds.error[:, :count] = known_bound(jet.error)
 
 
 @inlined
@@ -84,6 +104,12 @@ def node(made, place, sign, first, designs, count, out):
         values[j], slopes[j] = oriented(f, np.uint64(first + designs[j]), moved, sign)
 
 
+@node.uncompiled
+def _node_in_python(made, place, sign, first, designs, count, out):
+    f, table = made[0]
+    out[0, :count], out[1, :count] = oriented(f, first + designs[:count], node_motion(table, place), sign)
+
+
 @evaluates(NONE, COUNT, NUMBERS, NUMBER, COUNT, DESIGNS, COUNT, ROWS)
 def panel(made, place, angles, sign, first, designs, count, out):
     """Some designs on one panel, each at its own u in [−1, 1]."""
@@ -91,6 +117,13 @@ def panel(made, place, angles, sign, first, designs, count, out):
     for j in range(np.uint64(count)):
         moved = motion(table, place, angles[j])
         values[j], slopes[j] = oriented(f, np.uint64(first + designs[j]), moved, sign)
+
+
+@panel.uncompiled
+def _panel_in_python(made, place, angles, sign, first, designs, count, out):
+    f, table = made[0]
+    moved = motion(table, place, angles[:count])
+    out[0, :count], out[1, :count] = oriented(f, first + designs[:count], moved, sign)
 
 
 @evaluates(Record(tuple, (NUMBER, NUMBER)), COUNT, NUMBER, NUMBER, COUNT)

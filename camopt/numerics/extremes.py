@@ -33,6 +33,7 @@ from camopt.numerics import LARGEST_MAGNITUDE, LEAST, UNIT, FloatArray
 from camopt.numerics.climbing import Ask, allowed, orient
 from camopt.numerics.curves import LOADED
 from camopt.numerics.evaluating import CURVE, evaluator
+from camopt.numerics.jet import larger
 from camopt.numerics.piecewise import PANELS, MotionTable, panels_of
 from camopt.numerics.searching import search_panel
 from camopt.numerics.workspace import TILE, workspace
@@ -77,6 +78,17 @@ def best_nodes(values, count, panels, kinds, goal, best, node):
                     best[i] = max(value, best[i])
 
 
+@best_nodes.uncompiled
+def _best_nodes_in_python(values, count, panels, kinds, goal, best, node):
+    best[:count], node[:count] = -np.inf, -1
+    for q in np.flatnonzero(panels.kind & kinds):
+        for t in range(panels.first_panel[q] + q, panels.first_panel[q + 1] + q + 1):
+            value = orient(values[t, :count], goal)
+            tied = larger(best[:count] * (1.0 + TIED), best[:count] * (1.0 - TIED))
+            node[:count] = np.where(value > tied, t, node[:count])
+            best[:count] = larger(value, best[:count])
+
+
 @called_by_kernels
 def node_angle(panels, node):
     """Cam angle of a node."""
@@ -97,6 +109,12 @@ def may_exceed(before, after, excess, count, goal, best):
     return found
 
 
+@may_exceed.uncompiled
+def _may_exceed_in_python(before, after, excess, count, goal, best):
+    ends = larger(orient(before[:count], goal), orient(after[:count], goal))
+    return bool(np.any(ends + excess[:count] > best[:count]))
+
+
 @called_by_kernels
 def candidates(panel, node, count, ask, work):
     """Which designs may exceed their best value within a panel by more than is allowed: their number."""
@@ -112,6 +130,18 @@ def candidates(panel, node, count, ask, work):
     return many
 
 
+@candidates.uncompiled
+def _candidates_in_python(panel, node, count, ask, work):
+    before, after, excess = work.values[node, :count], work.values[node + 1, :count], work.bounds.excess[panel]
+    best, top, error = work.found.best[:count], work.found.top[:count], work.bounds.error[panel, :count]
+    bound = larger(ask.sign * before, ask.sign * after) + excess[:count]
+    more = bound > best + allowed(best, ask.tolerance, error)
+    top[:] = np.where(more, top, larger(top, bound))
+    chosen = np.flatnonzero(more)
+    work.chosen[: chosen.size] = chosen
+    return chosen.size
+
+
 @inlined
 def is_open(curve, first, count, panels, panel, node, goal, work):
     """Whether jets leave it open that a panel holds more than the best value of some design."""
@@ -125,6 +155,15 @@ def is_open(curve, first, count, panels, panel, node, goal, work):
     return True
 
 
+@is_open.uncompiled
+def _is_open_in_python(curve, first, count, panels, panel, node, goal, work):
+    before, after, best = work.values[node], work.values[node + 1], work.found.best
+    return all(
+        may_exceed(before, after, work.bounds.excess[row], count, goal, best)
+        for row in (panels.group[panel], panel)
+    )
+
+
 @called_by_kernels
 def begin(panels, kinds, goal, count, work):
     """What the nodes say of the extremes of a tile."""
@@ -135,6 +174,22 @@ def begin(panels, kinds, goal, count, work):
 
 
 @inlined
+def search_open(curve, first, count, panels, place, aim, work):
+    """Search a panel that jets leave open, for those designs that it may hold more of than the best value.
+
+    ``place`` is the panel and its first node, ``aim`` the goal and the precision.
+    """
+    (panel, node), (goal, precision) = place, aim
+    for way in range(2):
+        if goal != LARGEST_MAGNITUDE and (goal == LEAST) != (way == 1):
+            continue
+        ask = Ask(1.0 - 2.0 * way, precision.value, precision.location)
+        many = candidates(panel, node, count, ask, work)
+        if many:
+            search_panel(curve, first, many, panels, panel, node, ask, work)
+
+
+@inlined
 def search(curve, first, count, panels, question, precision, work):
     """The extremes of a tile: a question is the kinds of stroke to look at, and the goal."""
     kinds, goal = question
@@ -142,15 +197,32 @@ def search(curve, first, count, panels, question, precision, work):
     for q in range(panels.kind.size):
         if panels.kind[q] & kinds:
             for p in range(panels.first_panel[q], panels.first_panel[q + 1]):
-                if not is_open(curve, first, count, panels, p, p + q, goal, work):
-                    continue
-                for way in range(2):
-                    if goal != LARGEST_MAGNITUDE and (goal == LEAST) != (way == 1):
-                        continue
-                    ask = Ask(1.0 - 2.0 * way, precision.value, precision.location)
-                    many = candidates(p, p + q, count, ask, work)
-                    if many:
-                        search_panel(curve, first, many, panels, p, p + q, ask, work)
+                if is_open(curve, first, count, panels, p, p + q, goal, work):
+                    search_open(curve, first, count, panels, (p, p + q), (goal, precision), work)
+
+
+@search.uncompiled
+def _search_in_python(curve, first, count, panels, question, precision, work):
+    kinds, goal = question
+    begin(panels, kinds, goal, count, work)
+    if not work.looked[0]:
+        widths = np.empty((panels.rows, 1))
+        widths[: panels.half_width.size, 0] = widths[panels.group, 0] = panels.half_width
+        call(curve.row, (curve.made, ..., widths, first, count, work.bounds))
+        work.looked[:] = True
+    for p, q in perhaps_open(panels, kinds, goal, count, work):
+        if is_open(curve, first, count, panels, p, p + q, goal, work):
+            search_open(curve, first, count, panels, (p, p + q), (goal, precision), work)
+
+
+def perhaps_open(panels, kinds, goal, count, work):
+    """Panels, with the numbers of their pieces, that jets may leave open: all at once, by the best of all nodes."""
+    piece = np.repeat(np.arange(panels.kind.size), np.diff(panels.first_panel))
+    panel = np.flatnonzero(panels.kind[piece] & kinds)
+    before, after = (orient(work.values[panel + piece[panel] + side, :count], goal) for side in (0, 1))
+    most = larger(before, after) + work.bounds.excess[panels.group[panel], :count]
+    left = panel[np.any(most > work.found.best[:count], axis=1)]
+    return zip(left.tolist(), piece[left].tolist(), strict=True)
 
 
 @called_by_kernels

@@ -11,7 +11,8 @@ result to the errors that its operands bring; a number that enters is taken to b
 
 What is without bounds, such as a quotient by what may be zero, is inf or NaN from there on: ``known`` reads it.
 
-Inside kernels a jet is a value type of six registers; uncompiled it is an object with the same operators.
+Inside kernels a jet is a value type of six registers; uncompiled it is an object with the same operators, of
+numbers, or of arrays with an entry for each design.
 """
 
 import operator
@@ -42,22 +43,58 @@ class Jet:
         return NotImplemented if method != "__call__" or kwargs or rule is None else rule(*inputs)
 
 
+def chosen(condition, a, b):
+    """a where a condition holds, else b; numbers or arrays."""
+    return np.where(condition, a, b) if type(condition) is np.ndarray else a if condition else b
+
+
+def larger(a, b):
+    """The larger of two, the first if they do not compare; numbers or arrays."""
+    beyond = b > a
+    return np.where(beyond, b, a) if type(beyond) is np.ndarray else b if beyond else a
+
+
+def smaller(a, b):
+    """The smaller of two, the first if they do not compare; numbers or arrays."""
+    below = b < a
+    return np.where(below, b, a) if type(below) is np.ndarray else b if below else a
+
+
+@inlined
+def ends_of(p, q, r, s):
+    """The least and the largest of four."""
+    return smaller(smaller(p, q), smaller(r, s)), larger(larger(p, q), larger(r, s))
+
+
+def to_power(a, exponent):
+    """a to a power; of arrays number by number, with the C library's last digits, as kernels have them."""
+    if type(a) is not np.ndarray:
+        return a**exponent
+    return np.array([each**exponent for each in a.ravel()]).reshape(a.shape)
+
+
+chosen_by_type(to_power)(lambda a, exponent: lambda a, exponent: a**exponent)
+chosen_by_type(chosen)(lambda condition, a, b: lambda condition, a, b: a if condition else b)
+chosen_by_type(larger)(lambda a, b: lambda a, b: max(a, b))
+chosen_by_type(smaller)(lambda a, b: lambda a, b: min(a, b))
+
+
 @inlined
 def magnitude(a):
     """The largest |a|."""
-    return max(abs(a.low), abs(a.high))
+    return larger(abs(a.low), abs(a.high))
 
 
 @inlined
 def least_magnitude(a):
     """The least |a|."""
-    return max(max(a.low, -a.high), 0.0)
+    return larger(larger(a.low, -a.high), 0.0)
 
 
 @inlined
 def known_bound(bound):
     """A bound that a jet has come to; inf where 0·∞ has left NaN, which compares as if nothing were beyond it."""
-    return bound if bound >= 0.0 else np.inf
+    return chosen(bound >= 0.0, bound, np.inf)
 
 
 @inlined
@@ -74,24 +111,24 @@ def negative(a):
 @inlined
 def add(a, b):
     low, high = a.low + b.low, a.high + b.high
-    error = a.error + b.error + UNIT * max(abs(low), abs(high))
+    error = a.error + b.error + UNIT * larger(abs(low), abs(high))
     return Jet(low, high, error, a.first + b.first, a.second + b.second, a.third + b.third)
 
 
 @inlined
 def add_number(a, x):
     low, high = a.low + x, a.high + x
-    error = a.error + GIVEN * abs(x) + UNIT * max(abs(low), abs(high))
+    error = a.error + GIVEN * abs(x) + UNIT * larger(abs(low), abs(high))
     return Jet(low, high, error, a.first, a.second, a.third)
 
 
 @inlined
 def multiply(a, b):
     p, q, r, s = a.low * b.low, a.low * b.high, a.high * b.low, a.high * b.high
-    m, n = magnitude(a), magnitude(b)
+    (least, most), m, n = ends_of(p, q, r, s), magnitude(a), magnitude(b)
     return Jet(
-        min(min(p, q), min(r, s)),
-        max(max(p, q), max(r, s)),
+        least,
+        most,
         m * b.error + n * a.error + UNIT * m * n,
         m * b.first + n * a.first,
         m * b.second + 2.0 * a.first * b.first + n * a.second,
@@ -103,7 +140,7 @@ def multiply(a, b):
 def multiply_number(a, x):
     p, q, m = a.low * x, a.high * x, abs(x)
     error = m * a.error + 2.0 * GIVEN * m * magnitude(a)
-    return Jet(min(p, q), max(p, q), error, m * a.first, m * a.second, m * a.third)
+    return Jet(smaller(p, q), larger(p, q), error, m * a.first, m * a.second, m * a.third)
 
 
 @inlined
@@ -124,22 +161,23 @@ def square(a):
 def divide(a, b):
     """a/b; without bounds where b may be zero."""
     apart = (b.low > 0.0) | (b.high < 0.0)
-    n = least_magnitude(b) if apart else 0.0
-    low, high = (1.0 / b.high, 1.0 / b.low) if apart else (-np.inf, np.inf)
+    low, high = 1.0 / chosen(apart, b.high, -NOTHING), 1.0 / chosen(apart, b.low, NOTHING)
     p, q, r, s = a.low * low, a.low * high, a.high * low, a.high * high
-    inverse = 1.0 / n if apart else np.inf
+    inverse = 1.0 / chosen(apart, least_magnitude(b), NOTHING)
     m = magnitude(a) * inverse
     first = (a.first + m * b.first) * inverse
     second = (a.second + 2.0 * first * b.first + m * b.second) * inverse
     third = (a.third + 3.0 * (second * b.first + first * b.second) + m * b.third) * inverse
     error = (a.error + m * b.error) * inverse + UNIT * m
-    return Jet(min(min(p, q), min(r, s)), max(max(p, q), max(r, s)), error, first, second, third)
+    return Jet(
+        smaller(smaller(p, q), smaller(r, s)), larger(larger(p, q), larger(r, s)), error, first, second, third
+    )
 
 
 @inlined
 def root(a):
     """√a; without bounds where a may be zero."""
-    low, high = np.sqrt(max(a.low, 0.0)), np.sqrt(max(a.high, 0.0))
+    low, high = np.sqrt(larger(a.low, 0.0)), np.sqrt(larger(a.high, 0.0))
     inverse = 1.0 / low
     first = 0.5 * a.first * inverse
     second = (0.5 * a.second + first * first) * inverse
@@ -150,24 +188,29 @@ def root(a):
 @inlined
 def absolute(a):
     """|a|; its slope is known where a may pass through zero, what is beyond is not."""
-    kink = 0.0 if (a.low >= 0.0) | (a.high <= 0.0) else np.inf
+    kink = chosen((a.low >= 0.0) | (a.high <= 0.0), 0.0, np.inf)
     return Jet(least_magnitude(a), magnitude(a), a.error, a.first, a.second + kink, a.third + kink)
 
 
 @inlined
 def at_least(a, x):
     """The larger of a and a number."""
-    kink = 0.0 if (a.low >= x) | (a.high <= x) else np.inf
-    share = 0.0 if a.high <= x else 1.0
+    kink = chosen((a.low >= x) | (a.high <= x), 0.0, np.inf)
+    share = chosen(a.high <= x, 0.0, 1.0)
     return Jet(
-        max(a.low, x), max(a.high, x), a.error, share * a.first, share * a.second + kink, share * a.third + kink
+        larger(a.low, x),
+        larger(a.high, x),
+        a.error,
+        share * a.first,
+        share * a.second + kink,
+        share * a.third + kink,
     )
 
 
 @inlined
 def sign(a):
     """−1, 0 or 1; without derivatives where a may pass through zero."""
-    jump = 0.0 if (a.low > 0.0) | (a.high < 0.0) else np.inf
+    jump = chosen((a.low > 0.0) | (a.high < 0.0), 0.0, np.inf)
     return Jet(np.sign(a.low), np.sign(a.high), 0.0, jump, jump, jump)
 
 
@@ -175,9 +218,9 @@ def sign(a):
 def power(a, exponent):
     """a to the power of a number, for a > 0; without bounds where a may be zero or less."""
     inside = a.low > 0.0
-    low, high = (a.low, a.high) if inside else (NOTHING, np.inf)
-    p, q = low**exponent, high**exponent
-    m, inverse = max(p, q), 1.0 / low
+    low, high = chosen(inside, a.low, NOTHING), chosen(inside, a.high, np.inf)
+    p, q = to_power(low, exponent), to_power(high, exponent)
+    m, inverse = larger(p, q), 1.0 / low
     ratio1, ratio2, ratio3 = a.first * inverse, a.second * inverse, a.third * inverse
     one, two, three = (
         abs(exponent),
@@ -186,8 +229,8 @@ def power(a, exponent):
     )
     # each derivative of a^p is at most its value at the end where it is steepest, and that at most m over aᵏ there
     return Jet(
-        min(p, q),
-        max(p, q),
+        smaller(p, q),
+        larger(p, q),
         one * m * (a.error * inverse) + 4.0 * UNIT * m,
         one * m * ratio1,
         m * (two * ratio1 * ratio1 + one * ratio2),
@@ -203,8 +246,8 @@ def wave(a, low, high, slope):
     """
     width = a.high - a.low
     swell = 0.125 * width * width
-    least, most = max(min(low, high) - swell, -1.0), min(max(low, high) + swell, 1.0)
-    m = max(abs(least), abs(most))
+    least, most = larger(smaller(low, high) - swell, -1.0), smaller(larger(low, high) + swell, 1.0)
+    m = larger(abs(least), abs(most))
     square_first = a.first * a.first
     return Jet(
         least,
@@ -219,7 +262,7 @@ def wave(a, low, high, slope):
 @inlined
 def largest_between(low, high, width):
     """Largest magnitude of a sine or cosine over a range of arguments, from its ends."""
-    return min(max(abs(low), abs(high)) + 0.125 * width * width, 1.0)
+    return smaller(larger(abs(low), abs(high)) + 0.125 * width * width, 1.0)
 
 
 @inlined

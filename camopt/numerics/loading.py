@@ -55,6 +55,12 @@ def tabulated_load(
     )
 
 
+def load_of_all_rows(load: LoadTable) -> LoadTable:
+    """The load as formulas take it for all rows or nodes at once, ``...``: numbers are columns, (rows, 1)."""
+    columns = {name: getattr(load, name)[:, None] for name in ("nodes", "slope", "low", "high")}
+    return load._replace(**columns, error=load.error.T[:, :, None])
+
+
 def where_loaded(function):
     """Mark what kernels make of y''' and a load, (load, row, place, y3), which leaves y''' alone without a load."""
 

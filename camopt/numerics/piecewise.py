@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from camopt.kernels.compile import COUNT, NUMBER, Kind, Record, inlined
 from camopt.numerics import UNIT, FloatArray
 from camopt.numerics.jet import Jet
-from camopt.numerics.loading import LoadTable, loaded, loaded_node, loaded_part, loaded_row
+from camopt.numerics.loading import LoadTable, load_of_all_rows, loaded, loaded_node, loaded_part, loaded_row
 
 GROUPED = 4  # panels of a group
 DEGREE = 12  # truncation of the trigonometric laws is then below rounding, in the jerk too
@@ -65,6 +65,12 @@ PANELS = Record(Panels, (INTEGERS, INTEGERS, NUMBERS, NUMBERS, INTEGERS, COUNT))
 def panels_of(table: MotionTable) -> Panels:
     """How the turn of a motion table is divided."""
     return Panels(table.first_panel, table.kind, table.centre, table.half_width, table.group, len(table.low))
+
+
+def of_all_rows(table: MotionTable) -> MotionTable:
+    """The table as formulas take it for all its rows or nodes at once, ``...``: numbers are columns, (rows, 1)."""
+    across = {name: getattr(table, name).T[:, :, None] for name in ("nodes", "low", "high", "most", "error")}
+    return table._replace(**across, load=None if table.load is None else load_of_all_rows(table.load))
 
 
 @inlined

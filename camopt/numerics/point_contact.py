@@ -21,7 +21,7 @@ import numpy as np
 from camopt.kernels.compile import chosen_by_type, inlined
 from camopt.numerics import UNIT, FloatArray
 from camopt.numerics.interval import Interval
-from camopt.numerics.jet import Jet
+from camopt.numerics.jet import Jet, chosen
 from camopt.numerics.sloped import Quotient, Sloped, by_chain, widened
 
 STEP, CENTRES, DEGREE = 0.5, 46, 15  # of ln t: width of a piece, pieces to either side of 0, degree of each
@@ -96,10 +96,10 @@ def jet_factor(t, table):
     most, h1, h2, h3 = table_derivatives(t.low, table)
     least = table_derivatives(t.high, table)[0]
     h1, h2, h3 = -h1, h2, -h3
-    scale = SLACK if within else np.inf
+    scale = chosen(within, SLACK, np.inf)
     return Jet(
-        least if t.high <= FLATTEST else 0.0,
-        most if within else np.inf,
+        chosen(t.high <= FLATTEST, least, 0.0),
+        chosen(within, most, np.inf),
         scale * (h1 * t.error + RELATIVE * most),
         scale * (h1 * t.first),
         scale * (h2 * t.first * t.first + h1 * t.second),
