@@ -30,7 +30,7 @@ def drawn(records: list[Record], picture: Path = PICTURE) -> Path:
     python.set(
         ylim=(0, 100),
         ylabel="% of all",
-        title="Share of instructions outside compiled kernels, Python and libraries: lower is faster",
+        title="Share of instructions outside compiled kernels: Python, numpy, other libraries",
     )
     python.set_xticks(range(len(records)), [f"{each['date'][:10]} {each['commit'][:7]}" for each in records])
     python.tick_params(axis="x", rotation=90)

@@ -5,9 +5,9 @@ beside that of a rival, which is the same for every commit.
 """
 
 import json
-from collections.abc import Iterable, Mapping
-from math import inf
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
+from statistics import median
 from typing import Any, NamedTuple
 
 HISTORY = Path(__file__).with_name("history")
@@ -20,12 +20,22 @@ Record = dict[str, Any]
 
 def least(rounds: Iterable[Measures]) -> Measures:
     """The least of each number of several rounds of measuring."""
-    found: Measures = {}
+    return _of_each(rounds, min)
+
+
+def middle(rounds: Iterable[Measures]) -> Measures:
+    """The median of each number of several rounds of measuring."""
+    return _of_each(rounds, median)
+
+
+def _of_each(rounds: Iterable[Measures], chosen: Callable[[list[float]], float]) -> Measures:
+    """A number for each of several rounds, of which some may lack it."""
+    values: dict[str, dict[str, list[float]]] = {}
     for measures in rounds:
         for task, numbers in measures.items():
-            before = found.setdefault(task, {})
-            before.update({name: min(value, before.get(name, inf)) for name, value in numbers.items()})
-    return found
+            for name, value in numbers.items():
+                values.setdefault(task, {}).setdefault(name, []).append(value)
+    return {task: {name: chosen(some) for name, some in numbers.items()} for task, numbers in values.items()}
 
 
 def ratio(numbers: Mapping[str, float]) -> float:
@@ -63,6 +73,11 @@ def changes(before: Measures, after: Measures, slower: float, more: float) -> li
         for name in (name for name in COUNTS if name in old and name in new):
             found.append(Change(task, COUNTS[name], old[name], new[name], new[name] / old[name] - 1.0, more))
     return found
+
+
+def cautious(one: list[Change], other: list[Change]) -> list[Change]:
+    """Of two ways to see the same changes, for each the one that sees it cost less."""
+    return [min(pair, key=lambda change: change.rise) for pair in zip(one, other, strict=True)]
 
 
 def table(found: Iterable[Change]) -> str:

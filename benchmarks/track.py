@@ -13,7 +13,7 @@ import argparse
 import os
 import platform
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack
 from datetime import UTC, datetime
 from importlib.metadata import version
@@ -21,7 +21,19 @@ from pathlib import Path
 
 import callgrind
 from history_picture import drawn
-from record import Change, Measures, Record, changes, least, records, table, with_one_rival, written
+from record import (
+    Change,
+    Measures,
+    Record,
+    cautious,
+    changes,
+    least,
+    middle,
+    records,
+    table,
+    with_one_rival,
+    written,
+)
 from rival_c import rival
 from sides import HERE, Side, git, say, side_of
 from tasks import CORES, COUNTED, QUICK, TASKS
@@ -100,21 +112,29 @@ def compared(base: str, head: str, tasks: list[str], to_count: list[str], kernel
         sides = [side_of(commit, stack, kernels) for commit in (base, head)]
         for side in sides:
             side.warm(tasks)
-        found: list[Measures] = [{}, {}]
+        rounds: list[list[Measures]] = [[], []]
 
         def measure(turn: int, names: list[str]) -> None:
             for k in (0, 1) if turn % 2 == 0 else (1, 0):
-                found[k] = least([found[k], sides[k].timed(names)])
+                rounds[k].append(sides[k].timed(names))
 
-        def suspects() -> list[str]:
-            return named(each for each in changes(*with_one_rival(*found), SLOWER, MORE) if each.doubtful)
-
-        repeated(tasks, ROUNDS, measure, suspects)
+        repeated(tasks, ROUNDS, measure, lambda: named(each for each in seen(rounds) if each.doubtful))
         counts = [side.counted(to_count) for side in sides]
-    both = with_one_rival(*found)
-    if lost := [task for task in both[0] if task not in both[1]]:
+    if lost := [task for task in least(rounds[0]) if task not in least(rounds[1])]:
         raise SystemExit(f"{sides[1].name} cannot do what {sides[0].name} can: {', '.join(lost)}")
-    return changes(*(with_counts(*each) for each in zip(both, counts, strict=True)), SLOWER, MORE)
+    return seen(rounds, counts)
+
+
+def seen(rounds: list[list[Measures]], counts: Sequence[Measures] = ({}, {})) -> list[Change]:
+    """What has changed between two sides, by the least of their rounds and by the middle one.
+
+    A quiet moment of a busy machine makes a least time, a few busy ones a median; only a slower commit makes both.
+    """
+    both = []
+    for chosen in (least, middle):
+        times = with_one_rival(*map(chosen, rounds))
+        both.append(changes(*map(with_counts, times, counts), SLOWER, MORE))
+    return cautious(*both)
 
 
 def checked(tasks: list[str]) -> list[Change]:

@@ -168,6 +168,23 @@ def test_of_several_rounds_each_number_is_the_least():
     assert found["new"] == {"seconds": 1.0}
 
 
+def test_one_lucky_round_of_the_base_is_no_slower_head():
+    steady, lucky = measures(), measures(cpu_seconds=0.1)
+    assert track.failing(track.seen([[steady, lucky, steady], [steady] * 3])) == []
+    assert track.failing(track.seen([[lucky] * 3, [steady] * 3])) == ["sweep"]
+    assert track.failing(track.seen([[steady] * 3, [steady] * 3], [measures(), measures(instructions=9e6)])) == [
+        "sweep"
+    ]
+
+
+def test_of_several_rounds_the_middle_is_the_median():
+    found = record.middle(
+        [measures(cpu_seconds=0.9), measures(), measures(cpu_seconds=0.1), {"new": {"seconds": 1.0}}]
+    )
+    assert found["sweep"]["cpu_seconds"] == 0.2
+    assert found["new"] == {"seconds": 1.0}
+
+
 def test_the_rival_of_two_sides_is_the_same():
     before, after = record.with_one_rival(measures(rival_cpu_seconds=0.08), measures(cpu_seconds=0.3))
     assert before["sweep"]["rival_cpu_seconds"] == after["sweep"]["rival_cpu_seconds"] == 0.08
