@@ -2,11 +2,13 @@
 
 from dataclasses import replace
 from functools import cache
+from itertools import product
 
 import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 from support.cams import CONTACTS, GUIDED, SWUNG, WORN, cam_with
+from support.depth import is_deep
 
 from camopt import Scene, evaluate
 from camopt.effects import Case
@@ -57,6 +59,16 @@ def reached(contact, key):
 
 
 PAIRS = [(contact, key) for contact in CONTACTS for key in Limits.model_fields if asked(contact, key) is not None]
+ENDS = ("held", "broken")
+
+
+def sides_of(contact, key):
+    """Every limit on both sides, but of neighbouring mechanisms on one each; on both of all in ``.ci/deep``."""
+    place = list(CONTACTS).index(contact) + list(Limits.model_fields).index(key)
+    return ENDS if is_deep() else (ENDS[place % 2],)
+
+
+CASES = [(contact, key, side) for contact, key in PAIRS for side in sides_of(contact, key)]
 
 
 @pytest.fixture(autouse=True)
@@ -68,6 +80,8 @@ def plain(monkeypatch):
 def test_every_limit_is_met_on_some_mechanism():
     assert {key for _, key in PAIRS} == {*Limits.model_fields}
     assert {contact for contact, _ in PAIRS} == {*CONTACTS}
+    many = {key for key in Limits.model_fields if sum(key == other for _, other in PAIRS) > 1}
+    assert {(key, side) for _, key, side in CASES} >= {*product(many, ENDS)}
 
 
 def in_doubles(scene, key):
@@ -89,7 +103,7 @@ def in_ranges(problem):
     return bool(found.empty[0])
 
 
-@pytest.mark.parametrize("side", ["held", "broken"])
+@pytest.mark.parametrize("side", ENDS)
 @pytest.mark.parametrize("goal", SIDES)
 def test_a_factor_counts_for_every_goal(goal, side, monkeypatch):
     """A bound on κ·(R_r + 3 mm), above and below: the profile of this cam has concave flanks."""
@@ -173,8 +187,7 @@ def in_planes(problem, key, monkeypatch):
     return any(excess > 0.0 for excess in (*over, *below_planes(demand, key)))
 
 
-@pytest.mark.parametrize("side", ["held", "broken"])
-@pytest.mark.parametrize(("contact", "key"), PAIRS)
+@pytest.mark.parametrize(("contact", "key", "side"), CASES)
 def test_a_limit_is_decided_alike_on_either_side_of_its_bound(contact, key, side, monkeypatch):
     limit, value = asked(contact, key), reached(contact, key)
     outwards = -1.0 if limit.relation == "≥" else 1.0
