@@ -4,6 +4,7 @@ from math import degrees, pi
 
 import numpy as np
 import pytest
+from support.depth import is_deep, times
 from test_synthesis import free, sound
 
 from camopt import Scene, find_scene, optimise
@@ -43,6 +44,7 @@ KNIFE = ARM | {"follower": ARM["follower"] | {"contact": "knife", "roller_radius
 GROOVE = ARM | {
     "cam": {"form": "cylindrical", "rpm": 300, "mean_radius": 60},
     "follower": {"motion": "oscillating", "contact": "roller", "roller_radius": 8, "arm_length": 110},
+    "synthesis": {"pieces": times(8, deep=12)},
 }
 SWUNG = {"arm": ARM, "knife": KNIFE, "face": FACE, "groove": GROOVE}
 """Every mechanism whose follower oscillates."""
@@ -144,11 +146,11 @@ def test_a_tighter_residual_vibration_asks_for_hardly_more():
     train = {"natural_frequency": 120, "damping_ratio": 0.05}
     scene = find_scene("oscillating-roller").replace(**{"cam.rpm": 600, "limits.pressure_angle": 35})
     scene, sizes = scene.replace(**{"follower.dynamics": train, "synthesis.pieces": 16}), []
-    for limit in (0.03, 1e-3, 1e-5):
+    for limit in (0.03, 1e-3, 1e-5) if is_deep() else (0.03, 1e-5):
         found = free(scene.replace(**{"limits.residual_vibration": limit}))
         assert sound(found)["residual_vibration_max_deg"] <= limit
         sizes.append(found.objective)
-    assert sizes == pytest.approx([free(scene).objective] * 3, rel=0.05)
+    assert sizes == pytest.approx([free(scene).objective] * len(sizes), rel=0.05)
 
 
 def test_points_are_in_degrees():
