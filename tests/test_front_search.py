@@ -162,7 +162,7 @@ def test_curves_that_designs_share_change_no_bit(contact, seed, block):
 
 @pytest.mark.parametrize("contact", CONTACTS)
 @given(seed=st.integers(0, 10**6), few=st.sampled_from([1, 2, 9]))
-@settings(max_examples=times(5, deep=40))
+@settings(max_examples=times(3, deep=40))
 def test_boxes_give_the_front_of_the_full_sweep(contact, seed, few):
     full, found, designs = both(question(contact, seed), few)
     same_rows(full.front, found.front)
