@@ -27,7 +27,7 @@ FREE = {
 
 
 KEYS = [*LOADS, "pressure_angle", "curvature_radius"]
-BOXES = times(8, deep=200)
+BOXES = times(8, deep=12)
 COARSE, FINE = (np.radians(np.arange(0.0, 360.0, step)) for step in (3.0, 0.25))
 
 
@@ -258,7 +258,9 @@ def test_no_feasible_design_is_cut_off(name, seed, wide):
 def test_boxes_of_feasible_and_of_empty_designs_are_met(name):
     """The test above has something to say: some random boxes hold feasible designs, and some are cut or empty."""
     problem, rng = limited_by_some(name), np.random.default_rng(0)
-    (low, high, free), (near, far, _) = (drawn(problem, rng, BOXES // 2, 0.02, away) for away in (0.02, 0.2))
+    (low, high, free), (near, far, _) = (
+        drawn(problem, rng, times(4, deep=200), 0.02, away) for away in (0.02, 0.2)
+    )
     low, high = ({n: np.concatenate([a[n], b[n]]) for n in a} for a, b in ((low, near), (high, far)))
     box = Designs(**{n: Interval(low[n], high[n]) for n in low}, sense=problem.design.sense)
     seen = examined(problem, claims_on_size(problem), box, free)
