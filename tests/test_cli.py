@@ -347,7 +347,7 @@ BAD_INPUT = [
     (["sweep", "--max-pressure-return", "0"], "--max-pressure-return = 0.0: must be at least 1e-09"),
     (["optimise", "--min-curvature", "-1"], "--min-curvature = -1.0: must be at least 1e-09"),
     (["optimise", "--tolerance", "1"], "--tolerance = 1.0: must be at most 0.01"),
-    (["sweep", "--base-radius", "20:150"], "'20:150' is neither START:STOP:STEP nor one number"),
+    (["sweep", "--base-radius", "20:150:1:2"], "'20:150:1:2' is neither START:STOP:STEP nor one number"),
     (["sweep", "--base-radius", "a:b:c"], "'a:b:c' is neither START:STOP:STEP nor one number"),
     (["sweep", "--base-radius", ""], "'' is neither START:STOP:STEP nor one number"),
     (["sweep", "--base-radius", "150:20:1"], "--base-radius = {'start': 150.0, 'stop': 20.0, 'step': 1.0}: must"),

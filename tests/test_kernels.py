@@ -123,17 +123,18 @@ def test_compiled_and_plain_extremes_are_the_same_bits(name, monkeypatch):
         assert np.array_equal(one, other)
 
 
-def test_a_film_has_the_same_bits_compiled_and_plain(monkeypatch):
+@pytest.mark.parametrize(("contact", "designs"), [("roller", 24), pytest.param("flat", 10, marks=pytest.mark.long)])
+def test_a_film_has_the_same_bits_compiled_and_plain(monkeypatch, contact, designs):
     """Its powers are those of the C library; numpy's of arrays differ in the last digit, one time in sixteen.
 
-    Of a roller: the film of a flat face is none where its speed is 0, and takes a hundred times as long.
+    The film of a flat face is none where its speed is 0, and takes a hundred times as long.
     """
-    problem = exactly(resolve(Scene.from_dict(cam_with("roller", materials=WORN))))
+    problem = exactly(resolve(Scene.from_dict(cam_with(contact, materials=WORN))))
     film = partial(thinness_curve, problem.setup)
     monkeypatch.setattr(compile, "FEW", 0)
-    compiled = curve_of(problem, film, 24)
+    compiled = curve_of(problem, film, designs)
     monkeypatch.setattr("camopt.numerics.extremes.search_curve", search_curve.py_func)
-    plain = curve_of(problem, film, 24)
+    plain = curve_of(problem, film, designs)
     for one, other in zip(compiled, plain, strict=True):
         assert np.array_equal(one, other, equal_nan=True)
 

@@ -72,6 +72,7 @@ def _reached(scene: Any, half_width: float) -> int:
 @click.option("--base-radius", type=Axis(), help="Base radii to sweep, mm.")
 @click.option("--offset", type=Axis(), help="Offsets to sweep, mm, positive to the right.")
 @click.option("--roller-radius", type=Axis(), help="Roller radii to sweep, mm.")
+@click.option("--samples", type=int, help="Draw so many designs for each law, in place of a grid; no steps needed.")
 @click.option("--law", multiple=True, help="Motion law to try; repeat the option for several laws.")
 @click.option("--out", type=Place(), default="camopt-out", show_default=True, help="Folder for the tables.")
 @click.option(
@@ -99,7 +100,7 @@ def sweep(
     refine: bool,
     **axes: Any,
 ) -> int:
-    """Evaluate every design of a grid; write the feasible ones and the Pareto front as tables."""
+    """Evaluate every design of a grid, or a sample; write the feasible ones and the Pareto front as tables."""
     from camopt.cli import reports, terminal
     from camopt.front.sweep import sweep as run
 

@@ -142,7 +142,7 @@ def scene_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 
 class Axis(click.ParamType):  # type: ignore[type-arg]  # generic from click 8.4 on
-    """START:STOP:STEP, or one value."""
+    """START:STOP:STEP, START:STOP for a sample, or one value."""
 
     name = "START:STOP:STEP"
 
@@ -153,9 +153,9 @@ class Axis(click.ParamType):  # type: ignore[type-arg]  # generic from click 8.4
             numbers = []
         if len(numbers) == 1:
             return numbers
-        if len(numbers) != 3:
+        if len(numbers) not in (2, 3):
             self.fail(f"{value!r} is neither START:STOP:STEP nor one number", param, ctx)
-        return dict(zip(("start", "stop", "step"), numbers, strict=True))
+        return dict(zip(("start", "stop", "step"), numbers, strict=False))
 
 
 class Place(click.ParamType):  # type: ignore[type-arg]

@@ -18,7 +18,8 @@ from camopt.mechanisms import Designs
 from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.problem.problem import VERDICT, Problem, exactly, resolve
 from camopt.problem.rows import Rows, joined
-from camopt.problem.space import Space, space_of
+from camopt.problem.sample import searched_space
+from camopt.problem.space import Space
 from camopt.quantities import QUANTITIES, motion_quantity
 from camopt.scene.scene import Scene
 from camopt.shown import Shown
@@ -85,7 +86,7 @@ def sweep(
     progress: Progress | None = None,
     block: int = BLOCK,
 ) -> Sweep:
-    """Evaluate every design of the grid that a scene's ``[search]`` spans, and find the Pareto front.
+    """Evaluate every design of the grid or the sample that a scene's ``[search]`` asks for; find the Pareto front.
 
     Parameters
     ----------
@@ -129,11 +130,11 @@ def sweep(
     if keep not in KEPT:
         raise BadInput([Mistake("camopt", "keep", keep, f"a choice of designs; {nearest(str(keep), KEPT)}")])
     problem = with_objectives(resolve(scene))
-    space = space_of(problem)
+    space = searched_space(problem)
     search, names, count = problem.scene.search, column_names(problem), workers or os.cpu_count() or 1
     with ExitStack() as stack:
         tables = {} if out is None else _tables(stack, Path(out), problem, keep)
-        if keep == FRONT_ONLY and all_bounded(problem):
+        if keep == FRONT_ONLY and all_bounded(problem) and not search.samples:
             seen = FrontSearch(space, names, count, progress).run()
         else:
             kept = tables["designs"].append if tables and keep in ("feasible", "all") else _nowhere
@@ -253,16 +254,16 @@ def as_evaluated(problem: Problem, designs: Designs, names: frozenset[str]) -> R
 
 
 def held_by(space: Space, row: dict[str, Any]) -> str:
-    """What the next smaller cam of the space would exceed; "edge of the space" if there is none."""
-    problem = space.problem
-    key = "mean_radius" if problem.setup.mechanism.grooved else "base_radius"
-    smaller = space.axes.get(key, np.array([]))
-    smaller = smaller[smaller < row[problem.size_name]]
-    if not smaller.size:
+    """What the next smaller cam of the space would exceed; "edge of the space" if there is none.
+
+    Of a sample, what a cam one per cent smaller would.
+    """
+    smaller = space.next_smaller(row[space.problem.size_name])
+    if smaller is None:
         return "edge of the space"
     one = Rows({name: np.array([value]) for name, value in row.items()}, 1)
     problem, _, design = next(space.designs_of(one))
-    design = replace(design, size=smaller.max(keepdims=True))
+    design = replace(design, size=np.array([smaller]))
     return str(judged(problem, design, frozenset()).column("violated")[0]).replace(",", ", ")
 
 

@@ -48,12 +48,22 @@ class Space:
             for first in range(0, self.designs_each, size):
                 yield problem, first, min(first + size, self.designs_each)
 
-    def designs(self, index: NDArray[np.int64]) -> Designs:
-        """The designs of a motion by number."""
+    def sizes(self, index: NDArray[np.int64]) -> dict[str, FloatArray]:
+        """The sizes that vary, of the designs of a motion by number."""
         shape = tuple(values.size for values in self.axes.values())
         where = np.unravel_index(index, shape) if shape else ()
-        sizes = {FIELDS[key]: values[i] for (key, values), i in zip(self.axes.items(), where, strict=True)}
-        fixed = self.problem.design.sizes
+        return {FIELDS[key]: values[i] for (key, values), i in zip(self.axes.items(), where, strict=True)}
+
+    def next_smaller(self, size: float) -> float | None:
+        """The next smaller size of the cam; None at the edge of the space."""
+        key = "mean_radius" if self.problem.setup.mechanism.grooved else "base_radius"
+        smaller = self.axes.get(key, np.array([]))
+        smaller = smaller[smaller < size]
+        return float(smaller.max()) if smaller.size else None
+
+    def designs(self, index: NDArray[np.int64]) -> Designs:
+        """The designs of a motion by number."""
+        sizes, fixed = self.sizes(index), self.problem.design.sizes
         columns = {n: sizes.get(n, np.broadcast_to(v, index.shape)) for n, v in fixed.items()}
         arrays = {n: np.ascontiguousarray(v) for n, v in columns.items()}
         return Designs(**arrays, sense=self.problem.design.sense)
@@ -98,7 +108,11 @@ def space_of(problem: Problem) -> Space:
         if choice is None:
             continue
         if isinstance(choice, Range) and choice.step is None and choice.start != choice.stop:
-            mistakes.append(Mistake(file, f"search.{key}.step", None, "a step above 0, for a sweep"))
+            mistakes.append(
+                Mistake(
+                    file, f"search.{key}.step", None, "a step above 0, for a sweep of a grid, or search.samples"
+                )
+            )
             continue
         if value_count(choice) > MOST_VALUES:
             allowed = f"a range of at most {MOST_VALUES:,} values; this one has {value_count(choice):,}"

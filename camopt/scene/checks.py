@@ -332,6 +332,9 @@ def _search(data: Mapping[str, Any], form: str, motion: str, contact: str) -> It
             yield "search.maximise", name, "is minimised too: an objective can be only one of the two"
     if search.get("law") and (search.get("law_rise") or search.get("law_return")):
         yield "search.law", search["law"], "name either law, or law_rise and law_return"
+    for key in ("sampler", "seed"):
+        if search.get(key) is not None and search.get("samples") is None:
+            yield f"search.{key}", search[key], "belongs to search.samples, which is not given"
 
 
 def _texts(value: Any) -> list[str]:

@@ -236,8 +236,11 @@ class Limits(Table):
     power: Positive | None = None
 
 
+MOST_SAMPLES, MOST_SEED = 2**22, 2**32 - 1  # 32 MB a size
+
+
 class Range(Table):
-    """A closed interval; the step matters to a sweep alone."""
+    """A closed interval; the step matters to a sweep of a grid alone."""
 
     start: Anywhere
     stop: Anywhere
@@ -273,6 +276,9 @@ Choice = (
 class Search(Table):
     """What a sweep or an optimisation may vary, and its objectives. A size is a Range or a list of values.
 
+    With ``samples`` a sweep takes so many designs, the same for each law, in place of a grid: drawn evenly from the
+    ranges and lists by a ``sampler``, always the same ones for a ``seed``.
+
     ``thin`` is the share of each objective's range that rows left out of the front may be away from those kept;
     ``refine`` moves each row of the front off the grid, to an optimum of the continuous problem.
     ``angle_rise``, ``angle_return`` and ``angle_dwell`` free the angle (deg) of every segment of a kind within a
@@ -293,6 +299,9 @@ class Search(Table):
     angle_rise: Range | None = None
     angle_return: Range | None = None
     angle_dwell: Range | None = None
+    samples: Annotated[int, BeforeValidator(_is_whole), Field(ge=1, le=MOST_SAMPLES)] | None = None
+    sampler: Literal["sobol", "latin-hypercube"] = "sobol"
+    seed: Annotated[int, BeforeValidator(_is_whole), Field(ge=0, le=MOST_SEED)] = 0
     minimise: Quantities = ()
     maximise: Quantities = ()
     thin: Annotated[Number, Field(ge=1e-9, lt=1)] | None = None

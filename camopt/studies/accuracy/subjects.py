@@ -11,7 +11,7 @@ from camopt.motion.programme import Programme
 from camopt.motion.table import DWELL, RETURN, RISE, TURN
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
 from camopt.problem.problem import Problem
-from camopt.problem.space import space_of
+from camopt.problem.sample import searched_space
 
 DESIGNS = 4096
 REFERENCED = 24  # designs with a reference in balls
@@ -59,7 +59,7 @@ def subjects_of(problem: Problem) -> list[Subject]:
 
 def designs_of(problem: Problem, seed: int = 0) -> Designs:
     """Designs of the scene's space at random; without a space, its own design with sizes varied a little."""
-    rng, space = np.random.default_rng(seed), space_of(problem)
+    rng, space = np.random.default_rng(seed), searched_space(problem)
     count = 4 * DESIGNS  # some cannot be put together
     if space.designs_each >= REFERENCED:
         designs = space.designs(rng.integers(0, space.designs_each, count))

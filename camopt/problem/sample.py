@@ -1,0 +1,88 @@
+"""A space of designs that are drawn at random, evenly: for so many free sizes that a grid of them has no end.
+
+Sobol points fill a space more evenly than a Latin hypercube does, which fills each axis by itself. Both are
+scrambled with a seed, so that a scene always has the same designs. Sources: Owen, J. Complexity 14 (1998), 466;
+McKay, Beckman and Conover, Technometrics 21 (1979), 239.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from camopt.mechanisms import FIELDS
+from camopt.mistakes import BadInput, Mistake
+from camopt.numerics import FloatArray
+from camopt.problem.problem import Problem, missing_sizes
+from camopt.problem.space import Space, freed_angles, problems_of, space_of
+from camopt.scene.tables import Range
+
+NEARBY = 0.01  # of a cam's size: how much smaller the next one is said to be
+
+
+@dataclass(frozen=True)
+class Sample(Space):
+    """Motions × designs drawn from ranges and lists of sizes, the same designs for each motion."""
+
+    drawn: dict[str, FloatArray]
+    """The sizes of the designs by key of ``[search]``, each (designs,)."""
+
+    @property
+    def designs_each(self) -> int:
+        return self.problem.scene.search.samples or 0
+
+    def sizes(self, index: NDArray[np.int64]) -> dict[str, FloatArray]:
+        return {FIELDS[key]: values[index] for key, values in self.drawn.items()}
+
+    def next_smaller(self, size: float) -> float | None:
+        return size * (1.0 - NEARBY)
+
+
+def searched_space(problem: Problem) -> Space:
+    """The space that a scene's ``[search]`` spans: a sample if it says of how many designs, or else the grid.
+
+    Raises
+    ------
+    BadInput
+        As ``space_of``; for a sample if no size is free. The step of a range does not matter to one.
+    """
+    search = problem.scene.search
+    if search.samples is None:
+        return space_of(problem)
+    choices = {key: choice for key in FIELDS if (choice := getattr(search, key)) is not None}
+    mistakes = [*missing_sizes(problem, choices), *freed_angles(problem, "a sweep takes")]
+    if not choices:
+        why = "needs a range or a list of some size in [search]"
+        mistakes.append(Mistake(problem.scene.file, "search.samples", search.samples, why, bare=True))
+    if mistakes:
+        raise BadInput(mistakes)
+    points = SAMPLERS[search.sampler](len(choices), search.samples, search.seed)
+    drawn = {key: placed(choice, column) for (key, choice), column in zip(choices.items(), points.T, strict=True)}
+    return Sample(problem, problems_of(problem), {}, drawn)
+
+
+def placed(choice: Range | tuple[float, ...], shares: FloatArray) -> FloatArray:
+    """Values of a range, or of a list, at shares of it from 0 to 1."""
+    if isinstance(choice, Range):
+        return np.asarray(np.clip(choice.start + shares * (choice.stop - choice.start), choice.start, choice.stop))
+    values = np.array(list(dict.fromkeys(choice)), dtype=float)
+    return np.asarray(values[np.minimum((shares * values.size).astype(int), values.size - 1)])
+
+
+def _sobol(axes: int, count: int, seed: int) -> FloatArray:
+    from scipy.stats import qmc
+
+    points = qmc.Sobol(axes, scramble=True, rng=seed).random_base2(int(np.ceil(np.log2(count))))
+    return np.asarray(points[:count])
+
+
+def _latin_hypercube(axes: int, count: int, seed: int) -> FloatArray:
+    from scipy.stats import qmc
+
+    return np.asarray(qmc.LatinHypercube(axes, rng=seed).random(count))
+
+
+SAMPLERS: dict[str, Callable[[int, int, int], Any]] = {"sobol": _sobol, "latin-hypercube": _latin_hypercube}
+"""Points (count, axes) in [0, 1), by the word in ``[search]`` that asks for them."""
