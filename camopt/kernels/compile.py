@@ -15,7 +15,7 @@ import numpy as np
 
 Value = TypeVar("Value")
 
-FEW = 20_000  # numbers in the largest array to fill: for more, a kernel is compiled at once
+FEW = 600  # numbers in the largest array to fill: for more, a kernel is compiled at once
 PAYS = 4.0  # seconds of plain runs of a kernel, after which it is compiled, which takes about as long
 IMPORT = 0.5  # seconds of plain runs of all kernels, after which numba is imported, which takes about as long
 NEVER = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")  # whether everything runs as it is written

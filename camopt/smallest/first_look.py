@@ -19,7 +19,7 @@ from camopt.verdicts.judging import judged, least_excess, weighed
 
 VALUES, FEW_VALUES = 9, 4  # of a free size in the coarse grid; few where there is no feasible design to find
 SIZES = 800  # of the cam in the coarse grid
-BLOCK = 512  # designs looked at together
+BLOCK = 64  # designs looked at together: so few that no kernel is compiled for them
 
 
 @dataclass(frozen=True)
