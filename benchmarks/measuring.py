@@ -22,7 +22,7 @@ from tasks import TASKS, Task
 
 import camopt
 
-LOADED, COMPILED = 1.0, 8.0  # seconds of a task, after which camopt has its kernels from disk, or has compiled them
+WARM = 1.0  # seconds of a task, after which camopt has its kernels from disk, or has compiled them
 
 
 def cpu_seconds() -> float:
@@ -38,18 +38,18 @@ def spent(run: Callable[[], Any]) -> tuple[float, float]:
     return perf_counter() - wall, cpu_seconds() - cpu
 
 
-def warmed(task: Task, seconds: float) -> None:
-    """Run a task that is run several times until it has taken so many seconds of CPU time; any other one once."""
+def warmed(task: Task) -> None:
+    """Run a task that is run several times until it is warm; any other one once."""
     start = cpu_seconds()
     task.own()
-    while task.runs > 1 and cpu_seconds() - start < seconds:
+    while task.runs > 1 and cpu_seconds() - start < WARM:
         task.own()
 
 
 def timed(task: Task) -> dict[str, float]:
     """The least of a few runs, camopt and its rival in turns."""
     if task.runs > 1:
-        warmed(task, LOADED)
+        warmed(task)
         task.rival()
     pairs = [(spent(task.own), spent(task.rival)) for _ in range(task.runs)]
     own, rival = ([min(times) for times in zip(*side, strict=True)] for side in zip(*pairs, strict=True))
@@ -59,7 +59,7 @@ def timed(task: Task) -> dict[str, float]:
 def counted(task: Task, name: str) -> None:
     """A task once more after it has run, for callgrind to count."""
     library = c_library("counting.c", ())
-    warmed(task, LOADED)
+    warmed(task)
     library.counting_begins()
     task.own()
     library.counting_ends(name.encode())
@@ -76,7 +76,7 @@ def measured(verb: str, names: Iterable[str]) -> dict[str, Any]:
             elif verb == "count":
                 counted(task, name)
             else:
-                warmed(task, COMPILED)
+                warmed(task)
         except (camopt.BadInput, CalledProcessError) as refused:
             print(f"{name}: {refused}", file=sys.stderr)
     return found
