@@ -19,7 +19,8 @@ from camopt.verdicts.judging import judged, least_excess, weighed
 
 VALUES, FEW_VALUES = 9, 4  # of a free size in the coarse grid; few where there is no feasible design to find
 SIZES = 800  # of the cam in the coarse grid
-BLOCK = 64  # designs looked at together: so few that no kernel is compiled for them
+BLOCK = 512  # designs looked at together
+FEW, SMALL_BLOCK = 2048, 64  # designs of a grid for which no kernel is compiled, and how many of them then
 
 
 @dataclass(frozen=True)
@@ -85,11 +86,12 @@ def largest_size(problem: Problem, bounds: Bounds) -> float:
 
 
 def _blocks(points: Designs, until: float) -> Iterator[Designs]:
-    """The designs a block at a time; after ``until`` none but the first."""
-    for first in range(0, len(points), BLOCK):
-        if first and now() > until:
+    """The designs a block at a time; after ``until`` none but the first ``BLOCK``."""
+    size = SMALL_BLOCK if len(points) <= FEW else BLOCK
+    for first in range(0, len(points), size):
+        if first >= BLOCK and now() > until:
             return
-        yield points.take(slice(first, first + BLOCK))
+        yield points.take(slice(first, first + size))
 
 
 def _whatever_the_size(problem: Problem, excess: FloatArray) -> bool:
