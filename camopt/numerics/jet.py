@@ -124,8 +124,8 @@ def add_number(a, x):
 
 @inlined
 def multiply(a, b):
-    p, q, r, s = a.low * b.low, a.low * b.high, a.high * b.low, a.high * b.high
-    (least, most), m, n = ends_of(p, q, r, s), magnitude(a), magnitude(b)
+    least, most = ends_of(a.low * b.low, a.low * b.high, a.high * b.low, a.high * b.high)
+    m, n = magnitude(a), magnitude(b)
     return Jet(
         least,
         most,
@@ -162,16 +162,14 @@ def divide(a, b):
     """a/b; without bounds where b may be zero."""
     apart = (b.low > 0.0) | (b.high < 0.0)
     low, high = 1.0 / chosen(apart, b.high, -NOTHING), 1.0 / chosen(apart, b.low, NOTHING)
-    p, q, r, s = a.low * low, a.low * high, a.high * low, a.high * high
+    least, most = ends_of(a.low * low, a.low * high, a.high * low, a.high * high)
     inverse = 1.0 / chosen(apart, least_magnitude(b), NOTHING)
     m = magnitude(a) * inverse
     first = (a.first + m * b.first) * inverse
     second = (a.second + 2.0 * first * b.first + m * b.second) * inverse
     third = (a.third + 3.0 * (second * b.first + first * b.second) + m * b.third) * inverse
     error = (a.error + m * b.error) * inverse + UNIT * m
-    return Jet(
-        smaller(smaller(p, q), smaller(r, s)), larger(larger(p, q), larger(r, s)), error, first, second, third
-    )
+    return Jet(least, most, error, first, second, third)
 
 
 @inlined
@@ -197,14 +195,8 @@ def at_least(a, x):
     """The larger of a and a number."""
     kink = chosen((a.low >= x) | (a.high <= x), 0.0, np.inf)
     share = chosen(a.high <= x, 0.0, 1.0)
-    return Jet(
-        larger(a.low, x),
-        larger(a.high, x),
-        a.error,
-        share * a.first,
-        share * a.second + kink,
-        share * a.third + kink,
-    )
+    low, high = larger(a.low, x), larger(a.high, x)
+    return Jet(low, high, a.error, share * a.first, share * a.second + kink, share * a.third + kink)
 
 
 @inlined

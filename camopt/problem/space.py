@@ -108,11 +108,8 @@ def space_of(problem: Problem) -> Space:
         if choice is None:
             continue
         if isinstance(choice, Range) and choice.step is None and choice.start != choice.stop:
-            mistakes.append(
-                Mistake(
-                    file, f"search.{key}.step", None, "a step above 0, for a sweep of a grid, or search.samples"
-                )
-            )
+            allowed = "a step above 0, for a sweep of a grid, or search.samples"
+            mistakes.append(Mistake(file, f"search.{key}.step", None, allowed))
             continue
         if value_count(choice) > MOST_VALUES:
             allowed = f"a range of at most {MOST_VALUES:,} values; this one has {value_count(choice):,}"
