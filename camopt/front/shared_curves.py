@@ -127,7 +127,7 @@ class SharedCurves:
 def curve_numbers(space: Space) -> CurveNumbers | None:
     """The numbers of the pitch curves of a space; None where they are not worth keeping, or too many to keep."""
     varied = [values.size > 1 for key, values in space.axes.items() if FIELDS[key] in MERGED]
-    if sum(varied) < 2 and not space.problem.setup.mechanism.grooved:
+    if not space.axes or (sum(varied) < 2 and not space.problem.setup.mechanism.grooved):
         return None
     merged = prod(values.size for key, values in space.axes.items() if FIELDS[key] in MERGED)
     if max(merged, space.designs_each // merged) > MOST_CURVES:
