@@ -1,5 +1,6 @@
 """The pictures and the points: every shipped scene draws, and the curves are where the follower touches them."""
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -69,10 +70,15 @@ def test_same_scene_same_file_and_no_settings_left_behind(tmp_path: Path) -> Non
     import matplotlib
 
     settings = dict(matplotlib.rcParams)
-    for suffix in ("svg", "pdf", "png"):
-        files = [tmp_path / f"{turn}.{suffix}" for turn in "ab"]
+    spectrum = camopt.response_spectrum("cycloidal", np.linspace(0.5, 4.0, 20), 0.02)
+    pictures = {
+        "cam": partial(plot, find_scene("oscillating-roller")),
+        "of": partial(camopt.plot_spectrum, [spectrum]),
+    }
+    for name, suffix in (("cam", "svg"), ("of", "svg"), ("of", "pdf"), ("of", "png")):
+        files = [tmp_path / f"{name} {turn}.{suffix}" for turn in "ab"]
         for file in files:
-            plot(find_scene("oscillating-roller"), file)
+            pictures[name](file)
         assert files[0].read_bytes() == files[1].read_bytes()
     assert dict(matplotlib.rcParams) == settings
 
