@@ -20,11 +20,15 @@ from camopt.numerics.piecewise import motion
 
 
 @compiled
+def fill_motion(table, u, found):
+    for panel in range(u.size):
+        found[0, panel], found[1, panel], found[2, panel], found[3, panel] = motion(table, panel, u[panel])
+
+
 def all_motion(table, u):
     """The motion and its derivatives at one point of each panel: kernels call ``motion``, Python cannot."""
     found = np.empty((4, u.size))
-    for panel in range(u.size):
-        found[0, panel], found[1, panel], found[2, panel], found[3, panel] = motion(table, panel, u[panel])
+    fill_motion(table, u, found)
     return found
 
 

@@ -35,7 +35,7 @@ class Record(NamedTuple):
     fields: tuple[Any, ...]
 
 
-NONE, COUNT, NUMBER, ADDRESS = Kind("none"), Kind("int64"), Kind("float64"), Kind("voidptr")
+NONE, COUNT, NUMBER, BOOLEAN, ADDRESS = map(Kind, ("none", "int64", "float64", "boolean", "voidptr"))
 
 
 class Part:

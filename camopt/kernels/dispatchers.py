@@ -31,6 +31,7 @@ from camopt.kernels.kernel_cache import KernelCache, opened_folder
 from camopt.kernels.numba_types import INLINE, LINKED, numba_type, tell_numba
 
 FLAGS: dict[str, Any] = {
+    "_nrt": False,  # arrays are made outside: code that counts references to them takes long to compile
     "nogil": True,  # blocks of designs run on threads
     "error_model": "numpy",  # 1/0 is inf, as in the formulas; Python's model would add a branch to each division
     "fastmath": False,  # inf and signed zeros decide feasibility; and no reordering: results are bit-identical

@@ -14,14 +14,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.kernels.by_address import code_of, evaluates
-from camopt.kernels.compile import ADDRESS, COUNT, NONE, NUMBER, Kind, Record, inlined
+from camopt.kernels.compile import ADDRESS, COUNT, NONE, NUMBER, Record, inlined
 from camopt.numerics.curves import curve
 from camopt.numerics.jet import known_bound
 from camopt.numerics.piecewise import motion, node_motion, of_all_rows, part_jets, row_jets
-from camopt.numerics.workspace import PanelBounds
-
-DESIGNS, NUMBERS, ROWS = Kind(COUNT.name, 1), Kind(NUMBER.name, 1), Kind(NUMBER.name, 2)
-BOUNDS = Record(PanelBounds, (ROWS, ROWS, ROWS))
+from camopt.numerics.workspace import BOUNDS, COUNTS, NUMBERS, ROWS
 
 
 class PartBounds(NamedTuple):
@@ -95,7 +92,7 @@ def oriented(f, i, moved, sign):
     return sign * value, sign * slope
 
 
-@evaluates(NONE, COUNT, NUMBER, COUNT, DESIGNS, COUNT, ROWS)
+@evaluates(NONE, COUNT, NUMBER, COUNT, COUNTS, COUNT, ROWS)
 def node(made, place, sign, first, designs, count, out):
     """Some designs at one node."""
     f, table = made[0]
@@ -110,7 +107,7 @@ def _node_in_python(made, place, sign, first, designs, count, out):
     out[0, :count], out[1, :count] = oriented(f, first + designs[:count], node_motion(table, place), sign)
 
 
-@evaluates(NONE, COUNT, NUMBERS, NUMBER, COUNT, DESIGNS, COUNT, ROWS)
+@evaluates(NONE, COUNT, NUMBERS, NUMBER, COUNT, COUNTS, COUNT, ROWS)
 def panel(made, place, angles, sign, first, designs, count, out):
     """Some designs on one panel, each at its own u in [−1, 1]."""
     (f, table), values, slopes = made[0], out[0], out[1]

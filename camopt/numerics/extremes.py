@@ -36,7 +36,7 @@ from camopt.numerics.evaluating import CURVE, evaluator
 from camopt.numerics.jet import larger
 from camopt.numerics.piecewise import PANELS, MotionTable, panels_of
 from camopt.numerics.searching import search_panel
-from camopt.numerics.workspace import TILE, workspace
+from camopt.numerics.workspace import TILE, WORK, workspace
 
 TIED = 8.0 * UNIT  # relative: values this near differ by rounding alone
 
@@ -235,10 +235,9 @@ def give(found, count, goal, value, where, width):
 
 
 @compiled
-def search_all(curve, panels, questions, precision, answers):
+def search_all(curve, panels, questions, precision, answers, work):
     """Answer questions about a curve, an ``Evaluator``: answers (3, K, designs)."""
     designs = answers.shape[2]
-    work = workspace(panels.kind.size + panels.centre.size, panels.rows)
     for first in range(0, designs, TILE):
         count = min(TILE, designs - first)
         call(curve.nodes, (curve.made, first, count, work.values))
@@ -251,15 +250,15 @@ def search_all(curve, panels, questions, precision, answers):
 
 
 @compiled_for_many
-def search_curve(f, table, panels, questions, precision, answers, search_all):
+def search_curve(f, table, panels, questions, precision, answers, work, search_all):
     """As ``search_all``, which is called by its address, from a curve and a motion table."""
     made = (f, table)
-    call(search_all, (evaluator(made, address_of(made)), panels, questions, precision, answers))
+    call(search_all, (evaluator(made, address_of(made)), panels, questions, precision, answers, work))
 
 
 ANSWERS = Kind(NUMBER.name, 3)
 QUESTIONS = Kind(COUNT.name, 2)
-SEARCH = Reached(search_all, (CURVE, PANELS, QUESTIONS, PRECISION, ANSWERS))
+SEARCH = Reached(search_all, (CURVE, PANELS, QUESTIONS, PRECISION, ANSWERS, WORK))
 
 
 def extremes(f: Any, designs: int, table: MotionTable, questions: Any, precision: Precision) -> Extremes:
@@ -270,6 +269,7 @@ def extremes(f: Any, designs: int, table: MotionTable, questions: Any, precision
     answers = np.empty((3, len(questions), designs))
     if type(f) not in LOADED:  # one kernel for both kinds of turn
         table = table._replace(load=None)
+    panels, asked = panels_of(table), np.array(questions, np.int64)
     with np.errstate(all="ignore"):  # uncompiled, jets without bounds would warn
-        search_curve(f, table, panels_of(table), np.array(questions, np.int64), precision, answers, SEARCH)
+        search_curve(f, table, panels, asked, precision, answers, workspace(panels), SEARCH)
     return Extremes(*answers)

@@ -1,5 +1,7 @@
 """Extremes by sampling: what everyone does, as fast as it can be done, for comparison with enclosures."""
 
+from typing import Any
+
 import numpy as np
 
 from camopt.kernels.compile import compiled, inlined
@@ -7,6 +9,7 @@ from camopt.numerics import LEAST
 from camopt.numerics.climbing import orient
 from camopt.numerics.evaluating import node_values
 from camopt.numerics.extremes import best_nodes
+from camopt.numerics.piecewise import MotionTable
 from camopt.numerics.workspace import ROW, TILE
 
 
@@ -19,15 +22,19 @@ def within_piece(table, t):
     return inside
 
 
-@compiled
-def sampled_extremes(f, designs, table, questions, polish, value):
+def sampled_extremes(f: Any, designs: int, table: MotionTable, questions: Any, polish: bool, value: Any) -> None:
     """The largest sample for each question and design: (K, 2) questions as for ``extremes``, value (K, designs).
 
     The nodes of the table are the samples. With ``polish``, the vertex of the parabola through the best sample and
     its neighbours in the same stroke.
     """
-    values = np.empty((table.nodes.shape[0], ROW))
-    best, node = np.empty(TILE), np.empty(TILE, np.int64)
+    values, best, node = np.empty((len(table.nodes), ROW)), np.empty(TILE), np.empty(TILE, np.int64)
+    _sample_all(f, designs, table, questions, polish, value, (values, best, node))
+
+
+@compiled
+def _sample_all(f, designs, table, questions, polish, value, work):
+    values, best, node = work
     for first in range(0, designs, TILE):
         count = min(TILE, designs - first)
         node_values(f, table, first, count, values)

@@ -1,11 +1,11 @@
 """What the search for extremes keeps of a tile of designs: tables that are made once and used for every tile."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from camopt.kernels.compile import called_by_kernels
+from camopt.kernels.compile import BOOLEAN, COUNT, NUMBER, Kind, Record
 from camopt.numerics import FloatArray
 
 TILE = 256  # designs whose tables (about 70 × 256 × 8 bytes each) stay in the second-level cache
@@ -15,6 +15,9 @@ DEPTH = 50  # halvings of a panel
 # rows of the table of climbs, one column for each that goes on
 LOW, HIGH, RISING, FALLING, SIDE, BEST, AT, BOUND, CONCAVITY, GAIN, SLOPE, NEXT, EXACT = range(13)
 VALUE, GRADIENT, STATES = 13, 14, 15  # the last two next to each other, as the values and slopes looked at
+
+
+COUNTS, NUMBERS, ROWS = Kind(COUNT.name, 1), Kind(NUMBER.name, 1), Kind(NUMBER.name, 2)
 
 
 class PanelBounds(NamedTuple):
@@ -76,9 +79,27 @@ class Workspace(NamedTuple):
     parts: Halves
 
 
-@called_by_kernels
-def workspace(nodes, rows):
-    """Tables for a motion table of so many nodes, and rows of jets."""
+BOUNDS = Record(PanelBounds, (ROWS, ROWS, ROWS))
+WORK = Record(
+    Workspace,
+    (
+        ROWS,
+        Kind(BOOLEAN.name, 1),
+        BOUNDS,
+        Record(Located, (NUMBERS, COUNTS, NUMBERS, NUMBERS, NUMBERS)),
+        COUNTS,
+        Kind(NUMBER.name, 3),
+        COUNTS,
+        NUMBERS,
+        Record(Climbs, (COUNTS, ROWS)),
+        Record(Halves, (COUNTS, ROWS, ROWS)),
+    ),
+)
+
+
+def workspace(panels: Any) -> Workspace:
+    """Tables for a turn that is divided into ``Panels``."""
+    nodes, rows = panels.kind.size + panels.centre.size, panels.rows
     return Workspace(
         np.empty((nodes, ROW)),
         np.empty(rows, np.bool_),

@@ -1,0 +1,99 @@
+"""How long people wait for an answer: every command, shipped scenes, and cams with all their loads.
+
+    python benchmarks/first_answers.py [RUNS]
+
+prints Markdown tables. Each command is a process of its own. "First" is the first one after an installation: no
+kernel is on disk. "Warm" ones follow it. The figure is the least of the runs (5), in wall seconds and, after the
+slash, in CPU seconds.
+"""
+
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import tomli_w
+from measuring import spent
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
+from support.cams import CONTACTS, SWUNG, UNGUIDED, WORN, cam_with
+
+from camopt import shipped_scenes
+
+RUNS = 5
+MAIN = ("--rpm", "1000", "--max-pressure", "30")
+COMMANDS: dict[str, tuple[str, ...]] = {
+    "--help": ("--help",),
+    "scenes": ("scenes",),
+    "laws": ("laws",),
+    "effects": ("effects", "exhaust-valve"),
+    "evaluate": ("evaluate", "exhaust-valve"),
+    "evaluate --plot": ("evaluate", "exhaust-valve", "--plot", "out.png"),
+    "certify": ("certify", "exhaust-valve"),
+    "optimise": ("optimise", "exhaust-valve"),
+    "sweep": ("sweep", *MAIN, "--out", "out"),
+    "sweep --keep front-only": ("sweep", *MAIN, "--keep", "front-only", "--out", "out"),
+    "synthesise": ("synthesise", "roller-1000rpm", "--max-pressure", "30", "--out", "out"),
+    "frontier": ("frontier", "exhaust-valve", "--points", "5"),
+    "accuracy": ("accuracy", "exhaust-valve"),
+}
+LOADED = ("evaluate", "certify", "optimise")
+"""Commands that are asked of cams with all their loads."""
+
+
+def loaded_cams(folder: Path) -> Iterator[str]:
+    """Write a scene for each contact, with every load that its mechanism knows; their names."""
+    for contact, follower in CONTACTS.items():
+        dynamics = SWUNG if follower["motion"] == "oscillating" else UNGUIDED
+        scene = cam_with(contact, dynamics=dynamics, materials=WORN)
+        (folder / f"{contact}.toml").write_text(tomli_w.dumps(scene), encoding="utf-8")
+        yield contact
+
+
+def seconds(arguments: tuple[str, ...], scenes: Path, kernels: str) -> tuple[float, float]:
+    """Wall and CPU seconds of one command, in a folder of its own."""
+    with TemporaryDirectory() as folder:
+        words = [str(scenes / word) if word.endswith(".toml") else word for word in arguments]
+        environment = os.environ | {"NUMBA_CACHE_DIR": kernels}
+        command = [sys.executable, "-m", "camopt", *words]
+        return spent(lambda: subprocess.run(command, check=False, cwd=folder, env=environment, capture_output=True))
+
+
+def answers(arguments: tuple[str, ...], scenes: Path, runs: int) -> tuple[str, str]:
+    """Cells of a table: the least first and the least warm time of a command."""
+    first, warm = [], []
+    for _ in range(runs):
+        with TemporaryDirectory() as kernels:
+            first.append(seconds(arguments, scenes, kernels))
+            warm.append(seconds(arguments, scenes, kernels))
+    return cell(first), cell(warm)
+
+
+def cell(times: list[tuple[float, float]]) -> str:
+    """The least wall and CPU seconds of some runs."""
+    wall, cpu = (min(each) for each in zip(*times, strict=True))
+    return f"{wall:.2f} / {cpu:.2f}"
+
+
+def lines(runs: int) -> Iterator[str]:
+    """Three tables: commands, the smallest cam of every shipped scene, cams with all loads."""
+    with TemporaryDirectory() as folder:
+        scenes = Path(folder)
+        yield from ("| command | first, s | warm, s |", "|---|---:|---:|")
+        for name, arguments in COMMANDS.items():
+            yield f"| {name} | {' | '.join(answers(arguments, scenes, runs))} |"
+        yield from ("", "| `optimise` of | first, s | warm, s |", "|---|---:|---:|")
+        for name in shipped_scenes():
+            yield f"| {name} | {' | '.join(answers(('optimise', name), scenes, runs))} |"
+        heads = " | ".join(f"{name}: first | warm" for name in LOADED)
+        yield from ("", f"| all loads, s | {heads} |", "|---|" + "---:|" * 2 * len(LOADED))
+        for name in loaded_cams(scenes):
+            cells = [cell for command in LOADED for cell in answers((command, f"{name}.toml"), scenes, runs)]
+            yield f"| {name} | {' | '.join(cells)} |"
+
+
+if __name__ == "__main__":
+    for line in lines(int(sys.argv[1]) if len(sys.argv) > 1 else RUNS):
+        print(line, flush=True)
