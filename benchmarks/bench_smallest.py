@@ -18,7 +18,7 @@ from timing import measured, ratio, rival_seconds, seconds
 
 from camopt import Scene, optimise
 from camopt.problem.problem import resolve
-from camopt.problem.space import problems_of
+from camopt.problem.settings import problems_of
 from camopt.smallest.optimise import boxes_of
 from camopt.smallest.result import Smallest
 from camopt.smallest.smallest import smallest

@@ -33,7 +33,8 @@ from camopt.mechanisms import Designs
 from camopt.numerics import FloatArray
 from camopt.problem.problem import resolve
 from camopt.problem.rows import Rows
-from camopt.problem.space import axis_values, problems_of
+from camopt.problem.settings import problems_of
+from camopt.problem.space import axis_values
 from camopt.verdicts.judging import excesses, run_effects
 
 MANY = 10_000

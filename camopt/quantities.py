@@ -89,6 +89,46 @@ def _vibration_quantities() -> list[Quantity]:
     ]
 
 
+_NUMBERS = (
+    ("cam.rpm", "rpm", "n", "rpm", "Speed of the cam."),
+    ("cam.shaft_diameter", "shaft_diameter_mm", "", "mm", "Diameter of the shaft."),
+    ("follower.dynamics.mass", "mass_kg", "m", "kg", "Mass that moves with the follower."),
+    ("follower.dynamics.inertia", "inertia_kg_m2", "J", "kg·m²", "Inertia of the follower about its pivot."),
+    ("follower.dynamics.spring_rate", "spring_rate_N_per_mm", "k", "N/mm", "Rate of the spring."),
+    ("follower.dynamics.spring_rate", "spring_rate_N_m_per_rad", "k", "N·m/rad", "Rate of the spring."),
+    ("follower.dynamics.preload", "preload_N", "F_0", "N", "Preload of the spring."),
+    ("follower.dynamics.preload", "preload_N_m", "M_0", "N·m", "Preload of the spring."),
+    ("follower.dynamics.damping", "damping_N_s_per_mm", "c", "N·s/mm", "Damping of the follower's motion."),
+    ("follower.dynamics.damping", "damping_N_m_s_per_rad", "c", "N·m·s/rad", "Damping of the follower's motion."),
+    ("follower.dynamics.load", "load_N", "", "N", "External force on the follower."),
+    ("follower.dynamics.load", "load_N_m", "", "N·m", "External moment on the follower."),
+    ("follower.dynamics.gravity", "gravity_m_s2", "g", "m/s²", "Acceleration of gravity towards the cam."),
+    ("follower.dynamics.guide_length", "guide_length_mm", "b", "mm", "Length of the guide."),
+    ("follower.dynamics.overhang", "overhang_mm", "a_0", "mm", "Distance from the guide to the trace point."),
+    ("follower.dynamics.friction", "friction", "μ", "", "Coefficient of friction in the guide."),
+    ("follower.dynamics.stem_diameter", "stem_diameter_mm", "d", "mm", "Diameter of the follower's stem."),
+    ("follower.dynamics.natural_frequency", "natural_frequency_Hz", "f_n", "Hz", "Natural frequency of the train."),
+    ("follower.dynamics.damping_ratio", "damping_ratio", "ζ", "", "Damping ratio of the train."),
+    ("follower.dynamics.fluctuation", "fluctuation", "", "", "Fluctuation of the speed that is allowed."),
+    ("materials.cam_modulus", "cam_modulus_GPa", "E_1", "GPa", "Young's modulus of the cam."),
+    ("materials.cam_poisson", "cam_poisson", "ν_1", "", "Poisson's ratio of the cam."),
+    ("materials.follower_modulus", "follower_modulus_GPa", "E_2", "GPa", "Young's modulus of the follower."),
+    ("materials.follower_poisson", "follower_poisson", "ν_2", "", "Poisson's ratio of the follower."),
+    ("materials.face_width", "face_width_mm", "L", "mm", "Width of the contact along the cam's axis."),
+    ("materials.wear_rate", "wear_rate_mm2_per_N", "", "mm²/N", "Volume worn off by load and sliding distance."),
+    ("materials.viscosity", "viscosity_Pa_s", "η", "Pa·s", "Viscosity of the lubricant."),
+    ("materials.pressure_viscosity", "pressure_viscosity_per_GPa", "α", "1/GPa", "Its increase with pressure."),
+    ("materials.roughness", "roughness_um", "", "µm", "Composite roughness (root mean square)."),
+)
+"""Numbers of the scene, by key. Two rows of one key: what is a force for a translating follower is a moment for an
+oscillating one."""
+
+
+def number_quantity(key: str, *, angular: bool) -> str:
+    """The quantity that a number of the scene is in tables."""
+    return [name for number, name, *_ in _NUMBERS if number == key][-1 if angular else 0]
+
+
 _ALL = [
     Quantity("law_rise", "", "", "sizes", "Motion law of the rises.", str),
     Quantity("law_return", "", "", "sizes", "Motion law of the returns.", str),
@@ -101,6 +141,7 @@ _ALL = [
     Quantity("centre_distance_mm", "c", "mm", "sizes", "Distance from the pivot to the cam centre."),
     Quantity("face_offset_mm", "f", "mm", "sizes", "Distance of an oscillating flat face from its pivot."),
     Quantity("shaft_clearance_mm", "", "mm", "sizes", "Least gap between the profile and the shaft."),
+    *[Quantity(name, symbol, unit, "sizes", sentence) for _, name, symbol, unit, sentence in _NUMBERS],
     *_motion_quantities(),
     Quantity("pressure_angle_max_deg", "β_max", "deg", "pressure", "Largest |β| over the turn."),
     Quantity("pressure_angle_max_rise_deg", "β_max", "deg", "pressure", "Largest |β| over the rises."),

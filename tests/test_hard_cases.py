@@ -26,7 +26,7 @@ from camopt.motion.table import TURN
 from camopt.numerics import LARGEST, LEAST
 from camopt.numerics.curves import curve
 from camopt.problem.rows import Rows
-from camopt.scene.tables import Search
+from camopt.scene.search import Search
 
 ULP = 2.0**-52
 

@@ -19,7 +19,7 @@ from camopt.front.pareto import (
     thinned,
 )
 from camopt.problem.rows import Rows
-from camopt.scene.tables import Search
+from camopt.scene.search import Search
 
 NAMES = ("base_radius_mm", "acceleration_max_m_s2", "pressure_angle_max_deg", "profile_radius_min_mm")
 TIED = st.sampled_from([0.0, 1.0, 2.0, 2.5, np.inf, -np.inf])

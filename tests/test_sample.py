@@ -10,7 +10,7 @@ from camopt import BadInput, evaluate_designs, find_scene, load, sweep
 from camopt.cli.main import main
 from camopt.problem.problem import resolve
 from camopt.problem.sample import SAMPLERS, placed, searched_space
-from camopt.scene.tables import Range
+from camopt.scene.choices import Range
 
 FREE = {
     "base_radius": {"start": 30, "stop": 90},

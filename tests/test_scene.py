@@ -15,8 +15,9 @@ from support.depth import times
 
 from camopt import BadInput, Scene, find_scene, shipped_scenes
 from camopt.mistakes import Mistake
+from camopt.scene.choices import Range
 from camopt.scene.scene import shipped_toml
-from camopt.scene.tables import Cam, Range, Segment
+from camopt.scene.tables import Cam, Segment
 
 WORKED = json.loads((Path(__file__).parent / "data" / "worked-examples.json").read_text())
 JARGON = ("Input should", "input should", "extra_forbidden", "tuple[", "Range.", "pydantic", "validation error")

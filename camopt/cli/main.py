@@ -9,6 +9,7 @@ import click
 from camopt.cli.exits import NOT_REACHED, NOTHING_FEASIBLE, run, say
 from camopt.cli.options import (
     Axis,
+    FreeNumber,
     Place,
     changed,
     check_folder,
@@ -72,6 +73,12 @@ def _reached(scene: Any, half_width: float) -> int:
 @click.option("--base-radius", type=Axis(), help="Base radii to sweep, mm.")
 @click.option("--offset", type=Axis(), help="Offsets to sweep, mm, positive to the right.")
 @click.option("--roller-radius", type=Axis(), help="Roller radii to sweep, mm.")
+@click.option(
+    "--vary",
+    type=FreeNumber(),
+    multiple=True,
+    help="Any other number to sweep, by its key, such as follower.dynamics.spring_rate=2:10:1 or arm_length=80.",
+)
 @click.option("--samples", type=int, help="Draw so many designs for each law, in place of a grid; no steps needed.")
 @click.option("--law", multiple=True, help="Motion law to try; repeat the option for several laws.")
 @click.option("--out", type=Place(), default="camopt-out", show_default=True, help="Folder for the tables.")
@@ -98,6 +105,7 @@ def sweep(
     law: tuple[str, ...],
     thin: float | None,
     refine: bool,
+    vary: tuple[tuple[str, Any], ...],
     **axes: Any,
 ) -> int:
     """Evaluate every design of a grid, or a sample; write the feasible ones and the Pareto front as tables."""
@@ -105,6 +113,7 @@ def sweep(
     from camopt.front.sweep import sweep as run
 
     changes = {f"search.{key}": (option_of(key), value) for key, value in axes.items() if value is not None}
+    changes |= {f"search.{key}": (f"--vary {key}", axis) for key, axis in vary}
     if law:
         changes |= {"search.law": ("--law", list(law))}
         changes |= {f"search.law_{stroke}": ("--law", None) for stroke in ("rise", "return")}

@@ -158,6 +158,18 @@ class Axis(click.ParamType):  # type: ignore[type-arg]  # generic from click 8.4
         return dict(zip(("start", "stop", "step"), numbers, strict=False))
 
 
+class FreeNumber(click.ParamType):  # type: ignore[type-arg]
+    """A key of [search] with its axis: KEY=START:STOP:STEP, and as an axis else."""
+
+    name = "KEY=START:STOP:STEP"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, Any]:
+        key, equals, axis = value.partition("=")
+        if not (key and equals):
+            self.fail(f"{value!r} is not {self.name}", param, ctx)
+        return key, Axis().convert(axis, param, ctx)
+
+
 class Place(click.ParamType):  # type: ignore[type-arg]
     """A folder to write to, or a file that ends in one of some suffixes and can be written."""
 

@@ -64,6 +64,8 @@ class Setup:
     bodies: Bodies = Bodies()
     spherical: bool = False
     """Whether the follower touches the cam in a point."""
+    numbers: tuple[tuple[str, float], ...] = ()
+    """The numbers of the scene that a search varies, by quantity, in the units of the scene."""
 
 
 Variant = tuple[Callable[[Designs, Programme], Any], int]

@@ -1,4 +1,4 @@
-"""Sizes: what a design is made of, and its clearance of the shaft.
+"""Sizes: what a design is made of, numbers of the scene that vary among them, and its clearance of the shaft.
 
 No point of a profile is nearer to the cam centre than the base circle (the trace point is never nearer than
 the prime circle), so the clearance is base radius minus shaft radius, exactly.
@@ -24,7 +24,7 @@ def offers(setup: Setup) -> tuple[str, ...]:
         names += ["centre_distance_mm"] if setup.angular else ["offset_mm"]
     if setup.shaft_radius is not None:
         names += ["shaft_clearance_mm"]
-    return tuple(names)
+    return (*names, *dict(setup.numbers))
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
@@ -41,6 +41,7 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
         "centre_distance_mm": designs.centre_distance,
         "face_offset_mm": designs.face_offset,
         "shaft_clearance_mm": designs.size - (case.setup.shaft_radius or 0.0),
+        **dict(case.setup.numbers),
     }
 
 

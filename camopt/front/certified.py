@@ -11,7 +11,8 @@ from camopt.front.sweep import column_names
 from camopt.mechanisms import SIZES
 from camopt.problem.problem import Problem, resolve
 from camopt.problem.rows import Rows
-from camopt.problem.space import Space, problems_of
+from camopt.problem.settings import problems_of
+from camopt.problem.space import Space
 from camopt.quantities import QUANTITIES
 from camopt.scene.tables import LONGEST, SHORTEST
 from camopt.smallest.result import Progress

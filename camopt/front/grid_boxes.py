@@ -39,7 +39,7 @@ class Grid:
         return [name for name, values in self.axes.items() if values.size > 1]
 
     def whole(self, objectives: int) -> "GridBoxes":
-        """One box for each motion: all of its designs, of unknown costs."""
+        """One box for each problem: all of its designs, of unknown costs."""
         motion = np.arange(len(self.space.problems))
         last = np.array([values.size - 1 for values in self.axes.values()], dtype=np.int64)
         high = np.tile(last, (motion.size, 1))

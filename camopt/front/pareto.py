@@ -11,7 +11,7 @@ import numpy as np
 
 from camopt.numerics import FloatArray
 from camopt.problem.rows import Columns, Rows, finite, joined
-from camopt.scene.tables import Search
+from camopt.scene.search import Search
 
 LARGEST = np.finfo(float).max
 REFERENCE = 1.1  # in normalised objectives: a tenth beyond the nadir, so that the ends of a front count

@@ -81,8 +81,9 @@ def free_sizes(problem: Problem) -> Bounds:
 
 
 def decided_objectives(problem: Problem) -> list[str]:
-    """The objectives that depend on the design, not on the motion alone."""
-    effects = {name: EFFECTS[QUANTITIES[name].effect] for name in signs(problem.scene.search)}
+    """The objectives that depend on the sizes of the design, not on motion and numbers of the scene alone."""
+    names = [name for name in signs(problem.scene.search) if name not in dict(problem.setup.numbers)]
+    effects = {name: EFFECTS[QUANTITIES[name].effect] for name in names}
     return [name for name, effect in effects.items() if not effect.of_motion(problem.setup)]
 
 

@@ -2,23 +2,24 @@
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
-from math import isnan, nan, pi
+from math import isnan, nan
 from typing import Any
 
 import numpy as np
 
-from camopt.effects import Bodies, Dynamics, Setup, lacking, offered
-from camopt.mechanisms import FIELDS, SIZES, Designs, mechanism_for
+from camopt.effects import Setup, lacking, offered
+from camopt.mechanisms import FIELDS, SIZES, Designs
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion import LAWS
 from camopt.motion.law import Law
 from camopt.motion.programme import Programme
 from camopt.problem.claims import Claim
 from camopt.problem.limits import LOADS, Limit, limits_of, load_quantity
-from camopt.quantities import EVERYTHING, GEOMETRY, QUANTITIES
+from camopt.problem.setup import load_and_unit, setup_of
+from camopt.quantities import EVERYTHING, GEOMETRY, QUANTITIES, number_quantity
 from camopt.scene.checks import sizes_of
+from camopt.scene.choices import Range
 from camopt.scene.load import constant_and_changing
-from camopt.scene.materials import MATERIALS
 from camopt.scene.own_laws import spline_of
 from camopt.scene.scene import Scene
 
@@ -43,9 +44,22 @@ class Problem:
         """The problem of another motion of the same follower, with the same limits."""
         return replace(self, programme=programme)
 
+    def with_numbers(self, numbers: Mapping[str, float]) -> "Problem":
+        """The problem with other numbers of the scene that are no sizes, by key; at the same tolerance."""
+        if not numbers:
+            return self
+        scene = self.scene.with_numbers(numbers)
+        setup = replace(setup_of(scene), tolerance=self.setup.tolerance)
+        return replace(self, scene=scene, setup=setup, limits=limits_of(scene, setup))
+
     def with_laws(self, rise: str | None, fall: str | None) -> Programme:
         """The scene's programme with other laws, by name, on its rises and returns (None keeps them)."""
         return self.programme.with_laws(*(None if name is None else self.laws[name] for name in (rise, fall)))
+
+    @property
+    def numbers(self) -> dict[str, str]:
+        """The quantities of the numbers that ``[search]`` varies and that are no sizes, by key of the scene."""
+        return {key: number_quantity(key, angular=self.setup.angular) for key in self.scene.search.numbers}
 
     @property
     def size_name(self) -> str:
@@ -95,22 +109,11 @@ def resolve(scene: Scene) -> Problem:
     """Turn a validated scene into inside units: mm, s, rad."""
     if not isinstance(scene, Scene):
         raise BadInput([Mistake("camopt", "scene", scene, "a Scene, such as find_scene or Scene.from_toml give")])
-    cam, follower = scene.cam, scene.follower
-    setup = Setup(
-        mechanism=mechanism_for(cam.form, follower.motion, follower.contact),
-        angular=follower.motion == "oscillating",
-        pointed=follower.contact == "knife",
-        omega=None if cam.rpm is None else cam.rpm * 2 * pi / 60,
-        shaft_radius=None if cam.shaft_diameter is None else cam.shaft_diameter / 2,
-        tolerance=scene.accuracy.tolerance,
-        dynamics=_dynamics(scene),
-        bodies=_bodies(scene),
-        spherical=follower.contact == "spherical",
-    )
+    setup = setup_of(scene.with_numbers(_first_values(scene)))
     segments = [(s.segment, s.angle, s.lift, s.law) for s in scene.motion]
     sizes = {FIELDS[key.partition(".")[2]]: np.array([_given(scene, key)]) for key in size_keys(scene)}
     absent = {name: np.zeros(1) for name in SIZES if name not in sizes}
-    design = Designs(**sizes, **absent, sense=1.0 if cam.rotation == "ccw" else -1.0)
+    design = Designs(**sizes, **absent, sense=1.0 if scene.cam.rotation == "ccw" else -1.0)
     mistakes = [*_not_offered(scene, setup), *_out_of_reach(scene, setup)]
     if mistakes:
         raise BadInput(mistakes)
@@ -120,16 +123,26 @@ def resolve(scene: Scene) -> Problem:
     return Problem(scene, setup, laws, programme, design, limits_of(scene, setup))
 
 
+def _first_values(scene: Scene) -> dict[str, float]:
+    """The numbers that the scene leaves to its search, by key, each with the first value there.
+
+    They tell what quantities there are; no design has them but those that the search gives them.
+    """
+    given, choices = scene.numbers(scene.search.numbers), scene.search.numbers
+    firsts = {key: c.start if isinstance(c, Range) else c[0] for key, c in choices.items()}
+    return {key: firsts[key] for key, value in given.items() if value is None}
+
+
 def resolve_design(scene: Scene) -> Problem:
-    """As ``resolve``, for a scene that gives every size of its design.
+    """As ``resolve``, for a scene that gives every size and number of its design.
 
     Raises
     ------
     BadInput
-        For each size that it leaves to a search.
+        For each size, or other number, that it leaves to a search.
     """
     problem = resolve(scene)
-    mistakes = missing_sizes(problem)
+    mistakes = [*missing_sizes(problem), *missing_numbers(problem)]
     if mistakes:
         raise BadInput(mistakes)
     return problem
@@ -143,6 +156,17 @@ def missing_sizes(problem: Problem, searched: Collection[str] = ()) -> list[Mist
         Mistake(scene.file, key, None, why, bare=True)
         for key in size_keys(scene)
         if isnan(_given(scene, key)) and key.partition(".")[2] not in searched
+    ]
+
+
+def missing_numbers(problem: Problem, searched: Collection[str] = ()) -> list[Mistake]:
+    """As ``missing_sizes``, for the other numbers that ``[search]`` varies; ``searched`` are keys of the scene."""
+    scene = problem.scene
+    why = "missing; only a sweep, whose [search] has it, can do without it"
+    return [
+        Mistake(scene.file, key, None, why, bare=True)
+        for key, value in scene.numbers(scene.search.numbers).items()
+        if value is None and key not in searched
     ]
 
 
@@ -189,59 +213,6 @@ def _out_of_reach(scene: Scene, setup: Setup) -> list[Mistake]:
             why = f"needs {', '.join(lacks[name])}" if name in lacks else "this mechanism has none"
             mistakes.append(Mistake(scene.file, f"limits.{key}", bound, why, bare=True))
     return mistakes
-
-
-def _dynamics(scene: Scene) -> Dynamics:
-    """The follower's dynamics in inside units: N, mm, s, t."""
-    given = scene.follower.dynamics
-    if given is None:
-        return Dynamics()
-    angular = scene.follower.motion == "oscillating"
-    mass, torque = (given.inertia, 1e3) if angular else (given.mass, 1.0)
-    constant, _ = constant_and_changing(*load_and_unit(scene))
-    mass = None if mass is None else mass * (1e3 if angular else 1e-3)  # kg·m² to t·mm², kg to t
-    return Dynamics(
-        mass=mass,
-        damping=(given.damping or 0.0) * torque,
-        stiffness=(given.spring_rate or 0.0) * torque,
-        preload=(given.preload or 0.0) * torque,
-        load=constant + (mass or 0.0) * (given.gravity or 0.0) * 1e3,
-        friction=given.friction or 0.0,
-        guide_length=given.guide_length,
-        overhang=given.overhang,
-        stem_diameter=given.stem_diameter,
-        natural_frequency=given.natural_frequency,
-        damping_ratio=given.damping_ratio or 0.0,
-        fluctuation=given.fluctuation,
-    )
-
-
-def load_and_unit(scene: Scene) -> tuple[Any, float]:
-    """The external load as the scene gives it, and its unit in N (N·mm)."""
-    given = scene.follower.dynamics
-    return given and given.load, 1e3 if scene.follower.motion == "oscillating" else 1.0
-
-
-def _bodies(scene: Scene) -> Bodies:
-    """The bodies in contact; their modulus is known if both are."""
-    given, compliance = scene.materials, 0.0
-    bodies = Bodies(
-        face_width=given.face_width,
-        wear_rate=given.wear_rate,
-        viscosity=None if given.viscosity is None else given.viscosity * 1e-6,
-        pressure_viscosity=None if given.pressure_viscosity is None else given.pressure_viscosity * 1e-3,
-        roughness=None if given.roughness is None else given.roughness * 1e-3,
-    )
-    for body in ("cam", "follower"):
-        name = getattr(given, body)
-        listed = MATERIALS[name] if name else None
-        modulus = getattr(given, f"{body}_modulus") or (listed and listed.modulus)
-        poisson = getattr(given, f"{body}_poisson")
-        poisson = listed.poisson if poisson is None and listed else poisson
-        if modulus is None or poisson is None:
-            return bodies
-        compliance += (1.0 - poisson**2) / (1e3 * modulus)
-    return replace(bodies, modulus=1.0 / compliance)
 
 
 def _not_offered(scene: Scene, setup: Setup) -> list[Mistake]:

@@ -5,8 +5,9 @@ scrambled with a seed, so that a scene always has the same designs. Sources: Owe
 McKay, Beckman and Conover, Technometrics 21 (1979), 239.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from itertools import cycle, pairwise
 from typing import Any
 
 import numpy as np
@@ -16,22 +17,33 @@ from camopt.mechanisms import FIELDS
 from camopt.mistakes import BadInput, Mistake
 from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem, missing_sizes
-from camopt.problem.space import Space, freed_angles, problems_of, space_of
-from camopt.scene.tables import Range
+from camopt.problem.settings import freed_angles, problems_of, too_many_settings
+from camopt.problem.space import Block, Choice, Space, space_of
+from camopt.scene.choices import Range
 
 NEARBY = 0.01  # of a cam's size: how much smaller the next one is said to be
 
 
 @dataclass(frozen=True)
 class Sample(Space):
-    """Motions × designs drawn from ranges and lists of sizes, the same designs for each motion."""
+    """Motions × designs drawn from ranges and lists of numbers, the same designs for each motion.
+
+    Those that share a setting (numbers of the scene that are no sizes) stand together and are one problem.
+    """
 
     drawn: dict[str, FloatArray]
     """The sizes of the designs by key of ``[search]``, each (designs,)."""
+    ends: NDArray[np.int64]
+    """The number of the design after the last one of each setting, (settings,)."""
 
     @property
     def designs_each(self) -> int:
-        return self.problem.scene.search.samples or 0
+        return int(self.ends[-1])
+
+    def parts(self) -> Iterator[Block]:
+        ends = self.ends.tolist()
+        for problem, (first, last) in zip(self.problems, cycle(pairwise([0, *ends])), strict=False):
+            yield problem, first, last
 
     def sizes(self, index: NDArray[np.int64]) -> dict[str, FloatArray]:
         return {FIELDS[key]: values[index] for key, values in self.drawn.items()}
@@ -46,24 +58,37 @@ def searched_space(problem: Problem) -> Space:
     Raises
     ------
     BadInput
-        As ``space_of``; for a sample if no size is free. The step of a range does not matter to one.
+        As ``space_of``; for a sample if nothing is free. The step of a range does not matter to one.
     """
-    search = problem.scene.search
+    search, file = problem.scene.search, problem.scene.file
     if search.samples is None:
         return space_of(problem)
-    choices = {key: choice for key in FIELDS if (choice := getattr(search, key)) is not None}
-    mistakes = [*missing_sizes(problem, choices), *freed_angles(problem, "a sweep takes")]
-    if not choices:
-        why = "needs a range or a list of some size in [search]"
-        mistakes.append(Mistake(problem.scene.file, "search.samples", search.samples, why, bare=True))
+    sizes = {key: choice for key in FIELDS if (choice := getattr(search, key)) is not None}
+    mistakes = [*missing_sizes(problem, sizes), *freed_angles(problem, "a sweep takes")]
+    if not (choices := sizes | search.numbers):
+        why = "needs a range or a list of some size or other number in [search]"
+        mistakes.append(Mistake(file, "search.samples", search.samples, why, bare=True))
     if mistakes:
         raise BadInput(mistakes)
     points = SAMPLERS[search.sampler](len(choices), search.samples, search.seed)
     drawn = {key: placed(choice, column) for (key, choice), column in zip(choices.items(), points.T, strict=True)}
-    return Sample(problem, problems_of(problem), {}, drawn)
+    settings, which = _settings([drawn.pop(key) for key in search.numbers], search.samples)
+    if mistakes := too_many_settings(file, len(settings)):
+        raise BadInput(mistakes)
+    problems = problems_of(problem, [dict(zip(search.numbers, each, strict=True)) for each in settings])
+    order = np.argsort(which, kind="stable")
+    return Sample(problem, problems, {}, {k: v[order] for k, v in drawn.items()}, np.cumsum(np.bincount(which)))
 
 
-def placed(choice: Range | tuple[float, ...], shares: FloatArray) -> FloatArray:
+def _settings(columns: list[FloatArray], count: int) -> tuple[list[tuple[float, ...]], NDArray[np.int64]]:
+    """The combinations of some numbers, and which of them each design has; without numbers a single, empty one."""
+    if not columns:
+        return [()], np.zeros(count, dtype=np.int64)
+    settings, which = np.unique(np.column_stack(columns), axis=0, return_inverse=True)
+    return [*map(tuple, settings.tolist())], which.reshape(-1)
+
+
+def placed(choice: Choice, shares: FloatArray) -> FloatArray:
     """Values of a range, or of a list, at shares of it from 0 to 1."""
     if isinstance(choice, Range):
         return np.asarray(np.clip(choice.start + shares * (choice.stop - choice.start), choice.start, choice.stop))

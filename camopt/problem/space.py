@@ -11,45 +11,55 @@ from numpy.typing import NDArray
 from camopt.mechanisms import FIELDS, SIZES, Designs
 from camopt.mechanisms.design import Bounds
 from camopt.mistakes import BadInput, Mistake
-from camopt.motion.programme import Programme
 from camopt.motion.table import RETURN, RISE
 from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem, missing_sizes
 from camopt.problem.rows import Rows
-from camopt.scene.tables import Range
+from camopt.problem.settings import freed_angles, laws_of, problems_of, too_many_settings
+from camopt.scene.choices import Range
 
 MOST_DESIGNS = 2**63 - 1  # what their numbers can count
 MOST_VALUES = 10_000_000  # of one axis; a space may have far more designs, it is never materialised
 
 
 Block = tuple[Problem, int, int]
+Choice = Range | tuple[float, ...]
 
 
 @dataclass(frozen=True)
 class Space:
-    """Motions × sizes. Designs are numbered with the motion slowest and the cam's radius fastest."""
+    """Motions × numbers of the scene × sizes, each combination of the first two a problem of its own.
+
+    Designs of a problem are numbered with the cam's radius fastest.
+    """
 
     problem: Problem
     problems: tuple[Problem, ...]
-    """One for each motion, in the order of the laws."""
+    """One for each motion, in the order of the laws, and for each combination of numbers, these faster."""
     axes: dict[str, FloatArray]
+    """The values of sizes, by key of ``[search]``."""
 
     @property
     def designs_each(self) -> int:
-        """Designs for each motion."""
+        """Designs of each problem."""
         return prod(values.size for values in self.axes.values())
 
     def __len__(self) -> int:
-        return len(self.problems) * self.designs_each
+        return sum(last - first for _, first, last in self.parts())
+
+    def parts(self) -> Iterator[Block]:
+        """The problems in order, each with the number of its first design and that after its last."""
+        for problem in self.problems:
+            yield problem, 0, self.designs_each
 
     def blocks(self, size: int) -> Iterator[Block]:
-        """The space in order, as (problem, first, last) of at most ``size`` designs of one motion."""
-        for problem in self.problems:
-            for first in range(0, self.designs_each, size):
-                yield problem, first, min(first + size, self.designs_each)
+        """The space in order, as (problem, first, last) of at most ``size`` designs."""
+        for problem, start, stop in self.parts():
+            for first in range(start, stop, size):
+                yield problem, first, min(first + size, stop)
 
     def sizes(self, index: NDArray[np.int64]) -> dict[str, FloatArray]:
-        """The sizes that vary, of the designs of a motion by number."""
+        """The sizes that vary, of the designs of a problem by number."""
         shape = tuple(values.size for values in self.axes.values())
         where = np.unravel_index(index, shape) if shape else ()
         return {FIELDS[key]: values[i] for (key, values), i in zip(self.axes.items(), where, strict=True)}
@@ -62,76 +72,67 @@ class Space:
         return float(smaller.max()) if smaller.size else None
 
     def designs(self, index: NDArray[np.int64]) -> Designs:
-        """The designs of a motion by number."""
+        """The designs of a problem by number."""
         sizes, fixed = self.sizes(index), self.problem.design.sizes
         columns = {n: sizes.get(n, np.broadcast_to(v, index.shape)) for n, v in fixed.items()}
         arrays = {n: np.ascontiguousarray(v) for n, v in columns.items()}
         return Designs(**arrays, sense=self.problem.design.sense)
 
     def designs_of(self, rows: Rows) -> Iterator[tuple[Problem, NDArray[np.int64], Designs]]:
-        """The designs of some rows of a sweep, by motion: (problem, the rows' numbers, their designs)."""
+        """The designs of some rows of a sweep, by problem: (problem, the rows' numbers, their designs)."""
         fixed = self.problem.design
         named = {name: rows.column(f"{name}_mm") for name in SIZES if f"{name}_mm" in rows.columns}
         named["size"] = rows.column(self.problem.size_name)
         columns = {
             name: np.asarray(named.get(name, value + np.zeros(rows.count))) for name, value in fixed.sizes.items()
         }
-        rise, fall = rows.column("law_rise"), rows.column("law_return")
-        for problem in self.problems:
-            programme = problem.programme
+        rise, fall, numbers = rows.column("law_rise"), rows.column("law_return"), self.problem.numbers
+        settings = np.column_stack([rows.column(name) for name in numbers.values()] or [np.zeros(rows.count)])
+        kinds, which = np.unique(settings, axis=0, return_inverse=True)
+        for motion in problems_of(self.problem):
+            programme = motion.programme
             index = np.flatnonzero((rise == programme.law_names(RISE)) & (fall == programme.law_names(RETURN)))
-            if index.size:
-                yield problem, index, Designs(**columns, sense=fixed.sense).take(index)
-
-
-def laws_of(problem: Problem) -> dict[Programme, tuple[str | None, str | None]]:
-    """The scene's programme under every choice of laws in ``[search]``, and the laws on its rises and returns."""
-    search = problem.scene.search
-    if search.law:
-        pairs: list[tuple[str | None, str | None]] = [(law, law) for law in search.law]
-    else:
-        pairs = list(product(search.law_rise or (None,), search.law_return or (None,)))
-    return {problem.with_laws(*pair): pair for pair in pairs}
-
-
-def problems_of(problem: Problem) -> tuple[Problem, ...]:
-    """The problem under every choice of laws in ``[search]``."""
-    return tuple(problem.with_programme(programme) for programme in laws_of(problem))
+            kind = which.reshape(-1)[index]
+            order = np.argsort(kind, kind="stable")
+            for some in np.split(index[order], np.flatnonzero(np.diff(kind[order])) + 1) if index.size else ():
+                values = kinds[which.reshape(-1)[some[0]]].tolist()
+                problem = motion.with_numbers(dict(zip(numbers, values, strict=False)))
+                yield problem, some, Designs(**columns, sense=fixed.sense).take(some)
 
 
 def space_of(problem: Problem) -> Space:
     """The space that a scene's ``[search]`` spans; a range without a step is a mistake here."""
-    file, mistakes = problem.scene.file, []
-    axes = {}
-    for key in FIELDS:
-        choice = getattr(problem.scene.search, key)
-        if choice is None:
-            continue
-        if isinstance(choice, Range) and choice.step is None and choice.start != choice.stop:
-            allowed = "a step above 0, for a sweep of a grid, or search.samples"
-            mistakes.append(Mistake(file, f"search.{key}.step", None, allowed))
-            continue
-        if value_count(choice) > MOST_VALUES:
-            allowed = f"a range of at most {MOST_VALUES:,} values; this one has {value_count(choice):,}"
-            mistakes.append(Mistake(file, f"search.{key}.step", choice.step, allowed))
-            continue
-        axes[key] = axis_values(choice)
-    mistakes += [*missing_sizes(problem, axes), *freed_angles(problem, "a sweep takes")]
-    problems = problems_of(problem)
-    count = len(problems) * prod(values.size for values in axes.values())
-    if count > MOST_DESIGNS:
+    file, search = problem.scene.file, problem.scene.search
+    sizes = {key: choice for key in FIELDS if (choice := getattr(search, key)) is not None}
+    mistakes = [m for key, choice in (sizes | search.numbers).items() for m in _ungridded(file, key, choice)]
+    mistakes += [*missing_sizes(problem, sizes), *freed_angles(problem, "a sweep takes")]
+    settings, each = (prod(map(value_count, choices.values())) for choices in (search.numbers, sizes))
+    mistakes += too_many_settings(file, settings)
+    if (count := len(laws_of(problem)) * settings * each) > MOST_DESIGNS:
         allowed = f"a space of at most {MOST_DESIGNS:.2g} designs; this one has {count:.2g}"
         mistakes.append(Mistake(file, "search", None, allowed))
     if mistakes:
         raise BadInput(mistakes)
-    return Space(problem, problems, axes)
+    values = [number_values(choice) for choice in search.numbers.values()]
+    combined = [dict(zip(search.numbers, each, strict=True)) for each in product(*values)]
+    axes = {key: axis_values(choice) for key, choice in sizes.items()}
+    return Space(problem, problems_of(problem, combined), axes)
 
 
-def freed_angles(problem: Problem, who: str) -> list[Mistake]:
-    """A mistake for each kind of segment that ``[search]`` frees, for those that take angles as they are."""
-    search, what = problem.scene.search, f"{who} the angles of the scene; only optimise can vary them"
-    freed = [kind for kind in ("rise", "return", "dwell") if search.angle_of(kind) is not None]
-    return [Mistake(problem.scene.file, f"search.angle_{kind}", None, what, bare=True) for kind in freed]
+def _ungridded(file: str, key: str, choice: Choice) -> Iterator[Mistake]:
+    """What keeps a range from being an axis of a grid."""
+    if isinstance(choice, Range) and choice.step is None and choice.start != choice.stop:
+        allowed = "a step above 0, for a sweep of a grid, or search.samples"
+        yield Mistake(file, f"search.{key}.step", None, allowed)
+    elif isinstance(choice, Range) and value_count(choice) > MOST_VALUES:
+        allowed = f"a range of at most {MOST_VALUES:,} values; this one has {value_count(choice):,}"
+        yield Mistake(file, f"search.{key}.step", choice.step, allowed)
+
+
+def number_values(choice: Choice) -> list[float]:
+    """The values of a list or range of a number; rounding takes none beyond the end of the range."""
+    values = axis_values(choice)
+    return [*map(float, np.minimum(values, choice.stop) if isinstance(choice, Range) else values)]
 
 
 def boxes_of(problem: Problem) -> list[Bounds]:
@@ -165,7 +166,7 @@ def choices(problem: Problem, bounds: Bounds) -> str:
     return " and ".join(f"{key} = {value:.6g}" for key, value in listed.items())
 
 
-def axis_values(choice: Range | tuple[float, ...]) -> FloatArray:
+def axis_values(choice: Choice) -> FloatArray:
     """The values of a list, or of a range with both its ends (the last step may fall short)."""
     if not isinstance(choice, Range):
         return np.array(list(dict.fromkeys(choice)), dtype=float)
@@ -174,7 +175,7 @@ def axis_values(choice: Range | tuple[float, ...]) -> FloatArray:
     return np.asarray(choice.start + choice.step * np.arange(value_count(choice)), dtype=float)
 
 
-def value_count(choice: Range | tuple[float, ...]) -> int:
+def value_count(choice: Choice) -> int:
     """How many values a list or range has."""
     if not isinstance(choice, Range):
         return len(set(choice))

@@ -16,6 +16,8 @@ from camopt.scene.own_laws import CLOSE, Fault, check_laws, law_names
 LEAST = {"angle": 1e-6, "lift": 1e-9}  # of a rise or return, deg and mm or deg
 
 SIZES = ("roller_radius", "face_radius", "face_offset", "arm_length", "centre_distance", "offset")
+SEARCHED = (*SIZES, "base_radius", "mean_radius")
+"""The keys of sizes in ``[search]``."""
 TRACE = {"knife": (), "roller": ("roller_radius",), "spherical": ("face_radius",)}
 
 
@@ -217,7 +219,7 @@ def _keys(data: Mapping[str, Any], form: str, motion: str, contact: str) -> Iter
     other = "mean_radius" if form == "disc" else "base_radius"
     absent = [f"cam.{other}", *(["cam.shaft_diameter"] if form == "cylindrical" else [])]
     absent += [f"follower.{name}" for name in SIZES if name not in sizes_of(form, motion, contact)]
-    for key in absent:
+    for key in (*absent, "search.cam.shaft_diameter" if form == "cylindrical" else ""):
         if _at(data, key) not in (None, 0.0):
             yield key, _at(data, key), f"a {what} has none"
     for name in _needed(form, motion, contact):
@@ -229,16 +231,22 @@ def _dynamics(data: Mapping[str, Any], form: str, motion: str, contact: str) -> 
     """A follower that swings has an inertia and no guide; the guide never reaches the trace point."""
     guide = ("mass", "gravity", "guide_length", "overhang", "friction", "stem_diameter")
     for name in guide if motion == "oscillating" else ("inertia",):
-        key = f"follower.dynamics.{name}"
-        if _at(data, key) is not None:
-            yield key, _at(data, key), f"a {_named(form, motion, contact)} has none"
-    overhang, lift = _size(data, "follower.dynamics.overhang"), _highest(data)
-    if motion == "translating" and overhang is not None and lift is not None and overhang < lift:
-        yield (
-            "follower.dynamics.overhang",
-            overhang,
-            f"must be at least the lift ({lift:g}): the rise shortens it by that much",
-        )
+        for key in _both(f"follower.dynamics.{name}"):
+            if _at(data, key) is not None:
+                yield key, _at(data, key), f"a {_named(form, motion, contact)} has none"
+    lift = _highest(data) if motion == "translating" else None
+    for key in _both("follower.dynamics.overhang"):
+        if lift is not None and any(each is not None and each < lift for each in _values(_at(data, key))):
+            why = f"must be at least the lift ({lift:g}): the rise shortens it by that much"
+            yield key, _at(data, key), why
+    if isinstance(_at(data, "follower.dynamics.load"), list) and _at(data, "search.follower.dynamics.load"):
+        why = "the load of this scene changes over the turn (follower.dynamics.load), and no number replaces it"
+        yield "search.follower.dynamics.load", _at(data, "search.follower.dynamics.load"), why
+
+
+def _both(key: str) -> tuple[str, str]:
+    """Where a number may be: in its table, and in ``[search]``."""
+    return key, f"search.{key}"
 
 
 def _fit(data: Mapping[str, Any], form: str, motion: str, contact: str) -> Iterator[Fault]:
@@ -317,7 +325,7 @@ def _search(data: Mapping[str, Any], form: str, motion: str, contact: str) -> It
     if not isinstance(search, Mapping):
         return
     own = (*sizes_of(form, motion, contact), "base_radius" if form == "disc" else "mean_radius")
-    for key in (*SIZES, "base_radius", "mean_radius"):
+    for key in SEARCHED:
         if search.get(key) is not None and key not in own:
             yield (
                 f"search.{key}",
@@ -356,5 +364,5 @@ def _limits(data: Mapping[str, Any], form: str, motion: str, contact: str) -> It
     if limits.get("outer_radius") is not None and form != "disc":
         yield "limits.outer_radius", limits["outer_radius"], "only a disc cam has one"
     for key in ("velocity", "acceleration", "jerk"):
-        if limits.get(key) is not None and _at(data, "cam.rpm") is None:
+        if limits.get(key) is not None and all(_at(data, speed) is None for speed in _both("cam.rpm")):
             yield f"limits.{key}", limits[key], "needs cam.rpm"

@@ -32,8 +32,9 @@ def mistakes_of(error: ValidationError, model: type[BaseModel], prefix: str, fil
 def _mistake(each: Any, where: tuple[str | int, ...], model: type[BaseModel], key: str, file: str) -> Mistake:
     kind, value, context = each["type"], each["input"], each.get("ctx", {})
     if kind == "extra_forbidden":
-        known = list(_table_at(model, where[:-1]).model_fields)
-        return Mistake(file, key, value, f"not a known key; {nearest(str(where[-1]), known)}", bare=True)
+        table, last = _table_at(model, where[:-1]), str(where[-1])
+        why = f"not a known key; {nearest(last, table.model_fields)}"
+        return Mistake(file, key, value, getattr(table, "elsewhere", {}).get(last, why), bare=True)
     if kind == "missing":
         return Mistake(file, key, None, "missing", bare=True)
     if kind == "literal_error":

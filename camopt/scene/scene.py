@@ -6,6 +6,7 @@ at once, a line for each mistake, as a BadInput.
 
 import os
 import tomllib
+from collections.abc import Iterable, Mapping
 from functools import cache
 from importlib import resources
 from pathlib import Path
@@ -20,16 +21,17 @@ from camopt.scene.checks import check
 from camopt.scene.complaints import mistakes_of
 from camopt.scene.load import read_load
 from camopt.scene.own_laws import read_files
+from camopt.scene.search import Search
 from camopt.scene.tables import (
     MOST_SEGMENTS,
     Accuracy,
     Cam,
+    Dynamics,
     Follower,
     Limits,
     Materials,
     Outputs,
     OwnLaw,
-    Search,
     Segment,
     Synthesis,
     Table,
@@ -163,6 +165,29 @@ class Scene(Shown, Table):
             else:
                 table[last] = plain(value, self.file)
         return Scene.from_dict(data, self.file)
+
+    def numbers(self, keys: Iterable[str]) -> dict[str, Any]:
+        """Values by dotted key; None for those that the scene does not give."""
+        found: dict[str, Any] = {}
+        for key in keys:
+            found[key] = self
+            for name in key.split("."):
+                found[key] = getattr(found[key], name, None)
+        return found
+
+    def with_numbers(self, numbers: Mapping[str, float]) -> "Scene":
+        """The scene with other numbers by dotted key; they are checked already, as those of ``[search]`` are."""
+        scene = self
+        for key, value in numbers.items():
+            scene = _changed(scene, key.split("."), value)
+        return scene
+
+
+def _changed(table: Any, keys: list[str], value: float) -> Any:
+    """A table with another value under a path of keys, unchecked; [follower.dynamics] may be absent."""
+    first, *rest = keys
+    changed = _changed(getattr(table, first) or Dynamics(), rest, value) if rest else value
+    return table.model_copy(update={first: changed})
 
 
 @cache

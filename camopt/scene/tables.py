@@ -1,7 +1,8 @@
 """The tables of a scene: their keys, what each allows, and what it means."""
 
+from collections.abc import Mapping
 from numbers import Integral, Real
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import (
     BaseModel,
@@ -11,7 +12,6 @@ from pydantic import (
     Field,
     Tag,
     ValidationError,
-    model_validator,
 )
 
 from camopt.mistakes import BadInput, nearest
@@ -54,7 +54,7 @@ def one_line(value: Any) -> Any:
     return value
 
 
-def _is_whole(value: Any) -> Any:
+def is_whole(value: Any) -> Any:
     if isinstance(value, bool) or not isinstance(value, Integral):
         raise ValueError("a whole number")
     return int(value)
@@ -82,6 +82,8 @@ class Table(BaseModel):
     """A table of a scene: unknown keys are mistakes, and nothing changes once made."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
+    elsewhere: ClassVar[Mapping[str, str]] = {}
+    """Keys that do not belong here although they seem to, each with what the message says of it."""
 
     def __init__(self, /, **values: Any) -> None:
         try:
@@ -195,7 +197,7 @@ class OwnLaw(Table):
     1 − s(1 − x) in place of s(x). On a return it then retraces the rise with the law as it was given, backwards.
     """
 
-    degree: Annotated[int, BeforeValidator(_is_whole), Field(ge=DEGREES[0], le=DEGREES[-1])] | None = None
+    degree: Annotated[int, BeforeValidator(is_whole), Field(ge=DEGREES[0], le=DEGREES[-1])] | None = None
     knots: Numbers | None = None
     coefficients: Numbers | None = None
     x: Numbers | None = None
@@ -236,81 +238,15 @@ class Limits(Table):
     power: Positive | None = None
 
 
-MOST_SAMPLES, MOST_SEED = 2**22, 2**32 - 1  # 32 MB a size
-
-
-class Range(Table):
-    """A closed interval; the step matters to a sweep of a grid alone."""
-
-    start: Anywhere
-    stop: Anywhere
-    step: Length | None = None
-
-    @model_validator(mode="after")
-    def _ordered(self) -> Self:
-        if self.stop < self.start:
-            raise ValueError("a range whose stop is not below its start")
-        return self
-
-
-def _as_list(value: Any) -> Any:
+def as_list(value: Any) -> Any:
     return [value] if isinstance(value, (Real, str)) and not isinstance(value, bool) else value
 
 
-ListedValues = Annotated[tuple[Anywhere, ...], Field(min_length=1), BeforeValidator(_as_list)]
-Laws = Annotated[tuple[LawName, ...], Field(min_length=1), BeforeValidator(_as_list)]
 Outputs = Annotated[
     tuple[Annotated[str, _known((*QUANTITIES, *DISCIPLINES, EVERYTHING), "a quantity, an effect or all")], ...],
-    BeforeValidator(_as_list),
+    BeforeValidator(as_list),
 ]
-Quantities = Annotated[tuple[QuantityName, ...], BeforeValidator(_as_list)]
-Choice = (
-    Annotated[
-        Annotated[Range, Tag("range/")] | Annotated[ListedValues, Tag("values/")],
-        Discriminator(lambda value: "range/" if isinstance(value, (dict, Range)) else "values/"),
-    ]
-    | None
-)
-
-
-class Search(Table):
-    """What a sweep or an optimisation may vary, and its objectives. A size is a Range or a list of values.
-
-    With ``samples`` a sweep takes so many designs, the same for each law, in place of a grid: drawn evenly from the
-    ranges and lists by a ``sampler``, always the same ones for a ``seed``.
-
-    ``thin`` is the share of each objective's range that rows left out of the front may be away from those kept;
-    ``refine`` moves each row of the front off the grid, to an optimum of the continuous problem.
-    ``angle_rise``, ``angle_return`` and ``angle_dwell`` free the angle (deg) of every segment of a kind within a
-    Range: an optimisation shares out among freed segments the degrees that they have together in the scene.
-    """
-
-    base_radius: Choice = None
-    mean_radius: Choice = None
-    offset: Choice = None
-    roller_radius: Choice = None
-    face_radius: Choice = None
-    arm_length: Choice = None
-    centre_distance: Choice = None
-    face_offset: Choice = None
-    law: Laws = ()
-    law_rise: Laws = ()
-    law_return: Laws = ()
-    angle_rise: Range | None = None
-    angle_return: Range | None = None
-    angle_dwell: Range | None = None
-    samples: Annotated[int, BeforeValidator(_is_whole), Field(ge=1, le=MOST_SAMPLES)] | None = None
-    sampler: Literal["sobol", "latin-hypercube"] = "sobol"
-    seed: Annotated[int, BeforeValidator(_is_whole), Field(ge=0, le=MOST_SEED)] = 0
-    minimise: Quantities = ()
-    maximise: Quantities = ()
-    thin: Annotated[Number, Field(ge=1e-9, lt=1)] | None = None
-    refine: Switch = False
-
-    def angle_of(self, segment: str) -> Range | None:
-        """The range of the angle of a rise, dwell or return; None where it stays as it is."""
-        found: Range | None = getattr(self, f"angle_{segment}")
-        return found
+Quantities = Annotated[tuple[QuantityName, ...], BeforeValidator(as_list)]
 
 
 def _is_pair(value: Any) -> Any:
@@ -361,12 +297,12 @@ class Synthesis(Table):
     peak_velocity: PeakAsked = None
     peak_acceleration: PeakAsked = None
     peak_jerk: PeakAsked = None
-    rest: Annotated[int, BeforeValidator(_is_whole), Field(ge=1, le=3)] = 2
+    rest: Annotated[int, BeforeValidator(is_whole), Field(ge=1, le=3)] = 2
     monotone: Switch = False
     points: Points = ()
-    degree: Annotated[int, BeforeValidator(_is_whole), Field(ge=4, le=9)] = 5
-    pieces: Annotated[int, BeforeValidator(_is_whole), Field(ge=2, le=200)] = 48
-    continuity: Annotated[int, BeforeValidator(_is_whole), Field(ge=2, le=8)] | None = None
+    degree: Annotated[int, BeforeValidator(is_whole), Field(ge=4, le=9)] = 5
+    pieces: Annotated[int, BeforeValidator(is_whole), Field(ge=2, le=200)] = 48
+    continuity: Annotated[int, BeforeValidator(is_whole), Field(ge=2, le=8)] | None = None
 
 
 class Materials(Table):

@@ -13,7 +13,8 @@ from camopt.mistakes import BadInput, Mistake
 from camopt.numerics import FloatArray
 from camopt.numerics.clock import now, share
 from camopt.problem.problem import Problem, exactly, resolve
-from camopt.problem.space import boxes_of, choices, laws_of
+from camopt.problem.settings import freed_numbers, laws_of
+from camopt.problem.space import boxes_of, choices
 from camopt.quantities import QUANTITIES
 from camopt.scene.scene import Scene
 from camopt.shown import Shown
@@ -87,7 +88,8 @@ def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SE
     Raises
     ------
     BadInput
-        If nothing limits the size from below, so that there is no smallest cam.
+        If nothing limits the size from below, so that there is no smallest cam; if ``[search]`` varies numbers that
+        are no sizes.
 
     Examples
     --------
@@ -99,6 +101,8 @@ def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SE
     if not (isinstance(seconds, int | float) and seconds > 0.0):
         raise BadInput([Mistake("camopt", "seconds", seconds, "a number above 0")])
     problem, end = exactly(resolve(scene)), now() + seconds
+    if freed := freed_numbers(problem, "optimise takes"):
+        raise BadInput(freed)
     found: dict[str, dict[str, Any]] = {}
     misses: list[tuple[tuple[float, float], dict[str, Any]]] = []
     obstacles: dict[str, str] = {}

@@ -11,9 +11,10 @@ from camopt.motion import LAWS
 from camopt.motion.programme import Stroke, law_peaks
 from camopt.motion.table import DWELL
 from camopt.problem.problem import Problem, resolve
-from camopt.problem.space import freed_angles
+from camopt.problem.settings import freed_angles, freed_numbers
+from camopt.scene.choices import Range
 from camopt.scene.scene import Scene
-from camopt.scene.tables import Range, Synthesis
+from camopt.scene.tables import Synthesis
 from camopt.smallest.closed_form import least_size
 from camopt.synthesis import residual
 from camopt.synthesis.demand import ORDERS, PEAKS, Demand, LowHigh, roller_of
@@ -37,7 +38,7 @@ def demand_of(problem: Problem, objective: Mapping[str, float] | None = None) ->
     objective = objective_in(asked) if objective is None else dict(objective)
     _check_rest(problem, asked, objective)
     _check_train(problem, objective)
-    if freed := freed_angles(problem, "free laws take"):
+    if freed := [*freed_angles(problem, "free laws take"), *freed_numbers(problem, "free laws take")]:
         raise BadInput(freed)
     strokes = tuple(problem.programme.strokes)
     body = _body(problem)

@@ -12,6 +12,7 @@ from camopt.mechanisms import FIELDS
 from camopt.mistakes import BadInput, Mistake, UnknownName, nearest
 from camopt.motion import LAWS
 from camopt.problem.problem import size_keys
+from camopt.quantities import number_quantity
 from camopt.scene.scene import Scene
 from camopt.shown import Shown
 
@@ -118,6 +119,9 @@ def chosen(scene: Scene, row: Mapping[str, Any]) -> Scene:
         column = f"{name if field == 'size' else field}_mm"
         if column in row:
             changes[key] = row[column] + 0.0  # no −0
+    angular = scene.follower.motion == "oscillating"
+    columns = {key: number_quantity(key, angular=angular) for key in scene.search.numbers}
+    changes |= {key: row[column] for key, column in columns.items() if column in row}
     known, motion = {*LAWS, *scene.laws}, scene.to_dict()["motion"]
     for number, segment in enumerate(motion):
         law = row.get(f"law_{segment['segment']}")

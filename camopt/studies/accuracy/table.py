@@ -13,7 +13,7 @@ from camopt.mechanisms import Designs
 from camopt.numerics import FloatArray
 from camopt.numerics.extremes import Precision, extremes
 from camopt.problem.problem import EXACT, Problem, resolve
-from camopt.problem.space import problems_of
+from camopt.problem.settings import problems_of
 from camopt.scene.scene import Scene
 from camopt.studies.accuracy.methods import METHODS, Method, enclosed
 from camopt.studies.accuracy.radius import bracketed, reference_radius, smallest_radii

@@ -1,0 +1,70 @@
+"""The problems of a space: every choice of laws, in every setting of the scene's numbers that are no sizes."""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import product
+
+from camopt.effects import lacking
+from camopt.mistakes import BadInput, Mistake
+from camopt.motion.programme import Programme
+from camopt.problem.problem import Problem
+
+MOST_SETTINGS = 10_000  # each has problems of its own, one for each motion
+
+Setting = Mapping[str, float]
+"""Values of numbers of the scene that are no sizes, by key."""
+
+
+def laws_of(problem: Problem) -> dict[Programme, tuple[str | None, str | None]]:
+    """The scene's programme under every choice of laws in ``[search]``, and the laws on its rises and returns."""
+    search = problem.scene.search
+    if search.law:
+        pairs: list[tuple[str | None, str | None]] = [(law, law) for law in search.law]
+    else:
+        pairs = list(product(search.law_rise or (None,), search.law_return or (None,)))
+    return {problem.with_laws(*pair): pair for pair in pairs}
+
+
+def problems_of(problem: Problem, settings: Sequence[Setting] = ({},)) -> tuple[Problem, ...]:
+    """The problem under every choice of laws in ``[search]``, and in each of some settings, these faster.
+
+    Raises
+    ------
+    BadInput
+        If a quantity that the problem calls for cannot be computed in one of the settings.
+    """
+    set_ = [problem.with_numbers(setting) for setting in settings]
+    if mistakes := list(_lacking(problem, set_)):
+        raise BadInput(mistakes)
+    return tuple(each.with_programme(programme) for programme in laws_of(problem) for each in set_)
+
+
+def _lacking(problem: Problem, set_: Iterable[Problem]) -> Iterator[Mistake]:
+    """A mistake for each number that is 0 in some settings where a wanted quantity needs more, as jamming does."""
+    wanted, found = problem.wanted, dict[str, set[str]]()
+    for each in set_:
+        for name, keys in lacking(each.setup).items():
+            for key in keys if name in wanted else ():
+                found.setdefault(key, set()).add(name)
+    for key, names in found.items():
+        needed = f"{', '.join(sorted(names))} {'need' if len(names) > 1 else 'needs'} it"
+        yield Mistake(problem.scene.file, f"search.{key}", 0.0, f"above 0: {needed}")
+
+
+def too_many_settings(file: str, count: int) -> list[Mistake]:
+    """A mistake if there are more settings than a sweep can have problems for."""
+    allowed = f"ranges and lists of at most {MOST_SETTINGS:,} combinations of other numbers than sizes"
+    why = f"{allowed}; these have {count:,}"
+    return [Mistake(file, "search", None, why)] if count > MOST_SETTINGS else []
+
+
+def freed_numbers(problem: Problem, who: str) -> list[Mistake]:
+    """A mistake for each number, no size, that ``[search]`` varies, for those that take the scene's own."""
+    what = f"{who} this number from the scene; only sweep can vary it"
+    return [Mistake(problem.scene.file, f"search.{key}", None, what, bare=True) for key in problem.numbers]
+
+
+def freed_angles(problem: Problem, who: str) -> list[Mistake]:
+    """A mistake for each kind of segment that ``[search]`` frees, for those that take angles as they are."""
+    search, what = problem.scene.search, f"{who} the angles of the scene; only optimise can vary them"
+    freed = [kind for kind in ("rise", "return", "dwell") if search.angle_of(kind) is not None]
+    return [Mistake(problem.scene.file, f"search.angle_{kind}", None, what, bare=True) for kind in freed]

@@ -1,0 +1,130 @@
+"""What ``[search]`` gives for a number of the scene: a range or a list of values."""
+
+from collections.abc import Iterator, Mapping
+from functools import cache
+from typing import Annotated, Any, Self, get_args, get_origin, get_type_hints
+
+from pydantic import BeforeValidator, Discriminator, Field, Tag, TypeAdapter, ValidationError, model_validator
+
+from camopt.mistakes import BadInput, Mistake, nearest
+from camopt.scene.checks import SEARCHED
+from camopt.scene.complaints import mistakes_of
+from camopt.scene.tables import Anywhere, Length, Number, Positive, Table, as_list
+
+
+class Range(Table):
+    """A closed interval; the step matters to a sweep of a grid alone."""
+
+    start: Anywhere
+    stop: Anywhere
+    step: Length | None = None
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        if self.stop < self.start:
+            raise ValueError("a range whose stop is not below its start")
+        return self
+
+
+class NumberRange(Range):
+    """A closed interval of a number that is no size."""
+
+    start: Number
+    stop: Number
+    step: Positive | None = None
+
+
+def _kind_of_choice(value: Any) -> str:
+    return "range/" if isinstance(value, (dict, Range)) else "values/"
+
+
+ListedValues = Annotated[tuple[Anywhere, ...], Field(min_length=1), BeforeValidator(as_list)]
+Choice = (
+    Annotated[
+        Annotated[Range, Tag("range/")] | Annotated[ListedValues, Tag("values/")],
+        Discriminator(_kind_of_choice),
+    ]
+    | None
+)
+ListedNumbers = Annotated[tuple[Number, ...], Field(min_length=1), BeforeValidator(as_list)]
+NumberChoice = Annotated[
+    Annotated[NumberRange, Tag("range/")] | Annotated[ListedNumbers, Tag("values/")],
+    Discriminator(_kind_of_choice),
+]
+
+
+@cache
+def _choices() -> TypeAdapter[Any]:
+    """What checks a choice; made when it is needed, for that takes milliseconds."""
+    return TypeAdapter(NumberChoice)
+
+
+def free_numbers(table: type[Table], given: Any, where: str = "") -> dict[str, Any]:
+    """The choices for numbers of a table of the scene, and of tables in it, by key; ``where`` leads to the table.
+
+    Raises
+    ------
+    BadInput
+        For each key that is no number of the table, and each value that the number itself may not have.
+    """
+    where = where or table.__name__
+    if not isinstance(given, Mapping):
+        raise BadInput([Mistake("", where, given, "a table")])
+    chosen: dict[str, Any] = {}
+    mistakes: list[Mistake] = []
+    for key, value in given.items():
+        try:
+            chosen[key] = _free(table, key, value, f"{where}.{key}")
+        except BadInput as error:
+            mistakes += error.mistakes
+    if mistakes:
+        raise BadInput(mistakes)
+    return chosen
+
+
+def _free(table: type[Table], key: str, value: Any, where: str) -> Any:
+    """The choice for one number of a table, or the choices for those of a table in it."""
+    hints = {name: hint for name, hint in _hints(table).items() if name not in SEARCHED}
+    hint = hints.get(key)
+    inner = next((each for each in get_args(hint) if isinstance(each, type) and issubclass(each, Table)), None)
+    if inner is not None:
+        return free_numbers(inner, value, where)
+    number = _number_in(hint)
+    if number is None:
+        known = [name for name, hint in hints.items() if _number_in(hint) is not None]
+        why = (
+            f"is a size: write search.{key}"
+            if key in SEARCHED
+            else f"not a number of this table; {nearest(key, known)}"
+        )
+        raise BadInput([Mistake("", where, value, why, bare=True)])
+    try:
+        choice = _choices().validate_python(value.model_dump() if isinstance(value, Range) else value)
+    except ValidationError as error:
+        raise BadInput(mistakes_of(error, NumberRange, where)) from None
+    if mistakes := list(_out_of_bounds(TypeAdapter(number), choice, where)):
+        raise BadInput(mistakes)
+    return choice
+
+
+def _hints(table: type[Table]) -> dict[str, Any]:
+    """The types of the keys of a table."""
+    hints = get_type_hints(table, include_extras=True)
+    return {key: hints[key] for key in table.model_fields}
+
+
+def _number_in(hint: Any) -> Any:
+    """The number that a type has among its members, with its bounds; None if it has none."""
+    if get_origin(hint) is Annotated and get_args(hint)[0] is float:
+        return hint
+    return next((found for each in get_args(hint) if (found := _number_in(each)) is not None), None)
+
+
+def _out_of_bounds(number: TypeAdapter[Any], choice: Any, where: str) -> Iterator[Mistake]:
+    """A mistake for each value of a choice that the number may not have."""
+    ends = choice.model_dump(include={"start", "stop"}) if isinstance(choice, Range) else {}
+    for name, value in ends.items() or enumerate(choice, start=1):
+        try:
+            number.validate_python(value)
+        except ValidationError as error:
+            yield from mistakes_of(error, NumberRange, f"{where}.{name}")

@@ -1,0 +1,313 @@
+"""Numbers of the scene that are no sizes, such as a spring rate, varied by a sweep."""
+
+from functools import cache
+from itertools import product
+from typing import get_type_hints
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from support.cams import CONTACTS, GUIDED, WORN, cam_with
+from support.depth import times
+
+from camopt import BadInput, Scene, certify, evaluate, find_scene, load, optimise, scene_of, sweep, synthesise
+from camopt.cli.main import main
+from camopt.effects import offered
+from camopt.front.certified import certify_table
+from camopt.problem.problem import resolve
+from camopt.problem.sample import searched_space
+from camopt.problem.settings import MOST_SETTINGS
+from camopt.quantities import QUANTITIES, number_quantity
+from camopt.scene.checks import SEARCHED
+from camopt.scene.tables import Cam, Dynamics, Materials
+
+TABLES = {"cam": Cam, "follower.dynamics": Dynamics, "materials": Materials}
+NUMBERS = {
+    f"{table}.{key}"
+    for table, model in TABLES.items()
+    for key, hint in get_type_hints(model, include_extras=True).items()
+    if key in model.model_fields and key not in SEARCHED and "float" in str(hint)
+}
+"""The keys of all numbers of the scene that are no sizes, as the tables declare them."""
+VALVE = find_scene("exhaust-valve").replace(
+    **{
+        "cam.rpm": 500,
+        "follower.dynamics": {"mass": 0.8, "spring_rate": 20, "preload": 300},
+        "materials": {"cam": "steel", "follower": "steel", "face_width": 20},
+        "limits": {"pressure_angle": 35, "contact_force_min": 10, "contact_stress": 1500},
+        "search": {
+            "base_radius": {"start": 40, "stop": 120, "step": 10},
+            "follower": {
+                "dynamics": {
+                    "spring_rate": {"start": 10, "stop": 20, "step": 10},
+                    "preload": [100, 300],
+                }
+            },
+            "law": ["poly345", "cycloidal"],
+            "minimise": ["base_radius_mm", "spring_rate_N_per_mm", "contact_stress_max_MPa"],
+        },
+    }
+)
+
+
+@cache
+def loaded(contact):
+    """A scene of a contact with every load, and the numbers that it gives."""
+    dynamics = None if CONTACTS[contact]["motion"] == "oscillating" else GUIDED
+    train = {"natural_frequency": 90.0, "damping_ratio": 0.05, "fluctuation": 0.02}
+    scene = Scene.from_dict(cam_with(contact, "poly345", dynamics, materials=WORN))
+    scene = scene.replace(**{f"follower.dynamics.{key}": value for key, value in train.items()})
+    return scene, {key: value for key, value in scene.numbers(sorted(NUMBERS)).items() if isinstance(value, float)}
+
+
+def question(contact, seed):
+    """A random space of numbers, sizes and laws of a contact; a grid or a sample."""
+    rng = np.random.default_rng(seed)
+    scene, numbers = loaded(contact)
+    given_sizes = [*scene.cam, *scene.follower]
+    sizes = {key: value for key, value in given_sizes if key in SEARCHED and value}
+    own = {**numbers, **sizes}
+    free = [str(key) for key in rng.permutation([*numbers])[: rng.integers(1, 3)]]
+    free += [str(key) for key in rng.permutation([*sizes])[: rng.integers(0, 2)]]
+    search = {"search": {"law": rng.permutation(["poly345", "cycloidal"])[: rng.integers(1, 3)].tolist()}}
+    if rng.random() < 0.5:
+        search["search"] |= {"samples": int(rng.integers(1, 7)), "seed": int(rng.integers(100))}
+    for key in free:
+        low, high = own[key] * (1.0 - 0.1 * rng.random()), own[key] * (1.0 + 0.1 * rng.random())
+        values = rng.permutation([low, high])[: rng.integers(1, 3)].tolist()
+        search[f"search.{key}"] = values if rng.random() < 0.5 else {"start": low, "stop": high, "step": high - low}
+    names = [name for name in offered(resolve(scene).setup) if QUANTITIES[name].kind is float]
+    search["search.minimise"] = [number_quantity(free[0], angular=scene.follower.motion == "oscillating")]
+    search["search.maximise"] = rng.permutation(names)[:1].tolist()
+    limits = {"pressure_angle": 60} if rng.random() < 0.5 else {}
+    return scene.replace(**search, limits=limits, outputs=["sizes", *rng.permutation(names)[:2].tolist()])
+
+
+def same(row, cam, tolerance):
+    """Whether a row of a table has what ``evaluate`` says, to a tolerance."""
+    for name in set(row.index) - {"relative_half_width"}:
+        expected = cam[name]
+        close = pytest.approx(expected, rel=tolerance, abs=tolerance) if isinstance(expected, float) else expected
+        assert row[name] == close, name
+
+
+@pytest.mark.parametrize("contact", CONTACTS)
+@given(seed=st.integers(0, 10**6), block=st.sampled_from([1, 7, 32768]), workers=st.integers(1, 2))
+@settings(max_examples=times(2, deep=60))
+def test_each_row_is_what_evaluate_says_of_the_scene_with_its_numbers(
+    contact, seed, block, workers, tmp_path_factory
+):
+    scene, out = question(contact, seed), tmp_path_factory.mktemp("swept")
+    swept = sweep(scene, out, "all", workers, block=block)
+    designs, front = load(out / "designs.parquet"), load(out / "pareto.parquet")
+    assert len(designs) + swept.impossible == swept.designs == len(searched_space(resolve(scene)))
+    columns = resolve(scene).numbers
+    for key, name in columns.items():
+        choice = scene.search.numbers[key]
+        within = (choice.start, choice.stop) if not isinstance(choice, tuple) else (min(choice), max(choice))
+        assert designs[name].between(*within).all()
+    for row in np.random.default_rng(seed).permutation(len(designs))[:1].tolist():
+        one = scene_of(designs, row)
+        assert list(one.numbers(columns).values()) == designs.loc[row, list(columns.values())].tolist()
+        same(designs.loc[row], evaluate(one), 1e-8)
+    for row in range(min(len(front), 1)):
+        same(front.loc[row], evaluate(scene_of(front, row)), 0.0)
+    again = out / "again"
+    sweep(scene, again, "all")
+    assert (out / "designs.parquet").read_bytes() == (again / "designs.parquet").read_bytes()
+
+
+def test_a_grid_has_every_combination_once(tmp_path):
+    swept = sweep(VALVE, tmp_path, "all")
+    rows = load(tmp_path / "designs.parquet")
+    names = ["law_rise", "base_radius_mm", "spring_rate_N_per_mm", "preload_N"]
+    expected = product(["poly345", "cycloidal"], range(40, 121, 10), [10, 20], [100, 300])
+    assert sorted(rows[names].itertuples(index=False, name=None)) == sorted(expected)
+    assert swept.designs == len(rows) == 2 * 9 * 4
+    assert rows.attrs["units"]["spring_rate_N_per_mm"] == "N/mm"
+
+
+@pytest.mark.parametrize("more", [{}, {"search.samples": 40}], ids=["grid", "sample"])
+def test_a_sweep_is_the_sweeps_of_all_settings_together(more, tmp_path):
+    """Front and feasible designs are those of the scenes with one setting each, joined by hand."""
+    scene = VALVE.replace(**more)
+    swept, feasible = sweep(scene, tmp_path), 0
+    rows = load(tmp_path / "designs.parquet")
+    columns = resolve(scene).numbers
+    for values, some in rows.groupby(list(columns.values())):
+        one = scene.replace(**dict(zip(columns, values, strict=True)))
+        found = [evaluate(scene_of(rows, row)) for row in some.index[:1]]
+        assert all(each["feasible"] for each in found)
+        if not more:
+            sizes = {f"search.{key}": [value] for key, value in zip(columns, values, strict=True)}
+            alone = sweep(one.replace(**sizes), tmp_path / "alone", "feasible")
+            feasible += alone.feasible
+            alike = load(tmp_path / "alone" / "designs.parquet")
+            assert alike.equals(some.reset_index(drop=True))
+    costs = rows[list(scene.search.minimise)].to_numpy()
+    better = [np.any(np.all(costs <= own, axis=1) & np.any(costs < own, axis=1)) for own in costs]
+    assert swept.pareto == len(rows) - sum(better)
+    assert more or feasible == swept.feasible == len(rows)
+
+
+def test_boxes_give_the_front_of_the_full_sweep(tmp_path):
+    for keep in ("pareto", "front-only"):
+        sweep(VALVE.replace(**{"search.minimise": ["base_radius_mm", "preload_N"]}), tmp_path / keep, keep)
+    assert load(tmp_path / "pareto/pareto.parquet").equals(load(tmp_path / "front-only/pareto.parquet"))
+
+
+def test_a_refined_front_keeps_the_numbers_of_its_rows(tmp_path):
+    """Each setting has its own smallest cam: that of ``optimise`` for the scene with these numbers."""
+    scene = VALVE.replace(**{"search.refine": True, "search.minimise": ["base_radius_mm", "preload_N"]})
+    scene = scene.replace(**{"search.follower.dynamics.spring_rate": [10], "limits.contact_stress": None})
+    sweep(scene, tmp_path)
+    rows = load(tmp_path / "pareto.parquet")
+    assert set(rows["preload_N"]) <= {100.0, 300.0}
+    for _, row in rows.iterrows():
+        numbers = {"follower.dynamics.preload": row["preload_N"], "follower.dynamics.spring_rate": 10}
+        best = optimise(scene.replace(**numbers, **{"search.follower": None, "search.minimise": None})).best
+        assert row["base_radius_mm"] == pytest.approx(best["base_radius_mm"], rel=1e-9)
+
+
+def test_the_rows_of_a_table_are_certified_with_their_numbers(tmp_path):
+    scene = VALVE.replace(**{"search.base_radius": [60, 80], "search.follower.dynamics.spring_rate": [10]})
+    swept = sweep(scene, tmp_path, "all")
+    counts = certify_table(tmp_path / "designs.parquet")
+    rows = load(tmp_path / "designs.parquet")
+    assert (rows["proof"] == "held").tolist() == rows["feasible"].tolist()
+    assert counts["held"] == swept.feasible
+    assert 0 < swept.feasible < swept.designs
+    broken = rows.index[rows["proof"] != "held"][0]
+    assert "broken" in certify(scene_of(rows, broken)).values()
+
+
+def test_numbers_that_only_the_search_has_are_missing_elsewhere():
+    scene = VALVE.replace(**{"cam.rpm": None, "search.cam.rpm": [400, 500]})
+    assert sweep(scene).best["poly345"]["rpm"] in (400.0, 500.0)
+    with pytest.raises(BadInput, match=r"cam\.rpm: missing; only a sweep, whose \[search\] has it") as caught:
+        evaluate(scene)
+    assert len(caught.value.mistakes) == 1
+
+
+@pytest.mark.parametrize("command", [optimise, synthesise])
+def test_commands_that_take_the_scene_s_own_numbers_say_so(command):
+    with pytest.raises(BadInput, match=r"search\.follower\.dynamics\.preload: .* only sweep can vary it") as caught:
+        command(VALVE)
+    assert len(caught.value.mistakes) == 2
+
+
+@pytest.mark.parametrize("key", sorted(NUMBERS))
+@pytest.mark.parametrize("angular", [False, True])
+def test_every_number_of_the_scene_is_a_quantity(key, angular):
+    quantity = QUANTITIES[number_quantity(key, angular=angular)]
+    assert quantity.name.startswith(key.rpartition(".")[2])
+    assert quantity.sentence
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"search.cam.base_radius": [3]}, "search.cam.base_radius = [3]: is a size: write search.base_radius"),
+        (
+            {"search.follower.roller_radius": 3},
+            "search.follower.roller_radius = 3: is a size: write search.roller_",
+        ),
+        ({"search.cam.form": "disc"}, "search.cam.form = 'disc': not a number of this table; did you mean rpm?"),
+        (
+            {"search.follower.dynamics.mas": 1},
+            "search.follower.dynamics.mas = 1: not a number of this table; did you",
+        ),
+        ({"search.follower.dynamics": 1}, "search.follower.dynamics = 1: must be a table"),
+        ({"search.cam": 1}, "search.cam = 1: must be a table"),
+        ({"search.cam.rpm": []}, "search.cam.rpm = []: must be a list of at least one value"),
+        ({"search.cam.rpm": "fast"}, "search.cam.rpm.1 = 'fast': must be a number"),
+        ({"search.cam.rpm": [300, 0]}, "search.cam.rpm.2 = 0.0: must be at least 1e-09; the sense of rotation is"),
+        ({"search.cam.rpm": float("nan")}, "search.cam.rpm.1 = nan: must be a finite number"),
+        ({"search.cam.rpm": {"start": 9, "stop": 3}}, "must be a range whose stop is not below its start"),
+        ({"search.cam.rpm": {"start": 3}}, "search.cam.rpm.stop: missing"),
+        ({"search.cam.rpm": {"start": 3, "stop": 9, "step": 0}}, "search.cam.rpm.step = 0: must be at least 1e-15"),
+        (
+            {"search.follower.dynamics.damping_ratio": {"start": 0, "stop": 1}},
+            "search.follower.dynamics.damping_ratio.stop = 1.0: must be below 1",
+        ),
+        ({"search.materials.cam_poisson": [0.5]}, "search.materials.cam_poisson.1 = 0.5: must be below 0.5"),
+        (
+            {"search.materials.cam": ["steel"]},
+            "search.materials.cam = ['steel']: not a number of this table; known:",
+        ),
+        (
+            {"search.motion": {"lift": 3}},
+            "search.motion = {'lift': 3}: the motion is that of all designs; only its",
+        ),
+        ({"search.limits": {"jerk": 3}}, "search.limits = {'jerk': 3}: limits are the same for all designs"),
+        ({"search.follower.dynamics.inertia": [3]}, "inertia = [3]: a disc cam with a translating roller follower"),
+        ({"search.follower.dynamics.overhang": [3, 90]}, "overhang = [3, 90]: must be at least the lift (37.5)"),
+        (
+            {"follower.dynamics.load": [[0, 3], [90, 4]], "search.follower.dynamics.load": 3},
+            "search.follower.dynamics.load = 3: the load of this scene changes over the turn",
+        ),
+    ],
+)
+def test_numbers_that_cannot_be_searched_are_mistakes(changes, message):
+    with pytest.raises(BadInput) as caught:
+        VALVE.replace(**changes)
+    assert message in str(caught.value)
+    assert len(caught.value.mistakes) == 1
+
+
+TOO_MANY = f"search: must be ranges and lists of at most {MOST_SETTINGS:,} combinations of other numbers than sizes"
+JAMMING = {"mass": 1, "guide_length": 50, "overhang": 50, "friction": 0.1}
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        (
+            {"search.cam.rpm": {"start": 3, "stop": 9}},
+            "search.cam.rpm.step: must be a step above 0, for a sweep of",
+        ),
+        (
+            {"search.cam.rpm": {"start": 1, "stop": 2, "step": 1e-4}},
+            TOO_MANY,
+        ),
+        (
+            {"search.samples": MOST_SETTINGS + 1},
+            TOO_MANY,
+        ),
+        (
+            {
+                "follower.dynamics": JAMMING,
+                "limits.jamming_margin": 0.1,
+                "search.follower.dynamics": {"friction": [0.1, 0]},
+                "search.minimise": None,
+            },
+            "search.follower.dynamics.friction = 0.0: must be above 0: jamming_margin needs it",
+        ),
+    ],
+)
+def test_spaces_that_cannot_be_swept_are_mistakes(changes, message, tmp_path):
+    with pytest.raises(BadInput) as caught:
+        sweep(VALVE.replace(**changes), tmp_path / "out")
+    assert message in str(caught.value)
+    assert len(caught.value.mistakes) == 1
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_scene_with_searched_numbers_is_the_same_in_toml():
+    scene = VALVE.replace(**{"search.cam.rpm": {"start": 100, "stop": 900}, "search.materials.wear_rate": 1e-11})
+    assert Scene.from_dict(scene.to_dict()) == scene
+    assert list(scene.search.numbers) == sorted(scene.search.numbers)
+
+
+def test_the_command_varies_numbers(capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    spring = "follower.dynamics.spring_rate=2:10:1"
+    options = ["--rpm", "500", "--vary", spring, "--vary", "follower.dynamics.preload=250", "--quiet"]
+    assert main(["sweep", "exhaust-valve", "--base-radius", "60:80:10", "--max-pressure", "60", *options]) == 0
+    assert "27 designs" in capsys.readouterr().out
+    assert sorted(set(load("camopt-out/pareto.parquet")["spring_rate_N_per_mm"])) == [*range(2, 11)]
+    assert main(["sweep", "exhaust-valve", "--vary", "cam.rmp=3"]) == 2
+    assert "--vary cam.rmp = " in capsys.readouterr().err
+    assert main(["sweep", "exhaust-valve", "--vary", "cam.rpm"]) == 2
+    assert "'cam.rpm' is not KEY=START:STOP:STEP" in capsys.readouterr().err
