@@ -296,7 +296,7 @@ def test_optimise_takes_overrides(run_json):
 
 
 def test_an_optimum_that_is_not_there_names_the_limit(run, run_json):
-    name = scene_file({"search.law": "harmonic", "search.base_radius": {"start": 20, "stop": 21, "step": 1}})
+    name = scene_file({"search.law": "harmonic", "search.base_radius": [20], "search.roller_radius": [5]})
     code, found = run_json("optimise", name)
     assert (code, found["by_law"]) == (1, {})
     assert "pressure_angle" in found["obstacles"]["harmonic"]

@@ -19,6 +19,7 @@ FEW = {
     "search.law_return": ["harmonic", "cycloidal"],
     "limits.pressure_angle": 40,
 }
+CYCLOIDAL = {"search.law": "cycloidal", "limits.pressure_angle": 30, "search.roller_radius": [10]}
 FREE = {"search.angle_rise": {"start": 60, "stop": 180}, "search.angle_dwell": {"start": 10, "stop": 180}}
 
 
@@ -83,7 +84,7 @@ def test_the_scene_of_an_optimum_has_its_digits(name):
 
 
 def test_the_scene_of_an_optimum_has_its_angles():
-    scene = find_scene("roller-1000rpm").replace(**FREE, **{"search.law": "cycloidal", "limits.pressure_angle": 30})
+    scene = find_scene("roller-1000rpm").replace(**FREE, **CYCLOIDAL)
     best = optimise(scene).best
     assert [segment.angle for segment in best.scene.motion] == best["angles_deg"]
     assert alike(best, evaluate(best.scene))

@@ -28,7 +28,7 @@ VALVE = find_scene("exhaust-valve").replace(**TRAIN)
 
 @pytest.fixture(autouse=True)
 def _few_designs(monkeypatch):
-    monkeypatch.setattr("camopt.studies.accuracy.subjects.DESIGNS", 64)
+    monkeypatch.setattr("camopt.studies.accuracy.subjects.DESIGNS", 16)
 
 
 def test_every_discipline_is_an_effect():

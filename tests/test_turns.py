@@ -64,7 +64,7 @@ def test_no_turn_of_a_grid_has_a_smaller_cam(name):
     near = best["angles_deg"][turns.freed[0]] + np.array([-0.1, -1e-3, 1e-3, 0.1])
     sizes = []
     for angle in np.clip(
-        [*np.linspace(box.low[0], box.high[0], times(5, deep=40)), *near], box.low[0], box.high[0]
+        [*np.linspace(box.low[0], box.high[0], times(3, deep=40)), *near], box.low[0], box.high[0]
     ):
         answer = smallest(turns.problem_of(np.array([angle, total - angle])), boxes_of(problem)[0])
         sizes.append(np.inf if answer.design is None else answer.design.size[0])
@@ -172,7 +172,7 @@ def test_no_turn_of_a_few_has_a_smaller_cam(name):
     assert sum(best["angles_deg"]) == pytest.approx(360.0, rel=1e-14)
     turns, rng = SegmentAngles(problem, (None, None)), np.random.default_rng(1)
     own, box = np.array(best["angles_deg"])[list(turns.freed)], turns.box
-    shares = rng.uniform(size=(times(8, deep=100), own.size))
+    shares = rng.uniform(size=(times(4, deep=100), own.size))
     near = (own - box.low) / (box.high - box.low) + rng.normal(size=shares.shape) * 1e-3
     for share in (*shares, *np.clip(near, 0.0, 1.0)):
         turn = turns.programme(turns.at(share, box))
