@@ -6,9 +6,11 @@ from collections.abc import Iterator
 
 import numpy as np
 import pyarrow as pa
+import pyarrow.compute as pc
 
 from camopt.front.sweep import column_names
 from camopt.mechanisms import SIZES
+from camopt.mistakes import BadInput
 from camopt.problem.problem import Problem, resolve
 from camopt.problem.rows import Rows
 from camopt.problem.settings import problems_of
@@ -74,6 +76,12 @@ def _oddities(table: pa.Table, problem: Problem) -> Iterator[str]:
         odd = np.isnan if QUANTITIES[column.name].effect != "sizes" else lambda values: ~np.isfinite(values)
         if column.type == pa.float64() and odd(table[column.name].to_numpy()).any():
             yield f"its column {column.name} has values that are no numbers, or no sizes"
+            return
+    for key, name in problem.numbers.items():
+        try:
+            problem.scene.replace(**{f"search.{key}": pc.unique(table[name]).to_pylist() or None})
+        except BadInput as error:
+            yield f"its column {name} has values that {key} cannot have: {error.mistakes[0]}"
             return
     for name in (problem.size_name, *(f"{size}_mm" for size in SIZES)):
         least = -LONGEST if "offset" in name else SHORTEST

@@ -50,9 +50,11 @@ def unused(scene: Scene) -> list[str]:
 
 
 def _given(scene: Scene) -> list[str]:
-    """The keys of ``[follower.dynamics]`` and ``[materials]`` that a scene gives, but for zeros."""
+    """The keys of ``[follower.dynamics]`` and ``[materials]`` that a scene gives, but for zeros, or varies."""
     tables = (scene.follower.dynamics, scene.materials)
-    return [key for table in tables if table for key, value in table if value is not None and value != 0.0]
+    given = [key for table in tables if table for key, value in table if value is not None and value != 0.0]
+    varied = [key.rpartition(".")[2] for key in scene.search.numbers]
+    return list(dict.fromkeys([*given, *(key for key in varied if key in READERS)]))
 
 
 def _for_want(keys: list[str], lacks: dict[str, tuple[str, ...]]) -> str:
