@@ -124,6 +124,10 @@ _NUMBERS = (
 oscillating one."""
 
 
+NUMBERS = tuple(dict.fromkeys(key for key, *_ in _NUMBERS))
+"""Their keys."""
+
+
 def number_quantity(key: str, *, angular: bool) -> str:
     """The quantity that a number of the scene is in tables."""
     return [name for number, name, *_ in _NUMBERS if number == key][-1 if angular else 0]

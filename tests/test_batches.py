@@ -78,7 +78,9 @@ def test_no_designs_are_no_rows():
     assert (len(found), "feasible" in found, "excess_undercut" in found) == (0, True, True)
 
 
-NAME = st.text(min_size=1, max_size=8) | st.sampled_from(["base_radius_mm", "law", "offset_mm", "base_radius"])
+NAME = st.text(min_size=1, max_size=8) | st.sampled_from(
+    ["base_radius_mm", "law", "offset_mm", "base_radius", "rpm", "preload_N", "overhang_mm", "inertia_kg_m2"]
+)
 VALUE = st.floats() | st.text(max_size=5) | st.none() | st.integers() | st.booleans() | st.sampled_from([*LAWS])
 
 
@@ -99,9 +101,9 @@ def test_any_table_is_evaluated_or_refused_in_plain_words(table):
 MISTAKES = {
     "base_radius": (
         [50.0],
-        "designs: base_radius: no size of this mechanism and no law; did you mean base_radius_mm?",
+        "designs: base_radius: no size or number of this mechanism and no law; did you mean base_radius_mm?",
     ),
-    "face_offset_mm": ([1.0], "designs: face_offset_mm: no size of this mechanism and no law"),
+    "face_offset_mm": ([1.0], "designs: face_offset_mm: no size or number of this mechanism and no law"),
     "base_radius_mm": ([50.0, np.nan], "designs: base_radius_mm[1] = nan: must be a finite number"),
     "roller_radius_mm": ([5.0, -1.0], "designs: roller_radius_mm[1] = -1.0: must be at least 1e-09"),
     "offset_mm": (["far"], "designs: offset_mm[0] = 'far': must be a number"),

@@ -8,19 +8,34 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support import hostile
 from support.cams import CONTACTS, GUIDED, WORN, cam_with
 from support.depth import times
 
-from camopt import BadInput, Scene, certify, evaluate, find_scene, load, optimise, scene_of, sweep, synthesise
+from camopt import (
+    BadInput,
+    Scene,
+    certify,
+    evaluate,
+    evaluate_designs,
+    find_scene,
+    load,
+    optimise,
+    scene_of,
+    sweep,
+    synthesise,
+)
 from camopt.cli.main import main
 from camopt.effects import offered
 from camopt.front.certified import certify_table
 from camopt.problem.problem import resolve
 from camopt.problem.sample import searched_space
 from camopt.problem.settings import MOST_SETTINGS
+from camopt.problem.unused import unused
 from camopt.quantities import QUANTITIES, number_quantity
 from camopt.scene.checks import SEARCHED
 from camopt.scene.tables import Cam, Dynamics, Materials
+from camopt.tables.sealed import read_table
 
 TABLES = {"cam": Cam, "follower.dynamics": Dynamics, "materials": Materials}
 NUMBERS = {
@@ -180,6 +195,53 @@ def test_the_rows_of_a_table_are_certified_with_their_numbers(tmp_path):
     assert 0 < swept.feasible < swept.designs
     broken = rows.index[rows["proof"] != "held"][0]
     assert "broken" in certify(scene_of(rows, broken)).values()
+
+
+def test_a_table_of_designs_may_have_numbers(tmp_path):
+    """The rows of a sweep, given as a table to a scene that searches nothing, have the same quantities."""
+    sweep(VALVE, tmp_path, "all")
+    rows = load(tmp_path / "designs.parquet")
+    columns = ["base_radius_mm", "preload_N", "spring_rate_N_per_mm"]
+    alone = VALVE.replace(search=None, outputs=["sizes", "contact_force_min_N", "contact_stress_max_MPa"])
+    found = evaluate_designs(alone, rows[columns].assign(law=rows["law_rise"]).iloc[::-1]).iloc[::-1]
+    assert (found["violated"] == rows["violated"]).all()
+    for name in [*columns, "contact_force_min_N", "contact_stress_max_MPa"]:
+        np.testing.assert_allclose(found[name], rows[name], rtol=1e-8)
+    assert evaluate_designs(alone, {"base_radius_mm": [], "preload_N": []}).empty
+
+
+@pytest.mark.parametrize(
+    ("column", "message"),
+    [
+        ({"preload_N": [3, -1]}, "designs: preload_N[1] = -1: must be at least 0"),
+        ({"preload_N": [3, "x"]}, "designs: preload_N[1] = 'x': must be a number"),
+        ({"preload_N": [3, float("nan")]}, "designs: preload_N[1] = nan: must be a finite number"),
+        ({"preload": [3, 1]}, "designs: preload: no size or number of this mechanism and no law; did you mean"),
+        ({"overhang_mm": [90, 3]}, "designs: overhang_mm = [3.0, 90.0]: must be at least the lift (37.5)"),
+        ({"inertia_kg_m2": [3, 1]}, "designs: inertia_kg_m2 = [1.0, 3.0]: a disc cam with a translating roller"),
+    ],
+)
+def test_numbers_that_no_design_has_are_mistakes(column, message):
+    with pytest.raises(BadInput) as caught:
+        evaluate_designs(VALVE, {"base_radius_mm": [60, 70], **column})
+    assert message in str(caught.value)
+    assert len(caught.value.mistakes) == 1
+
+
+def test_numbers_that_nothing_uses_are_named():
+    scene = find_scene("exhaust-valve").replace(**{"search.follower.dynamics.preload": [1, 2]})
+    assert unused(scene) == ["preload: not used without follower.dynamics.mass"]
+    assert unused(VALVE) == []
+
+
+@pytest.mark.parametrize("value", [-1.0, 1e300, float("inf"), float("nan")])
+def test_a_table_with_numbers_that_no_scene_has_is_refused(value, tmp_path):
+    sweep(VALVE.replace(**{"search.base_radius": [80]}), tmp_path)
+    path = tmp_path / "designs.parquet"
+    changed = hostile.resealed(hostile.with_first(read_table(path), "preload_N", value))
+    path.write_bytes(hostile.in_bytes(changed))
+    with pytest.raises(BadInput, match="its column preload_N has values that"):
+        certify_table(path)
 
 
 def test_numbers_that_only_the_search_has_are_missing_elsewhere():

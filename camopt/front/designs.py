@@ -3,7 +3,8 @@
 A sweep evaluates a grid; here the designs are those of another program, a row each.
 """
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Container, Iterable, Iterator, Mapping
+from dataclasses import replace
 from math import inf
 from typing import TYPE_CHECKING, Any, get_type_hints
 
@@ -14,18 +15,24 @@ from pydantic import TypeAdapter, ValidationError
 from camopt.effects import Case
 from camopt.mechanisms import FIELDS, Designs
 from camopt.mistakes import BadInput, Mistake, nearest
-from camopt.problem.problem import VERDICT, Problem, missing_sizes, resolve, size_keys
-from camopt.quantities import QUANTITIES
+from camopt.problem.problem import VERDICT, Problem, missing_numbers, missing_sizes, resolve, size_keys
+from camopt.problem.settings import set_up
+from camopt.quantities import NUMBERS, QUANTITIES, number_quantity
 from camopt.scene.complaints import mistakes_of
 from camopt.scene.scene import Scene
-from camopt.scene.tables import Cam, Follower, Table
+from camopt.scene.tables import Cam, Dynamics, Follower, Materials, Table
 from camopt.verdicts.judging import ASSEMBLY, CERTIFIED, excesses, run_effects, settled
 
 if TYPE_CHECKING:
     import pandas as pd
 
 FILE = "designs"  # what messages call the table
-TABLES: dict[str, type[Table]] = {"cam": Cam, "follower": Follower}
+TABLES: dict[str, type[Table]] = {
+    "cam": Cam,
+    "follower": Follower,
+    "follower.dynamics": Dynamics,
+    "materials": Materials,
+}
 STROKES = (("law_rise", "law"), ("law_return", "law"))
 """Columns with the law of the rises, and with that of the returns."""
 LAWS = ("law", "law_rise", "law_return")
@@ -40,12 +47,13 @@ def evaluate_designs(scene: Scene, designs: "Mapping[str, Any] | pd.DataFrame") 
     Parameters
     ----------
     scene
-        Everything that the designs share: motion, speed, limits, ``outputs``, and the sizes and laws that
+        Everything that the designs share: motion, limits, ``outputs``, and the sizes, laws and other numbers that
         ``designs`` does not have.
     designs
         A DataFrame, or a mapping of arrays, with a row for each design. Columns are sizes of the scene's mechanism
-        (``base_radius_mm``, ``offset_mm``, ``roller_radius_mm`` and so on), and names of laws: ``law``, or
-        ``law_rise`` and ``law_return``.
+        (``base_radius_mm``, ``offset_mm``, ``roller_radius_mm`` and so on), names of laws: ``law``, or
+        ``law_rise`` and ``law_return``, and other numbers of the scene that ``[search]`` takes
+        (``spring_rate_N_per_mm``, ``face_width_mm`` and so on; rows that share these are fast together).
 
     Returns
     -------
@@ -59,8 +67,8 @@ def evaluate_designs(scene: Scene, designs: "Mapping[str, Any] | pd.DataFrame") 
     Raises
     ------
     BadInput
-        For a column that is neither a size of the mechanism nor a law, a value that a scene would not take, and a
-        size that neither the scene nor ``designs`` has.
+        For a column that is no size or number of the mechanism and no law, a value that a scene would not take, and
+        a size or searched number that neither the scene nor ``designs`` has.
 
     Examples
     --------
@@ -77,6 +85,7 @@ def evaluate_designs(scene: Scene, designs: "Mapping[str, Any] | pd.DataFrame") 
     except (ValueError, TypeError) as trouble:  # columns of several lengths, or no columns at all
         raise BadInput([Mistake("camopt", FILE, None, f"columns of one length: {trouble}")]) from None
     given = _given(problem, frame)
+    problem = _freed(problem, frame)
     names = problem.wanted | problem.sizes | frozenset(VERDICT)
     parts = [_evaluated(each, given.take(rows), names).set_axis(rows) for each, rows in _by_motion(problem, frame)]
     found = pd.concat(parts).sort_index().set_axis(frame.index)
@@ -89,14 +98,16 @@ def evaluate_designs(scene: Scene, designs: "Mapping[str, Any] | pd.DataFrame") 
 def _given(problem: Problem, frame: "pd.DataFrame") -> Designs:
     """The designs of a table: its columns, and the scene's own sizes."""
     keys = {f"{key.partition('.')[2]}_mm": key for key in size_keys(problem.scene)}
-    if odd := list(_odd_columns(frame, keys)):
+    numbers = _numbers(problem, frame)
+    if odd := list(_odd_columns(frame, keys, _numbers(problem))):
         raise BadInput(odd)
     sizes = {name: keys[name] for name in frame if name in keys}
     searched = [key.partition(".")[2] for key in sizes.values()]
     mistakes = [
-        *(mistake for name, key in sizes.items() for mistake in _out_of_range(key, frame[name])),
+        *(mistake for name, key in (sizes | numbers).items() for mistake in _out_of_range(key, frame[name])),
         *(mistake for name in frame if name in LAWS for mistake in _unknown_laws(problem, frame[name])),
         *missing_sizes(problem, searched),
+        *missing_numbers(problem, numbers.values()),
     ]
     if mistakes:
         raise BadInput(mistakes)
@@ -105,13 +116,32 @@ def _given(problem: Problem, frame: "pd.DataFrame") -> Designs:
     return Designs(**columns, sense=problem.design.sense)
 
 
-def _odd_columns(frame: "pd.DataFrame", keys: Mapping[str, str]) -> Iterator[Mistake]:
-    """Columns that are no sizes of the mechanism and no laws, and what is given twice."""
+def _numbers(problem: Problem, names: Container[str] | None = None) -> dict[str, str]:
+    """The keys of numbers of a scene that are no sizes, by quantity: all, or those of some names."""
+    keys = {number_quantity(key, angular=problem.setup.angular): key for key in NUMBERS}
+    return {name: key for name, key in keys.items() if names is None or name in names}
+
+
+def _freed(problem: Problem, frame: "pd.DataFrame") -> Problem:
+    """The problem of a scene whose search varies the numbers of which a faultless table has columns."""
+    numbers = {} if frame.empty else _numbers(problem, frame)
+    ends = {f"search.{key}": [float(frame[name].min()), float(frame[name].max())] for name, key in numbers.items()}
+    columns = {f"search.{key}": name for name, key in numbers.items()}
+    try:
+        return resolve(problem.scene.replace(**ends)) if ends else problem
+    except BadInput as error:
+        raise BadInput(
+            replace(each, file=FILE, key=columns.get(each.key, each.key)) for each in error.mistakes
+        ) from None
+
+
+def _odd_columns(frame: "pd.DataFrame", keys: Mapping[str, str], numbers: Mapping[str, str]) -> Iterator[Mistake]:
+    """Columns that are no sizes or numbers of the mechanism and no laws, and what is given twice."""
     for twice in frame.columns[frame.columns.duplicated()]:
         yield Mistake(FILE, str(twice), None, "stands there twice", bare=True)
     for name in frame:
-        if name not in keys and name not in LAWS:
-            what = f"no size of this mechanism and no law; {nearest(str(name), (*keys, *LAWS))}"
+        if name not in keys and name not in numbers and name not in LAWS:
+            what = f"no size or number of this mechanism and no law; {nearest(str(name), (*keys, *LAWS, *numbers))}"
             yield Mistake(FILE, str(name), None, what, bare=True)
     if "law" in frame and ("law_rise" in frame or "law_return" in frame):
         yield Mistake(FILE, "law", None, "must stand alone, without law_rise and law_return", bare=True)
@@ -119,7 +149,7 @@ def _odd_columns(frame: "pd.DataFrame", keys: Mapping[str, str]) -> Iterator[Mis
 
 def _out_of_range(key: str, column: "pd.Series[Any]") -> Iterator[Mistake]:
     """The first value of a size that a scene would not take; of numbers, the least or the largest."""
-    table, name = key.split(".")
+    table, _, name = key.rpartition(".")
     size: TypeAdapter[Any] = TypeAdapter(get_type_hints(TABLES[table], include_extras=True)[name])
     values = column.to_numpy()
     looked_at: Iterable[int] = range(len(column))
@@ -140,16 +170,18 @@ def _unknown_laws(problem: Problem, column: "pd.Series[Any]") -> Iterator[Mistak
 
 
 def _by_motion(problem: Problem, frame: "pd.DataFrame") -> Iterator[tuple[Problem, NDArray[np.intp]]]:
-    """The problem of each pair of laws, and the rows that have it."""
+    """The problem of each pair of laws in each setting, and the rows that have it."""
     rise, fall = (next((name for name in names if name in frame), None) for names in STROKES)
-    named = [name for name in dict.fromkeys((rise, fall)) if name]
+    numbers = {key: name for key, name in problem.numbers.items() if name in frame}
+    named = [name for name in dict.fromkeys((rise, fall, *numbers.values())) if name]
     if not named or frame.empty:
         yield problem, np.arange(len(frame))
         return
     for rows in frame.reset_index(drop=True).groupby(named, sort=False).indices.values():
         first = frame.iloc[rows[0]]
         laws = (None if name is None else first[name] for name in (rise, fall))
-        yield problem.with_programme(problem.with_laws(*laws)), np.asarray(rows)
+        (set_,) = set_up(problem, [{key: float(first[name]) for key, name in numbers.items()}])
+        yield set_.with_programme(problem.with_laws(*laws)), np.asarray(rows)
 
 
 def _evaluated(problem: Problem, designs: Designs, names: frozenset[str]) -> "pd.DataFrame":

@@ -32,10 +32,16 @@ def problems_of(problem: Problem, settings: Sequence[Setting] = ({},)) -> tuple[
     BadInput
         If a quantity that the problem calls for cannot be computed in one of the settings.
     """
+    set_ = set_up(problem, settings)
+    return tuple(each.with_programme(programme) for programme in laws_of(problem) for each in set_)
+
+
+def set_up(problem: Problem, settings: Iterable[Setting]) -> list[Problem]:
+    """The problem in some settings; raises as ``problems_of``."""
     set_ = [problem.with_numbers(setting) for setting in settings]
     if mistakes := list(_lacking(problem, set_)):
         raise BadInput(mistakes)
-    return tuple(each.with_programme(programme) for programme in laws_of(problem) for each in set_)
+    return set_
 
 
 def _lacking(problem: Problem, set_: Iterable[Problem]) -> Iterator[Mistake]:
