@@ -15,6 +15,7 @@ import numpy as np
 
 from camopt.kernels.by_address import code_of, evaluates
 from camopt.kernels.compile import ADDRESS, COUNT, NONE, NUMBER, Record, inlined
+from camopt.numerics import FloatArray
 from camopt.numerics.curves import curve
 from camopt.numerics.jet import known_bound
 from camopt.numerics.piecewise import motion, node_motion, of_all_rows, part_jets, row_jets
@@ -130,12 +131,10 @@ def point(made, place, u, sign, design):
     return oriented(f, np.uint64(design), motion(table, place, u), sign)
 
 
-@evaluates(Record(PartBounds, (NUMBER,) * len(PartBounds._fields)), COUNT, NUMBER, NUMBER, COUNT)
-def part(made, place, middle, reach, design):
-    """Bounds of one design over the part |u − middle| ≤ reach of a panel; over all of it if ``reach`` is 1."""
-    f, table = made[0]
-    y, y1, y2, y3 = row_jets(table, place) if reach == 1.0 else part_jets(table, place, middle, reach)
-    value, slope = curve(f, np.uint64(design), y, y1, y2, y3)
+@inlined
+def bounds_of(f, design, moved):
+    """What jets of the motion say of a design."""
+    value, slope = curve(f, design, moved[0], moved[1], moved[2], moved[3])
     return PartBounds(
         value.low,
         value.high,
@@ -146,6 +145,31 @@ def part(made, place, middle, reach, design):
         slope.high,
         slope.error,
     )
+
+
+@evaluates(Record(PartBounds, (NUMBER,) * len(PartBounds._fields)), COUNT, NUMBER, NUMBER, COUNT)
+def part(made, place, middle, reach, design):
+    """Bounds of one design over the part |u − middle| ≤ reach of a panel; over all of it if ``reach`` is 1."""
+    f, table = made[0]
+    moved = row_jets(table, place) if reach == 1.0 else part_jets(table, place, middle, reach)
+    return bounds_of(f, np.uint64(design), moved)
+
+
+def many_parts(made: Any, place: int, middles: Any, reaches: Any, designs: Any) -> PartBounds:
+    """As ``part``, uncompiled, of many designs: in arrays of parts less than the panel, or in all of it."""
+    f, table = made[0]
+    whole = np.ndim(reaches) == 0 and reaches == 1.0
+    found: PartBounds = bounds_of(
+        f, designs, row_jets(table, place) if whole else part_jets(table, place, middles, reaches)
+    )
+    return found
+
+
+def many_points(made: Any, place: int, u: FloatArray, sign: float, designs: Any) -> tuple[FloatArray, FloatArray]:
+    """As ``point``, uncompiled, of many designs."""
+    f, table = made[0]
+    values, slopes = oriented(f, designs, motion(table, place, u), sign)
+    return values, slopes
 
 
 class Evaluator(NamedTuple):

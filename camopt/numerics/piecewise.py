@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from camopt.kernels.compile import COUNT, NUMBER, Kind, Record, inlined
 from camopt.numerics import UNIT, FloatArray
-from camopt.numerics.jet import Jet
+from camopt.numerics.jet import Jet, smaller
 from camopt.numerics.loading import LoadTable, load_of_all_rows, loaded, loaded_node, loaded_part, loaded_row
 
 GROUPED = 4  # panels of a group
@@ -119,9 +119,9 @@ def part_jets(table, panel, u, r):
     y, y1, y2, y3 = derivatives(table, panel, u)
     most, error, h = table.most[panel], table.error[panel], table.half_width[panel]
     w = r * h
-    d3 = min(abs(y3) + w * most[4], most[3])
-    d2 = min(abs(y2) + w * d3, most[2])
-    d1 = min(abs(y1) + w * d2, most[1])
+    d3 = smaller(abs(y3) + w * most[4], most[3])
+    d2 = smaller(abs(y2) + w * d3, most[2])
+    d1 = smaller(abs(y1) + w * d2, most[1])
     return (
         Jet(y - w * d1, y + w * d1, error[0], d1, d2, d3),
         Jet(y1 - w * d2, y1 + w * d2, error[1], d2, d3, most[4]),

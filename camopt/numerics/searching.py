@@ -10,6 +10,7 @@ import numpy as np
 from camopt.kernels.by_address import call
 from camopt.kernels.compile import called_by_kernels, inlined
 from camopt.numerics.climbing import Ends, allowed, begin_climb, climb_all
+from camopt.numerics.foreseen import Foreseen
 from camopt.numerics.halving import CLIMBS, OPEN, looked_at, put, split, taken
 
 
@@ -80,6 +81,16 @@ def split_all(curve, first, many, panels, panel, ask, work):
         if value > found.best[i]:
             found.best[i], found.at[i] = value, panels.centre[panel] + panels.half_width[panel] * u
         found.rounding[i], found.top[i] = max(found.rounding[i], blur), max(found.top[i], bound)
+
+
+@split_all.uncompiled
+def _split_all_in_python(curve, first, many, panels, panel, ask, work):
+    parts = zip((first + work.parts.design[:many]).tolist(), work.parts.ends[:many].tolist(), strict=True)
+    places = [(design, 0.5 * (low + high), 0.5 * (high - low)) for design, (low, high, *_) in parts]
+    if places:
+        foreseen = Foreseen(curve, panel, ask.sign, places)
+        curve = curve._replace(part=foreseen.part, point=foreseen.point)
+        split_all.py_func(curve, first, many, panels, panel, ask, work)
 
 
 @inlined
