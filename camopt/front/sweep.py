@@ -134,7 +134,7 @@ def sweep(
     search, names, count = problem.scene.search, column_names(problem), workers or os.cpu_count() or 1
     with ExitStack() as stack:
         tables = {} if out is None else _tables(stack, Path(out), problem, keep)
-        if keep == FRONT_ONLY and all_bounded(problem) and not search.samples:
+        if keep == FRONT_ONLY and not search.samples and all(map(all_bounded, space.problems)):
             seen = FrontSearch(space, names, count, progress).run()
         else:
             kept = tables["designs"].append if tables and keep in ("feasible", "all") else _nowhere
