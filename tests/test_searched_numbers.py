@@ -373,6 +373,8 @@ def test_a_scene_with_searched_numbers_is_the_same_in_toml():
     scene = VALVE.replace(**{"search.cam.rpm": {"start": 100, "stop": 900}, "search.materials.wear_rate": 1e-11})
     assert Scene.from_dict(scene.to_dict()) == scene
     assert list(scene.search.numbers) == sorted(scene.search.numbers)
+    cleared = scene.replace(**{f"search.{key}": None for key in scene.search.numbers})
+    assert cleared == VALVE.replace(**{"search.follower": None})
 
 
 def test_the_command_varies_numbers(capsys, tmp_path, monkeypatch):
@@ -382,6 +384,12 @@ def test_the_command_varies_numbers(capsys, tmp_path, monkeypatch):
     assert main(["sweep", "exhaust-valve", "--base-radius", "60:80:10", "--max-pressure", "60", *options]) == 0
     assert "27 designs" in capsys.readouterr().out
     assert sorted(set(load("camopt-out/pareto.parquet")["spring_rate_N_per_mm"])) == [*range(2, 11)]
+    again = ["--vary", "cam.rpm=200:400:100", "--outputs", "sizes"]
+    assert main(["sweep", "camopt-out/scene.toml", *again, "--out", "speeds", "--quiet"]) == 0
+    assert set(load("speeds/designs.parquet")["rpm"]) == {200.0, 300.0, 400.0}
+    assert main(["sweep", "speeds/scene.toml", "--rpm", "450", "--out", "one-speed", "--quiet"]) == 0
+    assert set(load("one-speed/designs.parquet")["rpm"]) == {450.0}
+    capsys.readouterr()
     assert main(["sweep", "exhaust-valve", "--vary", "cam.rmp=3"]) == 2
     assert "--vary cam.rmp = " in capsys.readouterr().err
     assert main(["sweep", "exhaust-valve", "--vary", "cam.rpm"]) == 2

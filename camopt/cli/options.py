@@ -55,11 +55,16 @@ def refuse_without(option: str, others: dict[str, Any]) -> None:
 
 
 def changed(scene: Any, changes: dict[str, tuple[str, Any]]) -> Any:
-    """The scene with changes by key, each from an option; a mistake in one names the option."""
+    """The scene with changes by key, each from an option; a mistake in one names the option.
+
+    What an option says of a number holds for a search that varies it, too.
+    """
     from dataclasses import replace
 
     from camopt.mistakes import BadInput, Mistake
 
+    searched = {f"search.{key}": change for key, change in changes.items() if key in scene.search.numbers}
+    changes = changes | searched
     try:
         return scene.replace(**{key: value for key, (_, value) in changes.items()}) if changes else scene
     except BadInput as error:

@@ -79,7 +79,7 @@ def free_numbers(table: type[Table], given: Any, where: str = "") -> dict[str, A
             mistakes += error.mistakes
     if mistakes:
         raise BadInput(mistakes)
-    return chosen
+    return {key: choice for key, choice in chosen.items() if choice != {}}
 
 
 def _free(table: type[Table], key: str, value: Any, where: str) -> Any:
