@@ -9,6 +9,7 @@ The motion is in units of the highest lift and sizes in those of ``Demand.length
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from math import inf, pi, sqrt
 from typing import Any, Protocol
 
@@ -88,6 +89,13 @@ class Convex:
     def goal(self) -> Any:
         """The objective over ``unit``, as an expression."""
         return self.problem.objective.args[0]
+
+    @cached_property
+    def gentle(self) -> tuple[Any, Any]:
+        """The problem of the least mean square of the jerk, and the parameter that bounds ``goal`` in it."""
+        most = cp.Parameter()
+        jerk = cp.norm(cp.hstack([motion.square(3) for motion in self.motions if motion]))
+        return cp.Problem(cp.Minimize(jerk), [*self.problem.constraints, self.goal <= most]), most
 
     @property
     def exact(self) -> bool:

@@ -10,7 +10,6 @@ from dataclasses import replace
 from functools import partial
 from math import inf, sqrt
 
-import cvxpy as cp
 import numpy as np
 
 from camopt.mistakes import Unmet, Unsolved
@@ -180,9 +179,8 @@ def solved(demand: Demand) -> tuple[Convex, Iterate, float]:
 
 def gentlest(model: Convex, least: float) -> Iterate | None:
     """The laws of the least mean square of the jerk at nearly the least objective; None if the solver fails."""
-    jerk = cp.norm(cp.hstack([motion.square(3) for motion in model.motions if motion]))
-    close = model.goal <= least / model.unit + SLACK
-    problem = cp.Problem(cp.Minimize(jerk), [*model.problem.constraints, close])
+    problem, most = model.gentle
+    most.value = least / model.unit + SLACK
     return iterate_of(model) if solve(problem) in SOLVED else None
 
 
