@@ -34,7 +34,7 @@ ARM = {
     },
     "motion": MOTION,
     "limits": {"pressure_angle": 38},
-    "synthesis": {"pieces": 12},
+    "synthesis": {"pieces": times(8, deep=12)},
 }
 FACE = ARM | {
     "follower": {"motion": "oscillating", "contact": "flat", "face_offset": 6, "centre_distance": 120},
@@ -44,7 +44,6 @@ KNIFE = ARM | {"follower": ARM["follower"] | {"contact": "knife", "roller_radius
 GROOVE = ARM | {
     "cam": {"form": "cylindrical", "rpm": 300, "mean_radius": 60},
     "follower": {"motion": "oscillating", "contact": "roller", "roller_radius": 8, "arm_length": 110},
-    "synthesis": {"pieces": times(8, deep=12)},
 }
 SWUNG = {"arm": ARM, "knife": KNIFE, "face": FACE, "groove": GROOVE}
 """Every mechanism whose follower oscillates."""
@@ -154,7 +153,7 @@ def test_a_tighter_residual_vibration_asks_for_hardly_more():
 
 
 def test_points_are_in_degrees():
-    scene = Scene.from_dict(ARM).replace(**{"synthesis.points": [[50, 6.5]]})
+    scene = Scene.from_dict(ARM).replace(**{"synthesis.points": [[50, 6.5]], "synthesis.pieces": 12})
     programme = resolve(free(scene).scene).programme
     assert np.degrees(programme.at(np.radians([50.0]))[0, 0]) == pytest.approx(6.5, abs=1e-4)
 
