@@ -94,6 +94,19 @@ def test_slope_of_the_pressure_against_fifty_digits(t):
         assert abs(float(pressure_factor(t, TABLE)[1] / slope - 1)) <= 1e-12
 
 
+@given(RATIOS)
+@settings(max_examples=times(4, deep=60))
+def test_bends_of_the_pressure_against_fifty_digits(t):
+    with mp.workdps(60):
+        step = mp.mpf(t) * mp.mpf(10) ** -7
+        twice_before, before, here, after, twice_after = (exact(mp.mpf(t) + k * step)[0] for k in range(-2, 3))
+        second = (before - 2 * here + after) / step**2
+        third = (twice_after - 2 * after + 2 * before - twice_before) / (2 * step**3)
+        _, _, h2, h3 = table_derivatives(np.array(t), TABLE)
+        assert abs(float(h2 / second - 1)) <= 1e-9
+        assert abs(float(h3 / third - 1)) <= 1e-7
+
+
 def test_a_sphere_on_a_flat():
     h, h1 = pressure_factor(1.0, TABLE)
     assert h == pytest.approx(6 / np.pi**3, rel=1e-15)

@@ -670,6 +670,11 @@ MISTAKES = {
 }
 
 
+@pytest.mark.parametrize("peak", [(-1e9, 1e9), (0.0, 1e-300), 1e9])
+def test_peaks_may_be_as_far_as_numbers_go(peak):
+    assert Synthesis(peak_velocity=peak).peak_velocity == peak
+
+
 @pytest.fixture
 def run(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
