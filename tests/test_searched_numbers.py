@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support import hostile
 from support.cams import CONTACTS, GUIDED, WORN, cam_with
-from support.depth import times
+from support.depth import is_deep, times
 
 from camopt import (
     BadInput,
@@ -27,6 +27,7 @@ from camopt import (
 )
 from camopt.cli.main import main
 from camopt.effects import offered
+from camopt.front import front_search
 from camopt.front.certified import certify_table
 from camopt.problem.problem import resolve
 from camopt.problem.sample import searched_space
@@ -92,7 +93,8 @@ def question(contact, seed):
         low, high = own[key] * (1.0 - 0.1 * rng.random()), own[key] * (1.0 + 0.1 * rng.random())
         values = rng.permutation([low, high])[: rng.integers(1, 3)].tolist()
         search[f"search.{key}"] = values if rng.random() < 0.5 else {"start": low, "stop": high, "step": high - low}
-    names = [name for name in offered(resolve(scene).setup) if QUANTITIES[name].kind is float]
+    offers = [name for name in offered(resolve(scene).setup) if QUANTITIES[name].kind is float]
+    names = [name for name in offers if is_deep() or QUANTITIES[name].effect != "surface"]
     search["search.minimise"] = [number_quantity(free[0], angular=scene.follower.motion == "oscillating")]
     search["search.maximise"] = rng.permutation(names)[:1].tolist()
     limits = {"pressure_angle": 60} if rng.random() < 0.5 else {}
@@ -109,7 +111,7 @@ def same(row, cam, tolerance):
 
 @pytest.mark.parametrize("contact", CONTACTS)
 @given(seed=st.integers(0, 10**6), block=st.sampled_from([1, 7, 32768]), workers=st.integers(1, 2))
-@settings(max_examples=times(2, deep=60))
+@settings(max_examples=times(1, deep=60))
 def test_each_row_is_what_evaluate_says_of_the_scene_with_its_numbers(
     contact, seed, block, workers, tmp_path_factory
 ):
@@ -177,10 +179,11 @@ RUBBING = {
 @pytest.mark.parametrize(
     ("minimise", "more"), [(["base_radius_mm", "preload_N"], {}), (["base_radius_mm", "torque_mean_N_m"], RUBBING)]
 )
-def test_boxes_give_the_front_of_the_full_sweep(minimise, more, tmp_path):
+def test_boxes_give_the_front_of_the_full_sweep(minimise, more, tmp_path, monkeypatch):
     """Boxes do not bound the mean torque of a follower that rubs in its guide."""
+    monkeypatch.setattr(front_search, "FEW", 2)
     for keep in ("pareto", "front-only"):
-        scene = VALVE.replace(**{**more, "search.minimise": minimise, "search.base_radius.step": 1})
+        scene = VALVE.replace(**{**more, "search.minimise": minimise, "search.base_radius.step": 8})
         sweep(scene, tmp_path / keep, keep)
     assert load(tmp_path / "pareto/pareto.parquet").equals(load(tmp_path / "front-only/pareto.parquet"))
 

@@ -91,7 +91,8 @@ def sweep(
     Parameters
     ----------
     scene
-        Limits, objectives, and in ``[search]`` the values of each size and the laws.
+        Limits, objectives, and in ``[search]`` the values of each size and of other numbers, such as the spring
+        rate, and the laws.
     out
         Folder for ``pareto.parquet``, ``designs.parquet`` and ``scene.toml``; None writes nothing. Where
         ``[search]`` says to refine, the front of the grid goes to ``pareto-grid.parquet``.
@@ -115,8 +116,8 @@ def sweep(
     Raises
     ------
     BadInput
-        If the space cannot be swept: a range without a step, an objective that the mechanism has not; for another
-        ``keep``.
+        If the space cannot be swept: a range without a step, an objective that the mechanism has not, more than
+        10,000 combinations of numbers that are no sizes; for another ``keep``.
     OSError
         If a file cannot be written.
 

@@ -28,7 +28,8 @@ class Design(Shown, dict[str, Any]):
     quantities
         The names and values of a row of a table.
     searched
-        The scene that was searched: the design has its own sizes, laws and angles, the rest is that of the scene.
+        The scene that was searched: the design has its own sizes, laws and angles, and its own values of
+        other numbers that were searched; the rest is that of the scene.
 
     Examples
     --------
@@ -52,12 +53,12 @@ class Design(Shown, dict[str, Any]):
 
     @cached_property
     def scene(self) -> Scene:
-        """The scene of this one design: that which was searched, with the design's sizes, laws and angles."""
+        """The scene of this one design: that which was searched, with the design's own sizes, laws and so on."""
         return scene_of_row(self.searched, self)
 
 
 def scene_of(table: "str | os.PathLike[str] | pd.DataFrame", row: int) -> Scene:
-    """The scene of one row of a table: the scene that was searched, with the sizes and laws of the row.
+    """The scene of one row of a table: the scene that was searched, with the sizes, laws and numbers of the row.
 
     The table is needed as well as the row, because only the table contains the scene.
 
@@ -112,7 +113,7 @@ def scene_of_row(searched: Scene, row: Mapping[str, Any]) -> Scene:
 
 
 def chosen(scene: Scene, row: Mapping[str, Any]) -> Scene:
-    """The scene with the sizes, laws and angles of a row; what the row does not have stays."""
+    """The scene with the sizes, other numbers, laws and angles of a row; what the row does not have stays."""
     changes: dict[str, Any] = {}
     for key in size_keys(scene):
         field = FIELDS[name := key.partition(".")[2]]
