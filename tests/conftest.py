@@ -9,6 +9,14 @@ settings.register_profile("ci", deadline=None, derandomize=True)
 settings.register_profile("deep", deadline=None, max_examples=1000, print_blob=True)
 settings.load_profile("ci")  # before --hypothesis-profile is read
 
+IN_USE = compile.FEW
+
+
+@pytest.fixture
+def _alone(monkeypatch):
+    """A kernel that no other test asks for is compiled as in use: for more designs."""
+    monkeypatch.setattr(compile, "FEW", IN_USE)
+
 
 @pytest.fixture(scope="session", autouse=True)
 def _compiled_for_many():

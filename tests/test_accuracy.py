@@ -54,10 +54,7 @@ def _few_designs(monkeypatch):
 
 @pytest.mark.parametrize(
     "name",
-    [
-        name if name in ("roller", "swinging face") else pytest.param(name, marks=pytest.mark.long)
-        for name in SCENES
-    ],
+    [name if name == "roller" else pytest.param(name, marks=pytest.mark.long) for name in SCENES],
 )
 def test_enclosures_keep_their_promise_for_every_mechanism(name):
     cam, follower = SCENES[name]

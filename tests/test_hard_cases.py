@@ -269,7 +269,9 @@ def test_lengths_out_of_range_are_refused(k):
         cam(*UP_DOWN, base=40.0 * 2.0**k)
 
 
-@pytest.mark.parametrize("name", ["roller-1000rpm", "oscillating-roller", "flat-reciprocating"])
+@pytest.mark.parametrize(
+    "name", ["roller-1000rpm", pytest.param("oscillating-roller", marks=pytest.mark.long), "flat-reciprocating"]
+)
 def test_compiled_and_uncompiled_agree_bit_for_bit(name, monkeypatch):
     monkeypatch.setattr(compile, "FEW", -1)
     command = [sys.executable, "-m", "camopt", "evaluate", name, "--json"]

@@ -666,12 +666,13 @@ def test_keys_of_another_follower_are_mistakes(contact, dynamics, key):
     [
         ("roller", "contact_stress", "contact_stress_max_MPa", 330.0, None),
         ("offset-roller", "side_thrust", "side_thrust_max_N", 90.0, GUIDED),
-        ("roller", "normal_force", "normal_force_max_N", 640.0, GUIDED),
+        pytest.param("roller", "normal_force", "normal_force_max_N", 640.0, GUIDED, marks=pytest.mark.long),
         pytest.param("flat", "contact_stress", "contact_stress_max_MPa", 180.0, None, marks=pytest.mark.long),
         ("roller", "jamming_margin", "jamming_margin", 0.9, GUIDED),
         pytest.param("groove", "side_thrust", "side_thrust_max_N", 150.0, UNGUIDED, marks=pytest.mark.long),
     ],
 )
+@pytest.mark.usefixtures("_alone")
 def test_the_smallest_cam_under_a_load(contact, limit, quantity, bound, dynamics):
     scene = cam_with(contact, dynamics=dynamics, limits={limit: bound})
     scene["outputs"] = [quantity]
