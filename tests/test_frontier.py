@@ -5,6 +5,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from support.depth import times
 from support.pictures import faults_of
 
 from camopt import BadInput, Scene, certify, evaluate, find_scene, frontier, load, plot_frontier, synthesise
@@ -222,7 +223,7 @@ def test_units_of_terms_are_those_of_the_quantities(scene):
 
 
 def test_three_axes_and_quantities(scene):
-    coarse = scene.replace(**{"synthesis.pieces": 10})
+    coarse = scene.replace(**{"synthesis.pieces": times(10, deep=20)})
     three = frontier(coarse, ("size", "acceleration", "jerk"), points=3, workers=1)
     values = np.array([[row[axis] for axis in three.axes] for row in three.rows])
     worse = (values[:, None] >= values[None]).all(axis=2) & (values[:, None] > values[None]).any(axis=2)
@@ -233,7 +234,7 @@ def test_three_axes_and_quantities(scene):
 
 
 LOADED = {
-    "synthesis.pieces": 6,
+    "synthesis.pieces": times(6, deep=8),
     "synthesis.peak_acceleration": 9,
     "synthesis.peak_jerk": 80,
     "search.roller_radius": [8],
