@@ -96,14 +96,14 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     sound = sound & (np.asarray(case.found.get("jamming_margin", 1.0)) > 0.0)
     every = variants(setup)
     goal, curves = goal_of(setup), [variant for *_, variant in every]
-    top = largest_load(case, curves, goal, sound)
+    patch_wanted = bool(wanted - {STRESS})
+    top = largest_load(case, curves, goal, sound, located=patch_wanted)
     load = np.maximum(top.value, 0.0)
     stress = stress_of(setup, load)
     finite = np.where(np.isfinite(load), stress, 0.0)
     outward = np.where(np.isfinite(load), stress_of(setup, load + top.width) - finite, 0.0)
     columns: dict[str, Any] = {STRESS: Bounded(stress, outward, stress)}
-    if wanted - {STRESS}:
-        top = largest_load(case, curves, goal, sound, located=True)
+    if patch_wanted:
         width, length = np.zeros((2, *stress.shape))
         width[~np.isfinite(load)] = length[~np.isfinite(load)] = np.inf
         for number, (flank, way, (make, _)) in enumerate(every):
