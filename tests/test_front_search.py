@@ -4,7 +4,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from support.cams import CONTACTS, GUIDED, WORN, cam_with
 from support.depth import times
@@ -171,6 +171,7 @@ def test_boxes_give_the_front_of_the_full_sweep(contact, seed, few):
 
 @pytest.mark.parametrize("contact", CONTACTS)
 @given(seed=st.integers(0, 10**6))
+@example(seed=7386)  # a force that is the same for all designs: over an arm whose length does not vary
 @settings(max_examples=times(3, deep=40))
 def test_no_design_of_a_box_costs_less_than_its_bound(contact, seed):
     """Some objectives that boxes bound, of every design of random boxes, as the kernels find them."""

@@ -150,12 +150,14 @@ class Bounds(NamedTuple):
     def _by_arithmetic(self, name: str, sign: float, box: Designs, inside: Designs) -> tuple[Any, FloatArray]:
         """The least cost of an objective that sizes or the motion decide, and its relative change.
 
-        Sums of sizes, and what is the same for all designs, are exact; other arithmetic rounds.
+        What is the same for all designs has the digits of each, and sums of sizes are exact; other arithmetic
+        rounds.
         """
-        value = sign * as_interval(ranged(self.problem, {name}, box)[name]) + np.zeros(len(box))
         sloped = ranged(self.problem, {name}, sloped_boxes(box, inside, self.free, 1)[0])[name]
         if not isinstance(sloped, Sloped):
-            return value.low, np.zeros((len(self.free), len(box)))
+            same = sign * ranged(self.problem, {name}, inside)[name] + np.zeros(len(box))
+            return same, np.zeros((len(self.free), len(box)))
+        value = sign * as_interval(ranged(self.problem, {name}, box)[name]) + np.zeros(len(box))
         change = _relative(sloped.slopes, _widths(box, self.free), value.largest_magnitude)
         return value.low if EFFECTS[QUANTITIES[name].effect].of_sizes else _lowered(value.low), change
 
