@@ -119,9 +119,7 @@ def panel(made, place, angles, sign, first, designs, count, out):
 
 @panel.uncompiled
 def _panel_in_python(made, place, angles, sign, first, designs, count, out):
-    f, table = made[0]
-    moved = motion(table, place, angles[:count])
-    out[0, :count], out[1, :count] = oriented(f, first + designs[:count], moved, sign)
+    out[0, :count], out[1, :count] = many_points(made, place, angles[:count], sign, first + designs[:count])
 
 
 @evaluates(Record(tuple, (NUMBER, NUMBER)), COUNT, NUMBER, NUMBER, COUNT)
@@ -155,13 +153,10 @@ def part(made, place, middle, reach, design):
     return bounds_of(f, np.uint64(design), moved)
 
 
-def many_parts(made: Any, place: int, middles: Any, reaches: Any, designs: Any) -> PartBounds:
-    """As ``part``, uncompiled, of many designs: in arrays of parts less than the panel, or in all of it."""
+def many_parts(made: Any, place: int, middles: FloatArray, reaches: FloatArray, designs: Any) -> PartBounds:
+    """As ``part``, uncompiled, of many designs, each with a part of its own that is less than the panel."""
     f, table = made[0]
-    whole = np.ndim(reaches) == 0 and reaches == 1.0
-    found: PartBounds = bounds_of(
-        f, designs, row_jets(table, place) if whole else part_jets(table, place, middles, reaches)
-    )
+    found: PartBounds = bounds_of(f, designs, part_jets(table, place, middles, reaches))
     return found
 
 

@@ -8,13 +8,11 @@ for: the parts of all designs in the panel, and the halves of each. What is then
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from camopt.numerics.evaluating import PartBounds, many_parts, many_points
 
 LEVELS = 5  # of halves, that asked for included, which are evaluated together
 
-IntArray = NDArray[np.int64]
 WHOLE = (0.0, 1.0)
 Place = tuple[int, float, float]
 """A design and a part of the panel: its middle and half its width, as u."""
@@ -28,7 +26,8 @@ class Foreseen:
         self.bounds: dict[Place, PartBounds] = {}
         self.points: dict[tuple[int, float], tuple[float, float]] = {}
         designs = sorted({design for design, _, _ in places})
-        self._bound([(design, *WHOLE) for design in designs], *WHOLE, np.array(designs))
+        whole = curve.part(curve.made, panel, *WHOLE, np.array(designs))
+        self._keep([(design, *WHOLE) for design in designs], whole)
         self._look(places)
 
     def part(self, made: Any, panel: int, middle: float, reach: float, design: int) -> PartBounds:
@@ -49,12 +48,11 @@ class Foreseen:
             level = [(i, m + side * r / 2, r / 2) for i, m, r in level for side in (-1.0, 1.0)]
             every = every + level
         designs, middles, reaches = map(np.array, zip(*every, strict=True))
-        self._bound(every, middles, reaches, designs)
+        self._keep(every, many_parts(self.curve.made, self.panel, middles, reaches, designs))
         values, slopes = many_points(self.curve.made, self.panel, middles, self.sign, designs)
         for (design, middle, _), *found in zip(every, values, slopes, strict=True):
             self.points[design, middle] = (found[0], found[1])
 
-    def _bound(self, places: list[Place], middles: Any, reaches: Any, designs: IntArray) -> None:
-        found = many_parts(self.curve.made, self.panel, middles, reaches, designs)
-        columns = np.broadcast_arrays(*found, designs)[:-1]
+    def _keep(self, places: list[Place], found: PartBounds) -> None:
+        columns = (np.broadcast_to(column, len(places)) for column in found)
         self.bounds.update(zip(places, map(PartBounds, *columns), strict=True))

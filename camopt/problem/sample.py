@@ -18,8 +18,8 @@ from camopt.mistakes import BadInput, Mistake
 from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem, missing_sizes
 from camopt.problem.settings import freed_angles, problems_of, too_many_settings
-from camopt.problem.space import Block, Choice, Space, space_of
-from camopt.scene.choices import Range
+from camopt.problem.space import Block, Space, space_of
+from camopt.scene.choices import Chosen, Range
 
 NEARBY = 0.01  # of a cam's size: how much smaller the next one is said to be
 
@@ -88,7 +88,7 @@ def _settings(columns: list[FloatArray], count: int) -> tuple[list[tuple[float, 
     return [*map(tuple, settings.tolist())], which.reshape(-1)
 
 
-def placed(choice: Choice, shares: FloatArray) -> FloatArray:
+def placed(choice: Chosen, shares: FloatArray) -> FloatArray:
     """Values of a range, or of a list, at shares of it from 0 to 1."""
     if isinstance(choice, Range):
         return np.asarray(np.clip(choice.start + shares * (choice.stop - choice.start), choice.start, choice.stop))

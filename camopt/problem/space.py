@@ -16,14 +16,13 @@ from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem, missing_sizes
 from camopt.problem.rows import Rows
 from camopt.problem.settings import freed_angles, laws_of, problems_of, too_many_settings
-from camopt.scene.choices import Range
+from camopt.scene.choices import Chosen, Range
 
 MOST_DESIGNS = 2**63 - 1  # what their numbers can count
 MOST_VALUES = 10_000_000  # of one axis; a space may have far more designs, it is never materialised
 
 
 Block = tuple[Problem, int, int]
-Choice = Range | tuple[float, ...]
 
 
 @dataclass(frozen=True)
@@ -119,7 +118,7 @@ def space_of(problem: Problem) -> Space:
     return Space(problem, problems_of(problem, combined), axes)
 
 
-def _ungridded(file: str, key: str, choice: Choice) -> Iterator[Mistake]:
+def _ungridded(file: str, key: str, choice: Chosen) -> Iterator[Mistake]:
     """What keeps a range from being an axis of a grid."""
     if isinstance(choice, Range) and choice.step is None and choice.start != choice.stop:
         allowed = "a step above 0, for a sweep of a grid, or search.samples"
@@ -129,7 +128,7 @@ def _ungridded(file: str, key: str, choice: Choice) -> Iterator[Mistake]:
         yield Mistake(file, f"search.{key}.step", choice.step, allowed)
 
 
-def number_values(choice: Choice) -> list[float]:
+def number_values(choice: Chosen) -> list[float]:
     """The values of a list or range of a number; rounding takes none beyond the end of the range."""
     values = axis_values(choice)
     return [*map(float, np.minimum(values, choice.stop) if isinstance(choice, Range) else values)]
@@ -166,7 +165,7 @@ def choices(problem: Problem, bounds: Bounds) -> str:
     return " and ".join(f"{key} = {value:.6g}" for key, value in listed.items())
 
 
-def axis_values(choice: Choice) -> FloatArray:
+def axis_values(choice: Chosen) -> FloatArray:
     """The values of a list, or of a range with both its ends (the last step may fall short)."""
     if not isinstance(choice, Range):
         return np.array(list(dict.fromkeys(choice)), dtype=float)
@@ -175,7 +174,7 @@ def axis_values(choice: Choice) -> FloatArray:
     return np.asarray(choice.start + choice.step * np.arange(value_count(choice)), dtype=float)
 
 
-def value_count(choice: Choice) -> int:
+def value_count(choice: Chosen) -> int:
     """How many values a list or range has."""
     if not isinstance(choice, Range):
         return len(set(choice))

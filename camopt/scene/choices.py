@@ -34,6 +34,10 @@ class NumberRange(Range):
     step: Positive | None = None
 
 
+Chosen = Range | tuple[float, ...]
+"""What a checked choice is."""
+
+
 def _kind_of_choice(value: Any) -> str:
     return "range/" if isinstance(value, (dict, Range)) else "values/"
 
