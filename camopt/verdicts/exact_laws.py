@@ -1,16 +1,19 @@
 """The motion laws as exact expressions: on each piece a polynomial and sine waves, in balls.
 
-Written apart from ``camopt.motion``, from the accelerations that define the laws (from knots and coefficients, for
-a spline), so that a proof does not rest on the tables it is to check.
+Written apart from ``camopt.motion``, from the accelerations that define the laws (from knots and coefficients for
+a spline, from the conditions at its ends for a polynomial), so that a proof does not rest on the tables it is to
+check.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
+from math import factorial, perm
 
-from flint import arb, fmpq, fmpq_poly
+from flint import arb, fmpq, fmpq_mat, fmpq_poly
 
 from camopt.motion.law import Law
+from camopt.motion.polynomial import PolynomialLaw
 from camopt.motion.spline import SplineLaw
 from camopt.verdicts.ball import precisely
 
@@ -117,7 +120,7 @@ EXACT: dict[str, Callable[[], tuple[Piece, ...]]] = {
 
 def _spline(law: SplineLaw) -> tuple[Piece, ...]:
     """The polynomial of each span between knots, in rational numbers: its knots and coefficients are exact."""
-    knots, coefficients = ([fmpq(*v.as_integer_ratio()) for v in row] for row in (law.knots, law.coefficients))
+    knots, coefficients = map(_rational, (law.knots, law.coefficients))
     found = []
     for k in range(law.degree, len(coefficients)):
         if knots[k] < knots[k + 1]:
@@ -137,8 +140,28 @@ def _de_boor(degree: int, knots: list[fmpq], coefficients: list[fmpq], k: int) -
     return found[degree]
 
 
+def _by_conditions(law: PolynomialLaw) -> tuple[Piece, ...]:
+    """The polynomial with given derivatives at both ends: those at 0 are its first powers."""
+    start, end = map(_rational, (law.start, law.end))
+    first = [value / factorial(k) for k, value in enumerate(start)]
+    rest = range(len(first), law.degree + 1)
+    missing = [
+        value - sum((perm(power, order) * c for power, c in enumerate(first)), fmpq(0))
+        for order, value in enumerate(end)
+    ]
+    matrix = fmpq_mat([[fmpq(perm(power, order)) for power in rest] for order in range(len(end))])
+    solved = matrix.solve(fmpq_mat([[value] for value in missing])) if missing else fmpq_mat(0, 1)
+    return (Piece(arb(0), arb(1), tuple(map(arb, [*first, *solved.entries()]))),)
+
+
+def _rational(values: tuple[float, ...]) -> list[fmpq]:
+    return [fmpq(*value.as_integer_ratio()) for value in values]
+
+
 @cache
 @precisely()
 def pieces_of(law: Law) -> tuple[Piece, ...]:
     """The pieces of a law."""
-    return _spline(law) if isinstance(law, SplineLaw) else EXACT[law.NAME]()
+    if isinstance(law, SplineLaw):
+        return _spline(law)
+    return _by_conditions(law) if isinstance(law, PolynomialLaw) else EXACT[law.NAME]()

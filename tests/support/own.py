@@ -1,7 +1,7 @@
 """Laws as a scene brings them, for the tests that try every law; and what they are to 50 digits.
 
-``law_at`` sums the basis functions of Cox and de Boor, derivatives by their recursion: neither the package's steps
-between coefficients nor its polynomials of a span.
+A spline is the sum of the basis functions of Cox and de Boor, derivatives by their recursion: neither the package's
+steps between coefficients nor its polynomials of a span. A polynomial is solved for, all its powers at once.
 """
 
 from functools import cache
@@ -9,6 +9,7 @@ from functools import cache
 import mpmath
 
 from camopt.motion import LAWS
+from camopt.motion.polynomial import PolynomialLaw
 from camopt.scene.own_laws import spline_of
 
 X = [0.0, 0.06, 0.15, 0.2, 0.31, 0.4, 0.52, 0.6, 0.73, 0.8, 0.88, 0.95, 1.0]
@@ -25,7 +26,25 @@ EVERY = {**LAWS, **OWN}
 
 
 def law_at(law, x):
-    """(s, v, a, j) of a spline at x (mpmath), between its knots."""
+    """(s, v, a, j) of a law at x (mpmath), between its breaks."""
+    return _polynomial_at(law, x) if isinstance(law, PolynomialLaw) else _spline_at(law, x)
+
+
+def _polynomial_at(law, x):
+    """From its powers, which the conditions at both ends give by a system of equations."""
+    powers = range(len(law.start) + len(law.end))
+
+    def row(order, at):
+        return [mpmath.ff(k, order) * (mpmath.mpf(at) ** (k - order) if k >= order else 0) for k in powers]
+
+    conditions = [(order, at, v) for at, end in enumerate((law.start, law.end)) for order, v in enumerate(end)]
+    matrix = mpmath.matrix([row(order, at) for order, at, _ in conditions])
+    with mpmath.workdps(mpmath.mp.dps + 20):
+        found = mpmath.lu_solve(matrix, mpmath.matrix([value for _, _, value in conditions]))
+    return tuple(mpmath.fdot(row(order, x), found) for order in range(4))
+
+
+def _spline_at(law, x):
     knots = tuple(map(mpmath.mpf, law.knots))
     span = max(k for k in range(law.degree, len(law.coefficients)) if knots[k] <= x)
 
