@@ -17,12 +17,23 @@ PACKAGE = Path(camopt.__file__).parent
 ROOMS = (
     *("mistakes", "version", "files", "quantities", "shown"),
     *("kernels", "numerics", "motion", "mechanisms", "effects", "scene", "problem", "verdicts", "tables"),
-    *("smallest", "front", "synthesis", "drawing", "points", "studies", "cli"),
+    *("smallest", "front", "synthesis", "measured", "drawing", "points", "studies", "cli"),
 )
 """Folders and modules of the package in the order of the data: each imports from itself and those before it."""
 DOORS = {"__init__", "__main__"}
 """They open the package, and import from anywhere."""
-HEAVY = {"matplotlib", "pandas", "scipy", "numpy.polynomial", "shapely", "pyarrow", "moocore", "joblib", "rich"}
+HEAVY = {
+    "python_calamine",
+    "matplotlib",
+    "pandas",
+    "scipy",
+    "numpy.polynomial",
+    "shapely",
+    "pyarrow",
+    "moocore",
+    "joblib",
+    "rich",
+}
 """Packages that take long to import: functions that need them may import them."""
 LATE = {
     ("kernels.compile", "kernels.dispatchers"): "it imports numba",

@@ -1,0 +1,50 @@
+"""Tables of numbers in workbooks of Excel and LibreOffice, read by python-calamine if that is installed."""
+
+from io import BytesIO
+from typing import Any
+
+from camopt.measured.delimited import DIALECTS
+from camopt.measured.number_table import Cell, Row
+
+WORKBOOKS = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
+"""How workbooks begin: .xlsx and .ods, and .xls."""
+SPOKEN = [dialect for dialect in DIALECTS if dialect.delimiter == r"\t"]
+
+
+def workbook_rows(data: bytes) -> list[Row]:
+    """The rows of the first sheet that has numbers; a ValueError says why there are none."""
+    try:
+        from python_calamine import CalamineError, CalamineWorkbook
+    except ImportError:
+        raise ValueError(
+            'is a workbook; pip install "camopt[excel]" lets camopt read it, or save it as CSV'
+        ) from None
+    try:
+        book = CalamineWorkbook.from_filelike(BytesIO(data))
+        sheets = [book.get_sheet_by_name(name).to_python(skip_empty_area=False) for name in book.sheet_names]
+    except CalamineError as trouble:
+        raise ValueError(f"is no workbook that can be read: {trouble}") from None
+    tables = [_rows(sheet) for sheet in sheets]
+    return next((rows for rows in tables if any(row.numeric for row in rows)), [])
+
+
+def _rows(sheet: list[list[Any]]) -> list[Row]:
+    found = []
+    for number, values in enumerate(sheet, start=1):
+        cells = [_cell(value) for value in values]
+        while cells and cells[-1] == "":
+            cells.pop()
+        while cells and cells[0] == "":  # tables need not start in the first column
+            cells.pop(0)
+        if cells and not str(cells[0]).startswith("#"):
+            found.append(Row(number, cells))
+    return found
+
+
+def _cell(value: Any) -> Cell:
+    """A cell's number, also if it was stored as text; of anything else (dates, errors) its text."""
+    if isinstance(value, (int, float)) and not isinstance(value, bool):
+        return float(value)
+    text = str(value).strip()
+    found = (cell for dialect in SPOKEN for cell in dialect.cells(text) if isinstance(cell, float))
+    return next(found, text)

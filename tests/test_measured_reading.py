@@ -1,0 +1,201 @@
+"""Points of measured cams as people save them: the same numbers whatever the file, one line for each bad one."""
+
+import sys
+from io import BytesIO
+
+import numpy as np
+import openpyxl
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from camopt import BadInput
+from camopt.measured.reading import Columns, read_points
+from camopt.motion import LAWS
+
+ANGLES = np.arange(0.0, 360.0, 5.0)
+
+
+def lobe(angles, lift=8.0):
+    """A rise and a return of 60 deg each about 120 deg."""
+    law = LAWS["cycloidal"]
+    return lift * law.displacement(np.clip(1.0 - np.abs(np.mod(angles, 360.0) - 120.0) / 60.0, 0.0, 1.0))
+
+
+LIFTS = np.round(lobe(ANGLES), 4)
+ROWS = [f"{a:g},{y:.4f}" for a, y in zip(ANGLES, LIFTS, strict=True)]
+
+
+def points_of(content, tmp_path, name="cam.csv", **columns):
+    path = tmp_path / name
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    return read_points(path, Columns(**columns))
+
+
+def agree(points, tolerance=0.0):
+    np.testing.assert_allclose(points.angles, ANGLES, rtol=0, atol=tolerance)
+    np.testing.assert_allclose(points.lifts, LIFTS, rtol=0, atol=tolerance)
+
+
+@st.composite
+def files(draw):
+    """The same points as bytes of a file, and what has to be said to read them."""
+    decimal = draw(st.sampled_from(".,"))
+    delimiter = draw(
+        st.sampled_from([d for d in (",", ";", "\t", " ", "   ", " ; ", "|", ", ") if d[0] != decimal])
+    )
+    digits = draw(st.sampled_from([4, 6, 9]))
+    order = draw(st.sampled_from([range(72), range(71, -1, -1), [*range(30, 72), *range(30)]]))
+    wrap = draw(st.sampled_from([360.0, 180.0, 0.0]))
+    rows = []
+    for k in order:
+        angle = ANGLES[k] - (360.0 if ANGLES[k] >= wrap else 0.0)
+        cells = f"{angle:.{draw(st.sampled_from([0, 1, 3]))}f}", f"{LIFTS[k]:.{digits}f}"
+        rows.append(delimiter.join(cells).replace(".", decimal))
+        if draw(st.integers(0, 20)) == 0:
+            rows.append(draw(st.sampled_from(["", "# half way", "   ", "% comment", "// 1.5 2.5"])))
+    heading = draw(st.sampled_from([[], ["Angle", "Lift"], ["Winkel [°]", "Hub [mm]"], ["angle_deg", "lift_mm"]]))
+    top = draw(st.sampled_from([[], ["Cam 17, measured on Monday"], ["# probe 5"], [""]]))
+    rows = [*top, *([delimiter.join(heading)] if heading else []), *rows]
+    text = draw(st.sampled_from(["\n", "\r\n", "\r"])).join(rows) + draw(st.sampled_from(["", "\n", "\n\n"]))
+    return text.encode(draw(st.sampled_from(["utf-8", "utf-8-sig", "utf-16", "latin-1"])))
+
+
+@given(data=files())
+def test_the_same_points_whatever_the_file(data, tmp_path_factory):
+    points = points_of(data, tmp_path_factory.getbasetemp(), "any.txt")
+    agree(points)
+    assert points.step == 1e-4
+
+
+@given(decimal=st.sampled_from(".,"), closed=st.booleans(), digits=st.sampled_from([3, 4, 7]))
+def test_a_lift_for_each_degree(decimal, closed, digits, tmp_path_factory):
+    angles = np.arange(360.0 + closed)
+    text = "\n".join(f"{y:.{digits}f}" for y in lobe(angles)).replace(".", decimal)
+    points = points_of(text, tmp_path_factory.getbasetemp(), "lifts.txt")
+    assert points.angles.tolist() == sorted(np.mod(angles, 360.0))
+    np.testing.assert_allclose(points.lifts, lobe(points.angles), atol=0.5001 * 10.0**-digits)
+
+
+@pytest.mark.parametrize(
+    ("change", "columns"),
+    [
+        (lambda a, y: (np.radians(a), y), {"angle_unit": "rad"}),
+        (lambda a, y: (2 * a, y), {"turn": 720.0}),
+        (lambda a, y: (a, y / 25.4), {"lift_unit": "inch"}),
+        (lambda a, y: (y, a), {"chosen": ["2", 1]}),
+    ],
+)
+def test_units_and_columns(tmp_path, change, columns):
+    rows = zip(*change(ANGLES, LIFTS), strict=True)
+    agree(points_of("\n".join(f"{a};{y}" for a, y in rows), tmp_path, **columns), 1e-12)
+
+
+def test_columns_by_their_names(tmp_path):
+    rows = "\n".join(f"{k};{y};7;{a}" for k, (a, y) in enumerate(zip(ANGLES, LIFTS, strict=True)))
+    agree(points_of("no;Hub (mm);temperature;Winkel (°)\n" + rows, tmp_path))
+    agree(points_of("no;one;two;three\n" + rows, tmp_path, chosen=["three", "one"]))
+
+
+def test_an_array_is_points_too():
+    agree(read_points(np.column_stack([ANGLES, LIFTS]), Columns()))
+    agree(read_points(LIFTS, Columns()))
+
+
+def workbook(rows):
+    book, data = openpyxl.Workbook(), BytesIO()
+    book.create_sheet("notes", 0).append(["measured", "on Monday"])
+    for row in rows:
+        book["Sheet"].append(row)
+    book.save(data)
+    return data.getvalue()
+
+
+def test_a_workbook(tmp_path):
+    rows = list(zip(ANGLES, LIFTS, strict=True))
+    points = points_of(workbook([("Angle", "Lift"), (), *rows]), tmp_path, "cam.xlsx")
+    agree(points)
+    assert points.rows[0] == 3
+    agree(points_of(workbook([(None, a, f"{y}".replace(".", ",")) for a, y in rows]), tmp_path, "cam.xlsx"))
+
+
+def test_a_workbook_without_its_reader(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "python_calamine", None)
+    with pytest.raises(BadInput, match=r'is a workbook; pip install "camopt\[excel\]"'):
+        points_of(workbook([(1, 2)]), tmp_path, "cam.xlsx")
+
+
+def with_row(place, text):
+    rows = ROWS.copy()
+    rows[place] = text
+    return "\n".join(rows)
+
+
+BAD = {
+    "empty": ("", "rows: has no row of numbers"),
+    "words alone": ("Angle;Lift\nsee below", "rows: has no row of numbers"),
+    "few points": ("\n".join(ROWS[:5]), "rows = 5: must be at least 12 points"),
+    "a word": (with_row(9, "45,high"), "row 10 = 'high': is no number such as 12.5"),
+    "a unit": (with_row(9, "45,1.5 mm"), "row 10 = '1.5 mm': is no number"),
+    "not a number": (with_row(9, "45,nan"), "row 10 = 'nan': is no number"),
+    "infinite": (with_row(9, "45,inf"), "row 10 = 'inf': is no number"),
+    "no lift": (with_row(9, "45"), "row 10: has 1 numbers, and most rows have 2"),
+    "no angle": (with_row(9, ",1.5"), "row 10: has an empty cell"),
+    "three numbers": (with_row(9, "45,1.5,2.5"), "row 10: has 3 numbers, and most rows have 2"),
+    "last words": ("\n".join([*ROWS, "end of data"]), "row 73 = 'end of data': is no number"),
+    "two decimal signs": (with_row(9, "45;1.5").replace(",", ";").replace("1.5", "1,5"), "row 10 = '1,5': is no number"),
+    "two delimiters": (with_row(0, "0;0"), "row 1: is not read as 2 numbers like most rows, and no heading"),
+    "thousands": ("\n".join(f"{a:g};1.234,{k:02}" for k, a in enumerate(ANGLES)), "rows: has no row of numbers"),
+    "three columns": ("\n".join(f"{r},1" for r in ROWS), "columns = '1, 2, 3': which are angle and lift?"),
+    "two turns": ("\n".join(f"{2 * a:g},{y}" for a, y in zip(ANGLES, LIFTS, strict=True)), "row 72 = 710.0: the angles go from 0 (row 1) to 710, more than a turn; say turn = 720"),
+    "far away": (with_row(9, "45,1e9"), "row 10 = 1000000000.0: the lift must be within"),
+    "far round": (with_row(9, "4e7,1"), "row 10 = 40000000.0: the angle must be within"),
+    "one angle": ("\n".join(f"5,{y}" for y in LIFTS), "row 1 = 5.0: all rows have this angle"),
+    "no motion": ("\n".join(f"{a:g},2" for a in ANGLES), "row 1 = 2.0: all rows have this lift: nothing moves"),
+    "inches": ("Angle (deg),Lift (inch)\n" + "\n".join(ROWS), "column 'Lift (inch)': is in inch, and mm is taken; say lift_unit = inch"),
+    "microns": ("Angle,Lift µm\n" + "\n".join(ROWS), "column 'Lift µm': is in µm, and mm is taken; only mm, inch, deg can be read"),
+    "radians": ("Angle [rad],Lift\n" + "\n".join(ROWS), "column 'Angle [rad]': is in rad, and deg is taken; say angle_unit = rad"),
+    "no text": (b"\x00\x01\x02" * 100, "file: is no text, and no workbook"),
+    "a broken workbook": (b"PK\x03\x04 and no more", "file: is no workbook that can be read"),
+    "a workbook of words": (workbook([("a", "b")]), "rows: has no row of numbers"),
+    "a date": (workbook([(a, "2026-05-01" if a == 45 else y) for a, y in zip(ANGLES, LIFTS, strict=True)]), "row 10 = '2026-05-01': is no number"),
+    "too long": ("\n".join("1" for _ in range(20_001)), "rows = 20001: the most are 20000"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_a_bad_file_gets_one_line_with_its_row(name, tmp_path):
+    content, line = BAD[name]
+    with pytest.raises(BadInput) as error:
+        points_of(content, tmp_path)
+    (told,) = str(error.value).splitlines()
+    assert told.startswith(f"{tmp_path / 'cam.csv'}: {line}")
+    assert told.isprintable()
+
+
+def test_a_format_nobody_describes_is_named(tmp_path):
+    with pytest.raises(BadInput, match=r"no description of \.s96 is public; save the lifts as CSV"):
+        points_of("\n".join(ROWS), tmp_path, "lobe.s96")
+
+
+@pytest.mark.parametrize(
+    ("columns", "line"),
+    [
+        ({"angle_unit": "gon"}, "angle_unit = 'gon': must be one of deg, rad"),
+        ({"lift_unit": "mil"}, "lift_unit = 'mil': must be one of mm, inch, deg"),
+        ({"turn": 0.0}, "turn = 0.0: must be the angle of a whole turn, above 0"),
+        ({"turn": float("nan")}, "turn = nan: must be the angle of a whole turn, above 0"),
+        ({"chosen": [1, 2, 3]}, r"columns = \[1, 2, 3\]: must be those of angle and lift"),
+        ({"chosen": ["1", "lift"]}, "columns = 'lift': must be a number from 1 to 2"),
+        ({"chosen": [1, 3]}, "columns = 3: must be a number from 1 to 2"),
+    ],
+)
+def test_a_bad_choice_is_named(tmp_path, columns, line):
+    with pytest.raises(BadInput, match=line):
+        points_of("\n".join(ROWS), tmp_path, **columns)
+
+
+@pytest.mark.parametrize("points", ["abc", [["a", 1]], [[[1.0]]], [], None, object()])
+def test_what_is_no_points_is_refused(points):
+    with pytest.raises((BadInput, OSError)):
+        read_points(points, Columns())
