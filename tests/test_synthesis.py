@@ -24,7 +24,8 @@ from camopt.cli.main import main
 from camopt.drawing.synthesis import plot_synthesis
 from camopt.front.sweep import sweep
 from camopt.motion import LAWS
-from camopt.motion.programme import Programme, Stroke, law_peaks, root_mean_square, span
+from camopt.motion.programme import Programme, law_peaks, root_mean_square, span
+from camopt.motion.stroke import Stroke
 from camopt.motion.table import RISE, TURN
 from camopt.numerics import LARGEST_MAGNITUDE
 from camopt.problem.problem import resolve

@@ -3,18 +3,32 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from math import inf, pi, radians
-from typing import Any, NamedTuple
+from math import inf, pi
+from typing import Any
 
 import numpy as np
 from numpy.polynomial import polynomial
 from numpy.typing import NDArray
 
 from camopt.motion import LAWS
+from camopt.motion.joints import joined
 from camopt.motion.law import Law
 from camopt.motion.load import ExternalLoad
+from camopt.motion.segments import Segment, strokes_of
 from camopt.motion.spline import SplineLaw
-from camopt.motion.table import DWELL, INWARD, OUTWARD, RESTING, RETURN, RISE, cut, stroke_coefficients, turnings
+from camopt.motion.stroke import Stroke
+from camopt.motion.table import (
+    DWELL,
+    INWARD,
+    OUTWARD,
+    RESTING,
+    RETURN,
+    RISE,
+    TURN,
+    cut,
+    stroke_coefficients,
+    turnings,
+)
 from camopt.numerics import FloatArray
 from camopt.numerics.loading import tabulated_load
 from camopt.numerics.piecewise import (
@@ -28,35 +42,8 @@ from camopt.numerics.piecewise import (
 )
 
 PANELS = 24
-KINDS = {"rise": RISE, "return": RETURN, "dwell": DWELL}
 SAME = 1e-9  # jumps below this share of the largest value in the turn are rounding
 BESIDE = 1e-12  # rad, to either side of a jump
-
-
-class Given(NamedTuple):
-    """A segment's numbers as they were given, which a proof takes as exact."""
-
-    angle: float  # deg
-    change: float  # of the displacement, mm, or deg if angular
-    angular: bool
-
-
-@dataclass(frozen=True)
-class Stroke:
-    """One segment of a turn: cam angle in rad, displacements at its ends in mm (rad when oscillating)."""
-
-    kind: int
-    law: Law | None
-    start: float
-    angle: float
-    low: float  # displacement at its start
-    high: float  # and at its end
-    given: Given | None = None
-    """What its angle and displacements are made from; None where they are exact themselves."""
-
-    @property
-    def end(self) -> float:
-        return self.start + self.angle
 
 
 @dataclass(frozen=True)
@@ -72,40 +59,48 @@ class Jump:
 
 @dataclass(frozen=True)
 class Programme:
-    """The motion of one turn. Hashable; its tables are made once and shared."""
+    """The motion of one turn. Hashable; its tables are made once and shared.
+
+    Displacements are counted from the lowest of the turn, which is on the base circle.
+    """
 
     strokes: tuple[Stroke, ...]
     load: ExternalLoad | None = None
     """What the external load is over the turn, unless it is constant."""
+    start: float = 0.0
+    """The displacement at the start of the turn, as a proof takes it: mm, or deg where displacements are angular."""
 
     @classmethod
     def from_segments(
         cls,
-        segments: Sequence[tuple[str, float, float, str | None]],
+        segments: Sequence[Segment | tuple[str, float, float, str | None]],
         *,
         angular: bool,
         laws: Mapping[str, Law] = LAWS,
         load: ExternalLoad | None = None,
     ) -> "Programme":
-        """From (segment, angle in deg, lift in mm, or in deg if ``angular``, name of a law); dwells of no length
-        drop out."""
-        strokes, start, y = [], 0.0, 0.0
-        for segment, angle, lift, law in segments:
-            if angle == 0.0:
-                continue
-            kind = KINDS[segment]
-            given = Given(angle, {RISE: lift, RETURN: -lift, DWELL: 0.0}[kind], angular)
-            change = given.change * (pi / 180 if angular else 1.0)
-            end = 0.0 if abs(y + change) <= SAME * abs(change) else y + change
-            chosen = None if law is None else laws[law]
-            strokes.append(Stroke(kind, chosen, start, radians(angle), y, end, given))
-            start, y = start + radians(angle), end
-        return cls(tuple(strokes), load)
+        """From segments as they are given; those of no length drop out. Displacements are in deg if ``angular``."""
+        start, strokes = strokes_of([Segment(*each) for each in segments], angular=angular, laws=laws)
+        return cls(joined(strokes), load, start).on_base_circle()
 
     def with_laws(self, rise: Law | None, fall: Law | None) -> "Programme":
         """The same turn with other laws on its rises and returns (None keeps them)."""
-        chosen = {RISE: rise, RETURN: fall, DWELL: None}
-        return replace(self, strokes=tuple(replace(s, law=chosen[s.kind] or s.law) for s in self.strokes))
+        chosen = {RISE: rise, RETURN: fall}
+        strokes = [replace(s, law=chosen.get(s.kind) or s.law) for s in self.strokes]
+        return replace(self, strokes=joined(strokes)).on_base_circle()
+
+    def on_base_circle(self) -> "Programme":
+        """The same turn with its displacements counted from the lowest of it, if that is inside a stroke."""
+        if self.monotone:
+            return self
+        least, most = span(self, (1.0,), TURN)
+        if abs(least) <= SAME * (most - least):
+            return self
+        unit = next((s.given.unit for s in self.strokes if s.given), 1.0)
+        start = self.start - least / unit
+        up = start * unit - self.strokes[0].low
+        moved = tuple(replace(s, low=s.low + up, high=s.high + up) for s in self.strokes)
+        return replace(self, strokes=moved, start=start)
 
     def law_names(self, kind: int) -> str:
         """The laws of the strokes of a kind, in order, joined by '+' where they differ."""
@@ -117,8 +112,18 @@ class Programme:
         return any(isinstance(s.law, SplineLaw) and s.law.sampled for s in self.strokes)
 
     @property
+    def monotone(self) -> bool:
+        """Whether the follower turns back nowhere but between strokes."""
+        return not any(s.law and (s.is_move or turnings(s.law, PANELS)) for s in self.strokes)
+
+    @cached_property
     def lift(self) -> float:
-        return max(s.high for s in self.strokes)
+        """The highest of the turn above the lowest, mm (rad)."""
+        return max(s.high for s in self.strokes) if self.monotone else span(self, (1.0,), TURN)[1]
+
+    def has(self, kinds: int) -> bool:
+        """Whether any piece of the turn is of some kinds, or goes some ways."""
+        return bool(np.any(self.table.kind & kinds))
 
     @property
     def table(self) -> MotionTable:
@@ -149,7 +154,7 @@ class Programme:
         index = np.searchsorted(edges, angles, side="right") - 1
         for k, stroke in enumerate(self.strokes):
             here = index == k
-            out[:, here] = _stroke_motion(stroke, angles[here])
+            out[:, here] = stroke.motion(angles[here])
         return out
 
     def state(self, angles: FloatArray) -> tuple[Any, ...]:
@@ -178,17 +183,6 @@ class Programme:
         return corners if stroke.law is None else (*turnings(stroke.law, PANELS), *corners)
 
 
-def _stroke_motion(stroke: Stroke, angles: FloatArray) -> FloatArray:
-    if stroke.law is None:
-        return np.stack([np.full_like(angles, stroke.low), *np.zeros((3, angles.size))])
-    law, b, h = stroke.law, stroke.angle, stroke.high - stroke.low
-    x = np.clip((angles - stroke.start) / b, 0.0, 1.0)
-    verbs = (law.displacement, law.velocity, law.acceleration, law.jerk)
-    rows = np.stack([h * verb(x) / b**order for order, verb in enumerate(verbs)])
-    rows[0] += stroke.low
-    return rows
-
-
 @lru_cache(maxsize=512)
 def _table(programme: Programme) -> MotionTable:
     rows, centres, halves, pieces, kinds = [], [], [], [0], []
@@ -200,7 +194,7 @@ def _table(programme: Programme) -> MotionTable:
             coefficients = np.zeros((len(counts), DEGREE + 1))
         else:
             coefficients, ends, counts = stroke_coefficients(stroke.law, PANELS, programme.cuts(stroke))
-        row = coefficients * (stroke.high - stroke.low)
+        row = coefficients * stroke.size
         ways = _ways(row, counts)
         row[:, 0] += stroke.low
         rows.append(row)
@@ -209,7 +203,7 @@ def _table(programme: Programme) -> MotionTable:
         numbers.append(np.full(len(row), len(numbers), dtype=np.int64))
         for count, way in zip(counts, ways, strict=True):
             pieces.append(pieces[-1] + count)
-            kinds.append(stroke.kind | way)
+            kinds.append(_kind(stroke, way) | way)
     coefficients, centre, half_width = np.concatenate(rows), np.concatenate(centres), np.concatenate(halves)
     first_panel, load = np.array(pieces), programme.load
     group = groups_of(first_panel)
@@ -238,6 +232,11 @@ def _ways(coefficients: FloatArray, counts: Sequence[int]) -> list[int]:
     first = last - np.array(counts) + 1
     left, right = polynomial.polyval(np.array([-1.0, 1.0]), coefficients.T).T
     return [int({1: OUTWARD, -1: INWARD}.get(way, RESTING)) for way in np.sign(right[last] - left[first])]
+
+
+def _kind(stroke: Stroke, way: int) -> int:
+    """The kind of a piece of a stroke: that of the stroke, or, of a move, that of the way in which it goes."""
+    return {OUTWARD: RISE, INWARD: RETURN, RESTING: DWELL}[way] if stroke.is_move else stroke.kind
 
 
 def _jumps(programme: Programme) -> list[Jump]:

@@ -13,7 +13,8 @@ import numpy as np
 
 from camopt.effects import Case
 from camopt.mechanisms import SIZES, Designs
-from camopt.motion.programme import Programme, Stroke
+from camopt.motion.programme import Programme
+from camopt.motion.stroke import Stroke
 from camopt.numerics import LARGEST, LEAST, FloatArray
 from camopt.numerics.curves import curve
 from camopt.numerics.interval import Interval

@@ -18,7 +18,8 @@ import numpy as np
 
 from camopt.mechanisms import SIZES, Designs
 from camopt.mechanisms.design import Bounds
-from camopt.motion.programme import Programme, Stroke, span
+from camopt.motion.programme import Programme, span
+from camopt.motion.stroke import Stroke
 from camopt.motion.table import DWELL, TURN
 from camopt.numerics import FloatArray
 from camopt.numerics.clock import now

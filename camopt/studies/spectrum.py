@@ -20,7 +20,8 @@ from camopt.effects.vibration import acceleration, corners
 from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.motion import LAWS
 from camopt.motion.law import Law
-from camopt.motion.programme import Programme, Stroke
+from camopt.motion.programme import Programme
+from camopt.motion.stroke import Stroke
 from camopt.motion.table import DWELL, RISE
 from camopt.numerics import FloatArray
 from camopt.numerics.oscillator import Wave, damped, from_rest

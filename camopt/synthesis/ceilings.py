@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from camopt.mechanisms import Designs
-from camopt.motion.programme import Stroke
+from camopt.motion.stroke import Stroke
 from camopt.motion.table import DWELL, INWARD, OUTWARD, RESTING, RETURN, RISE
 from camopt.numerics import LARGEST_MAGNITUDE, LEAST, FloatArray
 from camopt.numerics.curves import curve

@@ -16,7 +16,7 @@ from typing import Any, Protocol
 import cvxpy as cp
 
 from camopt.mistakes import Unsolved
-from camopt.motion.programme import Stroke
+from camopt.motion.stroke import Stroke
 from camopt.motion.table import DWELL
 from camopt.synthesis import residual
 from camopt.synthesis.demand import ORDERS, Demand

@@ -10,7 +10,7 @@ from math import degrees, inf
 
 from camopt.effects.motion import scale
 from camopt.mechanisms import oscillating, translating
-from camopt.motion.programme import Stroke
+from camopt.motion.stroke import Stroke
 from camopt.motion.table import DWELL, TURN
 from camopt.problem.problem import Problem
 from camopt.synthesis import residual

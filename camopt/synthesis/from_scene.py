@@ -8,7 +8,8 @@ from camopt.effects.motion import scale
 from camopt.mechanisms import translating, translating_flat
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion import LAWS
-from camopt.motion.programme import Stroke, law_peaks
+from camopt.motion.programme import law_peaks
+from camopt.motion.stroke import Stroke
 from camopt.motion.table import DWELL
 from camopt.problem.problem import Problem, resolve
 from camopt.problem.settings import freed_angles, freed_numbers

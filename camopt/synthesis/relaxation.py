@@ -23,7 +23,7 @@ from typing import Any
 import cvxpy as cp
 import numpy as np
 
-from camopt.motion.programme import Stroke
+from camopt.motion.stroke import Stroke
 from camopt.synthesis.convex import Ranges, Sizes
 from camopt.synthesis.demand import ORDERS, Demand, LinearConstraint
 from camopt.synthesis.spline_motion import points_inside

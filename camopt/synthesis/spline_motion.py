@@ -5,7 +5,7 @@ from typing import Any
 import cvxpy as cp
 import numpy as np
 
-from camopt.motion.programme import Stroke
+from camopt.motion.stroke import Stroke
 from camopt.numerics import FloatArray
 from camopt.synthesis.convex import Ranges, Sizes
 from camopt.synthesis.demand import Demand

@@ -7,8 +7,9 @@ from typing import Any
 
 from camopt.motion import LAWS
 from camopt.motion.law import Law
-from camopt.motion.programme import Programme, Stroke, law_peaks, span
+from camopt.motion.programme import Programme, law_peaks, span
 from camopt.motion.spline import SplineLaw
+from camopt.motion.stroke import Stroke
 from camopt.motion.table import RISE
 from camopt.problem.problem import resolve
 from camopt.scene.scene import Scene

@@ -1,0 +1,79 @@
+"""The segments of a turn as they are given, and the strokes that they become."""
+
+from collections.abc import Mapping, Sequence
+from math import radians
+from typing import NamedTuple
+
+from camopt.motion.law import Law
+from camopt.motion.polynomial import PolynomialLaw
+from camopt.motion.stroke import Given, Stroke
+from camopt.motion.table import DWELL, RETURN, RISE, TURN
+
+MOVE, CONSTANT_VELOCITY = "move", "constant-velocity"
+KINDS = {"rise": RISE, "return": RETURN, "dwell": DWELL, MOVE: TURN, CONSTANT_VELOCITY: TURN}
+SIGNS = {"rise": 1.0, "return": -1.0, "dwell": 0.0, MOVE: 1.0, CONSTANT_VELOCITY: 1.0}
+"""Of the lift of a segment: which way it goes."""
+SAME = 1e-9  # displacements nearer than this share of a stroke are the same but for rounding
+
+
+class Segment(NamedTuple):
+    """A segment of the turn as it is given: cam angle in deg, displacements in mm, or in deg where they are angular."""
+
+    segment: str
+    angle: float
+    lift: float = 0.0
+    law: str | None = None
+    to: float | None = None
+    """The position at its end, in place of the lift."""
+    wanted: tuple[float | None, ...] = ()
+    """Of a move: y', y'' … at its end by the cam angle in rad; None where not given."""
+
+    @property
+    def change(self) -> float:
+        """Of the displacement, where no position is given."""
+        return SIGNS[self.segment] * self.lift
+
+
+def start_of(segments: Sequence[Segment]) -> float:
+    """The position at which a turn starts: the last that is given, and the lifts after it; 0 if none is given."""
+    position = 0.0
+    for segment in segments:
+        position = position + segment.change if segment.to is None else segment.to
+    return position if any(segment.to is not None for segment in segments) else 0.0
+
+
+def changes(segments: Sequence[Segment]) -> list[float]:
+    """By how much the displacement changes in each segment."""
+    position, found = start_of(segments), []
+    for segment in segments:
+        found.append(segment.change if segment.to is None else segment.to - position)
+        position = position + segment.change if segment.to is None else segment.to
+    return found
+
+
+def strokes_of(
+    segments: Sequence[Segment], *, angular: bool, laws: Mapping[str, Law]
+) -> tuple[float, list[Stroke]]:
+    """Where the turn starts, as given, and its strokes; moves are without their laws (``joints``)."""
+    start = start_of(segments)
+    strokes: list[Stroke] = []
+    turned, y = 0.0, start * Given(0.0, 0.0, angular).unit
+    for segment, change in zip(segments, changes(segments), strict=True):
+        if segment.angle == 0.0:
+            continue
+        strokes.append(_stroke(segment, Given(segment.angle, change, angular), turned, y, laws))
+        turned, y = strokes[-1].end, strokes[-1].high
+    return start, strokes
+
+
+def _stroke(segment: Segment, given: Given, start: float, low: float, laws: Mapping[str, Law]) -> Stroke:
+    change = given.change * given.unit
+    high = 0.0 if abs(low + change) <= SAME * abs(change) else low + change
+    wanted, law = None, None
+    if segment.segment == MOVE:
+        wanted = segment.wanted
+    elif segment.segment == CONSTANT_VELOCITY:
+        law = PolynomialLaw(CONSTANT_VELOCITY, (0.0,), (given.change,))
+    elif segment.law is not None:
+        law = laws[segment.law]
+    return Stroke(KINDS[segment.segment], law, start, radians(given.angle), low, high, given, wanted)

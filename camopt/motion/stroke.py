@@ -1,0 +1,75 @@
+"""A stroke: what the follower does in one segment of the turn."""
+
+from dataclasses import dataclass
+from math import pi
+from typing import NamedTuple
+
+import numpy as np
+
+from camopt.motion.law import Law
+from camopt.motion.table import TURN
+from camopt.numerics import FloatArray
+
+
+class Given(NamedTuple):
+    """A segment's numbers as they were given, which a proof takes as exact."""
+
+    angle: float  # deg
+    change: float  # of the displacement, mm, or deg if angular
+    angular: bool
+
+    @property
+    def unit(self) -> float:
+        """Of the displacement, in mm (rad)."""
+        return pi / 180 if self.angular else 1.0
+
+
+@dataclass(frozen=True)
+class Stroke:
+    """One segment of a turn: cam angle in rad, displacements at its ends in mm (rad when oscillating).
+
+    A stroke of kind TURN is a move: it rises, dwells and returns as it goes, and its law is no unit stroke, but the
+    displacement itself as it was given (mm or deg) over x from 0 to 1.
+    """
+
+    kind: int
+    law: Law | None
+    start: float
+    angle: float
+    low: float  # displacement at its start
+    high: float  # and at its end
+    given: Given | None = None
+    """What its angle and displacements are made from; None where they are exact themselves."""
+    wanted: tuple[float | None, ...] | None = None
+    """Of a move whose law follows from what is beside it (``joints``): y', y'' … at its end as given, mm (deg) by
+    rad, None where not given."""
+
+    @property
+    def end(self) -> float:
+        return self.start + self.angle
+
+    @property
+    def is_move(self) -> bool:
+        return self.kind == TURN
+
+    @property
+    def is_open(self) -> bool:
+        """Whether its law follows from what is beside it."""
+        return self.wanted is not None
+
+    @property
+    def size(self) -> float:
+        """What its law is multiplied by."""
+        if self.is_move and self.given:
+            return self.given.unit
+        return self.high - self.low
+
+    def motion(self, angles: FloatArray) -> FloatArray:
+        """(y, y', y'', y''') at cam angles of the stroke, one row each."""
+        if self.law is None:
+            return np.stack([np.full_like(angles, self.low), *np.zeros((3, angles.size))])
+        x = np.clip((angles - self.start) / self.angle, 0.0, 1.0)
+        verbs = (self.law.displacement, self.law.velocity, self.law.acceleration, self.law.jerk)
+        rows = np.stack([self.size * verb(x) / self.angle**order for order, verb in enumerate(verbs)])
+        rows[0] += self.low
+        return rows
