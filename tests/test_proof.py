@@ -38,12 +38,11 @@ from camopt.verdicts.certify import (
     certify_limits,
     decide,
     in_balls,
-    motion_at,
-    motion_of,
     statements_of,
     summary,
 )
 from camopt.verdicts.exact_laws import EXACT, pieces_of
+from camopt.verdicts.exact_motion import motion_at, motion_of
 from camopt.verdicts.judging import judged, settled
 
 DATA = json.loads((Path(__file__).parent / "data" / "reference.json").read_text())
@@ -329,7 +328,7 @@ def test_a_part_that_its_ball_decides_is_looked_at_once(monkeypatch):
         for each in [s for claim in limit.claims for s in statements_of(claim, design, motion)]:
             looked.clear()
             assert decide(each, motion) == "held"
-            parts = [part for s in motion.strokes if each.of_stroke(s.kind) for part in s.smooth()]
+            parts = [part for s in motion.strokes if each.on(s) for part in s.smooth()]
             assert 0 < len(looked) == sum(1 if piece is None else FIRST_PARTS for piece, *_ in parts)
 
 

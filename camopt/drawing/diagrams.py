@@ -40,8 +40,8 @@ def _draw_panel(axes: Any, picture: Picture, panel: Panel) -> list[Label]:
         for peak in panel.peaks:
             peak.text = four_digits(peak.value * factor) if peak.text[-1:].isdigit() else peak.text
     angles = [np.degrees(piece) for piece in picture.pieces]
-    for stroke in picture.problem.programme.strokes:
-        axes.axvspan(*np.degrees([stroke.start, stroke.end]), color=SHADES[stroke.kind], lw=0, zorder=0)
+    for kind, start, end in picture.stretches:
+        axes.axvspan(*np.degrees([start, end]), color=SHADES[kind], lw=0, zorder=0)
     dress(axes)
     axes.axhline(0.0, color=FAINT, lw=0.8, zorder=1)
     for angle, value in zip(angles, panel.reference or [], strict=panel.reference is not None):
@@ -108,10 +108,9 @@ def _draw_limits(axes: Any, picture: Picture, panel: Panel, factor: float) -> No
         level = bound * factor
         if kinds == 0 and low < level < high:
             axes.axhline(level, zorder=2, **LIMIT)
-        for stroke in picture.problem.programme.strokes:
-            if stroke.kind & kinds and level < high:
-                ends = np.degrees([stroke.start, stroke.end])
-                axes.hlines([level, -level], *ends, zorder=2, **LIMIT)
+        for kind, start, end in picture.stretches:
+            if kind & kinds and level < high:
+                axes.hlines([level, -level], *np.degrees([start, end]), zorder=2, **LIMIT)
     shown = [f"{bound:.4g}" for _, bound in panel.limits if low < bound * factor < high]
     if shown:
         words = f"red: limit {' and '.join(dict.fromkeys(shown))} {panel.unit}".rstrip()
@@ -156,11 +155,12 @@ def _name_strokes(axes: Any, picture: Picture) -> None:
     """Name, angle and law of each stroke above a diagram, as far as there is room."""
     for stroke in picture.problem.programme.strokes:
         start, angle = np.degrees([stroke.start, stroke.angle])
-        name, size = NAMES[stroke.kind], f"{angle:.4g}°"
-        lines = [f"{name} {size}", stroke.law.NAME if stroke.law else ""]
+        law, size = stroke.law.NAME if stroke.law else "", f"{angle:.4g}°"
+        name, law = (law, "") if stroke.is_move else (NAMES[stroke.kind], law)
+        lines = [f"{name} {size}", law]
         if len(lines[0]) * DEGREES_A_LETTER > angle:
             lines = [name, size]
         lines = [text for text in lines if text and len(text) * DEGREES_A_LETTER <= angle * 1.15]
-        style = {"ha": "center", "va": "top", "fontsize": SMALL, "color": COLOURS[stroke.kind]}
+        style = {"ha": "center", "va": "top", "fontsize": SMALL, "color": COLOURS.get(stroke.kind, INK)}
         place = {"textcoords": "offset points", "xycoords": ("data", "axes fraction")}
         axes.annotate("\n".join(lines), (start + angle / 2, 1.0), (0, 34), **place, **style)

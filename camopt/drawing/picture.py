@@ -46,6 +46,14 @@ class Picture:
         return [int(kind) & TURN for kind in self.problem.programme.table.kind]
 
     @cached_property
+    def stretches(self) -> list[tuple[int, float, float]]:
+        """RISE, RETURN or DWELL, from where to where (rad): pieces of one kind that follow each other are one."""
+        starts = self.problem.programme.starts
+        first = [k for k, kind in enumerate(self.kinds) if k == 0 or kind != self.kinds[k - 1]]
+        ends = [*(float(starts[k]) for k in first[1:]), self.problem.programme.strokes[-1].end]
+        return [(self.kinds[k], float(starts[k]), end) for k, end in zip(first, ends, strict=True)]
+
+    @cached_property
     def motion(self) -> list[FloatArray]:
         """(y, y', y'', y''') of each piece, (4, samples)."""
         return [self.problem.programme.at(angles) for angles in self.pieces]

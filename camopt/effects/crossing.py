@@ -74,10 +74,9 @@ def surely_round(case: Case) -> BoolArray:
     angle β₀ that β would be with y' = 0: P·n = |T|·cos(β − β₀) − R_r. With the largest |β|, |T|·cos(|β| + |β₀|) is
     linear in y (translating) or a sine less a constant (oscillating): least at an end of the lift. And |T| ≥ R_p.
     """
-    designs, strokes = case.designs, case.programme.strokes
-    levels = [y for stroke in strokes for y in (stroke.low, stroke.high)]
+    designs = case.designs
     record = case.setup.mechanism.pressure(designs, case.programme)
-    standing = [np.abs(curve(record, ..., y, 0.0, 0.0, 0.0)[0]) for y in (min(levels), max(levels))]
+    standing = [np.abs(curve(record, ..., y, 0.0, 0.0, 0.0)[0]) for y in case.programme.levels]
     slant = np.radians(case.far("pressure_angle_max_deg")) + np.arctan(np.maximum(*standing))
     share = np.cos(np.minimum(slant, np.pi / 2)) - ROUNDING
     return np.asarray(designs.prime_radius * share > designs.roller_radius)

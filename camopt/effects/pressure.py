@@ -34,7 +34,7 @@ def by_extremes(setup: Setup) -> dict[str, ByExtreme]:
 
 
 def of_pitch(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
-    kinds = {name: bit for name, bit in KINDS.items() if any(s.kind == bit for s in case.programme.strokes)}
+    kinds = {name: bit for name, bit in KINDS.items() if case.programme.has(bit)}
     questions = [(bit, LARGEST_MAGNITUDE) for bit in kinds.values()]
     pitch_point_wanted = bool(wanted & PITCH_POINT)
     found = case.extremes(case.setup.mechanism.pressure, questions, located=pitch_point_wanted)

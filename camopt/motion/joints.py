@@ -1,7 +1,7 @@
 """Where moves meet what is beside them: the velocity, acceleration and jerk there, and the polynomials between.
 
-A move ends with the derivatives that it was given, or else with those that the dwell or law after it starts with. It
-starts as what is before it ends. Derivatives between two moves that neither gives are those of the least
+A move ends with the derivatives that it was given, or else with those that the dwell or law after it starts with.
+It starts as what is before it ends. Derivatives between two moves that neither gives are those of the least
 ∫ (y‴)² dθ over the run of moves: a spline of degree 5 with four continuous derivatives, where only positions are
 given. If a move of a run is given a jerk, the run has a continuous jerk (degree 7) and the least ∫ (y⁗)² dθ.
 
@@ -24,6 +24,7 @@ from camopt.numerics import FloatArray
 State = FloatArray
 """Of the follower at a joint: y, y', y'' and, where it is matched, y''', by the cam angle in rad; mm or deg."""
 
+MOVE = "move"
 SMOOTH, SMOOTHER = 3, 4  # numbers of a state: up to the acceleration, up to the jerk
 
 
@@ -56,7 +57,7 @@ def _between(before: State, after: State, angle: float) -> PolynomialLaw:
     powers = angle ** np.arange(len(before))
     start, end = before * powers, after * powers
     start[0], end[0] = 0.0, after[0] - before[0]
-    return PolynomialLaw(f"polynomial of degree {2 * len(powers) - 1}", tuple(start.tolist()), tuple(end.tolist()))
+    return PolynomialLaw(MOVE, tuple(start.tolist()), tuple(end.tolist()))
 
 
 # ---------------------------------------------------------------------------------------------------- states
@@ -88,7 +89,7 @@ def _end_of(stroke: Stroke, x: float) -> FloatArray:
 
 
 def _fill(states: FloatArray, angles: FloatArray, alone: bool) -> None:
-    """Put the derivatives of the least integral in place of those not known; the last joint is the first if alone."""
+    """Put those of the least integral in place of unknown derivatives; ``alone``, the last joint is the first."""
     joints, count = states.shape
     scale = angles.mean() ** np.arange(count)
     place = np.arange(joints * count).reshape(joints, count)
@@ -112,12 +113,9 @@ def _fill(states: FloatArray, angles: FloatArray, alone: bool) -> None:
 @cache
 def _squares(count: int) -> FloatArray:
     """The quadratic form of ∫₀¹ (p⁽ᵏ⁾)² dx, k = ``count``, in p, p', … at 0 and at 1, for p of degree 2k − 1."""
-    ends = [
-        [perm(n, k) * x ** (n - k) if n >= k else 0 for n in range(2 * count)] for x in (0, 1) for k in range(count)
-    ]
-    powers = np.linalg.inv(
-        np.array(ends, dtype=float)
-    )  # a column for each of these derivatives being 1, the others 0
+    orders, degrees = range(count), range(2 * count)
+    ends = [[perm(n, k) * x ** max(n - k, 0) for n in degrees] for x in (0, 1) for k in orders]
+    powers = np.linalg.inv(np.array(ends, dtype=float))  # in a column one of these derivatives is 1, the others 0
     nodes, weights = np.polynomial.legendre.leggauss(count)
     values = polynomial.polyval((nodes + 1) / 2, polynomial.polyder(powers, count))
     return np.asarray(values * weights / 2 @ values.T)

@@ -25,6 +25,8 @@ from camopt.motion.table import (
     RETURN,
     RISE,
     TURN,
+    WAY_OF,
+    IntArray,
     cut,
     stroke_coefficients,
     turnings,
@@ -68,7 +70,7 @@ class Programme:
     load: ExternalLoad | None = None
     """What the external load is over the turn, unless it is constant."""
     start: float = 0.0
-    """The displacement at the start of the turn, as a proof takes it: mm, or deg where displacements are angular."""
+    """The displacement at the start of the turn, as a proof takes it: mm, or deg where it is angular."""
 
     @classmethod
     def from_segments(
@@ -90,10 +92,8 @@ class Programme:
         return replace(self, strokes=joined(strokes)).on_base_circle()
 
     def on_base_circle(self) -> "Programme":
-        """The same turn with its displacements counted from the lowest of it, if that is inside a stroke."""
-        if self.monotone:
-            return self
-        least, most = span(self, (1.0,), TURN)
+        """The same turn with its displacements counted from the lowest of it."""
+        least, most = self.levels
         if abs(least) <= SAME * (most - least):
             return self
         unit = next((s.given.unit for s in self.strokes if s.given), 1.0)
@@ -116,10 +116,18 @@ class Programme:
         """Whether the follower turns back nowhere but between strokes."""
         return not any(s.law and (s.is_move or turnings(s.law, PANELS)) for s in self.strokes)
 
-    @cached_property
+    @property
     def lift(self) -> float:
-        """The highest of the turn above the lowest, mm (rad)."""
-        return max(s.high for s in self.strokes) if self.monotone else span(self, (1.0,), TURN)[1]
+        """The highest displacement of the turn, mm (rad)."""
+        return self.levels[1]
+
+    @cached_property
+    def levels(self) -> tuple[float, float]:
+        """The lowest and the highest displacement of the turn, mm (rad)."""
+        if not self.monotone:
+            return span(self, (1.0,), TURN)
+        ends = [y for stroke in self.strokes for y in (stroke.low, stroke.high)]
+        return min(ends), max(ends)
 
     def has(self, kinds: int) -> bool:
         """Whether any piece of the turn is of some kinds, or goes some ways."""
@@ -162,6 +170,10 @@ class Programme:
         y, y1, y2, y3 = self.at(angles)
         return y, y1, y2, y3 if self.load is None else (y3, *self.load.at(angles))
 
+    def kinds_at(self, angles: FloatArray) -> IntArray:
+        """The kinds of the pieces at cam angles, and the ways in which the follower moves there."""
+        return np.asarray(self.table.kind[np.searchsorted(self.starts[1:], angles, side="right")])
+
     def beside(self, angles: FloatArray, kinds: int) -> FloatArray:
         """The cam angles just before and just after the given ones, (2, …), for both one-sided values at a jump.
 
@@ -174,7 +186,7 @@ class Programme:
             return np.empty((0, *angles.shape))
         middle = np.mean([*starts, self.strokes[-1].end][chosen[0] : chosen[0] + 2])
         sides = np.mod(np.stack([angles - BESIDE, angles + BESIDE]), self.strokes[-1].end)
-        inside = (table.kind[np.searchsorted(starts[1:], sides, side="right")] & kinds) != 0
+        inside = (self.kinds_at(sides) & kinds) != 0
         return np.where(inside, sides, np.where(inside[::-1], sides[::-1], middle))
 
     def cuts(self, stroke: Stroke) -> tuple[float, ...]:
@@ -236,7 +248,7 @@ def _ways(coefficients: FloatArray, counts: Sequence[int]) -> list[int]:
 
 def _kind(stroke: Stroke, way: int) -> int:
     """The kind of a piece of a stroke: that of the stroke, or, of a move, that of the way in which it goes."""
-    return {OUTWARD: RISE, INWARD: RETURN, RESTING: DWELL}[way] if stroke.is_move else stroke.kind
+    return next(kind for kind in WAY_OF if WAY_OF[kind] == way) if stroke.is_move else stroke.kind
 
 
 def _jumps(programme: Programme) -> list[Jump]:

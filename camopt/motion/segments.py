@@ -17,7 +17,7 @@ SAME = 1e-9  # displacements nearer than this share of a stroke are the same but
 
 
 class Segment(NamedTuple):
-    """A segment of the turn as it is given: cam angle in deg, displacements in mm, or in deg where they are angular."""
+    """A segment of the turn as it is given: cam angle in deg, displacements in mm, or deg if they are angular."""
 
     segment: str
     angle: float
@@ -51,6 +51,14 @@ def changes(segments: Sequence[Segment]) -> list[float]:
     return found
 
 
+def ends_of(segments: Sequence[Segment]) -> list[float]:
+    """The position at the start of the turn, and at the end of each segment."""
+    found = [start_of(segments)]
+    for change in changes(segments):
+        found.append(found[-1] + change)
+    return found
+
+
 def strokes_of(
     segments: Sequence[Segment], *, angular: bool, laws: Mapping[str, Law]
 ) -> tuple[float, list[Stroke]]:
@@ -69,11 +77,12 @@ def strokes_of(
 def _stroke(segment: Segment, given: Given, start: float, low: float, laws: Mapping[str, Law]) -> Stroke:
     change = given.change * given.unit
     high = 0.0 if abs(low + change) <= SAME * abs(change) else low + change
-    wanted, law = None, None
+    wanted: tuple[float | None, ...] | None = None
+    law: Law | None = None
     if segment.segment == MOVE:
         wanted = segment.wanted
     elif segment.segment == CONSTANT_VELOCITY:
-        law = PolynomialLaw(CONSTANT_VELOCITY, (0.0,), (given.change,))
+        law = PolynomialLaw(CONSTANT_VELOCITY.replace("-", " "), (0.0,), (given.change,))
     elif segment.law is not None:
         law = laws[segment.law]
     return Stroke(KINDS[segment.segment], law, start, radians(given.angle), low, high, given, wanted)

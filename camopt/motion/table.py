@@ -16,9 +16,15 @@ IntArray = NDArray[np.int64]
 TURN = RISE | RETURN | DWELL
 OUTWARD, INWARD, RESTING = 8, 16, 32  # which way a piece moves: the sign of y', whatever its stroke
 WAYS = OUTWARD | INWARD | RESTING
+WAY_OF = {RISE: OUTWARD, RETURN: INWARD, DWELL: RESTING}
 
 JERK_DEGREE = DEGREE - 3
 SAME = 1e-12  # of a stroke: a cut this near to a break is one but for rounding
+
+
+def ways_of(kinds: int) -> int:
+    """The ways in which the follower moves in strokes of some kinds."""
+    return sum(way for kind, way in WAY_OF.items() if kind & kinds)
 
 
 @cache

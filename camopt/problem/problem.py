@@ -13,6 +13,7 @@ from camopt.mistakes import BadInput, Mistake
 from camopt.motion import LAWS
 from camopt.motion.law import Law
 from camopt.motion.programme import Programme
+from camopt.motion.segments import Segment
 from camopt.problem.claims import Claim
 from camopt.problem.limits import LOADS, Limit, limits_of, load_quantity
 from camopt.problem.setup import load_and_unit, setup_of
@@ -22,6 +23,7 @@ from camopt.scene.choices import Range
 from camopt.scene.load import constant_and_changing
 from camopt.scene.own_laws import spline_of
 from camopt.scene.scene import Scene
+from camopt.scene.turn import segment_of
 
 VERDICT = ("feasible", "violated", "status", "relative_half_width")
 EXACT = 1e-13  # tolerance for single designs, whose digits people compare: it costs nothing there
@@ -110,7 +112,6 @@ def resolve(scene: Scene) -> Problem:
     if not isinstance(scene, Scene):
         raise BadInput([Mistake("camopt", "scene", scene, "a Scene, such as find_scene or Scene.from_toml give")])
     setup = setup_of(scene.with_numbers(_first_values(scene)))
-    segments = [(s.segment, s.angle, s.lift, s.law) for s in scene.motion]
     sizes = {FIELDS[key.partition(".")[2]]: np.array([_given(scene, key)]) for key in size_keys(scene)}
     absent = {name: np.zeros(1) for name in SIZES if name not in sizes}
     design = Designs(**sizes, **absent, sense=1.0 if scene.cam.rotation == "ccw" else -1.0)
@@ -119,8 +120,13 @@ def resolve(scene: Scene) -> Problem:
         raise BadInput(mistakes)
     laws = {**LAWS, **{name: spline_of(name, law.model_dump()) for name, law in scene.laws.items()}}
     _, load = constant_and_changing(*load_and_unit(scene))
-    programme = Programme.from_segments(segments, angular=setup.angular, laws=laws, load=load)
+    programme = Programme.from_segments(segments_of(scene), angular=setup.angular, laws=laws, load=load)
     return Problem(scene, setup, laws, programme, design, limits_of(scene, setup))
+
+
+def segments_of(scene: Scene) -> list[Segment]:
+    """The segments of the scene's turn as the motion takes them."""
+    return [segment_of(segment.model_dump(), scene.cam.rpm) for segment in scene.motion]
 
 
 def _first_values(scene: Scene) -> dict[str, float]:

@@ -36,5 +36,5 @@ def _values(scene: Scene) -> Iterator[tuple[str, float, tuple[float, float, str]
         if isinstance(value, float):
             yield key, value, usual
     for number, segment in enumerate(scene.motion, start=1):
-        if segment.segment != "dwell":
+        if segment.lift:
             yield f"motion.{number}.lift", segment.lift, LIFT[scene.follower.motion]

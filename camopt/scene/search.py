@@ -75,7 +75,7 @@ class Search(Table):
 
     def angle_of(self, segment: str) -> Range | None:
         """The range of the angle of a rise, dwell or return; None where it stays as it is."""
-        found: Range | None = getattr(self, f"angle_{segment}")
+        found: Range | None = getattr(self, f"angle_{segment}", None)
         return found
 
     @property

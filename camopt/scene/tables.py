@@ -172,12 +172,28 @@ MOST_SEGMENTS = 1_000
 
 
 class Segment(Table):
-    """One segment of the turn: cam angle in deg, lift in mm (deg when oscillating), motion law."""
+    """One segment of the turn: cam angle in deg; a rise, dwell, return, move or stretch at constant velocity.
 
-    segment: Literal["rise", "dwell", "return"]
+    A rise or return has a motion law and a ``lift`` (mm, or deg when oscillating), or the position ``to`` at its
+    end. A stretch at constant velocity goes ``to`` a position, or at a ``velocity``. A move goes ``to`` a position
+    as the polynomial of degree 5 that joins what is beside it with continuous velocity and acceleration.
+    ``velocity``, ``acceleration`` and ``jerk`` may be given at its end, in mm (deg) ``per`` rad or deg of the cam's
+    angle, or per s; those between two moves that are not given are those of the least mean-square jerk. Where a
+    jerk is given, the jerk of the moves that follow each other is continuous too (degree 7).
+
+    Where positions are given, the turn starts at the last of them. Designs count displacements from the lowest
+    position of the turn, which is on the base circle.
+    """
+
+    segment: Literal["rise", "dwell", "return", "move", "constant-velocity"]
     angle: Annotated[Number, Field(ge=0, le=360 * (1 + 1e-9))]
     lift: Annotated[Number, Field(ge=0, le=LONGEST)] = 0.0
     law: LawName | None = None
+    to: Anywhere | None = None
+    velocity: Anywhere | None = None
+    acceleration: Anywhere | None = None
+    jerk: Anywhere | None = None
+    per: Literal["rad", "deg", "s"] = "rad"
 
 
 Numbers = Annotated[tuple[Anywhere, ...], Field(min_length=1)]

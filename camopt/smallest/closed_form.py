@@ -55,7 +55,7 @@ def slopes_of(problem: Problem) -> list[tuple[float, int]]:
     """The limits on the pressure angle, as tan β and the kinds of stroke that they are about."""
     claims = claims_on(problem, problem.setup.mechanism.pressure)
     found = [(claim.allowed(), claim.strokes) for claim in claims]
-    return [(tangent, kinds) for tangent, kinds in found if any(s.kind & kinds for s in problem.programme.strokes)]
+    return [(tangent, kinds) for tangent, kinds in found if problem.programme.has(kinds)]
 
 
 def closed_form(problem: Problem, bounds: Bounds) -> Designs | None:

@@ -130,8 +130,8 @@ def _first_planes(form: Form, limits: list[LinearLimit], programme: Programme, b
 def _sampled(programme: Programme, kinds: int) -> FloatArray:
     """The motion at a sample of the strokes of some kinds."""
     shares = (np.arange(SAMPLES) + 0.5) / SAMPLES
-    angles = [s.start + s.angle * shares for s in programme.strokes if s.kind & kinds]
-    return programme.at(np.concatenate(angles))[:3]
+    angles = np.concatenate([s.start + s.angle * shares for s in programme.strokes if s.kind & kinds])
+    return programme.at(angles[(programme.kinds_at(angles) & kinds) != 0])[:3]
 
 
 def _worst_planes(problem: Problem, limits: list[LinearLimit], design: Designs) -> Planes:

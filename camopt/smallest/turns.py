@@ -7,8 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from camopt.motion.programme import Programme
+from camopt.motion.segments import ends_of
 from camopt.numerics import FloatArray
-from camopt.problem.problem import Problem
+from camopt.problem.problem import Problem, segments_of
 from camopt.smallest.result import Smallest
 
 SAME = 1e-9  # mm or deg of displacement
@@ -59,11 +60,10 @@ class SegmentAngles:
 
         However short, such a rest is an arc of the base circle, and has its curvature.
         """
-        scene, level, rests = self.problem.scene, 0.0, []
-        for i, segment in enumerate(scene.motion):
-            if segment.segment == "dwell" and abs(level) <= SAME:
-                rests.append(i)
-            level += (segment.lift or 0.0) * {"rise": 1.0, "return": -1.0, "dwell": 0.0}[segment.segment]
+        scene, segments = self.problem.scene, segments_of(self.problem.scene)
+        ends = ends_of(segments)
+        lowest = min(ends)
+        rests = [i for i, s in enumerate(segments) if s.segment == "dwell" and ends[i] - lowest <= SAME]
         without = replace(self, without=tuple(i for i in rests if i in self.freed))
         least = dict(zip(self.freed, self.box.low, strict=True))
         gone = all(least.get(i, scene.motion[i].angle) == 0.0 for i in rests)
@@ -97,9 +97,8 @@ class SegmentAngles:
 
     def programme(self, freed: FloatArray) -> Programme:
         """The turn with these angles of its freed segments."""
-        motion = self.problem.scene.motion
-        angles = self.angles(freed)
-        segments = [(s.segment, angle, s.lift, s.law) for s, angle in zip(motion, angles, strict=True)]
+        motion, angles = segments_of(self.problem.scene), self.angles(freed)
+        segments = [s._replace(angle=angle) for s, angle in zip(motion, angles, strict=True)]
         angular, laws = self.problem.setup.angular, self.problem.laws
         load = self.problem.programme.load
         programme = Programme.from_segments(segments, angular=angular, laws=laws, load=load)

@@ -39,6 +39,9 @@ def demand_of(problem: Problem, objective: Mapping[str, float] | None = None) ->
     objective = objective_in(asked) if objective is None else dict(objective)
     _check_rest(problem, asked, objective)
     _check_train(problem, objective)
+    if any(stroke.is_move for stroke in problem.programme.strokes):
+        why = "has moves or constant velocities; free laws are for motions of rises, dwells and returns"
+        raise BadInput([Mistake(scene.file, "motion", None, why, bare=True)])
     if freed := [*freed_angles(problem, "free laws take"), *freed_numbers(problem, "free laws take")]:
         raise BadInput(freed)
     strokes = tuple(problem.programme.strokes)

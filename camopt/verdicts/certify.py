@@ -6,8 +6,8 @@ What is neither is halved. The formulas are those of the mechanisms, run on ball
 (``verdicts.exact_laws``).
 """
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import replace
 from itertools import pairwise
 from math import inf
 from typing import Any, NamedTuple, cast
@@ -17,11 +17,8 @@ from flint import arb
 import camopt.verdicts.exact_point_contact  # noqa: F401  what formulas do to balls at a point contact
 from camopt.effects import Case
 from camopt.mechanisms import Designs
-from camopt.motion import programme as doubles
-from camopt.motion.law import Law
-from camopt.motion.load import ExternalLoad
 from camopt.motion.programme import Programme
-from camopt.motion.table import INWARD, OUTWARD, RESTING, WAYS
+from camopt.motion.table import INWARD, OUTWARD, RESTING, TURN, WAYS, ways_of
 from camopt.numerics.clock import now
 from camopt.numerics.curves import curve
 from camopt.problem.claims import Claim, Derivative, NumberKind
@@ -29,92 +26,17 @@ from camopt.problem.limits import SELF_CROSSING, UNDERCUT, Limit
 from camopt.problem.problem import Problem, exactly, resolve_design
 from camopt.scene.scene import Scene
 from camopt.verdicts.ball import Ball, as_arb, between, precisely
-from camopt.verdicts.exact_laws import Piece, pieces_of
-from camopt.verdicts.exact_load import LoadLine, lines_of
+from camopt.verdicts.exact_laws import Piece
+from camopt.verdicts.exact_load import LoadLine
+from camopt.verdicts.exact_motion import ExactMotion, ExactStroke, motion_at, motion_of
 from camopt.verdicts.judging import ASSEMBLY, run_effects
 
 HELD, BROKEN, UNDECIDED = "held", "broken", "undecided"
 FIRST_PARTS = 8  # of each piece of a law, and line of a load
 MOST_PARTS = 20_000
 NARROWEST = arb(2) ** -90
+NEAR = (1e-14, 1e-12, 1e-9)  # shares of a lift that its double may be off
 BALLS = NumberKind(arb, arb.pi, arb.tan)
-
-
-class ExactStroke(NamedTuple):
-    """A segment of the turn in balls: cam angle in rad, displacement in mm or rad."""
-
-    kind: int
-    law: Law | None
-    angle: arb
-    low: arb
-    change: arb
-    lines: tuple[LoadLine, ...] = ()
-    """Of an external load that changes."""
-
-    def smooth(self) -> Iterator[tuple[Piece | None, LoadLine | None, arb, arb]]:
-        """Where motion and load are smooth: the piece of the law (None in a dwell), the line, and the ends in x."""
-        for piece in pieces_of(self.law) if self.law else (None,):
-            low, high = (piece.start, piece.end) if piece else (arb(0), arb(1))
-            for line in self.lines or (None,):
-                start, end = (low, high) if line is None else (low.max(line.start), high.min(line.end))
-                if end > start:
-                    yield piece, line, start, end
-
-
-@dataclass(frozen=True)
-class ExactMotion:
-    """The exact turn; stands in for a Programme where formulas ask for the lift, and whether the load changes."""
-
-    strokes: tuple[ExactStroke, ...]
-    load: ExternalLoad | None
-
-    @property
-    def lift(self) -> Ball:
-        levels = [stroke.low + stroke.change for stroke in self.strokes]
-        return Ball(max(levels, key=lambda level: float(level.mid())))
-
-
-@precisely()
-def motion_of(programme: Programme) -> ExactMotion:
-    """The turn of a programme, the numbers that it was made from taken as exact."""
-    degree, strokes, level, start = arb.pi() / 180, [], arb(0), arb(0)
-    for stroke in programme.strokes:
-        angle, change = _given(stroke)
-        lines = () if programme.load is None else tuple(lines_of(programme.load, start, angle))
-        strokes.append(ExactStroke(stroke.kind, stroke.law, angle * degree, level, change, lines))
-        level, start = level + change, start + angle
-    return ExactMotion(tuple(strokes), programme.load)
-
-
-def _given(stroke: doubles.Stroke) -> tuple[arb, arb]:
-    """The cam angle of a stroke in deg, and its change of displacement in mm (rad)."""
-    degree, given = arb.pi() / 180, stroke.given
-    if given is None:
-        return stroke.angle / degree, arb(stroke.high) - arb(stroke.low)
-    return arb(given.angle), arb(given.change) * (degree if given.angular else 1)
-
-
-def motion_at(stroke: ExactStroke, piece: Piece | None, x: arb, line: LoadLine | None = None) -> list[Ball]:
-    """Balls of y and its first four derivatives by the cam angle over a ball of x; load and slope of a line too."""
-    rows = [arb(0)] * 5
-    if piece is not None:
-        rows = [stroke.change * row / stroke.angle**k for k, row in enumerate(_derivatives(piece, x))]
-    load = [] if line is None else [line.at(x), line.slope / stroke.angle]
-    return [Ball(stroke.low + rows[0]), *map(Ball, rows[1:] + load)]
-
-
-def _derivatives(piece: Piece, x: arb) -> list[arb]:
-    """s and its first four derivatives over a ball: each where both the ball and its next derivative have it.
-
-    Beside a dwell s′ falls with the square of the distance, its ball only with the width of the ball of x.
-    """
-    rows = [piece.derivative(k, x) for k in range(5)]
-    if x.is_exact():
-        return rows
-    middle = x.mid()
-    for k in reversed(range(4)):
-        rows[k] = rows[k].intersection(piece.derivative(k, middle) + rows[k + 1] * (x - middle))
-    return rows
 
 
 class Statement(NamedTuple):
@@ -125,9 +47,13 @@ class Statement(NamedTuple):
     factor: arb
     bound: arb
 
-    def of_stroke(self, kind: int) -> bool:
-        """Whether it is about strokes of a kind; about which way the follower moves, if it is about that."""
-        return bool(self.strokes & (kind | WAYS))
+    def on(self, stroke: ExactStroke) -> "Statement | None":
+        """What it says of a stroke, if anything: of a move, in terms of the way in which the follower moves."""
+        if not self.strokes & (stroke.kind | WAYS):
+            return None
+        if stroke.kind != TURN or self.strokes & TURN == TURN:
+            return self
+        return self._replace(strokes=self.strokes & WAYS | ways_of(self.strokes))
 
     def applies(self, speed: Any) -> tuple[bool, bool]:
         """Whether it may be, and whether it is sure to be, about a motion with this y'."""
@@ -146,9 +72,9 @@ def decide(statement: Statement, motion: ExactMotion, until: float = inf) -> str
     """Whether a statement holds; undecided if that is not known at ``until`` (``clock.now``)."""
     verdict = HELD
     for stroke in motion.strokes:
-        if statement.of_stroke(stroke.kind):
+        if (about := statement.on(stroke)) is not None:
             for part in stroke.smooth():
-                found = _decide_part(statement, until, stroke, *part)
+                found = _decide_part(about, until, stroke, *part)
                 if found == BROKEN:
                     return BROKEN
                 verdict = found if found == UNDECIDED else verdict
@@ -200,6 +126,31 @@ def _decide_part(
     return HELD
 
 
+@precisely()
+def turn_of(programme: Programme) -> ExactMotion:
+    """The turn of a programme in balls, its highest included, which is proved where it may be inside a stroke."""
+    motion = motion_of(programme)
+    return motion if programme.monotone else replace(motion, highest=_highest(motion, programme.lift))
+
+
+def _highest(motion: ExactMotion, lift: float) -> arb:
+    """A ball of the highest of a turn about its double: the follower is nowhere above it, and somewhere within."""
+    for share in NEAR:
+        low, high = (
+            decide(
+                Statement(lambda moved: (moved[0], moved[1]), TURN, arb(1), arb(lift * (1 + side * share))), motion
+            )
+            for side in (-1, 1)
+        )
+        if (low, high) == (BROKEN, HELD):
+            return arb(lift, lift * share)
+    raise ArithmeticError("the highest of the turn is not where the table of the motion has it")
+
+
+def _displacement(moved: list[Ball]) -> tuple[Any, Any]:
+    return moved[0], moved[1]
+
+
 def _sign(over: arb) -> str:
     return HELD if over <= 0 else BROKEN if over > 0 else UNDECIDED
 
@@ -244,7 +195,7 @@ def certify_limits(problem: Problem, design: Designs, until: float = inf) -> dic
     """The verdict on each limit for one design: held, broken or undecided, as at ``until`` (``clock.now``)."""
     if not problem.setup.mechanism.exists(design, problem.programme)[0]:
         return {ASSEMBLY: BROKEN}
-    motion = motion_of(problem.programme)
+    motion = turn_of(problem.programme)
     exact = in_balls(design)
     verdicts: dict[str, str] = {}
     for limit in problem.limits:

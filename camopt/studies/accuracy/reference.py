@@ -10,8 +10,9 @@ from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
 from camopt.problem.problem import Problem
 from camopt.studies.accuracy.subjects import Subject
 from camopt.verdicts.ball import as_arb, precisely
-from camopt.verdicts.certify import HELD, Statement, decide, in_balls, motion_at, motion_of, of_curve
-from camopt.verdicts.exact_laws import pieces_of
+from camopt.verdicts.certify import HELD, Statement, decide, in_balls, of_curve, turn_of
+from camopt.verdicts.exact_laws import Piece, pieces_of
+from camopt.verdicts.exact_motion import ExactStroke, motion_at
 
 STEPS = 40  # of the secant
 ALIKE = arb(2) ** -83  # 1e-25, exact at any precision
@@ -27,7 +28,7 @@ def reference(subject: Subject, problem: Problem, design: Designs, where: FloatA
     ArithmeticError
         If the proof that nothing is larger fails.
     """
-    motion = motion_of(problem.programme)
+    motion = turn_of(problem.programme)
     made = subject.make(in_balls(design), cast(Programme, motion))
     best: arb | None = None
     for (kinds, goal), angle in zip(subject.questions, where, strict=True):
@@ -45,29 +46,34 @@ def reference(subject: Subject, problem: Problem, design: Designs, where: FloatA
 
 def _candidates(made: Any, motion: Any, programme: Programme, kinds: int, angle: float, sign: int) -> list[arb]:
     """Oriented values at the ends of the pieces of a law around a cam angle, and where the slope is zero inside."""
-    found, values = [], of_curve(made)
+    found, asked = [], Statement(of_curve(made), kinds, arb(sign), arb(0))
     for stroke, plain in zip(motion.strokes, programme.strokes, strict=True):
-        if not (stroke.kind & kinds and plain.start - 1e-6 <= angle <= plain.end + 1e-6):
+        about = asked.on(stroke)
+        if about is None or not plain.start - 1e-6 <= angle <= plain.end + 1e-6:
             continue
         for piece in pieces_of(stroke.law) if stroke.law else (None,):
-
-            def at(x: arb, stroke: Any = stroke, piece: Any = piece) -> tuple[arb, arb]:
-                value, slope = values(motion_at(stroke, piece, x))
-                return as_arb(value) * sign, as_arb(slope).mid()
-
-            if piece is None:
-                found.append(at(arb(0))[0])
-                continue
-            found += [at(piece.start)[0], at(piece.end)[0]]
-            x = arb((angle - plain.start) / plain.angle)
-            if not piece.start - 1e-6 < x < piece.end + 1e-6:
-                continue
-            other = x + arb(1e-7)
-            for _ in range(STEPS):
-                here, there = at(x)[1], at(other)[1]
-                if here == there:
-                    break
-                x, other = (x - here * (x - other) / (here - there)).mid(), x
-            if piece.start < x < piece.end:
-                found.append(at(x)[0])
+            for x in _places(about, stroke, piece, (angle - plain.start) / plain.angle):
+                moved = motion_at(stroke, piece, x)
+                if about.applies(moved[1].arb)[0]:
+                    found.append(as_arb(about.values(moved)[0]) * sign)
     return found
+
+
+def _places(asked: Statement, stroke: ExactStroke, piece: Piece | None, near: float) -> list[arb]:
+    """The ends of a piece of a law, and where the slope of a curve is zero inside it near some x, by secants."""
+    if piece is None:
+        return [arb(0)]
+
+    def slope(x: arb) -> arb:
+        return as_arb(asked.values(motion_at(stroke, piece, x))[1]).mid()
+
+    x = arb(near)
+    if not piece.start - 1e-6 < x < piece.end + 1e-6:
+        return [piece.start, piece.end]
+    other = x + arb(1e-7)
+    for _ in range(STEPS):
+        here, there = slope(x), slope(other)
+        if here == there:
+            break
+        x, other = (x - here * (x - other) / (here - there)).mid(), x
+    return [piece.start, piece.end, *([x] if piece.start < x < piece.end else [])]

@@ -39,7 +39,7 @@ class Subject:
 def subjects_of(problem: Problem) -> list[Subject]:
     """Pressure angle, and curvature of pitch curve or profile."""
     mechanism = problem.setup.mechanism
-    kinds = [kind for kind in (RISE, RETURN, DWELL) if any(s.kind == kind for s in problem.programme.strokes)]
+    kinds = [kind for kind in (RISE, RETURN, DWELL) if problem.programme.has(kind)]
     strokes, turn = np.array([(kind, LARGEST_MAGNITUDE) for kind in kinds]), TURN
 
     def angle(tangents: FloatArray) -> FloatArray:

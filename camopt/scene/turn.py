@@ -1,0 +1,176 @@
+"""The turn of a scene: the checks of its segments, and its segments as the motion takes them.
+
+The checks work on the plain mapping of a scene, as those of ``scene.checks`` do.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from math import hypot, isfinite, pi, radians
+from typing import Any
+
+from camopt.mistakes import nearest
+from camopt.motion import LAWS
+from camopt.motion.programme import Programme
+from camopt.motion.segments import CONSTANT_VELOCITY, MOVE, Segment, changes, ends_of
+from camopt.scene.mapping import at, number, segments
+from camopt.scene.own_laws import CLOSE, Fault, check_laws, law_names, spline_of
+
+LEAST = {"angle": 1e-6, "lift": 1e-9}  # of a rise or return, deg and mm or deg
+DERIVATIVES = ("velocity", "acceleration", "jerk")
+POSITIONED = (MOVE, CONSTANT_VELOCITY)
+KEYS = {
+    "rise": ("lift", "to", "law"),
+    "return": ("lift", "to", "law"),
+    "dwell": (),
+    MOVE: ("to", *DERIVATIVES),
+    CONSTANT_VELOCITY: ("to", "velocity"),
+}
+"""What a segment of a kind may have, beside its angle and the unit of its derivatives."""
+
+
+def segment_of(row: Mapping[str, Any], rpm: float | None) -> Segment:
+    """A faultless segment of a scene as the motion takes it: derivatives by the cam angle in rad."""
+    per = {"rad": 1.0, "deg": 180 / pi, "s": 30 / (pi * rpm) if rpm else 1.0}[row.get("per") or "rad"]
+    wanted = [row.get(key) for key in DERIVATIVES]
+    by_angle = tuple(None if v is None else v * per**order for order, v in enumerate(wanted, start=1))
+    kind, lift = row["segment"], row.get("lift") or 0.0
+    if kind == CONSTANT_VELOCITY and row.get("to") is None:
+        lift = (by_angle[0] or 0.0) * radians(row["angle"])
+    return Segment(kind, row["angle"], lift, row.get("law"), row.get("to"), by_angle if kind == MOVE else ())
+
+
+def check_turn(data: Mapping[str, Any]) -> Iterator[Fault]:
+    """The turn closes in angle and displacement, and one of rises and returns never goes below its start."""
+    rows = segments(data)
+    for k, row in enumerate(rows, start=1):
+        yield from _segment(data, row, f"motion.{k}", law_names(data))
+    angles = [number(row.get("angle")) for row in rows]
+    if rows and None not in angles:
+        total = sum(a for a in angles if a is not None)
+        if not abs(total - 360.0) <= 360.0 * CLOSE:
+            yield "motion.angle", None, f"the angles add up to {total:.10g} deg, not to 360"
+    if given := _given(data):
+        yield from _levels(given)
+
+
+def check_law(law: Any, key: str, laws: tuple[str, ...]) -> Iterator[Fault]:
+    """A law that is named has to be there."""
+    if isinstance(law, str) and law not in laws:
+        yield key, law, f"must be a motion law; {nearest(law, laws)}"
+
+
+def highest_of(data: Mapping[str, Any]) -> float | None:
+    """The highest displacement of the turn above its lowest, mm or deg; None where it is not known."""
+    given = _given(data)
+    if not given:
+        return None
+    ends = ends_of(given)
+    if any(segment.segment == MOVE for segment in given) and not any(check_laws(data)):
+        own = {name: spline_of(name, law) for name, law in (data.get("laws") or {}).items()}
+        return Programme.from_segments(given, angular=False, laws={**LAWS, **own}).lift
+    return max(ends) - min(ends) if isfinite(hypot(*ends)) else None
+
+
+# --------------------------------------------------------------------------------------------------- segments
+
+
+def _given(data: Mapping[str, Any]) -> list[Segment] | None:
+    """The segments as the motion takes them; None where a number or a kind is missing or wrong."""
+    rows = segments(data)
+    for row in rows:
+        numbers = [row.get(key) for key in ("lift", "to", *DERIVATIVES) if row.get(key) is not None]
+        if str(row.get("segment")) not in KEYS or None in map(number, [row.get("angle"), *numbers]):
+            return None
+        if row["segment"] in POSITIONED and row.get("to") is None and row.get("velocity") is None:
+            return None
+        if row.get("per") not in (None, "rad", "deg", "s"):
+            return None
+    return [segment_of(row, number(at(data, "cam.rpm"))) for row in rows]
+
+
+def _segment(data: Mapping[str, Any], row: Mapping[str, Any], key: str, laws: tuple[str, ...]) -> Iterator[Fault]:
+    kind = row.get("segment")
+    if not isinstance(kind, str) or kind not in KEYS:
+        return
+    named = "a stretch at constant velocity" if kind == CONSTANT_VELOCITY else f"a {kind}"
+    for name in ("lift", "to", "law", *DERIVATIVES):
+        if name not in KEYS[kind] and row.get(name) not in (None, 0.0):
+            yield f"{key}.{name}", row[name], f"{named} has none{_instead(kind, name)}"
+    angle = number(row.get("angle"))
+    if kind != "dwell" and angle is not None and 0.0 <= angle < LEAST["angle"]:
+        where = "a rise or return" if kind in ("rise", "return") else named
+        yield f"{key}.angle", row.get("angle"), f"must be at least {LEAST['angle']:g} in {where}"
+    if kind in ("rise", "return"):
+        yield from _stroke(row, key)
+    elif kind == MOVE and row.get("to") is None:
+        yield f"{key}.to", None, "missing; a move goes to a position, mm (deg when oscillating)"
+    elif kind == CONSTANT_VELOCITY and (row.get("to") is None) == (row.get("velocity") is None):
+        yield f"{key}.to", row.get("to"), "give the position at its end (to), or the velocity"
+    if row.get("law") is not None and kind in ("rise", "return"):
+        yield from check_law(row["law"], f"{key}.law", laws)
+    if row.get("per") == "s":
+        yield from _per_second(data, key)
+
+
+def _instead(kind: str, name: str) -> str:
+    """What to give in place of a key that a segment of a kind has not."""
+    if kind in POSITIONED and name == "lift":
+        return ": give the position at its end (to)"
+    if name in DERIVATIVES:
+        return ": conditions at its end are for a move"
+    return ": it is the polynomial that joins what is beside it" if kind == MOVE else ""
+
+
+def _stroke(row: Mapping[str, Any], key: str) -> Iterator[Fault]:
+    """A rise or return has a law, and a lift or the position at its end."""
+    if row.get("law") is None:
+        yield f"{key}.law", None, "missing; a rise or return needs a motion law"
+    lift = number(row.get("lift", 0.0))
+    if row.get("to") is not None:
+        if lift:
+            yield f"{key}.lift", lift, "give the lift, or the position at its end (to)"
+    elif lift is not None and 0.0 <= lift < LEAST["lift"]:
+        yield f"{key}.lift", row.get("lift"), f"must be at least {LEAST['lift']:g} in a rise or return"
+
+
+def _per_second(data: Mapping[str, Any], key: str) -> Iterator[Fault]:
+    if number(at(data, "cam.rpm")) is None:
+        yield f"{key}.per", "s", "derivatives by time need the speed: give cam.rpm, or use per deg or per rad"
+    elif at(data, "search.cam.rpm") is not None:
+        yield f"{key}.per", "s", "the motion would change with the speed that search.cam.rpm varies: use deg or rad"
+
+
+# ----------------------------------------------------------------------------------------------------- levels
+
+
+def _levels(given: Sequence[Segment]) -> Iterator[Fault]:
+    """Whether rises go up and returns down, and, where positions are not given, the turn closes above its start."""
+    ends, largest = ends_of(given), max(map(abs, changes(given)), default=0.0)
+    positioned = any(segment.to is not None for segment in given)
+    kinds = [segment.segment for segment in given]
+    if not positioned and "rise" not in kinds and CONSTANT_VELOCITY not in kinds:
+        yield "motion", None, "has no rise"
+    if positioned and largest == 0.0 and not any(v for segment in given for v in segment.wanted):
+        yield "motion", None, "stays where it is: no position differs from another"
+    for k, (segment, before, after) in enumerate(zip(given, ends, ends[1:], strict=False), start=1):
+        if segment.to is not None and segment.segment in ("rise", "return"):
+            up = segment.segment == "rise"
+            if not (after - before if up else before - after) >= LEAST["lift"]:
+                way = "above" if up else "below"
+                yield f"motion.{k}.to", segment.to, f"must be {way} {before:g}, where this {segment.segment} starts"
+                return
+        if not positioned and after < -largest * CLOSE:
+            yield _below(given, k, before)
+            return
+    if not positioned and abs(ends[-1]) > largest * CLOSE:
+        why = f"the follower ends {ends[-1]:g} above its start: rises and returns must cancel"
+        yield "motion.lift", None, why
+
+
+def _below(given: Sequence[Segment], k: int, before: float) -> Fault:
+    """A turn of rises and returns starts where the follower is lowest."""
+    segment = given[k - 1]
+    if "rise" not in [each.segment for each in given[:k]]:
+        first = "the turn starts where the follower is lowest, so that a rise comes before the first return"
+        return f"motion.{k}.segment", segment.segment, first
+    below = f"must be at most {before:g}: the follower never goes below the start of the turn"
+    return f"motion.{k}.lift", segment.lift, below
