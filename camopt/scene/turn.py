@@ -127,7 +127,7 @@ def _stroke(row: Mapping[str, Any], key: str) -> Iterator[Fault]:
     lift = number(row.get("lift", 0.0))
     if row.get("to") is not None:
         if lift:
-            yield f"{key}.lift", lift, "give the lift, or the position at its end (to)"
+            yield f"{key}.lift", row["lift"], "give the lift, or the position at its end (to)"
     elif lift is not None and 0.0 <= lift < LEAST["lift"]:
         yield f"{key}.lift", row.get("lift"), f"must be at least {LEAST['lift']:g} in a rise or return"
 
