@@ -28,7 +28,6 @@ from camopt.numerics.jet import FIELDS, Jet
 from camopt.numerics.piecewise import part_jets, row_jets
 from camopt.verdicts.ball import BITS
 
-SMOOTH = [law for law in own.EVERY if law != "uniform"]
 CURVES = ("pressure", "curvature", "profile_radius", "reach")
 
 
@@ -76,14 +75,14 @@ def sampled_motion(law, angular):
     return turn, angles, turn.at(angles)
 
 
-WAYS = [(law, way * (-1.0) ** k) for way in (1.0, -1.0) for k, law in enumerate(SMOOTH)]  # the cam's rotation
+WAYS = [(law, way * (-1.0) ** k) for way in (1.0, -1.0) for k, law in enumerate(own.STILL)]  # the cam's rotation
 
 
 @pytest.mark.parametrize(("law", "sense"), covering(WAYS, lambda way: way[:1]))
 @pytest.mark.parametrize(("mechanism", "angular", "name"), list(cases()))
 def test_extremes_are_those_of_dense_sampling(mechanism, angular, name, sense, law):
     turn, angles, motion = sampled_motion(law, angular)
-    some = designs(angular, sense, times(4, deep=8), seed=SMOOTH.index(law))
+    some = designs(angular, sense, times(4, deep=8), seed=own.STILL.index(law))
     case = Case(Setup(mechanism, angular, False, None, None, tolerance=1e-13), turn, some)
     make = getattr(mechanism, name)
     questions = [(TURN, LARGEST), (TURN, LEAST), (RISE, LARGEST_MAGNITUDE), (RETURN, LARGEST)]

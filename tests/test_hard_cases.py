@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from support import naive, own
+from support import own
 from support.depth import times
 
 from camopt import Scene, certify, evaluate, find_scene
@@ -20,7 +20,6 @@ from camopt.front.pareto import non_dominated
 from camopt.kernels import compile
 from camopt.mechanisms import MECHANISMS, Designs
 from camopt.mistakes import BadInput
-from camopt.motion import LAWS
 from camopt.motion.programme import Programme
 from camopt.motion.table import TURN
 from camopt.numerics import LARGEST, LEAST
@@ -189,13 +188,13 @@ def test_extreme_base_radii(base):
     assert found["status"] == "certified"
 
 
-@pytest.mark.parametrize("law", [*LAWS, *own.OWN])
+@pytest.mark.parametrize("law", own.EVERY)
 @pytest.mark.parametrize("exponent", [1, 3, 8, 16, 50, 100, 150])
 @mpmath.workdps(700)
 def test_laws_are_exact_at_the_very_ends(law, exponent):
     """A few units in the last place at x = 10⁻ᵏ, against 700 digits."""
     x = float(f"1e-{exponent}")
-    exact = own.law_at(own.OWN[law], mpmath.mpf(x)) if law in own.OWN else naive.law_at(law, mpmath.mpf(x))
+    exact = own.law_at(own.EVERY[law], mpmath.mpf(x))
     for order, verb in enumerate(("displacement", "velocity", "acceleration")):
         found, expected = float(getattr(own.EVERY[law], verb)(x)), exact[order]
         assert abs(found - expected) <= max(12 * ULP * abs(expected), mpmath.mpf("1e-290")), verb

@@ -81,9 +81,9 @@ def test_law_runs_from_0_to_1_and_joins(law: str) -> None:
     for (_, end, left), (start, _, right) in pairwise(pieces):
         assert end == start
         # inside a modified law the waves meet at their crests: even the jerk (0 there) is continuous
-        for k in range(2 if law == "parabolic" else 4):
+        for k in range({"parabolic": 2, "modified-constant-velocity": 3}.get(law, 4)):
             assert abs(left(end)[k] - right(start)[k]) < 1e-45
-    if law != "uniform":
+    if law != "uniform" and not law.startswith("half"):
         assert abs(pieces[0][2](mp.zero)[1]) < 1e-45
         assert abs(pieces[-1][2](mp.one)[1]) < 1e-45
 
@@ -99,19 +99,33 @@ def test_law_derivatives_are_derivatives(law: str) -> None:
         assert abs(mp.quad(lambda t, jet=jet: jet(t)[1], [x0, x1]) - (jet(x1)[0] - jet(x0)[0])) < 1e-40
 
 
-@pytest.mark.parametrize("law", ["modified-trapezoid", "modified-sine"])
+@pytest.mark.parametrize("law", ["harmonic", "cycloidal"])
+def test_half_laws_are_the_halves_of_a_law(law: str) -> None:
+    name = {"harmonic": "half-harmonic", "cycloidal": "half-cycloidal"}[law]
+    for x in (mp.mpf(0), mp.mpf("0.21"), mp.mpf("0.83"), mp.mpf(1)):
+        for half in (0, 1):
+            found = naive.law_at(f"{name}-{half + 1}", x)
+            whole = naive.law_at(law, (x + half) / 2)
+            expected = [2 * whole[0] - half, *(value * 2 / mp.mpf(2) ** k for k, value in enumerate(whole) if k)]
+            assert all(abs(a - b) < 1e-45 for a, b in zip(found, expected, strict=True))
+
+
+@pytest.mark.parametrize("law", naive.SCCA)
 def test_modified_law_is_its_definition(law: str) -> None:
     """The acceleration drawn by hand, integrated by quadrature, scaled to s(1) = 1."""
 
     def shape(x: Any) -> Any:
         x, sign = (x, 1) if x <= 0.5 else (1 - x, -1)
+        if law == "modified-constant-velocity":
+            ramp = mp.sin(8 * mp.pi * x) if x <= 0.0625 else mp.cos(8 * mp.pi / 3 * (x - 0.0625))
+            return sign * (ramp if x <= 0.25 else 0)
         if x <= 0.125:
             return sign * mp.sin(4 * mp.pi * x)
         if law == "modified-sine":
             return sign * mp.sin(mp.pi / 2 + (x - 0.125) * 4 * mp.pi / 3)
         return sign * (1 if x <= 0.375 else mp.cos(4 * mp.pi * (x - 0.375)))
 
-    knots = [mp.mpf(k) / 8 for k in (0, 1, 3, 4, 5, 7, 8)]
+    knots = [mp.mpf(k) / 16 for k in (0, 1, 2, 4, 6, 8, 10, 12, 14, 15, 16)]
     # s(1) = integral of (1 - x) a(x)
     total = mp.quad(lambda x: (1 - x) * shape(x), knots)
     for x in (mp.mpf("0.06"), mp.mpf("0.3"), mp.mpf("0.44"), mp.mpf("0.6"), mp.mpf("0.7"), mp.mpf("0.93")):
@@ -125,6 +139,7 @@ def test_modified_law_is_its_definition(law: str) -> None:
 def test_law_peaks_have_their_closed_forms() -> None:
     pi, r3 = mp.pi, mp.sqrt(3)
     A, B = 8 * pi / (2 + pi), 4 * pi**2 / (4 + pi)
+    whole = 1 + B / pi  # of half a stroke at the modified sine's largest velocity, B/pi, and the rest
     expected = {
         "uniform": (1, mp.inf, mp.inf),
         "parabolic": (2, 4, mp.inf),
@@ -134,6 +149,11 @@ def test_law_peaks_have_their_closed_forms() -> None:
         "poly4567": (mp.mpf(35) / 16, 84 / (5 * mp.sqrt(5)), mp.mpf(105) / 2),
         "modified-trapezoid": (2, A, 4 * pi * A),
         "modified-sine": (B / pi, B, 4 * pi * B),  # of the quarter waves: B/(4 pi) + 3 B/(4 pi)
+        "modified-constant-velocity": (2 * B / pi / whole, 4 * B / whole, 32 * pi * B / whole),
+        "half-cycloidal-1": (2, mp.inf, mp.inf),
+        "half-cycloidal-2": (2, mp.inf, mp.inf),
+        "half-harmonic-1": (pi / 2, mp.inf, mp.inf),
+        "half-harmonic-2": (pi / 2, mp.inf, mp.inf),
     }
     for law, peaks in expected.items():
         for got, want in zip(naive.law_peaks(law), peaks, strict=True):
@@ -143,7 +163,7 @@ def test_law_peaks_have_their_closed_forms() -> None:
 @pytest.mark.parametrize("law", naive.LAWS)
 def test_law_table_is_current(law: str) -> None:
     table = LAW_TABLES[law]
-    assert 35 <= len(table["points"]) <= 50
+    assert 35 <= len(table["points"]) <= 60
     for point in table["points"]:
         jet = naive.law_at(law, mp.mpf(point["x"]))
         for key, value in zip("svaj", jet, strict=True):

@@ -23,6 +23,7 @@ from camopt.mistakes import BadInput
 from camopt.motion import LAWS
 from camopt.motion.spline import SplineLaw, tabulated
 from camopt.problem.problem import resolve
+from camopt.scene.own_laws import check_laws, law_of
 from camopt.verdicts.ball import precisely
 from camopt.verdicts.exact_laws import pieces_of
 
@@ -176,6 +177,53 @@ def test_a_knot_as_often_as_the_degree_is_a_corner():
     assert "the acceleration jumps at 0°, 60°, 120°" in found.unbounded["jerk_max_rise_m_s3"]
 
 
+SAME_LAWS = [
+    ({"start": [0, 0, 0], "end": [1, 0, 0]}, "poly345"),
+    ({"scca": [0.25, 0.5, 0.25]}, "modified-trapezoid"),
+    ({"scca": [0.125, 0, 0.375, 0.5]}, "modified-constant-velocity"),
+    ({"law": "cycloidal", "crossing": 0.5}, "cycloidal"),
+    ({"scca": [0.5, 0, 0.5], "peaks": [3, 3]}, "cycloidal"),
+    ({**BEZIER, "crossing": 0.5}, "poly345"),
+    ({"law": "half-cycloidal-2", "mirror": True}, "half-cycloidal-1"),
+]
+
+
+@pytest.mark.parametrize(("law", "known"), SAME_LAWS)
+def test_a_law_given_in_another_way_is_the_same(law, known):
+    found, x = resolve(with_law("roller-1000rpm", law)).laws["own"], np.linspace(0.0, 1.0, 101)
+    for verb in VERBS:
+        expected = getattr(LAWS[known], verb)(x)
+        np.testing.assert_allclose(getattr(found, verb)(x), expected, rtol=0, atol=5e-15 * np.abs(expected).max())
+
+
+EXAMPLES = {
+    "polynomial": {"start": [0, 0, 0], "end": [1, 0, -6]},
+    "any order": {"start": [0, 0, 0, 0, 0, 0], "end": [1, 0, 0, 0, 0, 0]},
+    "scca": {"scca": [0.1, 0.2, 0.3, 0.4]},
+    "skewed": {"law": "modified-sine", "crossing": 0.4},
+    "peaks": {"law": "parabolic", "peaks": [2, 1]},
+    "skewed scca": {"scca": [0.3, 0, 0.7], "peaks": [2, 1], "mirror": True},
+    "overshoot": {"start": [0, 0, 0], "end": [1, -0.5, 0], "overshoot": True},
+}
+
+
+@pytest.mark.parametrize("law", EXAMPLES.values(), ids=EXAMPLES)
+def test_a_law_of_any_form_is_written_and_read_and_mirrored(law):
+    laws = {"own": law, "back": {**law, "mirror": not law.get("mirror")}}
+    motion = [
+        {"segment": "rise", "angle": 120, "lift": 20, "law": "own"},
+        {"segment": "return", "angle": 120, "lift": 20, "law": "back"},
+        {"segment": "dwell", "angle": 120},
+    ]
+    scene = find_scene("roller-1000rpm").replace(laws=laws, motion=motion, search=None)
+    assert Scene.from_dict(tomllib.loads(scene.to_toml())) == scene
+    programme, angles = resolve(scene).programme, np.radians(np.linspace(0.5, 119.5, 60))
+    there, back = programme.at(angles), programme.at(np.radians(240.0) - angles)
+    for order in range(4):
+        scale = np.abs(there[order]).max()
+        np.testing.assert_allclose(back[order], (-1.0) ** order * there[order], rtol=0, atol=1e-12 * scale)
+
+
 # ------------------------------------------------------------------------------------- through every command
 
 
@@ -290,7 +338,8 @@ def test_a_picture_of_a_spline(tmp_path):
 ONE_MISTAKE = [
     ({"laws": 5, "motion": BASES["flat"]["motion"]}, "laws = 5: must be a table"),
     ({"laws.m": 5}, "laws.m = 5: must be a table"),
-    ({"laws.m": {}}, "laws.m: a law needs degree, knots and coefficients, or x and s, or a file"),
+    ({"laws.m": {}}, "laws.m: a law needs law, scca, start and end, degree, knots and coefficients, x and s, or a f"),
+    ({"laws.m": {"mirror": True}}, "laws.m: a law needs law, scca, start and end"),
     ({"laws.cycloidal": BEZIER}, "laws = 'cycloidal': is a built-in law; give yours another name"),
     ({"laws": {**own.TABLES, "a\nb": BEZIER}}, "laws = 'a\\nb': the name of a law must be one line of printable"),
     ({"laws": {**own.TABLES, "a+b": BEZIER}}, "laws = 'a+b': the name of a law must be"),
@@ -317,7 +366,7 @@ ONE_MISTAKE = [
     ({"laws.m": {"degree": 3, "knots": [0] * 4 + [0.6, 0.5] + [1] * 4, "coefficients": [0, 0, 0, 1, 1, 1]}}, "laws.m.knots = [0, 0, 0, 0, 0.6, 0.5, 1, 1, 1, 1]: must be in order"),
     # tables
     ({"laws.own-table.s": DELETED}, "laws.own-table.s: missing; a table has x, s"),
-    ({"laws.own-table.degree": 3}, "laws.own-table.degree = 3: a table has none: give x and s, or degree"),
+    ({"laws.own-table.degree": 3}, "laws.own-table.degree = 3: a table has none: give one of law, scca, start"),
     ({"laws.m": {"x": [0], "s": [0]}}, "laws.m.x = [0]: needs two points at least, x = 0 and x = 1"),
     ({"laws.m": {"x": [], "s": [0]}}, "laws.m.x = []: must be a list of at least one value"),
     ({"laws.m": {"x": [0, 1], "s": [0, 0.5, 1]}}, "laws.m.s: has 3 values, and x has 2"),
@@ -327,6 +376,40 @@ ONE_MISTAKE = [
     ({"laws.m": {"x": [0, "a", 1], "s": [0, 0.5, 1]}}, "laws.m.x.2 = 'a': must be a number"),
     ({"laws.m": {"x": [0, 0.1, 0.9, 1], "s": [0, 0, 1, 1]}}, "laws.m: s goes beyond its ends by 0.00075; it has to"),
     ({"laws.m": {"x": [k / 2500 for k in range(2501)], "s": [k / 2500 for k in range(2501)]}}, "laws.m.s: has 2501 values; the most are 2000"),
+    ({"laws.own-table.crossing": 0.4}, "laws.own-table.crossing = 0.4: a table has none: the acceleration crosses"),
+    # polynomials
+    ({"laws.m": {"start": [0, 0]}}, "laws.m.end: missing; a polynomial has start, end"),
+    ({"laws.m": {"start": [], "end": [1]}}, "laws.m.start = []: must be a list of at least one value"),
+    ({"laws.m": {"start": [0, "a"], "end": [1]}}, "laws.m.start.2 = 'a': must be a number"),
+    ({"laws.m": {"start": [0.1, 0], "end": [1]}}, "laws.m.start.1 = 0.1: must be 0: a stroke runs from s = 0 to"),
+    ({"laws.m": {"start": [0, 0], "end": [2]}}, "laws.m.end.1 = 2: must be 1: a stroke runs from s = 0 to s = 1"),
+    ({"laws.m": {"start": [0] * 7, "end": [1] + [0] * 6}}, "laws.m.end: 14 conditions at both ends make a polynomial of degree 13; the highest is 12"),
+    ({"laws.m": {"start": [0, -1], "end": [1]}}, "laws.m: s goes beyond its ends by 0.12; it has to stay between 0 and 1, unless overshoot = true allows it"),
+    ({"laws.m": {"start": [0], "end": [1], "x": [0, 1]}}, "laws.m.start = [0]: a table has none: give one of law, scca"),
+    # the SCCA family
+    ({"laws.m": {"scca": [0.5, 0.5]}}, "laws.m.scca = [0.5, 0.5]: must be three shares of the stroke, sine ramps, constant acceleration and cosine, or four"),
+    ({"laws.m": {"scca": [0.5, 0.5, 0.1]}}, "laws.m.scca = [0.5, 0.5, 0.1]: the shares add up to 1.1, not to 1"),
+    ({"laws.m": {"scca": [0.5, -0.5, 1]}}, "laws.m.scca.2 = -0.5: must be 0, or from 1e-06 to 1: it is a share of the stroke"),
+    ({"laws.m": {"scca": [1e-9, 0.5, 0.5]}}, "laws.m.scca.1 = 1e-09: must be 0, or from 1e-06 to 1"),
+    ({"laws.m": {"scca": [0, 0, 0, 1]}}, "laws.m.scca = [0, 0, 0, 1]: needs a share with acceleration; constant velocity alone is the law uniform"),
+    ({"laws.m": {"scca": 0.5}}, "laws.m.scca = 0.5: must be"),
+    # built-in laws
+    ({"laws.m": {"law": "cycloid", "crossing": 0.4}}, "laws.m.law = 'cycloid': must be a built-in motion law; did you mean cycloidal?"),
+    ({"laws.m": {"law": "own-spline", "crossing": 0.4}}, "laws.m.law = 'own-spline': must be a built-in motion law"),
+    ({"laws.m": {"law": 5, "crossing": 0.4}}, "laws.m.law = 5: must be the name of a motion law"),
+    ({"laws.m": {"law": "cycloidal"}}, "laws.m.law = 'cycloidal': give crossing, peaks or mirror too; without them it is the built-in law"),
+    ({"laws.m": {"law": "cycloidal", "mirror": True}}, "laws.m.mirror = True: cycloidal is the same from both ends"),
+    ({"laws.m": {"law": "cycloidal", "scca": [0.5, 0, 0.5]}}, "laws.m.law = 'cycloidal': an SCCA law has none: give one of"),
+    # crossings
+    ({"laws.m": {"law": "cycloidal", "crossing": 1}}, "laws.m.crossing = 1: the acceleration would cross zero at 1; it has to be from 0.01 to 0.99 of the stroke"),
+    ({"laws.m": {"law": "cycloidal", "crossing": "a"}}, "laws.m.crossing = 'a': must be a number"),
+    ({"laws.m": {"law": "cycloidal", "peaks": [1, 0]}}, "laws.m.peaks"),
+    ({"laws.m": {"law": "cycloidal", "peaks": 5}}, "laws.m.peaks = 5: must be two numbers"),
+    ({"laws.m": {"law": "cycloidal", "peaks": [1]}}, "laws.m.peaks = [1]: must be two numbers"),
+    ({"laws.m": {"law": "cycloidal", "peaks": [1, 1e6]}}, "laws.m.peaks = [1, 1000000.0]: the acceleration would cross zero at 0.999999; it has to be from 0.01"),
+    ({"laws.m": {"law": "cycloidal", "peaks": [1, 2], "crossing": 0.4}}, "laws.m.peaks = [1, 2]: a law has either crossing or peaks"),
+    ({"laws.m": {"law": "double-harmonic", "crossing": 0.4}}, "laws.m.crossing = 0.4: moves the crossing of a law whose halves mirror each other"),
+    ({"laws.m": {**BEZIER, "overshoot": 1}}, "laws.m.overshoot = 1: must be true or false"),
     # files
     ({"laws.m": {"file": 5}}, "laws.m.file = 5: must be a text"),
     ({"laws.m": {"file": "absent.csv"}}, "laws.m.file = 'absent.csv': must be a CSV file with columns x and s: No such"),
@@ -370,3 +453,86 @@ def test_points_of_a_file_are_checked_as_those_of_the_scene(tmp_path, monkeypatc
     monkeypatch.chdir(tmp_path)
     (found,) = mistakes(changed(BASES["own laws"], {"laws.m": {"file": "lift.csv"}}))
     assert found == "cam.toml: laws.m.s.2 = nan: must be a finite number"
+
+
+# -------------------------------------------------------------------------------------------------- overshoot
+
+OVER = {"start": [0, 0, 0], "end": [1, 0, 0, -100], "overshoot": True}  # at rest at both ends, and above 1 between
+
+
+def overshooting(name, laws, rise="over", fall="cycloidal", lift=20, **changes):
+    motion = [
+        {"segment": "rise", "angle": 120, "lift": lift, "law": rise},
+        {"segment": "return", "angle": 120, "lift": lift, "law": fall},
+        {"segment": "dwell", "angle": 120},
+    ]
+    scene = find_scene(name) if isinstance(name, str) else name
+    return scene.replace(laws=laws, motion=motion, search=None, **changes)
+
+
+ANY_ENDS = st.lists(st.floats(-8.0, 8.0), max_size=3)
+
+
+@settings(max_examples=times(60, deep=1000))
+@given(ANY_ENDS, ANY_ENDS)
+def test_how_far_a_law_overshoots_is_told(start, end):
+    law = {"start": [0, *start], "end": [1, *end]}
+    s = law_of("own", law).displacement(np.linspace(0.0, 1.0, 4001))
+    by = max(-s.min(), s.max() - 1.0)
+    faults = list(check_laws({"laws": {"own": law}}))
+    assert not list(check_laws({"laws": {"own": {**law, "overshoot": True}}}))
+    if by > 1e-11:
+        ((_, _, told),) = faults
+        assert float(told.split(" by ")[1].split(";")[0]) == pytest.approx(by, rel=0.06, abs=1e-4)
+    elif faults:
+        assert by > -1e-4
+
+
+def test_the_highest_is_above_the_ends_of_the_rise():
+    """√(e² + (s₀ + highest)²) − R_r is the outer radius, and base circle and start are where they were."""
+    scene = overshooting("roller-1000rpm", {"over": OVER}, limits=None, outputs=["outer_radius_mm"])
+    lift = resolve(scene).programme.lift
+    assert lift == pytest.approx(resolve(scene).programme.at(np.linspace(0.0, 2.0, 200001))[0].max(), rel=1e-9)
+    assert lift > 1.05 * 20
+    offset, roller = scene.follower.offset, scene.follower.roller_radius
+    height = np.sqrt((scene.cam.base_radius + roller) ** 2 - offset**2) + lift
+    assert evaluate(scene)["outer_radius_mm"] == pytest.approx(np.hypot(offset, height) - roller, rel=1e-12)
+
+
+@pytest.mark.parametrize("name", ["roller-1000rpm", "oscillating-roller", "groove"])
+def test_a_motion_that_overshoots_is_certified(name):
+    """At the limit, and as far to either side as rounding lets verdicts differ."""
+    groove = {
+        "cam": {"form": "cylindrical", "mean_radius": 60.0},
+        "follower": {"motion": "oscillating", "contact": "roller", "roller_radius": 5.0, "arm_length": 90.0},
+        "motion": find_scene("roller-1000rpm").to_dict()["motion"],
+    }
+    base = Scene.from_dict(groove) if name == "groove" else find_scene(name)
+    scene = overshooting(base, {"over": OVER}, lift=12, limits=None)
+    found = evaluate(scene)
+    assert found["status"] == "certified"
+    angle = found["pressure_angle_max_deg"]
+    for factor, verdict in ((1.0 - 1e-12, "broken"), (1.0 + 1e-12, "held")):
+        limited = scene.replace(limits={"pressure_angle": angle * factor})
+        assert certify(limited)["pressure_angle"] == verdict
+        assert evaluate(limited)["feasible"] is (verdict == "held")
+
+
+@pytest.mark.parametrize(("rise", "fall"), [("cycloidal", "over"), ("below", "cycloidal"), ("below", "over")])
+def test_the_lowest_of_the_turn_is_on_the_base_circle(rise, fall):
+    """Also where a law goes below the level at which the turn starts."""
+    scene = overshooting("roller-1000rpm", {"over": OVER, "below": {**OVER, "mirror": True}}, rise, fall)
+    programme = resolve(scene).programme
+    y = programme.at(np.linspace(0.0, 2.0 * np.pi, 200001))[0]
+    assert y.min() == pytest.approx(0.0, abs=1e-8)
+    assert y.max() == pytest.approx(programme.lift, rel=1e-9)
+    assert y[0] > 1.0
+    found = evaluate(scene)
+    assert found["status"] == "certified"
+    assert found["feasible"] is ("broken" not in certify(scene).values())
+
+
+def test_a_law_that_overshoots_counts_for_the_overhang():
+    dynamics = {"mass": 0.5, "guide_length": 40.0, "overhang": 21.0}
+    with pytest.raises(BadInput, match=r"overhang = 21.*: must be at least the lift \(21\.6"):
+        overshooting("roller-1000rpm", {"over": OVER}, **{"follower.dynamics": dynamics})

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from camopt import BadInput, Scene, evaluate, optimise, sweep, synthesise
+from camopt import LAWS, BadInput, Scene, evaluate, optimise, sweep, synthesise
+from camopt.motion.law import pair_of
 
 TEXT = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
 BLOCKS = [tomllib.loads(block) for block in re.findall(r"```toml\n(.*?)```", TEXT, re.DOTALL)]
@@ -49,6 +50,15 @@ def test_its_own_laws_are_laws():
     own = scene_with("laws")
     own = own.replace(**{"search.law_rise": list(own.laws)})
     assert all(row["feasible"] for row in optimise(own).by_law.values())
+
+
+def test_its_table_has_every_law_between_what_it_joins():
+    (table,) = re.findall(r"(\| from .*?)\n\n", TEXT, re.DOTALL)
+    letters, _, *rows = [[cell.strip() for cell in row.strip("|").split("|")] for row in table.splitlines()]
+    cells = {f"{row[0]}-{to}": cell for row in rows for to, cell in zip(letters[1:], row[1:], strict=True)}
+    for pair, cell in cells.items():
+        named = {name for name in re.findall(r"`([a-z0-9-]+)`", cell) if name in LAWS and "`mirror`" not in cell}
+        assert named == {name for name, law in LAWS.items() if pair_of(law) == pair}
 
 
 def test_free_laws_hold_its_limits():

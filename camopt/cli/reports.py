@@ -11,6 +11,7 @@ from rich.tree import Tree
 from camopt.cli.terminal import print_json, room_across, show, table_of
 from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.motion import LAWS
+from camopt.motion.law import pair_of
 from camopt.problem.problem import Problem, resolve
 from camopt.problem.rows import Rows, finite
 from camopt.quantities import QUANTITIES
@@ -344,16 +345,20 @@ def show_spectrum(rows: Rows, as_json: bool) -> None:
 
 
 def show_laws(as_json: bool) -> None:
-    """The motion laws with the peaks of their unit stroke."""
+    """The motion laws with what they join and the peaks of their unit stroke."""
     from camopt.motion.programme import law_peaks
 
     records = [
-        {"law": name, "title": law.TITLE, **law_peaks(law), "source": law.SOURCE} for name, law in LAWS.items()
+        {"law": name, "title": law.TITLE, "pair": pair_of(law), **law_peaks(law), "source": law.SOURCE}
+        for name, law in LAWS.items()
     ]
     if as_json:
         return print_json([finite(record) for record in records])
-    names = ["law", "title", "peak_velocity", "peak_acceleration", "peak_jerk", "jumps"]
-    return show(table_of("Motion laws (between dwells; stroke 1, angle 1)", records, names))
+    names = ["law", "title", "pair", "peak_velocity", "peak_acceleration", "peak_jerk", "jumps"]
+    title = (
+        "Motion laws (between dwells; stroke 1, angle 1). Pair: rest R, constant velocity G, reversal U, motion B"
+    )
+    return show(table_of(title, records, names))
 
 
 def show_scenes(name: str | None, as_json: bool) -> None:

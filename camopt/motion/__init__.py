@@ -4,9 +4,11 @@ from camopt.motion import (
     cubic,
     cycloidal,
     double_harmonic,
+    half_cycloidal_1,
+    half_cycloidal_2,
+    half_harmonic_1,
+    half_harmonic_2,
     harmonic,
-    modified_sine,
-    modified_trapezoid,
     parabolic,
     poly345,
     poly4567,
@@ -14,6 +16,7 @@ from camopt.motion import (
     uniform,
 )
 from camopt.motion.law import Law
+from camopt.motion.scca import modified_constant_velocity, modified_sine, modified_trapezoid
 
 _ALL: tuple[Law, ...] = (
     uniform,
@@ -27,6 +30,11 @@ _ALL: tuple[Law, ...] = (
     cubic,
     double_harmonic,
     poly56789,
+    modified_constant_velocity,
+    half_cycloidal_1,
+    half_cycloidal_2,
+    half_harmonic_1,
+    half_harmonic_2,
 )
 
 LAWS: dict[str, Law] = {law.NAME: law for law in _ALL}

@@ -1,11 +1,13 @@
-"""What a motion law is: a module (or a ``SplineLaw``) with four verbs, on the unit stroke.
+"""What a motion law is: a module, or a member of a family of laws (a class), with four verbs on the unit stroke.
 
 ``displacement(x)`` runs from s(0) = 0 to s(1) = 1; ``velocity``, ``acceleration`` and ``jerk`` are its first
 three derivatives by x. ``BREAKS`` are the points between which all four are smooth, 0 and 1 included; *at* a
 break a verb may return either one-sided value, so the motion tables evaluate strictly between breaks.
 
-A new law is a module of this folder, a name in the list of ``motion``, its exact form for proofs in
-``verdicts.exact_laws``, and its formula in ``tests/support/naive.py`` for the 50-digit reference, which
+Laws need not rest at their ends. ``pair_of`` tells what a law joins, in the letters of VDI 2143.
+
+A new law is a module of this folder or a member of a family, a name in the list of ``motion``, its exact form for
+proofs in ``verdicts.exact_laws``, and its formula in ``tests/support/naive.py`` for the 50-digit reference, which
 ``tests/data/make_reference.py`` computes.
 """
 
@@ -44,3 +46,26 @@ def folded(x: ArrayLike) -> tuple[FloatArray, Any]:
     x = np.asarray(x, dtype=float)
     mirrored = x > 0.5
     return np.where(mirrored, 1.0 - x, x), mirrored
+
+
+STATES = {(False, False): "R", (True, False): "G", (False, True): "U", (True, True): "B"}
+"""Whether there is a velocity and an acceleration: rest (Rast), constant velocity (Geschwindigkeit), reversal
+(Umkehr), and motion in general (Bewegung)."""
+SAMPLES = np.linspace(0.0, 1.0, 257)
+NOTHING = 1e-9  # of the largest value: less is rounding
+
+
+def pair_of(law: Law) -> str:
+    """What a law joins by its first two derivatives at both ends, such as R-G: the motion tasks of VDI 2143."""
+    ends = [
+        np.abs(verb([0.0, 1.0])) > NOTHING * np.abs(verb(SAMPLES)).max()
+        for verb in (law.velocity, law.acceleration)
+    ]
+    return "-".join(
+        STATES[bool(velocity), bool(acceleration)] for velocity, acceleration in zip(*ends, strict=True)
+    )
+
+
+def is_symmetric(law: Law) -> bool:
+    """Whether the second half of a stroke is the first from its other end: s(1 − x) = 1 − s(x)."""
+    return bool(np.abs(law.displacement(SAMPLES) + law.displacement(1.0 - SAMPLES) - 1.0).max() <= NOTHING)

@@ -46,6 +46,7 @@ from camopt.numerics.piecewise import (
 PANELS = 24
 SAME = 1e-9  # jumps below this share of the largest value in the turn are rounding
 BESIDE = 1e-12  # rad, to either side of a jump
+BEYOND = 1e-12  # by how much rounding may take a law below 0 or above 1
 
 
 @dataclass(frozen=True)
@@ -337,8 +338,9 @@ def root_mean_square(programme: Programme, order: int) -> float:
 
 
 def unit_span(law: Law) -> tuple[float, float]:
-    """Least and largest displacement of a law's unit stroke."""
-    return span(Programme((Stroke(RISE, law, 0.0, 1.0, 0.0, 1.0),)), (1.0,), RISE)
+    """Least and largest displacement of a law's unit stroke: 0 and 1, but for what is more than rounding."""
+    least, largest = span(Programme((Stroke(RISE, law, 0.0, 1.0, 0.0, 1.0),)), (1.0,), RISE)
+    return least if least < -BEYOND else 0.0, largest if largest > 1.0 + BEYOND else 1.0
 
 
 def law_peaks(law: Law) -> dict[str, float | str]:

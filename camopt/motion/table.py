@@ -8,7 +8,7 @@ from numpy.polynomial import chebyshev, polynomial
 from numpy.typing import NDArray
 
 from camopt.motion.law import Law
-from camopt.numerics import FloatArray
+from camopt.numerics import UNIT, FloatArray
 from camopt.numerics.piecewise import DEGREE, sign_changes
 
 RISE, RETURN, DWELL = 1, 2, 4  # bits, so that a question can ask for several kinds at once
@@ -20,6 +20,14 @@ WAY_OF = {RISE: OUTWARD, RETURN: INWARD, DWELL: RESTING}
 
 JERK_DEGREE = DEGREE - 3
 SAME = 1e-12  # of a stroke: a cut this near to a break is one but for rounding
+HELD = 1e-14  # of a law's jerk: panels that leave out more of it are halved
+HALVINGS = 8  # at most
+
+
+def chebyshev_series(degree: int) -> tuple[FloatArray, FloatArray]:
+    """Nodes inside (−1, 1) and the matrix from values there to coefficients of Chebyshev polynomials."""
+    u = chebyshev.chebpts1(degree + 1)
+    return u, np.asarray(np.linalg.inv(chebyshev.chebvander(u, degree)))
 
 
 def ways_of(kinds: int) -> int:
@@ -31,18 +39,39 @@ def ways_of(kinds: int) -> int:
 def chebyshev_projection(degree: int) -> tuple[FloatArray, FloatArray]:
     """Nodes inside (−1, 1) and the matrix from values there to power-basis coefficients."""
     count = degree + 1
-    u = chebyshev.chebpts1(count)
-    to_chebyshev = np.linalg.inv(chebyshev.chebvander(u, degree))
+    u, to_chebyshev = chebyshev_series(degree)
     to_powers = np.array([np.pad(chebyshev.cheb2poly(row), (0, count))[:count] for row in np.eye(count)]).T
     return u, to_powers @ to_chebyshev
 
 
 NODES, TO_POWERS = chebyshev_projection(JERK_DEGREE)
+FINER_NODES, TO_CHEBYSHEV = chebyshev_series(JERK_DEGREE + 4)
 
 
 def cut(breaks: tuple[float, ...], cuts: tuple[float, ...]) -> tuple[float, ...]:
     """The breaks of a unit stroke, and further cuts of it, in order."""
     return tuple(sorted({*breaks, *(x for x in cuts if 0.0 < x < 1.0 and min(abs(x - b) for b in breaks) > SAME)}))
+
+
+def _panels(breaks: tuple[float, ...], counts: list[int]) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The lower ends, centres and half widths of the panels of all pieces."""
+    ends = [np.linspace(a, b, m + 1) for (a, b), m in zip(pairwise(breaks), counts, strict=True)]
+    low = np.concatenate([e[:-1] for e in ends])
+    high = np.concatenate([e[1:] for e in ends])
+    return low, (low + high) / 2, (high - low) / 2
+
+
+def _coarse(law: Law, breaks: tuple[float, ...], counts: list[int]) -> set[int]:
+    """The pieces with panels too wide for their jerk: its Chebyshev series goes on beyond rounding.
+
+    No more is seen of it than rounding of x leaves.
+    """
+    _, centre, half = _panels(breaks, counts)
+    series = np.abs(law.jerk(centre[:, None] + half[:, None] * FINER_NODES) @ TO_CHEBYSHEV.T)
+    slope = series @ np.arange(series.shape[1]) ** 2 / half
+    rest = series[:, JERK_DEGREE + 1 :].sum(axis=1)
+    wide = rest > HELD * series.sum(axis=1).max() + UNIT * slope
+    return set(np.repeat(np.arange(len(counts)), counts)[wide].tolist())
 
 
 @lru_cache(maxsize=256)
@@ -59,10 +88,12 @@ def stroke_coefficients(
     """
     breaks = cut(law.BREAKS, cuts)
     counts = [max(1, round(panels * (b - a))) for a, b in pairwise(breaks)]
-    ends = [np.linspace(a, b, m + 1) for (a, b), m in zip(pairwise(breaks), counts, strict=True)]
-    low = np.concatenate([e[:-1] for e in ends])
-    high = np.concatenate([e[1:] for e in ends])
-    centre, half = (low + high) / 2, (high - low) / 2
+    for _ in range(HALVINGS):
+        coarse = _coarse(law, breaks, counts)
+        if not coarse:
+            break
+        counts = [2 * count if k in coarse else count for k, count in enumerate(counts)]
+    low, centre, half = _panels(breaks, counts)
     series = law.jerk(centre[:, None] + half[:, None] * NODES) @ TO_POWERS.T
     for constant in (law.acceleration(centre), law.velocity(centre), law.displacement(centre)):
         series = polynomial.polyint(series, axis=1) * half[:, None]

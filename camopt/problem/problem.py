@@ -21,7 +21,7 @@ from camopt.quantities import EVERYTHING, GEOMETRY, QUANTITIES, number_quantity
 from camopt.scene.checks import sizes_of
 from camopt.scene.choices import Range
 from camopt.scene.load import constant_and_changing
-from camopt.scene.own_laws import spline_of
+from camopt.scene.own_laws import law_of
 from camopt.scene.scene import Scene
 from camopt.scene.turn import segment_of
 
@@ -118,7 +118,7 @@ def resolve(scene: Scene) -> Problem:
     mistakes = [*_not_offered(scene, setup), *_out_of_reach(scene, setup)]
     if mistakes:
         raise BadInput(mistakes)
-    laws = {**LAWS, **{name: spline_of(name, law.model_dump()) for name, law in scene.laws.items()}}
+    laws = {**LAWS, **{name: law_of(name, law.model_dump()) for name, law in scene.laws.items()}}
     _, load = constant_and_changing(*load_and_unit(scene))
     programme = Programme.from_segments(segments_of(scene), angular=setup.angular, laws=laws, load=load)
     return Problem(scene, setup, laws, programme, design, limits_of(scene, setup))

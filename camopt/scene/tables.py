@@ -196,30 +196,52 @@ class Segment(Table):
     per: Literal["rad", "deg", "s"] = "rad"
 
 
+def _is_pair(value: Any) -> Any:
+    if not isinstance(value, (list, tuple)) or len(value) != 2:
+        raise ValueError("two numbers")
+    return tuple(_is_number(v) for v in value)
+
+
 Numbers = Annotated[tuple[Anywhere, ...], Field(min_length=1)]
 
 
 class OwnLaw(Table):
-    """A motion law of the scene's own on the unit stroke, 0 ≤ s ≤ 1 for 0 ≤ x ≤ 1: a B-spline or a table.
+    """A motion law of the scene's own on the unit stroke, from s = 0 at x = 0 to s = 1 at x = 1, given in one way.
 
-    A B-spline has a ``degree`` from 3 to 12, clamped ``knots`` (degree + 1 zeros first, as many ones last) and
-    ``coefficients``; it is exact. A table has points ``x`` and ``s``, or a CSV ``file`` with these columns (a path
-    relative to the scene file), read when the scene is made. Its law is the quintic spline through the points, at
-    rest at both ends; the ``status`` of its verdicts is "sampled", for the motion between the points is not known.
-    A function ``f`` of Python is given as points too: ``x = [k / 200 for k in range(201)]`` and
-    ``s = [f(v) for v in x]``.
+    - A polynomial has conditions at both ends: ``start`` and ``end`` hold s, s′, s″, …; ``start = [0, 0, 0]`` and
+      ``end = [1, 0, 0]`` make the 3-4-5 polynomial. It is the one of least degree that meets them, 12 at most.
+    - ``scca`` are shares of the stroke: sine ramps, constant acceleration, cosine, and constant velocity if there
+      is a fourth. ``[0.25, 0.5, 0.25]`` is the modified trapezoid.
+    - ``law`` is a built-in law, to be skewed or mirrored.
+    - A B-spline has a ``degree`` from 3 to 12, clamped ``knots`` (degree + 1 zeros first, as many ones last) and
+      ``coefficients``.
+    - A table has points ``x`` and ``s``, or a CSV ``file`` with these columns (a path relative to the scene file),
+      read when the scene is made. Its law is the quintic spline through the points, at rest at both ends; the
+      ``status`` of its verdicts is "sampled", for the motion between the points is not known. A function ``f`` of
+      Python is given as points too: ``x = [k / 200 for k in range(201)]`` and ``s = [f(v) for v in x]``.
+
+    ``crossing`` is where the acceleration of a symmetric law crosses zero in place of ½; ``peaks = [a, d]`` puts it
+    where the largest acceleration is to the largest deceleration as a to d. ``overshoot`` allows s below 0 or above
+    1; the lowest of the turn is on the base circle.
 
     A rise follows y = lift·s(x), a return y = lift·(1 − s(x)): each starts as the law starts. ``mirror`` takes
     1 − s(1 − x) in place of s(x). On a return it then retraces the rise with the law as it was given, backwards.
     """
 
+    law: LawName | None = None
+    scca: Numbers | None = None
+    start: Numbers | None = None
+    end: Numbers | None = None
     degree: Annotated[int, BeforeValidator(is_whole), Field(ge=DEGREES[0], le=DEGREES[-1])] | None = None
     knots: Numbers | None = None
     coefficients: Numbers | None = None
     x: Numbers | None = None
     s: Numbers | None = None
     file: str | None = None
+    crossing: Number | None = None
+    peaks: Annotated[tuple[Positive, Positive], BeforeValidator(_is_pair)] | None = None
     mirror: Switch = False
+    overshoot: Switch = False
 
 
 class Limits(Table):
@@ -263,12 +285,6 @@ Outputs = Annotated[
     BeforeValidator(as_list),
 ]
 Quantities = Annotated[tuple[QuantityName, ...], BeforeValidator(as_list)]
-
-
-def _is_pair(value: Any) -> Any:
-    if not isinstance(value, (list, tuple)) or len(value) != 2:
-        raise ValueError("two numbers")
-    return tuple(_is_number(v) for v in value)
 
 
 def _is_peak(value: Any) -> Any:

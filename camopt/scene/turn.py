@@ -12,7 +12,7 @@ from camopt.motion import LAWS
 from camopt.motion.programme import Programme
 from camopt.motion.segments import CONSTANT_VELOCITY, MOVE, Segment, changes, ends_of
 from camopt.scene.mapping import at, number, segments
-from camopt.scene.own_laws import CLOSE, Fault, check_laws, law_names, spline_of
+from camopt.scene.own_laws import CLOSE, Fault, check_laws, law_names, law_of, own_laws
 
 LEAST = {"angle": 1e-6, "lift": 1e-9}  # of a rise or return, deg and mm or deg
 DERIVATIVES = ("velocity", "acceleration", "jerk")
@@ -63,9 +63,10 @@ def highest_of(data: Mapping[str, Any]) -> float | None:
     given = _given(data)
     if not given:
         return None
-    ends = ends_of(given)
-    if any(segment.segment == MOVE for segment in given) and not any(check_laws(data)):
-        own = {name: spline_of(name, law) for name, law in (data.get("laws") or {}).items()}
+    ends, laws = ends_of(given), own_laws(data)
+    beyond = any(isinstance(law, Mapping) and law.get("overshoot") is True for law in laws.values())
+    if (beyond or any(segment.segment == MOVE for segment in given)) and not any(check_laws(data)):
+        own = {name: law_of(name, law) for name, law in laws.items()}
         return Programme.from_segments(given, angular=False, laws={**LAWS, **own}).lift
     return max(ends) - min(ends) if isfinite(hypot(*ends)) else None
 

@@ -9,12 +9,15 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from math import factorial, perm
+from typing import Any
 
 from flint import arb, fmpq, fmpq_mat, fmpq_poly
 
 from camopt.motion.law import Law
 from camopt.motion.polynomial import PolynomialLaw
+from camopt.motion.scca import SCCALaw
 from camopt.motion.spline import SplineLaw
+from camopt.motion.turned import MirroredLaw, SkewedLaw
 from camopt.verdicts.ball import precisely
 
 SineWave = tuple[arb, arb, arb]
@@ -43,44 +46,62 @@ class Piece:
         return total
 
 
+def _moved(piece: Piece, start: arb, end: arb) -> Piece:
+    """A part of a piece, its polynomial and waves by the distance from its own start."""
+    step, powers = start - piece.start, [arb(c) for c in piece.powers]
+    for k in range(len(powers)):  # Horner's scheme, again and again, is the expansion about the new start
+        for j in range(len(powers) - 2, k - 1, -1):
+            powers[j] += powers[j + 1] * step
+    return Piece(start, end, tuple(powers), tuple((a, w, phase + w * step) for a, w, phase in piece.waves))
+
+
+def _stretched(piece: Piece, by: fmpq, low: fmpq, place: Callable[[arb], arb]) -> Piece:
+    """by·s(x/by) + low, from the place of its start to that of its end."""
+    powers = [c / arb(by) ** (k - 1) for k, c in enumerate(piece.powers)] or [arb(0)]
+    powers[0] += low
+    waves = tuple((a * by, w / by, phase) for a, w, phase in piece.waves)
+    return Piece(place(piece.start), place(piece.end), tuple(powers), waves)
+
+
 def _polynomial(*powers: int) -> tuple[Piece, ...]:
     return (Piece(arb(0), arb(1), tuple(arb(c) for c in powers)),)
 
 
-def _from_accelerations(*pieces: tuple[arb, arb, arb, arb]) -> tuple[Piece, ...]:
+def _from_accelerations(*pieces: tuple[fmpq, arb, fmpq, fmpq]) -> tuple[Piece, ...]:
     """Pieces from (length, A, w, φ): a = A·sin(π·(w·d + φ)), or a = A where w is 0; integrated twice from rest."""
-    found, start, s, v = [], arb(0), arb(0), arb(0)
+    found, start, s, v = [], fmpq(0), arb(0), arb(0)
     for length, size, speed, phase in pieces:
+        ends = arb(start), arb(start + length)
         if speed == 0:
-            piece = Piece(start, start + length, (s, v, size / 2))
+            piece = Piece(*ends, (s, v, size / 2))
         else:
             swing, fast = size / (arb.pi() * speed), arb.pi() * speed
-            powers = (s + swing / fast * phase.sin_pi(), v + swing * phase.cos_pi())
-            piece = Piece(start, start + length, powers, ((-swing / fast, speed, phase),))
+            powers = (s + swing / fast * arb(phase).sin_pi(), v + swing * arb(phase).cos_pi())
+            piece = Piece(*ends, powers, ((-swing / fast, arb(speed), arb(phase)),))
         found.append(piece)
         start = start + length
-        s, v = piece.derivative(0, start), piece.derivative(1, start)
+        s, v = piece.derivative(0, piece.end), piece.derivative(1, piece.end)
     return tuple(found)
 
 
-def _modified_sine() -> tuple[Piece, ...]:
-    pi, eighth, half = arb.pi(), arb(1) / 8, arb(1) / 2
-    size, fast, slow = 4 * pi**2 / (4 + pi), arb(4), arb(4) / 3
-    return _from_accelerations(
-        (eighth, size, fast, arb(0)), (6 * eighth, size, slow, half), (eighth, size, fast, 3 * half)
+def _scca(law: SCCALaw) -> tuple[Piece, ...]:
+    """The waves of the acceleration in order; its size in closed form."""
+    shares = _rational(law.shares)
+    b, c, d, e = (share / sum(shares, fmpq(0)) for share in shares)
+    pi, p, half, none = arb.pi(), b + c + d, fmpq(1, 2), fmpq(0)
+    through = ((pi**2 - 8) * (b * b - d * d) - 2 * pi * (pi - 2) * b * p + (pi * p) ** 2) / (4 * pi**2)
+    size = 1 / (through + ((b + d) / pi + c / 2) * e)
+    ramp, fall = (1 / share if share else none for share in (b, d))
+    waves = (
+        (b / 2, size, ramp, none),
+        (c / 2, size, none, none),
+        (d / 2, size, fall, half),
+        (e, arb(0), none, none),
+        (d / 2, size, fall, fmpq(1)),
+        (c / 2, -size, none, none),
+        (b / 2, size, ramp, 3 * half),
     )
-
-
-def _modified_trapezoid() -> tuple[Piece, ...]:
-    pi, eighth, half, none = arb.pi(), arb(1) / 8, arb(1) / 2, arb(0)
-    size, fast = 8 * pi / (2 + pi), arb(4)
-    return _from_accelerations(
-        (eighth, size, fast, none),
-        (2 * eighth, size, none, none),
-        (2 * eighth, size, fast, half),
-        (2 * eighth, -size, none, none),
-        (eighth, size, fast, 3 * half),
-    )
+    return _from_accelerations(*(wave for wave in waves if wave[0]))
 
 
 def _double_harmonic() -> tuple[Piece, ...]:
@@ -94,27 +115,25 @@ def _parabolic() -> tuple[Piece, ...]:
     return Piece(arb(0), half, (arb(0), arb(0), arb(2))), Piece(half, arb(1), (half, arb(2), arb(-2)))
 
 
-def _harmonic() -> tuple[Piece, ...]:
-    half = arb(1) / 2
-    return (Piece(arb(0), arb(1), (half,), ((-half, arb(1), half),)),)
-
-
-def _cycloidal() -> tuple[Piece, ...]:
-    return (Piece(arb(0), arb(1), (arb(0), arb(1)), ((-1 / (2 * arb.pi()), arb(2), arb(0)),)),)
+def _wave(size: arb, speed: fmpq, phase: fmpq, *powers: int | fmpq) -> tuple[Piece, ...]:
+    """One wave and a polynomial over the whole stroke."""
+    return (Piece(arb(0), arb(1), tuple(map(arb, powers)), ((size, arb(speed), arb(phase)),)),)
 
 
 EXACT: dict[str, Callable[[], tuple[Piece, ...]]] = {
     "uniform": lambda: _polynomial(0, 1),
     "parabolic": _parabolic,
-    "harmonic": _harmonic,
-    "cycloidal": _cycloidal,
+    "harmonic": lambda: _wave(arb(-1) / 2, fmpq(1), fmpq(1, 2), fmpq(1, 2)),
+    "cycloidal": lambda: _wave(-1 / (2 * arb.pi()), fmpq(2), fmpq(0), 0, 1),
     "poly345": lambda: _polynomial(0, 0, 0, 10, -15, 6),
     "poly4567": lambda: _polynomial(0, 0, 0, 0, 35, -84, 70, -20),
-    "modified-trapezoid": _modified_trapezoid,
-    "modified-sine": _modified_sine,
     "cubic": lambda: _polynomial(0, 0, 3, -2),
     "double-harmonic": _double_harmonic,
     "poly56789": lambda: _polynomial(0, 0, 0, 0, 0, 126, -420, 540, -315, 70),
+    "half-cycloidal-1": lambda: _wave(-1 / arb.pi(), fmpq(1), fmpq(0), 0, 1),
+    "half-cycloidal-2": lambda: _wave(1 / arb.pi(), fmpq(1), fmpq(0), 0, 1),
+    "half-harmonic-1": lambda: _wave(arb(-1), fmpq(1, 2), fmpq(1, 2), 1),
+    "half-harmonic-2": lambda: _wave(arb(1), fmpq(1, 2), fmpq(0), 0),
 }
 
 
@@ -154,14 +173,49 @@ def _by_conditions(law: PolynomialLaw) -> tuple[Piece, ...]:
     return (Piece(arb(0), arb(1), tuple(map(arb, [*first, *solved.entries()]))),)
 
 
+def _skewed(law: SkewedLaw) -> tuple[Piece, ...]:
+    """The pieces of a law, those of its first half and of its second stretched."""
+    (crossing,), half, found = _rational((law.crossing,)), arb(1) / 2, []
+    before, after = 2 * crossing, 2 * (1 - crossing)
+    for piece in pieces_of(law.law):
+        if piece.start < half:
+            part = _moved(piece, piece.start, piece.end.min(half))
+            found.append(_stretched(part, before, fmpq(0), lambda x: x * before))
+        if piece.end > half:
+            part = _moved(piece, piece.start.max(half), piece.end)
+            found.append(_stretched(part, after, 1 - after, lambda x: 1 - (1 - x) * after))
+    return tuple(found)
+
+
+def _mirrored(law: MirroredLaw) -> tuple[Piece, ...]:
+    """The pieces of a law from their ends, the last one first."""
+    found = []
+    for piece in reversed(pieces_of(law.law)):
+        turned = _moved(piece, piece.end, piece.end)
+        powers = [-c * (-1) ** k for k, c in enumerate(turned.powers)] or [arb(0)]
+        powers[0] += 1
+        waves = tuple((-a, -w, phase) for a, w, phase in turned.waves)
+        found.append(Piece(1 - piece.end, 1 - piece.start, tuple(powers), waves))
+    return tuple(found)
+
+
 def _rational(values: tuple[float, ...]) -> list[fmpq]:
     return [fmpq(*value.as_integer_ratio()) for value in values]
+
+
+FORMS: dict[type, Callable[[Any], tuple[Piece, ...]]] = {
+    SplineLaw: _spline,
+    PolynomialLaw: _by_conditions,
+    SCCALaw: _scca,
+    SkewedLaw: _skewed,
+    MirroredLaw: _mirrored,
+}
+"""The exact form of laws that come in families; ``EXACT`` has that of laws by name."""
 
 
 @cache
 @precisely()
 def pieces_of(law: Law) -> tuple[Piece, ...]:
     """The pieces of a law."""
-    if isinstance(law, SplineLaw):
-        return _spline(law)
-    return _by_conditions(law) if isinstance(law, PolynomialLaw) else EXACT[law.NAME]()
+    form = FORMS.get(type(law))
+    return EXACT[law.NAME]() if form is None else form(law)

@@ -209,7 +209,7 @@ def scenes() -> dict[str, Scene]:
     grid = {
         f"{mechanism}-{law}": scene_of(mechanism, m, law, k)
         for m, mechanism in enumerate(MECHANISMS)
-        for k, law in enumerate(naive.LAWS)
+        for k, law in enumerate(naive.COMMON)
     }
     return grid | extra_scenes()
 

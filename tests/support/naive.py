@@ -30,7 +30,14 @@ LAWS = (
     "cubic",
     "double-harmonic",
     "poly56789",
+    "modified-constant-velocity",
+    "half-cycloidal-1",
+    "half-cycloidal-2",
+    "half-harmonic-1",
+    "half-harmonic-2",
 )
+COMMON = LAWS[:8]
+"""Those of the whole cams in reference.json."""
 
 Jet = tuple[Any, Any, Any, Any]
 Curve = Callable[[Any], Jet]
@@ -102,6 +109,28 @@ def cycloidal(ctx: Any) -> Curve:
     return jet
 
 
+def half_cycloidal(sign: int, ctx: Any) -> Curve:
+    """s = x - sign sin(pi x)/pi: a half turn of the circle of a cycloidal motion twice as high and long."""
+
+    def jet(x: Any) -> Jet:
+        w = ctx.pi * 1
+        c, d = ctx.cos(w * x), ctx.sin(w * x)
+        return x - sign * d / w, 1 - sign * c, sign * w * d, sign * w**2 * c
+
+    return jet
+
+
+def half_harmonic(start: int, ctx: Any) -> Curve:
+    """s = cos(pi start/2) - cos(pi (x + start)/2): a quarter turn, the first (start = 0) or the second (1)."""
+
+    def jet(x: Any) -> Jet:
+        w = ctx.pi / 2
+        c, d = ctx.cos(w * (x + start)), ctx.sin(w * (x + start))
+        return 1 - start - c, w * d, w**2 * c, -(w**3) * d
+
+    return jet
+
+
 def wave(x0: Any, s0: Any, v0: Any, A: Any, w: Any, m: Any, ctx: Any) -> Curve:
     """The motion from x0, where s = s0 and v = v0, under the acceleration a = A cos(w (x - m))."""
 
@@ -131,28 +160,26 @@ def from_acceleration(waves: list[tuple[Any, ...]], ctx: Any) -> list[tuple[Any,
     return chain(1 / chain(ctx.one)[1])[0]
 
 
-def modified_trapezoid(ctx: Any) -> list[tuple[Any, Any, Curve]]:
-    """Acceleration: quarter sine to 1/8, flat to 3/8, half cosine to 5/8, flat to 7/8, quarter sine."""
-    e, w = ctx.one / 8, 4 * ctx.pi
-    return from_acceleration(
-        [
-            (0 * e, e, 1, w, e),
-            (e, 3 * e, 1, ctx.zero, e),
-            (3 * e, 5 * e, 1, w, 3 * e),
-            (5 * e, 7 * e, -1, ctx.zero, e),
-            (7 * e, 8 * e, -1, w, 7 * e),
-        ],
-        ctx,
-    )
+def scca(b: Any, c: Any, d: Any, e: Any, ctx: Any) -> list[tuple[Any, Any, Curve]]:
+    """Acceleration: quarter sine over b/2, flat over c/2, cosine over d/2, none over e, and the same backwards."""
+    x, waves = ctx.zero, []
+    ends = [(b / 2, "rise"), (c / 2, "flat"), (d / 2, "fall"), (e, "none")]
+    for sign, parts in ((1, ends), (-1, ends[2::-1])):
+        for length, part in parts:
+            w = ctx.pi / 2 / length if length and part in ("rise", "fall") else ctx.zero
+            crest = x + length if (part == "rise") == (sign == 1) else x  # a sine is a cosine about its crest
+            if length:
+                waves.append((x, x + length, 0 if part == "none" else sign, w, crest))
+            x += length
+    return from_acceleration(waves, ctx)
 
 
-def modified_sine(ctx: Any) -> list[tuple[Any, Any, Curve]]:
-    """Acceleration: quarter sine of length 1/8 at both ends, half cosine of length 3/4 between them."""
-    e, w = ctx.one / 8, 4 * ctx.pi
-    return from_acceleration(
-        [(0 * e, e, 1, w, e), (e, 7 * e, 1, w / 3, e), (7 * e, 8 * e, -1, w, 7 * e)],
-        ctx,
-    )
+SCCA = {
+    "modified-trapezoid": (2, 4, 2, 0),
+    "modified-sine": (2, 0, 6, 0),
+    "modified-constant-velocity": (1, 0, 3, 4),
+}
+"""Shares of the stroke in eighths."""
 
 
 def law_pieces(law: str, ctx: Any = mp) -> list[tuple[Any, Any, Curve]]:
@@ -163,10 +190,8 @@ def law_pieces(law: str, ctx: Any = mp) -> list[tuple[Any, Any, Curve]]:
             (zero, half, polynomial({2: 2}, ctx)),
             (half, one, polynomial({0: -1, 1: 4, 2: -2}, ctx)),
         ]
-    if law == "modified-trapezoid":
-        return modified_trapezoid(ctx)
-    if law == "modified-sine":
-        return modified_sine(ctx)
+    if law in SCCA:
+        return scca(*(share * one / 8 for share in SCCA[law]), ctx)
     whole = {
         "uniform": lambda: polynomial({1: 1}, ctx),
         "harmonic": lambda: harmonic(ctx),
@@ -176,6 +201,10 @@ def law_pieces(law: str, ctx: Any = mp) -> list[tuple[Any, Any, Curve]]:
         "cubic": lambda: polynomial({2: 3, 3: -2}, ctx),
         "double-harmonic": lambda: double_harmonic(ctx),
         "poly56789": lambda: polynomial({5: 126, 6: -420, 7: 540, 8: -315, 9: 70}, ctx),
+        "half-cycloidal-1": lambda: half_cycloidal(1, ctx),
+        "half-cycloidal-2": lambda: half_cycloidal(-1, ctx),
+        "half-harmonic-1": lambda: half_harmonic(0, ctx),
+        "half-harmonic-2": lambda: half_harmonic(1, ctx),
     }
     return [(zero, one, whole[law]())]
 

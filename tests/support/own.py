@@ -1,7 +1,8 @@
 """Laws as a scene brings them, for the tests that try every law; and what they are to 50 digits.
 
 A spline is the sum of the basis functions of Cox and de Boor, derivatives by their recursion: neither the package's
-steps between coefficients nor its polynomials of a span. A polynomial is solved for, all its powers at once.
+steps between coefficients nor its polynomials of a span. A polynomial is solved for, all its powers at once. A law
+of the SCCA family is integrated from its acceleration and scaled then. A skewed law is the law stretched.
 """
 
 from functools import cache
@@ -9,8 +10,13 @@ from functools import cache
 import mpmath
 
 from camopt.motion import LAWS
+from camopt.motion.law import pair_of
 from camopt.motion.polynomial import PolynomialLaw
-from camopt.scene.own_laws import spline_of
+from camopt.motion.scca import SCCALaw
+from camopt.motion.spline import SplineLaw
+from camopt.motion.turned import SkewedLaw
+from camopt.scene.own_laws import law_of
+from support import naive
 
 X = [0.0, 0.06, 0.15, 0.2, 0.31, 0.4, 0.52, 0.6, 0.73, 0.8, 0.88, 0.95, 1.0]
 TABLES = {
@@ -20,14 +26,35 @@ TABLES = {
         "coefficients": [0.0, 0.0, 0.0, 0.3, 0.6, 0.85, 1.0, 1.0, 1.0],
     },
     "own-table": {"x": X, "s": LAWS["modified-sine"].displacement(X).tolist()},
+    "own-polynomial": {"start": [0.0, 0.0, 0.0], "end": [1.0, 0.0, -6.0]},
+    "own-scca": {"scca": [0.1, 0.2, 0.3, 0.4]},
+    "own-skewed": {"law": "cycloidal", "crossing": 0.35},
 }
-OWN = {name: spline_of(name, table) for name, table in TABLES.items()}
+OWN = {name: law_of(name, table) for name, table in TABLES.items()}
 EVERY = {**LAWS, **OWN}
+STILL = [name for name, law in EVERY.items() if set(pair_of(law)) <= set("RU-")]
+"""Those without a velocity at their ends: beside a dwell they make no corner."""
 
 
 def law_at(law, x):
     """(s, v, a, j) of a law at x (mpmath), between its breaks."""
-    return _polynomial_at(law, x) if isinstance(law, PolynomialLaw) else _spline_at(law, x)
+    if law.NAME in LAWS:
+        return naive.law_at(law.NAME, x)
+    forms = {SplineLaw: _spline_at, PolynomialLaw: _polynomial_at, SCCALaw: _scca_at, SkewedLaw: _skewed_at}
+    return forms[type(law)](law, x)
+
+
+def _skewed_at(law, x):
+    c = mpmath.mpf(law.crossing)
+    stretch, end = (2 * c, 0) if x <= c else (2 * (1 - c), 1)
+    s, *more = law_at(law.law, end + (x - end) / stretch)
+    return end + stretch * (s - end), *(value / stretch**k for k, value in enumerate(more))
+
+
+def _scca_at(law, x):
+    shares = [mpmath.mpf(share) for share in law.shares]
+    pieces = naive.scca(*(share / sum(shares) for share in shares), mpmath.mp)
+    return next((jet for _, end, jet in pieces if x <= end), pieces[-1][2])(x)
 
 
 def _polynomial_at(law, x):
