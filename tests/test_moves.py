@@ -391,11 +391,7 @@ MISTAKES = [
     ([{**RISE_ROW, "to": 20}, BACK, REST], "motion.1.lift = 20: give the lift, or the position at its end (to)"),
     (
         [RISE_ROW, {"segment": "constant-velocity", "angle": 120}, REST],
-        "motion.2.to: give the position at its end (to), or the velocity",
-    ),
-    (
-        [RISE_ROW, {"segment": "constant-velocity", "angle": 120, "to": 3, "velocity": 1}, REST],
-        "motion.2.to = 3: give the position at its end (to), or the velocity",
+        "motion.2.to: missing; give the position at its end (to), or the velocity",
     ),
     (
         [{"segment": "rise", "angle": 120, "to": -4, "law": "cycloidal"}, BACK, REST],

@@ -18,12 +18,12 @@ from camopt.problem.claims import Claim
 from camopt.problem.limits import LOADS, Limit, limits_of, load_quantity
 from camopt.problem.setup import load_and_unit, setup_of
 from camopt.quantities import EVERYTHING, GEOMETRY, QUANTITIES, number_quantity
+from camopt.scene import turn
 from camopt.scene.checks import sizes_of
 from camopt.scene.choices import Range
 from camopt.scene.load import constant_and_changing
 from camopt.scene.own_laws import law_of
 from camopt.scene.scene import Scene
-from camopt.scene.turn import segment_of
 
 VERDICT = ("feasible", "violated", "status", "relative_half_width")
 EXACT = 1e-13  # tolerance for single designs, whose digits people compare: it costs nothing there
@@ -126,7 +126,7 @@ def resolve(scene: Scene) -> Problem:
 
 def segments_of(scene: Scene) -> list[Segment]:
     """The segments of the scene's turn as the motion takes them."""
-    return [segment_of(segment.model_dump(), scene.cam.rpm) for segment in scene.motion]
+    return turn.segments_of([segment.model_dump() for segment in scene.motion], scene.cam.rpm)
 
 
 def _first_values(scene: Scene) -> dict[str, float]:

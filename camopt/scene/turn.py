@@ -27,13 +27,36 @@ KEYS = {
 """What a segment of a kind may have, beside its angle and the unit of its derivatives."""
 
 
-def segment_of(row: Mapping[str, Any], rpm: float | None) -> Segment:
-    """A faultless segment of a scene as the motion takes it: derivatives by the cam angle in rad."""
+def segments_of(rows: Sequence[Mapping[str, Any]], rpm: float | None) -> list[Segment]:
+    """Faultless segments of a scene as the motion takes them: derivatives by the cam angle in rad.
+
+    A move that gives no position ends where the constant velocity after it has to start.
+    """
+    found = [_segment_of(row, rpm) for row in rows]
+    for k, (row, after) in enumerate(zip(rows, _after(rows), strict=True)):
+        if row.get("to") is None and _starts_itself(row, after):
+            following = found[(k + 1) % len(found)]
+            found[k] = found[k]._replace(to=(following.to or 0.0) - following.lift)
+    return found
+
+
+def _after(rows: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
+    """The segment after each, round the turn."""
+    return [*rows[1:], *rows[:1]]
+
+
+def _starts_itself(row: Mapping[str, Any], after: Mapping[str, Any]) -> bool:
+    """Whether a segment is a move before a constant velocity that gives both its velocity and its position."""
+    stretch = after.get("segment") == CONSTANT_VELOCITY
+    return stretch and row.get("segment") == MOVE and None not in (after.get("to"), after.get("velocity"))
+
+
+def _segment_of(row: Mapping[str, Any], rpm: float | None) -> Segment:
     per = {"rad": 1.0, "deg": 180 / pi, "s": 30 / (pi * rpm) if rpm else 1.0}[row.get("per") or "rad"]
     wanted = [row.get(key) for key in DERIVATIVES]
     by_angle = tuple(None if v is None else v * per**order for order, v in enumerate(wanted, start=1))
     kind, lift = row["segment"], row.get("lift") or 0.0
-    if kind == CONSTANT_VELOCITY and row.get("to") is None:
+    if kind == CONSTANT_VELOCITY:
         lift = (by_angle[0] or 0.0) * radians(row["angle"])
     return Segment(kind, row["angle"], lift, row.get("law"), row.get("to"), by_angle if kind == MOVE else ())
 
@@ -42,7 +65,7 @@ def check_turn(data: Mapping[str, Any]) -> Iterator[Fault]:
     """The turn closes in angle and displacement, and one of rises and returns never goes below its start."""
     rows = segments(data)
     for k, row in enumerate(rows, start=1):
-        yield from _segment(data, row, f"motion.{k}", law_names(data))
+        yield from _segment(data, row, _after(rows)[k - 1], f"motion.{k}")
     angles = [number(row.get("angle")) for row in rows]
     if rows and None not in angles:
         total = sum(a for a in angles if a is not None)
@@ -77,18 +100,23 @@ def highest_of(data: Mapping[str, Any]) -> float | None:
 def _given(data: Mapping[str, Any]) -> list[Segment] | None:
     """The segments as the motion takes them; None where a number or a kind is missing or wrong."""
     rows = segments(data)
-    for row in rows:
+    for row, after in zip(rows, _after(rows), strict=True):
         numbers = [row.get(key) for key in ("lift", "to", *DERIVATIVES) if row.get(key) is not None]
         if str(row.get("segment")) not in KEYS or None in map(number, [row.get("angle"), *numbers]):
             return None
-        if row["segment"] in POSITIONED and row.get("to") is None and row.get("velocity") is None:
+        free = (row["segment"] == CONSTANT_VELOCITY and row.get("velocity") is not None) or _starts_itself(
+            row, after
+        )
+        if row["segment"] in POSITIONED and row.get("to") is None and not free:
             return None
         if row.get("per") not in (None, "rad", "deg", "s"):
             return None
-    return [segment_of(row, number(at(data, "cam.rpm"))) for row in rows]
+    return segments_of(rows, number(at(data, "cam.rpm")))
 
 
-def _segment(data: Mapping[str, Any], row: Mapping[str, Any], key: str, laws: tuple[str, ...]) -> Iterator[Fault]:
+def _segment(
+    data: Mapping[str, Any], row: Mapping[str, Any], after: Mapping[str, Any], key: str
+) -> Iterator[Fault]:
     kind = row.get("segment")
     if not isinstance(kind, str) or kind not in KEYS:
         return
@@ -102,12 +130,12 @@ def _segment(data: Mapping[str, Any], row: Mapping[str, Any], key: str, laws: tu
         yield f"{key}.angle", row.get("angle"), f"must be at least {LEAST['angle']:g} in {where}"
     if kind in ("rise", "return"):
         yield from _stroke(row, key)
-    elif kind == MOVE and row.get("to") is None:
+    elif kind == MOVE and row.get("to") is None and not _starts_itself(row, after):
         yield f"{key}.to", None, "missing; a move goes to a position, mm (deg when oscillating)"
-    elif kind == CONSTANT_VELOCITY and (row.get("to") is None) == (row.get("velocity") is None):
-        yield f"{key}.to", row.get("to"), "give the position at its end (to), or the velocity"
+    elif kind == CONSTANT_VELOCITY and row.get("to") is None and row.get("velocity") is None:
+        yield f"{key}.to", None, "missing; give the position at its end (to), or the velocity"
     if row.get("law") is not None and kind in ("rise", "return"):
-        yield from check_law(row["law"], f"{key}.law", laws)
+        yield from check_law(row["law"], f"{key}.law", law_names(data))
     if row.get("per") == "s":
         yield from _per_second(data, key)
 
