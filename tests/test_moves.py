@@ -9,9 +9,10 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from mpmath import mp
 from scipy.interpolate import make_interp_spline
+from support import naive, naive_moves
 from support.cams import CONTACTS, cam_with
 
-from camopt import BadInput, Scene, certify, evaluate
+from camopt import BadInput, Scene, certify, evaluate, find_scene
 from camopt.motion.programme import Programme, root_mean_square
 from camopt.motion.segments import Segment
 from camopt.motion.table import DWELL, INWARD, OUTWARD, RESTING, RETURN, RISE
@@ -222,6 +223,24 @@ def test_a_stretch_at_constant_velocity_is_straight():
     assert not y3.any()
     assert np.allclose(y, 10 + np.linspace(0.001, 119.999, 50) / 4, rtol=1e-13)
     assert not programme.jumps
+
+
+@pytest.mark.parametrize("name", ["belt-matching", "bucket-valve"])
+def test_scenes_with_moves_against_fifty_digits(name, monkeypatch):
+    """Natural conditions of the least jerk as one linear system, and every quantity from the drawn cam."""
+    scene = find_scene(name)
+    with mpmath.workdps(naive.DPS):
+        pieces = naive_moves.programme(scene.to_dict()["motion"], scene.cam.rpm)
+        monkeypatch.setattr(
+            naive, "programme", lambda _, ctx, __: pieces if ctx is mp else naive_moves.rough(pieces)
+        )
+        expected = naive.evaluate(scene.to_dict())
+    found = evaluate(scene.replace(outputs=["all"]))
+    for key, value in expected.items():
+        if isinstance(value, bool):
+            assert found[key] is value, key
+        else:
+            assert found[key] == pytest.approx(float(value), rel=1e-11, abs=1e-12), key
 
 
 # ------------------------------------------------------------------------------------------------------- kinds

@@ -84,7 +84,7 @@ def mistakes(data, file="cam.toml"):
 # ------------------------------------------------------------------------------------------ what is right
 
 
-@pytest.mark.parametrize("name", shipped_scenes())
+@pytest.mark.parametrize("name", WORKED)
 def test_a_shipped_scene_is_that_of_the_source(name):
     scene, expected = find_scene(name), WORKED[name]["scene"]
     segments = [[s.segment, s.angle, s.law, s.lift] for s in scene.motion]
@@ -97,7 +97,9 @@ def test_a_shipped_scene_is_that_of_the_source(name):
 
 
 def test_every_worked_example_is_shipped():
-    assert set(WORKED) == set(shipped_scenes())
+    """Motions of practice come beside them; these have numbers of their own (``test_moves``)."""
+    assert set(shipped_scenes()) - set(WORKED) == {"belt-matching", "bucket-valve"}
+    assert not set(WORKED) - set(shipped_scenes())
 
 
 @pytest.mark.parametrize("name", shipped_scenes())

@@ -1,0 +1,194 @@
+"""Turns with moves at 50 digits: each run of moves as the spline that its conditions and the least jerk make of it.
+
+Beside ``naive.py``, and like it independent of the package. Where a derivative at a joint is not given, the least
+∫ (y⁽ᵏ⁾)² has natural conditions there: with k = 3 a free acceleration makes the jerk continuous, a free velocity
+the fourth derivative. These, and what is given, are one linear system in the powers of all polynomials.
+"""
+
+from itertools import pairwise
+from typing import Any
+
+from mpmath import mp
+
+from support.naive import Piece, Scene, law_pieces, stroke
+
+DERIVATIVES = ("velocity", "acceleration", "jerk")
+JOINING = ("move", "constant-velocity")
+
+
+def per(segment: Scene, rpm: Any) -> Any:
+    """What a derivative of the first order is multiplied by, to be one by the cam angle in rad."""
+    return {"rad": mp.mpf(1), "deg": 180 / mp.pi, "s": 30 / (mp.pi * mp.mpf(rpm or 1))}[segment.get("per", "rad")]
+
+
+def programme(motion: list[Scene], rpm: Any = None) -> list[Piece]:
+    """The smooth pieces of a turn whose positions are given, from theta = 0; y from its lowest, in mm."""
+    spans, ends = angles_of(motion), positions(motion, rpm)
+    pieces: list[Piece] = []
+    for run in runs(motion):
+        pieces += solved(motion, run, spans, ends, rpm)
+    for k, segment in enumerate(motion):
+        (start, end), (low, high) = spans[k], (ends[k - 1], ends[k])
+        if segment["segment"] == "dwell":
+            pieces.append(Piece(start, end, "dwell", lambda theta, y=low: (y, 0 * y, 0 * y, 0 * y)))
+        elif segment["segment"] == "constant-velocity":
+            v = (high - low) / (end - start)
+            pieces += split(start, end, [low, v])
+        elif segment["segment"] != "move":
+            b = end - start
+            for x0, x1, jet in law_pieces(segment["law"]):
+                shape = stroke(jet, start, b, low, high - low)
+                pieces.append(Piece(start + x0 * b, start + x1 * b, segment["segment"], shape))
+    pieces.sort(key=lambda piece: piece.start)
+    lowest = min(piece.jet(at)[0] for piece in pieces for at in (piece.start, piece.end))
+    return [Piece(p.start, p.end, p.kind, lowered(p.jet, lowest)) for p in pieces]
+
+
+def rough(pieces: list[Piece]) -> list[Piece]:
+    """The same pieces for plain floats."""
+
+    def plain(jet: Any) -> Any:
+        return lambda theta: tuple(float(value) for value in jet(mp.mpf(theta)))
+
+    return [Piece(float(p.start), float(p.end), p.kind, plain(p.jet)) for p in pieces]
+
+
+def lowered(jet: Any, lowest: Any) -> Any:
+    return lambda theta: (jet(theta)[0] - lowest, *jet(theta)[1:])
+
+
+def angles_of(motion: list[Scene]) -> list[tuple[Any, Any]]:
+    turned = [mp.mpf(0)]
+    for segment in motion:
+        turned.append(turned[-1] + mp.mpf(segment["angle"]) * mp.pi / 180)
+    return list(pairwise(turned))
+
+
+def positions(motion: list[Scene], rpm: Any) -> list[Any]:
+    """Where each segment ends; the first starts where the last ends."""
+    ends: list[Any] = [None if s.get("to") is None else mp.mpf(s["to"]) for s in motion]
+    for _ in motion:  # each pass knows one more, forwards or backwards
+        for k, segment in enumerate(motion):
+            change = None
+            if segment["segment"] == "dwell":
+                change = mp.mpf(0)
+            elif segment["segment"] == "constant-velocity" and segment.get("velocity") is not None:
+                change = mp.mpf(segment["velocity"]) * per(segment, rpm) * mp.mpf(segment["angle"]) * mp.pi / 180
+            elif segment["segment"] in ("rise", "return") and segment.get("lift"):
+                change = mp.mpf(segment["lift"]) * (1 if segment["segment"] == "rise" else -1)
+            if change is not None and ends[k] is None and ends[k - 1] is not None:
+                ends[k] = ends[k - 1] + change
+            if change is not None and ends[k - 1] is None and ends[k] is not None:
+                ends[k - 1] = ends[k] - change
+    return ends
+
+
+def runs(motion: list[Scene]) -> list[list[int]]:
+    """Moves that follow each other, round the turn; a turn of moves alone is not asked for."""
+    found: list[list[int]] = []
+    for k, segment in enumerate(motion):
+        if segment["segment"] == "move" and motion[k - 1]["segment"] != "move":
+            found.append([k])
+            while motion[(found[-1][-1] + 1) % len(motion)]["segment"] == "move":
+                found[-1].append((found[-1][-1] + 1) % len(motion))
+    return found
+
+
+def beside(motion: list[Scene], k: int, spans: Any, ends: Any, first: bool) -> list[Any]:
+    """y', y'', y''' where a segment that is no move starts, or where it ends."""
+    segment, (start, end) = motion[k], spans[k]
+    if segment["segment"] == "dwell":
+        return [mp.mpf(0)] * 3
+    b, h = end - start, ends[k] - ends[k - 1]
+    if segment["segment"] == "constant-velocity":
+        return [h / b, mp.mpf(0), mp.mpf(0)]
+    pieces = law_pieces(segment["law"])
+    jet = pieces[0][2](mp.mpf(0)) if first else pieces[-1][2](mp.mpf(1))
+    return [h * jet[n] / b**n for n in (1, 2, 3)]
+
+
+def solved(motion: list[Scene], run: list[int], spans: Any, ends: Any, rpm: Any) -> list[Piece]:
+    """The polynomials of a run of moves, in powers of the cam angle from the start of each."""
+    k = 4 if any(motion[i].get("jerk") is not None for i in run) else 3
+    size = 2 * k
+    rows: list[dict[int, Any]] = []
+    right: list[Any] = []
+
+    def powers(number: int, order: int, last: bool) -> dict[int, Any]:
+        """A derivative at an end of a move, as factors of the unknown powers."""
+        start, end = spans[run[number]]
+        x = end - start if last else mp.mpf(0)
+        return {number * size + n: mp.ff(n, order) * x ** (n - order) for n in range(order, size)}
+
+    def ask(factors: dict[int, Any], value: Any) -> None:
+        rows.append(factors)
+        right.append(value)
+
+    start = beside(motion, run[0] - 1, spans, ends, False)
+    finish = beside(motion, (run[-1] + 1) % len(motion), spans, ends, True)
+    for number, i in enumerate(run):
+        ask(powers(number, 0, False), ends[i - 1])
+        ask(powers(number, 0, True), ends[i])
+        last = number == len(run) - 1
+        for order in range(1, k):
+            given = motion[i].get(DERIVATIVES[order - 1])
+            wanted = None if given is None else mp.mpf(given) * per(motion[i], rpm) ** order
+            if number == 0:
+                ask(powers(0, order, False), start[order - 1])
+            if last:
+                ask(powers(number, order, True), finish[order - 1] if wanted is None else wanted)
+                continue
+            after = powers(number + 1, order, False)
+            if wanted is not None:
+                ask(powers(number, order, True), wanted)
+                ask(after, wanted)
+                continue
+            natural = 2 * k - 1 - order
+            for n in (order, natural):
+                before = powers(number, n, True)
+                after = powers(number + 1, n, False)
+                ask(before | {at: -value for at, value in after.items()}, mp.mpf(0))
+    system = mp.matrix(len(rows), size * len(run))
+    for row, factors in enumerate(rows):
+        for column, value in factors.items():
+            system[row, column] = value
+    found = list(mp.lu_solve(system, mp.matrix(right)))
+    pieces: list[Piece] = []
+    for number, i in enumerate(run):
+        pieces += split(*spans[i], found[number * size : (number + 1) * size])
+    return pieces
+
+
+def split(start: Any, end: Any, powers: list[Any]) -> list[Piece]:
+    """A polynomial cut where it turns back: rises, returns, or a dwell if it stays."""
+    slopes = [n * c for n, c in enumerate(powers)][1:]
+    if all(c == 0 for c in slopes):
+        return [Piece(start, end, "dwell", curve(start, powers))]
+    while slopes and slopes[-1] == 0:
+        slopes.pop()
+    roots = mp.polyroots(slopes, asc=True, maxsteps=500, extraprec=400) if len(slopes) > 1 else []
+    tiny = mp.mpf(10) ** -20
+    inside = sorted(r.real for r in map(mp.mpc, roots) if abs(r.imag) < tiny and tiny < r.real < end - start - tiny)
+    pieces = []
+    for low, high in pairwise([mp.mpf(0), *inside, end - start]):
+        middle = curve(start, powers)(start + (low + high) / 2)[1]
+        pieces.append(Piece(start + low, start + high, "rise" if middle > 0 else "return", curve(start, powers)))
+    return pieces
+
+
+def curve(start: Any, powers: list[Any]) -> Any:
+    """The jet of a polynomial in powers of the cam angle from ``start``."""
+    rows = [list(powers)]
+    for _ in range(3):
+        rows.append([n * c for n, c in enumerate(rows[-1])][1:] or [mp.mpf(0)])
+
+    def jet(theta: Any) -> Any:
+        x, found = theta - start, []
+        for row in rows:
+            value = mp.mpf(0)
+            for c in reversed(row):
+                value = value * x + c
+            found.append(value)
+        return tuple(found)
+
+    return jet
