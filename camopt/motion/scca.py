@@ -134,6 +134,9 @@ modified_trapezoid = SCCALaw("modified-trapezoid", (0.25, 0.5, 0.25, 0.0), "modi
 modified_sine = SCCALaw("modified-sine", (0.25, 0.0, 0.75, 0.0), "modified sine", _NORTON)
 """Peaks: velocity 4π/(4 + π) = 1.7596, acceleration 4π²/(4 + π) = 5.5280, jerk 69.466 (at the ends)."""
 modified_constant_velocity = SCCALaw(
-    "modified-constant-velocity", (0.125, 0.0, 0.375, 0.5), "modified constant velocity (50 %)", _NORTON
+    "modified-constant-velocity",
+    (0.125, 0.0, 0.375, 0.5),
+    "modified constant velocity (50 %)",
+    "Sankyo Seisakusho, Cam Terminology (MCV curve); its shares: docs.rs/dsmc, trajectory/mcv.rs",
 )
 """A modified sine with half of the stroke at constant velocity. Peaks: 1.2753, 8.0127, 201.38."""
