@@ -78,7 +78,7 @@ PAIRS = {  # Kloomok and Muffley, Product Engineering, Feb. 1955, of half curves
     "half-harmonic-1": "U-G",
     "half-harmonic-2": "G-U",
     "uniform": "G-G",
-    "double-harmonic": "R-U",
+    **dict.fromkeys(("double-harmonic", "poly8"), "R-U"),
     **dict.fromkeys(("parabolic", "harmonic", "cubic"), "U-U"),
 }
 

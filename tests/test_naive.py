@@ -81,7 +81,7 @@ def test_law_runs_from_0_to_1_and_joins(law: str) -> None:
     for (_, end, left), (start, _, right) in pairwise(pieces):
         assert end == start
         # inside a modified law the waves meet at their crests: even the jerk (0 there) is continuous
-        for k in range({"parabolic": 2, "modified-constant-velocity": 3}.get(law, 4)):
+        for k in range(2 if law == "parabolic" else 3 if law.endswith("constant-velocity") else 4):
             assert abs(left(end)[k] - right(start)[k]) < 1e-45
     if law != "uniform" and not law.startswith("half"):
         assert abs(pieces[0][2](mp.zero)[1]) < 1e-45
@@ -97,6 +97,14 @@ def test_law_derivatives_are_derivatives(law: str) -> None:
                 slope = mp.diff(lambda t, jet=jet, k=k: jet(t)[k], x)
             assert abs(slope - jet(x)[k + 1]) < 1e-25
         assert abs(mp.quad(lambda t, jet=jet: jet(t)[1], [x0, x1]) - (jet(x1)[0] - jet(x0)[0])) < 1e-40
+
+
+def test_a_polynomial_by_conditions_has_the_powers_in_print() -> None:
+    """Kloomok and Muffley's eighth-power polynomial; its two decimal conditions are rounded to binary."""
+    powers = {3: "6.09755", 5: "-20.78040", 6: "26.73155", 7: "-13.60965", 8: "2.56095"}
+    for x in (mp.mpf("0.2"), mp.mpf("0.7"), mp.mpf(1)):
+        expected = sum(mp.mpf(c) * x**n for n, c in powers.items())
+        assert abs(naive.law_at("poly8", x)[0] - expected) < 1e-14
 
 
 @pytest.mark.parametrize("law", ["harmonic", "cycloidal"])
@@ -116,6 +124,8 @@ def test_modified_law_is_its_definition(law: str) -> None:
 
     def shape(x: Any) -> Any:
         x, sign = (x, 1) if x <= 0.5 else (1 - x, -1)
+        if law == "cycloidal-constant-velocity":
+            return sign * (mp.sin(4 * mp.pi * x) if x <= 0.25 else 0)
         if law == "modified-constant-velocity":
             ramp = mp.sin(8 * mp.pi * x) if x <= 0.0625 else mp.cos(8 * mp.pi / 3 * (x - 0.0625))
             return sign * (ramp if x <= 0.25 else 0)
@@ -150,6 +160,7 @@ def test_law_peaks_have_their_closed_forms() -> None:
         "modified-trapezoid": (2, A, 4 * pi * A),
         "modified-sine": (B / pi, B, 4 * pi * B),  # of the quarter waves: B/(4 pi) + 3 B/(4 pi)
         "modified-constant-velocity": (2 * B / pi / whole, 4 * B / whole, 32 * pi * B / whole),
+        "cycloidal-constant-velocity": (mp.mpf(4) / 3, 8 * pi / 3, 32 * pi**2 / 3),
         "half-cycloidal-1": (2, mp.inf, mp.inf),
         "half-cycloidal-2": (2, mp.inf, mp.inf),
         "half-harmonic-1": (pi / 2, mp.inf, mp.inf),

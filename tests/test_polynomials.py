@@ -66,3 +66,11 @@ def test_its_ends_are_as_given(law):
     for x, conditions in ((0.0, law.start), (1.0, law.end)):
         for order, value in enumerate(conditions[:4]):
             assert float(getattr(law, VERBS[order])(x)) == value
+
+
+def test_the_eighth_power_polynomial_is_that_in_print():
+    """Kloomok and Muffley: s = 6.09755x³ − 20.7804x⁵ + 26.73155x⁶ − 13.60965x⁷ + 2.56095x⁸."""
+    printed = np.polynomial.Polynomial([0, 0, 0, 6.09755, 0, -20.7804, 26.73155, -13.60965, 2.56095])
+    for order, verb in enumerate(VERBS):
+        expected = (printed.deriv(order) if order else printed)(X)
+        np.testing.assert_allclose(getattr(LAWS["poly8"], verb)(X), expected, rtol=0, atol=2e-12)

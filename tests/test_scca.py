@@ -48,6 +48,29 @@ def test_peaks_are_those_in_print(law):
     assert [round(peaks[0], 3), round(peaks[1], 3), round(peaks[2])] == list(PRINTED[law])
 
 
+PIECES = {  # displacements up to the middle in print, of several books: from, a polynomial, size and wave of a sine
+    "modified-trapezoid": [
+        (0.0, (0.0, 0.38898448), -0.0309544, (4 * pi, 0.0)),
+        (0.125, (0.00723407, -0.22203097, 2.44406184), 0.0, (0.0, 0.0)),
+        (0.375, (-0.3055077, 1.6110154), -0.0309544, (4 * pi, -pi)),
+    ],
+    "modified-sine": [
+        (0.0, (0.0, 0.43990085), -0.0350062, (4 * pi, 0.0)),
+        (0.125, (0.28004957, 0.43990085), -0.31505577, (4 * pi / 3, pi / 3)),
+    ],
+}
+
+
+@pytest.mark.parametrize("law", PIECES)
+def test_displacements_are_those_in_print(law):
+    x = np.linspace(0.0, 0.5, 101)
+    expected = np.zeros_like(x)
+    for start, powers, size, (speed, phase) in PIECES[law]:
+        piece = np.polynomial.Polynomial(powers)(x) + size * np.sin(speed * x + phase)
+        expected = np.where(x < start, expected, piece)
+    np.testing.assert_allclose(LAWS[law].displacement(x), expected, rtol=0, atol=1e-7)
+
+
 @given(st.floats(0.0, 0.95))
 @example(0.5)
 def test_modified_constant_velocity_of_any_share_is_that_of_a_published_library(share):

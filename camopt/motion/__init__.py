@@ -16,7 +16,13 @@ from camopt.motion import (
     uniform,
 )
 from camopt.motion.law import Law
-from camopt.motion.scca import modified_constant_velocity, modified_sine, modified_trapezoid
+from camopt.motion.polynomial import poly8
+from camopt.motion.scca import (
+    cycloidal_constant_velocity,
+    modified_constant_velocity,
+    modified_sine,
+    modified_trapezoid,
+)
 
 _ALL: tuple[Law, ...] = (
     uniform,
@@ -30,7 +36,9 @@ _ALL: tuple[Law, ...] = (
     cubic,
     double_harmonic,
     poly56789,
+    poly8,
     modified_constant_velocity,
+    cycloidal_constant_velocity,
     half_cycloidal_1,
     half_cycloidal_2,
     half_harmonic_1,

@@ -32,8 +32,8 @@ class PolynomialLaw:
     NAME: str
     start: tuple[float, ...]
     end: tuple[float, ...]
-    TITLE: ClassVar[str] = "polynomial"
-    SOURCE: ClassVar[str] = "the scene"
+    TITLE: str = "polynomial"
+    SOURCE: str = "the scene"
     BREAKS: ClassVar[tuple[float, ...]] = (0.0, 1.0)
 
     @property
@@ -67,6 +67,16 @@ class PolynomialLaw:
 
     def jerk(self, x: ArrayLike, /) -> FloatArray:
         return self._at(x, 3)
+
+
+poly8 = PolynomialLaw(
+    "poly8",
+    (0.0, 0.0, 0.0, 36.5853, 0.0),
+    (1.0, 0.0, -5.2683, 0.0),
+    "eighth-power polynomial",
+    "Kloomok & Muffley, Product Engineering, Feb. 1955; Rothbart, Cam Design Handbook, ch. 3",
+)
+"""s = 6.09755x³ − 20.7804x⁵ + 26.73155x⁶ − 13.60965x⁷ + 2.56095x⁸: a rise that turns at once into a return."""
 
 
 def _bernstein(derivatives: Iterable[float], degree: int) -> list[Fraction]:

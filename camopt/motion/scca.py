@@ -140,3 +140,10 @@ modified_constant_velocity = SCCALaw(
     "Sankyo Seisakusho, Cam Terminology (MCV curve); its shares: docs.rs/dsmc, trajectory/mcv.rs",
 )
 """A modified sine with half of the stroke at constant velocity. Peaks: 1.2753, 8.0127, 201.38."""
+cycloidal_constant_velocity = SCCALaw(
+    "cycloidal-constant-velocity",
+    (0.25, 0.0, 0.25, 0.5),
+    "cycloidal, constant velocity (50 %)",
+    "MechDesigner, MotionDesigner Reference: Cycloidal-CV50",
+)
+"""Half a cycloidal acceleration over a quarter of the stroke at each end. Peaks: 4/3, 8π/3, 32π²/3."""

@@ -30,7 +30,9 @@ LAWS = (
     "cubic",
     "double-harmonic",
     "poly56789",
+    "poly8",
     "modified-constant-velocity",
+    "cycloidal-constant-velocity",
     "half-cycloidal-1",
     "half-cycloidal-2",
     "half-harmonic-1",
@@ -57,10 +59,10 @@ class Piece(NamedTuple):
 # ---------------------------------------------------------------------------------------------------- laws
 
 
-def polynomial(coefficients: dict[int, int], ctx: Any) -> Curve:
+def polynomial(coefficients: dict[int, Any], ctx: Any) -> Curve:
     """s(x) = sum of c_n x^n, with three derivatives term by term."""
 
-    def term(n: int, c: int, k: int, x: Any) -> Any:
+    def term(n: int, c: Any, k: int, x: Any) -> Any:
         for i in range(k):
             c *= n - i
         return c * x ** (n - k) if n >= k else ctx.zero
@@ -69,6 +71,20 @@ def polynomial(coefficients: dict[int, int], ctx: Any) -> Curve:
         return tuple(sum(term(n, c, k, x) for n, c in coefficients.items()) for k in range(4))
 
     return jet
+
+
+def conditions(start: tuple[float, ...], end: tuple[float, ...], ctx: Any) -> Curve:
+    """The polynomial with s, s', s'' ... at x = 0 and at x = 1: all its powers from one system of equations."""
+    powers = range(len(start) + len(end))
+
+    def row(order: int, x: Any) -> list[Any]:
+        return [mp.ff(n, order) * (mp.mpf(x) ** (n - order) if n >= order else 0) for n in powers]
+
+    asked = [(order, x, value) for x, each in enumerate((start, end)) for order, value in enumerate(each)]
+    with mp.workdps(mp.dps + 20):
+        matrix = mp.matrix([row(order, x) for order, x, _ in asked])
+        found = mp.lu_solve(matrix, mp.matrix([mp.mpf(value) for _, _, value in asked]))
+    return polynomial({n: ctx.mpf(found[n]) for n in powers}, ctx)
 
 
 def harmonic(ctx: Any) -> Curve:
@@ -178,6 +194,7 @@ SCCA = {
     "modified-trapezoid": (2, 4, 2, 0),
     "modified-sine": (2, 0, 6, 0),
     "modified-constant-velocity": (1, 0, 3, 4),
+    "cycloidal-constant-velocity": (2, 0, 2, 4),
 }
 """Shares of the stroke in eighths."""
 
@@ -201,6 +218,7 @@ def law_pieces(law: str, ctx: Any = mp) -> list[tuple[Any, Any, Curve]]:
         "cubic": lambda: polynomial({2: 3, 3: -2}, ctx),
         "double-harmonic": lambda: double_harmonic(ctx),
         "poly56789": lambda: polynomial({5: 126, 6: -420, 7: 540, 8: -315, 9: 70}, ctx),
+        "poly8": lambda: conditions((0, 0, 0, 36.5853, 0), (1, 0, -5.2683, 0), ctx),
         "half-cycloidal-1": lambda: half_cycloidal(1, ctx),
         "half-cycloidal-2": lambda: half_cycloidal(-1, ctx),
         "half-harmonic-1": lambda: half_harmonic(0, ctx),

@@ -1,8 +1,8 @@
 """Laws as a scene brings them, for the tests that try every law; and what they are to 50 digits.
 
 A spline is the sum of the basis functions of Cox and de Boor, derivatives by their recursion: neither the package's
-steps between coefficients nor its polynomials of a span. A polynomial is solved for, all its powers at once. A law
-of the SCCA family is integrated from its acceleration and scaled then. A skewed law is the law stretched.
+steps between coefficients nor its polynomials of a span. A polynomial is solved for, a law of the
+SCCA family integrated from its acceleration and scaled then, a skewed law is the law stretched.
 """
 
 from functools import cache
@@ -58,17 +58,7 @@ def _scca_at(law, x):
 
 
 def _polynomial_at(law, x):
-    """From its powers, which the conditions at both ends give by a system of equations."""
-    powers = range(len(law.start) + len(law.end))
-
-    def row(order, at):
-        return [mpmath.ff(k, order) * (mpmath.mpf(at) ** (k - order) if k >= order else 0) for k in powers]
-
-    conditions = [(order, at, v) for at, end in enumerate((law.start, law.end)) for order, v in enumerate(end)]
-    matrix = mpmath.matrix([row(order, at) for order, at, _ in conditions])
-    with mpmath.workdps(mpmath.mp.dps + 20):
-        found = mpmath.lu_solve(matrix, mpmath.matrix([value for _, _, value in conditions]))
-    return tuple(mpmath.fdot(row(order, x), found) for order in range(4))
+    return naive.conditions(law.start, law.end, mpmath.mp)(x)
 
 
 def _spline_at(law, x):
