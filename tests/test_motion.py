@@ -130,6 +130,12 @@ def test_a_law_runs_from_0_to_1_and_its_verbs_are_derivatives(law):
         assert slope == pytest.approx(higher(x), abs=1e-9 * max(1.0, np.abs(higher(x)).max()))
 
 
+def test_laws_that_join_the_same_at_both_ends_are_symmetric():
+    assert {law for law in LAWS if is_symmetric(LAWS[law])} == {
+        law for law in LAWS if len(set(pair_of(LAWS[law]).split("-"))) == 1
+    }
+
+
 @pytest.mark.parametrize("law", [law for law in LAWS if is_symmetric(LAWS[law])])
 @given(x=st.floats(0.0, 1.0))
 def test_symmetric_laws_mirror(law, x):

@@ -21,6 +21,7 @@ from camopt.cli.main import main
 from camopt.front.certified import certify_table
 from camopt.mistakes import BadInput
 from camopt.motion import LAWS
+from camopt.motion.law import is_symmetric
 from camopt.motion.spline import SplineLaw, tabulated
 from camopt.problem.problem import resolve
 from camopt.scene.own_laws import check_laws, law_of
@@ -130,6 +131,31 @@ def test_any_spline_gives_a_cam_without_nan(made):
     found = evaluate(with_law("roller-1000rpm", spline(made)))
     assert not any(isinstance(value, float) and np.isnan(value) for value in found.values())
     assert found["status"] == "certified"
+
+
+WIDE = st.one_of(st.just(0.0), st.floats(-20.0, 20.0), st.floats(-1e6, 1e6))
+SHARE = st.one_of(st.just(0.0), st.floats(1e-3, 1.0))
+made_of_few_numbers = st.one_of(
+    st.tuples(st.lists(WIDE, max_size=5), st.lists(WIDE, max_size=5)).map(
+        lambda ends: {"start": [0.0, *ends[0]], "end": [1.0, *ends[1]], "overshoot": True}
+    ),
+    st.tuples(SHARE, SHARE, SHARE, SHARE)
+    .filter(lambda shares: sum(shares[:3]) > 0.0)
+    .map(lambda shares: {"scca": [share / sum(shares) for share in shares]}),
+    st.tuples(
+        st.sampled_from([name for name, law in LAWS.items() if is_symmetric(law)]), st.floats(0.01, 0.99)
+    ).map(lambda made: {"law": made[0], "crossing": made[1]}),
+)
+
+
+@settings(max_examples=times(40, deep=1000))
+@given(made_of_few_numbers, st.booleans())
+def test_any_law_of_a_few_numbers_gives_a_cam_without_nan(law, mirror):
+    scene = with_law("roller-1000rpm", {**law, "mirror": mirror})
+    found = evaluate(scene)
+    assert not any(isinstance(value, float) and np.isnan(value) for value in found.values())
+    assert found["status"] in ("certified", "undecided")
+    assert {"held", "broken"} >= set(certify(scene).values()) or found["status"] == "undecided"
 
 
 def dense(law):

@@ -66,6 +66,11 @@ def pair_of(law: Law) -> str:
     )
 
 
+def is_still(law: Law) -> bool:
+    """Whether a law has no velocity at its ends, so that it makes no corner beside a dwell."""
+    return not {"G", "B"} & set(pair_of(law))
+
+
 def is_symmetric(law: Law) -> bool:
     """Whether the second half of a stroke is the first from its other end: s(1 − x) = 1 − s(x)."""
     return bool(np.abs(law.displacement(SAMPLES) + law.displacement(1.0 - SAMPLES) - 1.0).max() <= NOTHING)

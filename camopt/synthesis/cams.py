@@ -10,6 +10,7 @@ import numpy as np
 from camopt.effects.vibration import vibration
 from camopt.mechanisms import Designs
 from camopt.motion import LAWS
+from camopt.motion.law import is_still
 from camopt.motion.programme import Programme, peak, root_mean_square, span
 from camopt.motion.spline import SplineLaw
 from camopt.motion.table import DWELL, RETURN, RISE, TURN
@@ -32,9 +33,10 @@ OFF_POINT = 1e-6  # of the lift: by how much a solver may miss a point
 
 
 def known_laws(scene: Scene) -> dict[str, Design]:
-    """The smallest cam of each known law: the laws of [search], or all of them, and the scene's own."""
+    """The smallest cam of each known law: those of [search] or all without a corner, and the scene's own."""
     named = scene.search.law or scene.search.law_rise or scene.search.law_return
-    found = smallest_cams(scene if named else scene.replace(**{"search.law": list(LAWS)})).by_law
+    known = [name for name, law in LAWS.items() if is_still(law)]
+    found = smallest_cams(scene if named else scene.replace(**{"search.law": known})).by_law
     own = scene.replace(**dict.fromkeys(("search.law", "search.law_rise", "search.law_return")))
     if not any(own_laws(scene) == law_names_of(row) for row in found.values()):
         found = {**found, **smallest_cams(own).by_law}

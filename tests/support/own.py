@@ -10,7 +10,7 @@ from functools import cache
 import mpmath
 
 from camopt.motion import LAWS
-from camopt.motion.law import pair_of
+from camopt.motion.law import is_still
 from camopt.motion.polynomial import PolynomialLaw
 from camopt.motion.scca import SCCALaw
 from camopt.motion.spline import SplineLaw
@@ -32,8 +32,7 @@ TABLES = {
 }
 OWN = {name: law_of(name, table) for name, table in TABLES.items()}
 EVERY = {**LAWS, **OWN}
-STILL = [name for name, law in EVERY.items() if set(pair_of(law)) <= set("RU-")]
-"""Those without a velocity at their ends: beside a dwell they make no corner."""
+STILL = [name for name, law in EVERY.items() if is_still(law)]
 
 
 def law_at(law, x):
