@@ -2,8 +2,8 @@
 
 A question is a ``Scene`` (``find_scene``, ``Scene.from_toml``, ``Scene.from_dict``). ``evaluate`` computes one
 design, ``optimise`` finds the smallest, ``sweep`` evaluates a grid, ``synthesise`` and ``frontier`` compute new
-motion laws, ``certify`` proves limits, ``plot`` draws. ``QUANTITIES`` lists what can be reported, ``LAWS`` the
-motion laws.
+motion laws, ``fit`` finds the motion of a measured cam, ``certify`` proves limits, ``plot`` draws. ``QUANTITIES``
+lists what can be reported, ``LAWS`` the motion laws.
 
 Names are imported when they are first used, so that ``import camopt`` takes no time.
 """
@@ -16,11 +16,14 @@ from camopt.version import VERSION as __version__  # noqa: N811
 if TYPE_CHECKING:
     from camopt.drawing.accuracy import plot_accuracy
     from camopt.drawing.figures import plot
+    from camopt.drawing.fit import plot_fit
     from camopt.drawing.frontier import plot_frontier
     from camopt.drawing.spectrum import plot_spectrum
     from camopt.drawing.synthesis import plot_synthesis
     from camopt.front.designs import evaluate_designs
     from camopt.front.sweep import Sweep, sweep
+    from camopt.measured.fit import fit
+    from camopt.measured.fitted import Fitted
     from camopt.mistakes import BadInput, UnknownName, Unmet, Unsolved
     from camopt.motion import LAWS
     from camopt.points.points import cam_points
@@ -40,6 +43,7 @@ _HOMES = {
     "BadInput": "mistakes",
     "Design": "tables.designs",
     "Evaluation": "verdicts.evaluation",
+    "Fitted": "measured.fitted",
     "Frontier": "synthesis.frontier",
     "LAWS": "motion",
     "Optimum": "smallest.optimise",
@@ -55,11 +59,13 @@ _HOMES = {
     "evaluate": "verdicts.evaluation",
     "evaluate_designs": "front.designs",
     "find_scene": "scene.scene",
+    "fit": "measured.fit",
     "frontier": "synthesis.frontier",
     "load": "tables.table",
     "optimise": "smallest.optimise",
     "plot": "drawing.figures",
     "plot_accuracy": "drawing.accuracy",
+    "plot_fit": "drawing.fit",
     "plot_frontier": "drawing.frontier",
     "plot_spectrum": "drawing.spectrum",
     "plot_synthesis": "drawing.synthesis",
@@ -76,6 +82,7 @@ __all__ = [
     "BadInput",
     "Design",
     "Evaluation",
+    "Fitted",
     "Frontier",
     "Optimum",
     "Scene",
@@ -90,11 +97,13 @@ __all__ = [
     "evaluate",
     "evaluate_designs",
     "find_scene",
+    "fit",
     "frontier",
     "load",
     "optimise",
     "plot",
     "plot_accuracy",
+    "plot_fit",
     "plot_frontier",
     "plot_spectrum",
     "plot_synthesis",

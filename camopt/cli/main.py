@@ -382,6 +382,72 @@ def certify(target: str, as_json: bool, quiet: bool, row: int | None, **override
 
 
 @camopt.command()
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option("--scene", "target", help="Scene whose cam, follower and limits to take; its motion is replaced.")
+@click.option("--base-radius", type=float, help="Base radius of the cam, mm; needed without --scene.")
+@click.option(
+    "--follower",
+    type=click.Choice(("flat", "roller", "knife")),
+    help="Translating follower, without --scene; flat by default.",
+)
+@click.option("--roller-radius", type=float, help="Radius of the roller, mm.")
+@click.option("--rpm", type=float, help="Speed of the cam, rev/min.")
+@click.option(
+    "--band",
+    type=float,
+    help="Largest distance of the motion from a point, mm (deg when oscillating); by default from the noise.",
+)
+@click.option("--columns", help="Names or numbers of the columns of angle and lift, such as 1,3.")
+@click.option("--angle-unit", default="deg", show_default=True, help="Unit of the angles: deg or rad.")
+@click.option("--lift-unit", help="Unit of the lifts: mm or inch; deg when oscillating.")
+@click.option(
+    "--turn", type=float, help="Angle of one turn of the cam in the file: 720 for degrees of a crankshaft."
+)
+@click.option("--keep-outliers", is_flag=True, help="Hold the band at outliers too.")
+@click.option("--out", type=Place(".toml"), default="fitted.toml", show_default=True, help="Scene to write.")
+@click.option("--plot", "picture", type=Place(*PICTURES), help="Draw the fit: PNG, SVG, PDF.")
+@output_options
+def fit(
+    file: Path,
+    target: str | None,
+    rpm: float | None,
+    columns: str | None,
+    out: Path,
+    picture: Path | None,
+    as_json: bool,
+    quiet: bool,
+    base_radius: float | None,
+    follower: str | None,
+    roller_radius: float | None,
+    **reading: Any,
+) -> int:
+    """Find the gentlest motion within a band of measured points of a cam, as a scene.
+
+    FILE has columns of cam angle and lift, or lifts alone, in text or in a workbook.
+    """
+    from camopt.cli import terminal
+    from camopt.cli.fit_report import show_fit
+    from camopt.cli.options import measured_cam
+    from camopt.files import write_text
+    from camopt.measured.fit import fit as run
+
+    scene = measured_cam(target, rpm, base_radius, follower, roller_radius)
+    chosen = columns and [name.strip() for name in columns.split(",")]
+    with keys_as_options():
+        result = run(file, scene, columns=chosen, **reading)
+    write_text(out, result.scene.to_toml())
+    if picture:
+        from camopt.drawing.fit import plot_fit
+
+        plot_fit(result, picture)
+    show_fit(result, as_json)
+    if not quiet:
+        terminal.say_notes(result.warnings)
+        terminal.say_written([out, picture] if picture else [out])
+    return 0
+
+
+@camopt.command()
 @output_options
 def laws(as_json: bool, quiet: bool) -> int:
     """List the motion laws with their peak velocity, acceleration and jerk."""

@@ -130,6 +130,33 @@ def scene_at(target: str, row: int | None) -> Any:
     return find_scene(target)
 
 
+def measured_cam(
+    target: str | None,
+    rpm: float | None,
+    base_radius: float | None,
+    follower: str | None,
+    roller_radius: float | None,
+) -> Any:
+    """The cam and follower of a measured motion: a scene, or its tables from options alone."""
+    from camopt.mistakes import BadInput, Mistake
+
+    if target is None:
+        if base_radius is None:
+            raise BadInput([Mistake("camopt", "--base-radius", None, "missing; or name a --scene", bare=True)])
+        sizes = {} if roller_radius is None else {"roller_radius": roller_radius}
+        speed = {} if rpm is None else {"rpm": rpm}
+        cam = {"form": "disc", "base_radius": base_radius, **speed}
+        return {"cam": cam, "follower": {"motion": "translating", "contact": follower or "flat", **sizes}}
+    why = "belongs to a fit without --scene: the scene has a follower"
+    others = {"--follower": follower, "--roller-radius": roller_radius}
+    given = [Mistake("camopt", name, value, why, bare=True) for name, value in others.items() if value is not None]
+    if given:
+        raise BadInput(given)
+    changes = {"cam.rpm": ("--rpm", rpm), "cam.base_radius": ("--base-radius", base_radius)}
+    scene = scene_at(target, None)
+    return changed(scene, {key: change for key, change in changes.items() if change[1] is not None})
+
+
 def row_option(command: Callable[..., Any]) -> Callable[..., Any]:
     """The option that says which row of a table is the scene."""
     return click.option("--row", type=int, help="If SCENE is a table: number of the row, from 0.")(command)

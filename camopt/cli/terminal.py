@@ -134,7 +134,12 @@ def say_unused(scene: Any) -> None:
     from camopt.problem.unused import unused
     from camopt.scene.oddities import oddities
 
-    for sentence in (*oddities(scene), *unused(scene)):
+    say_notes((*oddities(scene), *unused(scene)))
+
+
+def say_notes(sentences: Iterable[str]) -> None:
+    """What a reader should know of a result, on standard error."""
+    for sentence in sentences:
         say(f"camopt: {sentence}")
 
 

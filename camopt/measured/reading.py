@@ -51,10 +51,14 @@ class Points:
     rows: NDArray[np.int64]
     step: float
 
-    def without(self, left_out: Sequence[int]) -> "Points":
-        """The points but for some, by their places."""
-        kept = np.setdiff1d(np.arange(self.rows.size), left_out)
-        return Points(self.file, self.angles[kept], self.lifts[kept], self.rows[kept], self.step)
+    def only(self, places: Sequence[int]) -> "Points":
+        """Some of the points, by their places."""
+        chosen = np.sort(np.array(places, dtype=np.intp))
+        return Points(self.file, self.angles[chosen], self.lifts[chosen], self.rows[chosen], self.step)
+
+    def without(self, places: Sequence[int]) -> "Points":
+        """The points but for some."""
+        return self.only(np.setdiff1d(np.arange(self.rows.size), places).tolist())
 
 
 @dataclass(frozen=True)
@@ -83,7 +87,7 @@ def read_points(source: str | os.PathLike[str] | ArrayLike, columns: Columns) ->
     _check(columns)
     if isinstance(source, (str, os.PathLike)):
         name = os.fsdecode(source)
-        table = _table_of(name, read_bytes(source))
+        table = _table_of(name, _bytes_of(name))
     else:
         name = "points"
         table = _table_of_array(name, source)
@@ -103,6 +107,13 @@ def read_points(source: str | os.PathLike[str] | ArrayLike, columns: Columns) ->
     turned[turned == TURN] = 0.0  # what rounding makes of a little less than 0
     order = np.argsort(turned, kind="stable")
     return Points(name, turned[order], lifts[order] * size, table.rows[order], step * size)
+
+
+def _bytes_of(name: str) -> bytes:
+    try:
+        return read_bytes(name)
+    except BadInput as error:
+        raise bad(name, "file", None, f"must be {error.mistakes[0].allowed}") from None
 
 
 def _table_of(name: str, data: bytes) -> NumberTable:
@@ -164,7 +175,7 @@ def _chosen(name: str, table: NumberTable, columns: Columns) -> tuple[int | None
     if width == 2:
         return (0, 1) if lift is None else (1 - lift, lift)
     named = ", ".join(words or str(k) for k, words in enumerate(table.names, start=1))
-    raise bad(name, "columns", named, "which are angle and lift? Say so with columns, such as 1,2")
+    raise bad(name, "columns", named, "which are angle and lift? Give their columns, such as 1,2")
 
 
 def _place(name: str, names: Sequence[str], chosen: str | int) -> int:
@@ -181,14 +192,16 @@ def _place(name: str, names: Sequence[str], chosen: str | int) -> int:
 
 def _check_units(name: str, names: Sequence[str], angle: int | None, lift: int, columns: Columns) -> None:
     """Whether the words above a column name another unit than the one that is taken."""
-    places: list[tuple[int, str, str, tuple[str, ...]]] = [(lift, columns.lift_unit, "lift_unit", LIFT_UNITS)]
+    places: list[tuple[int, str, str, tuple[str, ...]]] = [
+        (lift, columns.lift_unit, "unit of the lifts", LIFT_UNITS)
+    ]
     if angle is not None:
-        places.insert(0, (angle, columns.angle_unit, "angle_unit", ANGLE_UNITS))
+        places.insert(0, (angle, columns.angle_unit, "unit of the angles", ANGLE_UNITS))
     for place, unit, option, known in places:
         units = {SPELLED[word] for word in _words(names[place]) if word in SPELLED}
         if units and unit not in units:
             (other, *_) = sorted(units)
-            way = f"say {option} = {other}" if other in known else f"only {', '.join(known)} can be read"
+            way = f"give the {option} as {other}" if other in known else f"only {', '.join(known)} can be read"
             raise bad(name, f"column {names[place]!r}", None, f"is in {other}, and {unit} is taken; {way}")
 
 
@@ -212,7 +225,7 @@ def _check_points(name: str, table: NumberTable, angles: FloatArray, lifts: Floa
     low, high = int(angles.argmin()), int(angles.argmax())
     if angles[high] - angles[low] > turn * (1.0 + 1e-9):
         across = f"the angles go from {angles[low]:g} (row {table.rows[low]}) to {angles[high]:g}, more than a turn"
-        hint = "say turn = 720 if they are of a crankshaft" if turn == TURN else f"a turn is {turn:g}"
+        hint = "give 720 as the turn if they are of a crankshaft" if turn == TURN else f"a turn is {turn:g}"
         raise bad(name, f"row {table.rows[high]}", float(angles[high]), f"{across}; {hint}")
     if angles[high] == angles[low]:
         raise bad(name, f"row {table.rows[0]}", float(angles[0]), "all rows have this angle")

@@ -1,0 +1,48 @@
+"""What ``camopt fit`` prints of a measured motion."""
+
+from typing import TYPE_CHECKING
+
+from camopt.cli.terminal import print_json, show, table_of
+from camopt.problem.rows import finite
+from camopt.quantities import QUANTITIES
+from camopt.tables.cells import number
+
+if TYPE_CHECKING:
+    from camopt.measured.fitted import Fitted
+
+
+def show_fit(result: "Fitted", as_json: bool) -> None:
+    """How the motion lies in the points, its segments, and its peaks beside those of plain differences."""
+    if as_json:
+        found = result.to_dict()
+        return print_json(found | {name: finite(found[name]) for name in ("before", "after")})
+    unit, away = result.unit, result.deviation
+    lowest = f"its lowest lift is {number(result.zero)} {unit}"
+    count = f"{result.points.angles.size:,} points, noise {number(result.noise)} {unit}"
+    times = "" if result.factor is None else f" ({result.factor:.3g} times the noise)"
+    off = f"at most {number(away.largest)} {unit} away, root mean square {number(result.deviation_rms)} {unit}"
+    show(
+        f"{result.scene.name}: {count}",
+        f"Band {number(result.band)} {unit}{times}, proved at every point: {off}.",
+        f"From the straight lines between points it is nowhere further than {number(away.between)} {unit}.",
+        f"The turn starts at the measured angle {result.start:g} deg; {lowest}.",
+    )
+    segments = [{"law": "", **segment.model_dump(exclude_none=True)} for segment in result.scene.motion]
+    show(
+        "",
+        table_of("The motion", segments, ["segment", "angle", "lift", "law"], units={"angle": "deg", "lift": unit}),
+    )
+    before = result.before
+    peaks = [
+        {
+            "largest": name,
+            "by differences": before[name],
+            "of the motion": value,
+            "unit": QUANTITIES[result.quantity(name)].unit,
+        }
+        for name, value in result.after.items()
+    ]
+    show(table_of("Before and after", peaks, ["largest", "by differences", "of the motion", "unit"]))
+    jerk = QUANTITIES[result.quantity("jerk")].unit
+    what = f"Root mean square of the jerk: {number(result.jerk_rms)} {jerk}"
+    return show(f"{what}; no motion within the band has less than {number(result.least_jerk_rms)}.")

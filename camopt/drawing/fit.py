@@ -1,0 +1,118 @@
+"""A measured motion: points and motion, deviations in their band, acceleration before and after."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from camopt.drawing.canvas import Target, canvas, saving
+from camopt.drawing.diagrams import in_powers
+from camopt.drawing.picture import Picture, four_digits
+from camopt.drawing.style import ALARM, COLOURS, FAINT, INK, LIMIT, MUTED, PAGE_TITLE, TITLE, dress
+from camopt.effects.motion import scale
+from camopt.measured.fitted import Fitted
+from camopt.measured.outline import apart
+from camopt.motion.table import RISE
+from camopt.problem.problem import resolve
+from camopt.quantities import QUANTITIES
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+BEFORE, AFTER = MUTED, COLOURS[RISE]
+PLACES = ((0.09, 0.66, 0.88, 0.22), (0.09, 0.375, 0.88, 0.19), (0.09, 0.07, 0.88, 0.22))
+SHOWN = 2.0  # times the range of the acceleration after: what is seen of that before
+BEYOND = 1.4  # bands: where the diagram of deviations ends
+POINT: dict[str, Any] = {"ls": "none", "marker": ".", "ms": 3.0, "mew": 0.0}
+
+
+@saving
+def plot_fit(result: Fitted, path: Target = None) -> "Figure":
+    """Draw a fit: points and motion, deviations in their band, acceleration by differences and of the motion.
+
+    Parameters
+    ----------
+    result
+        What ``fit`` gives.
+    path
+        A PNG, SVG or PDF file to write as well.
+
+    Examples
+    --------
+    >>> lifts = [0.0] * 60 + [5.0 * k**3 * (20 - k) ** 3 / 1e6 for k in range(21)] + [0.0] * 39
+    >>> cam = {"cam": {"form": "disc", "base_radius": 20}, "follower": {"motion": "translating", "contact": "flat"}}
+    >>> figure = camopt.plot_fit(camopt.fit(lifts, cam, band=0.01), "fit.png")
+    """
+    picture = Picture(resolve(result.scene))
+    with canvas(path, (11.0, 8.5)) as figure:
+        count = f"{result.points.angles.size} points, noise {four_digits(result.noise)} {result.unit}"
+        figure.text(0.03, 0.96, result.scene.name, fontsize=PAGE_TITLE, fontweight="bold")
+        about = f"{count}, band ±{four_digits(result.band)} {result.unit}"
+        figure.text(0.03, 0.935, about, fontsize=TITLE - 1.0, color=MUTED)
+        lift, off, acceleration = (figure.add_axes(place) for place in PLACES)
+        _lift(lift, result, picture)
+        _deviations(off, result)
+        _acceleration(acceleration, result, picture)
+        for axes in (lift, off, acceleration):
+            axes.set(xlim=(0, 360), xticks=range(0, 361, 30))
+            dress(axes)
+        acceleration.set_xlabel("cam angle, deg")
+    return figure
+
+
+def _turn(picture: Picture, order: int) -> tuple[Any, Any]:
+    """Cam angles (deg) and a derivative over the turn, with gaps between pieces."""
+    angles = np.concatenate([np.append(np.degrees(each), np.nan) for each in picture.pieces])
+    return angles, np.concatenate([np.append(rows[order], np.nan) for rows in picture.motion])
+
+
+def _lift(axes: Any, result: Fitted, picture: Picture) -> None:
+    angles, values = _turn(picture, 0)
+    per = np.degrees(1.0) if picture.problem.setup.angular else 1.0
+    axes.plot(angles, values * per, color=AFTER, lw=1.4, label="motion")
+    axes.fill_between(angles, values * per - result.band, values * per + result.band, color=AFTER, alpha=0.15, lw=0)
+    measured = apart(result.start, result.points.angles), result.points.lifts - result.zero
+    axes.plot(*measured, color=INK, label="points", **POINT)
+    _outliers(axes, result, result.outliers.lifts - result.zero)
+    axes.set_title(f"Lift, {result.unit}", loc="left")
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.2)
+
+
+def _outliers(axes: Any, result: Fitted, values: Any) -> None:
+    if result.outliers.rows.size:
+        angles = apart(result.start, result.outliers.angles)
+        axes.plot(angles, values, ls="none", marker="x", ms=6.0, color=ALARM, label="left out")
+
+
+def _deviations(axes: Any, result: Fitted) -> None:
+    """What the points are off the motion by; outliers at the edge of the diagram, with their rows."""
+    band = result.band
+    axes.axhline(0.0, color=AFTER, lw=1.0)
+    for side in (-band, band):
+        axes.axhline(side, **LIMIT)
+    axes.plot(apart(result.start, result.points.angles), -np.array(result.deviation.at_points), color=INK, **POINT)
+    for each in result.left_out:
+        side = BEYOND * band * (1.0 if each.deviation < 0.0 else -1.0)
+        angle = float(apart(result.start, each.angle))
+        axes.plot([angle], [0.93 * side], ls="none", marker="x", ms=6.0, color=ALARM)
+        place = {"textcoords": "offset points", "xytext": (6, 0), "va": "center", "color": ALARM}
+        axes.annotate(f"row {each.row}: {four_digits(-each.deviation)}", (angle, 0.93 * side), **place)
+    axes.set_ylim(-BEYOND * band, BEYOND * band)
+    axes.set_title(f"Deviation of the points, {result.unit}", loc="left")
+
+
+def _acceleration(axes: Any, result: Fitted, picture: Picture) -> None:
+    angles, values = _turn(picture, 2)
+    values = values * scale(picture.problem.setup, 2)
+    at, before = result.differences["acceleration"]
+    order = np.argsort(at)
+    unit = QUANTITIES[result.quantity("acceleration")].unit
+    factor, unit = in_powers([values[~np.isnan(values)]], unit)
+    low, high = float(np.nanmin(values)) * factor, float(np.nanmax(values)) * factor
+    axes.plot(at[order], before[order] * factor, color=BEFORE, lw=0.6, alpha=0.7, label="differences of the points")
+    axes.plot(angles, values * factor, color=AFTER, lw=1.6, label="motion")
+    axes.axhline(0.0, color=FAINT, lw=0.8, zorder=1)
+    room = SHOWN * (high - low)
+    bottom, top = max(low - room, before.min() * factor * 1.05), min(high + room, before.max() * factor * 1.05)
+    axes.set_ylim(min(bottom, low * 1.1), max(top, high * 1.1))
+    axes.set_title(f"Acceleration, {unit}", loc="left")
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.2)

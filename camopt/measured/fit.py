@@ -1,0 +1,211 @@
+"""The front door of measured lift: from a file of points to a scene with the gentlest motion within a band."""
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from itertools import product
+from math import isfinite
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from camopt.measured.band_proof import deviation
+from camopt.measured.fitted import Fitted
+from camopt.measured.fitted_scene import segments_of
+from camopt.measured.least_jerk import Freest, Node, freest, least_band, nodes_of, shaped
+from camopt.measured.noise import band_factor, noise_of, outliers
+from camopt.measured.outline import EARLIER, outline_of
+from camopt.measured.reading import Columns, Points, read_points
+from camopt.mistakes import BadInput, Mistake, Unmet, Unsolved, printable
+from camopt.problem.problem import resolve
+from camopt.scene.scene import Scene
+
+MARGINS = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2)  # of the band, for a solver's error and rounding
+NARROWEST = 1e-5  # of the range of the lifts: the least band
+OF_THE_MOTION = {
+    "search": ("law", "law_rise", "law_return", "angle_rise", "angle_return", "angle_dwell"),
+    "synthesis": ("points",),
+}
+"""Keys of tables that are about the motion which is replaced."""
+MOST_NODES = 60  # dwells and turns: more are those of errors
+NAMED = 6  # rows at most
+
+
+def fit(
+    points: str | os.PathLike[str] | ArrayLike,
+    scene: Scene | Mapping[str, Any],
+    band: float | None = None,
+    columns: Sequence[str | int] | None = None,
+    angle_unit: str = "deg",
+    lift_unit: str | None = None,
+    turn: float | None = None,
+    keep_outliers: bool = False,
+) -> Fitted:
+    """Find the motion of the least mean-square jerk that stays within a band of measured points.
+
+    The motion rests where the points of a stretch are within the band of a constant, turns back where points differ
+    by more than two bands, and goes one way in between. Each stroke is a quintic B-spline. That the band is held at
+    each point is proved, in the numbers of the scene.
+
+    Parameters
+    ----------
+    points
+        A file: text with any delimiter, decimal point or decimal comma, or a workbook (``camopt[excel]``). It has
+        columns of angle and lift, or lifts alone, in equal steps round the turn. Or an array of such rows.
+    scene
+        The cam and the follower that the motion is for, and its limits, whose motion is replaced. Or a mapping of
+        the tables ``cam`` and ``follower``, without a motion.
+    band
+        How far the motion may be from a point, mm (deg when oscillating). If not given, as many times the estimated
+        noise as leaves all points of nineteen in twenty files inside.
+    columns
+        Names or numbers (from 1) of the columns of angle and lift, if the words above them do not say so.
+    angle_unit
+        "deg" or "rad".
+    lift_unit
+        "mm" or "inch"; "deg" when oscillating.
+    turn
+        The angle of one turn of the cam in the file, such as 720 for degrees of a crankshaft that turns twice.
+    keep_outliers
+        Hold the band at single points too that are far off their neighbours, and which are left out otherwise.
+
+    Returns
+    -------
+    Fitted
+        The scene, its deviations from the points, noise and band, peaks before and after.
+
+    Raises
+    ------
+    BadInput
+        If the points are no lift over one turn, with the row; with every mistake of the scene.
+    Unmet
+        If no motion holds the band, with the rows that stand in its way.
+    Unsolved
+        If the convex solver fails.
+    OSError
+        If a file cannot be read.
+
+    Examples
+    --------
+    >>> lifts = [0.0] * 60 + [5.0 * k**3 * (20 - k) ** 3 / 1e6 for k in range(21)] + [0.0] * 39
+    >>> cam = {"cam": {"form": "disc", "base_radius": 20}, "follower": {"motion": "translating", "contact": "flat"}}
+    >>> fitted = camopt.fit(lifts, cam, band=0.01)
+    >>> [segment.segment for segment in fitted.scene.motion]
+    ['dwell', 'rise', 'return', 'dwell']
+    >>> fitted.deviation.held
+    True
+    """
+    tables = _without_motion(scene)
+    columns_ = Columns(columns, angle_unit, _lift_unit(tables, lift_unit), turn)
+    measured = read_points(points, columns_)
+    noise = noise_of(measured)
+    least = NARROWEST * float(np.ptp(measured.lifts))
+    lost = [] if keep_outliers else outliers(measured, noise, band or least)
+    kept, left_out = measured.without(lost), measured.only(lost)
+    factor = None if band is not None else band_factor(kept.angles.size)
+    width = _usual_band(kept, noise * (factor or 0.0)) if band is None else _given_band(kept, band)
+    _check_repeats(kept, width)
+    free = freest(kept, width)
+    tables.setdefault("name", printable(Path(kept.file).stem))
+    file = scene.file if isinstance(scene, Scene) else "scene"
+    noisy = max(width, noise * band_factor(kept.angles.size))
+    found = _shaped(kept, free, width, noisy, lambda parts: Scene.from_dict(tables | parts, file))
+    return replace(found, outliers=left_out, noise=noise, factor=factor, least_square=free.square)
+
+
+def _without_motion(scene: Scene | Mapping[str, Any]) -> dict[str, Any]:
+    """The tables of a scene but for its motion, and what is about that."""
+    tables = scene.to_dict() if isinstance(scene, Scene) else dict(scene)
+    tables = {key: value for key, value in tables.items() if key not in ("motion", "laws")}
+    for name, keys in OF_THE_MOTION.items():
+        if isinstance(tables.get(name), Mapping):
+            tables[name] = {key: value for key, value in tables[name].items() if key not in keys}
+    return tables
+
+
+def _lift_unit(tables: Mapping[str, Any], given: str | None) -> str:
+    """The unit of the lifts: that of the follower's motion, or one that fits to it."""
+    follower = tables.get("follower")
+    angular = isinstance(follower, Mapping) and follower.get("motion") == "oscillating"
+    known = ("deg",) if angular else ("mm", "inch")
+    if given is not None and given not in known:
+        what = f"{' or '.join(known)} for {'an oscillating' if angular else 'a translating'} follower"
+        raise BadInput([Mistake("camopt", "lift_unit", given, what)])
+    return given or known[0]
+
+
+def _usual_band(points: Points, wanted: float) -> float:
+    """A band from the noise: no narrower than numbers bear."""
+    return max(wanted, NARROWEST * float(np.ptp(points.lifts)))
+
+
+def _given_band(points: Points, band: float) -> float:
+    least = NARROWEST * float(np.ptp(points.lifts))
+    if not (isfinite(band) and band >= least):
+        raise BadInput([Mistake("camopt", "band", band, f"at least {least:.3g}, a {NARROWEST:g} of the lift")])
+    return float(band)
+
+
+def _check_repeats(points: Points, band: float) -> None:
+    """Whether lifts at one angle are within two bands of each other."""
+    for place in np.flatnonzero(np.diff(points.angles) == 0.0):
+        same = np.flatnonzero(points.angles == points.angles[place])
+        low, high = same[points.lifts[same].argmin()], same[points.lifts[same].argmax()]
+        apart = points.lifts[high] - points.lifts[low]
+        if apart > 2.0 * band:
+            rows = f"rows {points.rows[low]} and {points.rows[high]} are {apart:.4g} apart"
+            least = f"a band below {apart / 2.0:.4g} cannot be held"
+            raise Unmet(f"{points.file}: {rows}, both at {points.angles[place]:g} deg: {least}")
+
+
+def _shaped(
+    points: Points, free: Freest, band: float, noisy: float, scene_with: Callable[[dict[str, Any]], Scene]
+) -> Fitted:
+    """The fit with the dwells and turns that stand out from the noise, or of more, shorter dwells if it takes them.
+
+    Raises
+    ------
+    Unmet
+        If none of them holds the band.
+    """
+    refused: Exception = Unmet("")
+    for room, earlier in product(dict.fromkeys((noisy, band)), (EARLIER, 2 * EARLIER)):
+        outline = outline_of(points, room, earlier)
+        if len(outline) > MOST_NODES:
+            continue
+        nodes = nodes_of(points, outline, free)
+        try:
+            return _within(points, nodes, band, free.jerk, scene_with)
+        except (Unmet, Unsolved) as why:
+            refused = refused if str(refused) else why
+    raise refused
+
+
+def _within(
+    points: Points, nodes: Sequence[Node], band: float, jerk: float, scene_with: Callable[[dict[str, Any]], Scene]
+) -> Fitted:
+    """The fit whose scene, as it is written, is proved to hold the band.
+
+    Raises
+    ------
+    Unmet
+        If no motion of these dwells and turns holds it.
+    """
+    for margin in MARGINS:
+        motion = shaped(points, nodes, band, jerk, margin)
+        if motion is None:
+            break
+        written = segments_of(motion)
+        scene = scene_with({"motion": written.motion, "laws": written.laws})
+        found = deviation(resolve(scene).programme, points, written.start, written.zero, band)
+        if found.held:
+            none = points.only([])
+            return Fitted(scene, points, none, written.start, written.zero, 0.0, band, None, found, 0.0)
+    least, places = least_band(points, nodes, jerk)
+    if least < band:
+        raise Unsolved("the convex solver holds the band not closely enough")
+    rows = ", ".join(map(str, sorted(points.rows[places])[:NAMED])) + (" and others" if len(places) > NAMED else "")
+    what = f"no motion with its dwells and turns is within {band:.4g} of all points; {least:.4g} can be held"
+    raise Unmet(f"{points.file}: {what}; rows {rows} stand in the way")

@@ -1,0 +1,166 @@
+"""The result of a fit: a scene with the measured motion, and how it lies in the points."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from math import radians, sqrt
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from camopt.effects.motion import scale
+from camopt.measured.band_proof import Deviation
+from camopt.measured.noise import band_factor
+from camopt.measured.outline import apart
+from camopt.measured.reading import TURN, Points
+from camopt.motion.programme import peak, root_mean_square
+from camopt.motion.table import TURN as EVERY_STROKE
+from camopt.numerics import FloatArray
+from camopt.problem.problem import Problem, resolve
+from camopt.quantities import DERIVATIVES, motion_quantity
+from camopt.scene.scene import Scene
+
+JERK = 3  # its order
+
+
+class LeftOut(NamedTuple):
+    """A point that the fit leaves out: its row, angle (deg), lift, and how far the motion is from it."""
+
+    row: int
+    angle: float
+    lift: float
+    deviation: float
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """The motion of the least mean-square jerk within a band of measured points, as a scene.
+
+    ``points`` are those that it was fitted to, ``outliers`` those left out. The turn of the scene starts at the
+    measured angle ``start`` (deg), where the lift ``zero`` is its lowest. Lifts, ``noise``, ``band`` and deviations
+    are in mm, deg when oscillating. The noise is estimated from the points; the band was given, or is ``factor``
+    times the noise.
+    """
+
+    scene: Scene
+    points: Points
+    outliers: Points
+    start: float
+    zero: float
+    noise: float
+    band: float
+    factor: float | None
+    deviation: Deviation
+    least_square: float
+    """No motion within the band has less ∫ (y''')² dθ over the turn; θ in rad."""
+
+    def __repr__(self) -> str:
+        away = f"{self.deviation.largest:.4g} from {self.points.angles.size} points"
+        return f"<Fitted {self.scene.name}: at most {away}, band {self.band:.4g}>"
+
+    @cached_property
+    def _problem(self) -> Problem:
+        return resolve(self.scene)
+
+    @property
+    def unit(self) -> str:
+        """The unit of the lifts."""
+        return "deg" if self._problem.setup.angular else "mm"
+
+    def quantity(self, derivative: str) -> str:
+        """The quantity that a largest velocity, acceleration or jerk is."""
+        setup = self._problem.setup
+        return motion_quantity(derivative, "", angular=setup.angular, timed=setup.omega is not None)
+
+    @property
+    def _per(self) -> float:
+        """From the unit of the lifts to that of a programme."""
+        return radians(1.0) if self._problem.setup.angular else 1.0
+
+    @property
+    def deviation_rms(self) -> float:
+        """The root mean square of what the motion is off the points by."""
+        return float(np.sqrt(np.mean(np.square(self.deviation.at_points))))
+
+    @property
+    def left_out(self) -> tuple[LeftOut, ...]:
+        """The points that are left out, by row."""
+        angles = np.radians(apart(self.start, self.outliers.angles))
+        off = self._problem.programme.at(angles)[0] / self._per + self.zero - self.outliers.lifts
+        rows = zip(self.outliers.rows, self.outliers.angles, self.outliers.lifts, off, strict=True)
+        return tuple(sorted(LeftOut(int(row), float(a), float(y), float(d)) for row, a, y, d in rows))
+
+    @property
+    def jerk_rms(self) -> float:
+        """The root mean square of the jerk over the turn, in the unit of the scene's jerks."""
+        return root_mean_square(self._problem.programme, JERK) * scale(self._problem.setup, JERK)
+
+    @property
+    def least_jerk_rms(self) -> float:
+        """What no motion within the band has less of, by the optimum without dwells and turns."""
+        return sqrt(self.least_square / radians(TURN)) * self._per * scale(self._problem.setup, JERK)
+
+    @property
+    def after(self) -> dict[str, float]:
+        """The largest velocity, acceleration and jerk of the motion."""
+        orders = {name: order for order, name in enumerate(DERIVATIVES, start=1)}
+        setup, programme = self._problem.setup, self._problem.programme
+        return {name: peak(programme, order, EVERY_STROKE) * scale(setup, order) for name, order in orders.items()}
+
+    @property
+    def before(self) -> dict[str, float]:
+        """The same by finite differences of the points."""
+        return {name: float(np.abs(rows[1]).max()) for name, rows in self.differences.items()}
+
+    @cached_property
+    def differences(self) -> Mapping[str, tuple[FloatArray, FloatArray]]:
+        """Velocity, acceleration and jerk by divided differences of the points: cam angles (deg) and values."""
+        angles, place = np.unique(apart(self.start, self.points.angles), return_inverse=True)
+        lifts = np.bincount(place, self.points.lifts) / np.bincount(place) * self._per
+        count, theta = angles.size, np.radians(angles)
+        found, rows, factor = {}, lifts, 1.0
+        around = np.concatenate([theta, theta[:JERK] + radians(TURN)])
+        for order, name in enumerate(DERIVATIVES, start=1):
+            rows = (np.roll(rows, -1) - rows) / (around[order : order + count] - theta)
+            factor *= order
+            middle = np.mean([around[k : k + count] for k in range(order + 1)], axis=0)
+            found[name] = np.degrees(middle) % TURN, rows * factor * scale(self._problem.setup, order)
+        return found
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What a reader should know: a band that is narrow for the noise, points left out."""
+        found = []
+        usual = self.noise * band_factor(self.points.angles.size)
+        if self.band < usual:
+            what = f"narrower than normal errors of the noise {self.noise:.4g} take ({usual:.4g})"
+            found.append(f"the band {self.band:.4g} is {what}: the motion may follow errors")
+        for each in self.left_out:
+            where = f"row {each.row} (lift {each.lift:g} at {each.angle:g} deg)"
+            found.append(f"{where} is left out: the motion is {abs(each.deviation):.4g} away")
+        return tuple(found)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain numbers and texts, without the points."""
+        lengths = {
+            "noise": self.noise,
+            "band": self.band,
+            "deviation_max": self.deviation.largest,
+            "deviation_rms": self.deviation_rms,
+            "deviation_from_lines_max": self.deviation.between,
+            "zero": self.zero,
+        }
+        return {
+            "name": self.scene.name,
+            "points": int(self.points.angles.size),
+            **{f"{name}_{self.unit}": value for name, value in lengths.items()},
+            "band_over_noise": self.factor,
+            "band_held": self.deviation.held,
+            "start_deg": self.start,
+            "jerk_rms": self.jerk_rms,
+            "least_jerk_rms": self.least_jerk_rms,
+            "before": {self.quantity(name): value for name, value in self.before.items()},
+            "after": {self.quantity(name): value for name, value in self.after.items()},
+            "left_out": [each._asdict() for each in self.left_out],
+            "motion": [segment.model_dump(exclude_none=True) for segment in self.scene.motion],
+        }

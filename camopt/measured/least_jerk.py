@@ -1,0 +1,266 @@
+"""The motion of the least mean-square jerk within a band of points, as convex programmes.
+
+``freest`` has nothing but the band: its optimum is the least of any motion whatever, and the motion turns where it
+does. ``shaped`` rests in the dwells of the outline, turns where it turns and goes one way in between; it is the
+result, and what it has more than the freest is the price of its shape.
+
+Lifts are in units of their range, and each spline is on the unit stroke, so that numbers are near 1.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import inf, radians, sqrt
+from typing import Any, NamedTuple
+
+import cvxpy as cp
+import numpy as np
+from numpy.typing import NDArray
+
+from camopt.measured.outline import DIGITS, Dwell, Outline, Turn, apart
+from camopt.measured.reading import TURN, Points
+from camopt.measured.spline_chain import ORDERS, SplineChain
+from camopt.mistakes import Unsolved
+from camopt.numerics import FloatArray
+from camopt.synthesis.convex import SOLVED, solve
+
+LEAST_KNOTS, MOST_KNOTS = 32, 200  # about, inside a stroke
+CLOSEST = 0.5  # median steps of the points: the least distance of knots
+SOLVER_ERROR = 1e-6  # relative, of an optimum
+MOVED = 1e-3  # bands: the least lift of a stroke
+LOOKED = 2001  # angles at which a turn is looked for
+USUAL = 10.0 * 60.0 * 6.0**3  # by x over a turn: ten times the jerk of a cubic rise in 60 deg
+
+
+class Node(NamedTuple):
+    """A dwell, or a turn of no length: its angles in deg, its points, and its level in the unit of the lifts."""
+
+    start: float
+    end: float
+    places: NDArray[np.intp]
+    level: float
+
+    @property
+    def rests(self) -> bool:
+        return self.end > self.start
+
+
+class Stroke(NamedTuple):
+    """A spline from one node to the next: its angles in deg, and its points."""
+
+    chain: SplineChain
+    start: float
+    angle: float
+    places: NDArray[np.intp]
+    x: FloatArray  # of its points
+
+
+@dataclass(frozen=True)
+class Shaped:
+    """A motion as nodes and the strokes after each, with the coefficients of each stroke's s, from 0 to 1."""
+
+    nodes: tuple[Node, ...]
+    strokes: tuple[Stroke, ...]
+    coefficients: tuple[FloatArray, ...]
+
+
+class _Variables:
+    """The coefficients c₀ … c₃ of a spline by x as unknowns, in units of 1, J^⅓, J^⅔ and a usual jerk J."""
+
+    def __init__(self, chain: SplineChain, jerk: float) -> None:
+        self.chain, self.jerk = chain, jerk
+        scaled = [cp.Variable(chain.count - k) for k in range(ORDERS)]
+        self.c = [jerk ** (k / 3.0) * c for k, c in enumerate(scaled)]
+        joined = zip(chain.steps, scaled[:-1], scaled[1:], strict=True)
+        per = jerk ** (1.0 / 3.0)
+        self.limits = [cp.multiply(per * step, after) == before[1:] - before[:-1] for step, before, after in joined]
+        self.square = cp.sum_squares(chain.square @ scaled[3])
+        """∫ (y''')² dx over J²."""
+
+    def at(self, x: FloatArray) -> Any:
+        return self.chain.at(x) @ self.c[0]
+
+
+# ---------------------------------------------------------------------------------------------------- freest
+
+
+@dataclass(frozen=True)
+class Freest:
+    """The optimum of the band alone: ``square`` is the least ∫ (y''')² dθ of any motion, by the angle in rad."""
+
+    chain: SplineChain
+    first: float  # cam angle at x = 0, deg
+    coefficients: FloatArray
+    square: float
+
+    @property
+    def jerk(self) -> float:
+        """Its root mean square, by the angle in rad."""
+        return sqrt(self.square / radians(TURN))
+
+    def at(self, angles: FloatArray) -> FloatArray:
+        return np.asarray(self.chain.at(apart(self.first, angles) / TURN) @ self.coefficients)
+
+
+def freest(points: Points, band: float) -> Freest:
+    """The optimum of the band alone: a closed spline with a knot at each angle.
+
+    Raises
+    ------
+    Unsolved
+        If the solver fails.
+    """
+    angles, unit = np.unique(points.angles), np.ptp(points.lifts)
+    chain = SplineChain(tuple(((angles[1:] - angles[0]) / TURN).tolist()))
+    y = _Variables(chain, USUAL)
+    closed = [c[0] == c[-1] for c in y.c]
+    first, last = chain.inner[0], 1.0 - chain.inner[-1]  # its fourth derivative goes on, too
+    closed.append(last * (y.c[3][1] - y.c[3][0]) == first * (y.c[3][-1] - y.c[3][-2]))
+    middle, x = _middle(points), apart(angles[0], points.angles) / TURN
+    within = cp.abs(y.at(x) - (points.lifts - middle) / unit) <= band / unit
+    problem = cp.Problem(cp.Minimize(y.square), [*y.limits, *closed, within])
+    if solve(problem) not in SOLVED:
+        raise Unsolved(f"the convex solver says {problem.status}")
+    least = (1.0 - SOLVER_ERROR) * problem.value * (USUAL * unit) ** 2 / radians(TURN) ** 5
+    return Freest(chain, float(angles[0]), np.asarray(y.c[0].value) * unit + middle, float(least))
+
+
+def _middle(points: Points) -> float:
+    return float(points.lifts.max() + points.lifts.min()) / 2.0
+
+
+def nodes_of(points: Points, outline: Outline, motion: Freest) -> tuple[Node, ...]:
+    """Dwells, and turns at the places where a motion turns in them."""
+    found = []
+    for part in outline:
+        if isinstance(part, Dwell):
+            found.append(Node(part.start, part.end, part.places, part.level))
+        else:
+            at = _turning(part, motion)
+            found.append(Node(at, at, np.empty(0, dtype=np.intp), part.level))
+    return tuple(found)
+
+
+def _turning(turn: Turn, motion: Freest) -> float:
+    """Where a motion is highest or lowest in a turn, deg."""
+    angles = np.linspace(turn.low, turn.high, LOOKED)[1:-1]
+    lifts = motion.at(angles) * (1.0 if turn.highest else -1.0)
+    return round(float(angles[lifts.argmax()] % TURN), DIGITS)
+
+
+# ---------------------------------------------------------------------------------------------------- shaped
+
+
+def strokes_of(points: Points, nodes: Sequence[Node]) -> tuple[Stroke, ...]:
+    """The stroke after each node, to the next one: knots at its points, as far as they are apart."""
+    found = []
+    for node, after in zip(nodes, [*nodes[1:], nodes[0]], strict=True):
+        angle = float(round(float(apart(node.end, after.start)), DIGITS)) or TURN
+        away = apart(node.end, points.angles)
+        places = np.flatnonzero(away < angle) if not node.rests else np.flatnonzero((away > 0.0) & (away < angle))
+        places = places[np.argsort(away[places], kind="stable")]
+        x = away[places] / angle
+        found.append(Stroke(SplineChain(_knots(np.unique(x))), node.end % TURN, angle, places, x))
+    return tuple(found)
+
+
+def _knots(x: FloatArray) -> tuple[float, ...]:
+    """Points inside a stroke as knots, but for those too near to the one before or to an end, and halves of few."""
+    least = max(CLOSEST * float(np.median(np.diff(x))) if x.size > 1 else 1.0, 1.0 / MOST_KNOTS)
+    found = [0.0]
+    for each in x:
+        if each - found[-1] >= least and 1.0 - each >= least:
+            found.append(float(each))
+    knots = np.array([*found, 1.0])
+    while knots.size < LEAST_KNOTS:
+        knots = np.sort(np.concatenate([knots, (knots[1:] + knots[:-1]) / 2.0]))
+    return tuple(knots[1:-1].tolist())
+
+
+def shaped(points: Points, nodes: Sequence[Node], band: float, jerk: float, margin: float = 0.0) -> Shaped | None:
+    """The motion of an outline within a band less a margin; None if none is found. A usual ``jerk`` is by rad."""
+    model = _Model(points, nodes, jerk)
+    within = model.off <= band * (1.0 - margin) / model.unit
+    status = solve(cp.Problem(cp.Minimize(model.square), [*model.limits, within]))
+    return model.solution() if status in SOLVED else None
+
+
+def least_band(points: Points, nodes: Sequence[Node], jerk: float) -> tuple[float, list[int]]:
+    """The least band of an outline, and the places of the points that are as far away."""
+    model, band = _Model(points, nodes, jerk), cp.Variable()
+    if solve(cp.Problem(cp.Minimize(band), [*model.limits, model.off <= band])) not in SOLVED:
+        return inf, []
+    off = np.asarray(model.off.value)
+    return float(band.value) * model.unit, list(map(int, model.places[off >= (1.0 - 1e-3) * band.value]))
+
+
+class _Model:
+    """The unknowns of an outline, what joins them, and what its points are off by."""
+
+    def __init__(self, points: Points, nodes: Sequence[Node], jerk: float) -> None:
+        self.points, self.nodes, self.strokes = points, nodes, strokes_of(points, nodes)
+        self.unit, self.middle = float(np.ptp(points.lifts)), _middle(points)
+        self.levels = cp.Variable(len(nodes))
+        angles = [radians(stroke.angle) for stroke in self.strokes]
+        moving = list(zip(self.strokes, angles, strict=True))
+        self.motions = [_Variables(stroke.chain, jerk * angle**3 / self.unit) for stroke, angle in moving]
+        self.square = sum(a * motion.square for a, motion in zip(angles, self.motions, strict=True))
+        self.limits = [limit for motion in self.motions for limit in motion.limits]
+        for k in range(len(nodes)):
+            self.limits += self._joint(k) + self._way(k)
+        lifts = (points.lifts - self.middle) / self.unit
+        off = [motion.at(s.x) - lifts[s.places] for s, motion in zip(self.strokes, self.motions, strict=True)]
+        off += [self.levels[k] - lifts[node.places] for k, node in enumerate(nodes) if node.places.size]
+        self.off = cp.abs(cp.hstack(off))
+        self.places = np.concatenate([*(s.places for s in self.strokes), *(node.places for node in nodes)])
+
+    def _joint(self, k: int) -> list[Any]:
+        """A node: its level, no velocity, and beside a dwell no acceleration; through a turn both go on."""
+        before, after = self.motions[k - 1].c, self.motions[k].c
+        limits = [
+            before[0][-1] == self.levels[k],
+            after[0][0] == self.levels[k],
+            before[1][-1] == 0,
+            after[1][0] == 0,
+        ]
+        if self.nodes[k].rests:
+            return [*limits, before[2][-1] == 0, after[2][0] == 0]
+        ratio = self.strokes[k].angle / self.strokes[k - 1].angle
+        return [*limits, *(ratio**order * before[order][-1] == after[order][0] for order in (2, 3))]
+
+    def _way(self, k: int) -> list[Any]:
+        """A stroke goes one way: no coefficient of its velocity is of the other sign."""
+        following = (k + 1) % len(self.nodes)
+        way = np.sign(self.nodes[following].level - self.nodes[k].level)
+        return [way * self.motions[k].c[1] >= 0, way * (self.levels[following] - self.levels[k]) >= 0]
+
+    def solution(self) -> Shaped:
+        """The solution without a solver's error: levels in few digits, and strokes that meet there exactly."""
+        digits = 7 - int(np.floor(np.log10(self.unit)))
+        levels = [round(float(level) * self.unit + self.middle, digits) for level in self.levels.value]
+        nodes = tuple(node._replace(level=level) for node, level in zip(self.nodes, levels, strict=True))
+        return Shaped(nodes, self.strokes, tuple(self._coefficients(k, levels) for k in range(len(nodes))))
+
+    def _coefficients(self, k: int, levels: Sequence[float]) -> FloatArray:
+        """The coefficients of a stroke's s, from 0 to 1, at rest beside a dwell and as bent as beyond a turn."""
+        following = (k + 1) % len(levels)
+        lift = (levels[following] - levels[k]) / self.unit
+        chain, jerk = self.motions[k].chain, np.asarray(self.motions[k].c[3].value) / lift
+        bends = [self._bend(j) * self.strokes[k].angle ** 2 / lift for j in (k, following)]
+        start = (0.0, 0.0, bends[0])
+        found = chain.integrated(chain.brought_to(jerk, start, np.array([1.0, 0.0, bends[1]])), start)[0]
+        found[:2], found[-2:] = 0.0, 1.0
+        if self.nodes[k].rests:
+            found[2] = 0.0
+        if self.nodes[following].rests:
+            found[-3] = 1.0
+        return np.asarray(np.maximum.accumulate(np.clip(found, 0.0, 1.0)))
+
+    def _bend(self, k: int) -> float:
+        """y'' at a node, in units of the lift by the angle in deg: the mean of what both sides have."""
+        if self.nodes[k].rests:
+            return 0.0
+        sides = (
+            (self.motions[k - 1].c[2].value[-1], self.strokes[k - 1]),
+            (self.motions[k].c[2].value[0], self.strokes[k]),
+        )
+        return float(np.mean([bend / stroke.angle**2 for bend, stroke in sides]))
