@@ -8,9 +8,10 @@ from collections.abc import Iterator, Mapping
 from math import acos, asin, degrees
 from typing import Any
 
+from camopt.scene.law_forms import CLOSE, Fault
 from camopt.scene.load import check_load
 from camopt.scene.mapping import at, number, segments
-from camopt.scene.own_laws import CLOSE, Fault, check_laws, law_names
+from camopt.scene.own_laws import check_laws, law_names
 from camopt.scene.turn import LEAST, POSITIONED, check_law, check_turn, highest_of
 
 SIZES = ("roller_radius", "face_radius", "face_offset", "arm_length", "centre_distance", "offset")

@@ -11,7 +11,8 @@ from typing import Any
 
 from camopt.motion.load import ExternalLoad
 from camopt.scene.csv_columns import MOST_VALUES, read_columns
-from camopt.scene.own_laws import APART, FAR, Fault
+from camopt.scene.law_forms import APART, Fault
+from camopt.scene.own_laws import FAR
 
 KEY = "follower.dynamics.load"
 COLUMNS = ("angle", "load")

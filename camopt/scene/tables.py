@@ -17,8 +17,8 @@ from pydantic import (
 from camopt.mistakes import BadInput, nearest
 from camopt.quantities import DISCIPLINES, EVERYTHING, QUANTITIES
 from camopt.scene.complaints import TAGS, mistakes_of
+from camopt.scene.law_forms import DEGREES
 from camopt.scene.materials import MATERIALS
-from camopt.scene.own_laws import DEGREES
 
 
 def _is_number(value: Any) -> Any:

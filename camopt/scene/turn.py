@@ -11,8 +11,9 @@ from camopt.mistakes import nearest
 from camopt.motion import LAWS
 from camopt.motion.programme import Programme
 from camopt.motion.segments import CONSTANT_VELOCITY, MOVE, Segment, changes, ends_of
+from camopt.scene.law_forms import CLOSE, Fault
 from camopt.scene.mapping import at, number, segments
-from camopt.scene.own_laws import CLOSE, Fault, check_laws, law_names, law_of, own_laws
+from camopt.scene.own_laws import check_laws, law_names, law_of, own_laws
 
 LEAST = {"angle": 1e-6, "lift": 1e-9}  # of a rise or return, deg and mm or deg
 DERIVATIVES = ("velocity", "acceleration", "jerk")

@@ -1,0 +1,175 @@
+"""The forms in which a scene gives a law: for each, the keys, the law that they make, and what may be wrong.
+
+A new form is an entry of ``FORMS``, its keys are in ``scene.tables.OwnLaw``. A fault is (key, value, what is wrong).
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import groupby, pairwise
+from typing import Any, NamedTuple
+
+from camopt.mistakes import nearest
+from camopt.motion import LAWS
+from camopt.motion.law import Law, is_symmetric
+from camopt.motion.polynomial import HIGHEST, PolynomialLaw
+from camopt.motion.scca import SCCALaw
+from camopt.motion.spline import SplineLaw, tabulated
+from camopt.motion.turned import MirroredLaw
+
+Fault = tuple[str, Any, str]
+Given = Mapping[str, Any]
+"""The table of a law in the plain mapping of a scene."""
+DEGREES = range(3, 13)  # a jerk is its third derivative, and the panels of a motion hold polynomials of degree 12
+CLOSE = 1e-9  # to 0 or 1, of what has to be just that
+APART = 1e-6  # least distance of points or knots, and least share of a stroke
+ENDS = ((0, 0.0), (-1, 1.0))  # where a law starts and ends
+
+
+class Form(NamedTuple):
+    """One way to give a law."""
+
+    what: str
+    keys: tuple[str, ...]
+    make: Callable[[str, Given, bool], Law]
+    """The law of a name, from a faultless table; mirrored it is 1 − s(1 − x)."""
+    check: Callable[[str, Given], Iterator[Fault]]
+    """Every fault that needs more than one value to be seen, below the law's key."""
+
+
+def form_of(law: Given) -> Form:
+    """The form of a faultless law."""
+    return next(form for form in FORMS if law.get(form.keys[0]) is not None)
+
+
+# ---------------------------------------------------------------------------------------- tables and B-splines
+
+
+def _tabulated(name: str, law: Given, mirror: bool) -> SplineLaw:
+    x, s = (_with_exact_ends(_turned(law[key], mirror), 1) for key in ("x", "s"))
+    return tabulated(name, x, s)
+
+
+def _spline_of(name: str, law: Given, mirror: bool) -> SplineLaw:
+    knots, coefficients = (_turned(law[key], mirror) for key in ("knots", "coefficients"))
+    return SplineLaw(
+        name, law["degree"], _with_exact_ends(knots, law["degree"] + 1), _with_exact_ends(coefficients, 1)
+    )
+
+
+def _turned(values: Sequence[float], mirror: bool) -> Sequence[float]:
+    """What goes along x or along s, from its other end if mirrored."""
+    return [1.0 - value for value in reversed(values)] if mirror else values
+
+
+def _with_exact_ends(values: Sequence[float], count: int) -> tuple[float, ...]:
+    return (*[0.0] * count, *(float(v) for v in values[count:-count]), *[1.0] * count)
+
+
+def _table(key: str, law: Given) -> Iterator[Fault]:
+    x, s = law["x"], law["s"]
+    if len(x) < 2:
+        yield f"{key}.x", x, "needs two points at least, x = 0 and x = 1"
+        return
+    if len(s) != len(x):
+        yield f"{key}.s", None, f"has {len(s)} values, and x has {len(x)}"
+        return
+    yield from _ends(f"{key}.x", x, "a stroke runs from x = 0 to x = 1")
+    yield from _ends(f"{key}.s", s, "a stroke runs from s = 0 to s = 1")
+    for number, (before, after) in enumerate(pairwise(x), start=2):
+        if not after - before >= APART:
+            yield f"{key}.x.{number}", after, f"must be above the {before:g} before it, by {APART:g} at least"
+            return
+
+
+def _spline(key: str, law: Given) -> Iterator[Fault]:
+    degree, knots, coefficients = law["degree"], law["knots"], law["coefficients"]
+    needed = max(len(coefficients), degree + 1) + degree + 1
+    if len(coefficients) <= degree:
+        yield f"{key}.coefficients", coefficients, f"needs {degree + 1} at least, for degree {degree}"
+        return
+    if len(knots) != needed:
+        number = f"{len(coefficients)} coefficients of degree {degree}"
+        yield f"{key}.knots", None, f"has {len(knots)} values; {number} need {needed}"
+        return
+    yield from _ends(f"{key}.coefficients", coefficients, "s(0) = 0 and s(1) = 1, the first and the last")
+    first, last, inner = knots[: degree + 1], knots[-degree - 1 :], knots[degree + 1 : -degree - 1]
+    if max(abs(k) for k in first) > CLOSE or max(abs(k - 1) for k in last) > CLOSE:
+        yield f"{key}.knots", knots, f"must start with {degree + 1} zeros and end with {degree + 1} ones"
+        return
+    distinct = [(k, len(list(group))) for k, group in groupby([0.0, *inner, 1.0])]
+    if any(b - a < APART for (a, _), (b, _) in pairwise(distinct)):
+        yield f"{key}.knots", knots, f"must be in order, and equal or {APART:g} apart"
+    for knot, times in distinct:
+        if times > degree:
+            yield f"{key}.knots", knot, f"is there {times} times; more than the degree makes the motion jump"
+
+
+def _ends(key: str, values: Sequence[float], why: str) -> Iterator[Fault]:
+    for place, end in ENDS:
+        if abs(values[place] - end) > CLOSE:
+            yield f"{key}.{place % len(values) + 1}", values[place], f"must be {end:g}: {why}"
+
+
+# ------------------------------------------------------------------------------------------ from a few numbers
+
+
+def _polynomial_of(name: str, law: Given, mirror: bool) -> PolynomialLaw:
+    ends = [law["end"], law["start"]] if mirror else [law["start"], law["end"]]
+    start, end = ([(-1.0) ** (k * mirror) * v for k, v in enumerate(values[1:])] for values in ends)
+    return PolynomialLaw(name, (0.0, *start), (1.0, *end))
+
+
+def _polynomial(key: str, law: Given) -> Iterator[Fault]:
+    for side, end in (("start", 0.0), ("end", 1.0)):
+        if abs(law[side][0] - end) > CLOSE:
+            yield f"{key}.{side}.1", law[side][0], f"must be {end:g}: a stroke runs from s = 0 to s = 1"
+    degree = len(law["start"]) + len(law["end"]) - 1
+    if degree > HIGHEST:
+        why = f"{degree + 1} conditions at both ends make a polynomial of degree {degree}; the highest is {HIGHEST}"
+        yield f"{key}.end", None, why
+
+
+def _scca_of(name: str, law: Given, mirror: bool) -> SCCALaw:
+    """The law of some shares: the same mirrored."""
+    b, c, d, e = (*map(float, law["scca"]), 0.0)[:4]
+    return SCCALaw(name, (b, c, d, e))
+
+
+def _scca(key: str, law: Given) -> Iterator[Fault]:
+    shares = law["scca"]
+    if len(shares) not in (3, 4):
+        what = "must be three shares of the stroke, sine ramps, constant acceleration and cosine"
+        yield f"{key}.scca", shares, f"{what}, or four with constant velocity"
+        return
+    for number, share in enumerate(shares, start=1):
+        if not (share == 0.0 or APART <= share <= 1.0):
+            yield f"{key}.scca.{number}", share, f"must be 0, or from {APART:g} to 1: it is a share of the stroke"
+            return
+    if abs(sum(shares) - 1.0) > CLOSE:
+        yield f"{key}.scca", shares, f"the shares add up to {sum(shares):.10g}, not to 1"
+    elif sum(shares[:3]) == 0.0:
+        yield f"{key}.scca", shares, "needs a share with acceleration; constant velocity alone is the law uniform"
+
+
+def _known(name: str, law: Given, mirror: bool) -> Law:
+    """A built-in law, which keeps its own name unless it is mirrored."""
+    return MirroredLaw(name, LAWS[law["law"]]) if mirror else LAWS[law["law"]]
+
+
+def _built_in(key: str, law: Given) -> Iterator[Fault]:
+    name = law["law"]
+    if name not in LAWS:
+        yield f"{key}.law", name, f"must be a built-in motion law; {nearest(name, LAWS)}"
+    elif law.get("crossing") is None and law.get("peaks") is None:
+        if law.get("mirror") is not True:
+            yield f"{key}.law", name, "give crossing, peaks or mirror too; without them it is the built-in law"
+        elif is_symmetric(LAWS[name]):
+            yield f"{key}.mirror", True, f"{name} is the same from both ends"
+
+
+FORMS = (
+    Form("a table", ("x", "s"), _tabulated, _table),
+    Form("a B-spline", ("degree", "knots", "coefficients"), _spline_of, _spline),
+    Form("a polynomial", ("start", "end"), _polynomial_of, _polynomial),
+    Form("an SCCA law", ("scca",), _scca_of, _scca),
+    Form("a built-in law", ("law",), _known, _built_in),
+)
