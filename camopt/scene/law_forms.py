@@ -1,6 +1,6 @@
 """The forms in which a scene gives a law: for each, the keys, the law that they make, and what may be wrong.
 
-A new form is an entry of ``FORMS``, its keys are in ``scene.tables.OwnLaw``. A fault is (key, value, what is wrong).
+A new form is an entry of ``FORMS`` and its keys in ``tables.OwnLaw``. A fault is (key, value, what is wrong).
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
