@@ -13,6 +13,7 @@ from support.depth import times
 
 from camopt.motion.law import is_symmetric, pair_of
 from camopt.motion.programme import Programme, Stroke, law_peaks, span
+from camopt.motion.scca import SCCALaw
 from camopt.motion.table import RISE
 from camopt.motion.turned import MirroredLaw, SkewedLaw
 from camopt.verdicts.ball import precisely
@@ -101,3 +102,23 @@ def test_a_mirrored_law_has_the_same_peaks(name):
     found, expected = law_peaks(MirroredLaw("own", own.EVERY[name])), law_peaks(own.EVERY[name])
     assert found.pop("jumps") == expected.pop("jumps")
     assert found == pytest.approx(expected, rel=1e-12)
+
+
+SHARES = st.tuples(*[st.one_of(st.just(0.0), st.floats(1e-3, 1.0))] * 4).filter(
+    lambda shares: sum(shares[:3]) > 0.0
+)
+
+
+@settings(max_examples=times(40, deep=1000))
+@given(SHARES, CROSSINGS)
+def test_panels_hold_waves_of_any_length(shares, crossing):
+    """As many panels as the jerk needs: they are as near to the law as their table of errors says."""
+    law = SkewedLaw("own", SCCALaw("own", shares), crossing)
+    programme = Programme((Stroke(RISE, law, 0.0, 1.0, 0.0, 1.0),))
+    table = programme.table
+    for u in (-0.95, -0.3, 0.2, 0.9):
+        expected = programme.at(table.centre + u * table.half_width)
+        for order in range(4):
+            series = np.polynomial.polynomial.polyder(table.coefficients.T, order) / table.half_width**order
+            found = np.polynomial.polynomial.polyval(u, series)
+            assert np.all(np.abs(found - expected[order]) <= 2.0 * table.error[: found.size, order]), order
