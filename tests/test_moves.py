@@ -101,7 +101,8 @@ def test_a_jerk_that_is_given_is_reached(segments):
 @given(turns())
 def test_displacements_are_counted_from_the_lowest_of_the_turn(segments):
     programme = turn(*segments)
-    samples = programme.at(np.linspace(0.0, 2 * pi, 20_001)[:-1])[0]
+    angles = [*np.linspace(0.0, 2 * pi, 20_001)[:-1], *(stroke.start for stroke in programme.strokes)]
+    samples = programme.at(np.array(angles))[0]
     assert -1e-9 * programme.lift <= samples.min() <= 1e-4 * programme.lift
     assert samples.max() <= programme.lift * (1 + 1e-12)
     assert samples.max() >= programme.lift * (1 - 1e-4)
