@@ -52,6 +52,18 @@ def _motion_quantities() -> list[Quantity]:
     ]
 
 
+def _lash_quantities() -> list[Quantity]:
+    return [
+        Quantity(f"{stem}_speed_max_{unit.replace('/', '_')}", "v", unit, "lash", f"Largest speed {words}.")
+        for stem, words in (
+            ("opening", "where the follower takes up the lash"),
+            ("closing", "where it gives the lash back"),
+            ("lash", "at the lash, on the way out or back"),
+        )
+        for unit in ("m/s", "rad/s")
+    ] + [Quantity("lash_open_deg", "", "deg", "lash", "Cam angle over which the follower is beyond its lash.")]
+
+
 def _vibration_quantities() -> list[Quantity]:
     return [
         Quantity(name, symbol, unit, "vibration", sentence)
@@ -109,6 +121,10 @@ _NUMBERS = (
     ("follower.dynamics.stem_diameter", "stem_diameter_mm", "d", "mm", "Diameter of the follower's stem."),
     ("follower.dynamics.natural_frequency", "natural_frequency_Hz", "f_n", "Hz", "Natural frequency of the train."),
     ("follower.dynamics.damping_ratio", "damping_ratio", "ζ", "", "Damping ratio of the train."),
+    ("follower.dynamics.lash", "lash_mm", "", "mm", "Clearance that the follower takes up."),
+    ("follower.dynamics.lash", "lash_deg", "", "deg", "Clearance that the follower takes up."),
+    ("follower.dynamics.lash_variation", "lash_variation_mm", "", "mm", "Variation of the lash, to either side."),
+    ("follower.dynamics.lash_variation", "lash_variation_deg", "", "deg", "Variation of the lash, to either side."),
     ("follower.dynamics.fluctuation", "fluctuation", "", "", "Fluctuation of the speed that is allowed."),
     ("materials.cam_modulus", "cam_modulus_GPa", "E_1", "GPa", "Young's modulus of the cam."),
     ("materials.cam_poisson", "cam_poisson", "ν_1", "", "Poisson's ratio of the cam."),
@@ -224,6 +240,7 @@ _ALL = [
             ("jump_speed_ratio", "", "", "Jump speed over the speed of the cam."),
         )
     ],
+    *_lash_quantities(),
     *_vibration_quantities(),
     *[
         Quantity(name, symbol, unit, "torque", sentence)

@@ -13,6 +13,8 @@ from support import naive, naive_moves
 from support.cams import CONTACTS, cam_with
 
 from camopt import BadInput, Scene, certify, evaluate, find_scene
+from camopt.drawing.panels import panels
+from camopt.drawing.picture import Picture
 from camopt.motion.programme import Programme, root_mean_square
 from camopt.motion.segments import Segment
 from camopt.motion.table import DWELL, INWARD, OUTWARD, RESTING, RETURN, RISE
@@ -459,3 +461,15 @@ def test_kinds_of_segments_are_known_everywhere():
     both = [float(found[f"pressure_angle_max_{kind}_deg"]) for kind in ("rise", "return")]
     assert max(both) == found["pressure_angle_max_deg"]
     assert min(both) > 0.0
+
+
+def test_what_a_move_is_given_is_marked_in_its_diagrams():
+    """A square at the end of each move, and at each derivative that is given there; a band where the lash is."""
+    scene = find_scene("bucket-valve")
+    displacement, velocity, acceleration, *_ = panels(Picture(resolve(scene)))
+    assert [round(at) for at, _ in displacement.marks] == [12, 24, 46, 92, 138, 160, 172, 184]
+    assert displacement.marks[3][1] == pytest.approx(9.0)
+    omega = 3000 * 2 * pi / 60
+    assert [y for _, y in velocity.marks] == pytest.approx([v * omega / 1e3 for v in (0.8, 12.5, -12.5)])
+    assert acceleration.marks == [(pytest.approx(12.0), 0.0)]
+    assert displacement.bands == [pytest.approx((0.1, 0.2))]

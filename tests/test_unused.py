@@ -10,18 +10,19 @@ from camopt.cli.main import main
 from camopt.problem.unused import LOADED, PRESSING, READERS, unused
 from camopt.quantities import QUANTITIES
 
+READING = (*LOADED, "lash")
 GIVEN = {
     "cam.rpm": 600,
     "follower.dynamics": {
         "mass": 1.5, "spring_rate": 15, "preload": 250, "damping": 0.02, "load": 40, "gravity": 9.81,
         "guide_length": 90, "overhang": 80, "friction": 0.1, "stem_diameter": 16, "natural_frequency": 123,
-        "damping_ratio": 0.05, "fluctuation": 0.02,
+        "damping_ratio": 0.05, "fluctuation": 0.02, "lash": 0.2, "lash_variation": 0.05,
     },
     "materials": {
         "cam_modulus": 200, "cam_poisson": 0.3, "follower_modulus": 110, "follower_poisson": 0.25, "face_width": 10,
         "wear_rate": 1e-10, "viscosity": 0.02, "pressure_viscosity": 18, "roughness": 0.3,
     },
-    "outputs": LOADED,
+    "outputs": READING,
 }  # fmt: skip
 
 
@@ -39,7 +40,7 @@ def test_a_key_changes_quantities_of_the_effects_that_read_it(loaded, key):
     changed = set()
     for scene, before in loaded.items():
         after = evaluate(scene.replace(**{f"{table}.{key}": 1.1 * GIVEN[table][key]}))
-        changed |= {QUANTITIES[n].effect for n in before if after[n] != before[n]} & {*LOADED}
+        changed |= {QUANTITIES[n].effect for n in before if after[n] != before[n]} & {*READING}
     assert changed <= {*READERS[key]}
     assert changed
 
@@ -47,13 +48,13 @@ def test_a_key_changes_quantities_of_the_effects_that_read_it(loaded, key):
 MASS = {"mass": 1, "spring_rate": 2}
 NO_MASS = {"preload": 100, "natural_frequency": 90}
 WHY = "no limit, objective or output uses"
-EVERY = f"{', '.join([*GIVEN['follower.dynamics'], *GIVEN['materials']])}: {WHY} them; --outputs force,torque,"
+EVERY = f"{', '.join([*GIVEN['follower.dynamics'], *GIVEN['materials']])}: {WHY} them; --outputs lash,force,torque,"
 
 
 @pytest.mark.parametrize(
     ("outputs", "dynamics", "materials", "expected"),
     [
-        (LOADED, GIVEN["follower.dynamics"], GIVEN["materials"], []),
+        (READING, GIVEN["follower.dynamics"], GIVEN["materials"], []),
         (["pressure"], GIVEN["follower.dynamics"], GIVEN["materials"], [EVERY]),
         ([], MASS, {}, [f"mass, spring_rate: {WHY} them; --outputs force,torque,thrust shows what they do"]),
         (

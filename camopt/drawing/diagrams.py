@@ -42,6 +42,8 @@ def _draw_panel(axes: Any, picture: Picture, panel: Panel) -> list[Label]:
     angles = [np.degrees(piece) for piece in picture.pieces]
     for kind, start, end in picture.stretches:
         axes.axvspan(*np.degrees([start, end]), color=SHADES[kind], lw=0, zorder=0)
+    for low, high in panel.bands:
+        axes.axhspan(low * factor, high * factor, color=FAINT, lw=0, zorder=0.5)
     dress(axes)
     axes.axhline(0.0, color=FAINT, lw=0.8, zorder=1)
     for angle, value in zip(angles, panel.reference or [], strict=panel.reference is not None):
@@ -50,6 +52,8 @@ def _draw_panel(axes: Any, picture: Picture, panel: Panel) -> list[Label]:
         axes.plot(angle, value * factor, color=COLOURS[kind], lw=0.8, zorder=2.2)
     for kind, angle, value in zip(picture.kinds, angles, panel.values, strict=True):
         axes.plot(angle, value * factor, color=COLOURS[kind], lw=1.7, zorder=3, solid_capstyle="butt")
+    for at, asked in panel.marks:
+        axes.plot([at], [asked * factor], marker="s", ms=3.4, mfc="white", mec=INK, mew=0.9, zorder=4)
     span = _limits(axes, panel, factor)
     _draw_risers(axes, angles, [v * factor for v in panel.values], span)
     _draw_limits(axes, picture, panel, factor)

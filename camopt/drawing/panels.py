@@ -48,6 +48,8 @@ class Panel:
     note: str = ""
     alarm: list[BoolArray] | None = None  # where this is true, piece by piece, the cam is undercut
     span: tuple[float, float] | None = None
+    bands: list[tuple[float, float]] = field(default_factory=list)  # from where to where on the axis of values
+    marks: list[tuple[float, float]] = field(default_factory=list)  # cam angle in deg, value: what a scene asks for
     quantity: str = ""  # that is an extreme of the values, of a load
 
 
@@ -63,7 +65,21 @@ def _displacement(picture: Picture) -> Panel:
     values = [rows[0] * factor for rows in picture.motion]
     lift = picture.problem.programme.lift * factor
     peaks = _peaks(picture, values, {TURN: lift})
-    return Panel("Displacement", "deg" if angular else "mm", values, peaks)
+    panel = Panel("Displacement", "deg" if angular else "mm", values, peaks, marks=_asked(picture, 0, factor))
+    notes = ["squares: given"] if panel.marks else []
+    dynamics = picture.problem.setup.dynamics
+    if dynamics.lash is not None:
+        low, high = ((dynamics.lash + side * dynamics.lash_variation) * factor for side in (-1, 1))
+        panel.bands = [(low, high)]
+        notes.append(f"grey: lash {low:.4g} to {high:.4g} {panel.unit}" if high > low else f"grey: lash {low:.4g}")
+    panel.note = "  ·  ".join(notes)
+    return panel
+
+
+def _asked(picture: Picture, order: int, factor: float) -> list[tuple[float, float]]:
+    """What the scene asks of a derivative at the ends of its moves."""
+    strokes = picture.problem.programme.strokes
+    return [(float(np.degrees(s.end)), s.asked[order] * factor) for s in strokes if order in s.asked]
 
 
 def _derivative(picture: Picture, name: str, order: int) -> Panel:
@@ -76,6 +92,7 @@ def _derivative(picture: Picture, name: str, order: int) -> Panel:
     }
     exact = {kind: picture.values[key] for kind, key in found.items()}
     panel = Panel(name.capitalize(), QUANTITIES[found[RISE]].unit, values, _peaks(picture, values, exact))
+    panel.marks = _asked(picture, order, factor)
     panel.impulses = [(np.degrees(j.at), j.size * factor) for j in programme.jumps if j.order == order - 1]
     if panel.impulses:
         below = list(DERIVATIVES)[order - 2]

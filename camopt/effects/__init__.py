@@ -7,6 +7,7 @@ from camopt.effects import (
     curvature,
     force,
     hertz,
+    lash,
     motion,
     outline,
     pressure,
@@ -27,6 +28,7 @@ EFFECTS: dict[str, Effect] = {
     for effect in (
         sizes.EFFECT,
         motion.EFFECT,
+        lash.EFFECT,
         force.EFFECT,
         torque.EFFECT,
         vibration.EFFECT,

@@ -31,6 +31,9 @@ class Dynamics:
     natural_frequency: float | None = None
     damping_ratio: float = 0.0
     fluctuation: float | None = None
+    lash: float | None = None
+    """The clearance that the follower takes up before what it drives moves, mm (rad)."""
+    lash_variation: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -64,6 +64,14 @@ class Stroke:
             return self.given.unit
         return self.high - self.low
 
+    @property
+    def asked(self) -> dict[int, float]:
+        """What a move is asked for at its end: y, and what is given of y', y'' …, by order, mm (rad) by rad."""
+        if not self.is_move:
+            return {}
+        given = enumerate(self.wanted or (), start=1)
+        return {0: self.high} | {order: value * self.size for order, value in given if value is not None}
+
     def motion(self, angles: FloatArray) -> FloatArray:
         """(y, y', y'', y''') at cam angles of the stroke, one row each."""
         if self.law is None:

@@ -104,19 +104,26 @@ LOADS = {
     "sliding_speed": ("sliding_speed_max_m_s", MOST),
     "film_ratio": ("film_ratio_min", LEAST_ALLOWED),
     "residual_vibration": ("residual_vibration_max_mm", MOST),
+    "lash_speed": ("lash_speed_max_m_s", MOST),
     "contact_force_elastic": ("contact_force_elastic_min_N", LEAST_ALLOWED),
     "torque": ("torque_peak_N_m", MOST),
     "power": ("power_peak_W", MOST),
 }
 """Limits on loads: the quantity that each bounds, from above (MOST) or from below."""
+ANGULAR = {"_mm": "_deg", "_m_s": "_rad_s"}
+"""Units of the motion of a follower that oscillates in place of those of one that translates."""
 WITHOUT_FORCE = ("jamming_margin", "sliding_speed")
 """Those on what no force enters, so that it stays finite where the velocity jumps."""
 
 
 def load_quantity(name: str, setup: Setup) -> str:
-    """The quantity that a limit on loads bounds; what is a length is an angle where the follower oscillates."""
+    """The quantity that a limit on loads bounds; that of a motion is an angle where the follower oscillates."""
     quantity = LOADS[name][0]
-    return f"{quantity.removesuffix('_mm')}_deg" if setup.angular and quantity.endswith("_mm") else quantity
+    for suffix, angular in ANGULAR.items() if setup.angular else ():
+        swung = quantity.removesuffix(suffix) + angular
+        if quantity.endswith(suffix) and swung in QUANTITIES:
+            return swung
+    return quantity
 
 
 def _load(name: str, bound: float, setup: Setup) -> Limit:

@@ -56,6 +56,8 @@ def _dynamics(scene: Scene) -> Dynamics:
         natural_frequency=given.natural_frequency,
         damping_ratio=given.damping_ratio or 0.0,
         fluctuation=given.fluctuation,
+        lash=None if given.lash is None else given.lash * (pi / 180 if angular else 1.0),
+        lash_variation=(given.lash_variation or 0.0) * (pi / 180 if angular else 1.0),
     )
 
 

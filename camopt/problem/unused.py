@@ -16,6 +16,7 @@ READERS: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(("natural_frequency", "damping_ratio"), ("vibration",)),
     "stem_diameter": ("thrust",),
     "fluctuation": ("torque",),
+    **dict.fromkeys(("lash", "lash_variation"), ("lash",)),
     **dict.fromkeys(("cam", "cam_modulus", "cam_poisson"), ("hertz", "surface")),
     **dict.fromkeys(("follower", "follower_modulus", "follower_poisson", "face_width"), ("hertz", "surface")),
     **dict.fromkeys(("wear_rate", "viscosity", "pressure_viscosity", "roughness"), ("surface",)),

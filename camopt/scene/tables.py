@@ -130,7 +130,8 @@ class Dynamics(Table):
 
     Translating: kg, N/mm, N, N·s/mm. Oscillating, about the pivot: inertia in kg·m² in place of the mass, N·m/rad,
     N·m, N·m·s/rad. ``load`` is an external force (moment) that presses the follower on the cam; ``gravity`` the
-    acceleration (m/s²) that does so to the mass. Guide, overhang, stem in mm, natural frequency in Hz.
+    acceleration (m/s²) that does so to the mass. Guide, overhang, stem in mm, natural frequency in Hz. ``lash`` is
+    the displacement (mm, or deg) that the follower makes before what it drives moves, ± ``lash_variation``.
 
     A load that changes over the turn is a list of rows (cam angle from the start of the first segment, 0 to 360
     deg; load), or a CSV file with columns angle and load (a path relative to the scene file), read when the scene
@@ -152,6 +153,8 @@ class Dynamics(Table):
     natural_frequency: Positive | None = None
     damping_ratio: Annotated[Number, Field(ge=0, lt=1)] | None = None
     fluctuation: Positive | None = None
+    lash: NotNegative | None = None
+    lash_variation: NotNegative | None = None
 
 
 class Follower(Table):
@@ -271,6 +274,7 @@ class Limits(Table):
     sliding_speed: Positive | None = None
     film_ratio: Positive | None = None
     residual_vibration: Positive | None = None
+    lash_speed: Positive | None = None
     contact_force_elastic: Anywhere | None = None
     torque: Positive | None = None
     power: Positive | None = None
