@@ -28,7 +28,8 @@ CLOSEST = 0.5  # median steps of the points: the least distance of knots
 SOLVER_ERROR = 1e-6  # relative, of an optimum
 MOVED = 1e-3  # bands: the least lift of a stroke
 LOOKED = 2001  # angles at which a turn is looked for
-USUAL = 10.0 * 60.0 * 6.0**3  # by x over a turn: ten times the jerk of a cubic rise in 60 deg
+AMPLE = 10.0  # times a usual jerk: in units that are rather large a solver errs less
+USUAL = 60.0 * 6.0**3  # by x over a turn: the jerk of a cubic rise in 60 deg
 
 
 class Node(NamedTuple):
@@ -64,17 +65,17 @@ class Shaped:
 
 
 class _Variables:
-    """The coefficients c₀ … c₃ of a spline by x as unknowns, in units of 1, J^⅓, J^⅔ and a usual jerk J."""
+    """The coefficients c₀ … c₃ of a spline by x as unknowns, in units of 1, u^⅓, u^⅔ and u, an ample jerk."""
 
     def __init__(self, chain: SplineChain, jerk: float) -> None:
-        self.chain, self.jerk = chain, jerk
+        self.chain, self.unit = chain, AMPLE * jerk
         scaled = [cp.Variable(chain.count - k) for k in range(ORDERS)]
-        self.c = [jerk ** (k / 3.0) * c for k, c in enumerate(scaled)]
+        self.c = [self.unit ** (k / 3.0) * c for k, c in enumerate(scaled)]
         joined = zip(chain.steps, scaled[:-1], scaled[1:], strict=True)
-        per = jerk ** (1.0 / 3.0)
+        per = self.unit ** (1.0 / 3.0)
         self.limits = [cp.multiply(per * step, after) == before[1:] - before[:-1] for step, before, after in joined]
         self.square = cp.sum_squares(chain.square @ scaled[3])
-        """∫ (y''')² dx over J²."""
+        """∫ (y''')² dx over the square of the unit."""
 
     def at(self, x: FloatArray) -> Any:
         return self.chain.at(x) @ self.c[0]
@@ -120,7 +121,7 @@ def freest(points: Points, band: float) -> Freest:
     problem = cp.Problem(cp.Minimize(y.square), [*y.limits, *closed, within])
     if solve(problem) not in SOLVED:
         raise Unsolved(f"the convex solver says {problem.status}")
-    least = (1.0 - SOLVER_ERROR) * problem.value * (USUAL * unit) ** 2 / radians(TURN) ** 5
+    least = (1.0 - SOLVER_ERROR) * problem.value * (y.unit * unit) ** 2 / radians(TURN) ** 5
     return Freest(chain, float(angles[0]), np.asarray(y.c[0].value) * unit + middle, float(least))
 
 
