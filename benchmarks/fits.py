@@ -6,8 +6,8 @@ FILES is how many files of random errors (5) there are of each motion and noise:
 of 0.001, 0.01 and 0.05 mm. Motions are lobes of 8 mm, 60° up and 60° down, of each law that rests at both ends, and
 those of shipped valves. The table has the largest acceleration and jerk that the fit found over the true ones (the
 median of the files; ∞ where the true jerk has an impulse), the acceleration by plain differences, in how many files
-the band is proved at every point, the root mean square of the jerk over what no motion within the band has less of,
-and seconds.
+the band is proved at every point, the root mean square of the jerk over the least of all motions as near to the
+points, and seconds.
 """
 
 import sys

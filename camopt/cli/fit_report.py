@@ -19,7 +19,7 @@ def show_fit(result: "Fitted", as_json: bool) -> None:
     unit, away = result.unit, result.deviation
     lowest = f"its lowest lift is {number(result.zero)} {unit}"
     count = f"{result.points.angles.size:,} points, noise {number(result.noise)} {unit}"
-    times = "" if result.factor is None else f" ({result.factor:.3g} times the noise)"
+    times = f" ({result.band / result.noise:.3g} times the noise)" if result.usual else ""
     off = f"at most {number(away.largest)} {unit} away, root mean square {number(result.deviation_rms)} {unit}"
     show(
         f"{result.scene.name}: {count}",
@@ -45,4 +45,4 @@ def show_fit(result: "Fitted", as_json: bool) -> None:
     show(table_of("Before and after", peaks, ["largest", "by differences", "of the motion", "unit"]))
     jerk = QUANTITIES[result.quantity("jerk")].unit
     what = f"Root mean square of the jerk: {number(result.jerk_rms)} {jerk}"
-    return show(f"{what}; no motion within the band has less than {number(result.least_jerk_rms)}.")
+    return show(f"{what}; no motion as near to the points has less than {number(result.least_jerk_rms)}.")

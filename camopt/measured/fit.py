@@ -14,8 +14,8 @@ from numpy.typing import ArrayLike
 from camopt.measured.band_proof import deviation
 from camopt.measured.fitted import Fitted
 from camopt.measured.fitted_scene import segments_of
-from camopt.measured.least_jerk import Freest, Node, freest, least_band, nodes_of, shaped
-from camopt.measured.noise import band_factor, noise_of, outliers
+from camopt.measured.least_jerk import Freest, Node, Room, freest, least_band, nodes_of, shaped
+from camopt.measured.noise import band_factor, noise_of, outliers, rms_factor
 from camopt.measured.outline import EARLIER, outline_of
 from camopt.measured.reading import Columns, Points, read_points
 from camopt.mistakes import BadInput, Mistake, Unmet, Unsolved, printable
@@ -58,8 +58,8 @@ def fit(
         The cam and the follower that the motion is for, and its limits, whose motion is replaced. Or a mapping of
         the tables ``cam`` and ``follower``, without a motion.
     band
-        How far the motion may be from a point, mm (deg when oscillating). If not given, as many times the estimated
-        noise as leaves all points of nineteen in twenty files inside.
+        How far the motion may be from a point, mm (deg when oscillating). If not given, both this and the root mean
+        square are at most what normal errors of the estimated noise have in nineteen of twenty files.
     columns
         Names or numbers (from 1) of the columns of angle and lift, if the words above them do not say so.
     angle_unit
@@ -104,15 +104,13 @@ def fit(
     least = NARROWEST * float(np.ptp(measured.lifts))
     lost = [] if keep_outliers else outliers(measured, noise, band or least)
     kept, left_out = measured.without(lost), measured.only(lost)
-    factor = None if band is not None else band_factor(kept.angles.size)
-    width = _usual_band(kept, noise * (factor or 0.0)) if band is None else _given_band(kept, band)
-    _check_repeats(kept, width)
-    free = freest(kept, width)
+    noisy = _usual_band(kept, noise)
+    room = Room(noisy, max(noise * rms_factor(kept.angles.size), least)) if band is None else _given(kept, band)
+    _check_repeats(kept, room.band)
     tables.setdefault("name", printable(Path(kept.file).stem))
     file = scene.file if isinstance(scene, Scene) else "scene"
-    noisy = max(width, noise * band_factor(kept.angles.size))
-    found = _shaped(kept, free, width, noisy, lambda parts: Scene.from_dict(tables | parts, file))
-    return replace(found, outliers=left_out, noise=noise, factor=factor, least_square=free.square)
+    found = _shaped(kept, room, noisy, lambda parts: Scene.from_dict(tables | parts, file))
+    return replace(found, outliers=left_out, noise=noise, usual=band is None)
 
 
 def _without_motion(scene: Scene | Mapping[str, Any]) -> dict[str, Any]:
@@ -136,16 +134,16 @@ def _lift_unit(tables: Mapping[str, Any], given: str | None) -> str:
     return given or known[0]
 
 
-def _usual_band(points: Points, wanted: float) -> float:
+def _usual_band(points: Points, noise: float) -> float:
     """A band from the noise: no narrower than numbers bear."""
-    return max(wanted, NARROWEST * float(np.ptp(points.lifts)))
+    return max(noise * band_factor(points.angles.size), NARROWEST * float(np.ptp(points.lifts)))
 
 
-def _given_band(points: Points, band: float) -> float:
+def _given(points: Points, band: float) -> Room:
     least = NARROWEST * float(np.ptp(points.lifts))
     if not (isfinite(band) and band >= least):
         raise BadInput([Mistake("camopt", "band", band, f"at least {least:.3g}, a {NARROWEST:g} of the lift")])
-    return float(band)
+    return Room(float(band))
 
 
 def _check_repeats(points: Points, band: float) -> None:
@@ -160,10 +158,10 @@ def _check_repeats(points: Points, band: float) -> None:
             raise Unmet(f"{points.file}: {rows}, both at {points.angles[place]:g} deg: {least}")
 
 
-def _shaped(
-    points: Points, free: Freest, band: float, noisy: float, scene_with: Callable[[dict[str, Any]], Scene]
-) -> Fitted:
-    """The fit with the dwells and turns that stand out from the noise, or of more, shorter dwells if it takes them.
+def _shaped(points: Points, room: Room, noisy: float, scene_with: Callable[[dict[str, Any]], Scene]) -> Fitted:
+    """The fit with the dwells and turns that stand out from the noise, or else with more, or with shorter dwells.
+
+    Where none of them is within the root mean square, the band alone is held.
 
     Raises
     ------
@@ -171,20 +169,24 @@ def _shaped(
         If none of them holds the band.
     """
     refused: Exception = Unmet("")
-    for room, earlier in product(dict.fromkeys((noisy, band)), (EARLIER, 2 * EARLIER)):
-        outline = outline_of(points, room, earlier)
-        if len(outline) > MOST_NODES:
-            continue
-        nodes = nodes_of(points, outline, free)
-        try:
-            return _within(points, nodes, band, free.jerk, scene_with)
-        except (Unmet, Unsolved) as why:
-            refused = refused if str(refused) else why
+    for within in dict.fromkeys((room, Room(room.band))):
+        free = freest(points, within)
+        for wide, earlier in product(dict.fromkeys((max(noisy, room.band), room.band)), (EARLIER, 2 * EARLIER)):
+            outline = outline_of(points, wide, earlier)
+            if len(outline) <= MOST_NODES:
+                try:
+                    return _written(points, nodes_of(points, outline, free), within, free, scene_with)
+                except (Unmet, Unsolved) as why:
+                    refused = refused if str(refused) else why
     raise refused
 
 
-def _within(
-    points: Points, nodes: Sequence[Node], band: float, jerk: float, scene_with: Callable[[dict[str, Any]], Scene]
+def _written(
+    points: Points,
+    nodes: Sequence[Node],
+    room: Room,
+    free: Freest,
+    scene_with: Callable[[dict[str, Any]], Scene],
 ) -> Fitted:
     """The fit whose scene, as it is written, is proved to hold the band.
 
@@ -194,18 +196,17 @@ def _within(
         If no motion of these dwells and turns holds it.
     """
     for margin in MARGINS:
-        motion = shaped(points, nodes, band, jerk, margin)
+        motion = shaped(points, nodes, room.less(margin), free.jerk)
         if motion is None:
             break
-        written = segments_of(motion)
-        scene = scene_with({"motion": written.motion, "laws": written.laws})
-        found = deviation(resolve(scene).programme, points, written.start, written.zero, band)
+        parts = segments_of(motion)
+        scene = scene_with({"motion": parts.motion, "laws": parts.laws})
+        found = deviation(resolve(scene).programme, points, parts.start, parts.zero, room.band)
         if found.held:
-            none = points.only([])
-            return Fitted(scene, points, none, written.start, written.zero, 0.0, band, None, found, 0.0)
-    least, places = least_band(points, nodes, jerk)
-    if least < band:
+            return Fitted(scene, points, points.only([]), parts.start, parts.zero, room.band, found, free.square)
+    least, places = least_band(points, nodes, free.jerk)
+    if least < room.band:
         raise Unsolved("the convex solver holds the band not closely enough")
     rows = ", ".join(map(str, sorted(points.rows[places])[:NAMED])) + (" and others" if len(places) > NAMED else "")
-    what = f"no motion with its dwells and turns is within {band:.4g} of all points; {least:.4g} can be held"
+    what = f"no motion with its dwells and turns is within {room.band:.4g} of all points; {least:.4g} can be held"
     raise Unmet(f"{points.file}: {what}; rows {rows} stand in the way")

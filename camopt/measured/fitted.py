@@ -38,8 +38,7 @@ class Fitted:
 
     ``points`` are those that it was fitted to, ``outliers`` those left out. The turn of the scene starts at the
     measured angle ``start`` (deg), where the lift ``zero`` is its lowest. Lifts, ``noise``, ``band`` and deviations
-    are in mm, deg when oscillating. The noise is estimated from the points; the band was given, or is ``factor``
-    times the noise.
+    are in mm, deg when oscillating. The noise is estimated from the points.
     """
 
     scene: Scene
@@ -47,12 +46,13 @@ class Fitted:
     outliers: Points
     start: float
     zero: float
-    noise: float
     band: float
-    factor: float | None
     deviation: Deviation
     least_square: float
-    """No motion within the band has less ∫ (y''')² dθ over the turn; θ in rad."""
+    """No motion as near to the points has less ∫ (y''')² dθ over the turn; θ in rad."""
+    noise: float = 0.0
+    usual: bool = False
+    """Whether the band comes from the noise."""
 
     def __repr__(self) -> str:
         away = f"{self.deviation.largest:.4g} from {self.points.angles.size} points"
@@ -97,7 +97,7 @@ class Fitted:
 
     @property
     def least_jerk_rms(self) -> float:
-        """What no motion within the band has less of, by the optimum without dwells and turns."""
+        """What no motion as near to the points has less of: the optimum without dwells and turns."""
         return sqrt(self.least_square / radians(TURN)) * self._per * scale(self._problem.setup, JERK)
 
     @property
@@ -154,7 +154,7 @@ class Fitted:
             "name": self.scene.name,
             "points": int(self.points.angles.size),
             **{f"{name}_{self.unit}": value for name, value in lengths.items()},
-            "band_over_noise": self.factor,
+            "band_over_noise": self.band / self.noise if self.usual else None,
             "band_held": self.deviation.held,
             "start_deg": self.start,
             "jerk_rms": self.jerk_rms,

@@ -1,6 +1,6 @@
 """The motion of the least mean-square jerk within a band of points, as convex programmes.
 
-``freest`` has nothing but the band: its optimum is the least of any motion whatever, and the motion turns where it
+``freest`` has nothing but its room: its optimum is the least of any motion whatever, and the motion turns where it
 does. ``shaped`` rests in the dwells of the outline, turns where it turns and goes one way in between; it is the
 result, and what it has more than the freest is the price of its shape.
 
@@ -30,6 +30,23 @@ MOVED = 1e-3  # bands: the least lift of a stroke
 LOOKED = 2001  # angles at which a turn is looked for
 AMPLE = 10.0  # times a usual jerk: in units that are rather large a solver errs less
 USUAL = 60.0 * 6.0**3  # by x over a turn: the jerk of a cubic rise in 60 deg
+
+
+class Room(NamedTuple):
+    """How far a motion may be from its points: from each, and in the root mean square if that is limited."""
+
+    band: float
+    rms: float | None = None
+
+    def less(self, margin: float) -> "Room":
+        """A room that is less by a share."""
+        kept = 1.0 - margin
+        return Room(kept * self.band, None if self.rms is None else kept * self.rms)
+
+    def limits(self, off: Any, unit: float) -> list[Any]:
+        """What deviations in some unit have to hold."""
+        band = cp.abs(off) <= self.band / unit
+        return [band] if self.rms is None else [band, cp.norm(off) <= sqrt(off.size) * self.rms / unit]
 
 
 class Node(NamedTuple):
@@ -102,8 +119,8 @@ class Freest:
         return np.asarray(self.chain.at(apart(self.first, angles) / TURN) @ self.coefficients)
 
 
-def freest(points: Points, band: float) -> Freest:
-    """The optimum of the band alone: a closed spline with a knot at each angle.
+def freest(points: Points, room: Room) -> Freest:
+    """The optimum of the room alone: a closed spline with a knot at each angle.
 
     Raises
     ------
@@ -117,8 +134,8 @@ def freest(points: Points, band: float) -> Freest:
     first, last = chain.inner[0], 1.0 - chain.inner[-1]  # its fourth derivative goes on, too
     closed.append(last * (y.c[3][1] - y.c[3][0]) == first * (y.c[3][-1] - y.c[3][-2]))
     middle, x = _middle(points), apart(angles[0], points.angles) / TURN
-    within = cp.abs(y.at(x) - (points.lifts - middle) / unit) <= band / unit
-    problem = cp.Problem(cp.Minimize(y.square), [*y.limits, *closed, within])
+    within = room.limits(y.at(x) - (points.lifts - middle) / unit, unit)
+    problem = cp.Problem(cp.Minimize(y.square), [*y.limits, *closed, *within])
     if solve(problem) not in SOLVED:
         raise Unsolved(f"the convex solver says {problem.status}")
     least = (1.0 - SOLVER_ERROR) * problem.value * (y.unit * unit) ** 2 / radians(TURN) ** 5
@@ -177,20 +194,20 @@ def _knots(x: FloatArray) -> tuple[float, ...]:
     return tuple(knots[1:-1].tolist())
 
 
-def shaped(points: Points, nodes: Sequence[Node], band: float, jerk: float, margin: float = 0.0) -> Shaped | None:
-    """The motion of an outline within a band less a margin; None if none is found. A usual ``jerk`` is by rad."""
+def shaped(points: Points, nodes: Sequence[Node], room: Room, jerk: float) -> Shaped | None:
+    """The motion of an outline within a room; None if none is found. A usual ``jerk`` is by rad."""
     model = _Model(points, nodes, jerk)
-    within = model.off <= band * (1.0 - margin) / model.unit
-    status = solve(cp.Problem(cp.Minimize(model.square), [*model.limits, within]))
+    within = room.limits(model.off, model.unit)
+    status = solve(cp.Problem(cp.Minimize(model.square), [*model.limits, *within]))
     return model.solution() if status in SOLVED else None
 
 
 def least_band(points: Points, nodes: Sequence[Node], jerk: float) -> tuple[float, list[int]]:
     """The least band of an outline, and the places of the points that are as far away."""
     model, band = _Model(points, nodes, jerk), cp.Variable()
-    if solve(cp.Problem(cp.Minimize(band), [*model.limits, model.off <= band])) not in SOLVED:
+    if solve(cp.Problem(cp.Minimize(band), [*model.limits, cp.abs(model.off) <= band])) not in SOLVED:
         return inf, []
-    off = np.asarray(model.off.value)
+    off = np.abs(model.off.value)
     return float(band.value) * model.unit, list(map(int, model.places[off >= (1.0 - 1e-3) * band.value]))
 
 
@@ -211,7 +228,7 @@ class _Model:
         lifts = (points.lifts - self.middle) / self.unit
         off = [motion.at(s.x) - lifts[s.places] for s, motion in zip(self.strokes, self.motions, strict=True)]
         off += [self.levels[k] - lifts[node.places] for k, node in enumerate(nodes) if node.places.size]
-        self.off = cp.abs(cp.hstack(off))
+        self.off = cp.hstack(off)
         self.places = np.concatenate([*(s.places for s in self.strokes), *(node.places for node in nodes)])
 
     def _joint(self, k: int) -> list[Any]:

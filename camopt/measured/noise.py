@@ -38,6 +38,15 @@ def band_factor(count: int) -> float:
     return NormalDist().inv_cdf(1.0 - 1.0 / (2.0 * ONE_IN * count))
 
 
+def rms_factor(count: int) -> float:
+    """How many standard deviations the root mean square of normal errors is at most, but in one file of twenty.
+
+    By the cube root of χ², which is nearly normal (Wilson and Hilferty, The distribution of chi-square, 1931).
+    """
+    spread = 2.0 / (9.0 * count)
+    return float((1.0 - spread + NormalDist().inv_cdf(1.0 - 1.0 / ONE_IN) * sqrt(spread)) ** 1.5)
+
+
 def outliers(points: Points, noise: float, least: float = 0.0) -> list[int]:
     """The places of single points that are off where their neighbours agree without them, the worst first.
 
