@@ -315,6 +315,7 @@ def test_laws_are_listed_with_their_peaks(run, run_json):
     assert peaks["cycloidal"]["peak_velocity"] == pytest.approx(2.0, rel=1e-12)
     assert peaks["uniform"]["peak_acceleration"] is None
     assert "peak_acceleration" in peaks["uniform"]["unbounded"]
+    assert (peaks["uniform"]["pair"], peaks["uniform"]["peak_acceleration_inside"]) == ("G-G", 0.0)
     code, text, _ = run("laws")
     assert code == 0
     assert all(law in text for law in LAWS)

@@ -16,7 +16,7 @@ from camopt.kernels.compile import compiled
 from camopt.motion import LAWS
 from camopt.motion.law import is_symmetric, pair_of
 from camopt.motion.polynomial import PolynomialLaw
-from camopt.motion.programme import PANELS, Programme, law_peaks, peak
+from camopt.motion.programme import PANELS, Programme, law_peaks, peak, peaks_inside
 from camopt.motion.table import RETURN, RISE, stroke_coefficients
 from camopt.numerics.piecewise import motion
 
@@ -62,6 +62,24 @@ CLOSED_PEAKS = {
     "double-harmonic": (3 * np.sqrt(3) * np.pi / 8, np.pi**2, inf),
     "poly56789": (315 / 128, None, 78.75),
 }
+
+
+INSIDE = {  # whatever is around the stroke
+    "uniform": (1, 0, 0),
+    "parabolic": (2, 4, 0),
+    "harmonic": (np.pi / 2, np.pi**2 / 2, np.pi**3 / 2),
+    "cubic": (1.5, 6, 12),
+    **dict.fromkeys(("half-cycloidal-1", "half-cycloidal-2"), (2, np.pi, np.pi**2)),
+    **dict.fromkeys(("half-harmonic-1", "half-harmonic-2"), (np.pi / 2, np.pi**2 / 4, np.pi**3 / 8)),
+}
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_peaks_inside_a_stroke(law):
+    found, between = peaks_inside(LAWS[law]), law_peaks(LAWS[law])
+    if law in INSIDE:
+        assert tuple(found.values()) == pytest.approx(INSIDE[law], rel=1e-12)
+    assert all(value == between[name] for name, value in found.items() if between[name] < inf)
 
 
 @pytest.mark.parametrize("law", CLOSED_PEAKS)

@@ -343,13 +343,22 @@ def unit_span(law: Law) -> tuple[float, float]:
     return least if least < -BEYOND else 0.0, largest if largest > 1.0 + BEYOND else 1.0
 
 
+PEAKS = {"peak_velocity": 1, "peak_acceleration": 2, "peak_jerk": 3}
+
+
 def law_peaks(law: Law) -> dict[str, float | str]:
     """Peak velocity, acceleration and jerk of a law's unit stroke between dwells, and which derivative jumps."""
     rest = Stroke(DWELL, None, 1.0, 1.0, 1.0, 1.0)
     rise = Stroke(RISE, law, 0.0, 1.0, 0.0, 1.0)
     fall = Stroke(RETURN, law, 2.0, 1.0, 1.0, 0.0)
     turn = Programme((rise, rest, fall, replace(rest, start=3.0, low=0.0, high=0.0)))
-    orders = {"peak_velocity": 1, "peak_acceleration": 2, "peak_jerk": 3}
     jumps = {1: "velocity", 2: "acceleration"}
     lowest = min((jump.order for jump in turn.jumps if jump.kinds & RISE), default=0)
-    return {**{n: peak(turn, k, RISE) for n, k in orders.items()}, "jumps": jumps.get(lowest, "")}
+    return {**{name: peak(turn, order, RISE) for name, order in PEAKS.items()}, "jumps": jumps.get(lowest, "")}
+
+
+def peaks_inside(law: Law) -> dict[str, float]:
+    """The largest derivatives within a law's unit stroke, whatever is around it."""
+    alone = Programme((Stroke(RISE, law, 0.0, 1.0, 0.0, 1.0),))
+    spans = {name: span(alone, (0.0,) * order + (1.0,), RISE) for name, order in PEAKS.items()}
+    return {name: max(abs(least), abs(largest)) for name, (least, largest) in spans.items()}

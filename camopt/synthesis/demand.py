@@ -17,7 +17,6 @@ from camopt.synthesis import residual
 from camopt.synthesis.splines import Splines
 
 ORDERS = {"velocity": 1, "acceleration": 2, "jerk": 3}
-PEAKS = {f"peak_{name}": order for name, order in ORDERS.items()}
 
 LowHigh = tuple[float, float]
 

@@ -8,7 +8,7 @@ from camopt.effects.motion import scale
 from camopt.mechanisms import translating, translating_flat
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion import LAWS
-from camopt.motion.programme import law_peaks
+from camopt.motion.programme import PEAKS, law_peaks
 from camopt.motion.stroke import Stroke
 from camopt.motion.table import DWELL
 from camopt.problem.problem import Problem, resolve
@@ -18,7 +18,7 @@ from camopt.scene.scene import Scene
 from camopt.scene.tables import Synthesis
 from camopt.smallest.closed_form import least_size
 from camopt.synthesis import residual
-from camopt.synthesis.demand import ORDERS, PEAKS, Demand, LowHigh, roller_of
+from camopt.synthesis.demand import ORDERS, Demand, LowHigh, roller_of
 from camopt.synthesis.linear_constraints import floors_of
 from camopt.synthesis.splines import Splines
 

@@ -6,14 +6,10 @@ from functools import cached_property
 from typing import Any
 
 from camopt.motion import LAWS
-from camopt.motion.law import Law
-from camopt.motion.programme import Programme, law_peaks, span
+from camopt.motion.programme import PEAKS, law_peaks, peaks_inside
 from camopt.motion.spline import SplineLaw
-from camopt.motion.stroke import Stroke
-from camopt.motion.table import RISE
 from camopt.problem.problem import resolve
 from camopt.scene.scene import Scene
-from camopt.synthesis.demand import PEAKS
 
 
 @dataclass(frozen=True)
@@ -51,14 +47,7 @@ class Synthesised:
     @cached_property
     def peaks(self) -> dict[str, dict[str, float | str]]:
         """The peak factors of each free law, inside its stroke: one that meets another has no dwells around it."""
-        return {name: {**law_peaks(law), **_inside(law)} for name, law in self.laws.items()}
-
-
-def _inside(law: Law) -> dict[str, float]:
-    """The largest derivatives of a unit stroke, whatever is around it."""
-    alone = Programme((Stroke(RISE, law, 0.0, 1.0, 0.0, 1.0),))
-    spans = {name: span(alone, (0.0,) * order + (1.0,), RISE) for name, order in PEAKS.items()}
-    return {name: max(-least, largest) for name, (least, largest) in spans.items()}
+        return {name: {**law_peaks(law), **peaks_inside(law)} for name, law in self.laws.items()}
 
 
 def peaks_of(row: Mapping[str, Any], result: Synthesised) -> dict[str, float]:
