@@ -1,6 +1,6 @@
 """Segments that join: moves between any states, and stretches at constant velocity."""
 
-from math import isclose, pi, radians
+from math import inf, isclose, pi, radians
 
 import mpmath
 import numpy as np
@@ -83,11 +83,11 @@ def test_a_move_joins_what_is_beside_it(segments):
         (left,), (right,) = (s.motion(np.array([at])).T for s, at in ((before, before.end), (after, after.start)))
         assert abs(left[0] - right[0]) <= 1e-9 * scale[0]
         for order in (1, 2):
-            given_here = before.is_open and len(before.wanted) >= order and before.wanted[order - 1] is not None
+            given_here = before.is_open and len(before.wanted) > order and before.wanted[order] is not None
             if after.is_open or (before.is_open and not given_here):
                 assert abs(left[order] - right[order]) <= 1e-9 * scale[order]
             if given_here:
-                assert isclose(left[order], before.wanted[order - 1], rel_tol=1e-9, abs_tol=1e-9 * scale[order])
+                assert isclose(left[order], before.wanted[order], rel_tol=1e-9, abs_tol=1e-9 * scale[order])
 
 
 @given(turns(wanted=3))
@@ -95,9 +95,9 @@ def test_a_jerk_that_is_given_is_reached(segments):
     programme = turn(*segments)
     scale = np.abs(programme.table.nodes).max(axis=0)[3]
     for stroke in programme.strokes:
-        if stroke.is_open and len(stroke.wanted) > 2 and stroke.wanted[2] is not None:
+        if stroke.is_open and len(stroke.wanted) > 3 and stroke.wanted[3] is not None:
             reached = stroke.motion(np.array([stroke.end]))[3, 0]
-            assert isclose(reached, stroke.wanted[2], rel_tol=1e-9, abs_tol=1e-9 * scale)
+            assert isclose(reached, stroke.wanted[3], rel_tol=1e-9, abs_tol=1e-9 * scale)
 
 
 @given(turns())
@@ -183,6 +183,61 @@ def test_no_other_state_at_a_joint_has_less_jerk():
             wanted[order - 1] = state[order] * (1 + change)
             other = turn(move(70, 12.0, *wanted), move(90, 30.0), move(120, 0.0), DWELLING)
             assert root_mean_square(other, 3) > least
+
+
+FREE = (-inf, inf)
+
+
+def loose(angle, between, *wanted):
+    """A move whose position at its end is a range."""
+    return ("move", angle, 0.0, None, None, wanted, between)
+
+
+def test_a_joint_at_which_nothing_is_asked_changes_nothing():
+    one = turn(loose(30, FREE), loose(50, FREE), move(60, 25.0), move(100, 0.0), ("dwell", 120))
+    other = turn(move(140, 25.0), move(100, 0.0), ("dwell", 120))
+    angles = np.linspace(0.0, 2 * pi, 301)[:-1]
+    assert np.allclose(one.at(angles), other.at(angles), rtol=1e-9, atol=1e-9)
+    assert one.lift == pytest.approx(other.lift, rel=1e-12)
+
+
+ends = st.tuples(st.floats(-20.0, 20.0), st.floats(0.0, 10.0)).map(lambda pair: (pair[0], pair[0] + pair[1]))
+
+
+@given(st.lists(st.tuples(ends, st.none() | ends, st.none() | ends), min_size=1, max_size=4), st.randoms())
+def test_ranges_are_kept_and_nothing_within_them_has_less_jerk(joints, random):
+    """The least of a convex form over a box: ranges hold, and no other values within them do better."""
+    angles = [240.0 / (len(joints) + 1)] * len(joints)
+    assume(max(abs(end) for between, *_ in joints for end in between) > 1e-3)
+    last = move(240.0 / (len(joints) + 1), 0.0)
+
+    def made(chosen):
+        return turn(*chosen, last, ("dwell", 120))
+
+    best = made([loose(angle, between, *wanted) for angle, (between, *wanted) in zip(angles, joints, strict=True)])
+    start, least = best.strokes[0].low, root_mean_square(best, 3)
+    for stroke, asked in zip(best.strokes, joints, strict=False):
+        state = stroke.motion(np.array([stroke.end]))[:, 0] - np.array([start, 0.0, 0.0, 0.0])
+        for value, within in zip(state, asked, strict=False):
+            if within is not None:
+                assert within[0] - 1e-7 <= value <= within[1] + 1e-7
+    for _ in range(5):
+        some = [
+            move(angle, random.uniform(*between), *(w if w is None else random.uniform(*w) for w in wanted))
+            for angle, (between, *wanted) in zip(angles, joints, strict=True)
+        ]
+        if any(value for each in some for value in (each[4], *each[5]) if value):
+            assert root_mean_square(made(some), 3) >= least * (1 - 1e-9) - 1e-9
+
+
+def test_a_range_that_is_reached_is_as_if_its_end_were_given():
+    free = turn(loose(120, FREE), move(120, 30.0), move(60, 0.0), ("dwell", 60))
+    height = free.strokes[0].high - free.strokes[0].low
+    for between, expected in (((-50.0, height - 4.0), height - 4.0), ((height + 2.0, 90.0), height + 2.0)):
+        one = turn(loose(120, between), move(120, 30.0), move(60, 0.0), ("dwell", 60))
+        other = turn(move(120, expected), move(120, 30.0), move(60, 0.0), ("dwell", 60))
+        angles = np.linspace(0.0, 2 * pi, 200)[:-1]
+        assert np.allclose(one.at(angles), other.at(angles), rtol=1e-8, atol=1e-8)
 
 
 # ---------------------------------------------------------------------------------------------------- 50 digits
@@ -396,6 +451,17 @@ RISE_ROW = {"segment": "rise", "angle": 120, "lift": 20, "law": "cycloidal"}
 BACK = {"segment": "move", "angle": 120, "to": 0}
 MISTAKES = [
     ([RISE_ROW, {**BACK, "to": None}, REST], "motion.2.to: missing; a move goes to a position"),
+    ([RISE_ROW, {**BACK, "to": [1, 2]}, REST], "motion.2.to = [1, 2]: must be a number: a move goes to a position"),
+    ([RISE_ROW, {**BACK, "velocity": [2, 1]}, REST], "motion.2.velocity = [2, 1]: must be a number, or a range"),
+    ([RISE_ROW, {**BACK, "velocity": [1, 2, 3]}, REST], "motion.2.velocity = [1, 2, 3]: must be a number, or"),
+    (
+        [RISE_ROW, {**BACK, "jerk": "none"}, REST],
+        "motion.2.jerk = 'none': must be a number, or a range",
+    ),
+    (
+        [{**RISE_ROW, "lift": None, "to": [3, 4]}, BACK, REST],
+        "motion.1.to = [3, 4]: must be a number: ranges are for what a move joins",
+    ),
     (
         [RISE_ROW, {**BACK, "lift": 3}, REST],
         "motion.2.lift = 3: a move has none: give the position",
@@ -467,9 +533,21 @@ def test_what_a_move_is_given_is_marked_in_its_diagrams():
     """A square at the end of each move, and at each derivative that is given there; a band where the lash is."""
     scene = find_scene("bucket-valve")
     displacement, velocity, acceleration, *_ = panels(Picture(resolve(scene)))
-    assert [round(at) for at, _ in displacement.marks] == [12, 24, 46, 92, 138, 160, 172, 184]
-    assert displacement.marks[3][1] == pytest.approx(9.0)
+    assert [round(at) for at, *_ in displacement.marks] == [12, 24, 46, 92, 138, 160, 172, 184]
+    assert displacement.marks[3][1:] == pytest.approx((9.0, 9.0))
     omega = 3000 * 2 * pi / 60
-    assert [y for _, y in velocity.marks] == pytest.approx([v * omega / 1e3 for v in (0.8, 12.5, -12.5)])
-    assert acceleration.marks == [(pytest.approx(12.0), 0.0)]
+    assert [y for _, y, _ in velocity.marks] == pytest.approx([v * omega / 1e3 for v in (0.8, 12.5, -12.5)])
+    assert acceleration.marks == [(pytest.approx(12.0), 0.0, 0.0)]
     assert displacement.bands == [pytest.approx((0.1, 0.2))]
+
+
+def test_ranges_of_a_scene_are_kept_by_text_and_drawn_as_bars():
+    rows = ({**BACK, "to": [18, 22], "velocity": [2, 9], "per": "rad"}, BACK, REST)
+    scene = Scene.from_dict(scene_of(*rows))
+    assert Scene.from_dict(scene.to_dict()) == scene
+    assert scene.to_dict()["motion"][0]["to"] == [18, 22]
+    displacement, velocity, *_ = panels(Picture(resolve(scene)))
+    assert displacement.marks[0] == pytest.approx((120.0, 18.0, 22.0))
+    assert velocity.marks[0] == pytest.approx((120.0, 2.0, 9.0))
+    assert 18 - 1e-9 <= resolve(scene).programme.strokes[0].high <= 22 + 1e-9
+    assert certify(scene.replace(**{"limits.pressure_angle": 80}))["pressure_angle"] == "held"

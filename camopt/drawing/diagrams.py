@@ -52,8 +52,9 @@ def _draw_panel(axes: Any, picture: Picture, panel: Panel) -> list[Label]:
         axes.plot(angle, value * factor, color=COLOURS[kind], lw=0.8, zorder=2.2)
     for kind, angle, value in zip(picture.kinds, angles, panel.values, strict=True):
         axes.plot(angle, value * factor, color=COLOURS[kind], lw=1.7, zorder=3, solid_capstyle="butt")
-    for at, asked in panel.marks:
-        axes.plot([at], [asked * factor], marker="s", ms=3.4, mfc="white", mec=INK, mew=0.9, zorder=4)
+    for at, low, high in panel.marks:
+        style = {"marker": "s", "ms": 3.4, "mfc": "white", "mec": INK, "mew": 0.9}
+        axes.plot([at, at], [low * factor, high * factor], color=INK, lw=1.1, zorder=4, **style)
     span = _limits(axes, panel, factor)
     _draw_risers(axes, angles, [v * factor for v in panel.values], span)
     _draw_limits(axes, picture, panel, factor)

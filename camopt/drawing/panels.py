@@ -49,7 +49,7 @@ class Panel:
     alarm: list[BoolArray] | None = None  # where this is true, piece by piece, the cam is undercut
     span: tuple[float, float] | None = None
     bands: list[tuple[float, float]] = field(default_factory=list)  # from where to where on the axis of values
-    marks: list[tuple[float, float]] = field(default_factory=list)  # cam angle in deg, value: what a scene asks for
+    marks: list[tuple[float, float, float]] = field(default_factory=list)  # asked: at deg, from and to a value
     quantity: str = ""  # that is an extreme of the values, of a load
 
 
@@ -76,10 +76,11 @@ def _displacement(picture: Picture) -> Panel:
     return panel
 
 
-def _asked(picture: Picture, order: int, factor: float) -> list[tuple[float, float]]:
-    """What the scene asks of a derivative at the ends of its moves."""
+def _asked(picture: Picture, order: int, factor: float) -> list[tuple[float, float, float]]:
+    """What the scene asks of a derivative at the ends of its moves: where, and from where to where."""
     strokes = picture.problem.programme.strokes
-    return [(float(np.degrees(s.end)), s.asked[order] * factor) for s in strokes if order in s.asked]
+    asked = [(float(np.degrees(stroke.end)), stroke.asked(strokes[0].low)) for stroke in strokes]
+    return [(at, found[order][0] * factor, found[order][1] * factor) for at, found in asked if order in found]
 
 
 def _derivative(picture: Picture, name: str, order: int) -> Panel:

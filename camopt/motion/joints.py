@@ -1,7 +1,7 @@
 """Where moves meet what is beside them: the velocity, acceleration and jerk there, and the polynomials between.
 
 A move ends with the derivatives that it was given, or else with those that the dwell or law after it starts with.
-It starts as what is before it ends. Derivatives between two moves that neither gives are those of the least
+It starts as what is before it ends. What is not given between two moves, or given as a range, is as for the least
 ∫ (y‴)² dθ over the run of moves: a spline of degree 5 with four continuous derivatives, where only positions are
 given. If a move of a run is given a jerk, the run has a continuous jerk (degree 7) and the least ∫ (y⁗)² dθ.
 
@@ -18,13 +18,14 @@ import numpy as np
 from numpy.polynomial import polynomial
 
 from camopt.motion.polynomial import PolynomialLaw
-from camopt.motion.stroke import Stroke
+from camopt.motion.stroke import Stroke, range_of
 from camopt.numerics import FloatArray
 
 State = FloatArray
 """Of the follower at a joint: y, y', y'' and, where it is matched, y''', by the cam angle in rad; mm or deg."""
 
 MOVE = "move"
+NARROW, TINY = 1e-12, 1e-200  # ranges, relative or absolute, that are single numbers
 SMOOTH, SMOOTHER = 3, 4  # numbers of a state: up to the acceleration, up to the jerk
 
 
@@ -33,10 +34,21 @@ def joined(strokes: Sequence[Stroke]) -> tuple[Stroke, ...]:
     found = list(strokes)
     for run in _runs(strokes):
         moves = [strokes[i] for i in run]
-        states = _states(moves, strokes[run[0] - 1], strokes[(run[-1] + 1) % len(strokes)])
+        states = _states(moves, strokes[run[0] - 1], strokes[(run[-1] + 1) % len(strokes)], strokes[0].low)
         for i, move, (before, after) in zip(run, moves, pairwise(states), strict=True):
             found[i] = replace(move, law=_between(before, after, move.angle))
+        if any(move.wanted and move.wanted[0] for move in moves):
+            for i, before in zip(run, states, strict=False):
+                found[i] = _placed(found[i], moves[0].low, float(before[0]))
     return tuple(found)
+
+
+def _placed(move: Stroke, start: float, height: float) -> Stroke:
+    """A move that starts at a height above the start of its run, and ends where its polynomial does."""
+    assert isinstance(move.law, PolynomialLaw)
+    assert move.given
+    low, change = start + height * move.size, move.law.end[0]
+    return replace(move, low=low, high=low + change * move.size, given=move.given._replace(change=change))
 
 
 def _runs(strokes: Sequence[Stroke]) -> Iterator[list[int]]:
@@ -63,24 +75,28 @@ def _between(before: State, after: State, angle: float) -> PolynomialLaw:
 # ---------------------------------------------------------------------------------------------------- states
 
 
-def _states(moves: Sequence[Stroke], before: Stroke, after: Stroke) -> list[State]:
-    """The states at the joints of a run of moves, the first and the last included, from what is beside it."""
-    count = SMOOTHER if any(value is not None for move in moves for value in (move.wanted or ())[2:]) else SMOOTH
-    states = np.full((len(moves) + 1, count), np.nan)
-    states[:, 0] = np.cumsum([0.0, *(move.given.change if move.given else 0.0 for move in moves)])
-    unit = moves[0].given.unit if moves[0].given else 1.0
+def _states(moves: Sequence[Stroke], before: Stroke, after: Stroke, start: float) -> list[State]:
+    """The states at the joints of a run of moves, the first and the last included, from what is beside it.
+
+    Displacements are counted from the start of the run; ``start`` is that at the start of the turn.
+    """
+    jerks = [value for move in moves for value in (move.wanted or ())[3:]]
+    count = SMOOTHER if any(value is not None for value in jerks) else SMOOTH
+    low, high = np.full((2, len(moves) + 1, count), [[[-np.inf]], [[np.inf]]])
+    unit = moves[0].size
+    low[:, 0] = high[:, 0] = np.cumsum([0.0, *(move.given.change if move.given else 0.0 for move in moves)])
     alone = before.is_open  # the turn has moves only, and ends where it starts
     if not alone:
-        states[0, 1:] = _end_of(before, 1.0)[1:count] / unit
-        states[-1, 1:] = _end_of(after, 0.0)[1:count] / unit
-    for move, state in zip(moves, states[1:], strict=True):
-        wanted = np.array([np.nan if value is None else value for value in (move.wanted or ())[: count - 1]])
-        given = np.flatnonzero(~np.isnan(wanted))
-        state[1 + given] = wanted[given]
+        low[0, 1:] = high[0, 1:] = _end_of(before, 1.0)[1:count] / unit
+        low[-1, 1:] = high[-1, 1:] = _end_of(after, 0.0)[1:count] / unit
+    from_turn = (start - moves[0].low) / unit
+    for joint, move in enumerate(moves, start=1):
+        for order, asked in enumerate((move.wanted or ())[:count]):
+            if asked is not None:
+                low[joint, order], high[joint, order] = np.array(range_of(asked)) + (order == 0) * from_turn
     if alone:
-        states[0, 1:] = states[-1, 1:]
-    _fill(states, np.array([move.angle for move in moves]), alone)
-    return list(states)
+        low[0, 1:], high[0, 1:] = low[-1, 1:], high[-1, 1:]
+    return list(_least(low, high, np.array([move.angle for move in moves]), alone))
 
 
 def _end_of(stroke: Stroke, x: float) -> FloatArray:
@@ -88,9 +104,9 @@ def _end_of(stroke: Stroke, x: float) -> FloatArray:
     return stroke.motion(np.array([stroke.start + x * stroke.angle]))[:, 0]
 
 
-def _fill(states: FloatArray, angles: FloatArray, alone: bool) -> None:
-    """Put those of the least integral in place of unknown derivatives; ``alone``, the last joint is the first."""
-    joints, count = states.shape
+def _least(low: FloatArray, high: FloatArray, angles: FloatArray, alone: bool) -> FloatArray:
+    """The states of the least integral within their ranges; ``alone``, the last joint is the first."""
+    joints, count = low.shape
     scale = angles.mean() ** np.arange(count)
     place = np.arange(joints * count).reshape(joints, count)
     if alone:
@@ -100,14 +116,28 @@ def _fill(states: FloatArray, angles: FloatArray, alone: bool) -> None:
         here = place[i : i + 2].ravel()
         powers = np.tile(share ** np.arange(count), 2)
         form[np.ix_(here, here)] += share ** (1 - 2 * count) * powers[:, None] * _squares(count) * powers
-    known = (states * scale).ravel()
-    free = np.unique(place.ravel()[np.isnan(known)])
-    if not free.size:
-        return
-    size = 1.0 / np.sqrt(np.diag(form)[free])
-    pull = form[free] @ np.nan_to_num(known)
-    known[free] = -size * np.linalg.solve(size[:, None] * form[np.ix_(free, free)] * size, size * pull)
-    states[:] = known[place] / scale
+    low, high = (low * scale).ravel(), (high * scale).ravel()
+    ends = np.maximum(np.abs(low), np.abs(high))
+    fixed = np.isfinite(ends) & (high - low <= NARROW * np.where(np.isfinite(ends), ends, 0.0) + TINY)
+    states = np.where(fixed, low, 0.0)
+    free = np.unique(place.ravel()[~fixed])
+    if free.size:
+        size = 1.0 / np.sqrt(np.diag(form)[free])
+        square, pull = size[:, None] * form[np.ix_(free, free)] * size, size * (form[free] @ states)
+        states[free] = size * _bottom(square, pull, low[free] / size, high[free] / size)
+    return np.asarray(states[place] / scale)
+
+
+def _bottom(square: FloatArray, pull: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+    """Where xᵀ·S·x/2 + p·x is least for low ≤ x ≤ high."""
+    bottom = np.linalg.solve(square, -pull)
+    if np.all((low <= bottom) & (bottom <= high)):
+        return np.asarray(bottom)
+    from scipy.optimize import lsq_linear  # bounded least squares: |Lᵀ·x + L⁻¹·p| with S = L·Lᵀ
+
+    root = np.linalg.cholesky(square)
+    found = lsq_linear(root.T, np.linalg.solve(root, -pull), (low, high), method="bvls", tol=1e-14)
+    return np.asarray(np.clip(found.x, low, high))
 
 
 @cache

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from camopt.motion.law import Law
 from camopt.motion.polynomial import PolynomialLaw
-from camopt.motion.stroke import Given, Stroke
+from camopt.motion.stroke import Asked, Given, Stroke
 from camopt.motion.table import DWELL, RETURN, RISE, TURN
 
 MOVE, CONSTANT_VELOCITY = "move", "constant-velocity"
@@ -25,8 +25,10 @@ class Segment(NamedTuple):
     law: str | None = None
     to: float | None = None
     """The position at its end, in place of the lift."""
-    wanted: tuple[float | None, ...] = ()
-    """Of a move: y', y'' … at its end by the cam angle in rad; None where not given."""
+    wanted: tuple[Asked, ...] = ()
+    """Of a move: what is asked of y', y'' … at its end, by the cam angle in rad."""
+    between: tuple[float, float] | None = None
+    """Of a move between others: from where to where the position at its end may be, if it is not given."""
 
     @property
     def change(self) -> float:
@@ -69,15 +71,21 @@ def strokes_of(
     for segment, change in zip(segments, changes(segments), strict=True):
         if segment.angle == 0.0:
             continue
+        segment = segment._replace(wanted=(_from(start, segment.between), *segment.wanted))
         strokes.append(_stroke(segment, Given(segment.angle, change, angular), turned, y, laws))
         turned, y = strokes[-1].end, strokes[-1].high
     return start, strokes
 
 
+def _from(start: float, between: tuple[float, float] | None) -> tuple[float, float] | None:
+    """A range of positions, counted from one of them."""
+    return between and (between[0] - start, between[1] - start)
+
+
 def _stroke(segment: Segment, given: Given, start: float, low: float, laws: Mapping[str, Law]) -> Stroke:
     change = given.change * given.unit
     high = 0.0 if abs(low + change) <= SAME * abs(change) else low + change
-    wanted: tuple[float | None, ...] | None = None
+    wanted: tuple[Asked, ...] | None = None
     law: Law | None = None
     if segment.segment == MOVE:
         wanted = segment.wanted

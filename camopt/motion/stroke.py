@@ -1,7 +1,7 @@
 """A stroke: what the follower does in one segment of the turn."""
 
 from dataclasses import dataclass
-from math import pi
+from math import inf, isfinite, pi
 from typing import NamedTuple
 
 import numpy as np
@@ -24,6 +24,17 @@ class Given(NamedTuple):
         return pi / 180 if self.angular else 1.0
 
 
+Asked = float | tuple[float, float] | None
+"""A number, from where to where it may be, or nothing that is asked."""
+
+
+def range_of(asked: Asked) -> tuple[float, float]:
+    """From where to where a number may be."""
+    if asked is None:
+        return -inf, inf
+    return asked if isinstance(asked, tuple) else (asked, asked)
+
+
 @dataclass(frozen=True)
 class Stroke:
     """One segment of a turn: cam angle in rad, displacements at its ends in mm (rad when oscillating).
@@ -40,9 +51,9 @@ class Stroke:
     high: float  # and at its end
     given: Given | None = None
     """What its angle and displacements are made from; None where they are exact themselves."""
-    wanted: tuple[float | None, ...] | None = None
-    """Of a move whose law follows from what is beside it (``joints``): y', y'' … at its end as given, mm (deg) by
-    rad, None where not given."""
+    wanted: tuple[Asked, ...] | None = None
+    """Of a move whose law follows from what is beside it (``joints``): what is asked of y, y', y'' … at its end as
+    given, mm (deg) by rad. Its y is counted from the start of the turn, and None where ``high`` has it."""
 
     @property
     def end(self) -> float:
@@ -64,13 +75,18 @@ class Stroke:
             return self.given.unit
         return self.high - self.low
 
-    @property
-    def asked(self) -> dict[int, float]:
-        """What a move is asked for at its end: y, and what is given of y', y'' …, by order, mm (rad) by rad."""
-        if not self.is_move:
-            return {}
-        given = enumerate(self.wanted or (), start=1)
-        return {0: self.high} | {order: value * self.size for order, value in given if value is not None}
+    def asked(self, start: float) -> dict[int, tuple[float, float]]:
+        """What a move is asked for at its end: from where to where y, y', y'' … may be, by order, mm (rad) by rad.
+
+        ``start`` is the displacement at the start of the turn.
+        """
+        found = {0: (self.high, self.high)} if self.is_move else {}
+        for order, value in enumerate(self.wanted or ()):
+            if value is not None:
+                from_start = start if order == 0 else 0.0
+                low, high = range_of(value)
+                found[order] = from_start + low * self.size, from_start + high * self.size
+        return {order: ends for order, ends in found.items() if isfinite(ends[1] - ends[0])}
 
     def motion(self, angles: FloatArray) -> FloatArray:
         """(y, y', y'', y''') at cam angles of the stroke, one row each."""

@@ -171,6 +171,20 @@ class Follower(Table):
     dynamics: Dynamics | None = None
 
 
+def _is_asked(value: Any) -> Any:
+    """A number, or a range of them."""
+    pair = value if isinstance(value, (list, tuple)) else (value, value)
+    try:
+        low, high = map(_is_number, pair)
+    except ValueError:
+        raise ValueError("a number, or a range [low, high]") from None
+    if not -LONGEST <= low <= high <= LONGEST:
+        raise ValueError(f"a number, or a range [low, high], from {-LONGEST:g} to {LONGEST:g}")
+    return low if low == high else (low, high)
+
+
+Asked = Annotated[float | tuple[float, float], BeforeValidator(_is_asked)]
+
 MOST_SEGMENTS = 1_000
 
 
@@ -181,8 +195,9 @@ class Segment(Table):
     end. A stretch at constant velocity goes ``to`` a position, or at a ``velocity``. A move goes ``to`` a position
     as the polynomial of degree 5 that joins what is beside it with continuous velocity and acceleration.
     ``velocity``, ``acceleration`` and ``jerk`` may be given at its end, in mm (deg) ``per`` rad or deg of the cam's
-    angle, or per s; those between two moves that are not given are those of the least mean-square jerk. Where a
-    jerk is given, the jerk of the moves that follow each other is continuous too (degree 7).
+    angle, or per s. Between two moves each of these, and ``to``, may be a range [low, high], or be left out: it is
+    then as for the least mean-square jerk. Where a jerk is asked for, the jerk of moves that follow each other is
+    continuous too (degree 7).
 
     Where positions are given, the turn starts at the last of them. Designs count displacements from the lowest
     position of the turn, which is on the base circle.
@@ -192,10 +207,10 @@ class Segment(Table):
     angle: Annotated[Number, Field(ge=0, le=360 * (1 + 1e-9))]
     lift: Annotated[Number, Field(ge=0, le=LONGEST)] = 0.0
     law: LawName | None = None
-    to: Anywhere | None = None
-    velocity: Anywhere | None = None
-    acceleration: Anywhere | None = None
-    jerk: Anywhere | None = None
+    to: Asked | None = None
+    velocity: Asked | None = None
+    acceleration: Asked | None = None
+    jerk: Asked | None = None
     per: Literal["rad", "deg", "s"] = "rad"
 
 

@@ -4,19 +4,21 @@ The checks work on the plain mapping of a scene, as those of ``scene.checks`` do
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from math import hypot, isfinite, pi, radians
+from math import hypot, inf, isfinite, pi, radians
 from typing import Any
 
 from camopt.mistakes import nearest
 from camopt.motion import LAWS
 from camopt.motion.programme import Programme
 from camopt.motion.segments import CONSTANT_VELOCITY, MOVE, Segment, changes, ends_of
+from camopt.motion.stroke import Asked
 from camopt.scene.law_forms import CLOSE, Fault
 from camopt.scene.mapping import at, number, segments
 from camopt.scene.own_laws import check_laws, law_names, law_of, own_laws
 
 LEAST = {"angle": 1e-6, "lift": 1e-9}  # of a rise or return, deg and mm or deg
 DERIVATIVES = ("velocity", "acceleration", "jerk")
+LAST = ", mm (deg when oscillating), unless another move follows it in the turn"
 POSITIONED = (MOVE, CONSTANT_VELOCITY)
 KEYS = {
     "rise": ("lift", "to", "law"),
@@ -31,13 +33,14 @@ KEYS = {
 def segments_of(rows: Sequence[Mapping[str, Any]], rpm: float | None) -> list[Segment]:
     """Faultless segments of a scene as the motion takes them: derivatives by the cam angle in rad.
 
-    A move that gives no position ends where the constant velocity after it has to start.
+    A move that gives no position ends where the constant velocity after it has to start, or, before another move,
+    where the jerk is least.
     """
     found = [_segment_of(row, rpm) for row in rows]
     for k, (row, after) in enumerate(zip(rows, _after(rows), strict=True)):
         if row.get("to") is None and _starts_itself(row, after):
             following = found[(k + 1) % len(found)]
-            found[k] = found[k]._replace(to=(following.to or 0.0) - following.lift)
+            found[k] = found[k]._replace(to=(following.to or 0.0) - following.lift, between=None)
     return found
 
 
@@ -55,18 +58,32 @@ def _starts_itself(row: Mapping[str, Any], after: Mapping[str, Any]) -> bool:
 def _segment_of(row: Mapping[str, Any], rpm: float | None) -> Segment:
     per = {"rad": 1.0, "deg": 180 / pi, "s": 30 / (pi * rpm) if rpm else 1.0}[row.get("per") or "rad"]
     wanted = [row.get(key) for key in DERIVATIVES]
-    by_angle = tuple(None if v is None else v * per**order for order, v in enumerate(wanted, start=1))
-    kind, lift = row["segment"], row.get("lift") or 0.0
+    by_angle = tuple(_times(value, per**order) for order, value in enumerate(wanted, start=1))
+    kind, angle, lift, to = row["segment"], row["angle"], row.get("lift") or 0.0, row.get("to")
     if kind == CONSTANT_VELOCITY:
-        lift = (by_angle[0] or 0.0) * radians(row["angle"])
-    return Segment(kind, row["angle"], lift, row.get("law"), row.get("to"), by_angle if kind == MOVE else ())
+        lift = (row.get("velocity") or 0.0) * per * radians(angle)
+    if kind != MOVE:
+        return Segment(kind, angle, lift, row.get("law"), to)
+    if number(to) is not None:
+        return Segment(kind, angle, to=to, wanted=by_angle)
+    return Segment(kind, angle, wanted=by_angle, between=(-inf, inf) if to is None else tuple(to))
+
+
+def _times(asked: Asked, factor: float) -> Asked:
+    """A number or a range in another unit."""
+    if asked is None:
+        return None
+    return (asked[0] * factor, asked[1] * factor) if isinstance(asked, (list, tuple)) else asked * factor
 
 
 def check_turn(data: Mapping[str, Any]) -> Iterator[Fault]:
     """The turn closes in angle and displacement, and one of rises and returns never goes below its start."""
     rows = segments(data)
     for k, row in enumerate(rows, start=1):
-        yield from _segment(data, row, _after(rows)[k - 1], f"motion.{k}")
+        yield from _segment(data, row, f"motion.{k}")
+        if row.get("segment") == MOVE and _needs_position(row, _after(rows)[k - 1], k == len(rows)):
+            missing = "missing; " if row.get("to") is None else "must be a number: "
+            yield f"motion.{k}.to", row.get("to"), f"{missing}a move goes to a position{LAST}"
     angles = [number(row.get("angle")) for row in rows]
     if rows and None not in angles:
         total = sum(a for a in angles if a is not None)
@@ -102,22 +119,23 @@ def _given(data: Mapping[str, Any]) -> list[Segment] | None:
     """The segments as the motion takes them; None where a number or a kind is missing or wrong."""
     rows = segments(data)
     for row, after in zip(rows, _after(rows), strict=True):
-        numbers = [row.get(key) for key in ("lift", "to", *DERIVATIVES) if row.get(key) is not None]
-        if str(row.get("segment")) not in KEYS or None in map(number, [row.get("angle"), *numbers]):
+        kind = str(row.get("segment"))
+        asked: list[Any] = [row.get(key) for key in ("lift", "to", *DERIVATIVES) if row.get(key) is not None]
+        numbers: list[Any] = []
+        for each in asked:
+            numbers += list(each) if kind == MOVE and _is_range(each) else [each]
+        if kind not in KEYS or None in map(number, [row.get("angle"), *numbers]):
             return None
-        free = (row["segment"] == CONSTANT_VELOCITY and row.get("velocity") is not None) or _starts_itself(
-            row, after
-        )
-        if row["segment"] in POSITIONED and row.get("to") is None and not free:
+        if kind == CONSTANT_VELOCITY and row.get("to") is None and row.get("velocity") is None:
+            return None
+        if kind == MOVE and _needs_position(row, after, row is rows[-1]):
             return None
         if row.get("per") not in (None, "rad", "deg", "s"):
             return None
     return segments_of(rows, number(at(data, "cam.rpm")))
 
 
-def _segment(
-    data: Mapping[str, Any], row: Mapping[str, Any], after: Mapping[str, Any], key: str
-) -> Iterator[Fault]:
+def _segment(data: Mapping[str, Any], row: Mapping[str, Any], key: str) -> Iterator[Fault]:
     kind = row.get("segment")
     if not isinstance(kind, str) or kind not in KEYS:
         return
@@ -125,20 +143,33 @@ def _segment(
     for name in ("lift", "to", "law", *DERIVATIVES):
         if name not in KEYS[kind] and row.get(name) not in (None, 0.0):
             yield f"{key}.{name}", row[name], f"{named} has none{_instead(kind, name)}"
+        elif kind != MOVE and _is_range(row.get(name)):
+            yield f"{key}.{name}", row[name], "must be a number: ranges are for what a move joins"
     angle = number(row.get("angle"))
     if kind != "dwell" and angle is not None and 0.0 <= angle < LEAST["angle"]:
         where = "a rise or return" if kind in ("rise", "return") else named
         yield f"{key}.angle", row.get("angle"), f"must be at least {LEAST['angle']:g} in {where}"
     if kind in ("rise", "return"):
         yield from _stroke(row, key)
-    elif kind == MOVE and row.get("to") is None and not _starts_itself(row, after):
-        yield f"{key}.to", None, "missing; a move goes to a position, mm (deg when oscillating)"
     elif kind == CONSTANT_VELOCITY and row.get("to") is None and row.get("velocity") is None:
         yield f"{key}.to", None, "missing; give the position at its end (to), or the velocity"
     if row.get("law") is not None and kind in ("rise", "return"):
         yield from check_law(row["law"], f"{key}.law", law_names(data))
     if row.get("per") == "s":
         yield from _per_second(data, key)
+
+
+def _needs_position(row: Mapping[str, Any], after: Mapping[str, Any], last: bool) -> bool:
+    """Whether a move has to give its position as a number: what follows starts there, or the next turn."""
+    free = _starts_itself(row, after) or (after.get("segment") == MOVE and not last)
+    return number(row.get("to")) is None and not free
+
+
+def _is_range(value: Any) -> bool:
+    if not isinstance(value, (list, tuple)) or len(value) != 2:
+        return False
+    low, high = map(number, value)
+    return low is not None and high is not None and low <= high
 
 
 def _instead(kind: str, name: str) -> str:
