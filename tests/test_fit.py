@@ -298,6 +298,45 @@ def test_outliers_are_named_by_their_rows(seed):
     assert rough.jerk_rms > 1.5 * fit(rows, CAM, band=0.12).jerk_rms
 
 
+def test_outliers_near_each_other_are_found():
+    """Nearly all of 160, of forty times the noise, and hardly anything else."""
+    missed = extra = 0
+    for seed in range(20):
+        rows, rng = measured(noise=0.005, seed=seed), np.random.default_rng(seed)
+        wrong = rng.choice(360, 8, replace=False)
+        rows[wrong, 1] += rng.choice([-0.2, 0.2], 8)
+        found = outliers(points_of(rows), noise_of(points_of(rows)))
+        missed += len({*wrong} - {*found})
+        extra += len({*found} - {*wrong})
+    assert missed <= 0.06 * 160
+    assert extra <= 2
+
+
+def test_points_of_several_turns():
+    rows = np.vstack([measured(noise=0.005, seed=seed) for seed in range(3)])
+    fitted = fit(rows, CAM)
+    assert fitted.noise == pytest.approx(0.005, rel=0.1)
+    assert fitted.points.angles.size == 1080
+    assert fitted.deviation.held
+    assert fitted.after["acceleration"] == pytest.approx(peak(turn_of(LOBE), 2, TURN), rel=0.03)
+
+
+UNUSUAL = {
+    "unequal steps": np.concatenate([np.arange(0, 55, 5), np.arange(55, 185, 0.5), np.arange(185, 360, 5)]),
+    "random angles": np.sort(np.random.default_rng(4).uniform(0.0, 360.0, 400)),
+    "every 10 degrees": np.arange(0.0, 360.0, 10.0),
+    "every quarter": np.arange(0.0, 360.0, 0.25),
+}
+
+
+@pytest.mark.parametrize("name", UNUSUAL)
+def test_unusual_angles(name):
+    fitted = fit(measured(angles=UNUSUAL[name], noise=0.003), CAM)
+    assert kinds(fitted) == ["dwell", "rise", "return", "dwell"]
+    assert fitted.after["acceleration"] == pytest.approx(peak(turn_of(LOBE), 2, TURN), rel=0.05)
+    assert fitted.jerk_rms < 1.1 * fitted.least_jerk_rms
+
+
 @pytest.mark.parametrize("law", LAWS)
 def test_a_corner_or_a_rounded_lift_is_no_outlier(law):
     rows = measured(law=law)

@@ -10,7 +10,7 @@ from camopt.drawing.picture import Picture, four_digits
 from camopt.drawing.style import ALARM, COLOURS, FAINT, INK, LIMIT, MUTED, PAGE_TITLE, TITLE, dress
 from camopt.effects.motion import scale
 from camopt.measured.fitted import Fitted
-from camopt.measured.outline import apart
+from camopt.measured.reading import apart
 from camopt.motion.table import RISE
 from camopt.problem.problem import resolve
 from camopt.quantities import QUANTITIES

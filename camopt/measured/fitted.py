@@ -11,8 +11,7 @@ import numpy as np
 from camopt.effects.motion import scale
 from camopt.measured.band_proof import Deviation
 from camopt.measured.noise import band_factor
-from camopt.measured.outline import apart
-from camopt.measured.reading import TURN, Points
+from camopt.measured.reading import TURN, Points, apart
 from camopt.motion.programme import peak, root_mean_square
 from camopt.motion.table import TURN as EVERY_STROKE
 from camopt.numerics import FloatArray

@@ -5,8 +5,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.measured.least_jerk import Shaped
-from camopt.measured.outline import DIGITS, apart
-from camopt.measured.reading import TURN
+from camopt.measured.outline import DIGITS
+from camopt.measured.reading import TURN, apart
 from camopt.measured.spline_chain import DEGREE
 
 LAW = "measured"

@@ -16,8 +16,8 @@ import cvxpy as cp
 import numpy as np
 from numpy.typing import NDArray
 
-from camopt.measured.outline import DIGITS, Dwell, Outline, Turn, apart
-from camopt.measured.reading import TURN, Points
+from camopt.measured.outline import DIGITS, Dwell, Outline, Turn
+from camopt.measured.reading import TURN, Points, apart
 from camopt.measured.spline_chain import ORDERS, SplineChain
 from camopt.mistakes import Unsolved
 from camopt.numerics import FloatArray

@@ -10,8 +10,9 @@ from math import sqrt
 from statistics import NormalDist
 
 import numpy as np
+from numpy.typing import NDArray
 
-from camopt.measured.reading import TURN, Points
+from camopt.measured.reading import TURN, Points, apart
 from camopt.numerics import FloatArray
 
 SIDE = 3  # neighbours on either side
@@ -48,43 +49,58 @@ def rms_factor(count: int) -> float:
 
 
 def outliers(points: Points, noise: float, least: float = 0.0) -> list[int]:
-    """The places of single points that are off where their neighbours agree without them, the worst first.
+    """The places of points that are off where their neighbours agree without them.
 
-    What is off by less than ``least`` is none.
-
-    A jump of the acceleration or a corner is off in several points, and leaving out one does not help.
+    They are single, or two near each other. A jump of the acceleration or a corner is off in several points, and
+    leaving out one or two does not help. What is off by less than ``least`` is none.
     """
-    found: list[int] = []
     kept = np.arange(points.angles.size)
-    while kept.size > 4 * SIDE:
-        off = np.abs(_deviations(points.angles[kept], points.lifts[kept]))
-        for place in np.argsort(-off)[:SIDE]:
-            if off[place] <= max(OUTLIER * noise, least):
-                return found
-            near = np.delete(np.arange(place - SIDE, place + SIDE + 1), SIDE) % kept.size
-            rest = np.delete(kept, place)
-            without = np.abs(_deviations(points.angles[rest], points.lifts[rest]))
-            beside = np.where(near > place, near - 1, near)
-            if without[beside].max() <= max(EXPLAINED * off[place], QUIET * noise):
-                found.append(int(kept[place]))
-                kept = rest
-                break
-        else:
-            return found
-    return found
+    while kept.size > 8 * SIDE and (lost := _worst(points, kept, noise, max(OUTLIER * noise, least))):
+        kept = np.setdiff1d(kept, lost)
+    return list(map(int, np.setdiff1d(np.arange(points.angles.size), kept)))
+
+
+def _worst(points: Points, kept: NDArray[np.intp], noise: float, least: float) -> list[int]:
+    """Of the points that are kept, the outlier that is furthest off, or two near each other, if there is one."""
+    off = np.abs(_deviations(points.angles[kept], points.lifts[kept]))
+    candidates = [int(k) for k in np.argsort(-off) if off[k] > least]
+    pairs = [[a, b] for a in candidates for b in candidates if 0 < _steps(a, b, off.size) <= 2 * SIDE]
+    for lost in [[k] for k in candidates] + pairs:
+        rest = np.delete(kept, lost)
+        if _agree_about(points, rest, int(kept[lost[0]]), max(EXPLAINED * off[lost[0]], QUIET * noise)):
+            return list(map(int, kept[lost]))
+    return []
+
+
+def _steps(one: int, other: int, size: int) -> int:
+    """How many places two points are apart."""
+    return min((one - other) % size, (other - one) % size)
+
+
+def _agree_about(points: Points, rest: NDArray[np.intp], place: int, most: float) -> bool:
+    """Whether the points beside one that is left out are off by no more than something."""
+    after = int(np.searchsorted(rest, place))
+    around = rest[np.arange(after - 4 * SIDE, after + 4 * SIDE) % rest.size]
+    angles = apart(points.angles[place] - TURN / 2.0, points.angles[around])
+    middle = slice(3 * SIDE, 5 * SIDE)
+    return bool(np.abs(_deviations(angles, points.lifts[around])[middle]).max() <= most)
 
 
 def _deviations(angles: FloatArray, lifts: FloatArray) -> FloatArray:
-    """What each point is off the polynomial through its neighbours by, over √(1 + Σ wⱼ²)."""
-    places = np.arange(angles.size)[:, None] + np.delete(np.arange(-SIDE, SIDE + 1), SIDE)
-    turned = angles[places % angles.size] + TURN * (places // angles.size)
-    apart = turned - angles[:, None]
+    """What each point is off the polynomial through its neighbours by, over √(1 + Σ wⱼ²/mⱼ).
+
+    The lift at an angle that has m points is their mean.
+    """
+    turned, group, counts = np.unique(angles, return_inverse=True, return_counts=True)
+    means = np.bincount(group, lifts) / counts
+    places = np.arange(turned.size)[:, None] + np.delete(np.arange(-SIDE, SIDE + 1), SIDE)
+    beside = places % turned.size
+    apart = turned[beside] + TURN * (places // turned.size) - turned[:, None]
     weights = np.ones_like(apart)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        for j in range(2 * SIDE):
-            for k in range(2 * SIDE):
-                if k != j:
-                    weights[:, j] *= apart[:, k] / (apart[:, k] - apart[:, j])
-        off = lifts - (weights * lifts[places % angles.size]).sum(axis=1)
-        off /= np.sqrt(1.0 + (weights**2).sum(axis=1))
-    return np.where(np.isfinite(off), off, 0.0)  # of points at one angle nothing is told
+    for j in range(2 * SIDE):
+        for k in range(2 * SIDE):
+            if k != j:
+                weights[:, j] *= apart[:, k] / (apart[:, k] - apart[:, j])
+    predicted = (weights * means[beside]).sum(axis=1)
+    spread = np.sqrt(1.0 + (weights**2 / counts[beside]).sum(axis=1))
+    return np.asarray((lifts - predicted[group]) / spread[group])

@@ -14,14 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camopt.measured.number_table import bad
-from camopt.measured.reading import TURN, Points
+from camopt.measured.reading import TURN, Points, apart
 from camopt.numerics import FloatArray
 
 LEFT = 8.0  # bands away: what is left as a cubic is then twice as far as at one band
 LEAST_LEFT = 2.0  # bands, where the points go no further
 EARLIER = 2.0  # beginning a little early costs hardly any jerk, beginning late much
 LEAST_DWELL = 2.0  # times what it takes to leave it: a nose is within the band of a constant for a while, too
-SPARSE = 4.0  # median steps: no points are in a wider gap
+SPARSE, WIDE = 4.0, 10.0  # median steps, and deg: a gap of more than both has no points
 DIGITS = 4  # of the angles of dwells and turns, deg
 
 
@@ -71,11 +71,6 @@ def outline_of(points: Points, band: float, earlier: float = EARLIER) -> Outline
         between = _between(points, dwell.end, following.start)
         parts += [dwell, *_turns(points, between, [dwell.level, *points.lifts[between], following.level], band)]
     return tuple(parts)
-
-
-def apart(start: float, end: FloatArray | float) -> FloatArray:
-    """How far it is from one cam angle on to another, from 0 to a turn, deg."""
-    return np.mod(np.asarray(end) - start, TURN)
 
 
 def _between(points: Points, start: float, end: float) -> NDArray[np.intp]:
@@ -170,7 +165,7 @@ def _reaches(away: FloatArray, off: FloatArray, bands: float) -> float:
 def _check_gaps(points: Points, dwells: Sequence[Dwell]) -> None:
     """Whether points are missing where the motion is not at rest."""
     steps = apart(0.0, np.diff(points.angles, append=points.angles[0] + TURN))
-    sparse = SPARSE * np.median(steps[steps > 0.0])
+    sparse = max(SPARSE * float(np.median(steps[steps > 0.0])), WIDE)
     for k in np.flatnonzero(steps > sparse):
         after = (k + 1) % steps.size
         if not any({k, after} <= set(dwell.stretch) for dwell in dwells):

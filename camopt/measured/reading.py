@@ -74,6 +74,11 @@ class Columns:
     turn: float | None = None
 
 
+def apart(start: float, end: FloatArray | float) -> FloatArray:
+    """How far it is from one cam angle on to another, from 0 to a turn, deg."""
+    return np.mod(np.asarray(end) - start, TURN)
+
+
 def read_points(source: str | os.PathLike[str] | ArrayLike, columns: Columns) -> Points:
     """The points of a file (text or a workbook), or of an array of rows (angle, lift) or lifts.
 
