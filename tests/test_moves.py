@@ -38,6 +38,7 @@ def sides(programme, at):
     return programme.at(np.array([at - BESIDE, at + BESIDE])).T
 
 
+PRACTICE = ("belt-matching", "bucket-valve", "feeder-with-stop", "press-with-drift", "rocker-valve")
 DWELLING, BELT = ("dwell", 80), ("constant-velocity", 120, 0.0, None, 40.0)
 
 
@@ -283,12 +284,13 @@ def test_a_stretch_at_constant_velocity_is_straight():
     assert not programme.jumps
 
 
-@pytest.mark.parametrize("name", ["belt-matching", "bucket-valve"])
+@pytest.mark.parametrize("name", PRACTICE)
 def test_scenes_with_moves_against_fifty_digits(name, monkeypatch):
     """Natural conditions of the least jerk as one linear system, and every quantity from the drawn cam."""
     scene = find_scene(name)
     with mpmath.workdps(naive.DPS):
-        pieces = naive_moves.programme(scene.to_dict()["motion"], scene.cam.rpm)
+        swings = scene.follower.motion == "oscillating"
+        pieces = naive_moves.programme(scene.to_dict()["motion"], scene.cam.rpm, swings)
         monkeypatch.setattr(
             naive, "programme", lambda _, ctx, __: pieces if ctx is mp else naive_moves.rough(pieces)
         )

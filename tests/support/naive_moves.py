@@ -5,7 +5,7 @@ Beside ``naive.py``, and like it independent of the package. Where a derivative 
 the fourth derivative. These, and what is given, are one linear system in the powers of all polynomials.
 """
 
-from itertools import pairwise
+from itertools import pairwise, product
 from typing import Any
 
 from mpmath import mp
@@ -21,12 +21,12 @@ def per(segment: Scene, rpm: Any) -> Any:
     return {"rad": mp.mpf(1), "deg": 180 / mp.pi, "s": 30 / (mp.pi * mp.mpf(rpm or 1))}[segment.get("per", "rad")]
 
 
-def programme(motion: list[Scene], rpm: Any = None) -> list[Piece]:
-    """The smooth pieces of a turn whose positions are given, from theta = 0; y from its lowest, in mm."""
+def programme(motion: list[Scene], rpm: Any = None, oscillating: bool = False) -> list[Piece]:
+    """The smooth pieces of a turn whose positions are given, from theta = 0; y from its lowest, in mm or rad."""
     spans, ends = angles_of(motion), positions(motion, rpm)
     pieces: list[Piece] = []
     for run in runs(motion):
-        pieces += solved(motion, run, spans, ends, rpm)
+        pieces += best_of(motion, run, spans, ends, rpm)
     for k, segment in enumerate(motion):
         (start, end), (low, high) = spans[k], (ends[k - 1], ends[k])
         if segment["segment"] == "dwell":
@@ -41,7 +41,8 @@ def programme(motion: list[Scene], rpm: Any = None) -> list[Piece]:
                 pieces.append(Piece(start + x0 * b, start + x1 * b, segment["segment"], shape))
     pieces.sort(key=lambda piece: piece.start)
     lowest = min(piece.jet(at)[0] for piece in pieces for at in (piece.start, piece.end))
-    return [Piece(p.start, p.end, p.kind, lowered(p.jet, lowest)) for p in pieces]
+    unit = mp.pi / 180 if oscillating else mp.mpf(1)
+    return [Piece(p.start, p.end, p.kind, lowered(p.jet, lowest, unit)) for p in pieces]
 
 
 def rough(pieces: list[Piece]) -> list[Piece]:
@@ -53,8 +54,12 @@ def rough(pieces: list[Piece]) -> list[Piece]:
     return [Piece(float(p.start), float(p.end), p.kind, plain(p.jet)) for p in pieces]
 
 
-def lowered(jet: Any, lowest: Any) -> Any:
-    return lambda theta: (jet(theta)[0] - lowest, *jet(theta)[1:])
+def lowered(jet: Any, lowest: Any, unit: Any) -> Any:
+    def moved(theta: Any) -> Any:
+        y, *rest = jet(theta)
+        return tuple(value * unit for value in (y - lowest, *rest))
+
+    return moved
 
 
 def angles_of(motion: list[Scene]) -> list[tuple[Any, Any]]:
@@ -66,7 +71,7 @@ def angles_of(motion: list[Scene]) -> list[tuple[Any, Any]]:
 
 def positions(motion: list[Scene], rpm: Any) -> list[Any]:
     """Where each segment ends; the first starts where the last ends."""
-    ends: list[Any] = [None if s.get("to") is None else mp.mpf(s["to"]) for s in motion]
+    ends: list[Any] = [None if isinstance(s.get("to"), list | None) else mp.mpf(s["to"]) for s in motion]
     for _ in motion:  # each pass knows one more, forwards or backwards
         for k, segment in enumerate(motion):
             change = None
@@ -107,8 +112,41 @@ def beside(motion: list[Scene], k: int, spans: Any, ends: Any, first: bool) -> l
     return [h * jet[n] / b**n for n in (1, 2, 3)]
 
 
-def solved(motion: list[Scene], run: list[int], spans: Any, ends: Any, rpm: Any) -> list[Piece]:
-    """The polynomials of a run of moves, in powers of the cam angle from the start of each."""
+def best_of(motion: list[Scene], run: list[int], spans: Any, ends: Any, rpm: Any) -> list[Piece]:
+    """Each range of a run as free, or as an end of it: of all that keep the ranges, that of the least integral."""
+    ranged = [(i, key) for i in run for key in ("to", *DERIVATIVES) if isinstance(motion[i].get(key), list)]
+    found: list[tuple[Any, list[list[Piece]]]] = []
+    for choice in product((None, 0, 1), repeat=len(ranged)):
+        rows = [dict(segment) for segment in motion]
+        for (i, key), side in zip(ranged, choice, strict=True):
+            rows[i][key] = None if side is None else motion[i][key][side]
+        tops = list(ends)
+        for i, key in ranged:
+            tops[i] = mp.mpf(rows[i]["to"]) if key == "to" and rows[i]["to"] is not None else tops[i]
+        powers, order = solved(rows, run, spans, tops, rpm)
+        if all(kept(motion[i], key, powers[run.index(i)], spans[i], rpm) for i, key in ranged):
+            squares = sum(square(p, order, spans[i]) for p, i in zip(powers, run, strict=True))
+            found.append((squares, [split(*spans[i], p) for p, i in zip(powers, run, strict=True)]))
+    return [piece for pieces in min(found, key=lambda each: each[0])[1] for piece in pieces]
+
+
+def kept(segment: Scene, key: str, powers: list[Any], span: Any, rpm: Any) -> bool:
+    """Whether a polynomial ends within a range."""
+    order = ("to", *DERIVATIVES).index(key)
+    value = curve(span[0], powers)(span[1])[order] / per(segment, rpm) ** order
+    low, high = map(mp.mpf, segment[key])
+    return low - mp.mpf(10) ** -30 <= value <= high + mp.mpf(10) ** -30
+
+
+def square(powers: list[Any], order: int, span: Any) -> Any:
+    """∫ (p⁽ᵏ⁾)² over a move, term by term."""
+    tops = [mp.ff(n, order) * c for n, c in enumerate(powers)][order:]
+    b = span[1] - span[0]
+    return sum(x * y * b ** (m + n + 1) / (m + n + 1) for m, x in enumerate(tops) for n, y in enumerate(tops))
+
+
+def solved(motion: list[Scene], run: list[int], spans: Any, ends: Any, rpm: Any) -> tuple[list[list[Any]], int]:
+    """The polynomials of a run of moves, in powers of the cam angle from the start of each; and k."""
     k = 4 if any(motion[i].get("jerk") is not None for i in run) else 3
     size = 2 * k
     rows: list[dict[int, Any]] = []
@@ -124,39 +162,36 @@ def solved(motion: list[Scene], run: list[int], spans: Any, ends: Any, rpm: Any)
         rows.append(factors)
         right.append(value)
 
-    start = beside(motion, run[0] - 1, spans, ends, False)
-    finish = beside(motion, (run[-1] + 1) % len(motion), spans, ends, True)
+    start = [ends[run[0] - 1], *beside(motion, run[0] - 1, spans, ends, False)]
+    after_run = (run[-1] + 1) % len(motion)
+    finish = [ends[run[-1]], *beside(motion, after_run, spans, ends, True)]
+    for order in range(k):
+        ask(powers(0, order, False), start[order])
     for number, i in enumerate(run):
-        ask(powers(number, 0, False), ends[i - 1])
-        ask(powers(number, 0, True), ends[i])
         last = number == len(run) - 1
-        for order in range(1, k):
-            given = motion[i].get(DERIVATIVES[order - 1])
+        for order in range(k):
+            given = None if order == 0 else motion[i].get(DERIVATIVES[order - 1])
             wanted = None if given is None else mp.mpf(given) * per(motion[i], rpm) ** order
-            if number == 0:
-                ask(powers(0, order, False), start[order - 1])
+            wanted = ends[i] if order == 0 else wanted
             if last:
-                ask(powers(number, order, True), finish[order - 1] if wanted is None else wanted)
+                ask(powers(number, order, True), finish[order] if wanted is None else wanted)
                 continue
-            after = powers(number + 1, order, False)
+            same = order if wanted is not None else 2 * k - 1 - order
             if wanted is not None:
                 ask(powers(number, order, True), wanted)
-                ask(after, wanted)
-                continue
-            natural = 2 * k - 1 - order
-            for n in (order, natural):
-                before = powers(number, n, True)
-                after = powers(number + 1, n, False)
-                ask(before | {at: -value for at, value in after.items()}, mp.mpf(0))
+            else:  # natural: the derivative that is dual to it is continuous
+                ask(less(powers(number, same, True), powers(number + 1, same, False)), mp.mpf(0))
+            ask(less(powers(number, order, True), powers(number + 1, order, False)), mp.mpf(0))
     system = mp.matrix(len(rows), size * len(run))
     for row, factors in enumerate(rows):
         for column, value in factors.items():
             system[row, column] = value
     found = list(mp.lu_solve(system, mp.matrix(right)))
-    pieces: list[Piece] = []
-    for number, i in enumerate(run):
-        pieces += split(*spans[i], found[number * size : (number + 1) * size])
-    return pieces
+    return [found[number * size : (number + 1) * size] for number in range(len(run))], k
+
+
+def less(one: dict[int, Any], other: dict[int, Any]) -> dict[int, Any]:
+    return one | {at: -value for at, value in other.items()}
 
 
 def split(start: Any, end: Any, powers: list[Any]) -> list[Piece]:
