@@ -284,16 +284,20 @@ def test_a_stretch_at_constant_velocity_is_straight():
     assert not programme.jumps
 
 
-@pytest.mark.parametrize("name", PRACTICE)
+@pytest.mark.parametrize("name", [*PRACTICE, "rocker-valve with ranges"])
 def test_scenes_with_moves_against_fifty_digits(name, monkeypatch):
     """Natural conditions of the least jerk as one linear system, and every quantity from the drawn cam."""
-    scene = find_scene(name)
+    scene = find_scene(name.removesuffix(" with ranges"))
+    if name.endswith("ranges"):
+        rows = scene.to_dict()["motion"]
+        for k, way in ((2, 1), (4, -1)):
+            rows[k] |= {"to": [4, 8], "velocity": sorted([way * 20, way * 28])}
+        scene = scene.replace(motion=rows)
     with mpmath.workdps(naive.DPS):
         swings = scene.follower.motion == "oscillating"
         pieces = naive_moves.programme(scene.to_dict()["motion"], scene.cam.rpm, swings)
-        monkeypatch.setattr(
-            naive, "programme", lambda _, ctx, __: pieces if ctx is mp else naive_moves.rough(pieces)
-        )
+        rough = naive_moves.rough(pieces)
+        monkeypatch.setattr(naive, "programme", lambda _, ctx, __: pieces if ctx is mp else rough)
         expected = naive.evaluate(scene.to_dict())
     found = evaluate(scene.replace(outputs=["all"]))
     for key, value in expected.items():
