@@ -426,6 +426,12 @@ def test_what_cannot_be_held_is_told_with_its_rows():
     assert least_band(others, again, JERK)[0] < least
 
 
+def test_points_that_turn_back_everywhere_are_refused():
+    rows = np.column_stack([DEGREES, np.tile([0.0, 1.0, 2.0, 1.0], 90)])
+    with pytest.raises(Unmet, match=r"the lift turns back more than 60 times by two bands of 0\.1"):
+        fit(rows, CAM, band=0.1)
+
+
 @pytest.mark.parametrize(
     ("rows", "more", "line"),
     [
@@ -435,6 +441,9 @@ def test_what_cannot_be_held_is_told_with_its_rows():
         (measured(), {"band": 0.0}, "band = 0.0: must be at least 8e-05"),
         (measured(), {"band": float("nan")}, "band = nan: must be at least"),
         (measured(), {"band": float("inf")}, "band = inf: must be at least"),
+        (measured(), {"band": "0.01"}, "band = '0.01': must be at least"),
+        (measured(), {"turn": "360"}, "turn = '360': must be the angle of a whole turn"),
+        (measured(), {"scene": "exhaust-valve"}, "scene = 'exhaust-valve': must be a Scene, or a mapping"),
         (measured(), {"lift_unit": "deg"}, "lift_unit = 'deg': must be mm or inch for a translating follower"),
         (measured(), {"scene": ARM, "lift_unit": "mm"}, "lift_unit = 'mm': must be deg for an oscillating follower"),
         (measured(), {"scene": {"cam": CAM["cam"]}}, "scene: follower: missing"),
@@ -508,6 +517,16 @@ def test_its_document(run):
     assert found["deviation_max_mm"] <= 0.04
     assert found["left_out"][0]["row"] == 101
     assert found["after"]["acceleration_max_mm_per_rad2"] < found["before"]["acceleration_max_mm_per_rad2"] / 3
+
+
+def test_the_scene_itself_is_not_written_over(run, tmp_path):
+    run("cam.csv", "--base-radius", 20, "--out", "own.toml")
+    before = (tmp_path / "own.toml").read_text()
+    code, _, err = run("cam.csv", "--scene", "own.toml", "--out", "own.toml")
+    assert (code, err) == (2, "camopt: --out = 'own.toml': must be another file: this one is the scene itself\n")
+    assert (tmp_path / "own.toml").read_text() == before
+    assert run("cam.csv", "--scene", "own.toml")[0] == 0
+    assert camopt.find_scene("fitted.toml").laws == camopt.find_scene("own.toml").laws
 
 
 @pytest.mark.parametrize(

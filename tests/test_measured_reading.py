@@ -195,6 +195,21 @@ def test_a_bad_choice_is_named(tmp_path, columns, line):
         points_of("\n".join(ROWS), tmp_path, **columns)
 
 
+@given(data=st.one_of(st.binary(max_size=400), st.text("0123456789.,;-+e# \t\nabcé", max_size=400)))
+def test_whatever_is_in_a_file_is_read_or_refused(data, tmp_path_factory):
+    try:
+        points = points_of(data, tmp_path_factory.getbasetemp(), "any.dat")
+    except BadInput as error:
+        told = str(error).splitlines()
+    else:
+        told = ["nothing"]
+        assert np.isfinite(points.lifts).all()
+        assert (np.diff(points.angles) >= 0.0).all()
+        assert points.angles.min() >= 0.0
+        assert points.angles.max() < 360.0
+    assert len(told) == 1
+
+
 @pytest.mark.parametrize("points", ["abc", [["a", 1]], [[[1.0]]], [], None, object()])
 def test_what_is_no_points_is_refused(points):
     with pytest.raises((BadInput, OSError)):

@@ -12,6 +12,7 @@ from camopt.cli.options import (
     FreeNumber,
     Place,
     changed,
+    check_file,
     check_folder,
     given_overrides,
     keys_as_options,
@@ -431,6 +432,7 @@ def fit(
     from camopt.files import write_text
     from camopt.measured.fit import fit as run
 
+    check_file(target, out)
     scene = measured_cam(target, rpm, base_radius, follower, roller_radius)
     chosen = columns and [name.strip() for name in columns.split(",")]
     with keys_as_options():

@@ -223,6 +223,14 @@ class Place(click.ParamType):  # type: ignore[type-arg]
         return path
 
 
+def check_file(own: str | None, out: Path) -> None:
+    """A scene is never written over the user's own, if that is a file."""
+    from camopt.mistakes import BadInput, Mistake
+
+    if own is not None and Path(own).exists() and out.exists() and out.samefile(own):
+        raise BadInput([Mistake("camopt", "--out", str(out), "another file: this one is the scene itself")])
+
+
 def check_folder(scene: Any, out: Path, names: str = "scene.toml") -> None:
     """Scenes are written too (of such names); never over the user's own."""
     from camopt.mistakes import BadInput, Mistake

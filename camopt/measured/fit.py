@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from itertools import product
 from math import isfinite
+from numbers import Real
 from pathlib import Path
 from typing import Any
 
@@ -100,21 +101,23 @@ def fit(
     tables = _without_motion(scene)
     columns_ = Columns(columns, angle_unit, _lift_unit(tables, lift_unit), turn)
     measured = read_points(points, columns_)
-    noise = noise_of(measured)
-    least = NARROWEST * float(np.ptp(measured.lifts))
-    lost = [] if keep_outliers else outliers(measured, noise, band or least)
+    noise, least = noise_of(measured), NARROWEST * float(np.ptp(measured.lifts))
+    given = None if band is None else _given(band, least)
+    lost = [] if keep_outliers else outliers(measured, noise, given.band if given else least)
     kept, left_out = measured.without(lost), measured.only(lost)
-    noisy = _usual_band(kept, noise)
-    room = Room(noisy, max(noise * rms_factor(kept.angles.size), least)) if band is None else _given(kept, band)
+    usual = _usual(kept.angles.size, noise, least)
+    room = given or usual
     _check_repeats(kept, room.band)
     tables.setdefault("name", printable(Path(kept.file).stem))
     file = scene.file if isinstance(scene, Scene) else "scene"
-    found = _shaped(kept, room, noisy, lambda parts: Scene.from_dict(tables | parts, file))
+    found = _shaped(kept, room, usual.band, lambda parts: Scene.from_dict(tables | parts, file))
     return replace(found, outliers=left_out, noise=noise, usual=band is None)
 
 
 def _without_motion(scene: Scene | Mapping[str, Any]) -> dict[str, Any]:
     """The tables of a scene but for its motion, and what is about that."""
+    if not isinstance(scene, (Scene, Mapping)):
+        raise BadInput([Mistake("camopt", "scene", scene, "a Scene, or a mapping of the tables cam and follower")])
     tables = scene.to_dict() if isinstance(scene, Scene) else dict(scene)
     tables = {key: value for key, value in tables.items() if key not in ("motion", "laws")}
     for name, keys in OF_THE_MOTION.items():
@@ -134,16 +137,15 @@ def _lift_unit(tables: Mapping[str, Any], given: str | None) -> str:
     return given or known[0]
 
 
-def _usual_band(points: Points, noise: float) -> float:
-    """A band from the noise: no narrower than numbers bear."""
-    return max(noise * band_factor(points.angles.size), NARROWEST * float(np.ptp(points.lifts)))
-
-
-def _given(points: Points, band: float) -> Room:
-    least = NARROWEST * float(np.ptp(points.lifts))
-    if not (isfinite(band) and band >= least):
+def _given(band: float, least: float) -> Room:
+    if not (isinstance(band, Real) and isfinite(band) and band >= least):
         raise BadInput([Mistake("camopt", "band", band, f"at least {least:.3g}, a {NARROWEST:g} of the lift")])
     return Room(float(band))
+
+
+def _usual(count: int, noise: float, least: float) -> Room:
+    """What so many normal errors leave in one file of twenty; no less than numbers bear."""
+    return Room(max(noise * band_factor(count), least), max(noise * rms_factor(count), least))
 
 
 def _check_repeats(points: Points, band: float) -> None:
@@ -168,17 +170,20 @@ def _shaped(points: Points, room: Room, noisy: float, scene_with: Callable[[dict
     Unmet
         If none of them holds the band.
     """
-    refused: Exception = Unmet("")
+    refused: Exception | None = None
+    wide = max(noisy, room.band)
+    bands = dict.fromkeys((wide, room.band) if 2.0 * wide < np.ptp(points.lifts) else (room.band,))
     for within in dict.fromkeys((room, Room(room.band))):
         free = freest(points, within)
-        for wide, earlier in product(dict.fromkeys((max(noisy, room.band), room.band)), (EARLIER, 2 * EARLIER)):
-            outline = outline_of(points, wide, earlier)
+        for band, earlier in product(bands, (EARLIER, 2 * EARLIER)):
+            outline = outline_of(points, band, earlier)
             if len(outline) <= MOST_NODES:
                 try:
                     return _written(points, nodes_of(points, outline, free), within, free, scene_with)
                 except (Unmet, Unsolved) as why:
-                    refused = refused if str(refused) else why
-    raise refused
+                    refused = refused or why
+    what = f"turns back more than {MOST_NODES} times by two bands of {room.band:.4g}: what is its noise?"
+    raise refused or Unmet(f"{points.file}: the lift {what}")
 
 
 def _written(

@@ -4,6 +4,7 @@ import os
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from numbers import Real
 from pathlib import Path
 from typing import Any
 
@@ -152,7 +153,7 @@ def _check(columns: Columns) -> None:
         )
         if value not in known
     ]
-    if columns.turn is not None and not 0.0 < columns.turn <= FAR:
+    if columns.turn is not None and not (isinstance(columns.turn, Real) and 0.0 < columns.turn <= FAR):
         mistakes.append(Mistake("camopt", "turn", columns.turn, "the angle of a whole turn, above 0"))
     if mistakes:
         raise BadInput(mistakes)
