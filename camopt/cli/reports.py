@@ -16,7 +16,7 @@ from camopt.problem.problem import Problem, resolve
 from camopt.problem.rows import Rows, finite
 from camopt.quantities import QUANTITIES
 from camopt.tables.cells import number
-from camopt.tables.columns import bounds_of, columns_of, is_nothing, sizes_shown, with_law
+from camopt.tables.columns import bounds_of, columns_of, is_nothing, laws_shown, sizes_shown, with_law
 
 if TYPE_CHECKING:  # a report imports what it shows from the command that made it
     from camopt.front.sweep import Sweep
@@ -92,7 +92,15 @@ def show_sweep(result: "Sweep", as_json: bool) -> None:
         names, bounds = columns_of(problem, rows, (*search.minimise, *search.maximise)), bounds_of(problem)
         where = " on the front" if result.feasible is None else ""
         where += " of the grid" if search.refine and where else " on the grid" if search.refine else ""
-        show("", table_of(f"The best design of each law{where}", rows, [*names, "held_by"], bounds))
+        show(
+            "",
+            table_of(
+                f"The best design{' of each law' if laws_shown(rows) else ''}{where}",
+                rows,
+                [*names, "held_by"],
+                bounds,
+            ),
+        )
         _show_front(result, names, bounds)
     elif result.nearest_miss:
         _show_miss(result.nearest_miss)
@@ -118,8 +126,7 @@ def _show_front(result: "Sweep", names: list[str], bounds: Mapping[str, str]) ->
     if front.grid_points is not None:
         volume += f"; of the grid's {front.grid_points:,} points, {front.grid_hypervolume:.6g}"
     show(f"Hypervolume of the Pareto front, as a share: {volume}")
-    laws = ["law_rise", "law_return"] if front.knee["law_rise"] != front.knee["law_return"] else ["law"]
-    names = [*laws, *(name for name in names if not name.startswith("law"))]
+    names = [*laws_shown([front.knee]), *(name for name in names if not name.startswith("law"))]
     show("", table_of("Its knee", with_law([front.knee]), names, bounds))
 
 
@@ -147,7 +154,7 @@ def show_optimum(result: "Optimum", as_json: bool) -> None:
             resolve(result.scene),
             [{**row, **_in_words(row)} for row in with_law(result.by_law.values())],
         )
-        title = f"{result.scene.name}: the smallest cam of each law"
+        title = f"{result.scene.name}: the smallest cam{' of each law' if laws_shown(rows) else ''}"
         show(table_of(title, rows, _optimum_columns(problem, rows), bounds_of(problem)))
     for law, obstacle in result.obstacles.items():
         show(f"{law}: no feasible design; stopped by {obstacle}")

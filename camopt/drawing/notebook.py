@@ -14,7 +14,7 @@ from camopt.scene.scene import Scene
 from camopt.shown import Shown
 from camopt.smallest.optimise import Optimum
 from camopt.tables.cells import heading, number
-from camopt.tables.columns import bounds_of, columns_of, is_nothing, with_law
+from camopt.tables.columns import bounds_of, columns_of, is_nothing, laws_shown, with_law
 from camopt.tables.designs import Design
 from camopt.verdicts.evaluation import Evaluation
 
@@ -53,7 +53,8 @@ def _of_a_design(design: Design) -> str:
 @html_of.register
 def _of_an_optimum(result: Optimum) -> str:
     """The smallest cam of each law, and the smallest of all as a picture."""
-    title, best = f"{result.scene.name}: the smallest cam of each law", result.best
+    each = " of each law" if laws_shown(result.by_law.values()) else ""
+    title, best = f"{result.scene.name}: the smallest cam{each}", result.best
     table = _designs(title, result.scene, result.by_law.values(), (), "binding")
     return table if best is None else _beside_the_cam(table, lambda: best.scene)
 

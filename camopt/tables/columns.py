@@ -9,6 +9,7 @@ from camopt.scene.scene import Scene
 
 Row = Mapping[str, Any]
 WHOLE_TURN, PARTS = "pressure_angle_max_deg", ("pressure_angle_max_rise_deg", "pressure_angle_max_return_deg")
+LAWS = ("law_rise", "law_return")
 DERIVED = ("prime_radius_mm", "shaft_clearance_mm")  # sums and differences of other sizes
 
 
@@ -44,9 +45,15 @@ def sizes_shown(scene: Scene, rows: Iterable[Row]) -> list[str]:
     rows = list(rows)
     sizes = [name for name in rows[0] if name in QUANTITIES and QUANTITIES[name].effect == "sizes"]
     kept = [name for name in sizes if name not in DERIVED and not is_nothing(scene, name, rows)]
+    return [*laws_shown(rows), *(name for name in kept if name not in LAWS)]
+
+
+def laws_shown(rows: Iterable[Row]) -> list[str]:
+    """The columns of laws: one where rises and returns have the same, none where moves alone make the motion."""
+    rows = list(rows)
     if any(row["law_rise"] != row["law_return"] for row in rows):
-        return kept
-    return ["law", *(name for name in kept if name not in ("law_rise", "law_return"))]
+        return list(LAWS)
+    return ["law"] if any(row["law_rise"] for row in rows) else []
 
 
 def with_law(rows: Iterable[Row]) -> list[dict[str, Any]]:
@@ -55,9 +62,9 @@ def with_law(rows: Iterable[Row]) -> list[dict[str, Any]]:
 
 
 def is_nothing(scene: Scene, name: str, rows: Iterable[Row]) -> bool:
-    """Whether a quantity is 0 whatever the design: a roller radius of a knife, a pressure angle of a flat face."""
-    if any(row[name] != 0.0 for row in rows):
+    """Whether a quantity is 0, or no name, whatever the design: a roller radius of a knife, a law of moves."""
+    if any(row[name] not in (0.0, "") for row in rows):
         return False
     effect = QUANTITIES[name].effect
-    unsearched = getattr(scene.search, name.removesuffix("_mm"), None) is None
+    unsearched = not getattr(scene.search, name.removesuffix("_mm"), None)
     return effect == "pressure" or (effect == "sizes" and unsearched)
