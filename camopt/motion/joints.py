@@ -25,7 +25,7 @@ State = FloatArray
 """Of the follower at a joint: y, y', y'' and, where it is matched, y''', by the cam angle in rad; mm or deg."""
 
 MOVE = "move"
-NARROW, TINY = 1e-12, 1e-200  # ranges, relative or absolute, that are single numbers
+NARROW = 1e-12  # of the run's largest number: ranges no wider are single numbers
 SMOOTH, SMOOTHER = 3, 4  # numbers of a state: up to the acceleration, up to the jerk
 
 
@@ -117,8 +117,7 @@ def _least(low: FloatArray, high: FloatArray, angles: FloatArray, alone: bool) -
         powers = np.tile(share ** np.arange(count), 2)
         form[np.ix_(here, here)] += share ** (1 - 2 * count) * powers[:, None] * _squares(count) * powers
     low, high = (low * scale).ravel(), (high * scale).ravel()
-    ends = np.maximum(np.abs(low), np.abs(high))
-    fixed = np.isfinite(ends) & (high - low <= NARROW * np.where(np.isfinite(ends), ends, 0.0) + TINY)
+    fixed = high - low <= NARROW * np.abs(np.nan_to_num([low, high], posinf=0.0, neginf=0.0)).max()
     states = np.where(fixed, low, 0.0)
     free = np.unique(place.ravel()[~fixed])
     if free.size:
