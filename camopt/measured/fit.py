@@ -30,6 +30,8 @@ OF_THE_MOTION = {
     "synthesis": ("points",),
 }
 """Keys of tables that are about the motion which is replaced."""
+WIDENED = (1.0, 1.5, 2.25, 3.5)  # times the usual band, until dwells and turns are no trouble
+TROUBLE = 1.25  # times the least jerk of all motions: what they cost where points are no normal errors
 MOST_NODES = 60  # dwells and turns: more are those of errors
 NAMED = 6  # rows at most
 
@@ -60,7 +62,8 @@ def fit(
         the tables ``cam`` and ``follower``, without a motion.
     band
         How far the motion may be from a point, mm (deg when oscillating). If not given, both this and the root mean
-        square are at most what normal errors of the estimated noise have in nineteen of twenty files.
+        square are at most what normal errors of the estimated noise have in nineteen of twenty files; the band is
+        up to 3.5 times as wide where dwells and turns would cost much jerk else: for errors that are not normal.
     columns
         Names or numbers (from 1) of the columns of angle and lift, if the words above them do not say so.
     angle_unit
@@ -106,11 +109,13 @@ def fit(
     lost = [] if keep_outliers else outliers(measured, noise, given.band if given else least)
     kept, left_out = measured.without(lost), measured.only(lost)
     usual = _usual(kept.angles.size, noise, least)
-    room = given or usual
-    _check_repeats(kept, room.band)
+    most = max(float(np.ptp(kept.lifts)) / 2.0 - least, usual.band)
+    wider = [usual._replace(band=min(times * usual.band, most)) for times in WIDENED]
+    rooms = [given] if given else list(dict.fromkeys(wider))
+    _check_repeats(kept, rooms[-1].band)
     tables.setdefault("name", printable(Path(kept.file).stem))
     file = scene.file if isinstance(scene, Scene) else "scene"
-    found = _shaped(kept, room, usual.band, lambda parts: Scene.from_dict(tables | parts, file))
+    found = _first(kept, rooms, usual.band, lambda parts: Scene.from_dict(tables | parts, file))
     return replace(found, outliers=left_out, noise=noise, usual=band is None)
 
 
@@ -158,6 +163,31 @@ def _check_repeats(points: Points, band: float) -> None:
             rows = f"rows {points.rows[low]} and {points.rows[high]} are {apart:.4g} apart"
             least = f"a band below {apart / 2.0:.4g} cannot be held"
             raise Unmet(f"{points.file}: {rows}, both at {points.angles[place]:g} deg: {least}")
+
+
+def _first(
+    points: Points, rooms: Sequence[Room], noisy: float, scene_with: Callable[[dict[str, Any]], Scene]
+) -> Fitted:
+    """The fit within the first room where dwells and turns cost little jerk, or else the one where they cost least.
+
+    Raises
+    ------
+    Unmet
+        If there is none in any.
+    """
+    found: list[Fitted] = []
+    refused: Exception | None = None
+    for room in rooms:
+        try:
+            found.append(_shaped(points, room, noisy, scene_with))
+        except (Unmet, Unsolved) as why:
+            refused = refused or why
+        else:
+            if found[-1].price <= TROUBLE:
+                return found[-1]
+    if found:
+        return min(found, key=lambda each: each.price)
+    raise refused or Unmet("")
 
 
 def _shaped(points: Points, room: Room, noisy: float, scene_with: Callable[[dict[str, Any]], Scene]) -> Fitted:

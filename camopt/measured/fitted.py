@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from math import radians, sqrt
+from math import inf, radians, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -98,6 +98,11 @@ class Fitted:
     def least_jerk_rms(self) -> float:
         """What no motion as near to the points has less of: the optimum without dwells and turns."""
         return sqrt(self.least_square / radians(TURN)) * self._per * scale(self._problem.setup, JERK)
+
+    @property
+    def price(self) -> float:
+        """How many times the least root mean square of the jerk it has."""
+        return self.jerk_rms / self.least_jerk_rms if self.least_jerk_rms else inf
 
     @property
     def after(self) -> dict[str, float]:

@@ -26,7 +26,7 @@ from camopt.synthesis.convex import SOLVED, solve
 LEAST_KNOTS, MOST_KNOTS = 32, 200  # about, inside a stroke
 CLOSEST = 0.5  # median steps of the points: the least distance of knots
 SOLVER_ERROR = 1e-6  # relative, of an optimum
-MOVED = 1e-3  # bands: the least lift of a stroke
+MOVED, SMALLEST = 1e-3, 1e-6  # the least lift of a stroke: of what points show, and of the range of the lifts
 LOOKED = 2001  # angles at which a turn is looked for
 AMPLE = 10.0  # times a usual jerk: in units that are rather large a solver errs less
 USUAL = 60.0 * 6.0**3  # by x over a turn: the jerk of a cubic rise in 60 deg
@@ -248,8 +248,10 @@ class _Model:
     def _way(self, k: int) -> list[Any]:
         """A stroke goes one way: no coefficient of its velocity is of the other sign."""
         following = (k + 1) % len(self.nodes)
-        way = np.sign(self.nodes[following].level - self.nodes[k].level)
-        return [way * self.motions[k].c[1] >= 0, way * (self.levels[following] - self.levels[k]) >= 0]
+        lift = (self.nodes[following].level - self.nodes[k].level) / self.unit
+        way = 1.0 if lift >= 0.0 else -1.0
+        least = MOVED * abs(lift) + SMALLEST
+        return [way * self.motions[k].c[1] >= 0, way * (self.levels[following] - self.levels[k]) >= least]
 
     def solution(self) -> Shaped:
         """The solution without a solver's error: levels in few digits, and strokes that meet there exactly."""
