@@ -100,3 +100,17 @@ def test_a_limit_without_a_lash_is_told():
     scene = cam_with("roller")
     with pytest.raises(BadInput, match=r"limits.lash_speed = 0.3: needs follower.dynamics.lash"):
         evaluate(Scene.from_dict({**scene, "limits": {"lash_speed": 0.3}}))
+
+
+@pytest.mark.parametrize(
+    ("lash", "variation", "line"),
+    [
+        (12.0, 0.0, "follower.dynamics.lash = 12.0: must be below the lift"),
+        (0.1, 0.2, "follower.dynamics.lash_variation = 0.2: must be at most the lash (0.1)"),
+    ],
+)
+def test_a_lash_that_no_valve_has_is_told(lash, variation, line):
+    scene = find_scene("bucket-valve")
+    with pytest.raises(BadInput) as caught:
+        scene.replace(**{"follower.dynamics.lash": lash, "follower.dynamics.lash_variation": variation})
+    assert line in str(caught.value)

@@ -488,6 +488,14 @@ MISTAKES = [
         "motion.2.to: missing; give the position at its end (to), or the velocity",
     ),
     (
+        [RISE_ROW, {"segment": "constant-velocity", "angle": 120, "to": 3, "velocity": 1}, {**BACK, "angle": 120}],
+        "motion.2.velocity = 1: give the velocity, or the position at its end (to): where it starts",
+    ),
+    ([{**RISE_ROW, "lift": None}, BACK, REST], "motion.1.lift: missing; give the lift, or the position at its end"),
+    ([RISE_ROW, BACK, {**REST, "to": 0}], "motion.3.to = 0: a dwell has none"),
+    ([RISE_ROW, {**BACK, "angle": -10}, {**REST, "angle": 250}], "motion.2.angle = -10: must be at least 0"),
+    ([RISE_ROW, {**BACK, "jerk": 1e308}, REST], "motion.2.jerk = 1e+308: must be a number, or a range"),
+    (
         [{"segment": "rise", "angle": 120, "to": -4, "law": "cycloidal"}, BACK, REST],
         "motion.1.to = -4: must be above 0, where this rise starts",
     ),
@@ -557,3 +565,10 @@ def test_ranges_of_a_scene_are_kept_by_text_and_drawn_as_bars():
     assert velocity.marks[0] == pytest.approx((120.0, 2.0, 9.0))
     assert 18 - 1e-9 <= resolve(scene).programme.strokes[0].high <= 22 + 1e-9
     assert certify(scene.replace(**{"limits.pressure_angle": 80}))["pressure_angle"] == "held"
+
+
+def test_a_position_next_to_nothing_is_none():
+    """Numbers that only underflow: the motion is that of position 0."""
+    rows = [{**BACK, "to": 5}, {**BACK, "to": 1e-320}, REST]
+    one, other = (resolve(Scene.from_dict(scene_of(*each))) for each in (rows, [rows[0], BACK, REST]))
+    assert one.programme == other.programme

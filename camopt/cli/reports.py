@@ -157,10 +157,11 @@ def show_optimum(result: "Optimum", as_json: bool) -> None:
         title = f"{result.scene.name}: the smallest cam{' of each law' if laws_shown(rows) else ''}"
         show(table_of(title, rows, _optimum_columns(problem, rows), bounds_of(problem)))
     for law, obstacle in result.obstacles.items():
-        show(f"{law}: no feasible design; stopped by {obstacle}")
+        show(f"{law or result.scene.name}: no feasible design; stopped by {obstacle}")
     for law, row in result.by_law.items():
         if not row["proved"]:
-            show(f"{law}: not proved; a feasible cam may be smaller by up to {number(row['gap_mm'])} mm")
+            less = f"{number(row['gap_mm'])} mm"
+            show(f"{law or result.scene.name}: not proved; a feasible cam may be smaller by up to {less}")
     if result.out_of_time:
         show("The search ran out of time; --seconds gives it more.")
     if result.nearest_miss:

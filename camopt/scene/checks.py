@@ -31,6 +31,7 @@ def check(data: Mapping[str, Any]) -> Iterator[Fault]:
     mechanism = tuple(_text(data, key) for key in ("cam.form", "follower.motion", "follower.contact"))
     if all(mechanism):
         yield from _dynamics(data, *mechanism)  # type: ignore[arg-type]
+        yield from _lash(data)
         yield from _keys(data, *mechanism)  # type: ignore[arg-type]
         yield from _fit(data, *mechanism)  # type: ignore[arg-type]
         yield from _search(data, *mechanism)  # type: ignore[arg-type]
@@ -169,6 +170,17 @@ def _dynamics(data: Mapping[str, Any], form: str, motion: str, contact: str) -> 
     if isinstance(at(data, "follower.dynamics.load"), list) and at(data, "search.follower.dynamics.load"):
         why = "the load of this scene changes over the turn (follower.dynamics.load), and no number replaces it"
         yield "search.follower.dynamics.load", at(data, "search.follower.dynamics.load"), why
+
+
+def _lash(data: Mapping[str, Any]) -> Iterator[Fault]:
+    """A lash is taken up before the follower is at its highest, and its variation leaves some of it."""
+    lift, key = highest_of(data), "follower.dynamics.lash"
+    for name in _both(key):
+        if lift is not None and any(each is not None and each >= lift for each in _values(at(data, name))):
+            yield name, at(data, name), f"must be below the lift ({lift:g}): what it drives would never move"
+    lash, varies = number(at(data, key)), number(at(data, f"{key}_variation"))
+    if lash is not None and varies is not None and varies > lash:
+        yield f"{key}_variation", varies, f"must be at most the lash ({lash:g})"
 
 
 def _both(key: str) -> tuple[str, str]:

@@ -14,11 +14,14 @@ from camopt.motion.segments import CONSTANT_VELOCITY, MOVE, Segment, changes, en
 from camopt.motion.stroke import Asked
 from camopt.scene.law_forms import CLOSE, Fault
 from camopt.scene.mapping import at, number, segments
-from camopt.scene.own_laws import check_laws, law_names, law_of, own_laws
+from camopt.scene.own_laws import FAR, check_laws, law_names, law_of, own_laws
 
 LEAST = {"angle": 1e-6, "lift": 1e-9}  # of a rise or return, deg and mm or deg
+NOTHING = 1e-100  # mm or deg: a position no further from 0 is there
 DERIVATIVES = ("velocity", "acceleration", "jerk")
 LAST = ", mm (deg when oscillating), unless another move follows it in the turn"
+DECIDES = {"rise": "lift", "return": "lift", CONSTANT_VELOCITY: "velocity"}
+"""What a segment of a kind may have in place of its position."""
 POSITIONED = (MOVE, CONSTANT_VELOCITY)
 KEYS = {
     "rise": ("lift", "to", "law"),
@@ -38,7 +41,7 @@ def segments_of(rows: Sequence[Mapping[str, Any]], rpm: float | None) -> list[Se
     """
     found = [_segment_of(row, rpm) for row in rows]
     for k, (row, after) in enumerate(zip(rows, _after(rows), strict=True)):
-        if row.get("to") is None and _starts_itself(row, after):
+        if _starts_itself(row, after):
             following = found[(k + 1) % len(found)]
             found[k] = found[k]._replace(to=(following.to or 0.0) - following.lift, between=None)
     return found
@@ -52,7 +55,8 @@ def _after(rows: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
 def _starts_itself(row: Mapping[str, Any], after: Mapping[str, Any]) -> bool:
     """Whether a segment is a move before a constant velocity that gives both its velocity and its position."""
     stretch = after.get("segment") == CONSTANT_VELOCITY
-    return stretch and row.get("segment") == MOVE and None not in (after.get("to"), after.get("velocity"))
+    both = after.get("to") is not None and after.get("velocity") is not None
+    return stretch and both and row.get("segment") == MOVE and row.get("to") is None
 
 
 def _segment_of(row: Mapping[str, Any], rpm: float | None) -> Segment:
@@ -64,8 +68,8 @@ def _segment_of(row: Mapping[str, Any], rpm: float | None) -> Segment:
         lift = (row.get("velocity") or 0.0) * per * radians(angle)
     if kind != MOVE:
         return Segment(kind, angle, lift, row.get("law"), to)
-    if number(to) is not None:
-        return Segment(kind, angle, to=to, wanted=by_angle)
+    if (position := number(to)) is not None:
+        return Segment(kind, angle, to=position if abs(position) > NOTHING else 0.0, wanted=by_angle)
     return Segment(kind, angle, wanted=by_angle, between=(-inf, inf) if to is None else tuple(to))
 
 
@@ -80,7 +84,7 @@ def check_turn(data: Mapping[str, Any]) -> Iterator[Fault]:
     """The turn closes in angle and displacement, and one of rises and returns never goes below its start."""
     rows = segments(data)
     for k, row in enumerate(rows, start=1):
-        yield from _segment(data, row, f"motion.{k}")
+        yield from _segment(data, row, rows[k - 2], f"motion.{k}")
         if row.get("segment") == MOVE and _needs_position(row, _after(rows)[k - 1], k == len(rows)):
             missing = "missing; " if row.get("to") is None else "must be a number: "
             yield f"motion.{k}.to", row.get("to"), f"{missing}a move goes to a position{LAST}"
@@ -126,7 +130,9 @@ def _given(data: Mapping[str, Any]) -> list[Segment] | None:
             numbers += list(each) if kind == MOVE and _is_range(each) else [each]
         if kind not in KEYS or None in map(number, [row.get("angle"), *numbers]):
             return None
-        if kind == CONSTANT_VELOCITY and row.get("to") is None and row.get("velocity") is None:
+        if row["angle"] < (0.0 if kind == "dwell" else LEAST["angle"]) or max(map(abs, numbers), default=0.0) > FAR:
+            return None
+        if kind in DECIDES and row.get("to") is None and row.get(DECIDES[kind]) is None:
             return None
         if kind == MOVE and _needs_position(row, after, row is rows[-1]):
             return None
@@ -135,13 +141,15 @@ def _given(data: Mapping[str, Any]) -> list[Segment] | None:
     return segments_of(rows, number(at(data, "cam.rpm")))
 
 
-def _segment(data: Mapping[str, Any], row: Mapping[str, Any], key: str) -> Iterator[Fault]:
+def _segment(
+    data: Mapping[str, Any], row: Mapping[str, Any], before: Mapping[str, Any], key: str
+) -> Iterator[Fault]:
     kind = row.get("segment")
     if not isinstance(kind, str) or kind not in KEYS:
         return
     named = "a stretch at constant velocity" if kind == CONSTANT_VELOCITY else f"a {kind}"
     for name in ("lift", "to", "law", *DERIVATIVES):
-        if name not in KEYS[kind] and row.get(name) not in (None, 0.0):
+        if name not in KEYS[kind] and row.get(name) is not None and not (name == "lift" and row[name] == 0.0):
             yield f"{key}.{name}", row[name], f"{named} has none{_instead(kind, name)}"
         elif kind != MOVE and _is_range(row.get(name)):
             yield f"{key}.{name}", row[name], "must be a number: ranges are for what a move joins"
@@ -151,8 +159,8 @@ def _segment(data: Mapping[str, Any], row: Mapping[str, Any], key: str) -> Itera
         yield f"{key}.angle", row.get("angle"), f"must be at least {LEAST['angle']:g} in {where}"
     if kind in ("rise", "return"):
         yield from _stroke(row, key)
-    elif kind == CONSTANT_VELOCITY and row.get("to") is None and row.get("velocity") is None:
-        yield f"{key}.to", None, "missing; give the position at its end (to), or the velocity"
+    elif kind == CONSTANT_VELOCITY:
+        yield from _stretch(row, before, key)
     if row.get("law") is not None and kind in ("rise", "return"):
         yield from check_law(row["law"], f"{key}.law", law_names(data))
     if row.get("per") == "s":
@@ -189,12 +197,23 @@ def _stroke(row: Mapping[str, Any], key: str) -> Iterator[Fault]:
     if row.get("to") is not None:
         if lift:
             yield f"{key}.lift", row["lift"], "give the lift, or the position at its end (to)"
+    elif row.get("lift") is None:
+        yield f"{key}.lift", None, "missing; give the lift, or the position at its end (to)"
     elif lift is not None and 0.0 <= lift < LEAST["lift"]:
         yield f"{key}.lift", row.get("lift"), f"must be at least {LEAST['lift']:g} in a rise or return"
 
 
+def _stretch(row: Mapping[str, Any], before: Mapping[str, Any], key: str) -> Iterator[Fault]:
+    """A constant velocity has a position at its end or a velocity; both if the move before it ends as it starts."""
+    if row.get("to") is None and row.get("velocity") is None:
+        yield f"{key}.to", None, "missing; give the position at its end (to), or the velocity"
+    elif None not in (row.get("to"), row.get("velocity")) and not _starts_itself(before, row):
+        why = "give the velocity, or the position at its end (to): where it starts is given by what is before it"
+        yield f"{key}.velocity", row["velocity"], why
+
+
 def _per_second(data: Mapping[str, Any], key: str) -> Iterator[Fault]:
-    if number(at(data, "cam.rpm")) is None:
+    if at(data, "cam.rpm") is None:
         yield f"{key}.per", "s", "derivatives by time need the speed: give cam.rpm, or use per deg or per rad"
     elif at(data, "search.cam.rpm") is not None:
         yield f"{key}.per", "s", "the motion would change with the speed that search.cam.rpm varies: use deg or rad"
