@@ -66,7 +66,7 @@ def _displacement(picture: Picture) -> Panel:
     lift = picture.problem.programme.lift * factor
     peaks = _peaks(picture, values, {TURN: lift})
     panel = Panel("Displacement", "deg" if angular else "mm", values, peaks, marks=_asked(picture, 0, factor))
-    notes = ["squares: given"] if panel.marks else []
+    notes = ["squares: asked of moves"] if panel.marks else []
     dynamics = picture.problem.setup.dynamics
     if dynamics.lash is not None:
         low, high = ((dynamics.lash + side * dynamics.lash_variation) * factor for side in (-1, 1))
