@@ -161,9 +161,9 @@ class Programme:
         out = np.zeros((4, *angles.shape))
         edges = np.array([s.start for s in self.strokes])
         index = np.searchsorted(edges, angles, side="right") - 1
-        for k, stroke in enumerate(self.strokes):
+        for k in np.unique(index[index >= 0]):
             here = index == k
-            out[:, here] = stroke.motion(angles[here])
+            out[:, here] = self.strokes[k].motion(angles[here])
         return out
 
     def state(self, angles: FloatArray) -> tuple[Any, ...]:
