@@ -16,10 +16,10 @@ from camopt import BadInput, Scene, Unmet
 from camopt.cli.main import main
 from camopt.measured.band_proof import deviation
 from camopt.measured.fit import fit
-from camopt.measured.least_jerk import Room, freest, least_band, nodes_of, shaped, strokes_of
+from camopt.measured.least_jerk import Node, Room, freest, least_band, nodes_of, shaped, strokes_of
 from camopt.measured.noise import band_factor, noise_of, outliers, rms_factor
 from camopt.measured.outline import Dwell, Turn, outline_of
-from camopt.measured.reading import Columns, read_points
+from camopt.measured.reading import Columns, apart, read_points
 from camopt.measured.spline_chain import SplineChain
 from camopt.motion import LAWS
 from camopt.motion.programme import Programme, law_peaks, peak
@@ -400,6 +400,33 @@ def test_dwells_end_before_the_motion_begins_and_little_earlier():
         assert dwell.start == pytest.approx(181.5, abs=2.0)
         assert dwell.end == pytest.approx(418.5, abs=2.0)
         assert turn.low < 120.0 < turn.high
+
+
+@given(start=st.floats(175.0, 190.0), end=st.floats(400.0, 430.0), whole=st.booleans())
+def test_each_point_is_in_a_dwell_or_in_a_stroke(start, end, whole):
+    """Also where a dwell starts or ends at a point, or next to it."""
+    points = points_of(measured())
+    start, end = (round(angle, 0 if whole else 4) for angle in (start, end))
+    inside = np.flatnonzero(apart(start - 1e-9, points.angles) <= end - start + 2e-9)
+    nodes = [Node(start, end, inside, 0.0), Node(120.0, 120.0, np.empty(0, dtype=int), 8.0)]
+    places = np.concatenate([*(stroke.places for stroke in strokes_of(points, nodes)), inside])
+    assert sorted(places) == list(range(360))
+
+
+def test_a_lift_of_less_than_two_bands_is_no_motion():
+    rows = measured(
+        [
+            ("dwell", 100.0, 0.0, None),
+            ("rise", 60.0, 1.0, "poly345"),
+            ("return", 60.0, 1.0, "poly345"),
+            ("dwell", 140.0, 0.0, None),
+        ]
+    )
+    with pytest.raises(BadInput, match="no motion"):
+        fit(rows, CAM, band=0.6)
+    rows[0, 1] = -0.5
+    with pytest.raises((BadInput, Unmet)):
+        fit(rows, CAM, band=0.6, keep_outliers=True)
 
 
 def test_knots_are_apart_and_strokes_have_all_points():

@@ -4,7 +4,7 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from itertools import product
-from math import isfinite
+from math import inf, isfinite
 from numbers import Real
 from pathlib import Path
 from typing import Any
@@ -182,6 +182,10 @@ def _first(
             found.append(_shaped(points, room, noisy, scene_with))
         except (Unmet, Unsolved) as why:
             refused = refused or why
+        except BadInput:
+            if not found and refused is None:
+                raise
+            break
         else:
             if found[-1].price <= TROUBLE:
                 return found[-1]
@@ -243,5 +247,5 @@ def _written(
     if least < room.band:
         raise Unsolved("the convex solver holds the band not closely enough")
     rows = ", ".join(map(str, sorted(points.rows[places])[:NAMED])) + (" and others" if len(places) > NAMED else "")
-    what = f"no motion with its dwells and turns is within {room.band:.4g} of all points; {least:.4g} can be held"
-    raise Unmet(f"{points.file}: {what}; rows {rows} stand in the way")
+    what = f"{points.file}: no motion with its dwells and turns is within {room.band:.4g} of all points"
+    raise Unmet(what if least == inf else f"{what}; {least:.4g} can be held; rows {rows} stand in the way")

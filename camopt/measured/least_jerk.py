@@ -16,7 +16,7 @@ import cvxpy as cp
 import numpy as np
 from numpy.typing import NDArray
 
-from camopt.measured.outline import DIGITS, Dwell, Outline, Turn
+from camopt.measured.outline import DIGITS, NEAR, Dwell, Outline, Turn
 from camopt.measured.reading import TURN, Points, apart
 from camopt.measured.spline_chain import ORDERS, SplineChain
 from camopt.mistakes import Unsolved
@@ -170,13 +170,14 @@ def _turning(turn: Turn, motion: Freest) -> float:
 
 def strokes_of(points: Points, nodes: Sequence[Node]) -> tuple[Stroke, ...]:
     """The stroke after each node, to the next one: knots at its points, as far as they are apart."""
-    found = []
+    found, resting = [], np.zeros(points.angles.size, dtype=bool)
+    resting[np.concatenate([node.places for node in nodes])] = True
     for node, after in zip(nodes, [*nodes[1:], nodes[0]], strict=True):
         angle = float(round(float(apart(node.end, after.start)), DIGITS)) or TURN
-        away = apart(node.end, points.angles)
-        places = np.flatnonzero(away < angle) if not node.rests else np.flatnonzero((away > 0.0) & (away < angle))
+        away = apart(node.end - NEAR, points.angles)
+        places = np.flatnonzero((away < angle) & ~resting)
         places = places[np.argsort(away[places], kind="stable")]
-        x = away[places] / angle
+        x = np.maximum(away[places] - NEAR, 0.0) / angle
         found.append(Stroke(SplineChain(_knots(np.unique(x))), node.end % TURN, angle, places, x))
     return tuple(found)
 

@@ -23,6 +23,7 @@ EARLIER = 2.0  # beginning a little early costs hardly any jerk, beginning late 
 LEAST_DWELL = 2.0  # times what it takes to leave it: a nose is within the band of a constant for a while, too
 SPARSE, WIDE = 4.0, 10.0  # median steps, and deg: a gap of more than both has no points
 DIGITS = 4  # of the angles of dwells and turns, deg
+NEAR = 1e-9  # deg: a point so near to the end of a dwell is in it
 
 
 class Dwell(NamedTuple):
@@ -54,7 +55,7 @@ def outline_of(points: Points, band: float, earlier: float = EARLIER) -> Outline
     Raises
     ------
     BadInput
-        If all points are within the band of a constant, or a part of the turn has none and is no dwell.
+        If no point is two bands away from others, or a part of the turn has no points and is no dwell.
     """
     if np.ptp(points.lifts) <= 2.0 * band:
         raise bad(
@@ -70,6 +71,8 @@ def outline_of(points: Points, band: float, earlier: float = EARLIER) -> Outline
     for dwell, following in zip(dwells, [*dwells[1:], dwells[0]], strict=True):
         between = _between(points, dwell.end, following.start)
         parts += [dwell, *_turns(points, between, [dwell.level, *points.lifts[between], following.level], band)]
+    if len(parts) == 1:
+        raise bad(points.file, "band", band, "the lift leaves its one dwell by less than two bands: no motion")
     return tuple(parts)
 
 
@@ -106,12 +109,10 @@ def _candidates(points: Points, band: float, earlier: float, free: NDArray[np.bo
         start = first + earlier * behind_onset - behind
         end = first + lengths[number] + ahead - earlier * ahead_onset
         if end - start > LEAST_DWELL * earlier * max(ahead_onset, behind_onset):
-            away = apart(first, points.angles[stretch]) + first
-            inside = stretch[(away >= start) & (away <= end)]
             shift = TURN * np.floor(start / TURN)
-            yield Dwell(
-                round(float(start - shift), DIGITS), round(float(end - shift), DIGITS), level, inside, stretch
-            )
+            start, end = (round(float(angle - shift), DIGITS) for angle in (start, end))
+            inside = apart(start - NEAR, points.angles[stretch]) <= end - start + 2.0 * NEAR
+            yield Dwell(start, end, level, stretch[inside], stretch)
 
 
 def _stretches(lifts: FloatArray, free: NDArray[np.bool_], room: float) -> Iterator[tuple[int, int]]:
