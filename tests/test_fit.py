@@ -243,6 +243,18 @@ def test_the_optimum_has_multipliers():
     assert len(set(signs)) == 1
 
 
+def test_the_optimum_of_a_root_mean_square_is_the_smoothing_spline():
+    """Reinsch: y⁽⁵⁾ jumps at each point in proportion to what the motion is off it by."""
+    points = points_of(measured(angles=np.arange(0.0, 360.0, 10.0), noise=0.02))
+    found = freest(points, Room(10.0, 0.015))
+    off = found.at(points.angles) - points.lifts
+    assert np.sqrt(np.mean(off**2)) == pytest.approx(0.015, rel=1e-5)
+    fifth, knots = BSpline(found.chain.knots, found.coefficients, 5).derivative(5), np.array(found.chain.inner)
+    jumps = fifth(knots + 1e-9) - fifth(knots - 1e-9)
+    factor = (jumps @ off[1:]) / (off[1:] @ off[1:])
+    np.testing.assert_allclose(jumps, factor * off[1:], rtol=0, atol=5e-3 * np.abs(jumps).max())
+
+
 def test_a_chain_integrates_what_it_differentiates():
     chain = SplineChain((0.1, 0.25, 0.5, 0.55, 0.9))
     jerk = np.random.default_rng(5).normal(size=chain.count - 3)
