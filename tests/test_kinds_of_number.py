@@ -28,7 +28,7 @@ from camopt.synthesis.linear_constraints import is_linear
 from camopt.verdicts.certify import BROKEN, HELD, certify_limits
 
 NEAR = 1e-9
-TRAIN = {"natural_frequency": 60.0, "damping_ratio": 0.03}
+TRAIN = {"natural_frequency": 60.0, "damping_ratio": 0.03, "lash": 0.3, "lash_variation": 0.1}
 OTHERWISE = {"pressure_angle_return": {"pressure_angle": 89.0}}
 """What a scene has to say beside a limit, so that it is the limit that decides."""
 

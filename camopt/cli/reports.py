@@ -16,7 +16,7 @@ from camopt.problem.problem import Problem, resolve
 from camopt.problem.rows import Rows, finite
 from camopt.quantities import QUANTITIES
 from camopt.tables.cells import number
-from camopt.tables.columns import bounds_of, columns_of, is_nothing, laws_shown, sizes_shown, with_law
+from camopt.tables.columns import bounds_of, columns_of, is_nothing, joined_laws, laws_shown, sizes_shown, with_law
 
 if TYPE_CHECKING:  # a report imports what it shows from the command that made it
     from camopt.front.sweep import Sweep
@@ -256,7 +256,7 @@ def show_frontier(found: "Frontier", as_json: bool) -> None:
         return print_json({"scene": found.scene.name, **names, "least": ends, **tables})
     rows = [{**row, "law": "free"} for row in found.rows]
     for row in found.known:
-        laws = " / ".join(dict.fromkeys((row["law_rise"], row["law_return"])))
+        laws = joined_laws(row["law_rise"], row["law_return"])
         rows.append({**row, "law": laws if row["within"] else f"{laws} *"})
     sizes = [name for name in sizes_shown(found.scene, rows) if not name.startswith("law")]
     shown = [{**row, "bound": "" if row.get("bound") is None else row["bound"]} for row in rows]

@@ -11,6 +11,7 @@ from camopt.drawing.style import ALARM, COLOURS, INK, LIMIT, MUTED, PAGE_TITLE, 
 from camopt.motion.table import RISE
 from camopt.synthesis.frontier import Frontier
 from camopt.synthesis.units import unit_of
+from camopt.tables.columns import joined_laws
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -142,7 +143,7 @@ def _known(axes: Any, found: Frontier) -> list[Label]:
             face = MUTED if within else "white"
             axes.scatter(*zip(*points, strict=True), s=34, zorder=5, label=label, facecolor=face, edgecolor=MUTED)
         for row, point in zip(rows, points, strict=True):
-            laws = " / ".join(dict.fromkeys((row["law_rise"], row["law_return"])))
+            laws = joined_laws(row["law_rise"], row["law_return"])
             style = {"fontsize": TEXT, "color": INK, "zorder": 6}
             labels.append(Label(axes, laws, point, around(DISTANCES, LEFT_BELOW), style))
     return labels

@@ -17,6 +17,7 @@ from camopt.problem.problem import resolve
 from camopt.quantities import QUANTITIES, motion_quantity
 from camopt.synthesis.compare import Comparison, compared
 from camopt.synthesis.synthesised import Synthesised
+from camopt.tables.columns import joined_laws
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -104,7 +105,8 @@ def _cams(figure: Any, pictures: dict[str, Picture]) -> None:
 
 def _laws(picture: Picture) -> str:
     """The laws of a picture, those of rises first."""
-    return " / ".join(dict.fromkeys(picture.problem.programme.law_names(k) for k in (RISE, RETURN)))
+    programme = picture.problem.programme
+    return joined_laws(programme.law_names(RISE), programme.law_names(RETURN))
 
 
 def _motions(figure: Any, pictures: list[Picture]) -> None:

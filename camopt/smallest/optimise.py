@@ -10,6 +10,7 @@ import numpy as np
 from camopt.mechanisms import Designs
 from camopt.mechanisms.design import Bounds
 from camopt.mistakes import BadInput, Mistake
+from camopt.motion.table import RETURN, RISE
 from camopt.numerics import FloatArray
 from camopt.numerics.clock import now, share
 from camopt.problem.problem import Problem, exactly, resolve
@@ -24,6 +25,7 @@ from camopt.smallest.result import GAP, Progress, Smallest, feasible
 from camopt.smallest.smallest import smallest
 from camopt.smallest.smallest_turn import smallest_of_turns
 from camopt.smallest.turns import SegmentAngles
+from camopt.tables.columns import joined_laws
 from camopt.tables.designs import Design
 from camopt.verdicts.judging import AT_ONCE, by_excess, excesses, judged
 
@@ -110,7 +112,7 @@ def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SE
     for done, (programme, pair) in enumerate(programmes.items()):
         if progress:
             progress(done, len(programmes))
-        laws = " / ".join(dict.fromkeys((programme.law_names(1), programme.law_names(2))))
+        laws = joined_laws(programme.law_names(RISE), programme.law_names(RETURN))
         until = share(end, len(programmes) - done)
         answers = list(
             _answers(problem.with_programme(programme), SegmentAngles(problem, pair, until=until), until)

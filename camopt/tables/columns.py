@@ -56,6 +56,11 @@ def laws_shown(rows: Iterable[Row]) -> list[str]:
     return ["law"] if any(row["law_rise"] for row in rows) else []
 
 
+def joined_laws(rise: str, fall: str) -> str:
+    """The laws of rises and of returns as one name: once where they are the same, none for moves alone."""
+    return " / ".join(filter(None, dict.fromkeys((rise, fall))))
+
+
 def with_law(rows: Iterable[Row]) -> list[dict[str, Any]]:
     """Rows with the column ``law``."""
     return [{"law": row["law_rise"], **row} for row in rows]

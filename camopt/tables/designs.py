@@ -15,6 +15,7 @@ from camopt.problem.problem import size_keys
 from camopt.quantities import number_quantity
 from camopt.scene.scene import Scene
 from camopt.shown import Shown
+from camopt.tables.columns import joined_laws
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -48,7 +49,7 @@ class Design(Shown, dict[str, Any]):
 
     def __repr__(self) -> str:
         sizes = [f", {name} = {self[name]:.6g}" for name in ("base_radius_mm", "mean_radius_mm") if name in self]
-        laws = " / ".join(dict.fromkeys(str(self[n]) for n in ("law_rise", "law_return") if n in self))
+        laws = joined_laws(str(self.get("law_rise", "")), str(self.get("law_return", "")))
         return f"<Design of {self.searched.name}: {laws}{''.join(sizes)}, {len(self)} quantities>"
 
     @cached_property
