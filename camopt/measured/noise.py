@@ -1,9 +1,6 @@
 """The noise of measured points, and points that are none: each against the curve through its neighbours.
 
-A point is compared with the quintic polynomial through the three nearest angles on either side, which a cam that is
-measured in steps of a few degrees follows to far less than any gauge shows. For equal steps that is the sixth
-difference. What a point of independent errors σ is off by has the standard deviation σ·√(1 + Σ wⱼ²), with the
-weights wⱼ of the neighbours.
+``numerics.neighbours`` says what a point is off by.
 """
 
 from math import sqrt
@@ -13,10 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camopt.measured.reading import TURN, Points, apart
-from camopt.numerics import FloatArray
+from camopt.numerics.neighbours import MEDIAN, SIDE, deviations
 
-SIDE = 3  # neighbours on either side
-MEDIAN = NormalDist().inv_cdf(0.75)  # of |x|, for a normal x of deviation 1
 EQUAL_STEP = 1.0 / sqrt(12.0)  # standard deviation of what rounding by a step of 1 leaves
 ONE_IN = 20.0  # files in which a normal error leaves the band
 OUTLIER, QUIET = 8.0, 4.0  # times the noise: what an outlier is off by at least, and its neighbours at most
@@ -28,7 +23,7 @@ def noise_of(points: Points) -> float:
 
     At least that of rounding. Points among equal ones do not count: a base circle that was not measured.
     """
-    off = _deviations(points.angles, points.lifts)
+    off = deviations(points.angles, points.lifts, TURN)
     moving = np.abs(off[off != 0.0])
     measured = float(np.median(moving)) / MEDIAN if moving.size else 0.0
     return max(measured, EQUAL_STEP * points.step)
@@ -62,7 +57,7 @@ def outliers(points: Points, noise: float, least: float = 0.0) -> list[int]:
 
 def _worst(points: Points, kept: NDArray[np.intp], noise: float, least: float) -> list[int]:
     """Of the points that are kept, the outlier that is furthest off, or two near each other, if there is one."""
-    off = np.abs(_deviations(points.angles[kept], points.lifts[kept]))
+    off = np.abs(deviations(points.angles[kept], points.lifts[kept], TURN))
     candidates = [int(k) for k in np.argsort(-off) if off[k] > least]
     pairs = [[a, b] for a in candidates for b in candidates if 0 < _steps(a, b, off.size) <= 2 * SIDE]
     for lost in [[k] for k in candidates] + pairs:
@@ -83,24 +78,4 @@ def _agree_about(points: Points, rest: NDArray[np.intp], place: int, most: float
     around = rest[np.arange(after - 4 * SIDE, after + 4 * SIDE) % rest.size]
     angles = apart(points.angles[place] - TURN / 2.0, points.angles[around])
     middle = slice(3 * SIDE, 5 * SIDE)
-    return bool(np.abs(_deviations(angles, points.lifts[around])[middle]).max() <= most)
-
-
-def _deviations(angles: FloatArray, lifts: FloatArray) -> FloatArray:
-    """What each point is off the polynomial through its neighbours by, over √(1 + Σ wⱼ²/mⱼ).
-
-    The lift at an angle that has m points is their mean.
-    """
-    turned, group, counts = np.unique(angles, return_inverse=True, return_counts=True)
-    means = np.bincount(group, lifts) / counts
-    places = np.arange(turned.size)[:, None] + np.delete(np.arange(-SIDE, SIDE + 1), SIDE)
-    beside = places % turned.size
-    apart = turned[beside] + TURN * (places // turned.size) - turned[:, None]
-    weights = np.ones_like(apart)
-    for j in range(2 * SIDE):
-        for k in range(2 * SIDE):
-            if k != j:
-                weights[:, j] *= apart[:, k] / (apart[:, k] - apart[:, j])
-    predicted = (weights * means[beside]).sum(axis=1)
-    spread = np.sqrt(1.0 + (weights**2 / counts[beside]).sum(axis=1))
-    return np.asarray((lifts - predicted[group]) / spread[group])
+    return bool(np.abs(deviations(angles, points.lifts[around], TURN)[middle]).max() <= most)

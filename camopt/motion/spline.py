@@ -76,13 +76,19 @@ class SplineLaw:
         return self._at(x, 3)
 
 
+REST: Any = [(1, 0.0), (2, 0.0)]  # derivatives at an end that rests: zero velocity and acceleration
+NATURAL: Any = [(3, 0.0), (4, 0.0)]  # at one that does not: those of the least ∫ s‴²
+
+
 @lru_cache(maxsize=64)
-def tabulated(name: str, x: tuple[float, ...], s: tuple[float, ...]) -> SplineLaw:
-    """The quintic spline through the points of a table, at rest at both ends (zero velocity and acceleration)."""
+def tabulated(
+    name: str, x: tuple[float, ...], s: tuple[float, ...], rest: tuple[bool, bool] = (True, True)
+) -> SplineLaw:
+    """The quintic spline through the points of a table: at rest at an end, or of the least mean-square jerk."""
     from scipy.interpolate import make_interp_spline
 
-    rest: Any = [(1, 0.0), (2, 0.0)]
-    spline = make_interp_spline(x, s, k=QUINTIC, bc_type=(rest, rest))
+    spline = make_interp_spline(x, s, k=QUINTIC, bc_type=tuple(REST if each else NATURAL for each in rest))
     coefficients = spline.c
-    coefficients[:3], coefficients[-3:] = 0.0, 1.0  # which is what rest means, without rounding
+    at_start, at_end = (1 + len(REST) * each for each in rest)
+    coefficients[:at_start], coefficients[-at_end:] = 0.0, 1.0  # which is what rest means, without rounding
     return SplineLaw(name, QUINTIC, tuple(spline.t.tolist()), tuple(coefficients.tolist()), sampled=True)

@@ -14,12 +14,15 @@ from camopt.motion.polynomial import HIGHEST, PolynomialLaw
 from camopt.motion.scca import SCCALaw
 from camopt.motion.spline import SplineLaw, tabulated
 from camopt.motion.turned import MirroredLaw
+from camopt.numerics.neighbours import noise_of_table
 
 Fault = tuple[str, Any, str]
 Given = Mapping[str, Any]
 """The table of a law in the plain mapping of a scene."""
 DEGREES = range(3, 13)  # a jerk is its third derivative, and the panels of a motion hold polynomials of degree 12
 CLOSE = 1e-9  # to 0 or 1, of what has to be just that
+MOST_LEEWAY = 0.005  # of a stroke: more is no noise
+ENOUGH, NOISES = 16, 10.0  # points to tell noise from motion; standard deviations of it that a spline swings by
 APART = 1e-6  # least distance of points or knots, and least share of a stroke
 ENDS = ((0, 0.0), (-1, 1.0))  # where a law starts and ends
 
@@ -45,7 +48,20 @@ def form_of(law: Given) -> Form:
 
 def _tabulated(name: str, law: Given, mirror: bool) -> SplineLaw:
     x, s = (_with_exact_ends(_turned(law[key], mirror), 1) for key in ("x", "s"))
-    return tabulated(name, x, s)
+    rest = AT_REST[law.get("rest") or "both"]
+    return tabulated(name, x, s, rest[::-1] if mirror else rest)
+
+
+AT_REST = {"both": (True, True), "start": (True, False), "end": (False, True), "none": (False, False)}
+"""Whether the law of a table rests at its start, and at its end, by the word for it."""
+
+
+def leeway(law: Given) -> float:
+    """How far noise, or the rounding of points, may take the law of a table beyond its ends; 0 for other forms."""
+    x, s = law.get("x"), law.get("s")
+    if x is None or s is None or len(x) < ENOUGH:
+        return 0.0
+    return min(NOISES * noise_of_table(x, s), MOST_LEEWAY)
 
 
 def _spline_of(name: str, law: Given, mirror: bool) -> SplineLaw:
@@ -66,8 +82,12 @@ def _with_exact_ends(values: Sequence[float], count: int) -> tuple[float, ...]:
 
 def _table(key: str, law: Given) -> Iterator[Fault]:
     x, s = law["x"], law["s"]
-    if len(x) < 2:
-        yield f"{key}.x", x, "needs two points at least, x = 0 and x = 1"
+    least = 3 if law.get("rest") == "none" else 2
+    if len(x) < least:
+        points = (
+            "two points at least, x = 0 and x = 1" if least == 2 else "three points at least, if it rests nowhere"
+        )
+        yield f"{key}.x", x, f"needs {points}"
         return
     if len(s) != len(x):
         yield f"{key}.s", None, f"has {len(s)} values, and x has {len(x)}"

@@ -1,7 +1,9 @@
-"""Values of a scene that are allowed, but are hardly what was meant: metres for millimetres, turns a second."""
+"""What is allowed in a scene, but hardly meant: metres for millimetres, turns a second, tables full of noise."""
 
 from collections.abc import Iterator
 
+from camopt.numerics.neighbours import share_of_noise
+from camopt.scene.law_forms import ENOUGH
 from camopt.scene.scene import Scene
 
 LENGTH = (0.1, 1e4, "mm")
@@ -16,16 +18,28 @@ USUAL = {
     "materials.follower_modulus": (0.1, 1500.0, "GPa"),
 }
 """From where to where a value raises no question, and its unit."""
+MOSTLY = 0.5  # of the acceleration of a table: a share of noise that is said
 LIFT = {"translating": (0.01, 2e3, "mm"), "oscillating": (0.1, 180.0, "deg")}
 
 
 def oddities(scene: Scene) -> list[str]:
     """Sentences on values far outside what cams have; none of them is a mistake."""
-    return [
+    found = [
         f"{key} = {value:g} {unit}: is this what you mean? {least:g} to {most:g} {unit} is usual"
         for key, value, (least, most, unit) in _values(scene)
         if not least <= value <= most
     ]
+    return [*found, *_noisy(scene)]
+
+
+def _noisy(scene: Scene) -> Iterator[str]:
+    """The tables of laws whose acceleration is mostly the noise, or the rounding, of their points."""
+    for name, law in scene.laws.items():
+        if law.x is not None and law.s is not None and len(law.x) >= ENOUGH:
+            share = share_of_noise(law.x, law.s)
+            if share > MOSTLY:
+                why = "camopt fit finds the gentlest motion within a band of measured points"
+                yield f"laws.{name}: {min(share, 1.0):.0%} of its acceleration is noise of its points; {why}"
 
 
 def _values(scene: Scene) -> Iterator[tuple[str, float, tuple[float, float, str]]]:

@@ -13,7 +13,7 @@ from camopt.motion.law import Law, is_symmetric
 from camopt.motion.programme import unit_span
 from camopt.motion.turned import SkewedLaw
 from camopt.scene.csv_columns import MOST_VALUES, read_columns
-from camopt.scene.law_forms import DEGREES, FORMS, Fault, Given, form_of
+from camopt.scene.law_forms import DEGREES, FORMS, Fault, Given, form_of, leeway
 
 GIVEN_BY = "law, scca, start and end, degree, knots and coefficients, x and s, or a file"
 PLAIN = {"degree", "law"}  # keys with one value
@@ -98,6 +98,9 @@ def _check_law(name: str, law: Given) -> Iterator[Fault]:
     if other := next((k for each, k in given if each is not form), None):
         yield f"{key}.{other}", law[other], f"{form.what} has none: give one of {GIVEN_BY}"
         return
+    if law.get("rest") is not None and "x" not in form.keys:
+        yield f"{key}.rest", law["rest"], f"{form.what} has none: it is for a table of x and s"
+        return
     absent = [k for k in form.keys if law.get(k) is None]
     for k in absent:
         yield f"{key}.{k}", None, f"missing; {form.what} has {', '.join(form.keys)}"
@@ -153,6 +156,7 @@ def _shape(name: str, law: Given) -> Iterator[Fault]:
     if law.get("overshoot") is True:
         return
     least, largest = unit_span(law_of(name, law))
-    if by := max(-least, largest - 1.0):
+    by = max(-least, largest - 1.0)
+    if by > 0.0 and by > leeway(law):
         within = "it has to stay between 0 and 1, unless overshoot = true allows it"
         yield f"laws.{name}", None, f"s goes beyond its ends by {by:.2g}; {within}"

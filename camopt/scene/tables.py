@@ -234,7 +234,8 @@ class OwnLaw(Table):
     - A B-spline has a ``degree`` from 3 to 12, clamped ``knots`` (degree + 1 zeros first, as many ones last) and
       ``coefficients``.
     - A table has points ``x`` and ``s``, or a CSV ``file`` with these columns (a path relative to the scene file),
-      read when the scene is made. Its law is the quintic spline through the points, at rest at both ends; the
+      read when the scene is made. Its law is the quintic spline through the points, at rest at both ends, or where
+      ``rest`` says ("start", "end", "none"); at an end that does not rest it has the least mean-square jerk. The
       ``status`` of its verdicts is "sampled", for the motion between the points is not known. A function ``f`` of
       Python is given as points too: ``x = [k / 200 for k in range(201)]`` and ``s = [f(v) for v in x]``.
 
@@ -256,6 +257,7 @@ class OwnLaw(Table):
     x: Numbers | None = None
     s: Numbers | None = None
     file: str | None = None
+    rest: Literal["both", "start", "end", "none"] | None = None
     crossing: Number | None = None
     peaks: Annotated[tuple[Positive, Positive], BeforeValidator(_is_pair)] | None = None
     mirror: Switch = False

@@ -1,0 +1,57 @@
+"""What points are off the curve through their neighbours by: their noise.
+
+A point is compared with the quintic polynomial through the three nearest angles on either side, which a cam that is
+measured in steps of a few degrees follows to far less than any gauge shows. For equal steps that is the sixth
+difference. What a point of independent errors σ is off by has the standard deviation σ·√(1 + Σ wⱼ²), with the
+weights wⱼ of the neighbours.
+"""
+
+from collections.abc import Sequence
+from statistics import NormalDist
+
+import numpy as np
+
+from camopt.numerics import FloatArray
+
+SIDE = 3  # neighbours on either side
+MEDIAN = NormalDist().inv_cdf(0.75)  # of |x|, for a normal x of deviation 1
+
+
+def deviations(angles: FloatArray, lifts: FloatArray, turn: float) -> FloatArray:
+    """What each point is off the polynomial through its neighbours by, over √(1 + Σ wⱼ²/mⱼ).
+
+    The lift at an angle that has m points is their mean. After a ``turn`` the points are the same again.
+    """
+    turned, group, counts = np.unique(angles, return_inverse=True, return_counts=True)
+    means = np.bincount(group, lifts) / counts
+    places = np.arange(turned.size)[:, None] + np.delete(np.arange(-SIDE, SIDE + 1), SIDE)
+    beside = places % turned.size
+    apart = turned[beside] + turn * (places // turned.size) - turned[:, None]
+    weights = np.ones_like(apart)
+    for j in range(2 * SIDE):
+        for k in range(2 * SIDE):
+            if k != j:
+                weights[:, j] *= apart[:, k] / (apart[:, k] - apart[:, j])
+    predicted = (weights * means[beside]).sum(axis=1)
+    spread = np.sqrt(1.0 + (weights**2 / counts[beside]).sum(axis=1))
+    return np.asarray((lifts - predicted[group]) / spread[group])
+
+
+def noise_of_table(x: Sequence[float], s: Sequence[float]) -> float:
+    """The standard deviation of the errors of s, by the median of what points between others are off by."""
+    off = deviations(np.array(x, dtype=float), np.array(s, dtype=float), 2.0)
+    return float(np.median(np.abs(off[SIDE:-SIDE]))) / MEDIAN  # those at the ends have no neighbours beyond
+
+
+def share_of_noise(x: Sequence[float], s: Sequence[float]) -> float:
+    """How much of the root mean square of s″ by second differences is noise of the points, 0 to about 1.
+
+    Errors σ of points h apart make second differences of the deviation √6·σ/h².
+    """
+    places, heights = np.array(x, dtype=float), np.array(s, dtype=float)
+    before, after = np.diff(places)[:-1], np.diff(places)[1:]
+    slopes = np.diff(heights) / np.diff(places)
+    curved = 2.0 * np.diff(slopes) / (before + after)
+    largest = float(np.sqrt(np.mean(curved**2)))
+    expected = noise_of_table(x, s) * float(np.sqrt(np.mean(6.0 / (before * after) ** 2)))
+    return expected / largest if largest else 0.0
