@@ -74,7 +74,7 @@ def angle_above(programme: Programme, level: float) -> float:
 def _panels(programme: Programme, ways: int) -> Iterator[tuple[FloatArray, float]]:
     """Powers and half-width of each panel on which the follower moves some ways."""
     table = programme.table
-    for k in np.flatnonzero(np.repeat((table.kind & ways) != 0, np.diff(table.first_panel))):
+    for k in np.flatnonzero(programme.panels_of(ways)):
         yield table.coefficients[k], table.half_width[k]
 
 

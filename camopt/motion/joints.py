@@ -18,13 +18,13 @@ import numpy as np
 from numpy.polynomial import polynomial
 
 from camopt.motion.polynomial import PolynomialLaw
+from camopt.motion.segments import MOVE
 from camopt.motion.stroke import Stroke, range_of
 from camopt.numerics import FloatArray
 
 State = FloatArray
 """Of the follower at a joint: y, y', y'' and, where it is matched, y''', by the cam angle in rad; mm or deg."""
 
-MOVE = "move"
 NARROW = 1e-12  # of the run's largest number: ranges no wider are single numbers
 SMOOTH, SMOOTHER = 3, 4  # numbers of a state: up to the acceleration, up to the jerk
 

@@ -38,6 +38,25 @@ class Law(Protocol):
     def jerk(self, x: ArrayLike, /) -> FloatArray: ...
 
 
+class ByOrder:
+    """The four verbs of a law that has one formula for a derivative of any order."""
+
+    def _at(self, x: ArrayLike, order: int) -> FloatArray:
+        raise NotImplementedError
+
+    def displacement(self, x: ArrayLike, /) -> FloatArray:
+        return self._at(x, 0)
+
+    def velocity(self, x: ArrayLike, /) -> FloatArray:
+        return self._at(x, 1)
+
+    def acceleration(self, x: ArrayLike, /) -> FloatArray:
+        return self._at(x, 2)
+
+    def jerk(self, x: ArrayLike, /) -> FloatArray:
+        return self._at(x, 3)
+
+
 def folded(x: ArrayLike) -> tuple[FloatArray, Any]:
     """x mirrored into the first half of the stroke, and where it was mirrored.
 

@@ -15,13 +15,14 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
+from camopt.motion.law import ByOrder
 from camopt.numerics import FloatArray
 
 HIGHEST = 12  # degree: the panels of a motion hold it without an error
 
 
 @dataclass(frozen=True)
-class PolynomialLaw:
+class PolynomialLaw(ByOrder):
     """The polynomial of least degree with the given s, s', s'', … at x = 0 (``start``) and at x = 1 (``end``).
 
     Any number of conditions at either end, ``HIGHEST`` + 1 in all at most; s(1) may be any number. The Bernstein
@@ -55,18 +56,6 @@ class PolynomialLaw:
         x, terms = np.asarray(x, dtype=float)[..., None], self._terms[order]
         power = np.arange(terms.size)
         return np.asarray((terms * x**power * (1.0 - x) ** power[::-1]).sum(axis=-1))
-
-    def displacement(self, x: ArrayLike, /) -> FloatArray:
-        return self._at(x, 0)
-
-    def velocity(self, x: ArrayLike, /) -> FloatArray:
-        return self._at(x, 1)
-
-    def acceleration(self, x: ArrayLike, /) -> FloatArray:
-        return self._at(x, 2)
-
-    def jerk(self, x: ArrayLike, /) -> FloatArray:
-        return self._at(x, 3)
 
 
 poly8 = PolynomialLaw(

@@ -171,6 +171,10 @@ class Programme:
         y, y1, y2, y3 = self.at(angles)
         return y, y1, y2, y3 if self.load is None else (y3, *self.load.at(angles))
 
+    def panels_of(self, kinds: int) -> NDArray[np.bool_]:
+        """Which panels of the table are in pieces of some kinds, or of some ways."""
+        return np.repeat((self.table.kind & kinds) != 0, np.diff(self.table.first_panel))
+
     def kinds_at(self, angles: FloatArray) -> IntArray:
         """The kinds of the pieces at cam angles, and the ways in which the follower moves there."""
         return np.asarray(self.table.kind[np.searchsorted(self.starts[1:], angles, side="right")])
@@ -308,7 +312,7 @@ def _derivatives(programme: Programme, orders: int, kinds: int) -> tuple[FloatAr
     root.
     """
     table = programme.table
-    chosen = np.repeat((table.kind & kinds) != 0, np.diff(table.first_panel))
+    chosen = programme.panels_of(kinds)
     if not chosen.any():
         return None
     y, h = table.coefficients[chosen].T, table.half_width[chosen]

@@ -12,13 +12,14 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
+from camopt.motion.law import ByOrder
 from camopt.numerics import FloatArray
 
 QUINTIC = 5  # the least odd degree whose spline can rest (v = a = 0) at both ends and keeps the jerk continuous
 
 
 @dataclass(frozen=True)
-class SplineLaw:
+class SplineLaw(ByOrder):
     """A clamped B-spline with s(0) = 0 and s(1) = 1; ``sampled`` if it was drawn through the points of a table.
 
     An inner knot as often as the degree lets the velocity jump, once less the acceleration.
@@ -62,18 +63,6 @@ class SplineLaw:
                 left, right = knots[k - degree + j], knots[k + 1 + j - level]
                 found[j] = found[j - 1] + (x - left) / (right - left) * (found[j] - found[j - 1])
         return found[degree]
-
-    def displacement(self, x: ArrayLike, /) -> FloatArray:
-        return self._at(x, 0)
-
-    def velocity(self, x: ArrayLike, /) -> FloatArray:
-        return self._at(x, 1)
-
-    def acceleration(self, x: ArrayLike, /) -> FloatArray:
-        return self._at(x, 2)
-
-    def jerk(self, x: ArrayLike, /) -> FloatArray:
-        return self._at(x, 3)
 
 
 REST: Any = [(1, 0.0), (2, 0.0)]  # derivatives at an end that rests: zero velocity and acceleration

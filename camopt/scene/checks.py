@@ -30,10 +30,11 @@ def check(data: Mapping[str, Any]) -> Iterator[Fault]:
     yield from _synthesis(data)
     mechanism = tuple(_text(data, key) for key in ("cam.form", "follower.motion", "follower.contact"))
     if all(mechanism):
-        yield from _dynamics(data, *mechanism)  # type: ignore[arg-type]
-        yield from _lash(data)
+        lift = highest_of(data)  # of moves it is that of their polynomials, which are made for it
+        yield from _dynamics(data, lift, *mechanism)  # type: ignore[arg-type]
+        yield from _lash(data, lift)
         yield from _keys(data, *mechanism)  # type: ignore[arg-type]
-        yield from _fit(data, *mechanism)  # type: ignore[arg-type]
+        yield from _fit(data, lift, *mechanism)  # type: ignore[arg-type]
         yield from _search(data, *mechanism)  # type: ignore[arg-type]
         yield from _limits(data, *mechanism)  # type: ignore[arg-type]
 
@@ -155,15 +156,14 @@ def _keys(data: Mapping[str, Any], form: str, motion: str, contact: str) -> Iter
             yield f"follower.{name}", None, f"missing; a {what} needs it"
 
 
-def _dynamics(data: Mapping[str, Any], form: str, motion: str, contact: str) -> Iterator[Fault]:
+def _dynamics(data: Mapping[str, Any], lift: float | None, form: str, motion: str, contact: str) -> Iterator[Fault]:
     """A follower that swings has an inertia and no guide; the guide never reaches the trace point."""
     guide = ("mass", "gravity", "guide_length", "overhang", "friction", "stem_diameter")
     for name in guide if motion == "oscillating" else ("inertia",):
         for key in _both(f"follower.dynamics.{name}"):
             if at(data, key) is not None:
                 yield key, at(data, key), f"a {_named(form, motion, contact)} has none"
-    lift = highest_of(data) if motion == "translating" else None
-    for key in _both("follower.dynamics.overhang"):
+    for key in _both("follower.dynamics.overhang") if motion == "translating" else ():
         if lift is not None and any(each is not None and each < lift for each in _values(at(data, key))):
             why = f"must be at least the lift ({lift:g}): the rise shortens it by that much"
             yield key, at(data, key), why
@@ -172,9 +172,9 @@ def _dynamics(data: Mapping[str, Any], form: str, motion: str, contact: str) -> 
         yield "search.follower.dynamics.load", at(data, "search.follower.dynamics.load"), why
 
 
-def _lash(data: Mapping[str, Any]) -> Iterator[Fault]:
+def _lash(data: Mapping[str, Any], lift: float | None) -> Iterator[Fault]:
     """A lash is taken up before the follower is at its highest, and its variation leaves some of it."""
-    lift, key = highest_of(data), "follower.dynamics.lash"
+    key = "follower.dynamics.lash"
     for name in _both(key):
         if lift is not None and any(each is not None and each >= lift for each in _values(at(data, name))):
             yield name, at(data, name), f"must be below the lift ({lift:g}): what it drives would never move"
@@ -188,12 +188,11 @@ def _both(key: str) -> tuple[str, str]:
     return key, f"search.{key}"
 
 
-def _fit(data: Mapping[str, Any], form: str, motion: str, contact: str) -> Iterator[Fault]:
+def _fit(data: Mapping[str, Any], lift: float | None, form: str, motion: str, contact: str) -> Iterator[Fault]:
     """Whether the design can be put together, at its lowest and its highest position."""
     base, shaft = _length(data, "cam.base_radius"), _length(data, "cam.shaft_diameter")
     if base and shaft and shaft / 2 > base:
         yield "cam.shaft_diameter", shaft, f"must be at most twice the base radius ({2 * base:g})"
-    lift = highest_of(data)
     if form == "cylindrical":
         if motion == "oscillating" and lift is not None and lift >= 180.0:
             yield "motion.lift", None, f"the arm swings {lift:g} deg; a swing stays below 180"

@@ -12,13 +12,13 @@ from camopt.motion import LAWS
 from camopt.motion.programme import Programme
 from camopt.motion.segments import CONSTANT_VELOCITY, MOVE, Segment, changes, ends_of
 from camopt.motion.stroke import Asked
+from camopt.quantities import DERIVATIVES
 from camopt.scene.law_forms import CLOSE, Fault
 from camopt.scene.mapping import at, number, segments
 from camopt.scene.own_laws import FAR, check_laws, law_names, law_of, own_laws
 
 LEAST = {"angle": 1e-6, "lift": 1e-9}  # of a rise or return, deg and mm or deg
 NOTHING = 1e-100  # mm or deg: a position no further from 0 is there
-DERIVATIVES = ("velocity", "acceleration", "jerk")
 LAST = ", mm (deg when oscillating), unless another move follows it in the turn"
 DECIDES = {"rise": "lift", "return": "lift", CONSTANT_VELOCITY: "velocity"}
 """What a segment of a kind may have in place of its position."""

@@ -92,7 +92,7 @@ def examined(problem: Problem, claims: list[Claim], box: Designs, free: list[str
 
 def present_claims(problem: Problem, claims: list[Claim]) -> list[Claim]:
     """Those of some claims whose strokes the motion has."""
-    return [each for each in claims if np.any(problem.programme.table.kind & each.strokes)]
+    return [each for each in claims if problem.programme.has(each.strokes)]
 
 
 def _excesses(

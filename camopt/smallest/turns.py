@@ -1,13 +1,14 @@
 """The turns of a scene whose freed segments share out the degrees that they have together."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from math import inf
 from typing import NamedTuple
 
 import numpy as np
 
 from camopt.motion.programme import Programme
-from camopt.motion.segments import ends_of
+from camopt.motion.segments import Segment, ends_of
 from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem, segments_of
 from camopt.smallest.result import Smallest
@@ -32,6 +33,11 @@ class SegmentAngles:
     """Freed dwells that these turns go without."""
     until: float = inf
     """When the search among them is to stop (``clock.now``)."""
+
+    @cached_property
+    def segments(self) -> list[Segment]:
+        """The segments of the scene's turn."""
+        return segments_of(self.problem.scene)
 
     @property
     def freed(self) -> tuple[int, ...]:
@@ -60,10 +66,9 @@ class SegmentAngles:
 
         However short, such a rest is an arc of the base circle, and has its curvature.
         """
-        scene, segments = self.problem.scene, segments_of(self.problem.scene)
-        ends = ends_of(segments)
+        scene, ends = self.problem.scene, ends_of(self.segments)
         lowest = min(ends)
-        rests = [i for i, s in enumerate(segments) if s.segment == "dwell" and ends[i] - lowest <= SAME]
+        rests = [i for i, s in enumerate(self.segments) if s.segment == "dwell" and ends[i] - lowest <= SAME]
         without = replace(self, without=tuple(i for i in rests if i in self.freed))
         least = dict(zip(self.freed, self.box.low, strict=True))
         gone = all(least.get(i, scene.motion[i].angle) == 0.0 for i in rests)
@@ -97,8 +102,8 @@ class SegmentAngles:
 
     def programme(self, freed: FloatArray) -> Programme:
         """The turn with these angles of its freed segments."""
-        motion, angles = segments_of(self.problem.scene), self.angles(freed)
-        segments = [s._replace(angle=angle) for s, angle in zip(motion, angles, strict=True)]
+        angles = self.angles(freed)
+        segments = [s._replace(angle=angle) for s, angle in zip(self.segments, angles, strict=True)]
         angular, laws = self.problem.setup.angular, self.problem.laws
         load = self.problem.programme.load
         programme = Programme.from_segments(segments, angular=angular, laws=laws, load=load)
