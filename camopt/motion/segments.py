@@ -88,9 +88,10 @@ def _stroke(segment: Segment, given: Given, start: float, low: float, laws: Mapp
     wanted: tuple[Asked, ...] | None = None
     law: Law | None = None
     if segment.segment == MOVE:
-        wanted = segment.wanted
+        wanted, law = segment.wanted, laws[segment.law] if segment.law else None
     elif segment.segment == CONSTANT_VELOCITY:
         law = PolynomialLaw(CONSTANT_VELOCITY.replace("-", " "), (0.0,), (given.change,))
     elif segment.law is not None:
         law = laws[segment.law]
-    return Stroke(KINDS[segment.segment], law, start, radians(given.angle), low, high, given, wanted)
+    named = wanted is not None and law is not None
+    return Stroke(KINDS[segment.segment], law, start, radians(given.angle), low, high, given, wanted, named)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from camopt.motion.law import Law
-from camopt.motion.table import TURN
+from camopt.motion.table import DWELL, TURN
 from camopt.numerics import FloatArray
 
 
@@ -40,7 +40,7 @@ class Stroke:
     """One segment of a turn: cam angle in rad, displacements at its ends in mm (rad when oscillating).
 
     A stroke of kind TURN is a move: it rises, dwells and returns as it goes, and its law is no unit stroke, but the
-    displacement itself as it was given (mm or deg) over x from 0 to 1.
+    displacement itself as it was given (mm or deg) over x from 0 to 1, counted from its start.
     """
 
     kind: int
@@ -52,8 +52,10 @@ class Stroke:
     given: Given | None = None
     """What its angle and displacements are made from; None where they are exact themselves."""
     wanted: tuple[Asked, ...] | None = None
-    """Of a move whose law follows from what is beside it (``joints``): what is asked of y, y', y'' … at its end as
-    given, mm (deg) by rad. Its y is counted from the start of the turn, and None where ``high`` has it."""
+    """Of a move: what is asked of y, y', y'' … at its end as given, mm (deg) by rad. Its y is counted from the
+    start of the turn, and None where ``high`` has it."""
+    named: bool = False
+    """Whether the law of a move was given; if not, it follows from what is beside it (``joints``)."""
 
     @property
     def end(self) -> float:
@@ -66,7 +68,12 @@ class Stroke:
     @property
     def is_open(self) -> bool:
         """Whether its law follows from what is beside it."""
-        return self.wanted is not None
+        return self.wanted is not None and not self.named
+
+    @property
+    def is_free(self) -> bool:
+        """Whether it may have another law than its own: it is neither a dwell nor at constant velocity."""
+        return self.wanted is not None if self.is_move else self.kind != DWELL
 
     @property
     def size(self) -> float:

@@ -36,11 +36,14 @@ class Form(NamedTuple):
     """The law of a name, from a faultless table; mirrored it is 1 − s(1 − x)."""
     check: Callable[[str, Given], Iterator[Fault]]
     """Every fault that needs more than one value to be seen, below the law's key."""
+    of_moves: bool = False
+    """Whether it gives positions, for a move; if not, a unit stroke."""
 
 
 def form_of(law: Given) -> Form:
-    """The form of a faultless law."""
-    return next(form for form in FORMS if law.get(form.keys[0]) is not None)
+    """The form of a law that has any of its keys: by the first, which no other form has, or else by any."""
+    own = [form for form in FORMS if law.get(form.keys[0]) is not None]
+    return next(iter(own or (form for form in FORMS if any(law.get(key) is not None for key in form.keys))))
 
 
 # ---------------------------------------------------------------------------------------- tables and B-splines
@@ -68,6 +71,14 @@ def _spline_of(name: str, law: Given, mirror: bool) -> SplineLaw:
     knots, coefficients = (_turned(law[key], mirror) for key in ("knots", "coefficients"))
     return SplineLaw(
         name, law["degree"], _with_exact_ends(knots, law["degree"] + 1), _with_exact_ends(coefficients, 1)
+    )
+
+
+def _positions_of(name: str, law: Given, mirror: bool) -> SplineLaw:
+    """The law of a move, whose displacement is counted from its start."""
+    ends, start = law["degree"] + 1, float(law["positions"][0])
+    return SplineLaw(
+        name, law["degree"], _with_exact_ends(law["knots"], ends), tuple(p - start for p in law["positions"])
     )
 
 
@@ -101,16 +112,27 @@ def _table(key: str, law: Given) -> Iterator[Fault]:
 
 
 def _spline(key: str, law: Given) -> Iterator[Fault]:
-    degree, knots, coefficients = law["degree"], law["knots"], law["coefficients"]
-    needed = max(len(coefficients), degree + 1) + degree + 1
-    if len(coefficients) <= degree:
-        yield f"{key}.coefficients", coefficients, f"needs {degree + 1} at least, for degree {degree}"
+    yield from _ends(f"{key}.coefficients", law["coefficients"], "s(0) = 0 and s(1) = 1, the first and the last")
+    yield from _knots(key, law, "coefficients")
+
+
+def _positions(key: str, law: Given) -> Iterator[Fault]:
+    for name in ("mirror", "crossing", "peaks", "overshoot"):
+        if law.get(name) not in (None, False):
+            yield f"{key}.{name}", law[name], "is for a law that runs from 0 to 1; this one has positions"
+    yield from _knots(key, law, "positions")
+
+
+def _knots(key: str, law: Given, values: str) -> Iterator[Fault]:
+    degree, knots, count = law["degree"], law["knots"], len(law[values])
+    needed = max(count, degree + 1) + degree + 1
+    if count <= degree:
+        yield f"{key}.{values}", law[values], f"needs {degree + 1} at least, for degree {degree}"
         return
     if len(knots) != needed:
-        number = f"{len(coefficients)} coefficients of degree {degree}"
+        number = f"{count} {values} of degree {degree}"
         yield f"{key}.knots", None, f"has {len(knots)} values; {number} need {needed}"
         return
-    yield from _ends(f"{key}.coefficients", coefficients, "s(0) = 0 and s(1) = 1, the first and the last")
     first, last, inner = knots[: degree + 1], knots[-degree - 1 :], knots[degree + 1 : -degree - 1]
     if max(abs(k) for k in first) > CLOSE or max(abs(k - 1) for k in last) > CLOSE:
         yield f"{key}.knots", knots, f"must start with {degree + 1} zeros and end with {degree + 1} ones"
@@ -188,7 +210,8 @@ def _built_in(key: str, law: Given) -> Iterator[Fault]:
 
 FORMS = (
     Form("a table", ("x", "s"), _tabulated, _table),
-    Form("a B-spline", ("degree", "knots", "coefficients"), _spline_of, _spline),
+    Form("a B-spline", ("coefficients", "degree", "knots"), _spline_of, _spline),
+    Form("a B-spline of positions", ("positions", "degree", "knots"), _positions_of, _positions, of_moves=True),
     Form("a polynomial", ("start", "end"), _polynomial_of, _polynomial),
     Form("an SCCA law", ("scca",), _scca_of, _scca),
     Form("a built-in law", ("law",), _known, _built_in),

@@ -15,7 +15,7 @@ from camopt.motion.turned import SkewedLaw
 from camopt.scene.csv_columns import MOST_VALUES, read_columns
 from camopt.scene.law_forms import DEGREES, FORMS, Fault, Given, form_of, leeway
 
-GIVEN_BY = "law, scca, start and end, degree, knots and coefficients, x and s, or a file"
+GIVEN_BY = "law, scca, start and end, degree, knots and coefficients (of a move: positions), x and s, or a file"
 PLAIN = {"degree", "law"}  # keys with one value
 FAR = 1e9  # that a number may be from 0
 NEAREST = 0.01  # of a crossing to an end of the stroke
@@ -38,8 +38,19 @@ def _crossing(law: Given) -> float | None:
 
 
 def law_names(data: Mapping[str, Any]) -> tuple[str, ...]:
-    """The names of the laws that a scene can use: the built-in ones and its own."""
-    return (*LAWS, *own_laws(data))
+    """The names of the laws that a rise or return can have: the built-in ones and the scene's own."""
+    return (*LAWS, *(name for name in own_laws(data) if name not in laws_of_moves(data)))
+
+
+def laws_of_moves(data: Mapping[str, Any]) -> tuple[str, ...]:
+    """The names of the laws that a move can have."""
+    tables = {name: law for name, law in own_laws(data).items() if isinstance(law, Mapping)}
+    return tuple(name for name, law in tables.items() if given_keys(law) and form_of(law).of_moves)
+
+
+def given_keys(law: Given) -> list[str]:
+    """The keys of a law that tell its form."""
+    return [key for key in dict.fromkeys(key for form in FORMS for key in form.keys) if law.get(key) is not None]
 
 
 def own_laws(data: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -90,12 +101,12 @@ def _check_law(name: str, law: Given) -> Iterator[Fault]:
     key = f"laws.{name}"
     if law.get("file") is not None:  # it could not be read, which is said
         return
-    given = [(form, k) for form in FORMS for k in form.keys if law.get(k) is not None]
+    given = given_keys(law)
     if not given:
         yield key, None, f"a law needs {GIVEN_BY}"
         return
-    form = given[0][0]
-    if other := next((k for each, k in given if each is not form), None):
+    form = form_of(law)
+    if other := next((k for k in given if k not in form.keys), None):
         yield f"{key}.{other}", law[other], f"{form.what} has none: give one of {GIVEN_BY}"
         return
     if law.get("rest") is not None and "x" not in form.keys:
@@ -153,7 +164,7 @@ def _skew(key: str, law: Given) -> Iterator[Fault]:
 
 def _shape(name: str, law: Given) -> Iterator[Fault]:
     """Whether the law stays between the ends of its stroke, unless it may go beyond them."""
-    if law.get("overshoot") is True:
+    if law.get("overshoot") is True or form_of(law).of_moves:
         return
     least, largest = unit_span(law_of(name, law))
     by = max(-least, largest - 1.0)

@@ -193,7 +193,8 @@ class Segment(Table):
 
     A rise or return has a motion law and a ``lift`` (mm, or deg when oscillating), or the position ``to`` at its
     end. A stretch at constant velocity goes ``to`` a position, or at a ``velocity``. A move goes ``to`` a position
-    as the polynomial of degree 5 that joins what is beside it with continuous velocity and acceleration.
+    as the polynomial of degree 5 that joins what is beside it with continuous velocity and acceleration, or with a
+    ``law`` of positions (``[laws]``), as ``synthesise`` writes it; what it asks at its end that law has to meet.
     ``velocity``, ``acceleration`` and ``jerk`` may be given at its end, in mm (deg) ``per`` rad or deg of the cam's
     angle, or per s. Between two moves each of these, and ``to``, may be a range [low, high], or be left out: it is
     then as for the least mean-square jerk. Where a jerk is asked for, the jerk of moves that follow each other is
@@ -232,7 +233,7 @@ class OwnLaw(Table):
       is a fourth. ``[0.25, 0.5, 0.25]`` is the modified trapezoid.
     - ``law`` is a built-in law, to be skewed or mirrored.
     - A B-spline has a ``degree`` from 3 to 12, clamped ``knots`` (degree + 1 zeros first, as many ones last) and
-      ``coefficients``.
+      ``coefficients``; for a move ``positions`` in their place, in mm, or deg when oscillating.
     - A table has points ``x`` and ``s``, or a CSV ``file`` with these columns (a path relative to the scene file),
       read when the scene is made. Its law is the quintic spline through the points, at rest at both ends, or where
       ``rest`` says ("start", "end", "none"); at an end that does not rest it has the least mean-square jerk. The
@@ -254,6 +255,7 @@ class OwnLaw(Table):
     degree: Annotated[int, BeforeValidator(is_whole), Field(ge=DEGREES[0], le=DEGREES[-1])] | None = None
     knots: Numbers | None = None
     coefficients: Numbers | None = None
+    positions: Numbers | None = None
     x: Numbers | None = None
     s: Numbers | None = None
     file: str | None = None

@@ -7,17 +7,22 @@ from collections.abc import Iterator, Mapping, Sequence
 from math import hypot, inf, isfinite, pi, radians
 from typing import Any
 
+import numpy as np
+
 from camopt.mistakes import nearest
 from camopt.motion import LAWS
+from camopt.motion.law import Law
 from camopt.motion.programme import Programme
 from camopt.motion.segments import CONSTANT_VELOCITY, MOVE, Segment, changes, ends_of
-from camopt.motion.stroke import Asked
+from camopt.motion.stroke import Asked, Stroke, range_of
+from camopt.motion.table import TURN
 from camopt.quantities import DERIVATIVES
 from camopt.scene.law_forms import CLOSE, Fault
 from camopt.scene.mapping import at, number, segments
-from camopt.scene.own_laws import FAR, check_laws, law_names, law_of, own_laws
+from camopt.scene.own_laws import FAR, check_laws, law_names, law_of, laws_of_moves, own_laws
 
 LEAST = {"angle": 1e-6, "lift": 1e-9}  # of a rise or return, deg and mm or deg
+LOOKED, MISSED = 257, 1e-6  # angles of a move; by what share of its largest value a law may miss what is asked
 NOTHING = 1e-100  # mm or deg: a position no further from 0 is there
 LAST = ", mm (deg when oscillating), unless another move follows it in the turn"
 DECIDES = {"rise": "lift", "return": "lift", CONSTANT_VELOCITY: "velocity"}
@@ -27,7 +32,7 @@ KEYS = {
     "rise": ("lift", "to", "law"),
     "return": ("lift", "to", "law"),
     "dwell": (),
-    MOVE: ("to", *DERIVATIVES),
+    MOVE: ("to", *DERIVATIVES, "law"),
     CONSTANT_VELOCITY: ("to", "velocity"),
 }
 """What a segment of a kind may have, beside its angle and the unit of its derivatives."""
@@ -69,7 +74,8 @@ def _segment_of(row: Mapping[str, Any], rpm: float | None) -> Segment:
     if kind != MOVE:
         return Segment(kind, angle, lift, row.get("law"), to)
     if (position := number(to)) is not None:
-        return Segment(kind, angle, to=position if abs(position) > NOTHING else 0.0, wanted=by_angle)
+        to = position if abs(position) > NOTHING else 0.0
+        return Segment(kind, angle, law=row.get("law"), to=to, wanted=by_angle)
     return Segment(kind, angle, wanted=by_angle, between=(-inf, inf) if to is None else tuple(to))
 
 
@@ -95,6 +101,8 @@ def check_turn(data: Mapping[str, Any]) -> Iterator[Fault]:
             yield "motion.angle", None, f"the angles add up to {total:.10g} deg, not to 360"
     if given := _given(data):
         yield from _levels(given)
+        if not any(check_laws(data)):
+            yield from _laws_of_moves(data, given)
 
 
 def check_law(law: Any, key: str, laws: tuple[str, ...]) -> Iterator[Fault]:
@@ -136,6 +144,8 @@ def _given(data: Mapping[str, Any]) -> list[Segment] | None:
             return None
         if kind == MOVE and _needs_position(row, after, row is rows[-1]):
             return None
+        if kind == MOVE and row.get("law") not in (None, *laws_of_moves(data)):
+            return None
         if row.get("per") not in (None, "rad", "deg", "s"):
             return None
     return segments_of(rows, number(at(data, "cam.rpm")))
@@ -161,14 +171,30 @@ def _segment(
         yield from _stroke(row, key)
     elif kind == CONSTANT_VELOCITY:
         yield from _stretch(row, before, key)
-    if row.get("law") is not None and kind in ("rise", "return"):
-        yield from check_law(row["law"], f"{key}.law", law_names(data))
+    if row.get("law") is not None and "law" in KEYS[kind]:
+        yield from _named(data, kind, row["law"], f"{key}.law")
     if row.get("per") == "s":
         yield from _per_second(data, key)
 
 
+def _named(data: Mapping[str, Any], kind: str, law: Any, key: str) -> Iterator[Fault]:
+    """A law that is named is there, and is one of positions where a move has it."""
+    of_moves, others = laws_of_moves(data), law_names(data)
+    if kind == MOVE and law in others:
+        yield key, law, "is for a rise or return; a move takes a law of positions (laws.….positions)"
+    elif kind != MOVE and law in of_moves:
+        yield key, law, "is a law of positions, for a move"
+    else:
+        yield from check_law(law, key, of_moves if kind == MOVE else others)
+
+
 def _needs_position(row: Mapping[str, Any], after: Mapping[str, Any], last: bool) -> bool:
-    """Whether a move has to give its position as a number: what follows starts there, or the next turn."""
+    """Whether a move has to give its position as a number: what follows starts there, or the next turn.
+
+    So has a move with a law of its own, which ends there.
+    """
+    if row.get("law") is not None:
+        return number(row.get("to")) is None
     free = _starts_itself(row, after) or (after.get("segment") == MOVE and not last)
     return number(row.get("to")) is None and not free
 
@@ -186,7 +212,7 @@ def _instead(kind: str, name: str) -> str:
         return ": give the position at its end (to)"
     if name in DERIVATIVES:
         return ": conditions at its end are for a move"
-    return ": it is the polynomial that joins what is beside it" if kind == MOVE else ""
+    return ""
 
 
 def _stroke(row: Mapping[str, Any], key: str) -> Iterator[Fault]:
@@ -244,6 +270,33 @@ def _levels(given: Sequence[Segment]) -> Iterator[Fault]:
     if not positioned and abs(ends[-1]) > largest * CLOSE:
         why = f"the follower ends {ends[-1]:g} above its start: rises and returns must cancel"
         yield "motion.lift", None, why
+
+
+def _laws_of_moves(data: Mapping[str, Any], given: Sequence[Segment]) -> Iterator[Fault]:
+    """Whether a law of positions starts and ends where its move does, and has what the move asks for at its end."""
+    tables, ends = own_laws(data), ends_of(given)
+    room = CLOSE * (max(ends) - min(ends))
+    for k, (segment, before, after) in enumerate(zip(given, ends, ends[1:], strict=False), start=1):
+        if segment.segment != MOVE or segment.law is None:
+            continue
+        positions = tables[segment.law]["positions"]
+        for place, end, word in ((0, before, "starts"), (-1, after, "ends")):
+            if abs(positions[place] - end) > room:
+                why = f"{word} at {positions[place]:.10g}; the move {word} at {end:.10g}"
+                yield f"motion.{k}.law", segment.law, why
+                return
+        yield from _missed(law_of(segment.law, tables[segment.law]), segment, f"motion.{k}")
+
+
+def _missed(law: Law, segment: Segment, key: str) -> Iterator[Fault]:
+    """What a move asks for at its end that its law has not."""
+    angles = np.linspace(0.0, radians(segment.angle), LOOKED)
+    motion = Stroke(TURN, law, 0.0, angles[-1], 0.0, 1.0).motion(angles)
+    for name, asked, row in zip(DERIVATIVES, segment.wanted, motion[1:], strict=False):
+        (low, high), has, room = range_of(asked), float(row[-1]), MISSED * float(np.abs(row).max())
+        if not low - room <= has <= high + room:
+            wanted = f"{low:.6g}" if low == high else f"{low:.6g} to {high:.6g}"
+            yield f"{key}.law", segment.law, f"ends with {name} {has:.6g} by rad; the move asks for {wanted} by rad"
 
 
 def _below(given: Sequence[Segment], k: int, before: float) -> Fault:
