@@ -30,7 +30,7 @@ from camopt.motion.table import RISE, TURN
 from camopt.numerics import LARGEST_MAGNITUDE
 from camopt.problem.problem import resolve
 from camopt.scene.tables import Synthesis
-from camopt.synthesis.cams import free_laws, known_laws, scene_with
+from camopt.synthesis.cams import known_laws, scene_with
 from camopt.synthesis.ceilings import Sampled, ceilings_of, samples
 from camopt.synthesis.compare import compared
 from camopt.synthesis.convex import convex
@@ -266,13 +266,13 @@ def objective(scene, programme, weights):
 def test_no_motion_passes_the_bound(case):
     """Of any motion within the ranges, the values at the nodes hold every inequality of the relaxation."""
     scene, laws = case
-    problem = resolve(scene_with(scene, laws))
+    programme = resolve(scene).programme.with_laws(*laws)
     demand = demand_of(resolve(scene))
     relaxed = convex(demand, partial(RelaxedMotion, 12))
     angles = [stroke.start + stroke.angle * np.linspace(0, 1, 13) for stroke in demand.strokes]
     fixed = []
-    for stroke, motion, at in zip(problem.programme.strokes, relaxed.motions, angles, strict=True):
-        if motion:
+    for stroke, motion, at in zip(programme.strokes, relaxed.motions, angles, strict=True):
+        if stroke.is_free:
             x, change = (at - stroke.start) / stroke.angle, (stroke.high - stroke.low) / demand.scale
             s = stroke.law
             rooms = [
@@ -285,7 +285,7 @@ def test_no_motion_passes_the_bound(case):
     at_nodes = cp.Problem(cp.Minimize(relaxed.goal), [*relaxed.problem.constraints, *fixed])
     at_nodes.solve(solver=cp.CLARABEL)
     assert at_nodes.status == cp.OPTIMAL
-    true = objective(scene, problem.programme, dict(scene.synthesis.minimise))
+    true = objective(scene, programme, dict(scene.synthesis.minimise))
     assert relaxed.unit * at_nodes.value <= true * (1 + 1e-4)
     least = relaxed.solve()
     assert least <= true * (1 + 1e-4)
@@ -356,7 +356,7 @@ def test_the_residual_vibration_of_coefficients_is_that_of_the_response(motion, 
     found = Iterate(0.0, 1.0, cleaned(demand, each))
     for stroke, coefficients in zip(moving(model), found.coefficients, strict=True):
         stroke.coefficients.value = coefficients
-    scene = scene_with(demand.problem.scene, free_laws(demand, found)).replace(outputs=["vibration"])
+    scene = scene_with(demand, found).replace(outputs=["vibration"])
     wanted = evaluate(scene)["residual_vibration_max_mm"]
     assert model.unit * model.goal.value == pytest.approx(wanted, rel=1e-7)
 
@@ -650,8 +650,7 @@ def test_a_solvers_error_at_a_joint_is_no_jump(motion):
     found = solved(demand)[1]
     random = np.random.default_rng(3)
     noisy = cleaned(demand, [c + 1e-8 * random.normal(size=c.size) for c in found.coefficients])
-    laws = [demand.splines.law(name, c) for name, c in zip("abc", noisy, strict=False)]
-    scene = scene_with(demand.problem.scene, laws)
+    scene = scene_with(demand, found._replace(coefficients=noisy))
     assert not resolve(scene).programme.jumps
 
 
@@ -667,7 +666,7 @@ MISTAKES = {
     "degree": (3, "at least 4"),
     "pieces": (1, "at least 2"),
     "continuity": (5, "below the degree (5)"),
-    "points": ([[150, 50]], "a cam angle inside a rise or return"),
+    "points": ([[150, 50]], "a cam angle inside a rise, return or move"),
 }
 
 

@@ -58,10 +58,13 @@ def _after(rows: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
 
 
 def _starts_itself(row: Mapping[str, Any], after: Mapping[str, Any]) -> bool:
-    """Whether a segment is a move before a constant velocity that gives both its velocity and its position."""
+    """Whether a segment is a move before a constant velocity that gives both its velocity and its position.
+
+    It then ends where that starts, which a move with a law of its own says again.
+    """
     stretch = after.get("segment") == CONSTANT_VELOCITY
     both = after.get("to") is not None and after.get("velocity") is not None
-    return stretch and both and row.get("segment") == MOVE and row.get("to") is None
+    return stretch and both and row.get("segment") == MOVE and (row.get("to") is None or row.get("law") is not None)
 
 
 def _segment_of(row: Mapping[str, Any], rpm: float | None) -> Segment:

@@ -18,7 +18,7 @@ from camopt.mistakes import Unsolved
 from camopt.problem.problem import resolve
 from camopt.scene.scene import Scene
 from camopt.scene.tables import TERMS
-from camopt.synthesis.cams import cam_for, free_laws, programme_with, scene_with, term_of, within
+from camopt.synthesis.cams import cam_for, programme_with, scene_with, term_of, within
 from camopt.synthesis.ceilings import ceilings_at, ceilings_of, quantities
 from camopt.synthesis.convex import Convex, convex
 from camopt.synthesis.demand import Demand
@@ -189,7 +189,7 @@ class AxisMinimiser:
         a load decides.
         """
         demand = self.demand
-        scene, name = scene_with(demand.problem.scene, free_laws(demand, laws)), demand.problem.size_name
+        scene, name = scene_with(demand, laws), demand.problem.size_name
         lead, height = (demand.length * each for each in laws[:2])
         prime = max(float(np.hypot(lead, height)) if demand.traced else height, demand.prime[0])
         offset = demand.problem.design.sense * lead

@@ -13,7 +13,9 @@ from camopt.motion import LAWS
 from camopt.motion.law import is_still
 from camopt.motion.programme import Programme, peak, root_mean_square, span
 from camopt.motion.spline import SplineLaw
-from camopt.motion.table import DWELL, RETURN, RISE, TURN
+from camopt.motion.stroke import Stroke
+from camopt.motion.table import RETURN, RISE, TURN
+from camopt.numerics import FloatArray
 from camopt.numerics.clock import now
 from camopt.problem.problem import Problem, resolve
 from camopt.problem.space import boxes_of
@@ -22,21 +24,24 @@ from camopt.smallest.optimise import SECONDS, Optimum, optimise
 from camopt.smallest.smallest import smallest
 from camopt.synthesis import residual
 from camopt.synthesis.convex import SQUARES
-from camopt.synthesis.demand import ORDERS, Demand
+from camopt.synthesis.demand import ORDERS, Condition, Demand
 from camopt.synthesis.from_scene import objective_in
 from camopt.synthesis.iterate import Iterate
 from camopt.synthesis.synthesised import Synthesised, free_names
 from camopt.tables.designs import Design, chosen
 
 NOTHING = 1e-12  # of the range of a derivative: rounding
-OFF_POINT = 1e-6  # of the lift: by how much a solver may miss a point
+OFF_POINT = 1e-6  # of the lift, by the stroke's angle: by how much a solver may miss a point
+LOOKED = 2001  # angles of a range at which a condition is looked at
 
 
 def known_laws(scene: Scene) -> dict[str, Design]:
     """The smallest cam of each known law: those of [search] or all without a corner, and the scene's own."""
     named = scene.search.law or scene.search.law_rise or scene.search.law_return
+    chosen_by_law = any(segment.segment in ("rise", "return") for segment in scene.motion)
     known = [name for name, law in LAWS.items() if is_still(law)]
-    found = smallest_cams(scene if named else scene.replace(**{"search.law": known})).by_law
+    sought = scene if named or not chosen_by_law else scene.replace(**{"search.law": known})
+    found = smallest_cams(sought).by_law
     own = scene.replace(**dict.fromkeys(("search.law", "search.law_rise", "search.law_return")))
     if not any(own_laws(scene) == law_names_of(row) for row in found.values()):
         found = {**found, **smallest_cams(own).by_law}
@@ -89,34 +94,57 @@ def _with_size_sought(scene: Scene) -> Scene:
     return scene.replace(**{f"search.{key}": [own]})
 
 
-def scene_with(scene: Scene, laws: list[SplineLaw]) -> Scene:
-    """The scene with free laws in place of its own."""
+def scene_with(demand: Demand, found: Iterate) -> Scene:
+    """The scene of a demand with free laws in place of its own."""
+    scene, strokes = demand.problem.scene, iter(strokes_with(demand, found))
     data = scene.to_dict()
-    moving = [segment for segment in data["motion"] if segment["segment"] != "dwell"]
-    for segment, law in zip(moving, laws, strict=True):
+    laws = data.setdefault("laws", {})
+    for segment in data["motion"]:
+        stroke = next(strokes) if segment["angle"] > 0.0 else None
+        if stroke is None or not stroke.is_free:
+            continue
+        law = stroke.law
+        assert isinstance(law, SplineLaw)
+        values = list(law.coefficients)
         segment["law"] = law.NAME
-        data.setdefault("laws", {})[law.NAME] = {
-            "degree": law.degree, "knots": list(law.knots), "coefficients": list(law.coefficients),
-        }  # fmt: skip
+        laws[law.NAME] = {"degree": law.degree, "knots": list(law.knots)}
+        if stroke.is_move:
+            start = demand.zero + stroke.low / stroke.size
+            laws[law.NAME]["positions"] = [start + value for value in values]
+            segment["to"] = laws[law.NAME]["positions"][-1]
+        else:
+            laws[law.NAME]["coefficients"] = values
     for key in ("law", "law_rise", "law_return"):
         data.get("search", {}).pop(key, None)
     return Scene.from_dict(data, scene.file)
 
 
-def free_laws(demand: Demand, found: Iterate) -> list[SplineLaw]:
-    """The laws of a solution, by the order of their strokes."""
-    return list(map(demand.splines.law, free_names(demand.problem.scene), found.coefficients))
+def strokes_with(demand: Demand, found: Iterate) -> tuple[Stroke, ...]:
+    """The strokes of a demand with free laws."""
+    free = iter(zip(free_names(demand.problem.scene), found.coefficients, strict=True))
+    return tuple(_with_law(demand, stroke, *next(free)) if stroke.is_free else stroke for stroke in demand.strokes)
+
+
+def _with_law(demand: Demand, stroke: Stroke, name: str, coefficients: FloatArray) -> Stroke:
+    """A stroke with a free law; a move starts and ends where that does."""
+    if not stroke.is_move:
+        return replace(stroke, law=demand.splines.law(name, coefficients))
+    low, high = (demand.scale * float(c) for c in coefficients[[0, -1]])
+    values = (coefficients - coefficients[0]) * demand.scale / stroke.size
+    law = demand.splines.law_of_move(name, values)
+    given = stroke.given and stroke.given._replace(change=law.coefficients[-1])
+    return replace(stroke, law=law, low=low, high=high, given=given, named=True)
 
 
 def programme_with(demand: Demand, found: Iterate) -> Programme:
     """The turn with free laws."""
-    laws = iter(free_laws(demand, found))
-    strokes = tuple(s if s.kind == DWELL else replace(s, law=next(laws)) for s in demand.strokes)
-    return replace(demand.problem.programme, strokes=strokes)
+    strokes = strokes_with(demand, found)
+    unit = next((stroke.given.unit for stroke in strokes if stroke.given), 1.0)
+    return replace(demand.problem.programme, strokes=strokes, start=strokes[0].low / unit).on_base_circle()
 
 
 def within(demand: Demand, programme: Programme) -> bool:
-    """Whether laws themselves, not a solver's word, hold the limits on their motion alone, and the points."""
+    """Whether a motion itself, not a solver's word, holds the limits on it and the conditions."""
     for stroke, ranges in zip(programme.strokes, demand.ranges, strict=True):
         for order, (low, high) in ranges.items():
             least, largest = span(Programme((stroke,)), (0.0,) * order + (1.0,), TURN)
@@ -125,13 +153,29 @@ def within(demand: Demand, programme: Programme) -> bool:
                 return False
     if demand.residual is not None and term_of(demand, programme, residual.TERM, 0.0) > demand.residual:
         return False
-    angles, wanted = np.array(demand.points).reshape(-1, 2).T
-    return bool(np.all(np.abs(programme.at(angles)[0] - wanted) <= OFF_POINT * demand.scale))
+    up = demand.strokes[0].low - programme.strokes[0].low  # the base circle may be another
+    return all(
+        _meets(demand, stroke, up, condition)
+        for stroke in programme.strokes
+        if stroke.is_free
+        for condition in demand.conditions
+    )
+
+
+def _meets(demand: Demand, stroke: Stroke, up: float, condition: Condition) -> bool:
+    """Whether a stroke meets a condition, as far as a solver can."""
+    part = condition.inside(stroke)
+    if part is None:
+        return True
+    angles = stroke.start + stroke.angle * np.linspace(*part, LOOKED if part[0] < part[1] else 1)
+    values = stroke.motion(angles)[condition.order] + up * (condition.order == 0)
+    room = OFF_POINT * demand.scale / stroke.angle**condition.order
+    return bool(values.min() >= condition.low - room and values.max() <= condition.high + room)
 
 
 def cam_for(demand: Demand, found: Iterate) -> Synthesised | None:
     """The smallest cam for free laws, proved, under every limit of the scene; None if there is none."""
-    scene = scene_with(demand.problem.scene, free_laws(demand, found))
+    scene = scene_with(demand, found)
     best = smallest_cams(scene).best
     if best is None:
         return None

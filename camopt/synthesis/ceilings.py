@@ -12,7 +12,7 @@ import numpy as np
 
 from camopt.mechanisms import Designs
 from camopt.motion.stroke import Stroke
-from camopt.motion.table import DWELL, INWARD, OUTWARD, RESTING, RETURN, RISE
+from camopt.motion.table import DWELL, INWARD, OUTWARD, RESTING, RETURN, RISE, WAY_OF
 from camopt.numerics import LARGEST_MAGNITUDE, LEAST, FloatArray
 from camopt.numerics.curves import curve
 from camopt.problem.claims import Claim
@@ -77,9 +77,9 @@ class Sampled:
 
     def counts(self, ceiling: Claim) -> bool:
         """Whether a ceiling is about the stroke, or about a way in which the follower may move there."""
-        own = {RISE: OUTWARD, RETURN: INWARD, DWELL: RESTING}[self.stroke.kind]
-        ways = own if self.demand.monotone or own == RESTING else OUTWARD | INWARD
-        return bool(ceiling.strokes & (self.stroke.kind | ways))
+        kind = self.stroke.kind
+        one_way = kind in WAY_OF and (self.demand.monotone or kind == DWELL)
+        return bool(ceiling.strokes & (kind | (WAY_OF[kind] if one_way else OUTWARD | INWARD)))
 
     def values(
         self, ceilings: Sequence[Claim], state: FloatArray, sizes: LeadAndHeight, near: FloatArray | None = None
@@ -104,11 +104,16 @@ class Sampled:
                 else:
                     value = ceiling.sides[0] * value / ceiling.allowed()
                 value = np.nan_to_num(np.broadcast_to(value, y.shape), nan=np.inf)
-                if ceiling.strokes & (OUTWARD | INWARD):
-                    about = np.where(outward, ceiling.strokes & OUTWARD, ceiling.strokes & INWARD) != 0
-                    value = np.where(about, value, 0.0)
+                value = np.where(np.where(outward, *self._about(ceiling)), value, 0.0)
                 rows += [value, -value] if ceiling.goal == LARGEST_MAGNITUDE else [value]
         return np.array(rows).reshape(-1, y.size)
+
+    def _about(self, ceiling: Claim) -> tuple[bool, bool]:
+        """Whether a ceiling is about motion outward, and about motion inward, in this stroke."""
+        own = self.stroke.kind if self.stroke.kind in WAY_OF else 0
+        resting = RESTING if own == DWELL else 0
+        outward, inward = (way | resting | (own or kind) for way, kind in ((OUTWARD, RISE), (INWARD, RETURN)))
+        return bool(ceiling.strokes & outward), bool(ceiling.strokes & inward)
 
     def planes(self, ceilings: Sequence[Claim], state: FloatArray, sizes: LeadAndHeight) -> TangentPlanes:
         """The tangent planes of the curves, for motions and sizes in units of the programme."""

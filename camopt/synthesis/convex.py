@@ -7,54 +7,22 @@ The motion is in units of the highest lift and sizes in those of ``Demand.length
 """
 
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from math import inf, pi, sqrt
-from typing import Any, Protocol
+from typing import Any
 
 import cvxpy as cp
 
 from camopt.mistakes import Unsolved
-from camopt.motion.stroke import Stroke
 from camopt.motion.table import DWELL
 from camopt.synthesis import residual
 from camopt.synthesis.demand import ORDERS, Demand
-
-Ranges = dict[int, list[tuple[Any, Any]]]
-"""Ranges of a stroke's derivatives, by order; all of a list hold."""
+from camopt.synthesis.fixed_motion import FixedMotion
+from camopt.synthesis.stroke_motion import MakeMotion, Ranges, Sizes, StrokeMotion
 
 SQUARES = {"acceleration_rms": 2, "jerk_rms": 3}
-
-
-@dataclass(frozen=True)
-class Sizes:
-    """e, s₀ and the prime radius of the cam, in units of ``Demand.length``; those that oscillate have s₀ alone."""
-
-    lead: Any
-    height: Any
-    prime: Any
-
-
-class StrokeMotion(Protocol):
-    """The motion of one stroke: its limits, and what its neighbours and the objective need of it."""
-
-    limits: list[Any]
-
-    def end(self, order: int, last: bool) -> Any:
-        """A derivative at an end of the stroke, or None if it is not known there."""
-
-    def at_rest(self, rest: int, last: bool) -> list[Any]:
-        """What makes so many derivatives zero at an end, beside a dwell."""
-
-    def square(self, order: int) -> Any:
-        """√∫ (y⁽ᵏ⁾)² dθ over the stroke, or no more than that."""
-
-    def left_over(self) -> Any:
-        """What it adds to the vibration at the start of each dwell, mm (dwells, 2); None if that is not known."""
-
-
-MakeMotion = Callable[[Demand, Stroke, Ranges, Sizes], StrokeMotion]
 
 
 @dataclass
@@ -66,7 +34,7 @@ class Convex:
     unit: float
     """What the objective is divided by in the problem, so that it is near 1."""
     sizes: Sizes
-    motions: list[StrokeMotion | None]
+    motions: list[StrokeMotion]
     largest: dict[str, Any]
     """Variables that bound a derivative over the turn, in units of the lift: those that something asks for."""
 
@@ -94,7 +62,7 @@ class Convex:
     def gentle(self) -> tuple[Any, Any]:
         """The problem of the least mean square of the jerk, and the parameter that bounds ``goal`` in it."""
         most = cp.Parameter()
-        jerk = cp.norm(cp.hstack([motion.square(3) for motion in self.motions if motion]))
+        jerk = cp.norm(cp.hstack([motion.square(3) for motion in self.motions]))
         return cp.Problem(cp.Minimize(jerk), [*self.problem.constraints, self.goal <= most]), most
 
     @property
@@ -127,12 +95,12 @@ def convex(demand: Demand, make: MakeMotion, held: Mapping[str, Any] | None = No
     names = dict.fromkeys((*demand.objective, *held, *([] if demand.residual is None else [residual.TERM])))
     largest = {name: cp.Variable(nonneg=True) for name in names if name in ORDERS}
     motions = [
-        None if stroke.kind == DWELL else make(demand, stroke, _ranges(demand, number, largest), sizes)
+        (make if stroke.is_free else FixedMotion)(demand, stroke, _ranges(demand, number, largest), sizes)
         for number, stroke in enumerate(demand.strokes)
     ]
     terms = {name: _term(demand, name, sizes, motions, largest) for name in names}
-    limits = [*_of_sizes(demand, sizes), *_joints(demand, motions)]
-    limits += [limit for motion in motions if motion for limit in motion.limits]
+    limits = [*_of_sizes(demand, sizes, motions), *_joints(demand, motions)]
+    limits += [limit for motion in motions for limit in motion.limits]
     limits += [terms[name] <= bound for name, bound in held.items()]
     if demand.residual is not None:
         limits.append(terms[residual.TERM] / demand.residual <= 1.0)
@@ -149,61 +117,64 @@ def _ranges(demand: Demand, number: int, largest: Mapping[str, Any]) -> Ranges:
     return found
 
 
-def _of_sizes(demand: Demand, sizes: Sizes) -> list[Any]:
-    """The intervals of the sizes, and what a dwell asks of them."""
-    unit = demand.length
+def _of_sizes(demand: Demand, sizes: Sizes, motions: list[StrokeMotion]) -> list[Any]:
+    """The intervals of the sizes; the size is that of the cam where the follower is lowest."""
+    unit, height = demand.length, sizes.height
+    if demand.dip is not None:
+        number, x = demand.place(demand.dip)
+        height = sizes.height + motions[number].lowest(x) * demand.scale / unit
     limits = [sizes.lead >= demand.lead[0] / unit, sizes.lead <= demand.lead[1] / unit]
-    reach = cp.norm(cp.hstack([sizes.lead, sizes.height])) if demand.traced else sizes.height
+    reach = cp.norm(cp.hstack([sizes.lead, height])) if demand.traced else height
     limits += [sizes.prime >= demand.prime[0] / unit, sizes.prime >= reach]
     if demand.prime[1] < inf:
         limits.append(sizes.prime <= demand.prime[1] / unit)
-    for stroke in demand.strokes:
-        if stroke.kind == DWELL:
-            for floor in demand.floors:
-                if floor.kinds & DWELL:
-                    rest = (floor.displacement * stroke.low + floor.constant) / demand.scale
-                    limits.append(rest + floor.lead * sizes.lead + floor.height * sizes.height >= 0)
     return limits
 
 
-def _joints(demand: Demand, motions: list[StrokeMotion | None]) -> list[Any]:
-    """At rest beside a dwell; smooth where two strokes meet."""
+def _joints(demand: Demand, motions: list[StrokeMotion]) -> list[Any]:
+    """What holds where two strokes meet: at rest beside a dwell, or else as smooth as the demand says."""
     limits = []
     for number, motion in enumerate(motions):
-        before = motions[number - 1]
-        if motion and before:
-            ends = [(motion.end(k, False), before.end(k, True)) for k in range(1, demand.rest + 1)]
-            limits += [start == end for start, end in ends if start is not None and end is not None]
-        elif motion:
-            limits += motion.at_rest(demand.rest, False)
-        elif before:
-            limits += before.at_rest(demand.rest, True)
+        before, stroke, last = motions[number - 1], demand.strokes[number], demand.strokes[number - 1]
+        if not (stroke.is_free or last.is_free):
+            continue
+        if stroke.is_move or last.is_move:
+            limits += _equal(before, motion, 0)
+        if DWELL in (stroke.kind, last.kind):
+            limits += [*motion.at_rest(demand.rest, False), *before.at_rest(demand.rest, True)]
+            continue
+        for order in range(1, demand.continuity_at(last.end) + 1):
+            limits += _equal(before, motion, order)
     return limits
+
+
+def _equal(before: StrokeMotion, after: StrokeMotion, order: int) -> list[Any]:
+    """Of two motions that meet, a derivative that goes on, if it is known."""
+    end, start = before.end(order, True), after.end(order, False)
+    return [] if end is None or start is None else [end == start]
 
 
 def _order_of(demand: Demand, name: str) -> float:
     """What a term of the objective is of the order of, in its own unit."""
     if name == "size":
         return demand.length
-    shortest = min(stroke.angle for stroke in demand.strokes if stroke.kind != DWELL)
+    shortest = min(stroke.angle for stroke in demand.free)
     if name == residual.TERM:
         return demand.scale * demand.per_unit[name] / (1.0 + (demand.train[0] * shortest) ** 2)
     order = {**ORDERS, **SQUARES}[name]
     return demand.scale * demand.per_unit[name] / shortest**order
 
 
-def _term(
-    demand: Demand, name: str, sizes: Sizes, motions: list[StrokeMotion | None], largest: Mapping[str, Any]
-) -> Any:
+def _term(demand: Demand, name: str, sizes: Sizes, motions: list[StrokeMotion], largest: Mapping[str, Any]) -> Any:
     """A term of the objective, in its own unit."""
     if name == "size":
         return demand.length * sizes.prime - demand.roller
     if name == residual.TERM:
-        return demand.per_unit[name] * _left_over([motion.left_over() for motion in motions if motion])
+        return demand.per_unit[name] * _left_over([motion.left_over() for motion in motions])
     factor = demand.scale * demand.per_unit[name]
     if name in largest:
         return factor * largest[name]
-    squares = [motion.square(SQUARES[name]) for motion in motions if motion]
+    squares = [motion.square(SQUARES[name]) for motion in motions]
     return factor / sqrt(2.0 * pi) * cp.norm(cp.hstack(squares))
 
 

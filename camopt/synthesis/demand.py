@@ -6,17 +6,20 @@ derivatives by the cam angle.
 """
 
 from dataclasses import dataclass, replace
-from math import degrees, inf
+from math import degrees, inf, isfinite
+from typing import NamedTuple
 
 from camopt.effects.motion import scale
 from camopt.mechanisms import oscillating, translating
 from camopt.motion.stroke import Stroke
-from camopt.motion.table import DWELL, TURN
+from camopt.motion.table import RETURN, RISE, TURN
 from camopt.problem.problem import Problem
 from camopt.synthesis import residual
 from camopt.synthesis.splines import Splines
 
 ORDERS = {"velocity": 1, "acceleration": 2, "jerk": 3}
+
+SAME = 1e-9  # of a stroke: an angle as close as that to its end is there
 
 LowHigh = tuple[float, float]
 
@@ -37,14 +40,57 @@ class LinearConstraint:
     constant: float = 0.0
     kinds: int = TURN
 
+    def bears_on(self, stroke: Stroke) -> bool:
+        """Whether it holds all along a stroke. Where a move rests it does too, as it did on the way there."""
+        kinds = stroke.kind & (RISE | RETURN) if stroke.is_move else stroke.kind
+        return self.kinds & kinds == kinds
+
+    def guards(self, stroke: Stroke) -> bool:
+        """Whether it is to hold all along a free stroke: also one about the way in which it pulls, in a move."""
+        ways = self.kinds & (RISE | RETURN)
+        about = (ways == RISE and self.velocity < 0.0) or (ways == RETURN and self.velocity > 0.0)
+        return self.bears_on(stroke) or (stroke.is_move and about)
+
+
+class Condition(NamedTuple):
+    """Between which values the motion, or a derivative of it, lies at a cam angle or all along a range of them."""
+
+    key: str
+    """Of the scene that asks for it."""
+    order: int
+    start: float  # cam angles, rad
+    end: float
+    low: float  # mm or rad by radᵏ, as y is counted; infinite where nothing is asked
+    high: float
+
+    def inside(self, stroke: Stroke) -> tuple[float, float] | None:
+        """From where to where in a stroke it holds, in x of the unit stroke; None where it does not."""
+        low, high = ((angle - stroke.start) / stroke.angle for angle in (self.start, self.end))
+        low, high = (round(x) if abs(x - round(x)) <= SAME else x for x in (low, high))
+        if self.start == self.end:
+            return (low, high) if 0.0 < low <= 1.0 else None
+        return (max(low, 0.0), min(high, 1.0)) if low < 1.0 and high > 0.0 else None
+
+    def tightened(self, margin: float) -> "Condition":
+        """The condition closer by a share of its range; one value stays as it is."""
+        by = margin * (self.high - self.low)
+        return self._replace(low=self.low + by, high=self.high - by) if isfinite(by) else self
+
 
 @dataclass(frozen=True)
 class Demand:
-    """Everything that free laws have to hold, and what they minimise."""
+    """Everything that free laws have to hold, and what they minimise.
+
+    Displacements are counted from the lowest that is given, where the motion may rest there: free moves do not go
+    below it. Else they are from the lowest of the scene's own motion, at the angle ``dip``.
+    """
 
     problem: Problem
     splines: Splines
     strokes: tuple[Stroke, ...]
+    zero: float
+    """The position where the displacement is 0, as given: mm, or deg."""
+    dip: float | None
     lead: LowHigh
     prime: LowHigh
     """The size with the roller: √(s₀² + e²)."""
@@ -57,7 +103,7 @@ class Demand:
     """The largest residual vibration, mm or deg."""
     rest: int
     monotone: bool
-    points: tuple[tuple[float, float], ...]
+    conditions: tuple[Condition, ...]
     objective: dict[str, float]
 
     @property
@@ -68,7 +114,7 @@ class Demand:
     @property
     def scale(self) -> float:
         """The unit of the motion in the convex programme: the highest lift, mm or rad."""
-        return max(stroke.high for stroke in self.strokes)
+        return max(stroke.high for stroke in self.strokes) or self.problem.programme.lift
 
     @property
     def length(self) -> float:
@@ -84,8 +130,8 @@ class Demand:
 
     @property
     def sized(self) -> bool:
-        """Whether what makes the cam large is convex in the motion: not where the follower oscillates."""
-        return not self.problem.setup.angular
+        """Whether what makes the cam large is convex: not where the follower oscillates, or is lowest in a move."""
+        return not self.problem.setup.angular and self.dip is None
 
     @property
     def train(self) -> tuple[float, float]:
@@ -108,19 +154,32 @@ class Demand:
             found["the size"] = replace(self, prime=(self.prime[0], inf))
         if self.residual is not None:
             found[residual.TERM] = replace(self, residual=None)
-        if self.points:
-            found["points"] = replace(self, points=())
+        for key in dict.fromkeys(condition.key for condition in self.conditions):
+            found[key] = replace(self, conditions=tuple(each for each in self.conditions if each.key != key))
         return found
 
-    def place(self, stroke: Stroke) -> int:
-        """The number of a stroke among those that move."""
-        return [each for each in self.strokes if each.kind != DWELL].index(stroke)
+    def law_scale(self, stroke: Stroke) -> tuple[float, float]:
+        """The displacement where a law is 0, and what it has more where that is 1, in units of the lift.
 
-    def beside_dwells(self, stroke: Stroke) -> tuple[bool, bool]:
-        """Whether a stroke starts beside a dwell, and whether it ends so."""
-        place = self.strokes.index(stroke)
-        around = self.strokes[place - 1], self.strokes[(place + 1) % len(self.strokes)]
-        return around[0].kind == DWELL, around[1].kind == DWELL
+        The law of a move is the displacement itself, in these units.
+        """
+        return (0.0, 1.0) if stroke.is_move else (stroke.low / self.scale, (stroke.high - stroke.low) / self.scale)
+
+    def place(self, angle: float) -> tuple[int, float]:
+        """The number of the stroke at a cam angle, and where in it that is, from 0 to 1."""
+        number = next((n for n, stroke in enumerate(self.strokes) if angle < stroke.end), len(self.strokes) - 1)
+        stroke = self.strokes[number]
+        return number, min(max((angle - stroke.start) / stroke.angle, 0.0), 1.0)
+
+    def continuity_at(self, angle: float) -> int:
+        """How many derivatives go on where two moving strokes meet: the jerk too, where it is asked for."""
+        asked = (each.order for each in self.conditions if each.start == each.end == angle)
+        return max(self.rest, *asked, 0)
+
+    @property
+    def free(self) -> list[Stroke]:
+        """The strokes whose laws are sought."""
+        return [stroke for stroke in self.strokes if stroke.is_free]
 
     @property
     def per_unit(self) -> dict[str, float]:

@@ -2,15 +2,15 @@
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
-from math import inf, pi, radians
+from math import inf, radians
 
 from camopt.effects.motion import scale
 from camopt.mechanisms import translating, translating_flat
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion import LAWS
-from camopt.motion.programme import PEAKS, law_peaks
+from camopt.motion.programme import PEAKS, Programme, law_peaks, span
 from camopt.motion.stroke import Stroke
-from camopt.motion.table import DWELL
+from camopt.motion.table import DWELL, TURN
 from camopt.problem.problem import Problem, resolve
 from camopt.problem.settings import freed_angles, freed_numbers
 from camopt.scene.choices import Range
@@ -18,7 +18,8 @@ from camopt.scene.scene import Scene
 from camopt.scene.tables import Synthesis
 from camopt.smallest.closed_form import least_size
 from camopt.synthesis import residual
-from camopt.synthesis.demand import ORDERS, Demand, LowHigh, roller_of
+from camopt.synthesis.conditions import Ground, conditions_of, ground_of
+from camopt.synthesis.demand import ORDERS, Condition, Demand, LowHigh, roller_of
 from camopt.synthesis.linear_constraints import floors_of
 from camopt.synthesis.splines import Splines
 
@@ -39,13 +40,13 @@ def demand_of(problem: Problem, objective: Mapping[str, float] | None = None) ->
     objective = objective_in(asked) if objective is None else dict(objective)
     _check_rest(problem, asked, objective)
     _check_train(problem, objective)
-    if any(stroke.is_move for stroke in problem.programme.strokes):
-        why = "has moves or constant velocities; free laws are for motions of rises, dwells and returns"
-        raise BadInput([Mistake(scene.file, "motion", None, why, bare=True)])
     if freed := [*freed_angles(problem, "free laws take"), *freed_numbers(problem, "free laws take")]:
         raise BadInput(freed)
-    strokes = tuple(problem.programme.strokes)
-    body = _body(problem)
+    if not any(stroke.is_free for stroke in problem.programme.strokes):
+        why = "has nothing to choose: it needs a rise, a return or a move"
+        raise BadInput([Mistake(scene.file, "motion", None, why, bare=True)])
+    ground = ground_of(problem)
+    strokes, body = ground.strokes, _body(problem)
     roller = roller_of(problem, body)
     size = _size(scene, problem.size_name, objective)
     least = least_size(problem, {"size": size})
@@ -55,6 +56,8 @@ def demand_of(problem: Problem, objective: Mapping[str, float] | None = None) ->
             asked.degree, asked.pieces, asked.degree - 1 if asked.continuity is None else asked.continuity
         ),
         strokes=strokes,
+        zero=ground.zero,
+        dip=ground.dip,
         lead=_lead(problem),
         prime=(least + roller, size[1] + roller),
         body=body,
@@ -63,7 +66,7 @@ def demand_of(problem: Problem, objective: Mapping[str, float] | None = None) ->
         residual=scene.limits.residual_vibration,
         rest=asked.rest,
         monotone=asked.monotone or (isinstance(asked.peak_velocity, tuple) and asked.peak_velocity[0] == 0.0),
-        points=tuple(_points(problem, asked)),
+        conditions=(*conditions_of(problem, ground), *_points(problem, asked, ground)),
         objective=objective,
     )
 
@@ -100,6 +103,8 @@ def _check_train(problem: Problem, objective: Mapping[str, float]) -> None:
         what = "has no bound: the undamped train resonates, it vibrates a whole number of times in a turn"
     elif all(stroke.kind != DWELL for stroke in problem.programme.strokes):
         what = "needs a dwell"
+    elif any(stroke.is_move for stroke in problem.programme.strokes):
+        what = "is for motions of rises, dwells and returns; this one has moves or constant velocities"
     if what:
         raise BadInput([Mistake(scene.file, key, residual.TERM, what, bare=True)])
 
@@ -122,26 +127,26 @@ def _size(scene: Scene, name: str, objective: Mapping[str, float]) -> LowHigh:
     return 0.0, own
 
 
-def _points(problem: Problem, asked: Synthesis) -> Iterator[tuple[float, float]]:
-    """The points that the motion goes through; each has to lie in a rise or return, between its ends."""
-    mistakes = []
-    per = pi / 180 if problem.setup.angular else 1.0
-    for number, (angle, given) in enumerate(asked.points, start=1):
-        inside = [s for s in problem.programme.strokes if s.start < radians(angle) < s.end and s.kind != DWELL]
-        y = given * per
-        others = [radians(a) for a, _ in asked.points[: number - 1]]
-        if not inside:
-            what = "a cam angle inside a rise or return"
-        elif not min(inside[0].low, inside[0].high) <= y <= max(inside[0].low, inside[0].high):
-            what = f"a displacement from {inside[0].low / per:g} to {inside[0].high / per:g} there"
-        elif any(
-            abs(radians(angle) - a) < APART * inside[0].angle for a in (*others, inside[0].start, inside[0].end)
-        ):
+def _points(problem: Problem, asked: Synthesis, ground: Ground) -> Iterator[Condition]:
+    """The points that the motion goes through; each lies in a stroke, and of a rise or return between its ends."""
+    mistakes: list[Mistake] = []
+    taken: list[float] = []
+    for number, (given_angle, given) in enumerate(asked.points, start=1):
+        angle, y = radians(given_angle), (given - ground.zero) * ground.unit
+        stroke = next((s for s in ground.strokes if s.start < angle < s.end and s.is_free), None)
+        key = f"synthesis.points.{number}"
+        if stroke is None:
+            what = "a cam angle inside a rise, return or move"
+        elif not stroke.is_move and not min(stroke.low, stroke.high) <= y <= max(stroke.low, stroke.high):
+            low, high = (ground.zero + end / ground.unit for end in (stroke.low, stroke.high))
+            what = f"a displacement from {low:g} to {high:g} there"
+        elif any(abs(angle - a) < APART * stroke.angle for a in (*taken, stroke.start, stroke.end)):
             what = f"at least {APART:g} of the stroke's angle away from its ends and from other points"
         else:
-            yield radians(angle), y
+            yield Condition(key, 0, angle, angle, y, y)
+            taken.append(angle)
             continue
-        mistakes.append(Mistake(problem.scene.file, f"synthesis.points.{number}", [angle, given], what))
+        mistakes.append(Mistake(problem.scene.file, key, [given_angle, given], what))
     if mistakes:
         raise BadInput(mistakes)
 
@@ -185,6 +190,8 @@ def _ranges(problem: Problem, asked: Synthesis, stroke: Stroke, minimised: set[i
         if bound is not None and omega is not None:
             largest = bound / scale(problem.setup, order)
             bounds[order] = (-largest, largest)
+    if stroke.is_move:
+        return bounds | (_own_peaks(problem, asked, minimised) if stroke.is_free else {})
     peaks = {name: value for name in PEAKS if (value := getattr(asked, name)) is not None}
     peaks |= dict.fromkeys(_unasked(problem, asked, minimised), GENTLE)
     for name, value in peaks.items():
@@ -195,6 +202,15 @@ def _ranges(problem: Problem, asked: Synthesis, stroke: Stroke, minimised: set[i
         before = bounds.get(order, (-inf, inf))
         bounds[order] = max(low, before[0]), min(high, before[1])
     return bounds
+
+
+def _own_peaks(problem: Problem, asked: Synthesis, minimised: set[int]) -> dict[int, LowHigh]:
+    """What moves hold of derivatives that the scene bounds nowhere: the largest of its own motion in any move."""
+    own = Programme(tuple(stroke for stroke in problem.programme.strokes if stroke.is_move))
+    orders = [PEAKS[name] for name in _unasked(problem, asked, minimised)]
+    spans = {order: span(own, (0.0,) * order + (1.0,), TURN) for order in orders}
+    largest = {order: max(-least, most) for order, (least, most) in spans.items()}
+    return {order: (-most, most) for order, most in largest.items() if most > 0.0}
 
 
 def _unasked(problem: Problem, asked: Synthesis, minimised: set[int]) -> list[str]:

@@ -1,14 +1,18 @@
 """Solutions of a convex programme of free laws, without a solver's error."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from camopt.motion.table import DWELL
+from camopt.motion.stroke import Stroke
+from camopt.motion.table import RETURN, RISE
 from camopt.numerics import FloatArray
 from camopt.synthesis.convex import Convex
 from camopt.synthesis.demand import Demand
+from camopt.synthesis.fixed_motion import FixedMotion
 from camopt.synthesis.spline_motion import SplineMotion
+from camopt.synthesis.splines import Splines
 
 
 class Iterate(NamedTuple):
@@ -24,34 +28,99 @@ def moving(model: Convex) -> list[SplineMotion]:
     return [motion for motion in model.motions if isinstance(motion, SplineMotion)]
 
 
+def sampled_motions(model: Convex) -> list[SplineMotion | FixedMotion]:
+    """The motions of all strokes of a programme with free motions."""
+    return [motion for motion in model.motions if isinstance(motion, SplineMotion | FixedMotion)]
+
+
 def iterate_of(model: Convex) -> Iterate:
     """The values of a solved programme."""
     sizes = float(model.sizes.lead.value), float(model.sizes.height.value)
     return Iterate(*sizes, cleaned(model.demand, [motion.coefficients.value for motion in moving(model)]))
 
 
-def cleaned(demand: Demand, coefficients: list[FloatArray]) -> tuple[FloatArray, ...]:
-    """Coefficients without a solver's error: at rest beside a dwell, smooth where two strokes meet, monotone.
+def cleaned(demand: Demand, coefficients: Sequence[FloatArray]) -> tuple[FloatArray, ...]:
+    """Coefficients without a solver's error: as smooth where strokes meet as they have to be, and monotone.
 
     However small, an error there would be a jump of the acceleration, or a motion that turns back.
     """
-    strokes = [stroke for stroke in demand.strokes if stroke.kind != DWELL]
-    found: list[FloatArray] = [np.asarray(np.clip(each, 0.0, 1.0)) for each in coefficients]
-    if demand.monotone:
-        found = [np.maximum.accumulate(each) for each in found]
-    turns = [stroke.kind != strokes[number - 1].kind for number, stroke in enumerate(strokes)]
-    for number, (stroke, own) in enumerate(zip(strokes, found, strict=True)):
-        first, last = (1 + demand.rest * beside for beside in demand.beside_dwells(stroke))
-        own[:first], own[-last:] = 0.0, 1.0
-        if turns[number]:  # no velocity: the motion does not leave the stroke
-            own[1], found[number - 1][-2] = 0.0, 1.0
-    for number, (stroke, own) in enumerate(zip(strokes, found, strict=True)):
-        if demand.beside_dwells(stroke)[0]:
-            continue
-        before = strokes[number - 1]
-        for order in range(2 if turns[number] else 1, demand.rest + 1):
-            start, end = (demand.splines.at(np.array([x]), order).toarray()[0] for x in (0.0, 1.0))
-            per, per_before = ((s.high - s.low) / s.angle**order for s in (stroke, before))
-            wanted = per_before / per * (end @ found[number - 1])
-            own[order] = (wanted - start[:order] @ own[:order]) / start[order]
+    found = [np.array(each, dtype=float) for each in coefficients]
+    for own, stroke in zip(found, demand.free, strict=True):
+        if not stroke.is_move:
+            np.clip(own, 0.0, 1.0, out=own)
+            own[[0, -1]] = 0.0, 1.0
+            if demand.monotone:
+                np.maximum.accumulate(own, out=own)
+    ends = _ends(demand, found)
+    for before, after in zip(ends, [*ends[1:], ends[0]], strict=True):
+        _meet(demand, before, after)
     return tuple(found)
+
+
+class _End(NamedTuple):
+    """A stroke, and the coefficients of its law if it is free."""
+
+    stroke: Stroke
+    own: FloatArray | None
+
+
+def _ends(demand: Demand, found: Sequence[FloatArray]) -> list[_End]:
+    free = iter(found)
+    return [_End(stroke, next(free) if stroke.is_free else None) for stroke in demand.strokes]
+
+
+def _meet(demand: Demand, before: _End, after: _End) -> None:
+    """Make two strokes that follow each other meet: free ones change, to what is asked there."""
+    if before.own is None and after.own is None:
+        return
+    count = 1 + demand.continuity_at(before.stroke.end)
+    state = _state_between(demand, before, after, count)
+    for side, last in ((before, True), (after, False)):
+        if side.own is not None:
+            by_law = _by_law(demand, side.stroke, state)
+            by_law[0] = by_law[0] if side.stroke.is_move else float(last)
+            _bring(demand.splines, side.own, by_law, last)
+
+
+def _by_law(demand: Demand, stroke: Stroke, state: FloatArray) -> FloatArray:
+    """y, y', y'' … as the law of a stroke has them."""
+    low, change = demand.law_scale(stroke)
+    found = state / demand.scale * stroke.angle ** np.arange(state.size)
+    found[0] -= low
+    return np.asarray(found / change)
+
+
+def _state_between(demand: Demand, before: _End, after: _End, count: int) -> FloatArray:
+    """y, y', y'' … where two strokes meet: those of the one that keeps its law, or else those asked for."""
+    if before.own is None or after.own is None:
+        fixed = before.stroke if before.own is None else after.stroke
+        velocity = (fixed.high - fixed.low) / fixed.angle
+        return np.array([fixed.high if before.own is None else fixed.low, velocity, 0.0, 0.0])[:count]
+    if {before.stroke.kind, after.stroke.kind} == {
+        RISE,
+        RETURN,
+    }:  # no velocity: the motion does not leave its stroke
+        before.own[-2] = before.own[-1]
+    low, change = demand.law_scale(before.stroke)
+    values = [demand.splines.at(np.array([1.0]), order).toarray()[0] @ before.own for order in range(count)]
+    state = change * np.array(values) / before.stroke.angle ** np.arange(count)
+    state[0] += low
+    state *= demand.scale
+    for condition in demand.conditions:
+        if condition.start == condition.end == before.stroke.end and condition.order < count:
+            state[condition.order] = np.clip(state[condition.order], condition.low, condition.high)
+    if not after.stroke.is_move:
+        state[0] = after.stroke.low
+    return state
+
+
+def _bring(splines: Splines, own: FloatArray, state: FloatArray, last: bool) -> None:
+    """Give a law a state at an end, by its first coefficients or its last."""
+    places = [-1 - order if last else order for order in range(state.size)]
+    for order, place in enumerate(places):
+        nearer = places[:order]
+        if not state[1 : order + 1].any():
+            own[place] = state[0]  # at rest, without rounding
+            continue
+        row = splines.at(np.array([1.0 if last else 0.0]), order).toarray()[0]
+        own[place] = (state[order] - row[nearer] @ own[nearer]) / row[place]

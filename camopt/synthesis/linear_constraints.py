@@ -6,6 +6,7 @@ steps.
 """
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import Any
 
 from camopt.effects import force
@@ -16,8 +17,17 @@ from camopt.problem.problem import Problem, strictest
 from camopt.synthesis.demand import LinearConstraint
 
 
-def floors_of(problem: Problem) -> Iterator[LinearConstraint]:
-    """The limits of a scene that are linear. What is not, the size holds in the end."""
+def floors_of(problem: Problem) -> list[LinearConstraint]:
+    """The limits of a scene that are linear, each once. What is not, the size holds in the end."""
+    found: dict[LinearConstraint, LinearConstraint] = {}
+    for floor in _floors(problem):
+        plain = replace(floor, name="", kinds=0)
+        first = found.get(plain, floor)
+        found[plain] = replace(first, kinds=first.kinds | floor.kinds)
+    return list(found.values())
+
+
+def _floors(problem: Problem) -> Iterator[LinearConstraint]:
     asked = strictest(problem)
     for limit in problem.limits:
         for claim in limit.claims:

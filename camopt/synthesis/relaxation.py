@@ -17,16 +17,16 @@ node and on the mean over each panel, and one on y and y' alone as Grönwall's i
 optimum under it bounds every cam from below, and closes on the truth as h².
 """
 
-from math import sqrt
+from math import isfinite, sqrt
 from typing import Any
 
 import cvxpy as cp
 import numpy as np
 
 from camopt.motion.stroke import Stroke
-from camopt.synthesis.convex import Ranges, Sizes
-from camopt.synthesis.demand import ORDERS, Demand, LinearConstraint
-from camopt.synthesis.spline_motion import points_inside
+from camopt.numerics import FloatArray
+from camopt.synthesis.demand import Demand, LinearConstraint
+from camopt.synthesis.stroke_motion import Ranges, Sizes
 
 CUBIC = 2.0 / (9.0 * sqrt(3.0))
 SAME = 1e-9  # of the stroke: nodes as close as that are one
@@ -40,44 +40,53 @@ class RelaxedMotion:
 
     def __init__(self, panels: int, demand: Demand, stroke: Stroke, ranges: Ranges, sizes: Sizes) -> None:
         self.unit, self.angle, self.sizes = demand.scale, stroke.angle, sizes
-        points = dict(points_inside(demand, stroke))
-        plain = np.linspace(0.0, 1.0, panels + 1)
-        apart = [x for x in plain if all(abs(x - point) > SAME for point in points)]
-        x = np.array(sorted([*apart, *points]))
+        parts = [(each, part) for each in demand.conditions if (part := each.inside(stroke)) is not None]
+        x = _nodes(panels, {end for _, part in parts for end in part})
         self.h = np.diff(x)
         self.y, self.v, self.a = (cp.Variable(x.size) for _ in range(3))
-        low, high = sorted((stroke.low / self.unit, stroke.high / self.unit))
-        self.limits = [self.y[0] == stroke.low / self.unit, self.y[-1] == stroke.high / self.unit]
-        self.limits += [self.y >= low, self.y <= high]
-        self.limits += [self.y[int(np.searchsorted(x, at))] == y / self.unit for at, y in points.items()]
-        if demand.monotone:
-            up = 1.0 if stroke.high > stroke.low else -1.0
-            self.limits += [up * self.v >= 0.0, up * cp.diff(self.y) >= 0.0]
-        unit = {
-            k: [(low * stroke.angle**k, high * stroke.angle**k) for low, high in ranges.get(k, [])]
-            for k in ORDERS.values()
-        }
-        for low, high in unit[1]:
-            self.limits += [self.v >= low, self.v <= high]
-            self.limits += [
-                cp.diff(self.y) >= cp.multiply(self.h, low),
-                cp.diff(self.y) <= cp.multiply(self.h, high),
-            ]
-        for low, high in unit[2]:
-            self._chained(self.y, self.v, low, high)
-            self.limits += [self.a >= low, self.a <= high]
-        for low, high in unit[3]:
-            self._chained(self.v, self.a, low, high)
-            start = cp.multiply(self.h, self.v[:-1]) + cp.multiply(self.h**2 / 6, 2 * self.a[:-1] + self.a[1:])
-            reach = cp.multiply(CUBIC * self.h**3, (high - low) / 2)
-            self.limits += _within(cp.diff(self.y) - start, reach)
+        self.limits: list[Any] = [] if stroke.is_move else self._unit_stroke(stroke, demand.monotone)
+        whole = slice(0, x.size)
+        for order, every in ranges.items():
+            for low, high in every:
+                self._range(order, low, high, whole)
+        for condition, (start, end) in parts:
+            nodes = slice(int(np.abs(x - start).argmin()), int(np.abs(x - end).argmin()) + 1)
+            self._range(condition.order, condition.low / self.unit, condition.high / self.unit, nodes)
         for floor in demand.floors:
-            if floor.kinds & stroke.kind:
-                self._floor(floor, unit[2])
+            if floor.bears_on(stroke):
+                self._floor(floor, [(low * self.angle**2, high * self.angle**2) for low, high in ranges.get(2, [])])
 
-    def _chained(self, value: Any, slope: Any, low: Any, high: Any) -> None:
+    def _unit_stroke(self, stroke: Stroke, monotone: bool) -> list[Any]:
+        """A rise or return goes from one end to the other, and not beyond."""
+        start, end = stroke.low / self.unit, stroke.high / self.unit
+        limits = [self.y[0] == start, self.y[-1] == end, self.y >= min(start, end), self.y <= max(start, end)]
+        if monotone:
+            up = 1.0 if end > start else -1.0
+            limits += [up * self.v >= 0.0, up * cp.diff(self.y) >= 0.0]
+        return limits
+
+    def _range(self, order: int, low: Any, high: Any, nodes: slice) -> None:
+        """What nodes have if a derivative by rad is within a range from the first of them to the last."""
+        low, high = low * self.angle**order, high * self.angle**order
+        y, v, a = (values[nodes] for values in (self.y, self.v, self.a))
+        h = self.h[nodes.start : nodes.stop - 1]
+        if order < 3:
+            self.limits += _between((y, v, a)[order], low, high)
+        if not h.size:
+            return
+        if order == 1:
+            self.limits += _between(cp.multiply(1 / h, cp.diff(y)), low, high)
+        elif order == 2:
+            self._chained(y, v, low, high, h)
+        elif order == 3:
+            self._chained(v, a, low, high, h)
+            start = cp.multiply(h, v[:-1]) + cp.multiply(h**2 / 6, 2 * a[:-1] + a[1:])
+            reach = cp.multiply(CUBIC * h**3, (high - low) / 2)
+            self.limits += _within(cp.diff(y) - start, reach)
+
+    def _chained(self, value: Any, slope: Any, low: Any, high: Any, h: FloatArray) -> None:
         """What a value and its slope have at neighbouring nodes if the slope of the slope is within a range."""
-        h, middle, half = self.h, (low + high) / 2, (high - low) / 2
+        middle, half = (low + high) / 2, (high - low) / 2
         turned = cp.diff(slope) - cp.multiply(h, middle)
         off = cp.multiply(1 / h, cp.diff(value)) - (slope[1:] + slope[:-1]) / 2
         spent = cp.Variable(h.size, nonneg=True)  # ≥ turned²/(4·half·h), a rotated cone
@@ -120,11 +129,15 @@ class RelaxedMotion:
         self.limits.append(later >= cp.multiply(decay, sooner))
 
     def end(self, order: int, last: bool) -> Any:
-        values = {1: self.v, 2: self.a}.get(order)
+        values = {0: self.y, 1: self.v, 2: self.a}.get(order)
         return None if values is None else values[-1 if last else 0] / self.angle**order
 
     def at_rest(self, rest: int, last: bool) -> list[Any]:
         return [values[-1 if last else 0] == 0.0 for values in (self.v, self.a)[:rest]]
+
+    def lowest(self, x: float) -> Any:
+        """Another motion may be lower elsewhere: its size has no bound."""
+        return cp.Variable()
 
     def left_over(self) -> None:
         """Between its nodes a motion may add anything."""
@@ -143,3 +156,18 @@ class RelaxedMotion:
 def _within(values: Any, most: Any) -> list[Any]:
     """The limits of their magnitudes, without the variables that cvxpy would add for an absolute value."""
     return [values <= most, values >= -most]
+
+
+def _between(values: Any, low: Any, high: Any) -> list[Any]:
+    """The limits of values within a range whose ends may be infinite."""
+    if isinstance(low, float) and low == high:
+        return [values == low]
+    ends = ((values, low), (-values, -high))
+    return [value >= end for value, end in ends if isinstance(end, cp.Expression) or isfinite(end)]
+
+
+def _nodes(panels: int, ends: set[float]) -> FloatArray:
+    """Equal panels of a unit stroke, cut where conditions start and end."""
+    plain = np.linspace(0.0, 1.0, panels + 1)
+    apart = [x for x in plain if all(abs(x - end) > SAME for end in ends)]
+    return np.array(sorted([*apart, *ends]))

@@ -17,13 +17,12 @@ import cvxpy as cp
 import numpy as np
 from numpy.typing import NDArray
 
-from camopt.motion.table import DWELL
 from camopt.numerics import LARGEST_MAGNITUDE, FloatArray
 from camopt.problem.claims import Claim, Plain
 from camopt.synthesis.ceilings import Sampled, samples
 from camopt.synthesis.convex import SOLVED, Convex, solve
 from camopt.synthesis.demand import ORDERS
-from camopt.synthesis.iterate import Iterate, iterate_of, moving
+from camopt.synthesis.iterate import Iterate, iterate_of, moving, sampled_motions
 
 PRICES = 100.0, 1e4  # of a curve that is above its bound by all of it, in units of the objective: if one is too low
 STEPS, FIRST_REACH = 60, 0.1
@@ -38,7 +37,7 @@ class StrokePlanes:
 
     sampled: Sampled
     moves: list[Any]
-    """y to y''' at the samples of all curves, in units of the lift (none in a dwell); e and s₀."""
+    """y to y''' at the samples of all curves, in units of the lift; e and s₀."""
     lowered: NDArray[np.bool_]
     """Which curves are minimised."""
     size: int
@@ -49,11 +48,7 @@ class StrokePlanes:
 
     def state(self, unit: float) -> FloatArray:
         """y to y''' at the samples of one curve, mm, of coefficients set in the variables."""
-        if rows := self.moves[:-2]:
-            return unit * np.array([row.value[: self.size] for row in rows])
-        rest = np.zeros((4, self.size))
-        rest[0] = self.sampled.stroke.low
-        return rest
+        return unit * np.array([row.value[: self.size] for row in self.moves[:-2]])
 
 
 class SequentialConvex:
@@ -79,16 +74,14 @@ class SequentialConvex:
 
     def _blocks(self, ceilings: list[Claim]) -> Iterator[StrokePlanes]:
         """A block for each stroke on which a curve counts."""
-        motions = iter(moving(self.model))
-        for stroke in self.model.demand.strokes:
-            motion = None if stroke.kind == DWELL else next(motions)
+        for stroke, motion in zip(self.model.demand.strokes, sampled_motions(self.model), strict=True):
             sampled = Sampled(self.model.demand, stroke)
             sides = [1 + (c.goal == LARGEST_MAGNITUDE) for c in ceilings if sampled.counts(c)]
             lowered = [n >= self.count for n, c in enumerate(ceilings) if sampled.counts(c)]
             if sides:
                 x = samples(self.model.demand, stroke)
                 every = np.tile(x, sum(sides))
-                moves = [*(motion.at(every) if motion else []), self.model.sizes.lead, self.model.sizes.height]
+                moves = [*motion.at(every), self.model.sizes.lead, self.model.sizes.height]
                 constant, *slopes = (cp.Parameter(every.size) for _ in range(1 + len(moves)))
                 yield StrokePlanes(sampled, moves, np.repeat(lowered, sides), x.size, constant, slopes)
 
@@ -169,7 +162,7 @@ class SequentialConvex:
         ceilings, scale = [*held, *lowered], self.model.demand.scale
         for block in self.blocks:
             planes = block.sampled.planes(ceilings, block.state(scale), self._sizes(at))
-            slopes = (*planes.motion[: len(block.moves) - 2], planes.lead, planes.height)
+            slopes = (*planes.motion, planes.lead, planes.height)
             constant = planes.values.ravel()
             for parameter, slope, move in zip(block.slopes, slopes, block.moves, strict=True):
                 parameter.value = slope.ravel()
@@ -198,7 +191,8 @@ class SequentialConvex:
         reach = np.hypot(at.lead, at.height) if demand.traced else at.height
         model.sizes.prime.value = max(reach, demand.prime[0] / demand.length)
         for name, variable in model.largest.items():
-            variable.value = max(float(np.abs(motion.samples(ORDERS[name])).max()) for motion in moving(model))
+            every = [np.abs(motion.samples(ORDERS[name])).max() for motion in sampled_motions(model)]
+            variable.value = float(max(every))
         price = float(self.goal.value) + self.price.value * max(0.0, top - 1.0 + CLOSER)
         return price if np.isfinite(price) else inf, top
 

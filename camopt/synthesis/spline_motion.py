@@ -1,5 +1,6 @@
 """Motions made of splines: what holds of their Bernstein coefficients holds at every cam angle."""
 
+from math import isfinite
 from typing import Any
 
 import cvxpy as cp
@@ -7,45 +8,67 @@ import numpy as np
 
 from camopt.motion.stroke import Stroke
 from camopt.numerics import FloatArray
-from camopt.synthesis.convex import Ranges, Sizes
 from camopt.synthesis.demand import Demand
 from camopt.synthesis.residual import left_over
 from camopt.synthesis.splines import elevated
+from camopt.synthesis.stroke_motion import Ranges, Sizes
 
 
 class SplineMotion:
-    """A stroke whose law is a free spline."""
+    """A stroke whose law is a free spline.
+
+    The coefficients are those of its law, from 0 to 1; of a move they are displacements, in units of the lift.
+    """
 
     def __init__(self, demand: Demand, stroke: Stroke, ranges: Ranges, sizes: Sizes) -> None:
         self.demand, self.splines, self.stroke, self.unit = demand, demand.splines, stroke, demand.scale
-        first, last = (1 + demand.rest * beside for beside in demand.beside_dwells(stroke))
+        self.low, self.change = demand.law_scale(stroke)
         self.coefficients = c = cp.Variable(self.splines.count)
-        self.limits = [c[:first] == 0, c[-last:] == 1, c >= 0, c <= 1]
-        if demand.monotone:
+        self.limits: list[Any] = [] if stroke.is_move else [c[0] == 0, c[-1] == 1, c >= 0, c <= 1]
+        if demand.monotone and not stroke.is_move:
             self.limits.append(c[1:] >= c[:-1])
-        self.limits += [self._of(x, 0) == y / self.unit for x, y in points_inside(demand, stroke)]
         for order, bounds in ranges.items():
-            per = stroke.angle**order  # by x of the unit stroke, whose numbers are not huge
-            fresh = self.splines.fresh(order, self.splines.degree - order)
-            rows = per * self._rows(self.splines.bernstein(order)[fresh], order)
-            self.limits += [limit for low, high in bounds for limit in (rows >= per * low, rows <= per * high)]
+            rows = self._rows(self._differing(order, self.splines.degree - order), order)
+            self.limits += [limit for low, high in bounds for limit in self._within(rows, order, low, high)]
+        for condition in demand.conditions:
+            if (part := condition.inside(stroke)) is not None:
+                rows = self._rows(self._part(condition.order, *part), condition.order)
+                low, high = condition.low / self.unit, condition.high / self.unit
+                self.limits += self._within(rows, condition.order, low, high)
         degree = self.splines.degree
-        fresh = self.splines.fresh(2, degree)
-        y, y1, y2 = (
-            self._rows(elevated(self.splines.bernstein(order), degree - order, order)[fresh], order)
-            for order in range(3)
-        )
+        y, y1, y2 = (self._rows(self._differing(order, degree), order) for order in range(3))
         for floor in demand.floors:
-            if floor.kinds & stroke.kind:
+            if floor.guards(stroke):
                 moving = floor.displacement * y + floor.velocity * y1 + floor.acceleration * y2
                 sized = floor.lead * sizes.lead + floor.height * sizes.height + floor.constant / self.unit
                 self.limits.append(moving + sized >= 0)
 
+    def _differing(self, order: int, degree: int) -> Any:
+        """The matrix to the Bernstein coefficients of a derivative, as of some degree, each of them once."""
+        own = self.splines.degree - order
+        return elevated(self.splines.bernstein(order), own, degree - own)[self.splines.fresh(order, degree)]
+
+    def _part(self, order: int, low: float, high: float) -> Any:
+        """The matrix to what encloses a derivative over a part of the unit stroke: at a point, its value."""
+        if low == high:
+            return self.splines.at(np.array([low]), order)
+        if (low, high) == (0.0, 1.0):
+            return self._differing(order, self.splines.degree - order)
+        return self.splines.between(order, low, high)
+
+    def _within(self, rows: Any, order: int, low: Any, high: Any) -> list[Any]:
+        """Values of a derivative within a range; by x of the unit stroke, whose numbers are not huge."""
+        per = self.stroke.angle**order
+        if isinstance(low, float) and low == high:
+            return [per * rows == per * low]
+        ends = ((1.0, low), (-1.0, high))
+        finite = [(sign, end) for sign, end in ends if not isinstance(end, float) or isfinite(end)]
+        return [sign * per * rows >= sign * per * end for sign, end in finite]
+
     def _rows(self, matrix: Any, order: int) -> Any:
         """A derivative by the cam angle, in units of the lift, from a matrix for the unit stroke."""
-        low, change = self.stroke.low / self.unit, (self.stroke.high - self.stroke.low) / self.unit
-        moved = change / self.stroke.angle**order * (matrix @ self.coefficients)
-        return moved + low if order == 0 else moved
+        moved = self.change / self.stroke.angle**order * (matrix @ self.coefficients)
+        return moved + self.low if order == 0 else moved
 
     def _of(self, x: float, order: int) -> Any:
         return self._rows(self.splines.at(np.array([x]), order), order)[0]
@@ -54,8 +77,12 @@ class SplineMotion:
         return self._of(1.0 if last else 0.0, order)
 
     def at_rest(self, rest: int, last: bool) -> list[Any]:
-        """By its first and last coefficients."""
-        return []
+        """By its first or last coefficients."""
+        c = self.coefficients
+        return [c[-1 - rest : -1] == c[-1]] if last else [c[1 : rest + 1] == c[0]]
+
+    def lowest(self, x: float) -> Any:
+        return self._of(x, 0)
 
     def at(self, x: FloatArray) -> list[Any]:
         """y to y''' at x of the unit stroke."""
@@ -74,11 +101,6 @@ class SplineMotion:
         return cp.norm(cp.multiply(share, self._rows(self.splines.at(x, order), order)))
 
     def left_over(self) -> Any:
-        rows = left_over(self.demand.strokes, self.splines, *self.demand.train)[self.demand.place(self.stroke)]
+        place = self.demand.free.index(self.stroke)
+        rows = left_over(self.demand.strokes, self.splines, *self.demand.train)[place]
         return cp.vstack([each @ self.coefficients for each in rows])
-
-
-def points_inside(demand: Demand, stroke: Stroke) -> list[tuple[float, float]]:
-    """The points inside a stroke that the motion has to go through: x of the unit stroke, and y."""
-    inside = [((angle - stroke.start) / stroke.angle, y) for angle, y in demand.points]
-    return [(x, y) for x, y in inside if 0.0 < x < 1.0]

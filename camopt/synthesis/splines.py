@@ -8,7 +8,7 @@ Source: de Boor, A Practical Guide to Splines, ch. IX; Farin, Curves and Surface
 """
 
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ from camopt.motion.spline import SplineLaw
 from camopt.numerics import FloatArray
 
 PARTS = 2  # of a span
+APART = 1e-9  # of the stroke: the least length of a part
 NOTHING = 1e-12  # of the largest entry: rounding
 
 
@@ -51,7 +52,17 @@ class Splines:
 
     def bernstein(self, order: int) -> sparse.csr_array:
         """The matrix from coefficients to Bernstein coefficients of a derivative, part by part along the stroke."""
-        return _bernstein(self, order)
+        return _bernstein(self, order, self._parts)
+
+    @cached_property
+    def _parts(self) -> tuple[float, ...]:
+        """Where the parts of the stroke end."""
+        return tuple((np.arange(self.pieces * PARTS + 1) / (self.pieces * PARTS)).tolist())
+
+    def between(self, order: int, low: float, high: float) -> sparse.csr_array:
+        """The same for a range of x: from part to part within it."""
+        inside = [x for x in self._parts if low + APART < x < high - APART]
+        return _bernstein(self, order, (low, *inside, high))
 
     def fresh(self, order: int, degree: int) -> NDArray[np.intp]:
         """Which Bernstein coefficients of a derivative, as polynomials of a degree, differ from the one before.
@@ -65,17 +76,21 @@ class Splines:
     def law(self, name: str, coefficients: FloatArray) -> SplineLaw:
         """The spline as a motion law: from 0 to 1, without rounding."""
         inner = np.clip(coefficients[1:-1], 0.0, 1.0)
-        knots = tuple(self.knots.tolist())
-        return SplineLaw(name, self.degree, knots, (0.0, *inner.tolist(), 1.0))
+        return self.law_of_move(name, np.array([0.0, *inner, 1.0]))
+
+    def law_of_move(self, name: str, displacements: FloatArray) -> SplineLaw:
+        """The spline as the law of a move, from its displacements as they are given."""
+        return SplineLaw(name, self.degree, tuple(self.knots.tolist()), tuple(displacements.tolist()))
 
 
 @cache
-def _bernstein(splines: Splines, order: int) -> sparse.csr_array:
-    degree, parts = splines.degree - order, splines.pieces * PARTS
+def _bernstein(splines: Splines, order: int, ends: tuple[float, ...]) -> sparse.csr_array:
+    """Of a derivative on parts, none of which has a knot inside."""
+    degree, parts = splines.degree - order, len(ends) - 1
     x = (1.0 - np.cos(np.pi * (np.arange(degree + 1) + 0.5) / (degree + 1))) / 2.0  # inside a part: no knot
     power = np.arange(degree + 1)
     values = comb(degree, power) * x[:, None] ** power * (1.0 - x[:, None]) ** (degree - power)
-    nodes = ((np.arange(parts)[:, None] + x) / parts).ravel()
+    nodes = (np.array(ends[:-1])[:, None] + np.diff(ends)[:, None] * x).ravel()
     found = sparse.kron(sparse.eye_array(parts), np.linalg.inv(values)) @ splines.at(nodes, order)
     found.data[np.abs(found.data) <= NOTHING * np.abs(found.data).max()] = 0.0
     found.eliminate_zeros()

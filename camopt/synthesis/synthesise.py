@@ -14,13 +14,15 @@ import numpy as np
 
 from camopt.mistakes import Unmet, Unsolved
 from camopt.motion import LAWS
+from camopt.motion.law import Law
+from camopt.motion.stroke import Stroke
+from camopt.numerics import FloatArray
 from camopt.problem.problem import resolve
 from camopt.scene.scene import Scene
 from camopt.smallest.result import Progress
 from camopt.synthesis import residual
 from camopt.synthesis.cams import (
     cam_for,
-    free_laws,
     programme_with,
     scene_with,
     smallest_cams,
@@ -116,7 +118,7 @@ def _best(demand: Demand, advance: Progress) -> tuple[Synthesised, Iterate]:
     if not free and ceilings_of(demand):
         found += _by_convex_steps(model, demand, start, advance)
     if not found:
-        others = smallest_cams(scene_with(demand.problem.scene, free_laws(demand, start))).obstacles.values()
+        others = smallest_cams(scene_with(demand, start)).obstacles.values()
         what = f": {', '.join(dict.fromkeys(others))}" if others else ""
         raise Unmet(f"free laws hold the convex limits, but no cam was found that also holds the others{what}")
     cam, laws = _least(found)
@@ -189,6 +191,7 @@ def tightened(demand: Demand, margin: float) -> Demand:
     kept = 1.0 - margin
     return replace(
         demand,
+        conditions=tuple(each.tightened(margin) for each in demand.conditions),
         ranges=tuple({k: (kept * low, kept * high) for k, (low, high) in row.items()} for row in demand.ranges),
         floors=tuple(replace(f, constant=f.constant - margin * abs(f.constant)) for f in demand.floors),
         prime=(demand.prime[0], max(demand.prime[0], kept * demand.prime[1])),
@@ -226,11 +229,20 @@ def placed(demand: Demand, start: Iterate) -> list[Iterate]:
 def _known(demand: Demand, start: Iterate) -> Iterator[Iterate]:
     """The known laws that are splines of this kind to rounding, or near them, and within the limits."""
     x = (np.arange(4 * demand.splines.count) + 0.5) / (4 * demand.splines.count)
+    rows = demand.splines.at(x, 0).toarray()
     for law in LAWS.values():
-        fit = np.linalg.lstsq(demand.splines.at(x, 0).toarray(), law.displacement(x), rcond=None)[0]
-        known = start._replace(coefficients=cleaned(demand, [fit] * len(start.coefficients)))
+        values = [_known_values(demand, stroke, law, x) for stroke in demand.free]
+        fits = [np.linalg.lstsq(rows, each, rcond=None)[0] for each in values]
+        known = start._replace(coefficients=cleaned(demand, fits))
         if within(demand, programme_with(demand, known)):
             yield known
+
+
+def _known_values(demand: Demand, stroke: Stroke, law: Law, x: FloatArray) -> FloatArray:
+    """A known law on a rise or return; a move as the scene itself has it."""
+    if not stroke.is_move:
+        return law.displacement(x)
+    return np.asarray(stroke.motion(stroke.start + x * stroke.angle)[0] / demand.scale)
 
 
 def _placed(demand: Demand, known: Iterate) -> Iterate:

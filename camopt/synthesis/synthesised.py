@@ -7,9 +7,12 @@ from typing import Any
 
 from camopt.motion import LAWS
 from camopt.motion.programme import PEAKS, law_peaks, peaks_inside
+from camopt.motion.segments import MOVE
 from camopt.motion.spline import SplineLaw
 from camopt.problem.problem import resolve
 from camopt.scene.scene import Scene
+
+FREE = ("rise", "return", MOVE)
 
 
 @dataclass(frozen=True)
@@ -46,8 +49,12 @@ class Synthesised:
 
     @cached_property
     def peaks(self) -> dict[str, dict[str, float | str]]:
-        """The peak factors of each free law, inside its stroke: one that meets another has no dwells around it."""
-        return {name: {**law_peaks(law), **peaks_inside(law)} for name, law in self.laws.items()}
+        """The peak factors of each free law of a rise or return, inside it: one that meets another has no dwells
+        around it.
+        """
+        moves = {segment.law for segment in self.scene.motion if segment.segment == MOVE}
+        unit = {name: law for name, law in self.laws.items() if name not in moves}
+        return {name: {**law_peaks(law), **peaks_inside(law)} for name, law in unit.items()}
 
 
 def peaks_of(row: Mapping[str, Any], result: Synthesised) -> dict[str, float]:
@@ -58,7 +65,7 @@ def peaks_of(row: Mapping[str, Any], result: Synthesised) -> dict[str, float]:
 
 
 def free_names(scene: Scene) -> list[str]:
-    """Names for the free laws of a scene's moving segments, in order."""
-    kinds = [segment.segment for segment in scene.motion if segment.segment != "dwell"]
+    """Names for the free laws of a scene's rises, returns and moves, in order."""
+    kinds = [segment.segment for segment in scene.motion if segment.segment in FREE]
     counts = [kinds[: n + 1].count(kind) for n, kind in enumerate(kinds)]
     return [f"free-{k}-{n}" if kinds.count(k) > 1 else f"free-{k}" for k, n in zip(kinds, counts, strict=True)]

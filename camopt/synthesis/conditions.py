@@ -1,0 +1,79 @@
+"""What a scene asks of its motion at cam angles, as conditions on free laws, and where displacements are 0.
+
+Moves may go anywhere between what they join. The lowest of them makes the size of the cam, so it has to be known:
+where the lowest position that the scene gives may be a rest, no move goes below it. Else some move has to (one that
+turns back between two stretches at constant velocity), and the lowest of the scene's own motion says where.
+"""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from math import inf
+from typing import NamedTuple
+
+import numpy as np
+
+from camopt.motion.programme import Programme
+from camopt.motion.segments import start_of
+from camopt.motion.stroke import Stroke
+from camopt.problem.problem import Problem, segments_of
+from camopt.synthesis.demand import Condition
+
+NAMES = ("to", "velocity", "acceleration", "jerk")
+SAME = 1e-9  # of the lift: levels nearer than that are one
+LOOKED = 3601  # angles of a turn at which its lowest is looked for
+
+
+class Ground(NamedTuple):
+    """Where displacements are counted from."""
+
+    strokes: tuple[Stroke, ...]
+    zero: float
+    """The position there, as given: mm, or deg."""
+    unit: float
+    """Of positions, in mm or rad."""
+    dip: float | None
+    """The cam angle where the motion is lowest, if no position that the scene gives need be."""
+
+
+def ground_of(problem: Problem) -> Ground:
+    """The lowest position that is given, or else that of the scene's own motion."""
+    programme = problem.programme
+    unit = next((stroke.given.unit for stroke in programme.strokes if stroke.given), 1.0)
+    zero = start_of(segments_of(problem.scene)) - programme.start
+    levels = list(_levels(programme))
+    lowest = min(low for low, _ in levels)
+    rests = all(may_rest for low, may_rest in levels if low - lowest <= SAME * programme.lift)
+    if not rests:
+        angles = np.linspace(0.0, programme.strokes[-1].end, LOOKED)
+        return Ground(programme.strokes, zero, unit, float(angles[programme.at(angles)[0].argmin()]))
+    if lowest == 0.0:
+        return Ground(programme.strokes, zero, unit, None)
+    moved = tuple(replace(s, low=s.low - lowest, high=s.high - lowest) for s in programme.strokes)
+    return Ground(moved, zero + lowest / unit, unit, None)
+
+
+def _levels(programme: Programme) -> Iterator[tuple[float, bool]]:
+    """The displacements that a scene gives, and whether the motion may rest there."""
+    start = programme.strokes[0].low
+    for stroke in programme.strokes:
+        if not stroke.is_move or not stroke.is_free:
+            yield from ((y, not stroke.is_move) for y in (stroke.low, stroke.high))
+            continue
+        asked = stroke.asked(start)
+        if 0 in asked:
+            low, high = asked[0]
+            slow, fast = asked.get(1, (0.0, 0.0))
+            yield low, low == high and slow <= 0.0 <= fast
+
+
+def conditions_of(problem: Problem, ground: Ground) -> Iterator[Condition]:
+    """What is asked at the ends of moves, and that none goes below the lowest."""
+    start = ground.strokes[0].low
+    numbers = [number for number, segment in enumerate(problem.scene.motion, start=1) if segment.angle > 0.0]
+    for number, stroke in zip(numbers, ground.strokes, strict=True):
+        if not (stroke.is_move and stroke.is_free):
+            continue
+        for order, (low, high) in stroke.asked(start).items():
+            yield Condition(f"motion.{number}.{NAMES[order]}", order, stroke.end, stroke.end, low, high)
+        if ground.dip is None:
+            yield Condition("the lowest position", 0, stroke.start, stroke.end, 0.0, inf)
