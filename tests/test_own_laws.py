@@ -368,7 +368,7 @@ def test_a_picture_of_a_spline(tmp_path):
 ONE_MISTAKE = [
     ({"laws": 5, "motion": BASES["flat"]["motion"]}, "laws = 5: must be a table"),
     ({"laws.m": 5}, "laws.m = 5: must be a table"),
-    ({"laws.m": {}}, "laws.m: a law needs law, scca, start and end, degree, knots and coefficients, x and s, or a f"),
+    ({"laws.m": {}}, "laws.m: a law needs law, scca, start and end, degree, knots and coefficients (of a move: positions), x and s, or a f"),
     ({"laws.m": {"mirror": True}}, "laws.m: a law needs law, scca, start and end"),
     ({"laws.cycloidal": BEZIER}, "laws = 'cycloidal': is a built-in law; give yours another name"),
     ({"laws": {**own.TABLES, "a\nb": BEZIER}}, "laws = 'a\\nb': the name of a law must be one line of printable"),
@@ -384,7 +384,7 @@ ONE_MISTAKE = [
     ({"laws.own-spline.degree": 13}, "laws.own-spline.degree = 13: must be at most 12"),
     ({"laws.own-spline.degree": 5.5}, "laws.own-spline.degree = 5.5: must be a whole number"),
     ({"laws.own-spline.degree": True}, "laws.own-spline.degree = True: must be a whole number"),
-    ({"laws.own-spline.degree": DELETED}, "laws.own-spline.degree: missing; a B-spline has degree, knots, coeff"),
+    ({"laws.own-spline.degree": DELETED}, "laws.own-spline.degree: missing; a B-spline has coefficients, degree, kn"),
     ({"laws.own-spline.knots": [0, 1]}, "laws.own-spline.knots: has 2 values; 9 coefficients of degree 5 need 15"),
     ({"laws.m": {**BEZIER, "knots": [0] * 5 + [0.5] + [1] * 6}}, "laws.m.knots = [0, 0, 0, 0, 0, 0.5, 1, 1, 1, 1, 1, 1]: must start with 6 zeros and end with 6 ones"),
     ({"laws.m": {**BEZIER, "coefficients": [0, 0, 0, 1, 1]}}, "laws.m.coefficients = [0, 0, 0, 1, 1]: needs 6 at least"),

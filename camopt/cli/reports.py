@@ -192,10 +192,8 @@ def show_synthesis(result: "Synthesised", known: "Comparison", as_json: bool) ->
             }
         )
     problem = resolve(result.scene)
-    rows = [
-        {**row, **peaks_of(row, result), "binding": ", ".join(row["binding"])}
-        for row in with_law([*known.rows.values(), result.design])
-    ]
+    every = [_named(row, law) for law, row in known.rows.items()] + [_named(result.design, "free moves")]
+    rows = [{**row, **peaks_of(row, result), "binding": ", ".join(row["binding"])} for row in with_law(every)]
     for row in rows:
         beyond = {} if row.get("within", True) else {name: f"{row[name]} *" for name in ("law", "law_rise")}
         row.update(beyond)
@@ -209,38 +207,54 @@ def show_synthesis(result: "Synthesised", known: "Comparison", as_json: bool) ->
         what += f" a gap of {result.gap:.2%}."
     swung = result.scene.follower.motion == "oscillating"
     why = "The limits of an oscillating follower are not convex" if swung else "Curvature or a load decides too"
-    _show_limits_of_motion(known.rows.values(), defaults)
+    _show_limits_of_motion(result.asked, known.rows.values(), defaults)
     show(_beside_known(result, known))
     return show(what + ("" if result.convex else f" {why}, so the laws are a local optimum."))
 
 
-def _show_limits_of_motion(known: Iterable[dict[str, Any]], defaults: dict[str, float]) -> None:
+def _named(row: Mapping[str, Any], name: str) -> dict[str, Any]:
+    """A row, with a name in place of the laws of rises and returns where it has neither."""
+    named = row["law_rise"] or row["law_return"]
+    return dict(row) if named else {**row, "law_rise": name, "law_return": name}
+
+
+def _show_limits_of_motion(scene: "Scene", known: Iterable[dict[str, Any]], defaults: dict[str, float]) -> None:
     """The limits that were taken by default, and what a star means."""
     if not all(row["within"] for row in known):
         show("* breaks a limit on the motion that the free laws meet")
-    if defaults:
-        peaks = " and ".join(f"{name.replace('_', ' ')} {value:.6g}" for name, value in defaults.items())
-        show(
-            "The scene limits neither acceleration nor jerk, so the peaks of poly345 are the limits "
-            f"(for unit stroke and angle): {peaks}."
-        )
+    if not defaults:
+        return
+    kinds = {segment.segment for segment in scene.motion}
+    peaks = " and ".join(f"{name.replace('_', ' ')} {value:.6g}" for name, value in defaults.items())
+    limits = []
+    if kinds & {"rise", "return"}:
+        limits.append(f"the peaks of poly345 are the limits (for unit stroke and angle): {peaks}")
+    if "move" in kinds:
+        own = " and ".join(name.removeprefix("peak_") for name in defaults)
+        limits.append(f"moves have no more {own} than the largest in the scene's own moves")
+    show(f"The scene limits neither acceleration nor jerk, so {'; '.join(limits)}.")
 
 
 def _beside_known(result: "Synthesised", known: "Comparison") -> str:
     """The best known law that holds the same limits, and the scene's own."""
+    from camopt.synthesis.compare import OWN_MOVES
     from camopt.synthesis.units import objective_unit
 
     if known.best is None:
         return "No known law meets all these limits."
     value, unit = known.rows[known.best]["objective"], objective_unit(result.asked)
     what = f"The best known law that meets the same limits is {known.best}: {number(value)}{unit}"
-    what += f"; the free laws need {1.0 - result.objective / value:.1%} less." if value else "."
+    if known.best == OWN_MOVES:
+        what = f"The scene's own moves meet the same limits: {number(value)}{unit}"
+    less = f"{max(0.0, 1.0 - result.objective / value):.1%}" if value else ""
+    what += f"; the free laws need {less} less." if value else "."
     own = "" if known.own in (None, known.best) else f" The scene's own, {known.own}: "
     return what + (own and f"{own}{number(known.rows[str(known.own)]['objective'])}{unit}.")
 
 
 def show_frontier(found: "Frontier", as_json: bool) -> None:
     """The free laws along the frontier, the known laws, and the least value of each axis."""
+    from camopt.synthesis.compare import OWN_MOVES
     from camopt.synthesis.from_scene import default_peaks
     from camopt.synthesis.units import unit_of
 
@@ -256,7 +270,7 @@ def show_frontier(found: "Frontier", as_json: bool) -> None:
         return print_json({"scene": found.scene.name, **names, "least": ends, **tables})
     rows = [{**row, "law": "free"} for row in found.rows]
     for row in found.known:
-        laws = joined_laws(row["law_rise"], row["law_return"])
+        laws = joined_laws(row["law_rise"], row["law_return"]) or OWN_MOVES
         rows.append({**row, "law": laws if row["within"] else f"{laws} *"})
     sizes = [name for name in sizes_shown(found.scene, rows) if not name.startswith("law")]
     shown = [{**row, "bound": "" if row.get("bound") is None else row["bound"]} for row in rows]
@@ -265,7 +279,7 @@ def show_frontier(found: "Frontier", as_json: bool) -> None:
     columns = ["law", *found.axes, "bound", *sizes]
     show(table_of(f"{found.scene.name}: the frontier", shown, columns, units=units))
     show("The known laws are on the smallest cams that the limits allow them.")
-    _show_limits_of_motion(found.known, defaults)
+    _show_limits_of_motion(found.scene, found.known, defaults)
     for term, (least, bound) in found.least.items():
         most = "" if not bound else f"; no motion within the other limits has less than {number(bound)}"
         local = " (a local optimum)" if term in found.local else ""

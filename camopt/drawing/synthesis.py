@@ -15,7 +15,7 @@ from camopt.effects.motion import scale
 from camopt.motion.table import RETURN, RISE
 from camopt.problem.problem import resolve
 from camopt.quantities import QUANTITIES, motion_quantity
-from camopt.synthesis.compare import Comparison, compared
+from camopt.synthesis.compare import OWN_MOVES, Comparison, compared
 from camopt.synthesis.synthesised import Synthesised
 from camopt.tables.columns import joined_laws
 
@@ -51,7 +51,8 @@ def plot_synthesis(result: Synthesised, path: Target = None, known: Comparison |
             "free laws": Picture(resolve(result.scene)),
         }
         if known.best is not None and known.best == known.own:
-            pictures = dict(zip(("the scene's own law", "free laws"), pictures.values(), strict=True))
+            own = "the scene's own moves" if known.best == OWN_MOVES else "the scene's own law"
+            pictures = dict(zip((own, "free laws"), pictures.values(), strict=True))
         drawn = {word: picture for word, picture in pictures.items() if picture is not None}
         figure.text(0.03, 0.955, result.asked.name, fontsize=PAGE_TITLE, fontweight="bold")
         figure.text(0.03, 0.93, _own(known), fontsize=TITLE - 1.0, color=MUTED)
@@ -95,7 +96,7 @@ def _cams(figure: Any, pictures: dict[str, Picture]) -> None:
         ax.set(xlim=(limits[:, 0].min(), limits[:, 1].max()), ylim=(limits[:, 2].min(), limits[:, 3].max()))
         ax.set_aspect("equal", anchor="NW")
         size = f"{'base' if disc else 'mean'} radius {four_digits(float(picture.problem.design.size[0]))} mm"
-        title = word if word == "free laws" else f"{word}: {_laws(picture)}"
+        title = ": ".join(filter(None, (word, "" if word == "free laws" else _laws(picture))))
         ax.set_title(f"{title}\n{size}", loc="left", fontsize=TITLE, color=AFTER if word == "free laws" else BEFORE)
         if disc and each != lowest:  # one bar for the scale of both
             ax.lines[-1].remove()
@@ -119,10 +120,11 @@ def _motions(figure: Any, pictures: list[Picture]) -> None:
         ax = figure.add_axes((0.655, 0.71 - 0.215 * order, 0.325, 0.175))
         per = scale(setup, order) if order else np.degrees(1.0) if setup.angular else 1.0
         factor, unit = in_powers([per * m[order] for picture in pictures for m in picture.motion], unit)
-        for picture, pen in zip(pictures, pens, strict=True):
+        words = ["own moves", "free moves"][-len(pictures) :]
+        for picture, pen, word in zip(pictures, pens, words, strict=True):
             angles = np.concatenate([*(np.append(a, np.nan) for a in picture.pieces)])
             values = np.concatenate([*(np.append(m[order] * per * factor, np.nan) for m in picture.motion)])
-            ax.plot(np.degrees(angles), values, label=_laws(picture), **pen)
+            ax.plot(np.degrees(angles), values, label=_laws(picture) or word, **pen)
         ax.set_title(f"{name.capitalize()}, {unit}", loc="left")
         ax.set(xlim=(0, 360), xticks=range(0, 361, 60))
         ax.tick_params(labelbottom=order == 3)

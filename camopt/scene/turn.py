@@ -184,7 +184,9 @@ def _named(data: Mapping[str, Any], kind: str, law: Any, key: str) -> Iterator[F
     """A law that is named is there, and is one of positions where a move has it."""
     of_moves, others = laws_of_moves(data), law_names(data)
     if kind == MOVE and law in others:
-        yield key, law, "is for a rise or return; a move takes a law of positions (laws.….positions)"
+        if not isinstance(own_laws(data).get(law, {}), Mapping):
+            return  # which is said
+        yield key, law, "is for a rise or return; a move joins what is beside it, or has a law of positions"
     elif kind != MOVE and law in of_moves:
         yield key, law, "is a law of positions, for a move"
     else:

@@ -8,6 +8,9 @@ from camopt.synthesis.cams import known_laws, known_row, law_names_of, own_laws
 from camopt.synthesis.from_scene import demand_of
 from camopt.tables.designs import Design
 
+OWN_MOVES = "own moves"
+"""The name of a motion without rises and returns."""
+
 
 @dataclass(frozen=True)
 class Comparison:
@@ -35,7 +38,7 @@ class Comparison:
 def compared(scene: Scene) -> Comparison:
     """The known laws of a scene that ``synthesise`` takes."""
     demand = demand_of(resolve(scene))
-    rows = {law: known_row(demand, row) for law, row in known_laws(scene).items()}
+    rows = {law or OWN_MOVES: known_row(demand, row) for law, row in known_laws(scene).items()}
     weights = demand.objective
     for row in rows.values():
         row["objective"] = sum(weight * row[name] for name, weight in weights.items())

@@ -1,0 +1,211 @@
+"""Free laws of moves: exact optima, conditions that hold, bounds that motions keep, and laws that are scenes."""
+
+import tomllib
+from functools import cache
+from math import isclose, pi, radians, sqrt
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from support.depth import times
+
+from camopt import BadInput, Scene, certify, evaluate, find_scene, synthesise
+from camopt.problem.problem import resolve
+from camopt.synthesis.from_scene import demand_of
+
+MOVES = ("belt-matching", "bucket-valve", "feeder-with-stop", "press-with-drift", "rocker-valve")
+CAM = {"form": "disc", "rpm": 60, "base_radius": 400}
+KNIFE = {"motion": "translating", "contact": "knife"}
+
+
+@cache
+def free(name, minimise, pieces=24):
+    scene = find_scene(name).replace(**{"synthesis.minimise": minimise, "synthesis.pieces": pieces})
+    return scene, synthesise(scene)
+
+
+def turn(*segments, **changes):
+    """A scene of segments on a cam so large that its size limits nothing."""
+    return Scene.from_dict({"cam": CAM, "follower": KNIFE, "motion": list(segments)}).replace(**changes)
+
+
+def states(scene):
+    """y, y', y'' … at the start and at the end of each stroke, in positions of the scene."""
+    programme = resolve(scene).programme
+    ends = [s.motion(np.array([s.start, s.start + s.angle])) for s in programme.strokes]
+    return programme, np.array(ends)
+
+
+# ------------------------------------------------------------------------------------------- what they hold
+
+
+@pytest.mark.parametrize("name", MOVES)
+@pytest.mark.parametrize("minimise", ["acceleration", "jerk_rms"])
+def test_free_moves_hold_every_limit_join_smoothly_and_are_no_worse_than_the_scenes_own(name, minimise):
+    scene, result = free(name, minimise)
+    assert evaluate(result.scene)["feasible"]
+    assert set(certify(result.scene).values()) == {"held"}
+    assert not resolve(result.scene).programme.jumps
+    angular = "rad_s" if scene.follower.motion == "oscillating" else "m_s"
+    own = evaluate(scene)[f"acceleration_max_{angular}2"]
+    if minimise == "acceleration":
+        assert isclose(evaluate(result.scene)[f"acceleration_max_{angular}2"], result.objective, rel_tol=1e-9)
+        assert result.objective <= own * (1 + 1e-6)
+    assert result.bound is None or result.bound <= result.objective
+    assert result.bound is not None
+
+
+@pytest.mark.parametrize("name", MOVES)
+def test_the_states_that_a_scene_asks_for_are_met_and_stretches_keep_their_velocity(name):
+    scene, result = free(name, "acceleration")
+    (before, at_first), (after, at_last) = states(scene), states(result.scene)
+    for number, (one, other) in enumerate(zip(before.strokes, after.strokes, strict=True)):
+        if not one.is_free:
+            assert np.allclose(at_first[number], at_last[number], rtol=1e-12, atol=1e-12)
+            continue
+        for order, (low, high) in one.asked(before.strokes[0].low).items():
+            room = 1e-9 * np.abs(at_first[:, order]).max()
+            assert low - room <= at_last[number, order, 1] <= high + room
+        assert other.law.NAME.startswith("free")
+
+
+@pytest.mark.parametrize("name", MOVES)
+def test_a_scene_with_free_moves_is_read_again_and_asks_the_same(name):
+    scene, result = free(name, "acceleration")
+    again = Scene.from_dict(tomllib.loads(result.scene.to_toml()))
+    assert evaluate(again) == evaluate(result.scene)
+    first, second = (demand_of(resolve(each)) for each in (scene, again))
+    assert [c.key for c in first.conditions] == [c.key for c in second.conditions]
+    assert first.zero == pytest.approx(second.zero, abs=1e-9)
+
+
+# --------------------------------------------------------------------------------------------- exact optima
+
+
+@pytest.mark.parametrize("name", ["belt-matching", "feeder-with-stop", "press-with-drift"])
+def test_the_least_mean_square_jerk_is_that_of_the_scenes_own_polynomials(name):
+    """Between fixed states the polynomial of degree 5 is the optimum: the programme and its bound find it too."""
+    moves = find_scene(name).to_dict()["motion"]
+    wide = {"limits": {}, "cam.base_radius": 1e4, "cam.mean_radius": None}
+    if find_scene(name).cam.form == "cylindrical":
+        wide = {"limits": {}, "cam.mean_radius": 1e4, "cam.base_radius": None}
+    scene = find_scene(name).replace(**wide, **{"synthesis.minimise": "jerk_rms", "synthesis.pieces": 24})
+    if any(s["segment"] in ("rise", "return") for s in moves):
+        laws = [s | ({"law": "poly345"} if s["segment"] in ("rise", "return") else {}) for s in moves]
+        scene = scene.replace(motion=laws)
+    programme, seconds = resolve(scene).programme, 60 / scene.cam.rpm
+    angles = (np.arange(720_000) + 0.5) * 2 * pi / 720_000
+    own = sqrt(np.mean(programme.at(angles)[3] ** 2)) * (2 * pi / seconds) ** 3 / 1e3
+    result = synthesise(scene)
+    assert result.objective == pytest.approx(own, rel=1e-4)  # what is given up for the gentlest jerk
+    assert own * (1 - 1e-5) <= result.bound * (1 + 1e-5) <= own * (1 + 2e-5)
+
+
+@settings(max_examples=times(6, deep=60), deadline=None)
+@given(
+    angle=st.floats(40, 200), lift=st.floats(5, 60), before=st.floats(0.0, 0.9), after=st.floats(0.0, 0.9),
+)  # fmt: skip
+def test_the_least_peak_acceleration_is_that_of_two_parabolas(angle, lift, before, after):
+    """Between two velocities in a given angle: full acceleration one way, then the other (Pontryagin).
+
+    From velocity u to w over θ the least A solves |h − θ·(u + w)/2| = θ²·A/4 − (w − u)²/(4·A). The worse of the two
+    moves of the turn decides.
+    """
+    theta, stretch = radians(angle), radians(20)
+    u, w = before * lift / theta, after * lift / theta
+    back = {"angle": 320 - angle, "lift": -(u * stretch + lift + w * stretch)}
+    least = max(
+        _least_acceleration(theta, lift, u, w), _least_acceleration(radians(back["angle"]), back["lift"], w, u)
+    )
+    scene = turn(
+        {"segment": "constant-velocity", "angle": 20, "to": u * stretch},
+        {"segment": "move", "angle": angle, "to": u * stretch + lift},
+        {"segment": "constant-velocity", "angle": 20, "to": (u + w) * stretch + lift},
+        {"segment": "move", "angle": back["angle"], "to": 0},
+        **{"synthesis.minimise": "acceleration", "synthesis.rest": 1, "synthesis.pieces": 40},
+    )
+    result = synthesise(scene)
+    per = (scene.cam.rpm * 2 * pi / 60) ** 2 / 1e3
+    assert least * per * (1 - 1e-3) <= result.bound * (1 + 1e-6) <= least * per * (1 + 1e-5)
+    assert least * per * (1 - 1e-5) <= result.objective <= least * per * 1.03
+
+
+def _least_acceleration(theta, lift, u, w):
+    off = abs(lift - theta * (u + w) / 2)
+    return 2 * off / theta**2 + sqrt((2 * off / theta**2) ** 2 + ((w - u) / theta) ** 2)
+
+
+# ------------------------------------------------------------------------------------------------ mistakes
+
+LAW = {"degree": 3, "knots": [0, 0, 0, 0, 1, 1, 1, 1], "positions": [0, 0, 10, 10]}
+MOTION = [
+    {"segment": "move", "angle": 100, "to": 10, "law": "own"},
+    {"segment": "dwell", "angle": 60},
+    {"segment": "return", "angle": 100, "to": 0, "law": "poly345"},
+    {"segment": "dwell", "angle": 100},
+]
+
+
+def own(place=0, table=None, **keys):
+    motion = [segment | (keys if number == place else {}) for number, segment in enumerate(MOTION)]
+    data = {"cam": CAM, "follower": KNIFE, "motion": motion, "laws": {"own": table or LAW}}
+    return Scene.from_dict(data)
+
+
+def test_a_move_with_a_law_of_its_own_is_that_spline():
+    x = np.linspace(0, 1, 50)
+    motion = resolve(own()).programme.at(x * radians(100))
+    assert np.allclose(motion[0], 10 * (3 * x**2 - 2 * x**3), rtol=1e-14, atol=1e-14)
+
+
+MISTAKES = [
+    (0, {"to": 11}, "motion.1.law = 'own': ends at 10; the move ends at 11"),
+    (0, {"to": None}, "motion.1.to: missing; a move goes to a position"),
+    (0, {"velocity": 2}, "motion.1.law = 'own': ends with velocity 0 by rad; the move asks for 2 by rad"),
+    (
+        0,
+        {"acceleration": [-1, 1]},
+        "motion.1.law = 'own': ends with acceleration -19.6968 by rad; the move asks for -1 to 1 by rad",
+    ),
+    (0, {"law": "poly345"}, "motion.1.law = 'poly345': is for a rise or return; a move joins what is beside it"),
+    (0, {"law": "others"}, "motion.1.law = 'others': must be a motion law"),
+    (2, {"law": "own"}, "motion.3.law = 'own': is a law of positions, for a move"),
+]
+
+
+@pytest.mark.parametrize(("place", "keys", "message"), MISTAKES)
+def test_a_law_that_is_not_for_its_move_is_said(place, keys, message):
+    with pytest.raises(BadInput) as caught:
+        own(place, **keys)
+    assert message in str(caught.value)
+
+
+LAWS = [
+    ({"positions": [1, 1, 10, 10]}, "motion.1.law = 'own': starts at 1; the move starts at 0"),
+    ({"positions": [0, 10]}, "laws.own.positions"),
+    ({"knots": [0, 0, 0, 0, 1, 1, 1]}, "laws.own.knots: has 7 values; 4 positions of degree 3 need 8"),
+    ({"mirror": True}, "laws.own.mirror = True: is for a law that runs from 0 to 1; this one has positions"),
+    ({"peaks": [1, 2]}, "laws.own.peaks = [1, 2]: is for a law that runs from 0 to 1"),
+    ({"coefficients": [0, 0, 1, 1]}, "laws.own.positions = [0, 0, 10, 10]: a B-spline has none"),
+]
+
+
+@pytest.mark.parametrize(("keys", "message"), LAWS)
+def test_a_law_of_positions_that_is_none_is_said(keys, message):
+    with pytest.raises(BadInput) as caught:
+        own(table=LAW | keys)
+    assert message in str(caught.value)
+
+
+def test_what_free_moves_cannot_do_is_said():
+    train = {"follower.dynamics.natural_frequency": 100, "follower.dynamics.damping_ratio": 0.05}
+    scene = find_scene("belt-matching").replace(**train, **{"synthesis.minimise": "residual_vibration"})
+    with pytest.raises(BadInput, match="is for motions of rises, dwells and returns"):
+        synthesise(scene)
+    still = turn(
+        {"segment": "constant-velocity", "angle": 180, "to": 10},
+        {"segment": "constant-velocity", "angle": 180, "to": 0},
+    )
+    with pytest.raises(BadInput, match="has nothing to choose: it needs a rise, a return or a move"):
+        synthesise(still)
