@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from camopt.front.sweep import Sweep, sweep
     from camopt.measured.fit import fit
     from camopt.measured.fitted import Fitted
+    from camopt.measured.profile import MeasuredProfile
     from camopt.mistakes import BadInput, UnknownName, Unmet, Unsolved
     from camopt.motion import LAWS
     from camopt.points.points import cam_points
@@ -46,6 +47,7 @@ _HOMES = {
     "Fitted": "measured.fitted",
     "Frontier": "synthesis.frontier",
     "LAWS": "motion",
+    "MeasuredProfile": "measured.profile",
     "Optimum": "smallest.optimise",
     "QUANTITIES": "quantities",
     "Scene": "scene.scene",
@@ -84,6 +86,7 @@ __all__ = [
     "Evaluation",
     "Fitted",
     "Frontier",
+    "MeasuredProfile",
     "Optimum",
     "Scene",
     "Sweep",

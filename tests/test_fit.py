@@ -15,11 +15,12 @@ import camopt
 from camopt import BadInput, Scene, Unmet
 from camopt.cli.main import main
 from camopt.measured.band_proof import deviation
+from camopt.measured.columns import Columns
 from camopt.measured.fit import fit
 from camopt.measured.least_jerk import Node, Room, freest, least_band, nodes_of, shaped, strokes_of
 from camopt.measured.noise import band_factor, noise_of, outliers, rms_factor
 from camopt.measured.outline import Dwell, Turn, outline_of
-from camopt.measured.reading import Columns, apart, read_points
+from camopt.measured.reading import apart, read_points
 from camopt.measured.spline_chain import SplineChain
 from camopt.motion import LAWS
 from camopt.motion.programme import Programme, law_peaks, peak

@@ -10,7 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from camopt import BadInput
-from camopt.measured.reading import Columns, read_points
+from camopt.measured.columns import Columns
+from camopt.measured.reading import read_points
 from camopt.motion import LAWS
 
 ANGLES = np.arange(0.0, 360.0, 5.0)

@@ -17,7 +17,7 @@ def show_fit(result: "Fitted", as_json: bool) -> None:
         found = result.to_dict()
         return print_json(found | {name: finite(found[name]) for name in ("before", "after")})
     unit, away = result.unit, result.deviation
-    lowest = f"its lowest lift is {number(result.zero)} {unit}"
+    lowest = f"its lowest {'position' if result.profile else 'lift'} is {number(result.zero)} {unit}"
     count = f"{result.points.angles.size:,} points, noise {number(result.noise)} {unit}"
     times = f" ({result.band / result.noise:.3g} times the noise)" if result.usual else ""
     off = f"at most {number(away.largest)} {unit} away, root mean square {number(result.deviation_rms)} {unit}"
@@ -27,6 +27,8 @@ def show_fit(result: "Fitted", as_json: bool) -> None:
         f"From the straight lines between points it is nowhere further than {number(away.between)} {unit}.",
         f"The turn starts at the measured angle {result.start:g} deg; {lowest}.",
     )
+    if result.profile is not None:
+        _show_profile(result)
     segments = [{"law": "", **segment.model_dump(exclude_none=True)} for segment in result.scene.motion]
     show(
         "",
@@ -46,3 +48,17 @@ def show_fit(result: "Fitted", as_json: bool) -> None:
     jerk = QUANTITIES[result.quantity("jerk")].unit
     what = f"Root mean square of the jerk: {number(result.jerk_rms)} {jerk}"
     return show(f"{what}; no motion as near to the points has less than {number(result.least_jerk_rms)}.")
+
+
+def _show_profile(result: "Fitted") -> None:
+    """What a profile was measured with, whose lift it gives, and how far its points are from the cam found."""
+    assert result.profile is not None
+    follower, found = result.scene.follower, result.to_dict()["profile"]
+    numbers = {key: number(found[f"{key}_mm"]) for key in ("base_radius", "distance_max", "distance_rms")}
+    radius = number(result.profile.probe)
+    probe = f"centres of a ball of {radius} mm" if result.profile.probe else "points on the profile itself"
+    off = f"{numbers['distance_max']} mm, root mean square {numbers['distance_rms']} mm"
+    show(
+        f"Measured: {probe}; the lift is that of the follower: {follower.motion}, {follower.contact}.",
+        f"Base radius {numbers['base_radius']} mm. From the profile of this cam the points are at most {off}.",
+    )

@@ -385,7 +385,7 @@ def certify(target: str, as_json: bool, quiet: bool, row: int | None, **override
 @camopt.command()
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option("--scene", "target", help="Scene whose cam, follower and limits to take; its motion is replaced.")
-@click.option("--base-radius", type=float, help="Base radius of the cam, mm; needed without --scene.")
+@click.option("--base-radius", type=float, help="Base radius of the cam, mm; of lifts, needed without --scene.")
 @click.option(
     "--follower",
     type=click.Choice(("flat", "roller", "knife")),
@@ -394,13 +394,20 @@ def certify(target: str, as_json: bool, quiet: bool, row: int | None, **override
 @click.option("--roller-radius", type=float, help="Radius of the roller, mm.")
 @click.option("--rpm", type=float, help="Speed of the cam, rev/min.")
 @click.option(
+    "--profile",
+    help="polar or xy: the points are those of a profile, by cam angle and distance from the axis, or x and y.",
+)
+@click.option(
+    "--probe", type=float, help="Radius of the ball whose centres they are, mm; by default they are on the profile."
+)
+@click.option(
     "--band",
     type=float,
     help="Largest distance of the motion from a point, mm (deg when oscillating); by default from the noise.",
 )
-@click.option("--columns", help="Names or numbers of the columns of angle and lift, such as 1,3.")
+@click.option("--columns", help="Names or numbers of the two columns, such as 1,3.")
 @click.option("--angle-unit", default="deg", show_default=True, help="Unit of the angles: deg or rad.")
-@click.option("--lift-unit", help="Unit of the lifts: mm or inch; deg when oscillating.")
+@click.option("--lift-unit", help="Unit of lifts or lengths: mm or inch; deg of lifts when oscillating.")
 @click.option(
     "--turn", type=float, help="Angle of one turn of the cam in the file: 720 for degrees of a crankshaft."
 )
@@ -420,23 +427,29 @@ def fit(
     base_radius: float | None,
     follower: str | None,
     roller_radius: float | None,
+    profile: str | None,
+    probe: float | None,
     **reading: Any,
 ) -> int:
     """Find the gentlest motion within a band of measured points of a cam, as a scene.
 
-    FILE has columns of cam angle and lift, or lifts alone, in text or in a workbook.
+    FILE has columns of cam angle and lift, lifts alone, or points of a --profile, in text or in a workbook.
     """
     from camopt.cli import terminal
     from camopt.cli.fit_report import show_fit
     from camopt.cli.options import measured_cam
     from camopt.files import write_text
     from camopt.measured.fit import fit as run
+    from camopt.measured.profile import MeasuredProfile
 
     check_file(target, out)
-    scene = measured_cam(target, rpm, base_radius, follower, roller_radius)
+    if profile is None:
+        refuse_without("--profile", {"probe": probe})
+    scene = measured_cam(target, rpm, base_radius, follower, roller_radius, profile)
     chosen = columns and [name.strip() for name in columns.split(",")]
     with keys_as_options():
-        result = run(file, scene, columns=chosen, **reading)
+        points = file if profile is None else MeasuredProfile(file, profile, probe or 0.0)
+        result = run(points, scene, columns=chosen, **reading)
     write_text(out, result.scene.to_toml())
     if picture:
         from camopt.drawing.fit import plot_fit

@@ -136,16 +136,20 @@ def measured_cam(
     base_radius: float | None,
     follower: str | None,
     roller_radius: float | None,
+    profile: str | None,
 ) -> Any:
     """The cam and follower of a measured motion: a scene, or its tables from options alone."""
     from camopt.mistakes import BadInput, Mistake
 
+    if profile and base_radius is not None:
+        why = "belongs to lifts: the profile itself has a base radius"
+        raise BadInput([Mistake("camopt", "--base-radius", base_radius, why, bare=True)])
     if target is None:
-        if base_radius is None:
+        if base_radius is None and not profile:
             raise BadInput([Mistake("camopt", "--base-radius", None, "missing; or name a --scene", bare=True)])
         sizes = {} if roller_radius is None else {"roller_radius": roller_radius}
-        speed = {} if rpm is None else {"rpm": rpm}
-        cam = {"form": "disc", "base_radius": base_radius, **speed}
+        known = {"base_radius": base_radius, "rpm": rpm}
+        cam = {"form": "disc", **{key: value for key, value in known.items() if value is not None}}
         return {"cam": cam, "follower": {"motion": "translating", "contact": follower or "flat", **sizes}}
     why = "belongs to a fit without --scene: the scene has a follower"
     others = {"--follower": follower, "--roller-radius": roller_radius}

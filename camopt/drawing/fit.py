@@ -6,6 +6,7 @@ import numpy as np
 
 from camopt.drawing.canvas import Target, canvas, saving
 from camopt.drawing.diagrams import in_powers
+from camopt.drawing.measured_profile import draw_profile
 from camopt.drawing.picture import Picture, four_digits
 from camopt.drawing.style import ALARM, COLOURS, FAINT, INK, LIMIT, MUTED, PAGE_TITLE, TITLE, dress
 from camopt.effects.motion import scale
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 
 BEFORE, AFTER = MUTED, COLOURS[RISE]
 PLACES = ((0.09, 0.66, 0.88, 0.22), (0.09, 0.375, 0.88, 0.19), (0.09, 0.07, 0.88, 0.22))
+PAGE, WIDE, BESIDE = (11.0, 8.5), (17.0, 8.5), (0.67, 0.16, 0.31, 0.70)
 SHOWN = 2.0  # times the range of the acceleration after: what is seen of that before
 BEYOND = 1.4  # bands: where the diagram of deviations ends
 POINT: dict[str, Any] = {"ls": "none", "marker": ".", "ms": 3.0, "mew": 0.0}
@@ -28,6 +30,8 @@ POINT: dict[str, Any] = {"ls": "none", "marker": ".", "ms": 3.0, "mew": 0.0}
 @saving
 def plot_fit(result: Fitted, path: Target = None) -> "Figure":
     """Draw a fit: points and motion, deviations in their band, acceleration by differences and of the motion.
+
+    Beside them, of a measured profile, the profile of the cam found, and how far the points are from it.
 
     Parameters
     ----------
@@ -43,12 +47,14 @@ def plot_fit(result: Fitted, path: Target = None) -> "Figure":
     >>> figure = camopt.plot_fit(camopt.fit(lifts, cam, band=0.01), "fit.png")
     """
     picture = Picture(resolve(result.scene))
-    with canvas(path, (11.0, 8.5)) as figure:
+    size = WIDE if result.profile else PAGE
+    with canvas(path, size) as figure:
         count = f"{result.points.angles.size} points, noise {four_digits(result.noise)} {result.unit}"
         figure.text(0.03, 0.96, result.scene.name, fontsize=PAGE_TITLE, fontweight="bold")
         about = f"{count}, band ±{four_digits(result.band)} {result.unit}"
         figure.text(0.03, 0.935, about, fontsize=TITLE - 1.0, color=MUTED)
-        lift, off, acceleration = (figure.add_axes(place) for place in PLACES)
+        part = PAGE[0] / size[0]
+        lift, off, acceleration = (figure.add_axes((part * x, y, part * w, h)) for x, y, w, h in PLACES)
         _lift(lift, result, picture)
         _deviations(off, result)
         _acceleration(acceleration, result, picture)
@@ -56,6 +62,8 @@ def plot_fit(result: Fitted, path: Target = None) -> "Figure":
             axes.set(xlim=(0, 360), xticks=range(0, 361, 30))
             dress(axes)
         acceleration.set_xlabel("cam angle, deg")
+        if result.profile:
+            draw_profile(figure.add_axes(BESIDE), result, picture, AFTER)
     return figure
 
 

@@ -13,14 +13,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from camopt.measured.band_proof import deviation
+from camopt.measured.columns import LENGTHS, LIFT, PROFILES, Columns
 from camopt.measured.fitted import Fitted
-from camopt.measured.fitted_scene import segments_of
+from camopt.measured.fitted_scene import LEVEL_DIGITS, Segments, segments_of
 from camopt.measured.least_jerk import Freest, Node, Room, freest, least_band, nodes_of, shaped
 from camopt.measured.noise import band_factor, noise_of, outliers, rms_factor
 from camopt.measured.outline import EARLIER, outline_of
-from camopt.measured.reading import Columns, Points, read_points
+from camopt.measured.profile import MeasuredProfile, Touched, touched
+from camopt.measured.reading import Points, read_points
 from camopt.mistakes import BadInput, Mistake, Unmet, Unsolved, printable
-from camopt.problem.problem import resolve
+from camopt.problem.problem import Problem, resolve, resolve_design
 from camopt.scene.scene import Scene
 
 MARGINS = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2)  # of the band, for a solver's error and rounding
@@ -34,10 +36,12 @@ WIDENED = (1.0, 1.5, 2.25, 3.5)  # times the usual band, until dwells and turns 
 TROUBLE = 1.25  # times the least jerk of all motions: what they cost where points are no normal errors
 MOST_NODES = 60  # dwells and turns: more are those of errors
 NAMED = 6  # rows at most
+HARDLY_MOVING = [{"segment": kind, "angle": 180.0, "lift": 1e-9, "law": "cycloidal"} for kind in ("rise", "return")]
+"""The motion of a cam whose own is not known yet."""
 
 
 def fit(
-    points: str | os.PathLike[str] | ArrayLike,
+    points: str | os.PathLike[str] | ArrayLike | MeasuredProfile,
     scene: Scene | Mapping[str, Any],
     band: float | None = None,
     columns: Sequence[str | int] | None = None,
@@ -56,20 +60,23 @@ def fit(
     ----------
     points
         A file: text with any delimiter, decimal point or decimal comma, or a workbook (``camopt[excel]``). It has
-        columns of angle and lift, or lifts alone, in equal steps round the turn. Or an array of such rows.
+        columns of angle and lift, or lifts alone, in equal steps round the turn. Or an array of such rows. Or a
+        ``MeasuredProfile`` of either: the lift is then that of the scene's follower on this profile.
     scene
         The cam and the follower that the motion is for, and its limits, whose motion is replaced. Or a mapping of
-        the tables ``cam`` and ``follower``, without a motion.
+        the tables ``cam`` and ``follower``, without a motion. A profile gives the base radius, too.
     band
-        How far the motion may be from a point, mm (deg when oscillating). If not given, both this and the root mean
+        How far the motion may be from a point, mm (deg when oscillating). It is a band of the lift of a profile,
+        too: along the profile's normal it is cos β times as wide. If not given, both this and the root mean
         square are at most what normal errors of the estimated noise have in nineteen of twenty files; the band is
         up to 3.5 times as wide where dwells and turns would cost much jerk else: for errors that are not normal.
     columns
-        Names or numbers (from 1) of the columns of angle and lift, if the words above them do not say so.
+        Names or numbers (from 1) of the columns of angle and lift, angle and distance, or x and y, if the words
+        above them do not say so.
     angle_unit
         "deg" or "rad".
     lift_unit
-        "mm" or "inch"; "deg" when oscillating.
+        "mm" or "inch"; "deg" when oscillating. Of a profile, the unit of its lengths.
     turn
         The angle of one turn of the cam in the file, such as 720 for degrees of a crankshaft that turns twice.
     keep_outliers
@@ -83,7 +90,8 @@ def fit(
     Raises
     ------
     BadInput
-        If the points are no lift over one turn, with the row; with every mistake of the scene.
+        If the points are no lift over one turn, or no profile that the follower can run on, with the row; with
+        every mistake of the scene.
     Unmet
         If no motion holds the band, with the rows that stand in its way.
     Unsolved
@@ -102,21 +110,62 @@ def fit(
     True
     """
     tables = _without_motion(scene)
-    columns_ = Columns(columns, angle_unit, _lift_unit(tables, lift_unit), turn)
-    measured = read_points(points, columns_)
+    profile = points if isinstance(points, MeasuredProfile) else None
+    kind = PROFILES[profile.form] if profile else LIFT
+    columns_ = Columns(columns, angle_unit, _lift_unit(tables, lift_unit, profile), turn, kind)
+    measured = read_points(points.points if isinstance(points, MeasuredProfile) else points, columns_)
+    tables.setdefault("name", printable(Path(measured.file).stem))
+    file = scene.file if isinstance(scene, Scene) else "scene"
+    seen: Touched | None = None
+    lost: list[int] = []
+    if profile:
+        profile.check(measured)
+        seen, lost = _touched(profile, measured, _resting(tables, measured, file), keep_outliers)
+        measured = seen.positions
     noise, least = noise_of(measured), NARROWEST * float(np.ptp(measured.lifts))
     given = None if band is None else _given(band, least)
-    lost = [] if keep_outliers else outliers(measured, noise, given.band if given else least)
+    if not (seen or keep_outliers):
+        lost = outliers(measured, noise, given.band if given else least)
     kept, left_out = measured.without(lost), measured.only(lost)
     usual = _usual(kept.angles.size, noise, least)
     most = max(float(np.ptp(kept.lifts)) / 2.0 - least, usual.band)
     wider = [usual._replace(band=min(times * usual.band, most)) for times in WIDENED]
     rooms = [given] if given else list(dict.fromkeys(wider))
     _check_repeats(kept, rooms[-1].band)
-    tables.setdefault("name", printable(Path(kept.file).stem))
-    file = scene.file if isinstance(scene, Scene) else "scene"
-    found = _first(kept, rooms, usual.band, lambda parts: Scene.from_dict(tables | parts, file))
-    return replace(found, outliers=left_out, noise=noise, usual=band is None)
+    found = _first(kept, rooms, usual.band, lambda parts: Scene.from_dict(tables | _of(parts, tables, seen), file))
+    return replace(found, outliers=left_out, noise=noise, usual=band is None, profile=seen)
+
+
+def _of(parts: Segments, tables: Mapping[str, Any], seen: Touched | None) -> dict[str, Any]:
+    """What the tables of a scene have of a fit: the motion, its laws, and the base radius of a profile."""
+    motion = {"motion": parts.motion, "laws": parts.laws}
+    if seen is None:
+        return motion
+    radius = round(seen.base_radius(parts.zero), LEVEL_DIGITS)
+    return {**motion, "cam": {**tables["cam"], "base_radius": radius}}
+
+
+def _resting(tables: Mapping[str, Any], points: Points, file: str) -> Problem:
+    """The cam and follower of a profile before its motion is known, nearly at rest."""
+    parts = {key: tables[key] for key in ("cam", "follower") if key in tables}
+    whole = {key: dict(table) for key, table in parts.items() if isinstance(table, Mapping)}
+    if whole.get("cam", {}).get("form") == "cylindrical":
+        raise BadInput([Mistake(file, "cam.form", "cylindrical", "disc: a profile is that of a disc cam")])
+    whole.get("cam", {})["base_radius"] = float(points.lifts.min())
+    whole.get("follower", {}).pop("dynamics", None)
+    return resolve_design(Scene.from_dict({**parts, **whole, "name": "", "motion": HARDLY_MOVING}, file))
+
+
+def _touched(
+    profile: MeasuredProfile, points: Points, problem: Problem, keep_outliers: bool
+) -> tuple[Touched, list[int]]:
+    """The follower of a problem at the points of a profile, and the places of outliers among them."""
+    noise, least = noise_of(points), NARROWEST * float(np.ptp(points.lifts))
+    lost = [] if keep_outliers else outliers(points, noise, least)
+    room = _usual(points.angles.size, noise, least)
+    _check_repeats(points.without(lost), room.band)
+    seen = touched(problem, profile, points, lost, room)
+    return seen, np.flatnonzero(np.isin(seen.positions.rows, points.rows[lost])).tolist()
 
 
 def _without_motion(scene: Scene | Mapping[str, Any]) -> dict[str, Any]:
@@ -131,13 +180,14 @@ def _without_motion(scene: Scene | Mapping[str, Any]) -> dict[str, Any]:
     return tables
 
 
-def _lift_unit(tables: Mapping[str, Any], given: str | None) -> str:
-    """The unit of the lifts: that of the follower's motion, or one that fits to it."""
+def _lift_unit(tables: Mapping[str, Any], given: str | None, profile: MeasuredProfile | None) -> str:
+    """The unit of the lifts, or of a profile: that of the follower's motion, or one that fits to it."""
     follower = tables.get("follower")
-    angular = isinstance(follower, Mapping) and follower.get("motion") == "oscillating"
-    known = ("deg",) if angular else ("mm", "inch")
+    angular = isinstance(follower, Mapping) and follower.get("motion") == "oscillating" and not profile
+    known = ("deg",) if angular else tuple(LENGTHS)
     if given is not None and given not in known:
-        what = f"{' or '.join(known)} for {'an oscillating' if angular else 'a translating'} follower"
+        of = "a profile" if profile else f"{'an oscillating' if angular else 'a translating'} follower"
+        what = f"{' or '.join(known)} for {of}"
         raise BadInput([Mistake("camopt", "lift_unit", given, what)])
     return given or known[0]
 
@@ -165,9 +215,7 @@ def _check_repeats(points: Points, band: float) -> None:
             raise Unmet(f"{points.file}: {rows}, both at {points.angles[place]:g} deg: {least}")
 
 
-def _first(
-    points: Points, rooms: Sequence[Room], noisy: float, scene_with: Callable[[dict[str, Any]], Scene]
-) -> Fitted:
+def _first(points: Points, rooms: Sequence[Room], noisy: float, scene_with: Callable[[Segments], Scene]) -> Fitted:
     """The fit within the first room where dwells and turns cost little jerk, or else the one where they cost least.
 
     Raises
@@ -194,7 +242,7 @@ def _first(
     raise refused or Unmet("")
 
 
-def _shaped(points: Points, room: Room, noisy: float, scene_with: Callable[[dict[str, Any]], Scene]) -> Fitted:
+def _shaped(points: Points, room: Room, noisy: float, scene_with: Callable[[Segments], Scene]) -> Fitted:
     """The fit with the dwells and turns that stand out from the noise, or else with more, or with shorter dwells.
 
     Where none of them is within the root mean square, the band alone is held.
@@ -225,7 +273,7 @@ def _written(
     nodes: Sequence[Node],
     room: Room,
     free: Freest,
-    scene_with: Callable[[dict[str, Any]], Scene],
+    scene_with: Callable[[Segments], Scene],
 ) -> Fitted:
     """The fit whose scene, as it is written, is proved to hold the band.
 
@@ -239,7 +287,7 @@ def _written(
         if motion is None:
             break
         parts = segments_of(motion)
-        scene = scene_with({"motion": parts.motion, "laws": parts.laws})
+        scene = scene_with(parts)
         found = deviation(resolve(scene).programme, points, parts.start, parts.zero, room.band)
         if found.held:
             return Fitted(scene, points, points.only([]), parts.start, parts.zero, room.band, found, free.square)

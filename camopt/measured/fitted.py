@@ -11,6 +11,7 @@ import numpy as np
 from camopt.effects.motion import scale
 from camopt.measured.band_proof import Deviation
 from camopt.measured.noise import band_factor
+from camopt.measured.profile import Touched
 from camopt.measured.reading import TURN, Points, apart
 from camopt.motion.programme import peak, root_mean_square
 from camopt.motion.table import TURN as EVERY_STROKE
@@ -20,6 +21,7 @@ from camopt.quantities import DERIVATIVES, motion_quantity
 from camopt.scene.scene import Scene
 
 JERK = 3  # its order
+NAMED = 6  # rows at most
 
 
 class LeftOut(NamedTuple):
@@ -52,6 +54,8 @@ class Fitted:
     noise: float = 0.0
     usual: bool = False
     """Whether the band comes from the noise."""
+    profile: Touched | None = None
+    """The profile that the points come from, if it was one: their lifts are then positions of the follower."""
 
     def __repr__(self) -> str:
         away = f"{self.deviation.largest:.4g} from {self.points.angles.size} points"
@@ -80,6 +84,16 @@ class Fitted:
     def deviation_rms(self) -> float:
         """The root mean square of what the motion is off the points by."""
         return float(np.sqrt(np.mean(np.square(self.deviation.at_points))))
+
+    @cached_property
+    def distances(self) -> FloatArray:
+        """How far the points of a profile, in their order, are outside that of the scene, mm; none of lifts.
+
+        Along its normal, from an outline of the scene's profile: what the fit itself does not use.
+        """
+        if self.profile is None:
+            return np.empty(0)
+        return self.profile.distances(self._problem, self.start, self.points.rows)
 
     @property
     def left_out(self) -> tuple[LeftOut, ...]:
@@ -140,9 +154,26 @@ class Fitted:
             what = f"narrower than normal errors of the noise {self.noise:.4g} take ({usual:.4g})"
             found.append(f"the band {self.band:.4g} is {what}: the motion may follow errors")
         for each in self.left_out:
-            where = f"row {each.row} (lift {each.lift:g} at {each.angle:g} deg)"
+            what = "position" if self.profile else "lift"
+            where = f"row {each.row} ({what} {each.lift:g} at {each.angle:g} deg)"
             found.append(f"{where} is left out: the motion is {abs(each.deviation):.4g} away")
+        if self.profile is not None and self.profile.unreached.size:
+            rows = self.profile.unreached
+            named = ", ".join(map(str, rows[:NAMED])) + (" and others" if rows.size > NAMED else "")
+            found.append(f"the follower does not reach {rows.size} points in hollows: rows {named}")
         return tuple(found)
+
+    @property
+    def _of_profile(self) -> dict[str, Any] | None:
+        if self.profile is None:
+            return None
+        return {
+            "probe_radius_mm": self.profile.probe,
+            "base_radius_mm": self.scene.cam.base_radius,
+            "distance_max_mm": float(np.abs(self.distances).max()),
+            "distance_rms_mm": float(np.sqrt(np.mean(self.distances**2))),
+            "unreached_rows": self.profile.unreached.tolist(),
+        }
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers and texts, without the points."""
@@ -165,6 +196,7 @@ class Fitted:
             "least_jerk_rms": self.least_jerk_rms,
             "before": {self.quantity(name): value for name, value in self.before.items()},
             "after": {self.quantity(name): value for name, value in self.after.items()},
+            "profile": self._of_profile,
             "left_out": [each._asdict() for each in self.left_out],
             "motion": [segment.model_dump(exclude_none=True) for segment in self.scene.motion],
         }

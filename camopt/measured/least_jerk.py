@@ -118,6 +118,11 @@ class Freest:
     def at(self, angles: FloatArray) -> FloatArray:
         return np.asarray(self.chain.at(apart(self.first, angles) / TURN) @ self.coefficients)
 
+    def slope(self, angles: FloatArray) -> FloatArray:
+        """Its derivative by the angle in rad."""
+        coefficients = np.diff(self.coefficients) / self.chain.steps[0]
+        return np.asarray(self.chain.at(apart(self.first, angles) / TURN, 1) @ coefficients) / radians(TURN)
+
 
 def freest(points: Points, room: Room) -> Freest:
     """The optimum of the room alone: a closed spline with a knot at each angle.

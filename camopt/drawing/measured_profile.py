@@ -1,0 +1,50 @@
+"""A measured profile beside that of the cam found: its points off it along the normal, many times as far."""
+
+from math import floor, log10
+from typing import Any
+
+import numpy as np
+
+from camopt.drawing.picture import Picture, circle, fit, four_digits, line
+from camopt.drawing.style import ALARM, FILL, INK, PROFILE, REFERENCE
+from camopt.measured.fitted import Fitted
+
+SHOWN = 0.12  # of the radius of the cam: how far the furthest point is shown off it
+POINT: dict[str, Any] = {"ls": "none", "marker": ".", "ms": 3.0, "mew": 0.0}
+
+
+def draw_profile(axes: Any, result: Fitted, picture: Picture, colour: str) -> None:
+    """The profile of the scene at cam angle 0, and the points of the measured one."""
+    assert result.profile is not None
+    problem, profile = picture.problem, result.profile
+    outline = np.concatenate([curve.profile[0] for curve in picture.curves])
+    normals = np.concatenate([curve.normal for curve in picture.curves])
+    axes.fill(outline.real, outline.imag, color=FILL, lw=0)
+    line(axes, np.append(outline, outline[0]), color=colour, lw=PROFILE)
+    circle(axes, float(problem.design.size[0]), color=REFERENCE, lw=0.7, ls=(0, (5, 4)), label="base circle")
+    axes.plot([0.0], [0.0], ls="none", marker="+", ms=9.0, color=INK, mew=0.8)
+    most = SHOWN * float(np.abs(outline).max())
+    times = _times(most / float(np.abs(result.distances).max()))
+    shown = [outline]
+    for rows, style in (
+        (result.points.rows, {"color": INK, "label": "points"}),
+        (profile.unreached, {"color": ALARM, "label": "not reached"}),
+    ):
+        if rows.size:
+            centres = profile.centres_at(problem, result.start, rows)
+            foot = np.array([np.abs(outline - centre).argmin() for centre in centres])
+            off = np.clip(times * profile.distances(problem, result.start, rows), -most, most)
+            places = outline[foot] + off * normals[foot]
+            axes.plot(places.real, places.imag, **style, **POINT)
+            shown.append(places)
+    fit(axes, np.concatenate(shown), 0.04)
+    axes.set_axis_off()
+    furthest = four_digits(float(np.abs(result.distances).max()))
+    axes.set_title(f"Profile; points {times:g} times as far off it (at most {furthest} mm)", loc="left")
+    axes.legend(loc="upper left", bbox_to_anchor=(0.0, 0.0), ncols=3, borderaxespad=0.2)
+
+
+def _times(most: float) -> float:
+    """The largest 1, 2 or 5 times a power of ten that is not above something."""
+    power = 10.0 ** floor(log10(most))
+    return max(step * power for step in (1.0, 2.0, 5.0) if step * power <= most)

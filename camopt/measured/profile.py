@@ -1,0 +1,214 @@
+"""The lift of a follower on a measured profile: each point gives one cam angle, and the lift there.
+
+The follower touches each point of a profile at one cam angle (``contact.touching``). What the point is off by along
+the normal, over cos β, the lift is off by; so the errors of the lifts are as independent as those of the points,
+and a row of the file is a lift. The outward normal comes from the closed curve of the least jerk that is as near to
+the distances as their noise; an error of its direction hardly matters. Points that the follower does not reach,
+because it would cut into the profile elsewhere, are left out: those of hollows that are narrower than the roller,
+or of any hollow under a flat face.
+"""
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import isfinite
+from numbers import Real
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial import cKDTree
+
+from camopt.measured.columns import PROFILES
+from camopt.measured.contact import base_radius, touching
+from camopt.measured.least_jerk import Freest, Room, freest
+from camopt.measured.number_table import bad
+from camopt.measured.outline import SPARSE, WIDE
+from camopt.measured.reading import FEWEST, TURN, Points, apart
+from camopt.mechanisms.design import ComplexArray
+from camopt.mechanisms.geometry import profile_points
+from camopt.mistakes import BadInput, Mistake, Unsolved
+from camopt.numerics import FloatArray
+from camopt.problem.problem import Problem
+
+DENSE = 7200  # points of a curve, about, among which the nearest is sought
+AT_ONCE = 64  # directions in which the furthest of these is sought
+LARGEST_PROBE = 1e3  # mm
+
+
+@dataclass(frozen=True)
+class MeasuredProfile:
+    """Points of the profile of a disc cam, measured with the ball of a probe; ``fit`` takes it in place of lifts.
+
+    Parameters
+    ----------
+    points
+        A file, or an array of rows, as for ``fit``: in mm, or in the unit of the lifts.
+    form
+        "polar": cam angle, and distance from the cam's axis; the angle at which a radial follower meets the point,
+        as in a table of lifts. "xy": coordinates with the cam's axis at 0, 0, seen as the cam turns in the scene.
+        Where the angle 0 or the x-axis is on the cam does not matter.
+    probe
+        Radius of the ball in mm, if the points are its centres; 0 if they are on the profile itself.
+
+    Raises
+    ------
+    BadInput
+        For another form, or a radius that is none.
+
+    Examples
+    --------
+    >>> turn = np.radians(np.arange(0, 360, 2))
+    >>> circle = np.column_stack([4 + 22 * np.cos(turn), 22 * np.sin(turn)])  # of 20 mm, 4 mm off the axis
+    >>> cam = {"cam": {"form": "disc"}, "follower": {"motion": "translating", "contact": "flat"}}
+    >>> fitted = camopt.fit(camopt.MeasuredProfile(circle, "xy", probe=2), cam, band=0.001)
+    >>> round(fitted.scene.cam.base_radius, 2)
+    16.0
+    """
+
+    points: str | os.PathLike[str] | ArrayLike
+    form: str
+    probe: float = 0.0
+
+    def __post_init__(self) -> None:
+        mistakes = []
+        if self.form not in PROFILES:
+            mistakes.append(Mistake("camopt", "profile", self.form, f"one of {', '.join(PROFILES)}"))
+        if not (isinstance(self.probe, Real) and isfinite(self.probe) and 0.0 <= self.probe <= LARGEST_PROBE):
+            mistakes.append(Mistake("camopt", "probe", self.probe, f"a radius from 0 to {LARGEST_PROBE:g} mm"))
+        if mistakes:
+            raise BadInput(mistakes)
+
+    def check(self, points: Points) -> None:
+        """Whether its points can be those of a ball on a cam."""
+        for place in np.flatnonzero(points.lifts <= self.probe):
+            least = f"the probe's radius {self.probe:g}" if self.probe else "0"
+            what = f"must be further from the axis of the cam than {least}"
+            raise bad(points.file, f"row {points.rows[place]}", float(points.lifts[place]), what)
+
+
+class Touched(NamedTuple):
+    """A profile as its follower meets it.
+
+    ``positions`` are points with positions of the follower in place of lifts. ``centres`` are those of the probe,
+    as x + iy in the frame of the cam at cam angle 0, by ``rows``, all of them; ``unreached`` are rows.
+    """
+
+    problem: Problem
+    probe: float
+    positions: Points
+    centres: ComplexArray
+    rows: NDArray[np.int64]
+    unreached: NDArray[np.int64]
+
+    def base_radius(self, position: float) -> float:
+        """The base radius at which the follower is lowest at a position (mm; deg when oscillating)."""
+        return base_radius(self.problem, np.radians(position) if self.problem.setup.angular else position)
+
+    def centres_at(self, problem: Problem, start: float, rows: NDArray[np.int64]) -> ComplexArray:
+        """The centres of some rows, in the frame of a cam whose angle 0 is ``start`` (deg) of the points."""
+        turn = np.exp(1j * problem.design.sense * np.radians(start))
+        return np.asarray(turn * self.centres[np.isin(self.rows, rows)])
+
+    def distances(self, problem: Problem, start: float, rows: NDArray[np.int64]) -> FloatArray:
+        """How far points are outside the profile of that cam, along its normal, mm; inside, it is below 0."""
+        import shapely
+
+        centres = self.centres_at(problem, start, rows)
+        angles = np.linspace(0.0, 2.0 * np.pi, DENSE + 1)
+        profile = profile_points(problem.setup.mechanism, problem.design, problem.programme, angles)
+        ring = shapely.linearrings(_pairs(profile))
+        away = shapely.distance(ring, shapely.points(_pairs(centres)))
+        inside = shapely.contains_xy(shapely.polygons(ring), centres.real, centres.imag)
+        return np.asarray(np.where(inside, -away, away) - self.probe)
+
+
+def touched(problem: Problem, profile: MeasuredProfile, points: Points, lost: Sequence[int], room: Room) -> Touched:
+    """The follower at each of the points (angles and distances); the room is that of their noise.
+
+    Points that are ``lost`` (places) do not shape the curve.
+
+    Raises
+    ------
+    BadInput
+        For a point where the follower cannot be, or where points are missing on a part that is no arc about the
+        axis, or if it touches few points.
+    Unsolved
+        If the convex solver fails.
+    """
+    kept = points.without(lost)
+    between = _between(kept, room.band)
+    curve, side = _closed(kept, room), 1.0 if profile.form == "xy" else problem.design.sense
+    smooth, normals = _curve(curve, points.angles, side)
+    centres = points.lifts * smooth / np.abs(smooth)
+    found = touching(problem, centres - profile.probe * normals, normals)
+    for place in np.flatnonzero(~found.possible):
+        what = f"the follower cannot touch this point: {problem.setup.mechanism.assembly}"
+        raise bad(points.file, f"row {points.rows[place]}", None, what)
+    dense, dense_normals = _curve(curve, between, side)
+    around = dense - profile.probe * dense_normals
+    reached = _depth(problem, smooth - profile.probe * normals, normals, around) <= (room.rms or room.band)
+    if reached.sum() < FEWEST:
+        what = f"the follower touches {reached.sum()} of {reached.size} points; it needs {FEWEST}"
+        raise bad(points.file, "points", None, what)
+    positions = np.degrees(found.positions) if problem.setup.angular else found.positions
+    angles = apart(0.0, np.degrees(found.angles)) % TURN  # −1e-20 is a turn, by rounding
+    order = np.flatnonzero(reached)[np.argsort(angles[reached], kind="stable")]
+    seen = Points(points.file, angles[order], positions[order], points.rows[order], points.step)
+    return Touched(problem, profile.probe, seen, centres, points.rows, np.sort(points.rows[~reached]))
+
+
+def _closed(points: Points, room: Room) -> Freest:
+    """The closed curve of the least jerk of the distances within a room of the points."""
+    try:
+        return freest(points, room)
+    except Unsolved as why:
+        raise Unsolved(f"{points.file}: no smooth curve within {room.band:.4g} mm of the points: {why}") from None
+
+
+def _curve(curve: Freest, angles: FloatArray, side: float) -> tuple[ComplexArray, ComplexArray]:
+    """Points x + iy of a curve by its distance R from the axis, and its outward normals R + R'·i·side."""
+    up = np.exp(1j * (np.pi / 2.0 - side * np.radians(angles)))
+    distances = curve.at(angles)
+    normals = (distances + 1j * side * curve.slope(angles)) * up
+    return distances * up, normals / np.abs(normals)
+
+
+def _between(points: Points, band: float) -> FloatArray:
+    """Angles close to each other, but for parts without points.
+
+    Raises
+    ------
+    BadInput
+        If a part without points is not at one distance from the axis.
+    """
+    angles, first = np.unique(points.angles, return_index=True)
+    steps = np.diff(angles, append=angles[0] + TURN)
+    sparse = steps > max(SPARSE * float(np.median(steps)), WIDE)
+    for k in np.flatnonzero(sparse):
+        one, other = first[k], first[(k + 1) % first.size]
+        if abs(points.lifts[one] - points.lifts[other]) > 2.0 * band:
+            where = f"no points from {angles[k]:g} to {points.angles[other]:g} deg (up to row {points.rows[other]})"
+            what = f"{where}, and this is no arc about the axis"
+            raise bad(points.file, f"row {points.rows[one]}", None, what)
+    parts = -(-DENSE // angles.size)
+    within = steps[~sparse, None] * np.arange(parts) / parts
+    return np.asarray((angles[~sparse, None] + within).ravel())
+
+
+def _depth(problem: Problem, profile: ComplexArray, normals: ComplexArray, around: ComplexArray) -> FloatArray:
+    """How deep a follower that touches points of a profile is in the rest of it, mm."""
+    if problem.setup.mechanism.curvature is not None:
+        radius = problem.design.roller_radius[0]
+        centres = profile + radius * normals
+        nearest, _ = cKDTree(_pairs(around)).query(_pairs(centres))
+        return np.asarray(radius - nearest)
+    furthest = [
+        np.max((around * some[:, None].conjugate()).real, axis=1)
+        for some in np.array_split(normals, -(-normals.size // AT_ONCE))
+    ]
+    return np.concatenate(furthest) - (profile * normals.conjugate()).real
+
+
+def _pairs(points: ComplexArray) -> FloatArray:
+    return np.column_stack([points.real, points.imag])
