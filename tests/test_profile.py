@@ -225,6 +225,48 @@ def test_units_and_forms_are_the_same_profile(tmp_path):
         np.testing.assert_allclose(other.lifts, seen[0].lifts, rtol=1e-14)
 
 
+def test_distances_alone_are_in_equal_steps():
+    distances = 30.0 + np.cos(TURN)
+    np.testing.assert_array_equal(
+        read_points(distances, Columns(kind=POLAR)).lifts,
+        read_points(np.column_stack([DEGREES, distances]), Columns(kind=POLAR)).lifts,
+    )
+
+
+@pytest.mark.parametrize(("follower", "rotation"), EVERY)
+def test_polar_angles_are_cam_angles_whichever_way_the_cam_turns(follower, rotation):
+    """Where a radial follower meets the centre of the ball: of a cam that turns cw, the other way round on it."""
+    centres = measured(curve_of(problem_of(follower, rotation)), TURN, 2.0)
+    met = np.degrees(SENSES[rotation] * (np.pi / 2 - np.angle(centres)))
+    cam = cam_of(follower, rotation)
+    polar = fit(
+        MeasuredProfile(np.column_stack([met, np.abs(centres)])[np.argsort(met)], "polar", 2.0), cam, band=0.005
+    )
+    plane = fit(MeasuredProfile(xy(centres), "xy", 2.0), cam, band=0.005)
+    np.testing.assert_allclose(displacement(polar, DEGREES), displacement(plane, DEGREES), rtol=0, atol=1e-3)
+    np.testing.assert_allclose(
+        displacement(plane, DEGREES), problem_of(follower, rotation).programme.at(TURN)[0], rtol=0, atol=0.01
+    )
+
+
+@pytest.mark.parametrize("digits", [1, 2, 3])
+@pytest.mark.parametrize("form", ["polar", "xy"])
+@pytest.mark.parametrize("follower", FOLLOWERS)
+def test_rounded_points_have_the_noise_of_their_step(follower, form, digits):
+    curve, step = curve_of(problem_of(follower)), 10.0**-digits
+    if form == "polar":
+        centres = measured(curve, at_polar_angles(curve, 2.0, TURN), 2.0)
+        rows = np.column_stack([DEGREES, np.round(np.abs(centres), digits)])
+    else:
+        rows = np.round(xy(measured(curve, along_the_profile(curve, 360), 2.0) * np.exp(0.1j)), digits)
+    fitted = fit(MeasuredProfile(rows, form, 2.0), cam_of(follower))
+    scale = np.radians(1.0) * 75.0 if fitted.unit == "deg" else 1.0
+    assert fitted.noise * scale == pytest.approx(step / 12**0.5, rel=0.6)
+    true = camopt.evaluate(problem_of(follower).scene)[fitted.quantity("acceleration")]
+    assert fitted.after["acceleration"] == pytest.approx(true, rel=0.08)
+    assert fitted.deviation.held
+
+
 def test_distances_of_a_probe_like_the_roller_are_the_lift():
     """A radial roller that is as round as the probe is where the ball was: the fit is that of the distances."""
     follower = {"motion": "translating", "contact": "roller", "roller_radius": 3.0}

@@ -116,16 +116,11 @@ def fit(
     measured = read_points(points.points if isinstance(points, MeasuredProfile) else points, columns_)
     tables.setdefault("name", printable(Path(measured.file).stem))
     file = scene.file if isinstance(scene, Scene) else "scene"
-    seen: Touched | None = None
-    lost: list[int] = []
-    if profile:
-        profile.check(measured)
-        seen, lost = _touched(profile, measured, _resting(tables, measured, file), keep_outliers)
-        measured = seen.positions
+    seen = _touched(profile, measured, tables, file, keep_outliers) if profile else None
+    measured = seen.positions if seen else measured
     noise, least = noise_of(measured), NARROWEST * float(np.ptp(measured.lifts))
     given = None if band is None else _given(band, least)
-    if not (seen or keep_outliers):
-        lost = outliers(measured, noise, given.band if given else least)
+    lost = seen.lost if seen else [] if keep_outliers else outliers(measured, noise, given.band if given else least)
     kept, left_out = measured.without(lost), measured.only(lost)
     usual = _usual(kept.angles.size, noise, least)
     most = max(float(np.ptp(kept.lifts)) / 2.0 - least, usual.band)
@@ -157,15 +152,16 @@ def _resting(tables: Mapping[str, Any], points: Points, file: str) -> Problem:
 
 
 def _touched(
-    profile: MeasuredProfile, points: Points, problem: Problem, keep_outliers: bool
-) -> tuple[Touched, list[int]]:
-    """The follower of a problem at the points of a profile, and the places of outliers among them."""
+    profile: MeasuredProfile, points: Points, tables: Mapping[str, Any], file: str, keep_outliers: bool
+) -> Touched:
+    """The follower of a scene at the points of a profile."""
+    profile.check(points)
+    problem = _resting(tables, points, file)
     noise, least = noise_of(points), NARROWEST * float(np.ptp(points.lifts))
     lost = [] if keep_outliers else outliers(points, noise, least)
     room = _usual(points.angles.size, noise, least)
     _check_repeats(points.without(lost), room.band)
-    seen = touched(problem, profile, points, lost, room)
-    return seen, np.flatnonzero(np.isin(seen.positions.rows, points.rows[lost])).tolist()
+    return touched(problem, profile, points, lost, room)
 
 
 def _without_motion(scene: Scene | Mapping[str, Any]) -> dict[str, Any]:

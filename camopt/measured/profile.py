@@ -90,13 +90,15 @@ class MeasuredProfile:
 class Touched(NamedTuple):
     """A profile as its follower meets it.
 
-    ``positions`` are points with positions of the follower in place of lifts. ``centres`` are those of the probe,
-    as x + iy in the frame of the cam at cam angle 0, by ``rows``, all of them; ``unreached`` are rows.
+    ``positions`` are points with positions of the follower in place of lifts, and ``lost`` the places of outliers
+    among them. ``centres`` are those of the probe, as x + iy in the frame of the cam at cam angle 0, by ``rows``,
+    all of them; ``unreached`` are rows.
     """
 
     problem: Problem
     probe: float
     positions: Points
+    lost: list[int]
     centres: ComplexArray
     rows: NDArray[np.int64]
     unreached: NDArray[np.int64]
@@ -126,7 +128,7 @@ class Touched(NamedTuple):
 def touched(problem: Problem, profile: MeasuredProfile, points: Points, lost: Sequence[int], room: Room) -> Touched:
     """The follower at each of the points (angles and distances); the room is that of their noise.
 
-    Points that are ``lost`` (places) do not shape the curve.
+    Outliers, whose places are ``lost``, do not shape the curve.
 
     Raises
     ------
@@ -154,8 +156,11 @@ def touched(problem: Problem, profile: MeasuredProfile, points: Points, lost: Se
     positions = np.degrees(found.positions) if problem.setup.angular else found.positions
     angles = apart(0.0, np.degrees(found.angles)) % TURN  # −1e-20 is a turn, by rounding
     order = np.flatnonzero(reached)[np.argsort(angles[reached], kind="stable")]
-    seen = Points(points.file, angles[order], positions[order], points.rows[order], points.step)
-    return Touched(problem, profile.probe, seen, centres, points.rows, np.sort(points.rows[~reached]))
+    step = points.step * float(np.ptp(positions) / np.ptp(points.lifts))
+    seen = Points(points.file, angles[order], positions[order], points.rows[order], step)
+    outliers = np.flatnonzero(np.isin(seen.rows, points.rows[list(lost)])).tolist()
+    unreached = np.sort(points.rows[~reached])
+    return Touched(problem, profile.probe, seen, outliers, centres, points.rows, unreached)
 
 
 def _closed(points: Points, room: Room) -> Freest:
