@@ -64,9 +64,9 @@ def test_the_states_that_a_scene_asks_for_are_met_and_stretches_keep_their_veloc
         if not one.is_free:
             assert np.allclose(at_first[number], at_last[number], rtol=1e-12, atol=1e-12)
             continue
-        for order, (low, high) in one.asked(before.strokes[0].low).items():
-            room = 1e-9 * np.abs(at_first[:, order]).max()
-            assert low - room <= at_last[number, order, 1] <= high + room
+        for asked in one.asked(before.strokes[0].low):
+            room = 1e-9 * np.abs(at_first[:, asked.order]).max()
+            assert asked.low - room <= at_last[number, asked.order, 1] <= asked.high + room
         assert other.law.NAME.startswith("free")
 
 

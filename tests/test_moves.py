@@ -547,11 +547,11 @@ def test_what_a_move_is_given_is_marked_in_its_diagrams():
     """A square at the end of each move, and at each derivative that is given there; a band where the lash is."""
     scene = find_scene("bucket-valve")
     displacement, velocity, acceleration, *_ = panels(Picture(resolve(scene)))
-    assert [round(at) for at, *_ in displacement.marks] == [12, 24, 46, 92, 138, 160, 172, 184]
-    assert displacement.marks[3][1:] == pytest.approx((9.0, 9.0))
+    assert [round(mark.end) for mark in displacement.marks] == [12, 24, 46, 92, 138, 160, 172, 184]
+    assert displacement.marks[3][2:] == pytest.approx((9.0, 9.0))
     omega = 3000 * 2 * pi / 60
-    assert [y for _, y, _ in velocity.marks] == pytest.approx([v * omega / 1e3 for v in (0.8, 12.5, -12.5)])
-    assert acceleration.marks == [(pytest.approx(12.0), 0.0, 0.0)]
+    assert [mark.low for mark in velocity.marks] == pytest.approx([v * omega / 1e3 for v in (0.8, 12.5, -12.5)])
+    assert acceleration.marks == [(pytest.approx(12.0), pytest.approx(12.0), 0.0, 0.0)]
     assert displacement.bands == [pytest.approx((0.1, 0.2))]
 
 
@@ -561,8 +561,8 @@ def test_ranges_of_a_scene_are_kept_by_text_and_drawn_as_bars():
     assert Scene.from_dict(scene.to_dict()) == scene
     assert scene.to_dict()["motion"][0]["to"] == [18, 22]
     displacement, velocity, *_ = panels(Picture(resolve(scene)))
-    assert displacement.marks[0] == pytest.approx((120.0, 18.0, 22.0))
-    assert velocity.marks[0] == pytest.approx((120.0, 2.0, 9.0))
+    assert displacement.marks[0] == pytest.approx((120.0, 120.0, 18.0, 22.0))
+    assert velocity.marks[0] == pytest.approx((120.0, 120.0, 2.0, 9.0))
     assert 18 - 1e-9 <= resolve(scene).programme.strokes[0].high <= 22 + 1e-9
     assert certify(scene.replace(**{"limits.pressure_angle": 80}))["pressure_angle"] == "held"
 

@@ -735,10 +735,10 @@ def test_a_size_that_nothing_limits_stays_where_the_objective_is_another():
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"limits.acceleration": 300}, "one would without the limit on acceleration"),
-        ({"limits.jerk": 5e5, "limits.acceleration": 950}, "one would without the limit on acceleration or jerk"),
+        ({"limits.acceleration": 300}, "by itself it is this one that none holds: acceleration"),
+        ({"limits.jerk": 5e5, "limits.acceleration": 950}, "contradict each other: acceleration, jerk"),
         ({"search.base_radius": {"start": 20, "stop": 30}}, "the size"),
-        ({"limits.acceleration": 300, "limits.jerk": 1e4}, "leaving out one is not enough"),
+        ({"limits.acceleration": 300, "limits.jerk": 1e4}, "this one that none holds: jerk"),
     ],
 )
 def test_what_cannot_be_met_names_the_limits_that_stand_in_the_way(changes, words):

@@ -220,6 +220,8 @@ def _named(row: Mapping[str, Any], name: str) -> dict[str, Any]:
 
 def _show_limits_of_motion(scene: "Scene", known: Iterable[dict[str, Any]], defaults: dict[str, float]) -> None:
     """The limits that were taken by default, and what a star means."""
+    from camopt.synthesis.from_scene import AMPLE
+
     if not all(row["within"] for row in known):
         show("* breaks a limit on the motion that the free laws meet")
     if not defaults:
@@ -231,7 +233,7 @@ def _show_limits_of_motion(scene: "Scene", known: Iterable[dict[str, Any]], defa
         limits.append(f"the peaks of poly345 are the limits (for unit stroke and angle): {peaks}")
     if "move" in kinds:
         own = " and ".join(name.removeprefix("peak_") for name in defaults)
-        limits.append(f"moves have no more {own} than the largest in the scene's own moves")
+        limits.append(f"moves may have {AMPLE:g} times the largest {own} of the scene's own moves")
     show(f"The scene limits neither acceleration nor jerk, so {'; '.join(limits)}.")
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from camopt.drawing.labels import Label, around
-from camopt.drawing.panels import SAME, Panel, Peak, Values
+from camopt.drawing.panels import SAME, Mark, Panel, Peak, Values
 from camopt.drawing.picture import NAMES, Picture, four_digits
 from camopt.drawing.style import ALARM, COLOURS, FAINT, INK, LIMIT, MUTED, PITCH, SHADES, SMALL, dress
 from camopt.numerics import FloatArray
@@ -52,9 +52,8 @@ def _draw_panel(axes: Any, picture: Picture, panel: Panel) -> list[Label]:
         axes.plot(angle, value * factor, color=COLOURS[kind], lw=0.8, zorder=2.2)
     for kind, angle, value in zip(picture.kinds, angles, panel.values, strict=True):
         axes.plot(angle, value * factor, color=COLOURS[kind], lw=1.7, zorder=3, solid_capstyle="butt")
-    for at, low, high in panel.marks:
-        style = {"marker": "s", "ms": 3.4, "mfc": "white", "mec": INK, "mew": 0.9}
-        axes.plot([at, at], [low * factor, high * factor], color=INK, lw=1.1, zorder=4, **style)
+    for mark in panel.marks:
+        _draw_mark(axes, mark, factor)
     span = _limits(axes, panel, factor)
     _draw_risers(axes, angles, [v * factor for v in panel.values], span)
     _draw_limits(axes, picture, panel, factor)
@@ -105,6 +104,17 @@ def _draw_risers(axes: Any, angles: Values, values: Values, span: float) -> None
         if abs(after - before) > SAME * span:
             for at in {round(float(angles[k][0]), 6), round(float(angles[k - 1][-1]), 6)}:
                 axes.plot([at, at], [before, after], color=MUTED, lw=0.9, ls=(0, (1, 1.6)), zorder=2.5)
+
+
+def _draw_mark(axes: Any, mark: Mark, factor: float) -> None:
+    """A square or a bar at an angle; a line or a band over a range of angles."""
+    low, high = mark.low * factor, mark.high * factor
+    if mark.end > mark.start:
+        pen = {"ec": INK, "fc": (0.0, 0.0, 0.0, 0.08), "lw": 1.1, "zorder": 1.5}
+        axes.fill_between([mark.start, mark.end], low, high, **pen)
+        return
+    style = {"marker": "s", "ms": 3.4, "mfc": "white", "mec": INK, "mew": 0.9}
+    axes.plot([mark.start, mark.start], [low, high], color=INK, lw=1.1, zorder=4, **style)
 
 
 def _draw_limits(axes: Any, picture: Picture, panel: Panel, factor: float) -> None:

@@ -1,8 +1,8 @@
 """What each diagram shows: values piece by piece, exact peaks, limits, impulses, and what is said about them."""
 
 from dataclasses import dataclass, field
-from math import isfinite
-from typing import Any
+from math import isfinite, pi
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,6 +20,15 @@ SAME = 1e-6  # jumps below this share of the range are none, samples this near t
 CLIP = 4.0  # times the usual pitch curvature: where the diagram of curvature is cut off
 
 Values = list[FloatArray]
+
+
+class Mark(NamedTuple):
+    """What is asked of a motion: from one cam angle to another, deg, and from one value to another."""
+
+    start: float
+    end: float
+    low: float
+    high: float
 
 
 @dataclass
@@ -49,7 +58,7 @@ class Panel:
     alarm: list[BoolArray] | None = None  # where this is true, piece by piece, the cam is undercut
     span: tuple[float, float] | None = None
     bands: list[tuple[float, float]] = field(default_factory=list)  # from where to where on the axis of values
-    marks: list[tuple[float, float, float]] = field(default_factory=list)  # asked: at deg, from and to a value
+    marks: list[Mark] = field(default_factory=list)
     quantity: str = ""  # that is an extreme of the values, of a load
 
 
@@ -67,6 +76,8 @@ def _displacement(picture: Picture) -> Panel:
     peaks = _peaks(picture, values, {TURN: lift})
     panel = Panel("Displacement", "deg" if angular else "mm", values, peaks, marks=_asked(picture, 0, factor))
     notes = ["squares: asked of moves"] if panel.marks else []
+    if any(mark.end > mark.start for mark in panel.marks):
+        notes = ["squares and bands: asked of moves"]
     dynamics = picture.problem.setup.dynamics
     if dynamics.lash is not None:
         low, high = ((dynamics.lash + side * dynamics.lash_variation) * factor for side in (-1, 1))
@@ -76,11 +87,12 @@ def _displacement(picture: Picture) -> Panel:
     return panel
 
 
-def _asked(picture: Picture, order: int, factor: float) -> list[tuple[float, float, float]]:
-    """What the scene asks of a derivative at the ends of its moves: where, and from where to where."""
+def _asked(picture: Picture, order: int, factor: float) -> list[Mark]:
+    """What the scene asks of a derivative in its moves."""
     strokes = picture.problem.programme.strokes
-    asked = [(float(np.degrees(stroke.end)), stroke.asked(strokes[0].low)) for stroke in strokes]
-    return [(at, found[order][0] * factor, found[order][1] * factor) for at, found in asked if order in found]
+    every = [each for stroke in strokes for each in stroke.asked(strokes[0].low) if each.order == order]
+    per = 180 / pi
+    return [Mark(each.start * per, each.end * per, each.low * factor, each.high * factor) for each in every]
 
 
 def _derivative(picture: Picture, name: str, order: int) -> Panel:

@@ -1,53 +1,80 @@
-"""Where moves meet what is beside them: the velocity, acceleration and jerk there, and the polynomials between.
+"""Where moves meet what is beside them: the velocity, acceleration and jerk there, and the motion between.
 
 A move ends with the derivatives that it was given, or else with those that the dwell or law after it starts with.
-It starts as what is before it ends. What is not given between two moves, or given as a range, is as for the least
-∫ (y‴)² dθ over the run of moves: a spline of degree 5 with four continuous derivatives, where only positions are
-given. If a move of a run is given a jerk, the run has a continuous jerk (degree 7) and the least ∫ (y⁗)² dθ.
+It starts as what is before it ends. What is not given between two moves, or is given as a range, is as for the
+least ∫ (y‴)² dθ over the run of moves: a spline of degree 5 with four continuous derivatives, where only positions
+are given. If a jerk is asked for at an angle of a run, the run has a continuous jerk (degree 7) and the least
+∫ (y⁗)² dθ.
 
-Source: de Boor, A Practical Guide to Splines, ch. V and XIII (natural splines; minimum of a quadratic form).
+A run is cut at each cam angle where something is asked. Between cuts the motion is the polynomial that joins two
+states, and what is asked all along a range of angles holds for its Bernstein coefficients on parts of that range.
+
+Source: de Boor, A Practical Guide to Splines, ch. V and XIII (natural splines; minimum of a quadratic form);
+Farin, Curves and Surfaces for CAGD, ch. 5 (Bernstein form).
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
-from functools import cache
+from dataclasses import dataclass, replace
+from functools import cache, cached_property
 from itertools import pairwise
-from math import perm
+from math import comb, isfinite, perm
 
 import numpy as np
 from numpy.polynomial import polynomial
 
+from camopt.mistakes import Unmet
+from camopt.motion.conditions import Condition
+from camopt.motion.law import Law
 from camopt.motion.polynomial import PolynomialLaw
 from camopt.motion.segments import MOVE
-from camopt.motion.stroke import Stroke, range_of
+from camopt.motion.spline import SplineLaw
+from camopt.motion.stroke import Stroke
 from camopt.numerics import FloatArray
+from camopt.numerics.irreducible import irreducible
+from camopt.numerics.quadratic import least_within
 
 State = FloatArray
 """Of the follower at a joint: y, y', y'' and, where it is matched, y''', by the cam angle in rad; mm or deg."""
 
 NARROW = 1e-12  # of the run's largest number: ranges no wider are single numbers
+SAME = 1e-9  # of the run: angles nearer than that are one
 SMOOTH, SMOOTHER = 3, 4  # numbers of a state: up to the acceleration, up to the jerk
+PARTS = 12  # of a range of angles: there the Bernstein coefficients are hardly wider than the motion
+
+
+class Contradiction(Unmet):
+    """No motion meets all that is asked of a run of moves; ``keys`` are those of a smallest set that none meets."""
+
+    def __init__(self, keys: Sequence[str]) -> None:
+        super().__init__(f"no motion meets these together: {', '.join(keys)}; without any one of them there is one")
+        self.keys = tuple(keys)
 
 
 def joined(strokes: Sequence[Stroke]) -> tuple[Stroke, ...]:
-    """The strokes of a turn, each move among them with the polynomial that joins it to what is beside it."""
+    """The strokes of a turn, each move among them with the motion that joins it to what is beside it.
+
+    Raises
+    ------
+    Contradiction
+        If no motion meets all that is asked of moves that follow each other.
+    """
     found = list(strokes)
-    for run in _runs(strokes):
-        moves = [strokes[i] for i in run]
-        states = _states(moves, strokes[run[0] - 1], strokes[(run[-1] + 1) % len(strokes)], strokes[0].low)
-        for i, move, (before, after) in zip(run, moves, pairwise(states), strict=True):
-            found[i] = replace(move, law=_between(before, after, move.angle))
-        if any(move.wanted and move.wanted[0] for move in moves):
-            for i, before in zip(run, states, strict=False):
-                found[i] = _placed(found[i], moves[0].low, float(before[0]))
+    for places in _runs(strokes):
+        moves = [strokes[i] for i in places]
+        run = Run(moves, strokes[places[0] - 1], strokes[(places[-1] + 1) % len(strokes)], strokes[0].low)
+        states = run.states()
+        for i, move, (first, last) in zip(places, moves, run.spans, strict=True):
+            law = _law(states[first : last + 1], run.angles[first:last])
+            found[i] = replace(move, law=law)
+            if any(each.wanted and each.wanted[0] for each in moves):
+                found[i] = _placed(found[i], moves[0].low, float(states[first, 0]), float(states[last, 0]))
     return tuple(found)
 
 
-def _placed(move: Stroke, start: float, height: float) -> Stroke:
-    """A move that starts at a height above the start of its run, and ends where its polynomial does."""
-    assert isinstance(move.law, PolynomialLaw)
+def _placed(move: Stroke, start: float, before: float, after: float) -> Stroke:
+    """A move between heights above the start of its run."""
     assert move.given
-    low, change = start + height * move.size, move.law.end[0]
+    low, change = start + before * move.size, after - before
     return replace(move, low=low, high=low + change * move.size, given=move.given._replace(change=change))
 
 
@@ -64,39 +91,153 @@ def _runs(strokes: Sequence[Stroke]) -> Iterator[list[int]]:
         yield run
 
 
-def _between(before: State, after: State, angle: float) -> PolynomialLaw:
-    """The polynomial from one state to the next, over x from 0 to 1; the displacement is counted from its start."""
-    powers = angle ** np.arange(len(before))
-    start, end = before * powers, after * powers
-    start[0], end[0] = 0.0, after[0] - before[0]
-    return PolynomialLaw(MOVE, tuple(start.tolist()), tuple(end.tolist()))
+def _law(states: FloatArray, angles: FloatArray) -> Law:
+    """The law of a move over x from 0 to 1, from the states where it is cut; it is counted from its start."""
+    from_start = states - states[0] * (np.arange(states.shape[1]) == 0)
+    if angles.size == 1:
+        powers = angles[0] ** np.arange(states.shape[1])
+        start, end = from_start * powers
+        return PolynomialLaw(MOVE, tuple(start.tolist()), tuple(end.tolist()))
+    degree = 2 * states.shape[1] - 1
+    coefficients = [0.0]
+    for angle, ends in zip(angles, pairwise(from_start), strict=True):
+        coefficients += (_bernstein(states.shape[1], angle) @ np.concatenate(ends))[1:].tolist()
+    cuts = np.cumsum(angles)[:-1] / angles.sum()
+    knots = np.concatenate([np.zeros(degree + 1), np.repeat(cuts, degree), np.ones(degree + 1)])
+    return SplineLaw(MOVE, degree, tuple(knots.tolist()), tuple(coefficients))
 
 
-# ---------------------------------------------------------------------------------------------------- states
+# ------------------------------------------------------------------------------------------------------ a run
 
 
-def _states(moves: Sequence[Stroke], before: Stroke, after: Stroke, start: float) -> list[State]:
-    """The states at the joints of a run of moves, the first and the last included, from what is beside it.
+@dataclass(frozen=True)
+class Run:
+    """Moves that follow each other, what is before and after them, and the displacement where the turn starts.
 
-    Displacements are counted from the start of the run; ``start`` is that at the start of the turn.
+    Displacements are counted from the start of the run, in mm or deg as given, angles in rad.
     """
-    jerks = [value for move in moves for value in (move.wanted or ())[3:]]
-    count = SMOOTHER if any(value is not None for value in jerks) else SMOOTH
-    low, high = np.full((2, len(moves) + 1, count), [[[-np.inf]], [[np.inf]]])
-    unit = moves[0].size
-    low[:, 0] = high[:, 0] = np.cumsum([0.0, *(move.given.change if move.given else 0.0 for move in moves)])
-    alone = before.is_open  # the turn has moves only, and ends where it starts
-    if not alone:
-        low[0, 1:] = high[0, 1:] = _end_of(before, 1.0)[1:count] / unit
-        low[-1, 1:] = high[-1, 1:] = _end_of(after, 0.0)[1:count] / unit
-    from_turn = (start - moves[0].low) / unit
-    for joint, move in enumerate(moves, start=1):
-        for order, asked in enumerate((move.wanted or ())[:count]):
-            if asked is not None:
-                low[joint, order], high[joint, order] = np.array(range_of(asked)) + (order == 0) * from_turn
-    if alone:
-        low[0, 1:], high[0, 1:] = low[-1, 1:], high[-1, 1:]
-    return list(_least(low, high, np.array([move.angle for move in moves]), alone))
+
+    moves: Sequence[Stroke]
+    before: Stroke
+    after: Stroke
+    start: float
+
+    @cached_property
+    def conditions(self) -> list[Condition]:
+        """What is asked of the moves, with cam angles from the start of the run."""
+        found, turned = [], 0.0
+        up = (self.start - self.moves[0].low) / self.moves[0].size
+        for move in self.moves:
+            for each in move.conditions():
+                by, moved = turned - move.start, up * (each.order == 0)
+                start, end, low, high = each.start + by, each.end + by, each.low + moved, each.high + moved
+                found.append(Condition(each.key, each.order, start, end, low, high))
+            turned += move.angle
+        return found
+
+    @cached_property
+    def cuts(self) -> FloatArray:
+        """The cam angles of its joints and of all that is asked for on the way."""
+        ends = np.cumsum([0.0, *(move.angle for move in self.moves)])
+        found = list(ends)
+        for each in self.conditions:
+            inside = np.linspace(each.start, each.end, PARTS + 1 if each.end > each.start else 1)
+            found += [x for x in inside if min(abs(x - other) for other in found) > SAME * ends[-1]]
+        return np.sort(np.array(found))
+
+    @property
+    def angles(self) -> FloatArray:
+        return np.diff(self.cuts)
+
+    @property
+    def spans(self) -> list[tuple[int, int]]:
+        """The places of the cuts where each move starts and ends."""
+        ends = [self._place(end) for end in np.cumsum([0.0, *(move.angle for move in self.moves)])]
+        return list(pairwise(ends))
+
+    def _place(self, angle: float) -> int:
+        return int(np.abs(self.cuts - angle).argmin())
+
+    @property
+    def count(self) -> int:
+        """Numbers of a state: a run of which a jerk is asked at an angle has a continuous one."""
+        jerks = any(each.order == SMOOTHER - 1 and each.start == each.end for each in self.conditions)
+        return SMOOTHER if jerks else SMOOTH
+
+    @property
+    def closed(self) -> bool:
+        """Whether the turn has these moves only, and ends where it starts."""
+        return self.before.is_open
+
+    def states(self) -> FloatArray:
+        """The states at the cuts, of the least integral among those that meet all that is asked."""
+        found = self._states(self.conditions)
+        if found is not None:
+            return found
+        keys = list(dict.fromkeys(each.key for each in self.conditions))
+
+        def feasible(kept: Sequence[str]) -> bool:
+            return self._states([each for each in self.conditions if each.key in kept]) is not None
+
+        raise Contradiction(irreducible(keys, feasible))
+
+    def _states(self, conditions: Sequence[Condition]) -> FloatArray | None:
+        """The states that meet some conditions; None if none do."""
+        low, high = self._ends()
+        along: list[_Rows] = []
+        for each in conditions:
+            if each.start == each.end and each.order < self.count:
+                place = self._place(each.start), each.order
+                low[place], high[place] = max(low[place], each.low), min(high[place], each.high)
+            elif each.end > each.start:
+                along += self._along(each, low.shape)
+        if self.closed:
+            low[0, 1:], high[0, 1:] = low[-1, 1:], high[-1, 1:]
+        if np.any(low > high):
+            return None
+        return _least(low, high, along, self.angles, self.closed)
+
+    def _ends(self) -> tuple[FloatArray, FloatArray]:
+        """The ranges of the states: given at both ends of the run, and where positions are numbers."""
+        low, high = np.full((2, self.cuts.size, self.count), [[[-np.inf]], [[np.inf]]])
+        changes = [move.given.change if move.given else 0.0 for move in self.moves]
+        positions = np.cumsum([0.0, *changes])
+        for (_, end), move, position in zip(self.spans, self.moves, positions[1:], strict=True):
+            if not (move.wanted and move.wanted[0]):
+                low[end, 0] = high[end, 0] = position
+        low[0, 0] = high[0, 0] = 0.0
+        if not self.closed:
+            unit = self.moves[0].size
+            low[0, 1:] = high[0, 1:] = _end_of(self.before, 1.0)[1 : self.count] / unit
+            last = self.cuts.size - 1
+            asked = [each.order for each in self.conditions if self._place(each.start) == last]
+            orders = [order for order in range(1, self.count) if order not in asked]
+            low[-1, orders] = high[-1, orders] = _end_of(self.after, 0.0)[orders] / unit
+        return low, high
+
+    def _along(self, condition: Condition, shape: tuple[int, ...]) -> "list[_Rows]":
+        """What a condition over a range of angles asks of the states where it is cut."""
+        first, last = self._place(condition.start), self._place(condition.end)
+        found = []
+        for place, angle in zip(range(first, last), self.angles[first:last], strict=True):
+            values = np.zeros((2 * self.count - condition.order, *shape))
+            per = angle**condition.order  # so that numbers of all orders are alike
+            here = _derivative(self.count, condition.order) @ _bernstein(self.count, angle)
+            values[:, place : place + 2] = here.reshape(len(here), 2, self.count)
+            for side, end in ((1.0, condition.low), (-1.0, condition.high)):
+                if isfinite(end):
+                    found.append(
+                        _Rows(side * values.reshape(len(values), -1), np.full(len(values), side * end * per))
+                    )
+        return found
+
+
+@dataclass(frozen=True)
+class _Rows:
+    """Linear limits on the states, one after another: ``rows`` @ states ≥ ``least``."""
+
+    rows: FloatArray
+    least: FloatArray
 
 
 def _end_of(stroke: Stroke, x: float) -> FloatArray:
@@ -104,39 +245,43 @@ def _end_of(stroke: Stroke, x: float) -> FloatArray:
     return stroke.motion(np.array([stroke.start + x * stroke.angle]))[:, 0]
 
 
-def _least(low: FloatArray, high: FloatArray, angles: FloatArray, alone: bool) -> FloatArray:
-    """The states of the least integral within their ranges; ``alone``, the last joint is the first."""
+def _least(
+    low: FloatArray, high: FloatArray, along: Sequence[_Rows], angles: FloatArray, closed: bool
+) -> FloatArray | None:
+    """The states of the least integral within their ranges, if any are; ``closed``, the last joint is the first."""
     joints, count = low.shape
-    scale = angles.mean() ** np.arange(count)
+    scale = np.tile(angles.mean() ** np.arange(count), joints)
     place = np.arange(joints * count).reshape(joints, count)
-    if alone:
+    if closed:
         place[-1, 1:] = place[0, 1:]
     form = np.zeros((joints * count, joints * count))
     for i, share in enumerate(angles / angles.mean()):
         here = place[i : i + 2].ravel()
         powers = np.tile(share ** np.arange(count), 2)
         form[np.ix_(here, here)] += share ** (1 - 2 * count) * powers[:, None] * _squares(count) * powers
-    low, high = (low * scale).ravel(), (high * scale).ravel()
-    fixed = high - low <= NARROW * np.abs(np.nan_to_num([low, high], posinf=0.0, neginf=0.0)).max()
+    low, high = low.ravel() * scale, high.ravel() * scale
+    largest = np.abs(np.nan_to_num([low, high], posinf=0.0, neginf=0.0)).max()
+    fixed = high - low <= NARROW * largest
     states = np.where(fixed, low, 0.0)
     free = np.unique(place.ravel()[~fixed])
+    onto = np.eye(place.size)[place.ravel()]  # to all numbers of the states from those that are chosen
+    every = np.concatenate([np.empty((0, place.size)), *(each.rows for each in along)])
+    rows = every / scale @ onto
+    least = np.concatenate([np.empty(0), *(each.least for each in along)]) - rows @ states
     if free.size:
         size = 1.0 / np.sqrt(np.diag(form)[free])
         square, pull = size[:, None] * form[np.ix_(free, free)] * size, size * (form[free] @ states)
-        states[free] = size * _bottom(square, pull, low[free] / size, high[free] / size)
-    return np.asarray(states[place] / scale)
-
-
-def _bottom(square: FloatArray, pull: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
-    """Where xᵀ·S·x/2 + p·x is least for low ≤ x ≤ high."""
-    bottom = np.linalg.solve(square, -pull)
-    if np.all((low <= bottom) & (bottom <= high)):
-        return np.asarray(bottom)
-    from scipy.optimize import lsq_linear  # bounded least squares: |Lᵀ·x + L⁻¹·p| with S = L·Lᵀ
-
-    root = np.linalg.cholesky(square)
-    found = lsq_linear(root.T, np.linalg.solve(root, -pull), (low, high), method="bvls", tol=1e-14)
-    return np.asarray(np.clip(found.x, low, high))
+        rows = rows[:, free] * size
+        for side, end in ((1.0, low[free]), (-1.0, -high[free])):
+            some = np.isfinite(end)
+            rows, least = np.concatenate([rows, side * np.diag(size)[some]]), np.concatenate([least, end[some]])
+        found = least_within(square, pull, rows, least)
+        if found is None:
+            return None
+        states[free] = np.clip(size * found, low[free], high[free])
+    elif np.any(least > SAME * max(largest, 1.0)):
+        return None
+    return np.asarray((states[place.ravel()] / scale).reshape(joints, count))
 
 
 @cache
@@ -148,3 +293,20 @@ def _squares(count: int) -> FloatArray:
     nodes, weights = np.polynomial.legendre.leggauss(count)
     values = polynomial.polyval((nodes + 1) / 2, polynomial.polyder(powers, count))
     return np.asarray(values * weights / 2 @ values.T)
+
+
+def _bernstein(count: int, angle: float) -> FloatArray:
+    """The matrix from the states at both ends of an angle to the Bernstein coefficients of what joins them."""
+    degree = 2 * count - 1
+    half = np.array(
+        [[comb(i, k) / perm(degree, k) * angle**k if k <= i else 0.0 for k in range(count)] for i in range(count)]
+    )
+    signs = (-1.0) ** np.arange(count)
+    none = np.zeros((count, count))
+    return np.block([[half, none], [none, (half * signs)[::-1]]])
+
+
+def _derivative(count: int, order: int) -> FloatArray:
+    """The matrix from Bernstein coefficients over [0, 1] to those of a derivative."""
+    degree = 2 * count - 1
+    return np.asarray(perm(degree, order) * np.diff(np.eye(degree + 1), order, axis=0))

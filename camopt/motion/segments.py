@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from camopt.motion.law import Law
 from camopt.motion.polynomial import PolynomialLaw
-from camopt.motion.stroke import Asked, Given, Stroke
+from camopt.motion.stroke import Asked, Given, Stroke, Through
 from camopt.motion.table import DWELL, RETURN, RISE, TURN
 
 MOVE, CONSTANT_VELOCITY = "move", "constant-velocity"
@@ -29,6 +29,10 @@ class Segment(NamedTuple):
     """Of a move: what is asked of y', y'' … at its end, by the cam angle in rad."""
     between: tuple[float, float] | None = None
     """Of a move between others: from where to where the position at its end may be, if it is not given."""
+    through: tuple[Through, ...] = ()
+    """Of a move: what is asked of it on its way, with positions."""
+    key: str = ""
+    """Of the segment in its scene."""
 
     @property
     def change(self) -> float:
@@ -71,15 +75,24 @@ def strokes_of(
     for segment, change in zip(segments, changes(segments), strict=True):
         if segment.angle == 0.0:
             continue
-        segment = segment._replace(wanted=(_from(start, segment.between), *segment.wanted))
+        through = tuple(_counted(each, start) for each in segment.through)
+        segment = segment._replace(wanted=(_from(start, segment.between), *segment.wanted), through=through)
         strokes.append(_stroke(segment, Given(segment.angle, change, angular), turned, y, laws))
         turned, y = strokes[-1].end, strokes[-1].high
     return start, strokes
 
 
-def _from(start: float, between: tuple[float, float] | None) -> tuple[float, float] | None:
-    """A range of positions, counted from one of them."""
-    return between and (between[0] - start, between[1] - start)
+def _from(start: float, asked: Asked) -> Asked:
+    """A position, or a range of them, counted from another."""
+    if asked is None:
+        return None
+    return (asked[0] - start, asked[1] - start) if isinstance(asked, tuple) else asked - start
+
+
+def _counted(through: Through, start: float) -> Through:
+    """What is asked at cam angles in rad, with positions counted from one of them."""
+    position, *others = through.asked
+    return Through(radians(through.start), radians(through.end), (_from(start, position), *others))
 
 
 def _stroke(segment: Segment, given: Given, start: float, low: float, laws: Mapping[str, Law]) -> Stroke:
@@ -93,5 +106,5 @@ def _stroke(segment: Segment, given: Given, start: float, low: float, laws: Mapp
         law = PolynomialLaw(CONSTANT_VELOCITY.replace("-", " "), (0.0,), (given.change,))
     elif segment.law is not None:
         law = laws[segment.law]
-    named = wanted is not None and law is not None
-    return Stroke(KINDS[segment.segment], law, start, radians(given.angle), low, high, given, wanted, named)
+    kind, angle, named = KINDS[segment.segment], radians(given.angle), wanted is not None and law is not None
+    return Stroke(kind, law, start, angle, low, high, given, wanted, segment.through, segment.key, named)

@@ -1,11 +1,13 @@
 """A stroke: what the follower does in one segment of the turn."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from math import inf, isfinite, pi
 from typing import NamedTuple
 
 import numpy as np
 
+from camopt.motion.conditions import NAMES, Condition
 from camopt.motion.law import Law
 from camopt.motion.table import DWELL, TURN
 from camopt.numerics import FloatArray
@@ -22,6 +24,15 @@ class Given(NamedTuple):
     def unit(self) -> float:
         """Of the displacement, in mm (rad)."""
         return pi / 180 if self.angular else 1.0
+
+
+class Through(NamedTuple):
+    """What a move is asked for from one cam angle of the turn to another, or at one; deg as given, else rad."""
+
+    start: float
+    end: float
+    asked: tuple["Asked", ...]
+    """Of y, y', y'' … as those of ``Stroke.wanted``."""
 
 
 Asked = float | tuple[float, float] | None
@@ -54,6 +65,10 @@ class Stroke:
     wanted: tuple[Asked, ...] | None = None
     """Of a move: what is asked of y, y', y'' … at its end as given, mm (deg) by rad. Its y is counted from the
     start of the turn, and None where ``high`` has it."""
+    through: tuple[Through, ...] = ()
+    """What is asked of it on its way, at cam angles in rad."""
+    key: str = ""
+    """Of its segment in the scene."""
     named: bool = False
     """Whether the law of a move was given; if not, it follows from what is beside it (``joints``)."""
 
@@ -82,18 +97,27 @@ class Stroke:
             return self.given.unit
         return self.high - self.low
 
-    def asked(self, start: float) -> dict[int, tuple[float, float]]:
-        """What a move is asked for at its end: from where to where y, y', y'' … may be, by order, mm (rad) by rad.
+    def asked(self, start: float) -> Iterator[Condition]:
+        """What a move, or a stretch at constant velocity, is asked for, in mm (rad) by rad.
 
         ``start`` is the displacement at the start of the turn.
         """
-        found = {0: (self.high, self.high)} if self.is_move else {}
-        for order, value in enumerate(self.wanted or ()):
-            if value is not None:
-                from_start = start if order == 0 else 0.0
-                low, high = range_of(value)
-                found[order] = from_start + low * self.size, from_start + high * self.size
-        return {order: ends for order, ends in found.items() if isfinite(ends[1] - ends[0])}
+        if self.is_move and not (self.wanted and self.wanted[0]):
+            yield Condition(f"{self.key}.to", 0, self.end, self.end, self.high, self.high)
+        for each in self.conditions():
+            up = start * (each.order == 0)
+            yield each._replace(low=up + each.low * self.size, high=up + each.high * self.size)
+
+    def conditions(self) -> Iterator[Condition]:
+        """What a move is asked for at its end and on its way, as given; y is counted from the start of the turn.
+
+        Not the position at its end, where that is a number: ``high`` has it.
+        """
+        for order, name in enumerate(("to", *NAMES[1:])):
+            yield from _asked(f"{self.key}.{name}", order, self.end, self.end, self.wanted or ())
+        for number, each in enumerate(self.through, start=1):
+            for order, name in enumerate(NAMES):
+                yield from _asked(f"{self.key}.through.{number}.{name}", order, each.start, each.end, each.asked)
 
     def motion(self, angles: FloatArray) -> FloatArray:
         """(y, y', y'', y''') at cam angles of the stroke, one row each."""
@@ -104,3 +128,10 @@ class Stroke:
         rows = np.stack([self.size * verb(x) / self.angle**order for order, verb in enumerate(verbs)])
         rows[0] += self.low
         return rows
+
+
+def _asked(key: str, order: int, start: float, end: float, asked: tuple[Asked, ...]) -> Iterator[Condition]:
+    """A condition, if there is one of that order."""
+    low, high = range_of(asked[order] if order < len(asked) else None)
+    if isfinite(low) or isfinite(high):
+        yield Condition(key, order, start, end, low, high)

@@ -185,7 +185,33 @@ def _is_asked(value: Any) -> Any:
 
 Asked = Annotated[float | tuple[float, float], BeforeValidator(_is_asked)]
 
-MOST_SEGMENTS = 1_000
+MOST_SEGMENTS, MOST_CONDITIONS = 1_000, 200
+
+
+def _is_angle(value: Any) -> Any:
+    """A cam angle, or two of them."""
+    pair = value if isinstance(value, (list, tuple)) else (value, value)
+    try:
+        low, high = map(_is_number, pair)
+    except ValueError:
+        raise ValueError("a cam angle, or a range [from, to], deg") from None
+    if not 0.0 <= low <= high <= 360.0:
+        raise ValueError("a cam angle, or a range [from, to], from 0 to 360 deg")
+    return low if low == high else (low, high)
+
+
+class Through(Table):
+    """What a move is asked for on its way: at a cam angle of the turn, or all along a range [from, to] of it (deg).
+
+    The ``position`` (mm, or deg when oscillating), ``velocity``, ``acceleration`` and ``jerk``: each a number, or a
+    range [low, high]. Derivatives are by what the segment says (``per``).
+    """
+
+    angle: Annotated[float | tuple[float, float], BeforeValidator(_is_angle)]
+    position: Asked | None = None
+    velocity: Asked | None = None
+    acceleration: Asked | None = None
+    jerk: Asked | None = None
 
 
 class Segment(Table):
@@ -198,7 +224,8 @@ class Segment(Table):
     ``velocity``, ``acceleration`` and ``jerk`` may be given at its end, in mm (deg) ``per`` rad or deg of the cam's
     angle, or per s. Between two moves each of these, and ``to``, may be a range [low, high], or be left out: it is
     then as for the least mean-square jerk. Where a jerk is asked for, the jerk of moves that follow each other is
-    continuous too (degree 7).
+    continuous too (degree 7). ``through`` are conditions on the way (``Through``), which the motion of the least
+    mean-square jerk meets, and all that ``synthesise`` finds.
 
     Where positions are given, the turn starts at the last of them. Designs count displacements from the lowest
     position of the turn, which is on the base circle.
@@ -213,6 +240,7 @@ class Segment(Table):
     acceleration: Asked | None = None
     jerk: Asked | None = None
     per: Literal["rad", "deg", "s"] = "rad"
+    through: Annotated[tuple[Through, ...], Field(max_length=MOST_CONDITIONS)] = ()
 
 
 def _is_pair(value: Any) -> Any:

@@ -4,6 +4,7 @@ The checks work on the plain mapping of a scene, as those of ``scene.checks`` do
 """
 
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import accumulate
 from math import hypot, inf, isfinite, pi, radians
 from typing import Any
 
@@ -11,10 +12,12 @@ import numpy as np
 
 from camopt.mistakes import nearest
 from camopt.motion import LAWS
+from camopt.motion.conditions import NAMES
+from camopt.motion.joints import Contradiction
 from camopt.motion.law import Law
 from camopt.motion.programme import Programme
 from camopt.motion.segments import CONSTANT_VELOCITY, MOVE, Segment, changes, ends_of
-from camopt.motion.stroke import Asked, Stroke, range_of
+from camopt.motion.stroke import Asked, Stroke, Through, range_of
 from camopt.motion.table import TURN
 from camopt.quantities import DERIVATIVES
 from camopt.scene.law_forms import CLOSE, Fault
@@ -22,6 +25,7 @@ from camopt.scene.mapping import at, number, segments
 from camopt.scene.own_laws import FAR, check_laws, law_names, law_of, laws_of_moves, own_laws
 
 LEAST = {"angle": 1e-6, "lift": 1e-9}  # of a rise or return, deg and mm or deg
+INSIDE = 1e-6  # of a move: the least distance of a condition from its ends, and the least length of a range
 LOOKED, MISSED = 257, 1e-6  # angles of a move; by what share of its largest value a law may miss what is asked
 NOTHING = 1e-100  # mm or deg: a position no further from 0 is there
 LAST = ", mm (deg when oscillating), unless another move follows it in the turn"
@@ -32,7 +36,7 @@ KEYS = {
     "rise": ("lift", "to", "law"),
     "return": ("lift", "to", "law"),
     "dwell": (),
-    MOVE: ("to", *DERIVATIVES, "law"),
+    MOVE: ("to", *DERIVATIVES, "law", "through"),
     CONSTANT_VELOCITY: ("to", "velocity"),
 }
 """What a segment of a kind may have, beside its angle and the unit of its derivatives."""
@@ -44,7 +48,10 @@ def segments_of(rows: Sequence[Mapping[str, Any]], rpm: float | None) -> list[Se
     A move that gives no position ends where the constant velocity after it has to start, or, before another move,
     where the jerk is least.
     """
-    found = [_segment_of(row, rpm) for row in rows]
+    found = [
+        _segment_of(row, rpm)._replace(key=f"motion.{k}", through=_through_of(row, rpm))
+        for k, row in enumerate(rows, start=1)
+    ]
     for k, (row, after) in enumerate(zip(rows, _after(rows), strict=True)):
         if _starts_itself(row, after):
             following = found[(k + 1) % len(found)]
@@ -67,8 +74,27 @@ def _starts_itself(row: Mapping[str, Any], after: Mapping[str, Any]) -> bool:
     return stretch and both and row.get("segment") == MOVE and (row.get("to") is None or row.get("law") is not None)
 
 
+def _per_rad(row: Mapping[str, Any], rpm: float | None) -> float:
+    """What a velocity of a segment is multiplied by, to be by the cam angle in rad."""
+    return {"rad": 1.0, "deg": 180 / pi, "s": 30 / (pi * rpm) if rpm else 1.0}[row.get("per") or "rad"]
+
+
+def _through_of(row: Mapping[str, Any], rpm: float | None) -> tuple[Through, ...]:
+    """What a move is asked for on its way, its angles in deg of the turn, its derivatives by rad."""
+    per, found = _per_rad(row, rpm), []
+    for each in row.get("through") or ():
+        start, end = range_of(_as_asked(each["angle"]))
+        asked = (_times(_as_asked(each.get(name)), per**order) for order, name in enumerate(NAMES))
+        found.append(Through(start, end, tuple(asked)))
+    return tuple(found)
+
+
+def _as_asked(value: Any) -> Asked:
+    return tuple(value) if isinstance(value, (list, tuple)) else value
+
+
 def _segment_of(row: Mapping[str, Any], rpm: float | None) -> Segment:
-    per = {"rad": 1.0, "deg": 180 / pi, "s": 30 / (pi * rpm) if rpm else 1.0}[row.get("per") or "rad"]
+    per = _per_rad(row, rpm)
     wanted = [row.get(key) for key in DERIVATIVES]
     by_angle = tuple(_times(value, per**order) for order, value in enumerate(wanted, start=1))
     kind, angle, lift, to = row["segment"], row["angle"], row.get("lift") or 0.0, row.get("to")
@@ -104,8 +130,11 @@ def check_turn(data: Mapping[str, Any]) -> Iterator[Fault]:
             yield "motion.angle", None, f"the angles add up to {total:.10g} deg, not to 360"
     if given := _given(data):
         yield from _levels(given)
-        if not any(check_laws(data)):
-            yield from _laws_of_moves(data, given)
+        conditions = list(_conditions(rows))
+        yield from conditions
+        if not conditions and not any(check_laws(data)):
+            yield from _laws_of_moves(data, given) if any(s.law and s.segment == MOVE for s in given) else ()
+            yield from _contradictions(data, given)
 
 
 def check_law(law: Any, key: str, laws: tuple[str, ...]) -> Iterator[Fault]:
@@ -122,8 +151,10 @@ def highest_of(data: Mapping[str, Any]) -> float | None:
     ends, laws = ends_of(given), own_laws(data)
     beyond = any(isinstance(law, Mapping) and law.get("overshoot") is True for law in laws.values())
     if (beyond or any(segment.segment == MOVE for segment in given)) and not any(check_laws(data)):
-        own = {name: law_of(name, law) for name, law in laws.items()}
-        return Programme.from_segments(given, angular=False, laws={**LAWS, **own}).lift
+        try:
+            return _programme(data, given).lift
+        except Contradiction:  # which is said
+            return None
     return max(ends) - min(ends) if isfinite(hypot(*ends)) else None
 
 
@@ -148,6 +179,8 @@ def _given(data: Mapping[str, Any]) -> list[Segment] | None:
         if kind == MOVE and _needs_position(row, after, row is rows[-1]):
             return None
         if kind == MOVE and row.get("law") not in (None, *laws_of_moves(data)):
+            return None
+        if not all(_is_condition(each) for each in row.get("through") or ()):
             return None
         if row.get("per") not in (None, "rad", "deg", "s"):
             return None
@@ -202,6 +235,19 @@ def _needs_position(row: Mapping[str, Any], after: Mapping[str, Any], last: bool
         return number(row.get("to")) is None
     free = _starts_itself(row, after) or (after.get("segment") == MOVE and not last)
     return number(row.get("to")) is None and not free
+
+
+def _is_condition(row: Any) -> bool:
+    """Whether what is asked on the way of a move has an angle, and numbers or ranges."""
+    if not isinstance(row, Mapping) or not _is_asked(row.get("angle"), 360.0):
+        return False
+    return all(row.get(name) is None or _is_asked(row[name], FAR) for name in NAMES)
+
+
+def _is_asked(value: Any, far: float) -> bool:
+    """Whether a value is a number or a range that is not beyond some bound."""
+    ends = list(value) if _is_range(value) else [value]
+    return all((end := number(each)) is not None and abs(end) <= far for each in ends)
 
 
 def _is_range(value: Any) -> bool:
@@ -281,6 +327,7 @@ def _laws_of_moves(data: Mapping[str, Any], given: Sequence[Segment]) -> Iterato
     """Whether a law of positions starts and ends where its move does, and has what the move asks for at its end."""
     tables, ends = own_laws(data), ends_of(given)
     room = CLOSE * (max(ends) - min(ends))
+    starts = [0.0, *accumulate(segment.angle for segment in given)]
     for k, (segment, before, after) in enumerate(zip(given, ends, ends[1:], strict=False), start=1):
         if segment.segment != MOVE or segment.law is None:
             continue
@@ -290,18 +337,67 @@ def _laws_of_moves(data: Mapping[str, Any], given: Sequence[Segment]) -> Iterato
                 why = f"{word} at {positions[place]:.10g}; the move {word} at {end:.10g}"
                 yield f"motion.{k}.law", segment.law, why
                 return
-        yield from _missed(law_of(segment.law, tables[segment.law]), segment, f"motion.{k}")
+        through = tuple(each._replace(start=radians(each.start), end=radians(each.end)) for each in segment.through)
+        asked = segment._replace(through=through)
+        yield from _missed(law_of(segment.law, tables[segment.law]), asked, before, starts[k - 1], f"motion.{k}")
 
 
-def _missed(law: Law, segment: Segment, key: str) -> Iterator[Fault]:
-    """What a move asks for at its end that its law has not."""
-    angles = np.linspace(0.0, radians(segment.angle), LOOKED)
-    motion = Stroke(TURN, law, 0.0, angles[-1], 0.0, 1.0).motion(angles)
-    for name, asked, row in zip(DERIVATIVES, segment.wanted, motion[1:], strict=False):
-        (low, high), has, room = range_of(asked), float(row[-1]), MISSED * float(np.abs(row).max())
-        if not low - room <= has <= high + room:
-            wanted = f"{low:.6g}" if low == high else f"{low:.6g} to {high:.6g}"
-            yield f"{key}.law", segment.law, f"ends with {name} {has:.6g} by rad; the move asks for {wanted} by rad"
+def _conditions(rows: Sequence[Mapping[str, Any]]) -> Iterator[Fault]:
+    """Whether what is asked on the way of a move is about angles inside it, and is anything."""
+    turned = 0.0
+    for k, row in enumerate(rows, start=1):
+        before, turned = turned, turned + row["angle"]
+        for number_, each in enumerate(row.get("through") or (), start=1):
+            key = f"motion.{k}.through.{number_}"
+            start, end = range_of(_as_asked(each["angle"]))
+            room = INSIDE * row["angle"]
+            if all(each.get(name) is None for name in NAMES):
+                yield key, None, f"asks for nothing: give {', '.join(NAMES[:-1])} or {NAMES[-1]}"
+            elif start == end and not before + room <= start <= turned - room:
+                what = f"must be inside the move, from {before:g} to {turned:g} deg of the turn"
+                yield f"{key}.angle", each["angle"], f"{what}; its end has keys of its own (to, velocity, …)"
+            elif start < end and not (before - room <= start and end <= turned + room and end - start >= room):
+                what = f"must be a range within the move, from {before:g} to {turned:g} deg of the turn"
+                yield f"{key}.angle", each["angle"], what
+
+
+def _contradictions(data: Mapping[str, Any], given: Sequence[Segment]) -> Iterator[Fault]:
+    """What is asked of moves can be met."""
+    if not any(segment.segment == MOVE and segment.law is None for segment in given):
+        return
+    try:
+        _programme(data, given)
+    except Contradiction as contradiction:
+        first, *others = contradiction.keys
+        with_others = f"contradicts {', '.join(others)}" if others else "cannot be met"
+        yield first, None, f"{with_others}: no motion meets all of these; leave one out, or ask for a wider range"
+
+
+def _programme(data: Mapping[str, Any], given: Sequence[Segment]) -> Programme:
+    """The turn of faultless laws and segments, displacements as they are given."""
+    own = {name: law_of(name, law) for name, law in own_laws(data).items()}
+    return Programme.from_segments(given, angular=False, laws={**LAWS, **own})
+
+
+def _missed(law: Law, segment: Segment, before: float, turned: float, key: str) -> Iterator[Fault]:
+    """What a move asks for that its law has not."""
+    start, angle = radians(turned), radians(segment.angle)
+    stroke = Stroke(
+        TURN, law, start, angle, before, before + 1.0, None, (None, *segment.wanted), segment.through, key
+    )
+    largest = np.abs(stroke.motion(np.linspace(start, start + angle, LOOKED))).max(axis=1)
+    for each in stroke.conditions():
+        room = MISSED * largest[each.order]
+        values = stroke.motion(np.linspace(each.start, each.end, LOOKED if each.end > each.start else 1))[
+            each.order
+        ]
+        for value in (float(values.min()), float(values.max())):
+            if not each.low - room <= value <= each.high + room:
+                wanted = f"{each.low:.6g}" if each.low == each.high else f"{each.low:.6g} to {each.high:.6g}"
+                unit = "" if each.order == 0 else f" by rad{('', '²', '³')[each.order - 1]}"
+                why = f"has {each.key.rpartition('.')[2]} {value:.6g}{unit}; {each.key} asks for {wanted}"
+                yield f"{key}.law", segment.law, why
+                break
 
 
 def _below(given: Sequence[Segment], k: int, before: float) -> Fault:

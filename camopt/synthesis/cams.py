@@ -10,6 +10,7 @@ import numpy as np
 from camopt.effects.vibration import vibration
 from camopt.mechanisms import Designs
 from camopt.motion import LAWS
+from camopt.motion.conditions import Condition
 from camopt.motion.law import is_still
 from camopt.motion.programme import Programme, peak, root_mean_square, span
 from camopt.motion.spline import SplineLaw
@@ -24,7 +25,7 @@ from camopt.smallest.optimise import SECONDS, Optimum, optimise
 from camopt.smallest.smallest import smallest
 from camopt.synthesis import residual
 from camopt.synthesis.convex import SQUARES
-from camopt.synthesis.demand import ORDERS, Condition, Demand
+from camopt.synthesis.demand import ORDERS, Demand, inside
 from camopt.synthesis.from_scene import objective_in
 from camopt.synthesis.iterate import Iterate
 from camopt.synthesis.synthesised import Synthesised, free_names
@@ -128,10 +129,10 @@ def strokes_with(demand: Demand, found: Iterate) -> tuple[Stroke, ...]:
 def _with_law(demand: Demand, stroke: Stroke, name: str, coefficients: FloatArray) -> Stroke:
     """A stroke with a free law; a move starts and ends where that does."""
     if not stroke.is_move:
-        return replace(stroke, law=demand.splines.law(name, coefficients))
+        return replace(stroke, law=demand.splines_of(stroke).law(name, coefficients))
     low, high = (demand.scale * float(c) for c in coefficients[[0, -1]])
     values = (coefficients - coefficients[0]) * demand.scale / stroke.size
-    law = demand.splines.law_of_move(name, values)
+    law = demand.splines_of(stroke).law_of_move(name, values)
     given = stroke.given and stroke.given._replace(change=law.coefficients[-1])
     return replace(stroke, law=law, low=low, high=high, given=given, named=True)
 
@@ -164,7 +165,7 @@ def within(demand: Demand, programme: Programme) -> bool:
 
 def _meets(demand: Demand, stroke: Stroke, up: float, condition: Condition) -> bool:
     """Whether a stroke meets a condition, as far as a solver can."""
-    part = condition.inside(stroke)
+    part = inside(condition, stroke)
     if part is None:
         return True
     angles = stroke.start + stroke.angle * np.linspace(*part, LOOKED if part[0] < part[1] else 1)

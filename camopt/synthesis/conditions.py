@@ -5,20 +5,19 @@ where the lowest position that the scene gives may be a rest, no move goes below
 turns back between two stretches at constant velocity), and the lowest of the scene's own motion says where.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from math import inf
+from math import inf, isfinite
 from typing import NamedTuple
 
 import numpy as np
 
+from camopt.motion.conditions import Condition
 from camopt.motion.programme import Programme
 from camopt.motion.segments import start_of
 from camopt.motion.stroke import Stroke
 from camopt.problem.problem import Problem, segments_of
-from camopt.synthesis.demand import Condition
 
-NAMES = ("to", "velocity", "acceleration", "jerk")
 SAME = 1e-9  # of the lift: levels nearer than that are one
 LOOKED = 3601  # angles of a turn at which its lowest is looked for
 
@@ -54,26 +53,28 @@ def ground_of(problem: Problem) -> Ground:
 
 def _levels(programme: Programme) -> Iterator[tuple[float, bool]]:
     """The displacements that a scene gives, and whether the motion may rest there."""
-    start = programme.strokes[0].low
     for stroke in programme.strokes:
-        if not stroke.is_move or not stroke.is_free:
+        if not (stroke.is_move and stroke.is_free):
             yield from ((y, not stroke.is_move) for y in (stroke.low, stroke.high))
             continue
-        asked = stroke.asked(start)
-        if 0 in asked:
-            low, high = asked[0]
-            slow, fast = asked.get(1, (0.0, 0.0))
-            yield low, low == high and slow <= 0.0 <= fast
+        asked = list(stroke.asked(programme.strokes[0].low))
+        for each in asked:
+            if each.order == 0:
+                low = each.low if each.start == each.end and isfinite(each.low) else each.high
+                yield low, each.low == each.high and _may_rest(asked, each.start)
 
 
-def conditions_of(problem: Problem, ground: Ground) -> Iterator[Condition]:
-    """What is asked at the ends of moves, and that none goes below the lowest."""
-    start = ground.strokes[0].low
-    numbers = [number for number, segment in enumerate(problem.scene.motion, start=1) if segment.angle > 0.0]
-    for number, stroke in zip(numbers, ground.strokes, strict=True):
+def _may_rest(asked: Sequence[Condition], angle: float) -> bool:
+    """Whether nothing that is asked at a cam angle gives a velocity there."""
+    here = [each for each in asked if each.order == 1 and each.start <= angle <= each.end]
+    return all(each.low <= 0.0 <= each.high for each in here)
+
+
+def conditions_of(ground: Ground) -> Iterator[Condition]:
+    """What is asked at the ends of moves and on their way, and that none goes below the lowest."""
+    for stroke in ground.strokes:
         if not (stroke.is_move and stroke.is_free):
             continue
-        for order, (low, high) in stroke.asked(start).items():
-            yield Condition(f"motion.{number}.{NAMES[order]}", order, stroke.end, stroke.end, low, high)
+        yield from stroke.asked(ground.strokes[0].low)
         if ground.dip is None:
             yield Condition("the lowest position", 0, stroke.start, stroke.end, 0.0, inf)

@@ -5,12 +5,13 @@ alone, their radius), so that the size of the cam is √(s₀² + e²) less the 
 derivatives by the cam angle.
 """
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
-from math import degrees, inf, isfinite
-from typing import NamedTuple
+from math import degrees, inf
 
 from camopt.effects.motion import scale
 from camopt.mechanisms import oscillating, translating
+from camopt.motion.conditions import Condition
 from camopt.motion.stroke import Stroke
 from camopt.motion.table import RETURN, RISE, TURN
 from camopt.problem.problem import Problem
@@ -19,6 +20,7 @@ from camopt.synthesis.splines import Splines
 
 ORDERS = {"velocity": 1, "acceleration": 2, "jerk": 3}
 
+SIZE = "the size"
 SAME = 1e-9  # of a stroke: an angle as close as that to its end is there
 
 LowHigh = tuple[float, float]
@@ -52,29 +54,13 @@ class LinearConstraint:
         return self.bears_on(stroke) or (stroke.is_move and about)
 
 
-class Condition(NamedTuple):
-    """Between which values the motion, or a derivative of it, lies at a cam angle or all along a range of them."""
-
-    key: str
-    """Of the scene that asks for it."""
-    order: int
-    start: float  # cam angles, rad
-    end: float
-    low: float  # mm or rad by radᵏ, as y is counted; infinite where nothing is asked
-    high: float
-
-    def inside(self, stroke: Stroke) -> tuple[float, float] | None:
-        """From where to where in a stroke it holds, in x of the unit stroke; None where it does not."""
-        low, high = ((angle - stroke.start) / stroke.angle for angle in (self.start, self.end))
-        low, high = (round(x) if abs(x - round(x)) <= SAME else x for x in (low, high))
-        if self.start == self.end:
-            return (low, high) if 0.0 < low <= 1.0 else None
-        return (max(low, 0.0), min(high, 1.0)) if low < 1.0 and high > 0.0 else None
-
-    def tightened(self, margin: float) -> "Condition":
-        """The condition closer by a share of its range; one value stays as it is."""
-        by = margin * (self.high - self.low)
-        return self._replace(low=self.low + by, high=self.high - by) if isfinite(by) else self
+def inside(condition: Condition, stroke: Stroke) -> tuple[float, float] | None:
+    """From where to where in a stroke a condition holds, in x of the unit stroke; None where it does not."""
+    low, high = ((angle - stroke.start) / stroke.angle for angle in (condition.start, condition.end))
+    low, high = (round(x) if abs(x - round(x)) <= SAME else x for x in (low, high))
+    if condition.start == condition.end:
+        return (low, high) if 0.0 < low <= 1.0 else None
+    return (max(low, 0.0), min(high, 1.0)) if low < 1.0 and high > 0.0 else None
 
 
 @dataclass(frozen=True)
@@ -140,23 +126,33 @@ class Demand:
         assert found is not None
         return found
 
-    def without_each(self) -> dict[str, "Demand"]:
-        """The demand without each of its limits, by name."""
-        found = {
-            name: replace(self, ranges=tuple({k: r for k, r in row.items() if k != order} for row in self.ranges))
-            for name, order in ORDERS.items()
-            if any(order in row for row in self.ranges)
-        }
-        for floor in self.floors:
-            others = tuple(each for each in self.floors if each.name != floor.name)
-            found[floor.name] = replace(self, floors=others)
-        if self.prime[1] < inf:
-            found["the size"] = replace(self, prime=(self.prime[0], inf))
-        if self.residual is not None:
-            found[residual.TERM] = replace(self, residual=None)
-        for key in dict.fromkeys(condition.key for condition in self.conditions):
-            found[key] = replace(self, conditions=tuple(each for each in self.conditions if each.key != key))
-        return found
+    @property
+    def names(self) -> list[str]:
+        """What can be left out of it: its limits and conditions."""
+        orders = [name for name, order in ORDERS.items() if any(order in row for row in self.ranges)]
+        limits = [*orders, *(floor.name for floor in self.floors)]
+        limits += [SIZE] if self.prime[1] < inf else []
+        limits += [] if self.residual is None else [residual.TERM]
+        return list(dict.fromkeys([*limits, *(condition.key for condition in self.conditions)]))
+
+    def only(self, names: Collection[str]) -> "Demand":
+        """The demand with none but some of its limits and conditions."""
+        kept = {order for name, order in ORDERS.items() if name in names}
+        return replace(
+            self,
+            ranges=tuple({order: ends for order, ends in row.items() if order in kept} for row in self.ranges),
+            floors=tuple(floor for floor in self.floors if floor.name in names),
+            prime=self.prime if SIZE in names else (self.prime[0], inf),
+            residual=self.residual if residual.TERM in names else None,
+            conditions=tuple(condition for condition in self.conditions if condition.key in names),
+        )
+
+    def splines_of(self, stroke: Stroke) -> Splines:
+        """The splines of a stroke: cut where something is asked for, so that the jerk may jump there."""
+        parts = (inside(each, stroke) for each in self.conditions)
+        places = sorted({x for part in parts if part for x in part if 0.0 < x < 1.0})
+        cuts = [x for k, x in enumerate(places) if k == 0 or x - places[k - 1] > SAME]
+        return replace(self.splines, cuts=tuple(cuts), at_cuts=max(self.rest, self.splines.at_cuts))
 
     def law_scale(self, stroke: Stroke) -> tuple[float, float]:
         """The displacement where a law is 0, and what it has more where that is 1, in units of the lift.

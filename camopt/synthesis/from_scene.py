@@ -8,6 +8,7 @@ from camopt.effects.motion import scale
 from camopt.mechanisms import translating, translating_flat
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion import LAWS
+from camopt.motion.conditions import Condition
 from camopt.motion.programme import PEAKS, Programme, law_peaks, span
 from camopt.motion.stroke import Stroke
 from camopt.motion.table import DWELL, TURN
@@ -19,12 +20,13 @@ from camopt.scene.tables import Synthesis
 from camopt.smallest.closed_form import least_size
 from camopt.synthesis import residual
 from camopt.synthesis.conditions import Ground, conditions_of, ground_of
-from camopt.synthesis.demand import ORDERS, Condition, Demand, LowHigh, roller_of
+from camopt.synthesis.demand import ORDERS, Demand, LowHigh, roller_of
 from camopt.synthesis.linear_constraints import floors_of
 from camopt.synthesis.splines import Splines
 
 USUAL = {"peak_acceleration": 2, "peak_jerk": 3}
 APART = 1e-4  # of a stroke: the least distance of points
+AMPLE = 1.25  # times what a scene's own moves have of what it limits nowhere
 GENTLE = "poly345"  # whose peaks hold where a scene limits neither acceleration nor jerk
 
 
@@ -66,7 +68,7 @@ def demand_of(problem: Problem, objective: Mapping[str, float] | None = None) ->
         residual=scene.limits.residual_vibration,
         rest=asked.rest,
         monotone=asked.monotone or (isinstance(asked.peak_velocity, tuple) and asked.peak_velocity[0] == 0.0),
-        conditions=(*conditions_of(problem, ground), *_points(problem, asked, ground)),
+        conditions=(*conditions_of(ground), *_points(problem, asked, ground)),
         objective=objective,
     )
 
@@ -205,12 +207,12 @@ def _ranges(problem: Problem, asked: Synthesis, stroke: Stroke, minimised: set[i
 
 
 def _own_peaks(problem: Problem, asked: Synthesis, minimised: set[int]) -> dict[int, LowHigh]:
-    """What moves hold of derivatives that the scene bounds nowhere: the largest of its own motion in any move."""
+    """What moves hold of derivatives that the scene bounds nowhere: little more than its own motion has in any."""
     own = Programme(tuple(stroke for stroke in problem.programme.strokes if stroke.is_move))
     orders = [PEAKS[name] for name in _unasked(problem, asked, minimised)]
     spans = {order: span(own, (0.0,) * order + (1.0,), TURN) for order in orders}
     largest = {order: max(-least, most) for order, (least, most) in spans.items()}
-    return {order: (-most, most) for order, most in largest.items() if most > 0.0}
+    return {order: (-AMPLE * most, AMPLE * most) for order, most in largest.items() if most > 0.0}
 
 
 def _unasked(problem: Problem, asked: Synthesis, minimised: set[int]) -> list[str]:

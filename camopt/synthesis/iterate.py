@@ -79,7 +79,7 @@ def _meet(demand: Demand, before: _End, after: _End) -> None:
         if side.own is not None:
             by_law = _by_law(demand, side.stroke, state)
             by_law[0] = by_law[0] if side.stroke.is_move else float(last)
-            _bring(demand.splines, side.own, by_law, last)
+            _bring(demand.splines_of(side.stroke), side.own, by_law, last)
 
 
 def _by_law(demand: Demand, stroke: Stroke, state: FloatArray) -> FloatArray:
@@ -102,7 +102,8 @@ def _state_between(demand: Demand, before: _End, after: _End, count: int) -> Flo
     }:  # no velocity: the motion does not leave its stroke
         before.own[-2] = before.own[-1]
     low, change = demand.law_scale(before.stroke)
-    values = [demand.splines.at(np.array([1.0]), order).toarray()[0] @ before.own for order in range(count)]
+    splines = demand.splines_of(before.stroke)
+    values = [splines.at(np.array([1.0]), order).toarray()[0] @ before.own for order in range(count)]
     state = change * np.array(values) / before.stroke.angle ** np.arange(count)
     state[0] += low
     state *= demand.scale

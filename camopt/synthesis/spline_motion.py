@@ -8,7 +8,7 @@ import numpy as np
 
 from camopt.motion.stroke import Stroke
 from camopt.numerics import FloatArray
-from camopt.synthesis.demand import Demand
+from camopt.synthesis.demand import Demand, inside
 from camopt.synthesis.residual import left_over
 from camopt.synthesis.splines import elevated
 from camopt.synthesis.stroke_motion import Ranges, Sizes
@@ -21,7 +21,8 @@ class SplineMotion:
     """
 
     def __init__(self, demand: Demand, stroke: Stroke, ranges: Ranges, sizes: Sizes) -> None:
-        self.demand, self.splines, self.stroke, self.unit = demand, demand.splines, stroke, demand.scale
+        self.demand, self.stroke, self.unit = demand, stroke, demand.scale
+        self.splines = demand.splines_of(stroke)
         self.low, self.change = demand.law_scale(stroke)
         self.coefficients = c = cp.Variable(self.splines.count)
         self.limits: list[Any] = [] if stroke.is_move else [c[0] == 0, c[-1] == 1, c >= 0, c <= 1]
@@ -31,7 +32,7 @@ class SplineMotion:
             rows = self._rows(self._differing(order, self.splines.degree - order), order)
             self.limits += [limit for low, high in bounds for limit in self._within(rows, order, low, high)]
         for condition in demand.conditions:
-            if (part := condition.inside(stroke)) is not None:
+            if (part := inside(condition, stroke)) is not None:
                 rows = self._rows(self._part(condition.order, *part), condition.order)
                 low, high = condition.low / self.unit, condition.high / self.unit
                 self.limits += self._within(rows, condition.order, low, high)
@@ -95,12 +96,12 @@ class SplineMotion:
     def square(self, order: int) -> Any:
         """By Gauss's rule, exact on each piece."""
         nodes, weights = np.polynomial.legendre.leggauss(self.splines.degree + 1 - order)
-        pieces = np.arange(self.splines.pieces)[:, None]
-        x = ((pieces + (nodes + 1) / 2) / self.splines.pieces).ravel()
-        share = np.tile(np.sqrt(weights / 2 / self.splines.pieces * self.stroke.angle), self.splines.pieces)
+        starts, lengths = self.splines.ends[:-1, None], np.diff(self.splines.ends)[:, None]
+        x = (starts + lengths * (nodes + 1) / 2).ravel()
+        share = np.sqrt(weights / 2 * lengths * self.stroke.angle).ravel()
         return cp.norm(cp.multiply(share, self._rows(self.splines.at(x, order), order)))
 
     def left_over(self) -> Any:
         place = self.demand.free.index(self.stroke)
-        rows = left_over(self.demand.strokes, self.splines, *self.demand.train)[place]
+        rows = left_over(self.demand.strokes, self.demand.splines, *self.demand.train)[place]
         return cp.vstack([each @ self.coefficients for each in rows])

@@ -20,23 +20,41 @@ from camopt.motion.spline import SplineLaw
 from camopt.numerics import FloatArray
 
 PARTS = 2  # of a span
+BESIDE = 0.25  # of an equal piece: no piece is shorter than that beside a cut
 APART = 1e-9  # of the stroke: the least length of a part
 NOTHING = 1e-12  # of the largest entry: rounding
 
 
 @dataclass(frozen=True)
 class Splines:
-    """Clamped splines of a degree in equal pieces, with so many continuous derivatives between them."""
+    """Clamped splines of a degree in equal pieces, with so many continuous derivatives between them.
+
+    They are cut at further places as well, with ``at_cuts`` continuous derivatives there.
+    """
 
     degree: int
     pieces: int
     continuity: int
+    cuts: tuple[float, ...] = ()
+    at_cuts: int = 2
+
+    @cached_property
+    def ends(self) -> FloatArray:
+        """Where pieces end: equally far apart, but none beside a cut."""
+        equal = np.arange(1, self.pieces) / self.pieces
+        away = [x for x in equal if all(abs(x - cut) > BESIDE / self.pieces for cut in self.cuts)]
+        return np.array([0.0, *sorted([*away, *self.cuts]), 1.0])
+
+    @cached_property
+    def _continuous(self) -> NDArray[np.intp]:
+        """How many derivatives are continuous where each piece but the last ends."""
+        return np.where(np.isin(self.ends[1:-1], self.cuts), min(self.at_cuts, self.continuity), self.continuity)
 
     @property
     def knots(self) -> FloatArray:
-        inner = np.repeat(np.arange(1, self.pieces) / self.pieces, self.degree - self.continuity)
-        ends = self.degree + 1
-        return np.concatenate([np.zeros(ends), inner, np.ones(ends)])
+        inner = np.repeat(self.ends[1:-1], self.degree - self._continuous)
+        clamped = self.degree + 1
+        return np.concatenate([np.zeros(clamped), inner, np.ones(clamped)])
 
     @property
     def count(self) -> int:
@@ -57,7 +75,9 @@ class Splines:
     @cached_property
     def _parts(self) -> tuple[float, ...]:
         """Where the parts of the stroke end."""
-        return tuple((np.arange(self.pieces * PARTS + 1) / (self.pieces * PARTS)).tolist())
+        shares = np.arange(PARTS) / PARTS
+        starts = self.ends[:-1, None] + shares * np.diff(self.ends)[:, None]
+        return (*starts.ravel().tolist(), 1.0)
 
     def between(self, order: int, low: float, high: float) -> sparse.csr_array:
         """The same for a range of x: from part to part within it."""
@@ -69,9 +89,11 @@ class Splines:
 
         Where the derivative is continuous, the first of a part is the last of the part before.
         """
-        part, number = np.divmod(np.arange(self.pieces * PARTS * (degree + 1)), degree + 1)
-        smooth = (part % PARTS != 0) | (order <= self.continuity)
-        return np.flatnonzero((number > 0) | (part == 0) | ~smooth)
+        count = self.ends.size - 1
+        part, number = np.divmod(np.arange(count * PARTS * (degree + 1)), degree + 1)
+        goes_on = np.ones(count * PARTS, dtype=bool)
+        goes_on[PARTS::PARTS] = order <= self._continuous
+        return np.flatnonzero((number > 0) | (part == 0) | ~goes_on[part])
 
     def law(self, name: str, coefficients: FloatArray) -> SplineLaw:
         """The spline as a motion law: from 0 to 1, without rounding."""

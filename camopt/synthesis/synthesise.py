@@ -17,6 +17,7 @@ from camopt.motion import LAWS
 from camopt.motion.law import Law
 from camopt.motion.stroke import Stroke
 from camopt.numerics import FloatArray
+from camopt.numerics.irreducible import irreducible
 from camopt.problem.problem import resolve
 from camopt.scene.scene import Scene
 from camopt.smallest.result import Progress
@@ -81,7 +82,7 @@ def synthesise(scene: Scene, progress: Progress | None = None) -> Synthesised:
     bounds = [bound_of(demand) for demand in demands]
     some = [demand for demand, bound in zip(demands, bounds, strict=True) if bound != inf]
     if not some:
-        raise _unmet(demands)
+        raise _unmet(demands[0])
     best, _ = best_of(some, progress or (lambda done, most: None))
     known = [bound for bound in bounds if bound is not None]
     right = len(known) == len(bounds) and min(known) <= best.objective  # or else a solver erred
@@ -129,12 +130,13 @@ def _least(found: Sequence[tuple[Synthesised, Iterate]]) -> tuple[Synthesised, I
     return min(found, key=lambda each: each[0].objective)
 
 
-def _unmet(demands: Sequence[Demand]) -> Unmet:
-    """Which limits no motion holds together: those of which one can be left out."""
-    without = [name for name, wider in demands[0].without_each().items() if bound_of(wider) != inf]
-    limits = " or ".join(dict.fromkeys(without))
-    rest = f"one would without the limit on {limits}" if without else "leaving out one is not enough"
-    return Unmet(f"no motion whatever holds all limits; {rest}")
+def _unmet(demand: Demand) -> Unmet:
+    """The limits and conditions that no motion holds together: without any one of these one does."""
+    names = irreducible(demand.names, lambda kept: bound_of(demand.only(kept)) != inf)
+    if len(names) == 1:
+        return Unmet(f"no motion whatever holds all limits; by itself it is this one that none holds: {names[0]}")
+    both = "these two contradict" if len(names) == 2 else f"these {len(names)} contradict"
+    return Unmet(f"no motion whatever holds all limits; {both} each other: {', '.join(names)}")
 
 
 def bound_of(demand: Demand) -> float | None:
@@ -187,11 +189,14 @@ def gentlest(model: Convex, least: float) -> Iterate | None:
 
 
 def tightened(demand: Demand, margin: float) -> Demand:
-    """The demand with limits held closer by a share."""
+    """The demand with limits held closer by a share, or wider; conditions are not held closer than they are given.
+
+    They may hold each other just so: a motion that ends at 40 mm and may nowhere have more.
+    """
     kept = 1.0 - margin
     return replace(
         demand,
-        conditions=tuple(each.tightened(margin) for each in demand.conditions),
+        conditions=tuple(each.widened(max(0.0, -margin)) for each in demand.conditions),
         ranges=tuple({k: (kept * low, kept * high) for k, (low, high) in row.items()} for row in demand.ranges),
         floors=tuple(replace(f, constant=f.constant - margin * abs(f.constant)) for f in demand.floors),
         prime=(demand.prime[0], max(demand.prime[0], kept * demand.prime[1])),
@@ -228,21 +233,20 @@ def placed(demand: Demand, start: Iterate) -> list[Iterate]:
 
 def _known(demand: Demand, start: Iterate) -> Iterator[Iterate]:
     """The known laws that are splines of this kind to rounding, or near them, and within the limits."""
-    x = (np.arange(4 * demand.splines.count) + 0.5) / (4 * demand.splines.count)
-    rows = demand.splines.at(x, 0).toarray()
     for law in LAWS.values():
-        values = [_known_values(demand, stroke, law, x) for stroke in demand.free]
-        fits = [np.linalg.lstsq(rows, each, rcond=None)[0] for each in values]
+        fits = [_fit(demand, stroke, law) for stroke in demand.free]
         known = start._replace(coefficients=cleaned(demand, fits))
         if within(demand, programme_with(demand, known)):
             yield known
 
 
-def _known_values(demand: Demand, stroke: Stroke, law: Law, x: FloatArray) -> FloatArray:
-    """A known law on a rise or return; a move as the scene itself has it."""
-    if not stroke.is_move:
-        return law.displacement(x)
-    return np.asarray(stroke.motion(stroke.start + x * stroke.angle)[0] / demand.scale)
+def _fit(demand: Demand, stroke: Stroke, law: Law) -> FloatArray:
+    """The spline nearest to a known law on a rise or return, or to a move as the scene itself has it."""
+    splines = demand.splines_of(stroke)
+    x = (np.arange(4 * splines.count) + 0.5) / (4 * splines.count)
+    own = stroke.motion(stroke.start + x * stroke.angle)[0] / demand.scale
+    values = own if stroke.is_move else law.displacement(x)
+    return np.asarray(np.linalg.lstsq(splines.at(x, 0).toarray(), values, rcond=None)[0])
 
 
 def _placed(demand: Demand, known: Iterate) -> Iterate:

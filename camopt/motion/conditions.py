@@ -1,0 +1,24 @@
+"""What is asked of a motion at cam angles: at one, or all along a range of them."""
+
+from math import isfinite
+from typing import NamedTuple
+
+NAMES = ("position", "velocity", "acceleration", "jerk")
+"""Of y and its derivatives by the cam angle, by order."""
+
+
+class Condition(NamedTuple):
+    """Between which values the motion, or a derivative of it, lies at a cam angle or all along a range of them."""
+
+    key: str
+    """Of the scene that asks for it."""
+    order: int
+    start: float  # cam angles, rad
+    end: float
+    low: float  # mm (rad, or deg) by radᵏ; infinite where nothing is asked
+    high: float
+
+    def widened(self, share: float) -> "Condition":
+        """The condition with a range that is wider by a share; one value stays as it is."""
+        by = share * (self.high - self.low)
+        return self._replace(low=self.low - by, high=self.high + by) if isfinite(by) else self
