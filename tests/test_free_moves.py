@@ -162,11 +162,11 @@ def test_a_move_with_a_law_of_its_own_is_that_spline():
 MISTAKES = [
     (0, {"to": 11}, "motion.1.law = 'own': ends at 10; the move ends at 11"),
     (0, {"to": None}, "motion.1.to: missing; a move goes to a position"),
-    (0, {"velocity": 2}, "motion.1.law = 'own': ends with velocity 0 by rad; the move asks for 2 by rad"),
+    (0, {"velocity": 2}, "motion.1.law = 'own': has velocity 0 by rad; motion.1.velocity asks for 2"),
     (
         0,
         {"acceleration": [-1, 1]},
-        "motion.1.law = 'own': ends with acceleration -19.6968 by rad; the move asks for -1 to 1 by rad",
+        "has acceleration -19.6968 by rad²; motion.1.acceleration asks for -1 to 1",
     ),
     (0, {"law": "poly345"}, "motion.1.law = 'poly345': is for a rise or return; a move joins what is beside it"),
     (0, {"law": "others"}, "motion.1.law = 'others': must be a motion law"),
