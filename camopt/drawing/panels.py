@@ -76,7 +76,7 @@ def _displacement(picture: Picture) -> Panel:
     peaks = _peaks(picture, values, {TURN: lift})
     panel = Panel("Displacement", "deg" if angular else "mm", values, peaks, marks=_asked(picture, 0, factor))
     notes = ["squares: asked of moves"] if panel.marks else []
-    if any(mark.end > mark.start for mark in panel.marks):
+    if any(each.end > each.start for stroke in picture.problem.programme.strokes for each in stroke.through):
         notes = ["squares and bands: asked of moves"]
     dynamics = picture.problem.setup.dynamics
     if dynamics.lash is not None:

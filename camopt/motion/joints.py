@@ -9,7 +9,7 @@ are given. If a jerk is asked for at an angle of a run, the run has a continuous
 A run is cut at each cam angle where something is asked. Between cuts the motion is the polynomial that joins two
 states, and what is asked all along a range of angles holds for its Bernstein coefficients on parts of that range.
 
-Source: de Boor, A Practical Guide to Splines, ch. V and XIII (natural splines; minimum of a quadratic form);
+Source: de Boor, A Practical Guide to Splines, ch. V and XIII (natural splines);
 Farin, Curves and Surfaces for CAGD, ch. 5 (Bernstein form).
 """
 
@@ -37,7 +37,7 @@ State = FloatArray
 """Of the follower at a joint: y, y', y'' and, where it is matched, y''', by the cam angle in rad; mm or deg."""
 
 NARROW = 1e-12  # of the run's largest number: ranges no wider are single numbers
-SAME = 1e-9  # of the run: angles nearer than that are one
+SAME = 1e-6  # of the run: angles nearer than that are one
 SMOOTH, SMOOTHER = 3, 4  # numbers of a state: up to the acceleration, up to the jerk
 PARTS = 12  # of a range of angles: there the Bernstein coefficients are hardly wider than the motion
 
@@ -138,12 +138,14 @@ class Run:
     @cached_property
     def cuts(self) -> FloatArray:
         """The cam angles of its joints and of all that is asked for on the way."""
-        ends = np.cumsum([0.0, *(move.angle for move in self.moves)])
-        found = list(ends)
+        found = np.cumsum([0.0, *(move.angle for move in self.moves)])
+        most = found[-1]
         for each in self.conditions:
-            inside = np.linspace(each.start, each.end, PARTS + 1 if each.end > each.start else 1)
-            found += [x for x in inside if min(abs(x - other) for other in found) > SAME * ends[-1]]
-        return np.sort(np.array(found))
+            found = _with(found, np.array([each.start, each.end]), SAME * most)
+        for each in self.conditions:
+            parts = np.linspace(each.start, each.end, PARTS + 1)[1:-1]
+            found = _with(found, parts, max(SAME * most, (each.end - each.start) / PARTS / 2))
+        return np.sort(found)
 
     @property
     def angles(self) -> FloatArray:
@@ -232,6 +234,14 @@ class Run:
         return found
 
 
+def _with(cuts: FloatArray, others: FloatArray, apart: float) -> FloatArray:
+    """Cuts, and those others that are further away from each of them."""
+    for each in others:
+        if np.abs(cuts - each).min() > apart:
+            cuts = np.append(cuts, each)
+    return cuts
+
+
 @dataclass(frozen=True)
 class _Rows:
     """Linear limits on the states, one after another: ``rows`` @ states ≥ ``least``."""
@@ -254,11 +264,11 @@ def _least(
     place = np.arange(joints * count).reshape(joints, count)
     if closed:
         place[-1, 1:] = place[0, 1:]
-    form = np.zeros((joints * count, joints * count))
+    factor = np.zeros((angles.size * count, place.size))
     for i, share in enumerate(angles / angles.mean()):
-        here = place[i : i + 2].ravel()
         powers = np.tile(share ** np.arange(count), 2)
-        form[np.ix_(here, here)] += share ** (1 - 2 * count) * powers[:, None] * _squares(count) * powers
+        np.add.at(factor[i * count : (i + 1) * count].T, place[i : i + 2].ravel(), (_factor(count) * powers).T)
+        factor[i * count : (i + 1) * count] *= share ** (0.5 - count)
     low, high = low.ravel() * scale, high.ravel() * scale
     largest = np.abs(np.nan_to_num([low, high], posinf=0.0, neginf=0.0)).max()
     fixed = high - low <= NARROW * largest
@@ -269,13 +279,12 @@ def _least(
     rows = every / scale @ onto
     least = np.concatenate([np.empty(0), *(each.least for each in along)]) - rows @ states
     if free.size:
-        size = 1.0 / np.sqrt(np.diag(form)[free])
-        square, pull = size[:, None] * form[np.ix_(free, free)] * size, size * (form[free] @ states)
+        size = 1.0 / np.linalg.norm(factor[:, free], axis=0)
         rows = rows[:, free] * size
         for side, end in ((1.0, low[free]), (-1.0, -high[free])):
             some = np.isfinite(end)
             rows, least = np.concatenate([rows, side * np.diag(size)[some]]), np.concatenate([least, end[some]])
-        found = least_within(square, pull, rows, least)
+        found = least_within(factor[:, free] * size, factor @ states, rows, least)
         if found is None:
             return None
         states[free] = np.clip(size * found, low[free], high[free])
@@ -285,14 +294,14 @@ def _least(
 
 
 @cache
-def _squares(count: int) -> FloatArray:
-    """The quadratic form of ∫₀¹ (p⁽ᵏ⁾)² dx, k = ``count``, in p, p', … at 0 and at 1, for p of degree 2k − 1."""
+def _factor(count: int) -> FloatArray:
+    """From p, p', … at 0 and at 1, what has ∫₀¹ (p⁽ᵏ⁾)² dx as its square, k = ``count``, for p of degree 2k − 1."""
     orders, degrees = range(count), range(2 * count)
     ends = [[perm(n, k) * x ** max(n - k, 0) for n in degrees] for x in (0, 1) for k in orders]
     powers = np.linalg.inv(np.array(ends, dtype=float))  # in a column one of these derivatives is 1, the others 0
     nodes, weights = np.polynomial.legendre.leggauss(count)
     values = polynomial.polyval((nodes + 1) / 2, polynomial.polyder(powers, count))
-    return np.asarray(values * weights / 2 @ values.T)
+    return np.asarray((values * np.sqrt(weights / 2)).T)
 
 
 def _bernstein(count: int, angle: float) -> FloatArray:

@@ -194,8 +194,12 @@ def _segment(
     if not isinstance(kind, str) or kind not in KEYS:
         return
     named = "a stretch at constant velocity" if kind == CONSTANT_VELOCITY else f"a {kind}"
-    for name in ("lift", "to", "law", *DERIVATIVES):
-        if name not in KEYS[kind] and row.get(name) is not None and not (name == "lift" and row[name] == 0.0):
+    for name in ("lift", "to", "law", "through", *DERIVATIVES):
+        if (
+            name not in KEYS[kind]
+            and row.get(name) not in (None, (), [])
+            and not (name == "lift" and row[name] == 0.0)
+        ):
             yield f"{key}.{name}", row[name], f"{named} has none{_instead(kind, name)}"
         elif kind != MOVE and _is_range(row.get(name)):
             yield f"{key}.{name}", row[name], "must be a number: ranges are for what a move joins"
@@ -261,8 +265,8 @@ def _instead(kind: str, name: str) -> str:
     """What to give in place of a key that a segment of a kind has not."""
     if kind in POSITIONED and name == "lift":
         return ": give the position at its end (to)"
-    if name in DERIVATIVES:
-        return ": conditions at its end are for a move"
+    if name in (*DERIVATIVES, "through"):
+        return ": conditions are for a move"
     return ""
 
 
@@ -351,6 +355,8 @@ def _conditions(rows: Sequence[Mapping[str, Any]]) -> Iterator[Fault]:
             key = f"motion.{k}.through.{number_}"
             start, end = range_of(_as_asked(each["angle"]))
             room = INSIDE * row["angle"]
+            if not set(each) <= {"angle", *NAMES}:
+                continue  # which is said
             if all(each.get(name) is None for name in NAMES):
                 yield key, None, f"asks for nothing: give {', '.join(NAMES[:-1])} or {NAMES[-1]}"
             elif start == end and not before + room <= start <= turned - room:
