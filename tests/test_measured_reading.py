@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from camopt import BadInput
 from camopt.measured.columns import Columns
-from camopt.measured.reading import read_points
+from camopt.measured.reading import apart, read_points
 from camopt.motion import LAWS
 
 ANGLES = np.arange(0.0, 360.0, 5.0)
@@ -124,6 +124,10 @@ def test_a_workbook_without_its_reader(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "python_calamine", None)
     with pytest.raises(BadInput, match=r'is a workbook; pip install "camopt\[excel\]"'):
         points_of(workbook([(1, 2)]), tmp_path, "cam.xlsx")
+
+
+def test_what_is_a_little_less_than_an_angle_of_0_is_not_a_turn():
+    assert apart(0.0, np.array([-1e-20, 0.0, 359.0, 360.0])).tolist() == [0.0, 0.0, 359.0, 0.0]
 
 
 def with_row(place, text):

@@ -267,6 +267,15 @@ def test_rounded_points_have_the_noise_of_their_step(follower, form, digits):
     assert fitted.deviation.held
 
 
+def test_a_step_of_distances_is_a_step_of_angles():
+    """Rounding to 0.01 mm is much less of a degree at the end of a long arm."""
+    arm = {**FOLLOWERS["arm"], "arm_length": 200.0, "centre_distance": 205.0}
+    curve = curve_of(problem_of(arm))
+    distances = np.round(np.abs(measured(curve, at_polar_angles(curve, 2.0, TURN), 2.0)), 2)
+    fitted = fit(MeasuredProfile(np.column_stack([DEGREES, distances]), "polar", 2.0), cam_of(arm))
+    assert fitted.noise * np.radians(1.0) * 200.0 == pytest.approx(0.01 / 12**0.5, rel=0.2)
+
+
 def test_distances_of_a_probe_like_the_roller_are_the_lift():
     """A radial roller that is as round as the probe is where the ball was: the fit is that of the distances."""
     follower = {"motion": "translating", "contact": "roller", "roller_radius": 3.0}
@@ -309,6 +318,21 @@ def test_a_roller_bridges_a_hollow_that_is_too_narrow(depth, reached):
     assert fitted.profile.unreached.size == 0 if reached else (fitted.profile.unreached.size > 8)
     assert (hollow < OVER).all()
     assert any("does not reach" in words for words in fitted.warnings) is not reached
+
+
+def test_what_a_roller_reaches_is_right_within_the_noise():
+    """No point of a hollow is kept that the roller is off by more than the noise leaves open."""
+    profile = hollowed(1.5)
+    centres = measured(profile, np.radians(np.arange(0.0, 360.0, 0.1)), 0.0, 0.002)
+    seen = fit(MeasuredProfile(xy(centres), "xy"), cam_of("roller"), band=0.1).profile.positions
+    assert np.abs(seen.lifts - touched_lift(profile, np.radians(seen.angles), 6.0, 5.0)).max() < 0.012
+
+
+def test_a_face_that_touches_four_corners_is_no_follower():
+    turn = np.linspace(0.0, 2 * np.pi, 401)[:-1] + 0.001
+    square = 30.0 / np.maximum(np.abs(np.cos(turn)), np.abs(np.sin(turn)))
+    with pytest.raises(BadInput, match=r"points: the follower touches \d of 400 points; it needs 12"):
+        fit(MeasuredProfile(np.column_stack([np.degrees(turn), square]), "polar"), cam_of("flat"))
 
 
 def test_a_flat_face_bridges_every_hollow():
@@ -394,12 +418,14 @@ def test_an_inlet_lobe_is_found_again(form):
     """Lift and profile of the same cam, 2 µm of noise: acceleration and jerk are those of its polynomial."""
     path = DATA / f"inlet-{form}.csv"
     points = path if form == "lift" else MeasuredProfile(path, "polar", 1.5)
-    fitted = fit(points, cam_of(FLAT, **({"base_radius": BASE} if form == "lift" else {})))
+    scene = camopt.find_scene("bucket-valve").replace(**{"cam.base_radius": BASE + 5.0 * (form == "profile")})
+    fitted = fit(points, scene)
     true = valve_lift(np.linspace(0.0, 2 * np.pi, 100_001))
     assert fitted.noise == pytest.approx(0.002, rel=0.15)
     assert fitted.scene.cam.base_radius == pytest.approx(BASE, abs=0.002)
     for order, (name, within) in enumerate((("velocity", 0.005), ("acceleration", 0.02), ("jerk", 0.15)), start=1):
-        assert fitted.after[name] == pytest.approx(np.abs(true[order]).max(), rel=within)
+        per = (3000 * 2 * np.pi / 60) ** order * 1e-3  # mm/radⁿ to m/sⁿ
+        assert fitted.after[name] == pytest.approx(per * np.abs(true[order]).max(), rel=within)
     exact = valve_lift(TURN)[0] - fitted.zero + (BASE if form == "profile" else 0.0)
     assert np.abs(displacement(fitted, DEGREES) - exact).max() < fitted.band
 

@@ -41,7 +41,7 @@ def _words_of(pattern: str) -> Pattern[str]:
     return re.compile(pattern, re.IGNORECASE)
 
 
-ANGLES = _words_of(r"angle|winkel|deg|°|grad|rad(?!iu|ii)|theta|θ|phi|φ|rotation")
+ANGLES = _words_of(r"angle|winkel|deg|°|grad|rad|theta|θ|phi|φ|rotation")
 LIFT = Kind("angle", "lift", ANGLES, _words_of(r"lift|hub|displacement|travel|rise|stroke|weg|height|\by\b|\bs\b"))
 POLAR = Kind("angle", "distance", ANGLES, _words_of(r"radius|radii|distance|abstand|polar|rho|ρ|\br\b"))
 XY = Kind("x", "y", _words_of(r"\bx\b"), _words_of(r"\by\b"))

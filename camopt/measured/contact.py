@@ -42,7 +42,7 @@ def touching(problem: Problem, profile: ComplexArray, normals: ComplexArray) -> 
     reach = (profile * normals.conjugate()).real if flat else np.abs(trace) - design.roller_radius[0]
     same = design.take(np.zeros(profile.size, dtype=int))
     on_base = replace(same, size=reach)
-    possible = mechanism.exists(on_base, problem.programme) & (reach > 0.0)
+    possible = mechanism.exists(on_base, problem.programme)
     with np.errstate(invalid="ignore"):
         ground = mechanism.travel(on_base, problem.programme, np.zeros(profile.size))
         seen = (ground.normal, normals) if flat else (ground.trace, trace)

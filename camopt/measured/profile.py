@@ -154,7 +154,7 @@ def touched(problem: Problem, profile: MeasuredProfile, points: Points, lost: Se
         what = f"the follower touches {reached.sum()} of {reached.size} points; it needs {FEWEST}"
         raise bad(points.file, "points", None, what)
     positions = np.degrees(found.positions) if problem.setup.angular else found.positions
-    angles = apart(0.0, np.degrees(found.angles)) % TURN  # −1e-20 is a turn, by rounding
+    angles = apart(0.0, np.degrees(found.angles))
     order = np.flatnonzero(reached)[np.argsort(angles[reached], kind="stable")]
     step = points.step * float(np.ptp(positions) / np.ptp(points.lifts))
     seen = Points(points.file, angles[order], positions[order], points.rows[order], step)

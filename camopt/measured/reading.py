@@ -49,8 +49,8 @@ class Points:
 
 
 def apart(start: float, end: FloatArray | float) -> FloatArray:
-    """How far it is from one cam angle on to another, from 0 to a turn, deg."""
-    return np.mod(np.asarray(end) - start, TURN)
+    """How far it is from one cam angle on to another, from 0 to less than a turn, deg."""
+    return np.mod(np.mod(np.asarray(end) - start, TURN), TURN)  # a little less than 0 is a turn, by rounding
 
 
 def read_points(source: str | os.PathLike[str] | ArrayLike, columns: Columns) -> Points:
@@ -84,13 +84,12 @@ def read_points(source: str | os.PathLike[str] | ArrayLike, columns: Columns) ->
     step, size, whole = _step(lifts), LENGTHS.get(columns.lift_unit, 1.0), columns.whole
     if columns.kind is XY:
         angles, lifts = _round_the_axis(name, table, angles + 1j * lifts)
-        step, whole = 0.0, TURN  # distances from rounded x, y are rounded to nothing
+        whole = TURN
     _check_turn(name, table, angles, whole)
     if lifts.max() == lifts.min():
         what = "distance" if columns.kind is XY else columns.kind.second
         raise bad(name, f"row {table.rows[0]}", float(lifts[0]), f"all rows have this {what}: nothing moves")
-    turned = np.mod(angles * (TURN / whole), TURN)
-    turned[turned == TURN] = 0.0  # what rounding makes of a little less than 0
+    turned = apart(0.0, angles * (TURN / whole))
     order = np.argsort(turned, kind="stable")
     return Points(name, turned[order], lifts[order] * size, table.rows[order], step * size)
 
