@@ -370,6 +370,34 @@ def test_a_change_of_the_profile_lifts_by_no_more_than_that_over_the_cosine(offs
     assert (np.abs(change) <= 1.01 * delta * np.hypot(1.0, tangent) + 1e-6).all()
 
 
+@settings(max_examples=times(8, 200))
+@given(
+    data=st.data(),
+    base=st.floats(50.0, 90.0),
+    lift=st.floats(2.0, 8.0),
+    probe=st.floats(0.0, 20.0),
+    turned=st.floats(-3.0, 3.0),
+)
+def test_any_cam_is_found_within_its_band(data, base, lift, probe, turned):
+    """A random lobe under a random follower and ball: the points are as near to the profile that is found."""
+    follower, rotation = data.draw(st.sampled_from(EVERY))
+    rise, pause, fall = (data.draw(st.integers(*ends)) for ends in ((70, 110), (0, 40), (70, 110)))
+    law = data.draw(st.sampled_from(["cycloidal", "poly345", "poly4567", "modified-sine"]))
+    motion = [{"segment": "rise", "angle": rise, "lift": lift, "law": law}]
+    motion += [{"segment": "dwell", "angle": pause}] if pause else []
+    motion += [{"segment": "return", "angle": fall, "lift": lift, "law": law}]
+    motion += [{"segment": "dwell", "angle": 360 - rise - pause - fall}]
+    curve = curve_of(problem_of(follower, rotation, base, motion))
+    centres = measured(curve, along_the_profile(curve, 300), probe, 0.003) * np.exp(1j * turned)
+    fitted = fit(MeasuredProfile(xy(centres), "xy", probe), cam_of(follower, rotation))
+    assert fitted.deviation.held
+    assert fitted.profile.unreached.size == 0
+    assert fitted.scene.cam.base_radius == pytest.approx(base, abs=0.01)
+    kept = np.setdiff1d(np.arange(300), [each.row - 1 for each in fitted.left_out])
+    assert fitted.distances.size == kept.size >= 298
+    assert np.abs(fitted.distances).max() < 4.5 * 0.003 * fitted.band / (band_factor(300) * fitted.noise)
+
+
 # --------------------------------------------------------------------------------------- far from the profile
 
 
@@ -581,6 +609,25 @@ def test_the_command_says_what_was_measured_and_draws_it(run, tmp_path):
     assert "wrote fitted.toml" in err
     assert (tmp_path / "worn.png").stat().st_size > 20_000
     assert camopt.find_scene("fitted.toml").cam.base_radius == pytest.approx(LEAST, abs=0.001)
+
+
+@pytest.mark.parametrize(
+    ("depth", "legend"), [(0.0, {"base circle", "points"}), (1.5, {"base circle", "points", "not reached"})]
+)
+def test_the_picture_has_the_profile_beside_the_diagrams(depth, legend):
+    centres = measured(hollowed(depth), np.radians(np.arange(0.0, 360.0, 0.5)), 0.0, 0.001)
+    fitted = fit(MeasuredProfile(xy(centres), "xy"), cam_of("roller"), band=0.1)
+    *diagrams, profile = camopt.plot_fit(fitted).axes
+    assert len(diagrams) == 3
+    assert {text.get_text() for text in profile.get_legend().get_texts()} == legend
+    times_ = float(profile.get_title(loc="left").split()[2])
+    drawn = next(line for line in profile.lines if line.get_label() == "points")
+    assert drawn.get_xdata().size == fitted.points.angles.size
+    outline = fitted.scene.cam.base_radius
+    nearest = np.hypot(drawn.get_xdata(), drawn.get_ydata()).min()
+    assert nearest == pytest.approx(
+        outline + times_ * fitted.distances.min(), abs=0.3 * times_ * np.abs(fitted.distances).max()
+    )
 
 
 def test_its_document(run):
