@@ -6,7 +6,7 @@ from difflib import get_close_matches
 from typing import Any
 
 LONGEST_SHOWN = 100  # characters of a value
-MOST_LISTED = 20  # known names
+MOST_LISTED = 30  # known names
 
 
 @dataclass(frozen=True)

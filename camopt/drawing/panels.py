@@ -78,6 +78,8 @@ def _displacement(picture: Picture) -> Panel:
     notes = ["squares: asked of moves"] if panel.marks else []
     if any(each.end > each.start for stroke in picture.problem.programme.strokes for each in stroke.through):
         notes = ["squares and bands: asked of moves"]
+    if picture.problem.programme.radii:
+        notes = ["squares: where arcs and lines meet"]
     dynamics = picture.problem.setup.dynamics
     if dynamics.lash is not None:
         low, high = ((dynamics.lash + side * dynamics.lash_variation) * factor for side in (-1, 1))

@@ -3,7 +3,8 @@
 With a trace point, κ_profile = κ/(1 − κ·R_r): the profile's least convex radius is 1/κ_max − R_r, the cam is
 undercut where κ·R_r ≥ 1 (a test of sign, no difference of radii), and a cutter reaches the most concave flank
 if it is no larger than R_r + 1/|κ_min|. A groove is touched on both flanks, so |κ| takes the place of κ. A flat
-face touches the profile itself: ρ is linear in y and y''. A corner of the motion is a corner of the curve.
+face touches the profile itself: ρ is linear in y and y''. A corner of the motion is a corner of the curve. Of a
+cam that is given by its profile the radii are known.
 """
 
 from typing import Any
@@ -60,6 +61,8 @@ def of_pitch(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     mechanism = case.setup.mechanism
     if mechanism.curvature is None:
         return {}
+    if case.programme.radii:
+        return _of_arcs(case)
     found = case.extremes(mechanism.curvature, [(TURN, LARGEST), (TURN, LEAST)])
     (most, least), (above, below) = found.value, found.width
     convex_sign = 1.0 if mechanism.grooved else -1.0  # of a jump of y' that makes a convex corner
@@ -72,11 +75,22 @@ def of_pitch(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     return dict(zip(PITCH, (Bounded(most, above, scale), Bounded(least, -below, scale)), strict=True))
 
 
+def _of_arcs(case: Case) -> dict[str, Any]:
+    """As ``of_pitch``, of a cam that is given by its arcs and lines, on each of which the curvature is constant."""
+    curvature = 1.0 / np.array(case.programme.radii)
+    most, least = (np.full(len(case.designs), extreme) for extreme in (curvature.max(), curvature.min()))
+    exact, scale = np.zeros_like(most), np.maximum(np.abs(most), np.abs(least))
+    return dict(zip(PITCH, (Bounded(most, exact, scale), Bounded(least, exact, scale)), strict=True))
+
+
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     return _flat(case) if case.setup.mechanism.curvature is None else _trace_point(case)
 
 
 def _flat(case: Case) -> dict[str, Any]:
+    if case.programme.radii:
+        radius = np.full(len(case.designs), min(case.programme.radii))
+        return {"profile_radius_min_mm": Bounded(radius, np.zeros_like(radius), radius), "undercut": radius <= 0.0}
     assert case.setup.mechanism.profile_radius is not None
     found = case.extremes(case.setup.mechanism.profile_radius, [(TURN, LEAST)])
     radius, outward = found.value[0], -found.width[0]

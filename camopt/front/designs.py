@@ -16,7 +16,7 @@ from camopt.effects import Case
 from camopt.mechanisms import FIELDS, Designs
 from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.problem.problem import VERDICT, Problem, missing_numbers, missing_sizes, resolve, size_keys
-from camopt.problem.settings import set_up
+from camopt.problem.settings import given_profile, set_up
 from camopt.quantities import NUMBERS, QUANTITIES, number_quantity
 from camopt.scene.complaints import mistakes_of
 from camopt.scene.scene import Scene
@@ -102,6 +102,8 @@ def _given(problem: Problem, frame: "pd.DataFrame") -> Designs:
     if odd := list(_odd_columns(frame, keys, _numbers(problem))):
         raise BadInput(odd)
     sizes = {name: keys[name] for name in frame if name in keys}
+    if sizes and (given := given_profile(problem, "other sizes change the motion")):
+        raise BadInput(given)
     searched = [key.partition(".")[2] for key in sizes.values()]
     mistakes = [
         *(mistake for name, key in (sizes | numbers).items() for mistake in _out_of_range(key, frame[name])),

@@ -72,6 +72,9 @@ class Programme:
     """What the external load is over the turn, unless it is constant."""
     start: float = 0.0
     """The displacement at the start of the turn, as a proof takes it: mm, or deg where it is angular."""
+    radii: tuple[float, ...] = ()
+    """Of a cam that is given by its profile: of the arcs of the pitch curve (of a flat face: of the profile), mm;
+    below 0 where hollow, infinite for a line."""
 
     @classmethod
     def from_segments(

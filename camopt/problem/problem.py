@@ -23,6 +23,7 @@ from camopt.scene.checks import sizes_of
 from camopt.scene.choices import Range
 from camopt.scene.load import constant_and_changing
 from camopt.scene.own_laws import law_of
+from camopt.scene.profile import programme_of
 from camopt.scene.scene import Scene
 
 VERDICT = ("feasible", "violated", "status", "relative_half_width")
@@ -120,7 +121,10 @@ def resolve(scene: Scene) -> Problem:
         raise BadInput(mistakes)
     laws = {**LAWS, **{name: law_of(name, law.model_dump()) for name, law in scene.laws.items()}}
     _, load = constant_and_changing(*load_and_unit(scene))
-    programme = Programme.from_segments(segments_of(scene), angular=setup.angular, laws=laws, load=load)
+    programme = programme_of(scene.model_dump(mode="json"), load) if scene.profile else None
+    programme = programme or Programme.from_segments(
+        segments_of(scene), angular=setup.angular, laws=laws, load=load
+    )
     return Problem(scene, setup, laws, programme, design, limits_of(scene, setup))
 
 

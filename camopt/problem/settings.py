@@ -74,3 +74,9 @@ def freed_angles(problem: Problem, who: str) -> list[Mistake]:
     search, what = problem.scene.search, f"{who} the angles of the scene; only optimise can vary them"
     freed = [kind for kind in ("rise", "return", "dwell") if search.angle_of(kind) is not None]
     return [Mistake(problem.scene.file, f"search.angle_{kind}", None, what, bare=True) for kind in freed]
+
+
+def given_profile(problem: Problem, why: str) -> list[Mistake]:
+    """A mistake if the cam is given by its profile, for those that change its size or its motion."""
+    what = f"{why}; the motion of this scene follows from the profile of its cam"
+    return [Mistake(problem.scene.file, "profile", None, what, bare=True)] if problem.scene.profile else []

@@ -12,6 +12,7 @@ from camopt.scene.law_forms import CLOSE, Fault
 from camopt.scene.load import check_load
 from camopt.scene.mapping import at, number, segments
 from camopt.scene.own_laws import check_laws, law_names
+from camopt.scene.profile import check_profile, highest_on_profile
 from camopt.scene.turn import LEAST, POSITIONED, check_law, check_turn, highest_of
 
 SIZES = ("roller_radius", "face_radius", "face_offset", "arm_length", "centre_distance", "offset")
@@ -24,17 +25,26 @@ def check(data: Mapping[str, Any]) -> Iterator[Fault]:
     """Every fault that needs more than one value to be seen."""
     yield from check_laws(data)
     yield from check_load(data)
-    yield from check_turn(data)
+    profiled = data.get("profile") is not None
+    if profiled:
+        yield from check_profile(data)
+        yield from _searched_motion(data)
+    else:
+        if data.get("motion") is None:
+            yield "motion", None, "missing; a scene has [[motion]], or the [[profile]] of its cam"
+        yield from check_turn(data)
+        yield from _searched_angles(data)
     yield from _searched_laws(data)
-    yield from _searched_angles(data)
     yield from _synthesis(data)
     mechanism = tuple(_text(data, key) for key in ("cam.form", "follower.motion", "follower.contact"))
     if all(mechanism):
-        lift = highest_of(data)  # of moves it is that of their polynomials, which are made for it
+        # of moves it is that of their polynomials, of a profile that of its follower, which are made for it
+        lift = highest_on_profile(data) if profiled else highest_of(data)
         yield from _dynamics(data, lift, *mechanism)  # type: ignore[arg-type]
         yield from _lash(data, lift)
         yield from _keys(data, *mechanism)  # type: ignore[arg-type]
-        yield from _fit(data, lift, *mechanism)  # type: ignore[arg-type]
+        if lift is not None or not profiled:  # what a follower cannot be on it does not fit
+            yield from _fit(data, lift, *mechanism)  # type: ignore[arg-type]
         yield from _search(data, *mechanism)  # type: ignore[arg-type]
         yield from _limits(data, *mechanism)  # type: ignore[arg-type]
 
@@ -56,6 +66,15 @@ def _size(data: Mapping[str, Any], key: str) -> float | None:
 def _length(data: Mapping[str, Any], key: str) -> float | None:
     size = _size(data, key)
     return size if size and size > 0.0 else None
+
+
+def _searched_motion(data: Mapping[str, Any]) -> Iterator[Fault]:
+    """With a profile nothing is searched that the motion follows from."""
+    laws, angles = ("law", "law_rise", "law_return"), ("angle_rise", "angle_return", "angle_dwell")
+    for key in (*SEARCHED, *laws, *angles):
+        if at(data, f"search.{key}") is not None:
+            why = "the motion would change: it follows from the profile and the sizes of the follower"
+            yield f"search.{key}", None, why
 
 
 def _searched_laws(data: Mapping[str, Any]) -> Iterator[Fault]:

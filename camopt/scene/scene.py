@@ -21,12 +21,14 @@ from camopt.scene.checks import check
 from camopt.scene.complaints import mistakes_of
 from camopt.scene.load import read_load
 from camopt.scene.own_laws import read_files
+from camopt.scene.profile import read_profile
 from camopt.scene.search import Search
 from camopt.scene.tables import (
     MOST_SEGMENTS,
     Accuracy,
     Cam,
     Dynamics,
+    Element,
     Follower,
     Limits,
     Materials,
@@ -53,7 +55,8 @@ class Scene(Shown, Table):
     name: Annotated[str, BeforeValidator(one_line)] = "scene"
     cam: Cam
     follower: Follower
-    motion: Annotated[tuple[Segment, ...], Field(min_length=1, max_length=MOST_SEGMENTS)]
+    motion: Annotated[tuple[Segment, ...], Field(min_length=1, max_length=MOST_SEGMENTS)] = ()
+    profile: Annotated[tuple[Element, ...], Field(min_length=1, max_length=MOST_SEGMENTS)] = ()
     laws: dict[str, OwnLaw] = Field(default_factory=dict)
     limits: Limits = Limits()
     search: Search = Search()
@@ -68,7 +71,7 @@ class Scene(Shown, Table):
         words = [
             f"{cam.form} cam",
             f"{follower.motion} {follower.contact} follower",
-            f"{len(self.motion)} segments",
+            f"a profile of {len(self.profile)}" if self.profile else f"{len(self.motion)} segments",
         ]
         words += [] if cam.rpm is None else [f"{cam.rpm:g} rpm"]
         return f"<Scene {self.name}: {', '.join(words)}>"
@@ -92,6 +95,7 @@ class Scene(Shown, Table):
     def _fill(self, values: dict[str, Any], file: str, folder: Path | None = Path()) -> None:
         tables = plain(values, file)
         unread = [*read_files(tables, folder), *read_load(tables, folder)]
+        read_profile(tables)
         found: list[Mistake] = []
         try:
             BaseModel.__init__(self, **tables)

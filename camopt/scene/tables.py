@@ -243,6 +243,26 @@ class Segment(Table):
     through: Annotated[tuple[Through, ...], Field(max_length=MOST_CONDITIONS)] = ()
 
 
+class Element(Table):
+    """One arc or line of the cam's profile, which is given in place of the motion; mm.
+
+    The elements are in the order in which the follower meets them, clockwise on a cam that turns ccw, each tangent
+    to the next: base circle, flank, nose and flank of a three-arc cam. An arc has a ``radius``, below 0 where the
+    flank is hollow, and a centre (``x``, ``y``); the axis of the cam is at 0, 0. Without a centre it touches both
+    neighbours, as a ``line`` always does; these have centres. One arc about another centre is an eccentric.
+
+    The motion of the follower is exact: on each element it has one formula, the velocity is continuous where two
+    meet, and the acceleration jumps with the curvature. The turn starts where the follower comes on the first
+    element, or, on an eccentric, where it is lowest; the profile may stand at any angle in its own coordinates.
+    ``cam.base_radius`` is the least radius of the profile.
+    """
+
+    element: Literal["arc", "line"]
+    radius: Anywhere | None = None
+    x: Anywhere | None = None
+    y: Anywhere | None = None
+
+
 def _is_pair(value: Any) -> Any:
     if not isinstance(value, (list, tuple)) or len(value) != 2:
         raise ValueError("two numbers")

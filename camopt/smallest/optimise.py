@@ -14,7 +14,7 @@ from camopt.motion.table import RETURN, RISE
 from camopt.numerics import FloatArray
 from camopt.numerics.clock import now, share
 from camopt.problem.problem import Problem, exactly, resolve
-from camopt.problem.settings import freed_numbers, laws_of
+from camopt.problem.settings import freed_numbers, given_profile, laws_of
 from camopt.problem.space import boxes_of, choices
 from camopt.quantities import QUANTITIES
 from camopt.scene.scene import Scene
@@ -103,7 +103,8 @@ def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SE
     if not (isinstance(seconds, int | float) and seconds > 0.0):
         raise BadInput([Mistake("camopt", "seconds", seconds, "a number above 0")])
     problem, end = exactly(resolve(scene)), now() + seconds
-    if freed := freed_numbers(problem, "optimise takes"):
+    fixed = given_profile(problem, "optimise finds the base radius of a motion")
+    if freed := [*fixed, *freed_numbers(problem, "optimise takes")]:
         raise BadInput(freed)
     found: dict[str, dict[str, Any]] = {}
     misses: list[tuple[tuple[float, float], dict[str, Any]]] = []

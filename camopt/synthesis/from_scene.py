@@ -13,7 +13,7 @@ from camopt.motion.programme import PEAKS, Programme, law_peaks, span
 from camopt.motion.stroke import Stroke
 from camopt.motion.table import DWELL, TURN
 from camopt.problem.problem import Problem, resolve
-from camopt.problem.settings import freed_angles, freed_numbers
+from camopt.problem.settings import freed_angles, freed_numbers, given_profile
 from camopt.scene.choices import Range
 from camopt.scene.scene import Scene
 from camopt.scene.tables import Synthesis
@@ -42,6 +42,8 @@ def demand_of(problem: Problem, objective: Mapping[str, float] | None = None) ->
     objective = objective_in(asked) if objective is None else dict(objective)
     _check_rest(problem, asked, objective)
     _check_train(problem, objective)
+    if given := given_profile(problem, "free laws make a motion of rises, dwells and returns"):
+        raise BadInput(given)
     if freed := [*freed_angles(problem, "free laws take"), *freed_numbers(problem, "free laws take")]:
         raise BadInput(freed)
     if not any(stroke.is_free for stroke in problem.programme.strokes):

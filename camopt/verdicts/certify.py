@@ -26,7 +26,7 @@ from camopt.problem.limits import SELF_CROSSING, UNDERCUT, Limit
 from camopt.problem.problem import Problem, exactly, resolve_design
 from camopt.scene.scene import Scene
 from camopt.verdicts.ball import Ball, as_arb, between, precisely
-from camopt.verdicts.exact_laws import Piece
+from camopt.verdicts.exact_laws import Stretch
 from camopt.verdicts.exact_load import LoadLine
 from camopt.verdicts.exact_motion import ExactMotion, ExactStroke, motion_at, motion_of
 from camopt.verdicts.judging import ASSEMBLY, run_effects
@@ -85,7 +85,7 @@ def _decide_part(
     statement: Statement,
     until: float,
     stroke: ExactStroke,
-    piece: Piece | None,
+    piece: Stretch | None,
     line: LoadLine | None,
     start: arb,
     end: arb,

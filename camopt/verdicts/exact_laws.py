@@ -15,10 +15,12 @@ from flint import arb, fmpq, fmpq_mat, fmpq_poly
 
 from camopt.motion.law import Law
 from camopt.motion.polynomial import PolynomialLaw
+from camopt.motion.profile_law import ProfileLaw
 from camopt.motion.scca import SCCALaw
 from camopt.motion.spline import SplineLaw
 from camopt.motion.turned import MirroredLaw, SkewedLaw
 from camopt.verdicts.ball import precisely
+from camopt.verdicts.exact_profile import ProfilePiece, piece_on_profile
 
 SineWave = tuple[arb, arb, arb]
 """A·sin(π·(w·d + φ)): sin π·x is exact where x is a whole number, so that strokes end exactly where they should."""
@@ -219,3 +221,12 @@ def pieces_of(law: Law) -> tuple[Piece, ...]:
     """The pieces of a law."""
     form = FORMS.get(type(law))
     return EXACT[law.NAME]() if form is None else form(law)
+
+
+Stretch = Piece | ProfilePiece
+"""Where a motion is smooth."""
+
+
+def stretches_of(law: Law) -> tuple[Stretch, ...]:
+    """Where the motion of a law is smooth: the pieces of one on the unit stroke, or an element of a profile."""
+    return (piece_on_profile(law),) if isinstance(law, ProfileLaw) else pieces_of(law)

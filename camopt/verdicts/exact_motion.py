@@ -11,7 +11,7 @@ from camopt.motion.load import ExternalLoad
 from camopt.motion.programme import Programme
 from camopt.motion.stroke import Stroke
 from camopt.verdicts.ball import Ball, precisely
-from camopt.verdicts.exact_laws import Piece, pieces_of
+from camopt.verdicts.exact_laws import Stretch, stretches_of
 from camopt.verdicts.exact_load import LoadLine, lines_of
 
 
@@ -28,9 +28,9 @@ class ExactStroke(NamedTuple):
     lines: tuple[LoadLine, ...] = ()
     """Of an external load that changes."""
 
-    def smooth(self) -> Iterator[tuple[Piece | None, LoadLine | None, arb, arb]]:
+    def smooth(self) -> Iterator[tuple[Stretch | None, LoadLine | None, arb, arb]]:
         """Where motion and load are smooth: the piece of the law (None in a dwell), the line, and the ends in x."""
-        for piece in pieces_of(self.law) if self.law else (None,):
+        for piece in stretches_of(self.law) if self.law else (None,):
             low, high = (piece.start, piece.end) if piece else (arb(0), arb(1))
             for line in self.lines or (None,):
                 start, end = (low, high) if line is None else (low.max(line.start), high.min(line.end))
@@ -81,7 +81,7 @@ def _given(stroke: Stroke) -> tuple[arb, arb, arb]:
     return arb(stroke.given.angle), change, _unit(stroke) if stroke.is_move else change
 
 
-def motion_at(stroke: ExactStroke, piece: Piece | None, x: arb, line: LoadLine | None = None) -> list[Ball]:
+def motion_at(stroke: ExactStroke, piece: Stretch | None, x: arb, line: LoadLine | None = None) -> list[Ball]:
     """Balls of y and its first four derivatives by the cam angle over a ball of x; load and slope of a line too."""
     rows = [arb(0)] * 5
     if piece is not None:
@@ -90,7 +90,7 @@ def motion_at(stroke: ExactStroke, piece: Piece | None, x: arb, line: LoadLine |
     return [Ball(stroke.low + rows[0]), *map(Ball, rows[1:] + load)]
 
 
-def _derivatives(piece: Piece, x: arb) -> list[arb]:
+def _derivatives(piece: Stretch, x: arb) -> list[arb]:
     """s and its first four derivatives over a ball: each where both the ball and its next derivative have it.
 
     Beside a dwell s′ falls with the square of the distance, its ball only with the width of the ball of x.

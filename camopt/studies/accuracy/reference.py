@@ -11,7 +11,7 @@ from camopt.problem.problem import Problem
 from camopt.studies.accuracy.subjects import Subject
 from camopt.verdicts.ball import as_arb, precisely
 from camopt.verdicts.certify import HELD, Statement, decide, in_balls, of_curve, turn_of
-from camopt.verdicts.exact_laws import Piece, pieces_of
+from camopt.verdicts.exact_laws import Stretch, stretches_of
 from camopt.verdicts.exact_motion import ExactStroke, motion_at
 
 STEPS = 40  # of the secant
@@ -51,7 +51,7 @@ def _candidates(made: Any, motion: Any, programme: Programme, kinds: int, angle:
         about = asked.on(stroke)
         if about is None or not plain.start - 1e-6 <= angle <= plain.end + 1e-6:
             continue
-        for piece in pieces_of(stroke.law) if stroke.law else (None,):
+        for piece in stretches_of(stroke.law) if stroke.law else (None,):
             for x in _places(about, stroke, piece, (angle - plain.start) / plain.angle):
                 moved = motion_at(stroke, piece, x)
                 if about.applies(moved[1].arb)[0]:
@@ -59,7 +59,7 @@ def _candidates(made: Any, motion: Any, programme: Programme, kinds: int, angle:
     return found
 
 
-def _places(asked: Statement, stroke: ExactStroke, piece: Piece | None, near: float) -> list[arb]:
+def _places(asked: Statement, stroke: ExactStroke, piece: Stretch | None, near: float) -> list[arb]:
     """The ends of a piece of a law, and where the slope of a curve is zero inside it near some x, by secants."""
     if piece is None:
         return [arb(0)]

@@ -1,0 +1,208 @@
+"""The profile of a cam as arcs and lines, each tangent to the next, as points x + iy of the cam's plane in mm.
+
+The plane is seen so that the follower meets the elements anticlockwise: mirrored if the cam turns ccw. An arc has
+a signed radius r, negative where the flank is hollow, and the point C + r·n where its outward normal is n. So two
+elements meet where both have one normal and one point:
+
+    arc and arc               C₂ − C₁ = (r₁ − r₂)·n
+    arc, line and arc         C₂ − C₁ = ((r₁ − r₂) + i·t)·n,  the line t > 0 long
+    arcs r₁, r and r₂         C₂ − C₁ = (a − b·e^{iφ})·n,  a = r₁ − r, b = r₂ − r, the middle one turning by φ
+
+Source: Rothbart, Cam Design Handbook, ch. 3 (circular-arc and tangent cams); the relations are the loops closed.
+"""
+
+from cmath import phase
+from collections.abc import Sequence
+from math import pi, sqrt
+from typing import NamedTuple
+
+CLOSE = 1e-9  # of the radii: what touches but for rounding, touches
+
+
+class Unfit(ValueError):
+    """What is wrong with an element (its number from 1), or with all of them (0)."""
+
+    def __init__(self, number: int, why: str) -> None:
+        super().__init__(why)
+        self.number = number
+        self.why = why
+
+
+class Element(NamedTuple):
+    """An arc or line as it is given."""
+
+    radius: float | None
+    """None: a line."""
+    centre: complex | None = None
+    """None: where it touches both neighbours."""
+
+
+class Joint(NamedTuple):
+    """A point of the profile, and the outward normal there."""
+
+    point: complex
+    normal: complex
+
+
+class Part(NamedTuple):
+    """An element in its place, from joint to joint."""
+
+    radius: float | None
+    centre: complex
+    """Of a line the foot of the normal through the axis."""
+    start: Joint
+    end: Joint
+
+    @property
+    def sweep(self) -> float:
+        """By how much the normal turns, rad: anticlockwise, unless the arc is hollow."""
+        if self.radius is None:
+            return 0.0
+        if self.start is self.end:
+            return 2 * pi
+        return _turn(self.start.normal, self.end.normal, self.radius > 0.0)
+
+    @property
+    def height(self) -> float:
+        """Distance of a line from the axis, along its normal."""
+        return _height(self.start.point, self.start.normal)
+
+    @property
+    def is_concentric(self) -> bool:
+        """Whether it is an arc about the axis, on which the follower rests."""
+        return self.radius is not None and abs(self.centre) <= CLOSE * abs(self.radius)
+
+    def heights(self) -> list[float]:
+        """Distances from the axis where they are least or greatest; below 0 if the axis is outside."""
+        if self.radius is None:
+            ahead = [(joint.point - self.centre) / (1j * joint.normal) for joint in (self.start, self.end)]
+            passed = ahead[0].real <= CLOSE * abs(self.centre) and ahead[1].real >= -CLOSE * abs(self.centre)
+            return [self.height] if passed else []
+        if self.is_concentric:
+            return [self.radius]
+        away = self.centre / abs(self.centre)
+        return [_height(self.centre, n) + self.radius for n in (away, -away) if self._has(n)]
+
+    def _has(self, normal: complex) -> bool:
+        """Whether the arc has this normal, but for rounding."""
+        turned = abs(_turn(self.start.normal, normal, self.sweep > 0.0))
+        return turned <= abs(self.sweep) + CLOSE or turned >= 2 * pi - CLOSE
+
+
+def _height(point: complex, normal: complex) -> float:
+    """How far a point is along a normal."""
+    return (point * normal.conjugate()).real
+
+
+def _turn(start: complex, end: complex, forward: bool) -> float:
+    """The angle from one direction to another, rad: in (0, 2π], or in [−2π, 0) if not forward."""
+    angle = phase(end / start)
+    return angle % (2 * pi) if forward else -(-angle % (2 * pi))
+
+
+def parts_of(elements: Sequence[Element]) -> list[Part]:
+    """The elements in their places.
+
+    Raises
+    ------
+    Unfit
+        If no tangent arc or line is there, two arcs do not touch, or the elements do not go round once.
+    """
+    if len(elements) == 1:
+        return [_eccentric(elements[0])]
+    fixed = [_fixed(elements, k) for k in range(len(elements))]
+    joints = [_joint(elements, fixed, k) for k in range(len(elements))]
+    parts = []
+    for k, element in enumerate(elements):
+        start, end = joints[k - 1][1], joints[k][0]
+        centre = fixed[k] if element.radius is not None else _height(start.point, start.normal) * start.normal
+        assert centre is not None
+        parts.append(Part(element.radius, centre, start, end))
+    if round(sum(part.sweep for part in parts) / (2 * pi)) != 1:
+        raise Unfit(0, "the elements do not go round the cam once")
+    return parts
+
+
+def _eccentric(element: Element) -> Part:
+    """One circle, from where it is nearest to the axis."""
+    radius, centre = element.radius, element.centre
+    if radius is None or centre is None or radius < 0.0:
+        raise Unfit(1, "a profile of one element is an arc with its centre (x, y) and a radius above 0")
+    if abs(centre) <= CLOSE * radius:
+        raise Unfit(1, "a circle about the cam's axis moves nothing")
+    normal = -centre / abs(centre)
+    joint = Joint(centre + radius * normal, normal)
+    return Part(radius, centre, joint, joint)
+
+
+def _fixed(elements: Sequence[Element], k: int) -> complex | None:
+    """The centre of an arc, as it is given, or found; None for a line."""
+    element = elements[k]
+    if element.radius is None or element.centre is not None:
+        return element.centre
+    (r1, c1), (r2, c2) = _neighbours(elements, k)
+    a, b, apart = r1 - element.radius, r2 - element.radius, abs(c2 - c1)
+    if not (apart > 0.0 and a * b != 0.0 and -1.0 < (cosine := (a * a + b * b - apart**2) / (2 * a * b)) < 1.0):
+        raise Unfit(k + 1, "no arc of this radius touches both neighbours")
+    forward = 1.0 if element.radius > 0.0 else -1.0
+    turn = complex(cosine, forward * sqrt((1.0 - cosine) * (1.0 + cosine)))
+    normal = (c2 - c1) / (a - b * turn)
+    return c1 + a * normal / abs(normal)
+
+
+def _neighbours(elements: Sequence[Element], k: int) -> list[tuple[float, complex]]:
+    """Radius and centre of the arcs before and after an element that has to touch both."""
+    found = []
+    for other in (elements[k - 1], elements[(k + 1) % len(elements)]):
+        if other.radius is None or other.centre is None:
+            raise Unfit(k + 1, "it touches its neighbours, which have to be arcs with centres (x, y)")
+        found.append((other.radius, other.centre))
+    return found
+
+
+def _joint(elements: Sequence[Element], centres: Sequence[complex | None], k: int) -> tuple[Joint, Joint]:
+    """Where an element ends, and where the one after it starts: the same place but for rounding."""
+    after = (k + 1) % len(elements)
+    if elements[k].radius is None:
+        return _on_line(elements, k)[1:] * 2
+    if elements[after].radius is None:
+        return _on_line(elements, after)[:1] * 2
+    (r1, c1), (r2, c2) = ((elements[j].radius, centres[j]) for j in (k, after))
+    assert r1 is not None
+    assert r2 is not None
+    assert c1 is not None
+    assert c2 is not None
+    apart, gap = abs(c2 - c1), abs(abs(c2 - c1) - abs(r1 - r2))
+    if apart <= CLOSE * (abs(r1) + abs(r2)):
+        raise Unfit(after + 1, "has the centre of the arc before it: they are one circle, or never touch")
+    if gap > CLOSE * (abs(r1) + abs(r2)):
+        why = f"does not touch the arc before it, by {gap:.3g} mm; one of them may leave its centre out (x, y)"
+        raise Unfit(after + 1, why)
+    normal = (c2 - c1) / apart * (1.0 if r1 > r2 else -1.0)
+    return Joint(c1 + r1 * normal, normal), Joint(c2 + r2 * normal, normal)
+
+
+def _on_line(elements: Sequence[Element], k: int) -> tuple[Joint, Joint]:
+    """The ends of a line."""
+    (r1, c1), (r2, c2) = _neighbours(elements, k)
+    square = abs(c2 - c1) ** 2 - (r1 - r2) ** 2
+    if not square > 0.0:
+        raise Unfit(k + 1, "no line touches both neighbours: one is inside the other")
+    normal = (c2 - c1) / complex(r1 - r2, sqrt(square))
+    normal /= abs(normal)
+    return Joint(c1 + r1 * normal, normal), Joint(c2 + r2 * normal, normal)
+
+
+def least_radius(parts: Sequence[Part]) -> float:
+    """The least radius of a profile, mm.
+
+    Raises
+    ------
+    Unfit
+        If the axis is not inside the profile.
+    """
+    least = min((height for part in parts for height in part.heights()), key=abs)
+    if least <= 0.0:
+        raise Unfit(0, "the axis of the cam (0, 0) is outside the profile")
+    base = [part.radius for part in parts if part.is_concentric and part.radius is not None]
+    return next((radius for radius in base if abs(radius - least) <= CLOSE * least), least)

@@ -1,0 +1,89 @@
+"""Functions of one variable with their derivatives: truncated Taylor series of arrays, or of balls.
+
+Formulas that are written once take numbers, and give the value, the velocity, the acceleration and so on.
+
+Source: Griewank and Walther, Evaluating Derivatives, ch. 13 (Taylor arithmetic).
+"""
+
+from collections.abc import Sequence
+from math import factorial
+from typing import Any, NamedTuple
+
+import numpy as np
+
+
+class Taylor:
+    """f + f'·t + f''/2·t² + …, cut off; the terms are numbers, arrays of one shape, or balls."""
+
+    __array_ufunc__ = None  # numpy's numbers leave the operators to this class
+
+    def __init__(self, terms: Sequence[Any]) -> None:
+        self.terms = tuple(terms)
+
+    def derivative(self, order: int) -> Any:
+        """The derivative of some order, where the series is about."""
+        return self.terms[order] * factorial(order)
+
+    @property
+    def slope(self) -> "Taylor":
+        """The series of the derivative, shorter by a term."""
+        return Taylor([k * term for k, term in enumerate(self.terms) if k])
+
+    def integral(self, value: Any) -> "Taylor":
+        """The series with this derivative and a value, longer by a term."""
+        return Taylor([value, *(term / (k + 1) for k, term in enumerate(self.terms))])
+
+    def __neg__(self) -> "Taylor":
+        return Taylor([-term for term in self.terms])
+
+    def __add__(self, other: Any) -> "Taylor":
+        if isinstance(other, Taylor):
+            return Taylor([a + b for a, b in zip(self.terms, other.terms, strict=True)])
+        return Taylor([self.terms[0] + other, *self.terms[1:]])
+
+    def __sub__(self, other: Any) -> "Taylor":
+        return self.__add__(-other)
+
+    def __mul__(self, other: Any) -> "Taylor":
+        if not isinstance(other, Taylor):
+            return Taylor([term * other for term in self.terms])
+        a, b = self.terms, other.terms
+        return Taylor([sum(a[j] * b[k - j] for j in range(k + 1)) for k in range(min(len(a), len(b)))])
+
+    def __truediv__(self, other: "Taylor") -> "Taylor":
+        found: list[Any] = []
+        for k, term in enumerate(self.terms[: len(other.terms)]):
+            found.append((term - sum(found[j] * other.terms[k - j] for j in range(k))) / other.terms[0])
+        return Taylor(found)
+
+    def root(self) -> "Taylor":
+        """The square root."""
+        first, *rest = self.terms
+        found = [np.sqrt(first)]
+        for k, term in enumerate(rest, start=1):
+            found.append((term - sum(found[j] * found[k - j] for j in range(1, k))) / (found[0] * 2.0))
+        return Taylor(found)
+
+
+class Direction(NamedTuple):
+    """Cosine and sine of an angle."""
+
+    cosine: Taylor
+    sine: Taylor
+
+
+def direction(angle: Taylor) -> Direction:
+    """Cosine and sine, from c' = −s·α' and s' = c·α'."""
+    rates = angle.slope.terms
+    cosine, sine = [np.cos(angle.terms[0])], [np.sin(angle.terms[0])]
+    for k in range(1, len(angle.terms)):
+        c, s = (sum(each[j] * rates[k - 1 - j] for j in range(k)) / k for each in (cosine, sine))
+        cosine.append(-s)
+        sine.append(c)
+    return Direction(Taylor(cosine), Taylor(sine))
+
+
+def angle_of(x: Taylor, y: Taylor) -> Taylor:
+    """The angle of a vector, from (x·y' − y·x')/(x² + y²): small where the vector turns little."""
+    rate = (x * y.slope - y * x.slope) / (x * x + y * y)
+    return rate.integral(np.arctan2(y.terms[0], x.terms[0]))
