@@ -23,6 +23,7 @@ from camopt.numerics import FloatArray
 from camopt.numerics.taylor import Taylor
 
 ORDERS = 4  # y and its first three derivatives
+LEAST = 1e-6  # of the largest position: a lift of which rounding leaves enough digits
 SAME = 1e-12  # of the largest position: no more from the lowest is rounding
 
 
@@ -87,9 +88,9 @@ def programme_on(parts: Sequence[Part], contact: Contact, load: ExternalLoad | N
     least = least_radius(parts)
     stands = [_stands(part, contact, k) for k, part in enumerate(parts, start=1)]
     lowest = contact.at(Joint(complex(least), 1.0 + 0.0j)).position
-    rounding = SAME * max(abs(stand.position) for stand in stands)
+    farthest = max(abs(stand.position) for stand in stands)
     levels = [stand.position - lowest for stand in stands]
-    levels = [0.0 if abs(level) <= rounding else level for level in levels]
+    levels = [0.0 if abs(level) <= SAME * farthest else level for level in levels]
     strokes: list[Stroke] = []
     for k, (part, stand) in enumerate(zip(parts, stands, strict=True), start=1):
         turn = degrees((stands[k % len(parts)].turned - stand.turned) % (2 * pi)) or 360.0
@@ -101,7 +102,10 @@ def programme_on(parts: Sequence[Part], contact: Contact, load: ExternalLoad | N
     if round(strokes[-1].end / (2 * pi)) != 1:
         raise Unfit(0, "the follower does not go round the cam once")
     radii = tuple(inf if part.radius is None else part.radius + contact.radius for part in parts)
-    return Programme(tuple(strokes), load, levels[0], radii)
+    programme = Programme(tuple(strokes), load, levels[0], radii)
+    if programme.lift <= LEAST * farthest:
+        raise Unfit(0, "the arcs are one circle about the cam's axis but for a millionth: nothing moves")
+    return programme
 
 
 TOO_STEEP = "too steep: the pressure angle would reach 90 deg, or the follower does not come so far"
