@@ -26,7 +26,7 @@ from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem
 
 
-class Follower(NamedTuple):
+class Contacts(NamedTuple):
     """A follower on a profile: cam angles (rad), positions (mm; rad when oscillating), whether it can be there."""
 
     angles: FloatArray
@@ -34,7 +34,7 @@ class Follower(NamedTuple):
     possible: BoolArray
 
 
-def touching(problem: Problem, profile: ComplexArray, normals: ComplexArray) -> Follower:
+def touching(problem: Problem, profile: ComplexArray, normals: ComplexArray) -> Contacts:
     """The follower of a problem, whose motion does not count, where it touches points with outward normals."""
     mechanism, design = problem.setup.mechanism, problem.design
     trace = profile + design.roller_radius[0] * normals
@@ -47,7 +47,7 @@ def touching(problem: Problem, profile: ComplexArray, normals: ComplexArray) -> 
         ground = mechanism.travel(on_base, problem.programme, np.zeros(profile.size))
         seen = (ground.normal, normals) if flat else (ground.trace, trace)
         angles = design.sense * np.angle(seen[0] * seen[1].conjugate())
-        return Follower(angles, _position(problem, on_base), possible)
+        return Contacts(angles, _position(problem, on_base), possible)
 
 
 def _position(problem: Problem, designs: Designs) -> FloatArray:

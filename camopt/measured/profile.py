@@ -1,11 +1,11 @@
 """The lift of a follower on a measured profile: each point gives one cam angle, and the lift there.
 
-The follower touches each point of a profile at one cam angle (``contact.touching``). What the point is off by along
-the normal, over cos β, the lift is off by; so the errors of the lifts are as independent as those of the points,
-and a row of the file is a lift. The outward normal comes from the closed curve of the least jerk that is as near to
-the distances as their noise; an error of its direction hardly matters. Points that the follower does not reach,
-because it would cut into the profile elsewhere, are left out: those of hollows that are narrower than the roller,
-or of any hollow under a flat face.
+The follower touches each point of a profile at one cam angle (``contact.touching``), so that each row of the file
+is one lift. An error δ of the point along the normal is an error δ/cos β of the lift (δ under a flat face): errors
+of the lifts are as independent as those of the points, and noise, outliers and band are as for a table of lifts.
+The outward normal comes from the closed curve of the least jerk that is as near to the distances as their noise; an
+error of its direction hardly matters. Points that the follower does not reach, because it would cut into the
+profile elsewhere, are left out: those of hollows narrower than the roller, or of any hollow under a flat face.
 """
 
 import os
