@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support import lowered
 
-from camopt import BadInput, Scene, certify, evaluate, find_scene, optimise, synthesise
+from camopt import BadInput, Scene, certify, evaluate, evaluate_designs, find_scene, optimise, sweep, synthesise
 from camopt.mechanisms.geometry import cam_curves
 from camopt.motion.profile import Element, least_radius, parts_of
 from camopt.motion.profile_law import ProfileLaw
@@ -270,6 +270,23 @@ def test_a_hollow_flank_is_seen_by_the_cutter():
     assert found["pitch_curvature_min_per_mm"] == pytest.approx(-1 / 50, rel=1e-14)
 
 
+@pytest.mark.parametrize(
+    ("name", "radius"), [("three-arc-valve", 6), ("tangent-cam", 10), ("eccentric-rocker", 30)]
+)
+def test_a_limit_that_the_sharpest_arc_just_meets_is_met(name, radius):
+    for limit, verdict in ((radius, "held"), (radius * (1 + 1e-15), "broken"), (radius * (1 - 1e-15), "held")):
+        scene = find_scene(name).replace(**{"limits.curvature_radius": limit})
+        assert certify(scene)["curvature_radius"] == verdict
+    assert evaluate(find_scene(name).replace(**{"limits.curvature_radius": radius}))["feasible"]
+
+
+@pytest.mark.parametrize(("hollow", "verdict"), [(-60, "held"), (-10.5, "held")])
+def test_a_hollow_flank_is_not_sharp(hollow, verdict):
+    profile = [BASE, flank(hollow), NOSE, LINE]
+    scene = scene_of(profile, "roller", limits={"curvature_radius": 5})
+    assert certify(scene)["curvature_radius"] == verdict
+
+
 def test_lines_have_no_curvature():
     found = evaluate(scene_of("tangent", "roller"))
     assert (found["pitch_curvature_min_per_mm"], found["cutter_radius_max_mm"]) == (0.0, inf)
@@ -384,6 +401,17 @@ def test_a_scene_without_motion_and_profile_is_told():
 def test_what_changes_size_or_motion_refuses_a_profile(command):
     with pytest.raises(BadInput, match=r"profile: .*follows from the profile of its cam"):
         command(scene_of("tangent", "roller"))
+
+
+def test_other_sizes_are_refused_and_other_speeds_are_not(tmp_path):
+    scene = scene_of("tangent", "roller")
+    with pytest.raises(BadInput, match="other sizes change the motion"):
+        evaluate_designs(scene, {"roller_radius_mm": [10.0, 12.0]})
+    found = evaluate_designs(scene, {"rpm": [300.0, 600.0]})
+    fast = evaluate(scene.replace(**{"cam.rpm": 600}))
+    assert found["acceleration_max_m_s2"][1] == pytest.approx(fast["acceleration_max_m_s2"], rel=1e-8)
+    swept = sweep(scene.replace(**{"search.cam.rpm": [300, 600]}), tmp_path)
+    assert swept.feasible == 2
 
 
 def test_a_fixed_centre_is_as_good_as_a_found_one():

@@ -22,7 +22,7 @@ def column(key):
     return f"{key.partition('.')[2]}_mm"
 
 
-@pytest.mark.parametrize("name", shipped_scenes())
+@pytest.mark.parametrize("name", [name for name in shipped_scenes() if not find_scene(name).profile])
 def test_each_row_is_what_evaluate_says(name):
     """Of designs around the scene's own: every quantity to the tolerance of the scene, every verdict."""
     scene = find_scene(name)

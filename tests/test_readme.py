@@ -61,6 +61,13 @@ def test_its_table_has_every_law_between_what_it_joins():
         assert named == {name for name, law in LAWS.items() if pair_of(law) == pair}
 
 
+def test_its_profile_is_that_of_a_cam():
+    (block,) = [block for block in BLOCKS if "profile" in block]
+    cam = {"form": "disc", "rpm": WHOLE["cam"]["rpm"]}
+    found = evaluate(Scene.from_dict({"cam": cam, "follower": WHOLE["follower"], **block}))
+    assert (found["base_radius_mm"], found["feasible"]) == (25.0, True)
+
+
 def test_free_laws_hold_its_limits():
     free = synthesise(scene_with("synthesis").replace(**{"synthesis.pieces": 20}))
     assert evaluate(free.scene)["feasible"]

@@ -6,9 +6,9 @@ What is neither is halved. The formulas are those of the mechanisms, run on ball
 (``verdicts.exact_laws``).
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
-from itertools import pairwise
+from itertools import pairwise, product
 from math import inf
 from typing import Any, NamedTuple, cast
 
@@ -180,6 +180,32 @@ def statements_of(claim: Claim, design: Designs, motion: ExactMotion) -> list[St
     return [Statement(of_curve(made), claim.strokes, factor * side, allowed) for side in claim.sides]
 
 
+def _verdicts(problem: Problem, claim: Claim, design: Designs, motion: ExactMotion, until: float) -> Iterator[str]:
+    """The verdicts on the sides of a claim for a design (in balls)."""
+    mechanism = problem.setup.mechanism
+    if problem.programme.radii and claim.curve in (mechanism.curvature, mechanism.profile_radius):
+        yield from _on_arcs(problem, claim, design)
+        return
+    for each in statements_of(claim, design, motion):
+        yield decide(each, motion, until)
+
+
+def _on_arcs(problem: Problem, claim: Claim, design: Designs) -> Iterator[str]:
+    """The verdicts on the curvature of a cam that is given by its profile: on an arc it is the same all along.
+
+    A limit is often just that of the sharpest arc, and is not divided by, so that this is seen.
+    """
+    factor, allowed = as_arb(claim.factor(design)), claim.allowed(BALLS)
+    for side, element in product(claim.sides, problem.scene.profile):
+        if element.radius is None:
+            yield _sign(-allowed)
+        elif problem.setup.mechanism.curvature is None:
+            yield _sign(factor * side * element.radius - allowed)
+        else:
+            radius = as_arb(design.roller_radius) + element.radius
+            yield _sign((factor * side - allowed * radius) * radius.sgn())
+
+
 def _without_curves(problem: Problem, limit: Limit, design: Designs) -> str:
     """The verdict on a limit that is no matter of curves: a crossing, a size, what the motion alone decides."""
     if limit.decided:
@@ -199,11 +225,10 @@ def certify_limits(problem: Problem, design: Designs, until: float = inf) -> dic
     exact = in_balls(design)
     verdicts: dict[str, str] = {}
     for limit in problem.limits:
-        statements = [each for claim in limit.claims for each in statements_of(claim, exact, motion)]
-        found = [decide(each, motion, until) for each in statements]
+        found = [each for claim in limit.claims for each in _verdicts(problem, claim, exact, motion, until)]
         if (presumed := verdicts.get(limit.presumes, HELD)) != HELD:
             found = [presumed]
-        elif not statements:
+        elif not limit.claims:
             found = [_without_curves(problem, limit, design)]
         if limit.infinite_at(problem.programme):
             found = [BROKEN]
@@ -226,9 +251,10 @@ def certify(scene: Scene) -> dict[str, str]:
     For a disc cam ``self_crossing`` is there too: held if the profile provably crosses itself nowhere, broken if it
     does; decided in double precision, with margins for rounding (``effects.crossing``).
 
-    Numbers of the scene are taken as exact. Limits are decided at every cam angle of the continuous motion, in
-    ball arithmetic of 200 bits; undecided is what lies within about 1e-27 of its limit. A law that the scene gives
-    as a table is the spline through its points.
+    Numbers of the scene are taken as exact; of a profile, the centres that are found of its arcs, and the cam
+    angles where they meet, are taken as they are rounded. Limits are decided at every cam angle of the continuous
+    motion, in ball arithmetic of 200 bits; undecided is what lies within about 1e-27 of its limit. A law that the
+    scene gives as a table is the spline through its points.
 
     Parameters
     ----------
