@@ -15,13 +15,14 @@ from numpy.typing import NDArray
 
 from camopt.measured.number_table import bad
 from camopt.measured.reading import TURN, Points, apart
+from camopt.mistakes import BadInput
 from camopt.numerics import FloatArray
 
 LEFT = 8.0  # bands away: what is left as a cubic is then twice as far as at one band
 LEAST_LEFT = 2.0  # bands, where the points go no further
 EARLIER = 2.0  # beginning a little early costs hardly any jerk, beginning late much
 LEAST_DWELL = 2.0  # times what it takes to leave it: a nose is within the band of a constant for a while, too
-SPARSE, WIDE = 4.0, 10.0  # median steps, and deg: a gap of more than both has no points
+SPARSE = 4.0  # median steps: in a wider gap than that, if it is not narrow, points are missing
 DIGITS = 4  # of the angles of dwells and turns, deg
 NEAR = 1e-9  # deg: a point so near to the end of a dwell is in it
 
@@ -163,16 +164,26 @@ def _reaches(away: FloatArray, off: FloatArray, bands: float) -> float:
     return float(away[k - 1] + np.clip(share, 0.0, 1.0) * (away[k] - away[k - 1]))
 
 
+def gaps(points: Points) -> list[int]:
+    """The places of points after which some are missing."""
+    steps = apart(0.0, np.diff(points.angles, append=points.angles[0] + TURN))
+    sparse = max(SPARSE * float(np.median(steps[steps > 0.0])), points.widest)
+    return np.flatnonzero(steps > sparse).tolist()
+
+
+def no_points(points: Points, place: int, why: str) -> BadInput:
+    """The mistake of a gap after a place."""
+    after = (place + 1) % points.angles.size
+    where = f"from {points.angles[place]:g} to {points.angles[after]:g} deg (up to row {points.rows[after]})"
+    return bad(points.file, f"row {points.rows[place]}", None, f"no points {where}, and {why}")
+
+
 def _check_gaps(points: Points, dwells: Sequence[Dwell]) -> None:
     """Whether points are missing where the motion is not at rest."""
-    steps = apart(0.0, np.diff(points.angles, append=points.angles[0] + TURN))
-    sparse = max(SPARSE * float(np.median(steps[steps > 0.0])), WIDE)
-    for k in np.flatnonzero(steps > sparse):
-        after = (k + 1) % steps.size
+    for k in gaps(points):
+        after = (k + 1) % points.angles.size
         if not any({k, after} <= set(dwell.stretch) for dwell in dwells):
-            rows = f"from {points.angles[k]:g} to {points.angles[after]:g} deg"
-            what = f"no points {rows} (up to row {points.rows[after]}), and the lift is not at rest there"
-            raise bad(points.file, f"row {points.rows[k]}", None, what)
+            raise no_points(points, k, "the lift is not at rest there")
 
 
 # ------------------------------------------------------------------------------------------------------ turns

@@ -23,7 +23,7 @@ from camopt.measured.columns import PROFILES
 from camopt.measured.contact import base_radius, touching
 from camopt.measured.least_jerk import Freest, Room, freest
 from camopt.measured.number_table import bad
-from camopt.measured.outline import SPARSE, WIDE
+from camopt.measured.outline import gaps, no_points
 from camopt.measured.reading import FEWEST, TURN, Points, apart
 from camopt.mechanisms.design import ComplexArray
 from camopt.mechanisms.geometry import profile_points
@@ -133,8 +133,8 @@ def touched(problem: Problem, profile: MeasuredProfile, points: Points, lost: Se
     Raises
     ------
     BadInput
-        For a point where the follower cannot be, or where points are missing on a part that is no arc about the
-        axis, or if it touches few points.
+        For a point where the follower cannot be, or where points are missing that are not on the base circle, or if
+        it touches few points.
     Unsolved
         If the convex solver fails.
     """
@@ -157,7 +157,7 @@ def touched(problem: Problem, profile: MeasuredProfile, points: Points, lost: Se
     angles = apart(0.0, np.degrees(found.angles))
     order = np.flatnonzero(reached)[np.argsort(angles[reached], kind="stable")]
     step = points.step * float(np.ptp(positions) / np.ptp(points.lifts))
-    seen = Points(points.file, angles[order], positions[order], points.rows[order], step)
+    seen = Points(points.file, angles[order], positions[order], points.rows[order], step, TURN)
     outliers = np.flatnonzero(np.isin(seen.rows, points.rows[list(lost)])).tolist()
     unreached = np.sort(points.rows[~reached])
     return Touched(problem, profile.probe, seen, outliers, centres, points.rows, unreached)
@@ -185,20 +185,17 @@ def _between(points: Points, band: float) -> FloatArray:
     Raises
     ------
     BadInput
-        If a part without points is not at one distance from the axis.
+        If a part without points is not on the base circle.
     """
-    angles, first = np.unique(points.angles, return_index=True)
-    steps = np.diff(angles, append=angles[0] + TURN)
-    sparse = steps > max(SPARSE * float(np.median(steps)), WIDE)
-    for k in np.flatnonzero(sparse):
-        one, other = first[k], first[(k + 1) % first.size]
-        if abs(points.lifts[one] - points.lifts[other]) > 2.0 * band:
-            where = f"no points from {angles[k]:g} to {points.angles[other]:g} deg (up to row {points.rows[other]})"
-            what = f"{where}, and this is no arc about the axis"
-            raise bad(points.file, f"row {points.rows[one]}", None, what)
-    parts = -(-DENSE // angles.size)
-    within = steps[~sparse, None] * np.arange(parts) / parts
-    return np.asarray((angles[~sparse, None] + within).ravel())
+    missing = gaps(points)
+    for k in missing:
+        after = (k + 1) % points.angles.size
+        if max(points.lifts[k], points.lifts[after]) - points.lifts.min() > 2.0 * band:
+            raise no_points(points, k, "this is not on the base circle")
+    starts = np.delete(points.angles, missing)
+    steps = np.delete(np.diff(points.angles, append=points.angles[0] + TURN), missing)
+    parts = -(-DENSE // points.angles.size)
+    return np.asarray((starts[:, None] + steps[:, None] * np.arange(parts) / parts).ravel())
 
 
 def _depth(problem: Problem, profile: ComplexArray, normals: ComplexArray, around: ComplexArray) -> FloatArray:

@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +29,8 @@ class Points:
     """Measured points of one turn in the order of their cam angles.
 
     ``angles`` in deg from 0 to 360 (each an exact number), ``lifts`` in mm (deg when oscillating), ``rows`` of the
-    file; ``step`` is what the lifts are rounded to, 0 if nothing shows that they are.
+    file; ``step`` is what the lifts are rounded to, 0 if nothing shows that they are. Where no points are over more
+    than ``widest`` deg, some are missing.
     """
 
     file: str
@@ -37,11 +38,12 @@ class Points:
     lifts: FloatArray
     rows: NDArray[np.int64]
     step: float
+    widest: float = 10.0
 
     def only(self, places: Sequence[int]) -> "Points":
         """Some of the points, by their places."""
         chosen = np.sort(np.array(places, dtype=np.intp))
-        return Points(self.file, self.angles[chosen], self.lifts[chosen], self.rows[chosen], self.step)
+        return replace(self, angles=self.angles[chosen], lifts=self.lifts[chosen], rows=self.rows[chosen])
 
     def without(self, places: Sequence[int]) -> "Points":
         """The points but for some."""
