@@ -140,13 +140,13 @@ def _of(parts: Segments, tables: Mapping[str, Any], seen: Touched | None) -> dic
     return {**motion, "cam": {**tables["cam"], "base_radius": radius}}
 
 
-def _resting(tables: Mapping[str, Any], points: Points, file: str) -> Problem:
-    """The cam and follower of a profile before its motion is known, nearly at rest."""
+def _resting(tables: Mapping[str, Any], radius: float, file: str) -> Problem:
+    """The cam and follower of a profile before its motion is known, nearly at rest on its least radius, mm."""
     parts = {key: tables[key] for key in ("cam", "follower") if key in tables}
     whole = {key: dict(table) for key, table in parts.items() if isinstance(table, Mapping)}
     if whole.get("cam", {}).get("form") == "cylindrical":
         raise BadInput([Mistake(file, "cam.form", "cylindrical", "disc: a profile is that of a disc cam")])
-    whole.get("cam", {})["base_radius"] = float(points.lifts.min())
+    whole.get("cam", {})["base_radius"] = radius
     whole.get("follower", {}).pop("dynamics", None)
     return resolve_design(Scene.from_dict({**parts, **whole, "name": "", "motion": HARDLY_MOVING}, file))
 
@@ -156,7 +156,7 @@ def _touched(
 ) -> Touched:
     """The follower of a scene at the points of a profile."""
     profile.check(points)
-    problem = _resting(tables, points, file)
+    problem = _resting(tables, float(points.lifts.min()) - profile.probe, file)
     noise, least = noise_of(points), NARROWEST * float(np.ptp(points.lifts))
     lost = [] if keep_outliers else outliers(points, noise, least)
     room = _usual(points.angles.size, noise, least)
