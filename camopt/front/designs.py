@@ -102,7 +102,7 @@ def _given(problem: Problem, frame: "pd.DataFrame") -> Designs:
     if odd := list(_odd_columns(frame, keys, _numbers(problem))):
         raise BadInput(odd)
     sizes = {name: keys[name] for name in frame if name in keys}
-    if sizes and (given := given_profile(problem, "other sizes change the motion")):
+    if sizes and (given := given_profile(problem, "sizes")):
         raise BadInput(given)
     searched = [key.partition(".")[2] for key in sizes.values()]
     mistakes = [

@@ -169,7 +169,7 @@ def _without_motion(scene: Scene | Mapping[str, Any]) -> dict[str, Any]:
     if not isinstance(scene, (Scene, Mapping)):
         raise BadInput([Mistake("camopt", "scene", scene, "a Scene, or a mapping of the tables cam and follower")])
     tables = scene.to_dict() if isinstance(scene, Scene) else dict(scene)
-    tables = {key: value for key, value in tables.items() if key not in ("motion", "laws")}
+    tables = {key: value for key, value in tables.items() if key not in ("motion", "profile", "laws")}
     for name, keys in OF_THE_MOTION.items():
         if isinstance(tables.get(name), Mapping):
             tables[name] = {key: value for key, value in tables[name].items() if key not in keys}

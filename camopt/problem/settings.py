@@ -76,7 +76,7 @@ def freed_angles(problem: Problem, who: str) -> list[Mistake]:
     return [Mistake(problem.scene.file, f"search.angle_{kind}", None, what, bare=True) for kind in freed]
 
 
-def given_profile(problem: Problem, why: str) -> list[Mistake]:
-    """A mistake if the cam is given by its profile, for those that change its size or its motion."""
-    what = f"{why}; the motion of this scene follows from the profile of its cam"
-    return [Mistake(problem.scene.file, "profile", None, what, bare=True)] if problem.scene.profile else []
+def given_profile(problem: Problem, what: str) -> list[Mistake]:
+    """A mistake if the cam is given by its profile, for those that look for another size, or another motion."""
+    why = f"{what} cannot change, for the profile of the cam is given"
+    return [Mistake(problem.scene.file, "profile", None, why, bare=True)] if problem.scene.profile else []

@@ -155,6 +155,8 @@ class Scene(Shown, Table):
     def replace(self, **changes: Any) -> "Scene":
         """The scene with changes by dotted key, such as ``replace(**{"cam.rpm": 1000})``; None clears a key."""
         data = self.to_dict()
+        if self.profile and changes.get("profile"):
+            del data["cam"]["base_radius"]  # which follows from it
         for key, value in changes.items():
             *tables, last = key.split(".")
             table = data

@@ -103,7 +103,7 @@ def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SE
     if not (isinstance(seconds, int | float) and seconds > 0.0):
         raise BadInput([Mistake("camopt", "seconds", seconds, "a number above 0")])
     problem, end = exactly(resolve(scene)), now() + seconds
-    fixed = given_profile(problem, "optimise finds the base radius of a motion")
+    fixed = given_profile(problem, "the base radius")
     if freed := [*fixed, *freed_numbers(problem, "optimise takes")]:
         raise BadInput(freed)
     found: dict[str, dict[str, Any]] = {}

@@ -42,7 +42,7 @@ def demand_of(problem: Problem, objective: Mapping[str, float] | None = None) ->
     objective = objective_in(asked) if objective is None else dict(objective)
     _check_rest(problem, asked, objective)
     _check_train(problem, objective)
-    if given := given_profile(problem, "free laws make a motion of rises, dwells and returns"):
+    if given := given_profile(problem, "the motion"):
         raise BadInput(given)
     if freed := [*freed_angles(problem, "free laws take"), *freed_numbers(problem, "free laws take")]:
         raise BadInput(freed)
