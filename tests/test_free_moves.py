@@ -11,8 +11,11 @@ from hypothesis import strategies as st
 from support.depth import times
 
 from camopt import BadInput, Scene, certify, evaluate, find_scene, synthesise
+from camopt.motion.programme import Programme
+from camopt.motion.segments import Segment
 from camopt.problem.problem import resolve
 from camopt.synthesis.from_scene import demand_of
+from camopt.synthesis.symmetry import mirrored
 
 MOVES = ("belt-matching", "bucket-valve", "feeder-with-stop", "press-with-drift", "rocker-valve")
 CAM = {"form": "disc", "rpm": 60, "base_radius": 400}
@@ -134,6 +137,70 @@ def test_the_least_peak_acceleration_is_that_of_two_parabolas(angle, lift, befor
 def _least_acceleration(theta, lift, u, w):
     off = abs(lift - theta * (u + w) / 2)
     return 2 * off / theta**2 + sqrt((2 * off / theta**2) ** 2 + ((w - u) / theta) ** 2)
+
+
+# -------------------------------------------------------------------------------------- symmetric and smooth
+
+EVEN = [
+    {"segment": "rise", "angle": 100, "lift": 30, "law": "poly345"},
+    {"segment": "dwell", "angle": 20},
+    {"segment": "return", "angle": 100, "lift": 30, "law": "poly345"},
+    {"segment": "dwell", "angle": 140},
+]
+UP_AND_DOWN = ((100, 5), (160, 5), (100, 0))
+SYMMETRIC = {
+    "valve": (find_scene("bucket-valve"), 92.0),
+    "rise and return": (turn(*EVEN, **{"search.base_radius": {"start": 20, "stop": 400}}), 110.0),
+    "moves": (turn(*({"segment": "move", "angle": angle, "to": to} for angle, to in UP_AND_DOWN)), 180.0),
+}
+
+
+@pytest.mark.parametrize("name", SYMMETRIC)
+def test_a_symmetric_motion_is_its_own_mirror_image(name):
+    scene, middle = SYMMETRIC[name]
+    scene = scene.replace(**{"synthesis.symmetric": True, "synthesis.pieces": 16, "synthesis.minimise": "jerk"})
+    programme = resolve(synthesise(scene).scene).programme
+    away = np.radians(np.linspace(0.3, 179.7, 777))
+    there, back = (programme.at(np.mod(radians(middle) + side * away, 2 * pi)) for side in (1, -1))
+    for order in range(3):
+        room = 1e-8 * np.abs(there[order]).max()
+        assert np.allclose(there[order], (-1) ** order * back[order], rtol=0, atol=room)
+
+
+def test_what_is_no_mirror_image_cannot_be_symmetric():
+    with pytest.raises(BadInput, match="the segments are no mirror image of themselves"):
+        synthesise(find_scene("roller-1000rpm").replace(**{"synthesis.symmetric": True}))
+
+
+@given(st.lists(st.tuples(st.integers(10, 90), st.integers(0, 4)), min_size=1, max_size=4), st.integers(0, 20))
+def test_a_turn_and_its_reverse_have_mirror_images_wherever_it_starts(half, start):
+    """A row of moves there and back is symmetric, from whichever segment it is read."""
+    levels = [level for _, level in half]
+    ends = [*levels, *reversed([0, *levels[:-1]])]
+    rows = [Segment("move", angle, to=end) for (angle, _), end in zip([*half, *reversed(half)], ends, strict=True)]
+    start %= len(rows)
+    turned = Programme.from_segments([*rows[start:], *rows[:start]], angular=False).strokes
+    places = mirrored(turned)
+    assert places is not None
+    for stroke, place in zip(turned, places, strict=True):
+        assert stroke.angle == pytest.approx(turned[place].angle)
+        assert stroke.low == pytest.approx(turned[place].high)
+
+
+@pytest.mark.parametrize("minimise", ["acceleration", "size"])
+def test_a_smooth_motion_gives_up_a_share_of_its_objective_for_less_variation_of_the_jerk(minimise):
+    scene = find_scene("bucket-valve").replace(**{"synthesis.minimise": minimise, "synthesis.pieces": 16})
+    if minimise == "size":
+        scene = find_scene("roller-1000rpm").replace(**{"synthesis.pieces": 16})
+    angles = np.linspace(0.0, 2 * pi, 36_001)
+    found = []
+    for smooth in (0.0, 0.01, 0.1):
+        result = synthesise(scene.replace(**{"synthesis.smooth": smooth}))
+        jerk = resolve(result.scene).programme.at(angles)[3]
+        found.append((result.objective, np.abs(np.diff(jerk)).sum()))
+        assert evaluate(result.scene)["feasible"]
+        assert result.objective <= found[0][0] * (1 + smooth + 1e-3)
+    assert found[0][1] > 1.05 * found[1][1] > 1.05 * found[2][1]
 
 
 # ------------------------------------------------------------------------------------------------ mistakes

@@ -385,12 +385,14 @@ class Synthesis(Table):
     ``minimise`` is size (mm), velocity, acceleration or jerk (largest over the turn), acceleration_rms or jerk_rms
     (root mean square over the turn), residual_vibration (in a dwell), or a table of weights for several; units are
     those of ``[limits]``, or by the cam angle without a speed. ``peak_velocity``, ``peak_acceleration``,
-    ``peak_jerk`` bound the unit stroke, as `camopt laws` lists them: a number for ±, a range, or the name of a law
-    that has as much. Where neither these nor ``[limits]`` bound acceleration or jerk, each that is not minimised
-    is held to poly345's. ``rest`` is how many derivatives are zero beside a dwell, 2 at least where the jerk is
-    bounded or minimised. ``points`` are (cam angle in deg, displacement in mm) that the motion goes through. Laws
-    are B-splines of a ``degree`` in so many ``pieces`` a stroke, with ``continuity`` continuous derivatives (one
-    less than the degree if not given).
+    ``peak_jerk`` bound the unit stroke of rises and returns, as `camopt laws` lists them: a number for ±, a range,
+    or the name of a law that has as much. Where neither these nor ``[limits]`` bound acceleration or jerk, each
+    that is not minimised is held to poly345's, and in moves to 1.25 times what the scene's own have. ``rest`` is
+    how many derivatives are zero beside a dwell, 2 at least where the jerk is bounded or minimised. ``points`` are
+    (cam angle in deg, displacement in mm) that the motion goes through. A ``symmetric`` motion is its own mirror
+    image, about a cam angle that the segments allow. ``smooth`` is the share of the objective (0.01 for 1 %) that
+    is given up for the least variation of the jerk, which rings less. Laws are B-splines of a ``degree`` in so many
+    ``pieces`` a stroke, with ``continuity`` continuous derivatives (one less than the degree if not given).
     """
 
     minimise: Annotated[
@@ -402,6 +404,8 @@ class Synthesis(Table):
     peak_jerk: PeakAsked = None
     rest: Annotated[int, BeforeValidator(is_whole), Field(ge=1, le=3)] = 2
     monotone: Switch = False
+    symmetric: Switch = False
+    smooth: Annotated[Number, Field(ge=0, le=1)] = 0.0
     points: Points = ()
     degree: Annotated[int, BeforeValidator(is_whole), Field(ge=4, le=9)] = 5
     pieces: Annotated[int, BeforeValidator(is_whole), Field(ge=2, le=200)] = 48

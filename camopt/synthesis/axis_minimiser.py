@@ -162,7 +162,7 @@ class AxisMinimiser:
 
     def _close(self, objective: float) -> bool:
         """Whether no better cam is worth looking for."""
-        return objective <= self.optimum + WORSE * (abs(self.optimum) + self.free.unit)
+        return objective <= self.free.enough(self.optimum) + WORSE * (abs(self.optimum) + self.free.unit)
 
     def _row(self, demand: Demand, laws: Iterate, value: Mapping[str, float]) -> dict[str, Any] | None:
         """A cam of laws that holds every limit and value; None if there is none."""

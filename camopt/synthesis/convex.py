@@ -60,10 +60,23 @@ class Convex:
 
     @cached_property
     def gentle(self) -> tuple[Any, Any]:
-        """The problem of the least mean square of the jerk, and the parameter that bounds ``goal`` in it."""
+        """The problem of the least mean square of the jerk, and the parameter that bounds ``goal`` in it.
+
+        Of a smooth motion it is the least variation of the jerk, from stroke to stroke as well.
+        """
         most = cp.Parameter()
-        jerk = cp.norm(cp.hstack([motion.square(3) for motion in self.motions]))
+        if self.demand.smooth:
+            ends = [each.end(3, last) for each in self.motions for last in (False, True)]
+            joints = zip(ends[1::2], [*ends[2::2], ends[0]], strict=True)
+            jumps = cp.norm1(cp.hstack([after - before for before, after in joints]))
+            jerk = jumps + sum(motion.variation() for motion in self.motions)
+        else:
+            jerk = cp.norm(cp.hstack([motion.square(3) for motion in self.motions]))
         return cp.Problem(cp.Minimize(jerk), [*self.problem.constraints, self.goal <= most]), most
+
+    def enough(self, least: float) -> float:
+        """An objective that is as good as the least: what a smooth motion may have."""
+        return least + self.demand.smooth * abs(least)
 
     @property
     def exact(self) -> bool:
@@ -101,6 +114,8 @@ def convex(demand: Demand, make: MakeMotion, held: Mapping[str, Any] | None = No
     terms = {name: _term(demand, name, sizes, motions, largest) for name in names}
     limits = [*_of_sizes(demand, sizes, motions), *_joints(demand, motions)]
     limits += [limit for motion in motions for limit in motion.limits]
+    for number, partner in enumerate(demand.mirror or ()):
+        limits += motions[number].mirrors(motions[partner]) if number <= partner else []
     limits += [terms[name] <= bound for name, bound in held.items()]
     if demand.residual is not None:
         limits.append(terms[residual.TERM] / demand.residual <= 1.0)

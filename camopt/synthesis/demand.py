@@ -91,6 +91,10 @@ class Demand:
     monotone: bool
     conditions: tuple[Condition, ...]
     objective: dict[str, float]
+    mirror: tuple[int, ...] | None = None
+    """For each stroke the one that has to mirror it, where the motion is to be symmetric."""
+    smooth: float = 0.0
+    """The share of the objective that is given up for the least variation of the jerk."""
 
     @property
     def roller(self) -> float:
@@ -149,10 +153,17 @@ class Demand:
 
     def splines_of(self, stroke: Stroke) -> Splines:
         """The splines of a stroke: cut where something is asked for, so that the jerk may jump there."""
-        parts = (inside(each, stroke) for each in self.conditions)
-        places = sorted({x for part in parts if part for x in part if 0.0 < x < 1.0})
+        parts = [part for each in self.conditions if (part := inside(each, stroke))]
+        if (partner := self.partner(stroke)) is not None:
+            others = [part for each in self.conditions if (part := inside(each, partner))]
+            parts += [(1.0 - end, 1.0 - start) for start, end in others]
+        places = sorted({x for part in parts for x in part if 0.0 < x < 1.0})
         cuts = [x for k, x in enumerate(places) if k == 0 or x - places[k - 1] > SAME]
         return replace(self.splines, cuts=tuple(cuts), at_cuts=max(self.rest, self.splines.at_cuts))
+
+    def partner(self, stroke: Stroke) -> Stroke | None:
+        """The stroke that has to mirror a stroke."""
+        return None if self.mirror is None else self.strokes[self.mirror[self.strokes.index(stroke)]]
 
     def law_scale(self, stroke: Stroke) -> tuple[float, float]:
         """The displacement where a law is 0, and what it has more where that is 1, in units of the lift.

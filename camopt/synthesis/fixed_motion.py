@@ -46,6 +46,12 @@ class FixedMotion:
     def samples(self, order: int) -> FloatArray:
         return np.array([self.end(order, last) for last in (False, True)])
 
+    def mirrors(self, other: Any) -> list[Any]:
+        return []
+
+    def variation(self) -> Any:
+        return cp.Constant(0.0)
+
     def square(self, order: int) -> Any:
         return cp.Constant(0.0)
 

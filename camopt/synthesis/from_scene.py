@@ -23,6 +23,7 @@ from camopt.synthesis.conditions import Ground, conditions_of, ground_of
 from camopt.synthesis.demand import ORDERS, Demand, LowHigh, roller_of
 from camopt.synthesis.linear_constraints import floors_of
 from camopt.synthesis.splines import Splines
+from camopt.synthesis.symmetry import mirrored
 
 USUAL = {"peak_acceleration": 2, "peak_jerk": 3}
 APART = 1e-4  # of a stroke: the least distance of points
@@ -72,6 +73,8 @@ def demand_of(problem: Problem, objective: Mapping[str, float] | None = None) ->
         monotone=asked.monotone or (isinstance(asked.peak_velocity, tuple) and asked.peak_velocity[0] == 0.0),
         conditions=(*conditions_of(ground), *_points(problem, asked, ground)),
         objective=objective,
+        mirror=_mirror(problem, ground) if asked.symmetric else None,
+        smooth=asked.smooth,
     )
 
 
@@ -129,6 +132,15 @@ def _size(scene: Scene, name: str, objective: Mapping[str, float]) -> LowHigh:
         what = "missing; an objective other than the size needs the largest radius, there or in [search]"
         raise BadInput([Mistake(scene.file, f"cam.{key}", None, what, bare=True)])
     return 0.0, own
+
+
+def _mirror(problem: Problem, ground: Ground) -> tuple[int, ...]:
+    """Which stroke mirrors which."""
+    places = mirrored(ground.strokes)
+    if places is None:
+        what = "the segments are no mirror image of themselves, about whatever cam angle"
+        raise BadInput([Mistake(problem.scene.file, "synthesis.symmetric", True, what, bare=True)])
+    return places
 
 
 def _points(problem: Problem, asked: Synthesis, ground: Ground) -> Iterator[Condition]:

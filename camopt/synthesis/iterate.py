@@ -45,6 +45,7 @@ def cleaned(demand: Demand, coefficients: Sequence[FloatArray]) -> tuple[FloatAr
     However small, an error there would be a jump of the acceleration, or a motion that turns back.
     """
     found = [np.array(each, dtype=float) for each in coefficients]
+    _mirror(demand, found)
     for own, stroke in zip(found, demand.free, strict=True):
         if not stroke.is_move:
             np.clip(own, 0.0, 1.0, out=own)
@@ -55,6 +56,18 @@ def cleaned(demand: Demand, coefficients: Sequence[FloatArray]) -> tuple[FloatAr
     for before, after in zip(ends, [*ends[1:], ends[0]], strict=True):
         _meet(demand, before, after)
     return tuple(found)
+
+
+def _mirror(demand: Demand, found: Sequence[FloatArray]) -> None:
+    """Make coefficients of strokes that mirror each other do so."""
+    own = dict(zip(demand.free, found, strict=True))
+    for stroke, each in own.items():
+        partner = demand.partner(stroke)
+        if partner is not None and demand.strokes.index(stroke) <= demand.strokes.index(partner):
+            (low, change), (low_there, change_there) = map(demand.law_scale, (stroke, partner))
+            there = low_there + change_there * own[partner][::-1]
+            mean = (low + change * each + there) / 2.0
+            each[:], own[partner][:] = (mean - low) / change, (mean[::-1] - low_there) / change_there
 
 
 class _End(NamedTuple):

@@ -139,6 +139,12 @@ class RelaxedMotion:
         """Another motion may be lower elsewhere: its size has no bound."""
         return cp.Variable()
 
+    def mirrors(self, other: Any) -> list[Any]:
+        return []
+
+    def variation(self) -> Any:
+        return cp.Constant(0.0)
+
     def left_over(self) -> None:
         """Between its nodes a motion may add anything."""
 

@@ -82,6 +82,14 @@ class SplineMotion:
         c = self.coefficients
         return [c[-1 - rest : -1] == c[-1]] if last else [c[1 : rest + 1] == c[0]]
 
+    def mirrors(self, other: "SplineMotion") -> list[Any]:
+        own, others = (each.low + each.change * each.coefficients for each in (self, other))
+        return [own == others[::-1]]
+
+    def variation(self) -> Any:
+        """Its coefficients go up and down no less than it does."""
+        return cp.norm1(cp.diff(self._rows(self.splines.bernstein(3), 3)))
+
     def lowest(self, x: float) -> Any:
         return self._of(x, 0)
 

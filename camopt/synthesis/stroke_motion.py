@@ -34,6 +34,12 @@ class StrokeMotion(Protocol):
     def lowest(self, x: float) -> Any:
         """y at x of the unit stroke, where the motion is lowest; of a bound, anything."""
 
+    def mirrors(self, other: Any) -> list[Any]:
+        """What makes another such motion its mirror image; nothing of a bound, which is one for all motions."""
+
+    def variation(self) -> Any:
+        """The variation of the jerk over the stroke, or no less than that."""
+
     def square(self, order: int) -> Any:
         """√∫ (y⁽ᵏ⁾)² dθ over the stroke, or no more than that."""
 

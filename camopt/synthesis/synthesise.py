@@ -112,11 +112,15 @@ def best_of(demands: Sequence[Demand], advance: Progress) -> tuple[Synthesised, 
 
 def _best(demand: Demand, advance: Progress) -> tuple[Synthesised, Iterate]:
     """The best free laws of a demand, and their cam."""
-    model, start, least = solved(demand)
-    cam = cam_for(demand, start)
+    ceilings = ceilings_of(demand)
+    for first in range(len(MARGINS)):
+        model, start, least = solved(demand, MARGINS[first:])
+        cam = cam_for(demand, start)
+        if cam or ceilings:
+            break  # if not, a solver's error takes the cam beyond its limits, which a wider margin mends
     found = [(cam, start)] if cam else []
     free = cam is not None and cam.objective <= least + WORSE * (abs(least) + model.unit)
-    if not free and ceilings_of(demand):
+    if not free and ceilings:
         found += _by_convex_steps(model, demand, start, advance)
     if not found:
         others = smallest_cams(scene_with(demand, start)).obstacles.values()
@@ -162,18 +166,18 @@ def lowered(relaxed: Convex, value: float) -> float:
     return max(value - SOLVER_ERROR * (value + relaxed.unit), 0.0) if value < inf else inf
 
 
-def solved(demand: Demand) -> tuple[Convex, Iterate, float]:
-    """The convex programme with free laws, its solution and its least objective.
+def solved(demand: Demand, margins: Sequence[float] = MARGINS) -> tuple[Convex, Iterate, float]:
+    """The convex programme with free laws, its solution and its least objective, or what a smooth one may have.
 
     Among the laws that reach it the one of the gentlest jerk is taken. Margins widen until the laws hold the
     ranges of their derivatives exactly.
     """
-    for margin in MARGINS:
+    for margin in margins:
         model = convex(tightened(demand, margin), SplineMotion)
         try:
             least = model.solve()
         except Unsolved:
-            if margin == MARGINS[-1]:
+            if margin == margins[-1]:
                 raise
             continue  # with other numbers it may not fail
         if least == inf:
@@ -182,14 +186,14 @@ def solved(demand: Demand) -> tuple[Convex, Iterate, float]:
         least_jerk = gentlest(model, least)
         for each in (least_jerk, found):
             if each is not None and within(demand, programme_with(demand, each)):
-                return model, each, least
+                return model, each, model.enough(least)
     raise Unsolved("the convex solver does not hold the limits closely enough")
 
 
 def gentlest(model: Convex, least: float) -> Iterate | None:
     """The laws of the least mean square of the jerk at nearly the least objective; None if the solver fails."""
     problem, most = model.gentle
-    most.value = least / model.unit + SLACK
+    most.value = model.enough(least) / model.unit + SLACK
     return iterate_of(model) if solve(problem) in SOLVED else None
 
 
