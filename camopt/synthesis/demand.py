@@ -157,8 +157,7 @@ class Demand:
         if (partner := self.partner(stroke)) is not None:
             others = [part for each in self.conditions if (part := inside(each, partner))]
             parts += [(1.0 - end, 1.0 - start) for start, end in others]
-        places = sorted({x for part in parts for x in part if 0.0 < x < 1.0})
-        cuts = [x for k, x in enumerate(places) if k == 0 or x - places[k - 1] > SAME]
+        cuts = sorted({x for part in parts for x in part if 0.0 < x < 1.0})
         return replace(self.splines, cuts=tuple(cuts), at_cuts=max(self.rest, self.splines.at_cuts))
 
     def partner(self, stroke: Stroke) -> Stroke | None:

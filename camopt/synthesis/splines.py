@@ -20,7 +20,7 @@ from camopt.motion.spline import SplineLaw
 from camopt.numerics import FloatArray
 
 PARTS = 2  # of a span
-BESIDE = 0.25  # of an equal piece: no piece is shorter than that beside a cut
+BESIDE = 0.25  # of an equal piece: no piece is shorter than that
 APART = 1e-9  # of the stroke: the least length of a part
 NOTHING = 1e-12  # of the largest entry: rounding
 
@@ -40,10 +40,12 @@ class Splines:
 
     @cached_property
     def ends(self) -> FloatArray:
-        """Where pieces end: equally far apart, but none beside a cut."""
-        equal = np.arange(1, self.pieces) / self.pieces
-        away = [x for x in equal if all(abs(x - cut) > BESIDE / self.pieces for cut in self.cuts)]
-        return np.array([0.0, *sorted([*away, *self.cuts]), 1.0])
+        """Where pieces end: at the cuts and equally far apart, but none beside another."""
+        found = [0.0, 1.0]
+        for x in (*self.cuts, *(np.arange(1, self.pieces) / self.pieces)):
+            if all(abs(x - other) > BESIDE / self.pieces for other in found):
+                found.append(float(x))
+        return np.array(sorted(found))
 
     @cached_property
     def _continuous(self) -> NDArray[np.intp]:
