@@ -29,7 +29,7 @@ from camopt.synthesis.demand import Demand, LinearConstraint, inside
 from camopt.synthesis.stroke_motion import Ranges, Sizes
 
 CUBIC = 2.0 / (9.0 * sqrt(3.0))
-SAME = 1e-9  # of the stroke: nodes as close as that are one
+BESIDE = 0.25  # of a panel: the least length of one beside a condition
 
 
 class RelaxedMotion:
@@ -173,7 +173,7 @@ def _between(values: Any, low: Any, high: Any) -> list[Any]:
 
 
 def _nodes(panels: int, ends: set[float]) -> FloatArray:
-    """Equal panels of a unit stroke, cut where conditions start and end."""
-    plain = np.linspace(0.0, 1.0, panels + 1)
-    apart = [x for x in plain if all(abs(x - end) > SAME for end in ends)]
-    return np.array(sorted([*apart, *ends]))
+    """Equal panels of a unit stroke, cut where conditions start and end, but no equal one next to nothing."""
+    plain = np.linspace(0.0, 1.0, panels + 1)[1:-1]
+    apart = [x for x in plain if all(abs(x - end) > BESIDE / panels for end in ends)]
+    return np.array(sorted({0.0, 1.0, *apart, *ends}))
