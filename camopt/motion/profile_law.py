@@ -7,7 +7,7 @@ starts where the follower comes on the first element, or, on an eccentric, where
 from cmath import phase
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import ceil, degrees, floor, inf, pi, radians
+from math import ceil, cos, degrees, floor, inf, pi, radians
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -108,7 +108,8 @@ def programme_on(parts: Sequence[Part], contact: Contact, load: ExternalLoad | N
     return programme
 
 
-TOO_STEEP = "too steep: the pressure angle would reach 90 deg, or the follower does not come so far"
+STEEPEST = 89.0  # deg: beyond, rounding makes corners of joints
+TOO_STEEP = f"too steep: the pressure angle would exceed {STEEPEST:g} deg, or the follower does not come so far"
 
 
 def _stands(part: Part, contact: Contact, number: int) -> Stand:
@@ -121,7 +122,7 @@ def _stands(part: Part, contact: Contact, number: int) -> Stand:
             why = f"the follower bridges this hollow flank: its radius ({contact.radius:g}) is too large for it"
             raise Unfit(number, why)
     stand = contact.at(part.start)
-    if not stand.lead > 0.0:
+    if not stand.lead > cos(radians(STEEPEST)) * (not contact.is_flat):
         raise Unfit(number, TOO_STEEP)
     return stand
 

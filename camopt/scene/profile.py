@@ -21,11 +21,13 @@ LEAST = 1e-9  # mm: of a radius
 
 
 def read_profile(data: dict[str, Any]) -> None:
-    """Put the least radius of a profile in place of a base radius that is not given, in ``data`` itself."""
+    """Put the least radius of a profile in place of one that is absent, or rounded, in ``data`` itself."""
     cam, elements = data.get("cam"), _elements(data)
-    if elements and isinstance(cam, dict) and (cam.get("form"), cam.get("base_radius")) == ("disc", None):
+    if elements and isinstance(cam, dict) and cam.get("form") == "disc":
         with suppress(Unfit):  # which is told with the other faults
-            cam["base_radius"] = least_radius(parts_of(elements))
+            least = least_radius(parts_of(elements))
+            if cam.get("base_radius") is None or not any(_base(data, least)):
+                cam["base_radius"] = least
 
 
 def programme_of(data: Mapping[str, Any], load: ExternalLoad | None = None) -> Programme | None:
