@@ -254,7 +254,7 @@ MISTAKES = [
     ({"angle": 250, "position": 5}, "motion.1.through.1.angle = 250: must be inside the move, from 0 to 200 deg"),
     ({"angle": 200, "position": 40}, "its end has keys of its own (to, velocity, …)"),
     ({"angle": [190, 210], "position": 5}, "must be a range within the move, from 0 to 200 deg of the turn"),
-    ({"angle": [20, 10], "position": 5}, "must be a cam angle, or a range [from, to], from 0 to 360 deg"),
+    ({"angle": [20, 10], "position": 5}, "must be a cam angle, or a range [from, to], deg, from 0 to 360"),
     ({"angle": 50}, "motion.1.through.1: asks for nothing: give position, velocity, acceleration or jerk"),
     ({"position": 5}, "motion.1.through.1.angle: missing"),
     ({"angle": 50, "position": [8, 5]}, "motion.1.through.1.position"),

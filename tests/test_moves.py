@@ -476,7 +476,7 @@ MISTAKES = [
         [RISE_ROW, {**BACK, "law": "poly345"}, REST],
         "motion.2.law = 'poly345': is for a rise or return; a move joins what is beside it",
     ),
-    ([RISE_ROW, BACK, {**REST, "velocity": 2}], "motion.3.velocity = 2: a dwell has none: conditions at its end"),
+    ([RISE_ROW, BACK, {**REST, "velocity": 2}], "motion.3.velocity = 2: a dwell has none: conditions are for a m"),
     (
         [RISE_ROW, {**BACK, "velocity": 2, "per": "s"}, REST],
         "motion.2.per = 's': derivatives by time need",

@@ -18,7 +18,7 @@ from camopt.problem.claims import Claim
 from camopt.problem.limits import LOADS, Limit, limits_of, load_quantity
 from camopt.problem.setup import load_and_unit, setup_of
 from camopt.quantities import EVERYTHING, GEOMETRY, QUANTITIES, number_quantity
-from camopt.scene import turn
+from camopt.scene import segments
 from camopt.scene.checks import sizes_of
 from camopt.scene.choices import Range
 from camopt.scene.load import constant_and_changing
@@ -130,7 +130,7 @@ def resolve(scene: Scene) -> Problem:
 
 def segments_of(scene: Scene) -> list[Segment]:
     """The segments of the scene's turn as the motion takes them."""
-    return turn.segments_of([segment.model_dump() for segment in scene.motion], scene.cam.rpm)
+    return segments.segments_of([segment.model_dump() for segment in scene.motion], scene.cam.rpm)
 
 
 def _first_values(scene: Scene) -> dict[str, float]:

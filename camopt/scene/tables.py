@@ -171,33 +171,30 @@ class Follower(Table):
     dynamics: Dynamics | None = None
 
 
-def _is_asked(value: Any) -> Any:
-    """A number, or a range of them."""
-    pair = value if isinstance(value, (list, tuple)) else (value, value)
-    try:
-        low, high = map(_is_number, pair)
-    except ValueError:
-        raise ValueError("a number, or a range [low, high]") from None
-    if not -LONGEST <= low <= high <= LONGEST:
-        raise ValueError(f"a number, or a range [low, high], from {-LONGEST:g} to {LONGEST:g}")
-    return low if low == high else (low, high)
+def _number_or_range(what: str, least: float, most: float) -> BeforeValidator:
+    """A number from one to another, or a range of such numbers."""
+
+    def taken(value: Any) -> Any:
+        pair = value if isinstance(value, (list, tuple)) else (value, value)
+        try:
+            low, high = map(_is_number, pair)
+        except ValueError:
+            raise ValueError(what) from None
+        if not least <= low <= high <= most:
+            raise ValueError(f"{what}, from {least:g} to {most:g}")
+        return low if low == high else (low, high)
+
+    return BeforeValidator(taken)
 
 
-Asked = Annotated[float | tuple[float, float], BeforeValidator(_is_asked)]
+Asked = Annotated[
+    float | tuple[float, float], _number_or_range("a number, or a range [low, high]", -LONGEST, LONGEST)
+]
+CamAngle = Annotated[
+    float | tuple[float, float], _number_or_range("a cam angle, or a range [from, to], deg", 0.0, 360.0)
+]
 
 MOST_SEGMENTS, MOST_CONDITIONS = 1_000, 200
-
-
-def _is_angle(value: Any) -> Any:
-    """A cam angle, or two of them."""
-    pair = value if isinstance(value, (list, tuple)) else (value, value)
-    try:
-        low, high = map(_is_number, pair)
-    except ValueError:
-        raise ValueError("a cam angle, or a range [from, to], deg") from None
-    if not 0.0 <= low <= high <= 360.0:
-        raise ValueError("a cam angle, or a range [from, to], from 0 to 360 deg")
-    return low if low == high else (low, high)
 
 
 class Through(Table):
@@ -207,7 +204,7 @@ class Through(Table):
     range [low, high]. Derivatives are by what the segment says (``per``).
     """
 
-    angle: Annotated[float | tuple[float, float], BeforeValidator(_is_angle)]
+    angle: CamAngle
     position: Asked | None = None
     velocity: Asked | None = None
     acceleration: Asked | None = None

@@ -1,33 +1,24 @@
-"""The turn of a scene: the checks of its segments, and its segments as the motion takes them.
+"""The turn of a scene: the checks of its segments.
 
 The checks work on the plain mapping of a scene, as those of ``scene.checks`` do.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import accumulate
-from math import hypot, inf, isfinite, pi, radians
+from math import hypot, isfinite
 from typing import Any
 
-import numpy as np
-
 from camopt.mistakes import nearest
-from camopt.motion import LAWS
 from camopt.motion.conditions import NAMES
-from camopt.motion.joints import Contradiction
-from camopt.motion.law import Law
-from camopt.motion.programme import Programme
+from camopt.motion.run import Contradiction
 from camopt.motion.segments import CONSTANT_VELOCITY, MOVE, Segment, changes, ends_of
-from camopt.motion.stroke import Asked, Stroke, Through, range_of
-from camopt.motion.table import TURN
 from camopt.quantities import DERIVATIVES
 from camopt.scene.law_forms import CLOSE, Fault
 from camopt.scene.mapping import at, number, segments
-from camopt.scene.own_laws import FAR, check_laws, law_names, law_of, laws_of_moves, own_laws
+from camopt.scene.moves import check_moves, programme_of
+from camopt.scene.own_laws import FAR, check_laws, law_names, laws_of_moves, own_laws
+from camopt.scene.segments import after_each, segments_of, starts_itself
 
 LEAST = {"angle": 1e-6, "lift": 1e-9}  # of a rise or return, deg and mm or deg
-INSIDE = 1e-6  # of a move: the least distance of a condition from its ends, and the least length of a range
-LOOKED, MISSED = 257, 1e-6  # angles of a move; by what share of its largest value a law may miss what is asked
-NOTHING = 1e-100  # mm or deg: a position no further from 0 is there
 LAST = ", mm (deg when oscillating), unless another move follows it in the turn"
 DECIDES = {"rise": "lift", "return": "lift", CONSTANT_VELOCITY: "velocity"}
 """What a segment of a kind may have in place of its position."""
@@ -42,85 +33,12 @@ KEYS = {
 """What a segment of a kind may have, beside its angle and the unit of its derivatives."""
 
 
-def segments_of(rows: Sequence[Mapping[str, Any]], rpm: float | None) -> list[Segment]:
-    """Faultless segments of a scene as the motion takes them: derivatives by the cam angle in rad.
-
-    A move that gives no position ends where the constant velocity after it has to start, or, before another move,
-    where the jerk is least.
-    """
-    found = [
-        _segment_of(row, rpm)._replace(key=f"motion.{k}", through=_through_of(row, rpm))
-        for k, row in enumerate(rows, start=1)
-    ]
-    for k, (row, after) in enumerate(zip(rows, _after(rows), strict=True)):
-        if _starts_itself(row, after):
-            following = found[(k + 1) % len(found)]
-            found[k] = found[k]._replace(to=(following.to or 0.0) - following.lift, between=None)
-    return found
-
-
-def _after(rows: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
-    """The segment after each, round the turn."""
-    return [*rows[1:], *rows[:1]]
-
-
-def _starts_itself(row: Mapping[str, Any], after: Mapping[str, Any]) -> bool:
-    """Whether a segment is a move before a constant velocity that gives both its velocity and its position.
-
-    It then ends where that starts, which a move with a law of its own says again.
-    """
-    stretch = after.get("segment") == CONSTANT_VELOCITY
-    both = after.get("to") is not None and after.get("velocity") is not None
-    return stretch and both and row.get("segment") == MOVE and (row.get("to") is None or row.get("law") is not None)
-
-
-def _per_rad(row: Mapping[str, Any], rpm: float | None) -> float:
-    """What a velocity of a segment is multiplied by, to be by the cam angle in rad."""
-    return {"rad": 1.0, "deg": 180 / pi, "s": 30 / (pi * rpm) if rpm else 1.0}[row.get("per") or "rad"]
-
-
-def _through_of(row: Mapping[str, Any], rpm: float | None) -> tuple[Through, ...]:
-    """What a move is asked for on its way, its angles in deg of the turn, its derivatives by rad."""
-    per, found = _per_rad(row, rpm), []
-    for each in row.get("through") or ():
-        start, end = range_of(_as_asked(each["angle"]))
-        asked = (_times(_as_asked(each.get(name)), per**order) for order, name in enumerate(NAMES))
-        found.append(Through(start, end, tuple(asked)))
-    return tuple(found)
-
-
-def _as_asked(value: Any) -> Asked:
-    return tuple(value) if isinstance(value, (list, tuple)) else value
-
-
-def _segment_of(row: Mapping[str, Any], rpm: float | None) -> Segment:
-    per = _per_rad(row, rpm)
-    wanted = [row.get(key) for key in DERIVATIVES]
-    by_angle = tuple(_times(value, per**order) for order, value in enumerate(wanted, start=1))
-    kind, angle, lift, to = row["segment"], row["angle"], row.get("lift") or 0.0, row.get("to")
-    if kind == CONSTANT_VELOCITY:
-        lift = (row.get("velocity") or 0.0) * per * radians(angle)
-    if kind != MOVE:
-        return Segment(kind, angle, lift, row.get("law"), to)
-    if (position := number(to)) is not None:
-        to = position if abs(position) > NOTHING else 0.0
-        return Segment(kind, angle, law=row.get("law"), to=to, wanted=by_angle)
-    return Segment(kind, angle, wanted=by_angle, between=(-inf, inf) if to is None else tuple(to))
-
-
-def _times(asked: Asked, factor: float) -> Asked:
-    """A number or a range in another unit."""
-    if asked is None:
-        return None
-    return (asked[0] * factor, asked[1] * factor) if isinstance(asked, (list, tuple)) else asked * factor
-
-
 def check_turn(data: Mapping[str, Any]) -> Iterator[Fault]:
     """The turn closes in angle and displacement, and one of rises and returns never goes below its start."""
     rows = segments(data)
     for k, row in enumerate(rows, start=1):
         yield from _segment(data, row, rows[k - 2], f"motion.{k}")
-        if row.get("segment") == MOVE and _needs_position(row, _after(rows)[k - 1], k == len(rows)):
+        if row.get("segment") == MOVE and _needs_position(row, after_each(rows)[k - 1], k == len(rows)):
             missing = "missing; " if row.get("to") is None else "must be a number: "
             yield f"motion.{k}.to", row.get("to"), f"{missing}a move goes to a position{LAST}"
     angles = [number(row.get("angle")) for row in rows]
@@ -130,11 +48,7 @@ def check_turn(data: Mapping[str, Any]) -> Iterator[Fault]:
             yield "motion.angle", None, f"the angles add up to {total:.10g} deg, not to 360"
     if given := _given(data):
         yield from _levels(given)
-        conditions = list(_conditions(rows))
-        yield from conditions
-        if not conditions and not any(check_laws(data)):
-            yield from _laws_of_moves(data, given) if any(s.law and s.segment == MOVE for s in given) else ()
-            yield from _contradictions(data, given)
+        yield from check_moves(data, rows, given)
 
 
 def check_law(law: Any, key: str, laws: tuple[str, ...]) -> Iterator[Fault]:
@@ -152,7 +66,7 @@ def highest_of(data: Mapping[str, Any]) -> float | None:
     beyond = any(isinstance(law, Mapping) and law.get("overshoot") is True for law in laws.values())
     if (beyond or any(segment.segment == MOVE for segment in given)) and not any(check_laws(data)):
         try:
-            return _programme(data, given).lift
+            return programme_of(data, given).lift
         except Contradiction:  # which is said
             return None
     return max(ends) - min(ends) if isfinite(hypot(*ends)) else None
@@ -164,7 +78,7 @@ def highest_of(data: Mapping[str, Any]) -> float | None:
 def _given(data: Mapping[str, Any]) -> list[Segment] | None:
     """The segments as the motion takes them; None where a number or a kind is missing or wrong."""
     rows = segments(data)
-    for row, after in zip(rows, _after(rows), strict=True):
+    for row, after in zip(rows, after_each(rows), strict=True):
         kind = str(row.get("segment"))
         asked: list[Any] = [row.get(key) for key in ("lift", "to", *DERIVATIVES) if row.get(key) is not None]
         numbers: list[Any] = []
@@ -237,7 +151,7 @@ def _needs_position(row: Mapping[str, Any], after: Mapping[str, Any], last: bool
     """
     if row.get("law") is not None:
         return number(row.get("to")) is None
-    free = _starts_itself(row, after) or (after.get("segment") == MOVE and not last)
+    free = starts_itself(row, after) or (after.get("segment") == MOVE and not last)
     return number(row.get("to")) is None and not free
 
 
@@ -288,7 +202,7 @@ def _stretch(row: Mapping[str, Any], before: Mapping[str, Any], key: str) -> Ite
     """A constant velocity has a position at its end or a velocity; both if the move before it ends as it starts."""
     if row.get("to") is None and row.get("velocity") is None:
         yield f"{key}.to", None, "missing; give the position at its end (to), or the velocity"
-    elif None not in (row.get("to"), row.get("velocity")) and not _starts_itself(before, row):
+    elif None not in (row.get("to"), row.get("velocity")) and not starts_itself(before, row):
         why = "give the velocity, or the position at its end (to): where it starts is given by what is before it"
         yield f"{key}.velocity", row["velocity"], why
 
@@ -325,85 +239,6 @@ def _levels(given: Sequence[Segment]) -> Iterator[Fault]:
     if not positioned and abs(ends[-1]) > largest * CLOSE:
         why = f"the follower ends {ends[-1]:g} above its start: rises and returns must cancel"
         yield "motion.lift", None, why
-
-
-def _laws_of_moves(data: Mapping[str, Any], given: Sequence[Segment]) -> Iterator[Fault]:
-    """Whether a law of positions starts and ends where its move does, and has what the move asks for at its end."""
-    tables, ends = own_laws(data), ends_of(given)
-    room = CLOSE * (max(ends) - min(ends))
-    starts = [0.0, *accumulate(segment.angle for segment in given)]
-    for k, (segment, before, after) in enumerate(zip(given, ends, ends[1:], strict=False), start=1):
-        if segment.segment != MOVE or segment.law is None:
-            continue
-        positions = tables[segment.law]["positions"]
-        for place, end, word in ((0, before, "starts"), (-1, after, "ends")):
-            if abs(positions[place] - end) > room:
-                why = f"{word} at {positions[place]:.10g}; the move {word} at {end:.10g}"
-                yield f"motion.{k}.law", segment.law, why
-                return
-        through = tuple(each._replace(start=radians(each.start), end=radians(each.end)) for each in segment.through)
-        asked = segment._replace(through=through)
-        yield from _missed(law_of(segment.law, tables[segment.law]), asked, before, starts[k - 1], f"motion.{k}")
-
-
-def _conditions(rows: Sequence[Mapping[str, Any]]) -> Iterator[Fault]:
-    """Whether what is asked on the way of a move is about angles inside it, and is anything."""
-    turned = 0.0
-    for k, row in enumerate(rows, start=1):
-        before, turned = turned, turned + row["angle"]
-        for number_, each in enumerate(row.get("through") or (), start=1):
-            key = f"motion.{k}.through.{number_}"
-            start, end = range_of(_as_asked(each["angle"]))
-            room = INSIDE * row["angle"]
-            if not set(each) <= {"angle", *NAMES}:
-                continue  # which is said
-            if all(each.get(name) is None for name in NAMES):
-                yield key, None, f"asks for nothing: give {', '.join(NAMES[:-1])} or {NAMES[-1]}"
-            elif start == end and not before + room <= start <= turned - room:
-                what = f"must be inside the move, from {before:g} to {turned:g} deg of the turn"
-                yield f"{key}.angle", each["angle"], f"{what}; its end has keys of its own (to, velocity, …)"
-            elif start < end and not (before - room <= start and end <= turned + room and end - start >= room):
-                what = f"must be a range within the move, from {before:g} to {turned:g} deg of the turn"
-                yield f"{key}.angle", each["angle"], what
-
-
-def _contradictions(data: Mapping[str, Any], given: Sequence[Segment]) -> Iterator[Fault]:
-    """What is asked of moves can be met."""
-    if not any(segment.segment == MOVE and segment.law is None for segment in given):
-        return
-    try:
-        _programme(data, given)
-    except Contradiction as contradiction:
-        first, *others = contradiction.keys
-        with_others = f"contradicts {', '.join(others)}" if others else "cannot be met"
-        yield first, None, f"{with_others}: no motion meets all of these; leave one out, or ask for a wider range"
-
-
-def _programme(data: Mapping[str, Any], given: Sequence[Segment]) -> Programme:
-    """The turn of faultless laws and segments, displacements as they are given."""
-    own = {name: law_of(name, law) for name, law in own_laws(data).items()}
-    return Programme.from_segments(given, angular=False, laws={**LAWS, **own})
-
-
-def _missed(law: Law, segment: Segment, before: float, turned: float, key: str) -> Iterator[Fault]:
-    """What a move asks for that its law has not."""
-    start, angle = radians(turned), radians(segment.angle)
-    stroke = Stroke(
-        TURN, law, start, angle, before, before + 1.0, None, (None, *segment.wanted), segment.through, key
-    )
-    largest = np.abs(stroke.motion(np.linspace(start, start + angle, LOOKED))).max(axis=1)
-    for each in stroke.conditions():
-        room = MISSED * largest[each.order]
-        values = stroke.motion(np.linspace(each.start, each.end, LOOKED if each.end > each.start else 1))[
-            each.order
-        ]
-        for value in (float(values.min()), float(values.max())):
-            if not each.low - room <= value <= each.high + room:
-                wanted = f"{each.low:.6g}" if each.low == each.high else f"{each.low:.6g} to {each.high:.6g}"
-                unit = "" if each.order == 0 else f" by rad{('', '²', '³')[each.order - 1]}"
-                why = f"has {each.key.rpartition('.')[2]} {value:.6g}{unit}; {each.key} asks for {wanted}"
-                yield f"{key}.law", segment.law, why
-                break
 
 
 def _below(given: Sequence[Segment], k: int, before: float) -> Fault:

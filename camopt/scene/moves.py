@@ -1,0 +1,115 @@
+"""What a scene asks of its moves: whether it can be met, and whether a law that a move names has it."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import accumulate
+from math import radians
+from typing import Any
+
+import numpy as np
+
+from camopt.motion import LAWS
+from camopt.motion.conditions import NAMES
+from camopt.motion.law import Law
+from camopt.motion.programme import Programme
+from camopt.motion.run import Contradiction
+from camopt.motion.segments import MOVE, Segment, ends_of
+from camopt.motion.stroke import Stroke, range_of
+from camopt.motion.table import TURN
+from camopt.scene.law_forms import CLOSE, Fault
+from camopt.scene.own_laws import check_laws, law_of, own_laws
+from camopt.scene.segments import as_asked
+
+INSIDE = 1e-6  # of a move: the least distance of a condition from its ends, and the least length of a range
+LOOKED, MISSED = 257, 1e-6  # angles of a move; by what share of its largest value a law may miss what is asked
+
+
+def check_moves(
+    data: Mapping[str, Any], rows: Sequence[Mapping[str, Any]], given: Sequence[Segment]
+) -> Iterator[Fault]:
+    """Every fault of what is asked of moves, if segments and laws are faultless by themselves."""
+    faults = list(_conditions(rows))
+    yield from faults
+    if faults or any(check_laws(data)):
+        return
+    if any(segment.law for segment in given if segment.segment == MOVE):
+        yield from _laws_of_moves(data, given)
+    yield from _contradictions(data, given)
+
+
+def programme_of(data: Mapping[str, Any], given: Sequence[Segment]) -> Programme:
+    """The turn of faultless laws and segments, displacements as they are given."""
+    own = {name: law_of(name, law) for name, law in own_laws(data).items()}
+    return Programme.from_segments(given, angular=False, laws={**LAWS, **own})
+
+
+def _laws_of_moves(data: Mapping[str, Any], given: Sequence[Segment]) -> Iterator[Fault]:
+    """Whether a law of positions starts and ends where its move does, and has what the move asks for at its end."""
+    tables, ends = own_laws(data), ends_of(given)
+    room = CLOSE * (max(ends) - min(ends))
+    starts = [0.0, *accumulate(segment.angle for segment in given)]
+    for k, (segment, before, after) in enumerate(zip(given, ends, ends[1:], strict=False), start=1):
+        if segment.segment != MOVE or segment.law is None:
+            continue
+        positions = tables[segment.law]["positions"]
+        for place, end, word in ((0, before, "starts"), (-1, after, "ends")):
+            if abs(positions[place] - end) > room:
+                why = f"{word} at {positions[place]:.10g}; the move {word} at {end:.10g}"
+                yield f"motion.{k}.law", segment.law, why
+                return
+        through = tuple(each._replace(start=radians(each.start), end=radians(each.end)) for each in segment.through)
+        asked = segment._replace(through=through)
+        yield from _missed(law_of(segment.law, tables[segment.law]), asked, before, starts[k - 1], f"motion.{k}")
+
+
+def _conditions(rows: Sequence[Mapping[str, Any]]) -> Iterator[Fault]:
+    """Whether what is asked on the way of a move is about angles inside it, and is anything."""
+    turned = 0.0
+    for k, row in enumerate(rows, start=1):
+        before, turned = turned, turned + row["angle"]
+        for number_, each in enumerate(row.get("through") or (), start=1):
+            key = f"motion.{k}.through.{number_}"
+            start, end = range_of(as_asked(each["angle"]))
+            room = INSIDE * row["angle"]
+            if not set(each) <= {"angle", *NAMES}:
+                continue  # which is said
+            if all(each.get(name) is None for name in NAMES):
+                yield key, None, f"asks for nothing: give {', '.join(NAMES[:-1])} or {NAMES[-1]}"
+            elif start == end and not before + room <= start <= turned - room:
+                what = f"must be inside the move, from {before:g} to {turned:g} deg of the turn"
+                yield f"{key}.angle", each["angle"], f"{what}; its end has keys of its own (to, velocity, …)"
+            elif start < end and not (before - room <= start and end <= turned + room and end - start >= room):
+                what = f"must be a range within the move, from {before:g} to {turned:g} deg of the turn"
+                yield f"{key}.angle", each["angle"], what
+
+
+def _contradictions(data: Mapping[str, Any], given: Sequence[Segment]) -> Iterator[Fault]:
+    """What is asked of moves can be met."""
+    if not any(segment.segment == MOVE and segment.law is None for segment in given):
+        return
+    try:
+        programme_of(data, given)
+    except Contradiction as contradiction:
+        first, *others = contradiction.keys
+        with_others = f"contradicts {', '.join(others)}" if others else "cannot be met"
+        yield first, None, f"{with_others}: no motion meets all of these; leave one out, or ask for a wider range"
+
+
+def _missed(law: Law, segment: Segment, before: float, turned: float, key: str) -> Iterator[Fault]:
+    """What a move asks for that its law has not."""
+    start, angle = radians(turned), radians(segment.angle)
+    stroke = Stroke(
+        TURN, law, start, angle, before, before + 1.0, None, (None, *segment.wanted), segment.through, key
+    )
+    largest = np.abs(stroke.motion(np.linspace(start, start + angle, LOOKED))).max(axis=1)
+    for each in stroke.conditions():
+        room = MISSED * largest[each.order]
+        values = stroke.motion(np.linspace(each.start, each.end, LOOKED if each.end > each.start else 1))[
+            each.order
+        ]
+        for value in (float(values.min()), float(values.max())):
+            if not each.low - room <= value <= each.high + room:
+                wanted = f"{each.low:.6g}" if each.low == each.high else f"{each.low:.6g} to {each.high:.6g}"
+                unit = "" if each.order == 0 else f" by rad{('', '²', '³')[each.order - 1]}"
+                why = f"has {each.key.rpartition('.')[2]} {value:.6g}{unit}; {each.key} asks for {wanted}"
+                yield f"{key}.law", segment.law, why
+                break
