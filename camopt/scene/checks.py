@@ -43,7 +43,7 @@ def check(data: Mapping[str, Any]) -> Iterator[Fault]:
         yield from _dynamics(data, lift, *mechanism)  # type: ignore[arg-type]
         yield from _lash(data, lift)
         yield from _keys(data, *mechanism)  # type: ignore[arg-type]
-        if lift is not None or not profiled:  # what a follower cannot be on it does not fit
+        if lift is not None or not profiled:  # that a follower cannot be on its profile is told already
             yield from _fit(data, lift, *mechanism)  # type: ignore[arg-type]
         yield from _search(data, *mechanism)  # type: ignore[arg-type]
         yield from _limits(data, *mechanism)  # type: ignore[arg-type]
