@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.depth import times
 
-from camopt import BadInput, Scene, certify, evaluate, find_scene, synthesise
+from camopt import BadInput, Scene, certify, evaluate, find_scene, frontier, synthesise
 from camopt.motion.programme import Programme
 from camopt.motion.segments import Segment
 from camopt.problem.problem import resolve
@@ -201,6 +201,20 @@ def test_a_smooth_motion_gives_up_a_share_of_its_objective_for_less_variation_of
         assert evaluate(result.scene)["feasible"]
         assert result.objective <= found[0][0] * (1 + smooth + 1e-3)
     assert found[0][1] > 1.05 * found[1][1] > 1.05 * found[2][1]
+
+
+def test_the_frontier_of_moves_has_bounds_and_cams():
+    scene = find_scene("press-with-drift").replace(**{"synthesis.pieces": 12})
+    found = frontier(scene, ("acceleration", "jerk"), points=2, workers=1)
+    assert found.rows
+    for row in found.rows:
+        assert row["bound"] <= row["acceleration"] * (1 + 1e-9)
+        cam = Scene.from_dict(tomllib.loads(row["scene"]))
+        assert evaluate(cam)["feasible"]
+        assert evaluate(cam)["jerk_max_m_s3"] <= row["jerk"] * (1 + 1e-9)
+    own = found.known[0]
+    assert own["law_rise"] == ""
+    assert all(found.least[axis][0] <= own[axis] for axis in ("acceleration", "jerk"))
 
 
 # ------------------------------------------------------------------------------------------------ mistakes

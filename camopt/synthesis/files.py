@@ -19,7 +19,10 @@ POINTS = 361
 
 
 def write_laws(result: Synthesised, folder: str | os.PathLike[str]) -> list[Path]:
-    """Write the scene with the free laws (TOML) and their tables (CSV): unit displacement to jerk; the files."""
+    """Write the scene with the free laws (TOML) and their tables (CSV): unit displacement to jerk; the files.
+
+    Of a move the displacement is from its start, in mm, or deg when oscillating.
+    """
     out = Path(folder)
     out.mkdir(parents=True, exist_ok=True)
     write_text(out / SCENE, result.scene.to_toml())
