@@ -21,7 +21,7 @@ from camopt.measured.reading import TURN, Points, apart
 from camopt.measured.spline_chain import ORDERS, SplineChain
 from camopt.mistakes import Unsolved
 from camopt.numerics import FloatArray
-from camopt.synthesis.convex import SOLVED, solve
+from camopt.synthesis.convex import SOLVED, failed, solve
 
 LEAST_KNOTS, MOST_KNOTS = 32, 200  # about, inside a stroke
 CLOSEST = 0.5  # median steps of the points: the least distance of knots
@@ -141,8 +141,8 @@ def freest(points: Points, room: Room) -> Freest:
     middle, x = _middle(points), apart(angles[0], points.angles) / TURN
     within = room.limits(y.at(x) - (points.lifts - middle) / unit, unit)
     problem = cp.Problem(cp.Minimize(y.square), [*y.limits, *closed, *within])
-    if solve(problem) not in SOLVED:
-        raise Unsolved(f"the convex solver says {problem.status}")
+    if (status := solve(problem)) not in SOLVED:
+        raise Unsolved(failed(status))
     least = (1.0 - SOLVER_ERROR) * problem.value * (y.unit * unit) ** 2 / radians(TURN) ** 5
     return Freest(chain, float(angles[0]), np.asarray(y.c[0].value) * unit + middle, float(least))
 

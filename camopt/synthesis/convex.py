@@ -50,7 +50,7 @@ class Convex:
         if status in (cp.INFEASIBLE, cp.INFEASIBLE_INACCURATE):
             return inf
         if status not in SOLVED:
-            raise Unsolved(f"the convex solver says {status}")
+            raise Unsolved(failed(status))
         return self.unit * float(self.problem.value)
 
     @property
@@ -82,6 +82,11 @@ class Convex:
     def exact(self) -> bool:
         """Whether the solver reached its tolerance."""
         return self.problem.status in (cp.OPTIMAL, cp.INFEASIBLE)
+
+
+def failed(status: str) -> str:
+    """A message of a solver's status, which is none of ``SOLVED``."""
+    return f"the convex solver found no solution (it says {status.replace('_', ' ')})"
 
 
 SOLVED = (cp.OPTIMAL, cp.OPTIMAL_INACCURATE)
