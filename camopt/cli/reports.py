@@ -171,6 +171,7 @@ def show_optimum(result: "Optimum", as_json: bool) -> None:
 
 def show_synthesis(result: "Synthesised", known: "Comparison", as_json: bool) -> None:
     """The cam of the free laws beside the smallest of each known law, the bound and the gap."""
+    from camopt.synthesis.conditions import ground_of
     from camopt.synthesis.from_scene import default_peaks
     from camopt.synthesis.synthesised import peaks_of
     from camopt.synthesis.units import objective_unit
@@ -205,6 +206,10 @@ def show_synthesis(result: "Synthesised", known: "Comparison", as_json: bool) ->
     if result.bound:
         what += f" No motion at all can have less than {number(result.bound)}{unit} within the convex limits:"
         what += f" a gap of {result.gap:.2%}."
+    elif result.bound is None and ground_of(resolve(result.asked)).dip is not None:
+        what += (
+            " There is no bound: the follower is lowest inside a move, at a position that the scene leaves open."
+        )
     swung = result.scene.follower.motion == "oscillating"
     why = "The limits of an oscillating follower are not convex" if swung else "Curvature or a load decides too"
     _show_limits_of_motion(result.asked, known.rows.values(), defaults)
