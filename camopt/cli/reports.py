@@ -207,9 +207,7 @@ def show_synthesis(result: "Synthesised", known: "Comparison", as_json: bool) ->
         what += f" No motion at all can have less than {number(result.bound)}{unit} within the convex limits:"
         what += f" a gap of {result.gap:.2%}."
     elif result.bound is None and ground_of(resolve(result.asked)).dip is not None:
-        what += (
-            " There is no bound: the follower is lowest inside a move, at a position that the scene leaves open."
-        )
+        what += " There is no bound: the follower is lowest in a move, where the scene gives no position."
     swung = result.scene.follower.motion == "oscillating"
     why = "The limits of an oscillating follower are not convex" if swung else "Curvature or a load decides too"
     _show_limits_of_motion(result.asked, known.rows.values(), defaults)
