@@ -33,7 +33,7 @@ from camopt.synthesis.cams import (
 from camopt.synthesis.ceilings import ceilings_of
 from camopt.synthesis.convex import SOLVED, Convex, convex, solve
 from camopt.synthesis.demand import Demand
-from camopt.synthesis.from_scene import by_offset, demand_of
+from camopt.synthesis.from_scene import by_offset, default_peaks, demand_of
 from camopt.synthesis.iterate import Iterate, cleaned, iterate_of
 from camopt.synthesis.relaxation import RelaxedMotion
 from camopt.synthesis.sequential_convex import SequentialConvex
@@ -136,7 +136,9 @@ def _least(found: Sequence[tuple[Synthesised, Iterate]]) -> tuple[Synthesised, I
 
 def _unmet(demand: Demand) -> Unmet:
     """The limits and conditions that no motion holds together: without any one of these one does."""
-    names = irreducible(demand.names, lambda kept: bound_of(demand.only(kept)) != inf)
+    found = irreducible(demand.names, lambda kept: bound_of(demand.only(kept)) != inf)
+    usual = {name.removeprefix("peak_") for name in default_peaks(demand.problem.scene, demand.objective)}
+    names = [f"{name} (limited by default)" if name in usual else name for name in found]
     if len(names) == 1:
         return Unmet(f"no motion whatever holds all limits; by itself it is this one that none holds: {names[0]}")
     both = "these two contradict" if len(names) == 2 else f"these {len(names)} contradict"
