@@ -1,5 +1,6 @@
 """Segments that join: moves between any states, and stretches at constant velocity."""
 
+from itertools import pairwise
 from math import inf, isclose, pi, radians
 
 import mpmath
@@ -296,6 +297,12 @@ def test_scenes_with_moves_against_fifty_digits(name, monkeypatch):
     with mpmath.workdps(naive.DPS):
         swings = scene.follower.motion == "oscillating"
         pieces = naive_moves.programme(scene.to_dict()["motion"], scene.cam.rpm, swings)
+    agrees(scene, pieces, monkeypatch)
+
+
+def agrees(scene, pieces, monkeypatch):
+    """Whether every quantity of a scene is that of smooth pieces at 50 digits."""
+    with mpmath.workdps(naive.DPS):
         rough = naive_moves.rough(pieces)
         monkeypatch.setattr(naive, "programme", lambda _, ctx, __: pieces if ctx is mp else rough)
         expected = naive.evaluate(scene.to_dict())
@@ -305,6 +312,39 @@ def test_scenes_with_moves_against_fifty_digits(name, monkeypatch):
             assert found[key] is value, key
         else:
             assert found[key] == pytest.approx(float(value), rel=1e-11, abs=1e-12), key
+
+
+def test_windows_that_overlap_against_fifty_digits(monkeypatch):
+    """The bolt's windows bind at their edges: the motion is the spline through these, and no other has less jerk.
+
+    ½∫ (y‴)² changes by −[y⁽⁵⁾]·δy + [y⁽⁴⁾]·δy′ at each, with [ ] the jumps there. All that binds is a lower bound,
+    and no change is below 0 where δy, δy′ ≥ 0: enough, as the form is convex and the windows are linear.
+    """
+    scene = find_scene("indexing-overlap")
+    shut, moved, rest = scene.to_dict()["motion"]
+    asked = [*({"to": y} for y in (8, 12, 12, 8)), {"velocity": -12}, {"to": 0}]
+    angles = np.diff([shut["angle"], 100, 110, 230, 240, 255, 290]).tolist()
+    through = [{"segment": "move", "angle": angle, **each} for angle, each in zip(angles, asked, strict=True)]
+    motion, run = [{**shut, "to": 0}, *through, rest], list(range(1, len(through) + 1))
+    with mpmath.workdps(naive.DPS):
+        spans, levels = naive_moves.angles_of(motion), naive_moves.positions(motion, None)
+        powers, _ = naive_moves.solved(motion, run, spans, levels, None)
+        for k, (before, after) in enumerate(pairwise(powers)):
+            start, end = spans[k + 1]
+            fifth = 120 * (after[5] - before[5])
+            fourth = 24 * (after[4] - before[4]) - 120 * before[5] * (end - start)
+            pushed, none = (-fifth, fourth) if "to" in asked[k] else (fourth, fifth)
+            assert pushed > 1
+            assert abs(none) < 1e-40
+        pieces = naive_moves.programme(motion)
+        for condition in moved["through"]:
+            order = "velocity" in condition
+            low, high = condition["velocity" if order else "position"]
+            for degrees in mp.linspace(*condition["angle"], 421):
+                theta = degrees * mp.pi / 180
+                value = next(p for p in pieces if theta <= p.end).jet(theta)[order]
+                assert low - mp.mpf(10) ** -40 <= value <= high + mp.mpf(10) ** -40
+    agrees(scene, pieces, monkeypatch)
 
 
 # ------------------------------------------------------------------------------------------------------- kinds

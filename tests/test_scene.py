@@ -98,7 +98,14 @@ def test_a_shipped_scene_is_that_of_the_source(name):
 
 def test_every_worked_example_is_shipped():
     """Motions of practice come beside them; these have numbers of their own (``test_moves``, ``test_arcs``)."""
-    practice = {"belt-matching", "bucket-valve", "feeder-with-stop", "press-with-drift", "rocker-valve"}
+    practice = {
+        "belt-matching",
+        "bucket-valve",
+        "feeder-with-stop",
+        "indexing-overlap",
+        "press-with-drift",
+        "rocker-valve",
+    }
     profiles = {"tangent-cam", "three-arc-valve", "eccentric-rocker"}
     assert set(shipped_scenes()) - set(WORKED) == practice | profiles
     assert not set(WORKED) - set(shipped_scenes())

@@ -224,7 +224,7 @@ def _levels(given: Sequence[Segment]) -> Iterator[Fault]:
     kinds = [segment.segment for segment in given]
     if not positioned and "rise" not in kinds and CONSTANT_VELOCITY not in kinds:
         yield "motion", None, "has no rise"
-    if positioned and largest == 0.0 and not any(v for segment in given for v in segment.wanted):
+    if positioned and largest == 0.0 and not any(any(segment.wanted) or segment.through for segment in given):
         yield "motion", None, "stays where it is: no position differs from another"
     for k, (segment, before, after) in enumerate(zip(given, ends, ends[1:], strict=False), start=1):
         if segment.to is not None and segment.segment in ("rise", "return"):
