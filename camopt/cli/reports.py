@@ -1,6 +1,7 @@
 """What the commands print of their results: tables for people, one JSON document for programs."""
 
 import sys
+import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
@@ -397,7 +398,7 @@ def show_laws(as_json: bool) -> None:
 
 def show_scenes(name: str | None, as_json: bool) -> None:
     """The shipped scenes, or one of them as TOML."""
-    from camopt.scene.scene import find_scene, shipped_scenes, shipped_toml
+    from camopt.scene.scene import shipped_scenes, shipped_toml
 
     if name is not None:
         if name not in shipped_scenes():
@@ -407,7 +408,7 @@ def show_scenes(name: str | None, as_json: bool) -> None:
             return print_json({"name": name, "toml": text})
         sys.stdout.write(text)
         return None
-    records = [{"name": each, "title": find_scene(each).name} for each in shipped_scenes()]
+    records = [{"name": each, "title": tomllib.loads(shipped_toml(each))["name"]} for each in shipped_scenes()]
     if as_json:
         return print_json(records)
     return show(table_of("Shipped scenes", records, ["name", "title"]))
