@@ -216,6 +216,13 @@ _ALL = [
         "Least reach of the contact along a flat face, with the sign of the largest: "
         "below 0 on the other side of the axis.",
     ),
+    Quantity(
+        "face_diameter_min_mm",
+        "",
+        "mm",
+        "face",
+        "Least diameter of a round flat face that the contact never leaves, over the cam's face width.",
+    ),
     Quantity("outer_radius_mm", "", "mm", "outline", "Largest distance of the profile from the cam's axis."),
     *[
         Quantity(name, symbol, unit, "force", sentence)

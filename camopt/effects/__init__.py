@@ -5,6 +5,7 @@ from collections.abc import Iterable
 from camopt.effects import (
     crossing,
     curvature,
+    face,
     force,
     hertz,
     lash,
@@ -35,6 +36,7 @@ EFFECTS: dict[str, Effect] = {
         pressure.EFFECT,
         curvature.EFFECT,
         reach.EFFECT,
+        face.EFFECT,
         outline.EFFECT,
         thrust.EFFECT,
         hertz.EFFECT,

@@ -18,7 +18,8 @@ READERS: dict[str, tuple[str, ...]] = {
     "fluctuation": ("torque",),
     **dict.fromkeys(("lash", "lash_variation"), ("lash",)),
     **dict.fromkeys(("cam", "cam_modulus", "cam_poisson"), ("hertz", "surface")),
-    **dict.fromkeys(("follower", "follower_modulus", "follower_poisson", "face_width"), ("hertz", "surface")),
+    **dict.fromkeys(("follower", "follower_modulus", "follower_poisson"), ("hertz", "surface")),
+    "face_width": ("face", "hertz", "surface"),
     **dict.fromkeys(("wear_rate", "viscosity", "pressure_viscosity", "roughness"), ("surface",)),
 }
 """The effects that read each key of ``[follower.dynamics]`` and ``[materials]``."""

@@ -1,0 +1,37 @@
+"""Face: the least diameter of a flat face that turns in its guide, as that of a bucket tappet.
+
+The contact is a line of the cam's width b, square to the reach r along the face. The circle about the follower's
+axis that the line never leaves has the diameter 2·√(r² + (b/2)²), with the largest |r| of the turn; b is 0 where
+the scene gives no face width.
+
+Source: the reach is that of Norton, Cam Design and Manufacturing Handbook, ch. 7 (width of a flat face).
+"""
+
+from typing import Any
+
+import numpy as np
+
+from camopt.effects.case import Bounded, Case, Effect, Setup
+
+DIAMETER = "face_diameter_min_mm"
+ENDS = ("face_reach_max_mm", "face_reach_min_mm")
+
+
+def offers(setup: Setup) -> tuple[str, ...]:
+    return () if setup.mechanism.reach is None or setup.angular else (DIAMETER,)
+
+
+def reads(setup: Setup) -> tuple[str, ...]:
+    return ENDS if offers(setup) else ()
+
+
+def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
+    width = case.setup.bodies.face_width or 0.0
+    found, far = (
+        2.0 * np.hypot(np.maximum(*map(np.abs, ends)), width / 2.0)
+        for ends in ([case.found[name] for name in ENDS], [case.far(name) for name in ENDS])
+    )
+    return {DIAMETER: Bounded(found, far - found, found)}
+
+
+EFFECT = Effect("face", offers, run, reads=reads)
