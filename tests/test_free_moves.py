@@ -288,7 +288,18 @@ def test_a_law_of_positions_that_is_none_is_said(keys, message):
     assert message in str(caught.value)
 
 
+def test_free_laws_of_free_laws_hold_the_same_limits():
+    """What moves hold by default is told by the moves of least jerk, not by the laws that a scene has by now."""
+    scene, result = free("belt-matching", "acceleration")
+    again = synthesise(result.scene)
+    assert again.objective == pytest.approx(result.objective, rel=1e-4)
+    assert demand_of(resolve(result.scene)).ranges == demand_of(resolve(scene)).ranges
+
+
 def test_what_free_moves_cannot_do_is_said():
+    peaked = find_scene("belt-matching").replace(**{"synthesis.peak_acceleration": 5})
+    with pytest.raises(BadInput, match="is for the unit stroke of rises and returns, and this motion has none"):
+        synthesise(peaked)
     train = {"follower.dynamics.natural_frequency": 100, "follower.dynamics.damping_ratio": 0.05}
     scene = find_scene("belt-matching").replace(**train, **{"synthesis.minimise": "residual_vibration"})
     with pytest.raises(BadInput, match="is for motions of rises, dwells and returns"):

@@ -30,6 +30,8 @@ if TYPE_CHECKING:  # a report imports what it shows from the command that made i
     from camopt.tables.designs import Design
     from camopt.verdicts.evaluation import Evaluation
 
+SLIGHT = 5e-4  # a share that is shown as 0.0%
+
 
 def show_evaluation(result: "Evaluation", as_json: bool) -> None:
     """Every quantity of a design, one a line."""
@@ -237,7 +239,7 @@ def _show_limits_of_motion(scene: "Scene", known: Iterable[dict[str, Any]], defa
         limits.append(f"the peaks of poly345 are the limits (for unit stroke and angle): {peaks}")
     if "move" in kinds:
         own = " and ".join(name.removeprefix("peak_") for name in defaults)
-        limits.append(f"moves may have {AMPLE:g} times the largest {own} of the scene's own moves")
+        limits.append(f"moves may have {AMPLE:g} times the largest {own} of those of least jerk")
     show(f"The scene limits neither acceleration nor jerk, so {'; '.join(limits)}.")
 
 
@@ -252,8 +254,9 @@ def _beside_known(result: "Synthesised", known: "Comparison") -> str:
     what = f"The best known law that meets the same limits is {known.best}: {number(value)}{unit}"
     if known.best == OWN_MOVES:
         what = f"The scene's own moves meet the same limits: {number(value)}{unit}"
-    less = f"{max(0.0, 1.0 - result.objective / value):.1%}" if value else ""
-    what += f"; the free laws need {less} less." if value else "."
+    share = 1.0 - result.objective / value if value else 0.0
+    less = f"{share:.1%} less" if share > -SLIGHT else f"{-share:.1%} more"
+    what += f"; the free laws need {less}." if value else "."
     own = "" if known.own in (None, known.best) else f" The scene's own, {known.own}: "
     return what + (own and f"{own}{number(known.rows[str(known.own)]['objective'])}{unit}.")
 

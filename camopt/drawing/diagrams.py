@@ -53,7 +53,7 @@ def _draw_panel(axes: Any, picture: Picture, panel: Panel) -> list[Label]:
     for kind, angle, value in zip(picture.kinds, angles, panel.values, strict=True):
         axes.plot(angle, value * factor, color=COLOURS[kind], lw=1.7, zorder=3, solid_capstyle="butt")
     for mark in panel.marks:
-        _draw_mark(axes, mark, factor)
+        draw_mark(axes, mark, factor)
     span = _limits(axes, panel, factor)
     _draw_risers(axes, angles, [v * factor for v in panel.values], span)
     _draw_limits(axes, picture, panel, factor)
@@ -106,10 +106,13 @@ def _draw_risers(axes: Any, angles: Values, values: Values, span: float) -> None
                 axes.plot([at, at], [before, after], color=MUTED, lw=0.9, ls=(0, (1, 1.6)), zorder=2.5)
 
 
-def _draw_mark(axes: Any, mark: Mark, factor: float) -> None:
+def draw_mark(axes: Any, mark: Mark, factor: float) -> None:
     """A square or a bar at an angle; a line or a band over a range of angles."""
     low, high = mark.low * factor, mark.high * factor
     if mark.end > mark.start:
+        if low == high:  # beside a curve that follows it, it would not be seen
+            axes.plot([mark.start, mark.end], [low, low], color=INK, lw=5.0, alpha=0.3, zorder=1.5)
+            return
         pen = {"ec": INK, "fc": (0.0, 0.0, 0.0, 0.08), "lw": 1.1, "zorder": 1.5}
         axes.fill_between([mark.start, mark.end], low, high, **pen)
         return

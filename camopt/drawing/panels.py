@@ -74,7 +74,7 @@ def _displacement(picture: Picture) -> Panel:
     values = [rows[0] * factor for rows in picture.motion]
     lift = picture.problem.programme.lift * factor
     peaks = _peaks(picture, values, {TURN: lift})
-    panel = Panel("Displacement", "deg" if angular else "mm", values, peaks, marks=_asked(picture, 0, factor))
+    panel = Panel("Displacement", "deg" if angular else "mm", values, peaks, marks=asked_of(picture, 0, factor))
     notes = ["squares: asked of moves"] if panel.marks else []
     if any(each.end > each.start for stroke in picture.problem.programme.strokes for each in stroke.through):
         notes = ["squares and bands: asked of moves"]
@@ -89,7 +89,7 @@ def _displacement(picture: Picture) -> Panel:
     return panel
 
 
-def _asked(picture: Picture, order: int, factor: float) -> list[Mark]:
+def asked_of(picture: Picture, order: int, factor: float) -> list[Mark]:
     """What the scene asks of a derivative in its moves."""
     strokes = picture.problem.programme.strokes
     every = [each for stroke in strokes for each in stroke.asked(strokes[0].low) if each.order == order]
@@ -107,7 +107,7 @@ def _derivative(picture: Picture, name: str, order: int) -> Panel:
     }
     exact = {kind: picture.values[key] for kind, key in found.items()}
     panel = Panel(name.capitalize(), QUANTITIES[found[RISE]].unit, values, _peaks(picture, values, exact))
-    panel.marks = _asked(picture, order, factor)
+    panel.marks = asked_of(picture, order, factor)
     panel.impulses = [(np.degrees(j.at), j.size * factor) for j in programme.jumps if j.order == order - 1]
     if panel.impulses:
         below = list(DERIVATIVES)[order - 2]

@@ -6,9 +6,10 @@ import numpy as np
 
 from camopt.drawing.cam import draw_disc
 from camopt.drawing.canvas import Target, canvas, saving
-from camopt.drawing.diagrams import in_powers
+from camopt.drawing.diagrams import draw_mark, in_powers
 from camopt.drawing.groove import draw_groove
 from camopt.drawing.labels import settle
+from camopt.drawing.panels import asked_of
 from camopt.drawing.picture import Picture, four_digits
 from camopt.drawing.style import COLOURS, MUTED, PAGE_TITLE, TITLE, dress
 from camopt.effects.motion import scale
@@ -125,6 +126,8 @@ def _motions(figure: Any, pictures: list[Picture]) -> None:
             angles = np.concatenate([*(np.append(a, np.nan) for a in picture.pieces)])
             values = np.concatenate([*(np.append(m[order] * per * factor, np.nan) for m in picture.motion)])
             ax.plot(np.degrees(angles), values, label=_laws(picture) or word, **pen)
+        for mark in asked_of(pictures[-1], order, per):
+            draw_mark(ax, mark, factor)
         ax.set_title(f"{name.capitalize()}, {unit}", loc="left")
         ax.set(xlim=(0, 360), xticks=range(0, 361, 60))
         ax.tick_params(labelbottom=order == 3)

@@ -20,7 +20,8 @@ from camopt.scene.own_laws import check_laws, law_of, own_laws
 from camopt.scene.segments import as_asked
 
 INSIDE = 1e-6  # of a move: the least distance of a condition from its ends, and the least length of a range
-LOOKED, MISSED = 257, 1e-6  # angles of a move; by what share of its largest value a law may miss what is asked
+LOOKED = 257  # angles of a move
+MISSED = (1e-6, 1e-6, 1e-5, 1e-3)  # by what share of its largest value a law, and a solver, may miss what is asked
 
 
 def check_moves(
@@ -75,7 +76,7 @@ def _conditions(rows: Sequence[Mapping[str, Any]]) -> Iterator[Fault]:
             if all(each.get(name) is None for name in NAMES):
                 yield key, None, f"asks for nothing: give {', '.join(NAMES[:-1])} or {NAMES[-1]}"
             elif start == end and not before + room <= start <= turned - room:
-                what = f"must be inside the move, from {before:g} to {turned:g} deg of the turn"
+                what = f"must be inside the move, between {before:g} and {turned:g} deg of the turn"
                 yield f"{key}.angle", each["angle"], f"{what}; its end has keys of its own (to, velocity, …)"
             elif start < end and not (before - room <= start and end <= turned + room and end - start >= room):
                 what = f"must be a range within the move, from {before:g} to {turned:g} deg of the turn"
@@ -87,11 +88,14 @@ def _contradictions(data: Mapping[str, Any], given: Sequence[Segment]) -> Iterat
     if not any(segment.segment == MOVE and segment.law is None for segment in given):
         return
     try:
-        programme_of(data, given)
+        if programme_of(data, given).lift == 0.0:
+            yield "motion", None, "stays where it is: nothing that is asked moves it"
     except Contradiction as contradiction:
         first, *others = contradiction.keys
-        with_others = f"contradicts {', '.join(others)}" if others else "cannot be met"
-        yield first, None, f"{with_others}: no motion meets all of these; leave one out, or ask for a wider range"
+        why = f"contradicts {', '.join(others)}: no motion meets all of these"
+        if not others:
+            why = "contradicts what is beside the moves, or the numbers at their ends (to): no motion meets both"
+        yield first, None, f"{why}; leave one out, or ask for a wider range"
 
 
 def _missed(law: Law, segment: Segment, before: float, turned: float, key: str) -> Iterator[Fault]:
@@ -102,10 +106,10 @@ def _missed(law: Law, segment: Segment, before: float, turned: float, key: str) 
     )
     largest = np.abs(stroke.motion(np.linspace(start, start + angle, LOOKED))).max(axis=1)
     for each in stroke.conditions():
-        room = MISSED * largest[each.order]
-        values = stroke.motion(np.linspace(each.start, each.end, LOOKED if each.end > each.start else 1))[
-            each.order
-        ]
+        room = MISSED[each.order] * largest[each.order]
+        aside = CLOSE * angle if each.end > each.start else 0.0  # where a range ends the jerk may jump
+        angles = np.linspace(each.start + aside, each.end - aside, LOOKED if aside else 1)
+        values = stroke.motion(angles)[each.order]
         for value in (float(values.min()), float(values.max())):
             if not each.low - room <= value <= each.high + room:
                 wanted = f"{each.low:.6g}" if each.low == each.high else f"{each.low:.6g} to {each.high:.6g}"

@@ -204,6 +204,7 @@ class Through(Table):
     range [low, high]. Derivatives are by what the segment says (``per``).
     """
 
+    elsewhere: ClassVar[Mapping[str, str]] = {"per": "belongs to the segment, for all that it asks"}
     angle: CamAngle
     position: Asked | None = None
     velocity: Asked | None = None

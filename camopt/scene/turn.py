@@ -47,8 +47,8 @@ def check_turn(data: Mapping[str, Any]) -> Iterator[Fault]:
         if not abs(total - 360.0) <= 360.0 * CLOSE:
             yield "motion.angle", None, f"the angles add up to {total:.10g} deg, not to 360"
     if given := _given(data):
-        yield from _levels(given)
-        yield from check_moves(data, rows, given)
+        faults = list(_levels(given))
+        yield from faults or check_moves(data, rows, given)
 
 
 def check_law(law: Any, key: str, laws: tuple[str, ...]) -> Iterator[Fault]:
@@ -224,7 +224,8 @@ def _levels(given: Sequence[Segment]) -> Iterator[Fault]:
     kinds = [segment.segment for segment in given]
     if not positioned and "rise" not in kinds and CONSTANT_VELOCITY not in kinds:
         yield "motion", None, "has no rise"
-    if positioned and largest == 0.0 and not any(any(segment.wanted) or segment.through for segment in given):
+    asked = any(any(segment.wanted) or segment.through or segment.between for segment in given)
+    if positioned and largest == 0.0 and not asked:
         yield "motion", None, "stays where it is: no position differs from another"
     for k, (segment, before, after) in enumerate(zip(given, ends, ends[1:], strict=False), start=1):
         if segment.to is not None and segment.segment in ("rise", "return"):

@@ -25,14 +25,14 @@ from camopt.smallest.optimise import SECONDS, Optimum, optimise
 from camopt.smallest.smallest import smallest
 from camopt.synthesis import residual
 from camopt.synthesis.convex import SQUARES
-from camopt.synthesis.demand import ORDERS, Demand, inside
+from camopt.synthesis.demand import ORDERS, SAME, Demand, inside
 from camopt.synthesis.from_scene import objective_in
 from camopt.synthesis.iterate import Iterate
 from camopt.synthesis.synthesised import Synthesised, free_names
 from camopt.tables.designs import Design, chosen
 
 NOTHING = 1e-12  # of the range of a derivative: rounding
-OFF_POINT = 1e-6  # of the lift, by the stroke's angle: by how much a solver may miss a point
+OFF = (1e-6, 1e-5, 1e-3, 0.1)  # of the lift by the stroke's angle: by how much a solver may miss a condition
 LOOKED = 2001  # angles of a range at which a condition is looked at
 
 
@@ -168,9 +168,12 @@ def _meets(demand: Demand, stroke: Stroke, up: float, condition: Condition) -> b
     part = inside(condition, stroke)
     if part is None:
         return True
-    angles = stroke.start + stroke.angle * np.linspace(*part, LOOKED if part[0] < part[1] else 1)
+    low, high = part
+    if low < high:  # where it starts and ends the jerk may jump
+        low, high = low + SAME, high - SAME
+    angles = stroke.start + stroke.angle * np.linspace(low, high, LOOKED if low < high else 1)
     values = stroke.motion(angles)[condition.order] + up * (condition.order == 0)
-    room = OFF_POINT * demand.scale / stroke.angle**condition.order
+    room = OFF[condition.order] * demand.scale / stroke.angle**condition.order
     return bool(values.min() >= condition.low - room and values.max() <= condition.high + room)
 
 

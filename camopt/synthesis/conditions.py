@@ -39,9 +39,10 @@ def ground_of(problem: Problem) -> Ground:
     programme = problem.programme
     unit = next((stroke.given.unit for stroke in programme.strokes if stroke.given), 1.0)
     zero = start_of(segments_of(problem.scene)) - programme.start
-    levels = list(_levels(programme))
-    lowest = min(low for low, _ in levels)
-    rests = all(may_rest for low, may_rest in levels if low - lowest <= SAME * programme.lift)
+    levels = _levels(programme)
+    lowest = min(levels.kept)
+    beyond = [low for low in (*levels.left, *levels.allowed) if low < lowest + SAME * programme.lift]
+    rests = not any(low in levels.left or low < lowest - SAME * programme.lift for low in beyond)
     if not rests:
         angles = np.linspace(0.0, programme.strokes[-1].end, LOOKED)
         return Ground(programme.strokes, zero, unit, float(angles[programme.at(angles)[0].argmin()]))
@@ -51,17 +52,33 @@ def ground_of(problem: Problem) -> Ground:
     return Ground(moved, zero + lowest / unit, unit, None)
 
 
-def _levels(programme: Programme) -> Iterator[tuple[float, bool]]:
+class Levels(NamedTuple):
+    """The displacements that a scene gives."""
+
+    kept: list[float]
+    """Those of a joint, or an angle."""
+    left: list[float]
+    """Those among them that the motion leaves with a velocity."""
+    allowed: list[float]
+    """The lowest of ranges, where the motion may be."""
+
+
+def _levels(programme: Programme) -> Levels:
     """The displacements that a scene gives, and whether the motion may rest there."""
+    found = Levels([], [], [])
     for stroke in programme.strokes:
         if not (stroke.is_move and stroke.is_free):
-            yield from ((y, not stroke.is_move) for y in (stroke.low, stroke.high))
+            found.kept.extend((stroke.low, stroke.high))
+            found.left.extend((stroke.low, stroke.high) if stroke.is_move else ())
             continue
         asked = list(stroke.asked(programme.strokes[0].low))
         for each in asked:
-            if each.order == 0:
-                low = each.low if each.start == each.end and isfinite(each.low) else each.high
-                yield low, each.low == each.high and _may_rest(asked, each.start)
+            if each.order == 0 and each.low == each.high:
+                found.kept.append(each.low)
+                found.left.extend([] if _may_rest(asked, each.start) else [each.low])
+            elif each.order == 0 and isfinite(each.low):
+                found.allowed.append(each.low)
+    return found
 
 
 def _may_rest(asked: Sequence[Condition], angle: float) -> bool:

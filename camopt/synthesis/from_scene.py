@@ -9,9 +9,10 @@ from camopt.mechanisms import translating, translating_flat
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion import LAWS
 from camopt.motion.conditions import Condition
+from camopt.motion.joints import joined
 from camopt.motion.programme import PEAKS, Programme, law_peaks, span
 from camopt.motion.stroke import Stroke
-from camopt.motion.table import DWELL, TURN
+from camopt.motion.table import DWELL, RETURN, RISE, TURN
 from camopt.problem.problem import Problem, resolve
 from camopt.problem.settings import freed_angles, freed_numbers, given_profile
 from camopt.scene.choices import Range
@@ -42,6 +43,7 @@ def demand_of(problem: Problem, objective: Mapping[str, float] | None = None) ->
     scene, asked = problem.scene, problem.scene.synthesis
     objective = objective_in(asked) if objective is None else dict(objective)
     _check_rest(problem, asked, objective)
+    _check_peaks(problem, asked)
     _check_train(problem, objective)
     if given := given_profile(problem, "the motion"):
         raise BadInput(given)
@@ -93,6 +95,15 @@ def _check_rest(problem: Problem, asked: Synthesis, objective: Mapping[str, floa
     if asked.rest == 1 and (bounded or 3 in _orders(objective)):
         what = "at least 2 where the jerk is limited or minimised: the acceleration may not jump then"
         raise BadInput([Mistake(problem.scene.file, "synthesis.rest", asked.rest, what)])
+
+
+def _check_peaks(problem: Problem, asked: Synthesis) -> None:
+    """The peaks of [synthesis] are for unit strokes."""
+    given = [name for name in PEAKS if getattr(asked, name) is not None]
+    if given and not any(stroke.kind in (RISE, RETURN) for stroke in problem.programme.strokes):
+        what = "is for the unit stroke of rises and returns, and this motion has none: give [limits]"
+        key, value = f"synthesis.{given[0]}", getattr(asked, given[0])
+        raise BadInput([Mistake(problem.scene.file, key, value, what, bare=True)])
 
 
 def _check_train(problem: Problem, objective: Mapping[str, float]) -> None:
@@ -207,7 +218,7 @@ def _ranges(problem: Problem, asked: Synthesis, stroke: Stroke, minimised: set[i
             largest = bound / scale(problem.setup, order)
             bounds[order] = (-largest, largest)
     if stroke.is_move:
-        return bounds | (_own_peaks(problem, asked, minimised) if stroke.is_free else {})
+        return bounds | (_own_peaks(problem, minimised) if stroke.is_free else {})
     peaks = {name: value for name in PEAKS if (value := getattr(asked, name)) is not None}
     peaks |= dict.fromkeys(_unasked(problem, asked, minimised), GENTLE)
     for name, value in peaks.items():
@@ -220,20 +231,29 @@ def _ranges(problem: Problem, asked: Synthesis, stroke: Stroke, minimised: set[i
     return bounds
 
 
-def _own_peaks(problem: Problem, asked: Synthesis, minimised: set[int]) -> dict[int, LowHigh]:
-    """What moves hold of derivatives that the scene bounds nowhere: little more than its own motion has in any."""
-    own = Programme(tuple(stroke for stroke in problem.programme.strokes if stroke.is_move))
-    orders = [PEAKS[name] for name in _unasked(problem, asked, minimised)]
+def _own_peaks(problem: Problem, minimised: set[int]) -> dict[int, LowHigh]:
+    """What moves hold of derivatives that [limits] bound nowhere: little more than those of least jerk have in any.
+
+    The peaks of [synthesis] are those of unit strokes, and not about moves.
+    """
+    freed = [replace(stroke, named=False) if stroke.is_move else stroke for stroke in problem.programme.strokes]
+    own = Programme(tuple(stroke for stroke in joined(freed) if stroke.is_move))
+    orders = [] if _bounded(problem) else [order for order in USUAL.values() if order not in minimised]
+    orders = [order for order in orders if order <= problem.scene.synthesis.rest + 1]
     spans = {order: span(own, (0.0,) * order + (1.0,), TURN) for order in orders}
     largest = {order: max(-least, most) for order, (least, most) in spans.items()}
     return {order: (-AMPLE * most, AMPLE * most) for order, most in largest.items() if most > 0.0}
 
 
+def _bounded(problem: Problem) -> bool:
+    """Whether [limits] bound an acceleration or a jerk."""
+    limits, timed = problem.scene.limits, problem.setup.omega is not None
+    return timed and any(getattr(limits, name) is not None for name, order in ORDERS.items() if order > 1)
+
+
 def _unasked(problem: Problem, asked: Synthesis, minimised: set[int]) -> list[str]:
     """The peaks that are held to those of a gentle law, because the scene bounds none of them."""
-    limits, timed = problem.scene.limits, problem.setup.omega is not None
-    bounded = timed and any(getattr(limits, name) is not None for name, order in ORDERS.items() if order > 1)
-    if bounded or any(getattr(asked, name) is not None for name in USUAL):
+    if _bounded(problem) or any(getattr(asked, name) is not None for name in USUAL):
         return []
     return [name for name, order in USUAL.items() if order <= asked.rest + 1 and order not in minimised]
 

@@ -13,6 +13,8 @@ from camopt.synthesis.residual import left_over
 from camopt.synthesis.splines import elevated
 from camopt.synthesis.stroke_motion import Ranges, Sizes
 
+INDEPENDENT = 1e-10  # of the largest singular value: a row with less follows from others
+
 
 class SplineMotion:
     """A stroke whose law is a free spline.
@@ -33,9 +35,12 @@ class SplineMotion:
             self.limits += [limit for low, high in bounds for limit in self._within(rows, order, low, high)]
         for condition in demand.conditions:
             if (part := inside(condition, stroke)) is not None:
-                rows = self._rows(self._part(condition.order, *part), condition.order)
+                matrix, order = self._part(condition.order, *part), condition.order
                 low, high = condition.low / self.unit, condition.high / self.unit
-                self.limits += self._within(rows, condition.order, low, high)
+                if low == high:
+                    self.limits.append(self._equal(matrix, order, low))
+                else:
+                    self.limits += self._within(self._rows(matrix, order), order, low, high)
         degree = self.splines.degree
         y, y1, y2 = (self._rows(self._differing(order, degree), order) for order in range(3))
         for floor in demand.floors:
@@ -60,11 +65,17 @@ class SplineMotion:
     def _within(self, rows: Any, order: int, low: Any, high: Any) -> list[Any]:
         """Values of a derivative within a range; by x of the unit stroke, whose numbers are not huge."""
         per = self.stroke.angle**order
-        if isinstance(low, float) and low == high:
-            return [per * rows == per * low]
         ends = ((1.0, low), (-1.0, high))
         finite = [(sign, end) for sign, end in ends if not isinstance(end, float) or isfinite(end)]
         return [sign * per * rows >= sign * per * end for sign, end in finite]
+
+    def _equal(self, matrix: Any, order: int, value: float) -> Any:
+        """A derivative that has one value: of the rows of its matrix those that do not follow from others."""
+        rest = self.low if order == 0 else 0.0
+        wanted = np.full(matrix.shape[0], (value - rest) * self.stroke.angle**order / self.change)
+        left, sizes, right = np.linalg.svd(matrix.toarray(), full_matrices=False)
+        kept = sizes > INDEPENDENT * sizes[0]
+        return right[kept] @ self.coefficients == (left.T @ wanted)[kept] / sizes[kept]
 
     def _rows(self, matrix: Any, order: int) -> Any:
         """A derivative by the cam angle, in units of the lift, from a matrix for the unit stroke."""
