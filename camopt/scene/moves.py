@@ -46,7 +46,8 @@ def programme_of(data: Mapping[str, Any], given: Sequence[Segment]) -> Programme
 def _laws_of_moves(data: Mapping[str, Any], given: Sequence[Segment]) -> Iterator[Fault]:
     """Whether a law of positions starts and ends where its move does, and has what the move asks for at its end."""
     tables, ends = own_laws(data), ends_of(given)
-    room = CLOSE * (max(ends) - min(ends))
+    named = (tables[segment.law]["positions"] for segment in given if segment.segment == MOVE and segment.law)
+    room = CLOSE * max(max(ends) - min(ends), *(max(map(abs, positions)) for positions in named))
     starts = [0.0, *accumulate(segment.angle for segment in given)]
     for k, (segment, before, after) in enumerate(zip(given, ends, ends[1:], strict=False), start=1):
         if segment.segment != MOVE or segment.law is None:
