@@ -16,7 +16,6 @@ from camopt.motion.programme import Programme, peak, root_mean_square, span
 from camopt.motion.spline import SplineLaw
 from camopt.motion.stroke import Stroke
 from camopt.motion.table import RETURN, RISE, TURN
-from camopt.numerics import FloatArray
 from camopt.numerics.clock import now
 from camopt.problem.problem import Problem, resolve
 from camopt.problem.space import boxes_of
@@ -123,18 +122,10 @@ def scene_with(demand: Demand, found: Iterate) -> Scene:
 def strokes_with(demand: Demand, found: Iterate) -> tuple[Stroke, ...]:
     """The strokes of a demand with free laws."""
     free = iter(zip(free_names(demand.problem.scene), found.coefficients, strict=True))
-    return tuple(_with_law(demand, stroke, *next(free)) if stroke.is_free else stroke for stroke in demand.strokes)
-
-
-def _with_law(demand: Demand, stroke: Stroke, name: str, coefficients: FloatArray) -> Stroke:
-    """A stroke with a free law; a move starts and ends where that does."""
-    if not stroke.is_move:
-        return replace(stroke, law=demand.splines_of(stroke).law(name, coefficients))
-    low, high = (demand.scale * float(c) for c in coefficients[[0, -1]])
-    values = (coefficients - coefficients[0]) * demand.scale / stroke.size
-    law = demand.splines_of(stroke).law_of_move(name, values)
-    given = stroke.given and stroke.given._replace(change=law.coefficients[-1])
-    return replace(stroke, law=law, low=low, high=high, given=given, named=True)
+    return tuple(
+        demand.splines_of(stroke).on(stroke, *next(free), demand.scale) if stroke.is_free else stroke
+        for stroke in demand.strokes
+    )
 
 
 def programme_with(demand: Demand, found: Iterate) -> Programme:

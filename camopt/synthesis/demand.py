@@ -16,6 +16,7 @@ from camopt.motion.stroke import Stroke
 from camopt.motion.table import RETURN, RISE, TURN
 from camopt.problem.problem import Problem
 from camopt.synthesis import residual
+from camopt.synthesis.residual import LeftOver, left_over
 from camopt.synthesis.splines import Splines
 
 ORDERS = {"velocity": 1, "acceleration": 2, "jerk": 3}
@@ -129,6 +130,12 @@ class Demand:
         found = residual.train_of(self.problem.setup)
         assert found is not None
         return found
+
+    @property
+    def left_over(self) -> LeftOver:
+        """The residual vibration that free strokes leave, by their coefficients."""
+        every = tuple(self.splines_of(stroke) for stroke in self.free)
+        return left_over(self.strokes, every, self.scale, *self.train)
 
     @property
     def names(self) -> list[str]:

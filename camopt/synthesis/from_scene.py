@@ -121,8 +121,6 @@ def _check_train(problem: Problem, objective: Mapping[str, float]) -> None:
         what = "has no bound: the undamped train resonates, it vibrates a whole number of times in a turn"
     elif all(stroke.kind != DWELL for stroke in problem.programme.strokes):
         what = "needs a dwell"
-    elif any(stroke.is_move for stroke in problem.programme.strokes):
-        what = "is for motions of rises, dwells and returns; this one has moves or constant velocities"
     if what:
         raise BadInput([Mistake(scene.file, key, residual.TERM, what, bare=True)])
 

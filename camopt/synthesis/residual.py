@@ -8,9 +8,9 @@ The rows of a and b come from the response itself, one coefficient raised at a t
 and exact at any speed. No motion has less than none: the bound over all motions is 0.
 """
 
-from dataclasses import replace
 from functools import lru_cache
 from math import pi
+from typing import NamedTuple
 
 import numpy as np
 
@@ -35,33 +35,57 @@ def train_of(setup: Setup) -> tuple[float, float] | None:
     return None if is_resonant(ratio, damping) else (ratio, damping)
 
 
+class LeftOver(NamedTuple):
+    """a and b at the start of each dwell, mm or rad (dwells, 2): linear in the coefficients of the free strokes."""
+
+    rows: tuple[FloatArray, ...]
+    """Of each free stroke (dwells, 2, coefficients)."""
+    constant: FloatArray
+
+
 @lru_cache(maxsize=8)
 def left_over(
-    strokes: tuple[Stroke, ...], splines: Splines, ratio: float, damping: float
-) -> tuple[FloatArray, ...]:
-    """a and b at the start of each dwell, mm, by the coefficients of each moving stroke.
+    strokes: tuple[Stroke, ...], splines: tuple[Splines, ...], scale: float, ratio: float, damping: float
+) -> LeftOver:
+    """What free strokes leave, each with its splines; ``scale`` is the unit of the displacements of moves.
 
-    For each moving stroke an array (dwells, 2, coefficients); the sum over strokes is that of the turn. Motions
-    start at the first coefficient, 0, and end at the last, 1: what these two add is in the last column.
+    A rise or return goes from 0 to 1, which is part of the constant. Where two free moves meet, the last
+    coefficient of the first has what both add: the other is the same displacement.
     """
-    moving = [number for number, stroke in enumerate(strokes) if stroke.kind != DWELL]
-    none = np.zeros(splines.count)
-    whole = _states(strokes, splines, dict.fromkeys(moving, none), ratio, damping)
-    rows = np.zeros((len(moving), *whole.shape, splines.count))
-    for place, number in enumerate(moving):
-        for column in range(1, splines.count - 1):
-            raised = dict.fromkeys(moving, none) | {number: np.eye(splines.count)[column]}
-            rows[place, ..., column] = _states(strokes, splines, raised, ratio, damping) - whole
-    rows[0, ..., -1] = whole
-    return tuple(rows)
+    free = [number for number, stroke in enumerate(strokes) if stroke.is_free]
+    basis = dict(zip(free, splines, strict=True))
+    start = {number: _ends(strokes[number], basis[number].count, scale) for number in free}
+
+    def states(coefficients: dict[int, FloatArray]) -> FloatArray:
+        turn = Programme(
+            tuple(
+                basis[n].on(stroke, "", coefficients[n], scale) if stroke.is_free else stroke
+                for n, stroke in enumerate(strokes)
+            )
+        )
+        wave, starts = response(turn, ratio, damping), turn.starts
+        pieces = [int(np.abs(starts - stroke.start).argmin()) for stroke in strokes if stroke.kind == DWELL]
+        dwells = turn.table.first_panel[pieces]
+        return np.stack([wave.cosine[0, dwells], wave.sine[0, dwells]], axis=1)
+
+    whole = constant = states(start)
+    rows = []
+    for number in free:
+        count, following = basis[number].count, (number + 1) % len(strokes)
+        found = np.zeros((*whole.shape, count))
+        for column in range(1, count - 1):
+            found[..., column] = states(start | {number: start[number] + np.eye(count)[column]}) - whole
+        if strokes[number].is_move and strokes[following].is_move and following in basis and following != 0:
+            raised = {number: start[number] + np.eye(count)[-1]}
+            raised[following] = start[following] + np.eye(basis[following].count)[0]
+            found[..., -1] = states(start | raised) - whole
+            constant = constant - found[..., -1] * start[number][-1]
+        rows.append(found)
+    return LeftOver(tuple(rows), constant)
 
 
-def _states(
-    strokes: tuple[Stroke, ...], splines: Splines, coefficients: dict[int, FloatArray], ratio: float, damping: float
-) -> FloatArray:
-    """a and b at the start of each dwell (dwells, 2)."""
-    laws = {number: splines.law("", values) for number, values in coefficients.items()}
-    turn = Programme(tuple(replace(s, law=laws.get(n)) for n, s in enumerate(strokes)))
-    wave, table = response(turn, ratio, damping), turn.table
-    dwells = table.first_panel[:-1][(table.kind & DWELL) != 0]
-    return np.stack([wave.cosine[0, dwells], wave.sine[0, dwells]], axis=1)
+def _ends(stroke: Stroke, count: int, scale: float) -> FloatArray:
+    """The coefficients of a stroke that has none but those at its ends."""
+    found = np.zeros(count)
+    found[[0, -1]] = (stroke.low / scale, stroke.high / scale) if stroke.is_move else (0.0, 1.0)
+    return found

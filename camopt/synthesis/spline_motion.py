@@ -9,7 +9,6 @@ import numpy as np
 from camopt.motion.stroke import Stroke
 from camopt.numerics import FloatArray
 from camopt.synthesis.demand import Demand, inside
-from camopt.synthesis.residual import left_over
 from camopt.synthesis.splines import elevated
 from camopt.synthesis.stroke_motion import Ranges, Sizes
 
@@ -121,6 +120,6 @@ class SplineMotion:
         return cp.norm(cp.multiply(share, self._rows(self.splines.at(x, order), order)))
 
     def left_over(self) -> Any:
-        place = self.demand.free.index(self.stroke)
-        rows = left_over(self.demand.strokes, self.demand.splines, *self.demand.train)[place]
-        return cp.vstack([each @ self.coefficients for each in rows])
+        found, place = self.demand.left_over, self.demand.free.index(self.stroke)
+        own = cp.vstack([each @ self.coefficients for each in found.rows[place]])
+        return own + found.constant if place == 0 else own

@@ -7,7 +7,7 @@ part is half a span, which takes the enclosure within a fraction of a per cent.
 Source: de Boor, A Practical Guide to Splines, ch. IX; Farin, Curves and Surfaces for CAGD, ch. 6.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
 
 import numpy as np
@@ -17,6 +17,7 @@ from scipy.interpolate import BSpline
 from scipy.special import comb
 
 from camopt.motion.spline import SplineLaw
+from camopt.motion.stroke import Stroke
 from camopt.numerics import FloatArray
 
 PARTS = 2  # of a span
@@ -97,14 +98,22 @@ class Splines:
         goes_on[PARTS::PARTS] = order <= self._continuous
         return np.flatnonzero((number > 0) | (part == 0) | ~goes_on[part])
 
-    def law(self, name: str, coefficients: FloatArray) -> SplineLaw:
-        """The spline as a motion law: from 0 to 1, without rounding."""
-        inner = np.clip(coefficients[1:-1], 0.0, 1.0)
-        return self.law_of_move(name, np.array([0.0, *inner, 1.0]))
+    def on(self, stroke: Stroke, name: str, coefficients: FloatArray, scale: float) -> Stroke:
+        """A stroke with a spline as its law; a move goes where its coefficients say, displacements in a unit."""
+        if not stroke.is_move:
+            return replace(stroke, law=self.law(name, coefficients))
+        low, high = (scale * float(c) for c in coefficients[[0, -1]])
+        law = self._law(name, (coefficients - coefficients[0]) * scale / stroke.size)
+        given = stroke.given and stroke.given._replace(change=law.coefficients[-1])
+        return replace(stroke, law=law, low=low, high=high, given=given, named=True)
 
-    def law_of_move(self, name: str, displacements: FloatArray) -> SplineLaw:
-        """The spline as the law of a move, from its displacements as they are given."""
-        return SplineLaw(name, self.degree, tuple(self.knots.tolist()), tuple(displacements.tolist()))
+    def law(self, name: str, coefficients: FloatArray) -> SplineLaw:
+        """The spline as the law of a rise or return: from 0 to 1, without rounding."""
+        inner = np.clip(coefficients[1:-1], 0.0, 1.0)
+        return self._law(name, np.array([0.0, *inner, 1.0]))
+
+    def _law(self, name: str, coefficients: FloatArray) -> SplineLaw:
+        return SplineLaw(name, self.degree, tuple(self.knots.tolist()), tuple(coefficients.tolist()))
 
 
 @cache
