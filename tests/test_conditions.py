@@ -1,6 +1,7 @@
 """Conditions on the way of moves: least-jerk motions and free laws that meet them, bounds, and contradictions."""
 
 import sys
+from dataclasses import replace
 from math import inf, radians, sqrt
 from pathlib import Path
 
@@ -15,16 +16,20 @@ from support.pictures import faults_of
 sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
 import conditions as study
 
-from camopt import BadInput, Scene, certify, evaluate, plot, synthesise
+from camopt import BadInput, Scene, certify, evaluate, find_scene, plot, synthesise
 from camopt.drawing.panels import panels
 from camopt.drawing.picture import Picture
+from camopt.motion.conditions import MISSED
 from camopt.motion.programme import Programme, root_mean_square, span
+from camopt.motion.stroke import Through
 from camopt.motion.table import TURN
 from camopt.numerics.irreducible import irreducible
 from camopt.numerics.quadratic import least_within
 from camopt.problem.problem import resolve
 from camopt.synthesis.from_scene import demand_of
 from camopt.synthesis.synthesise import Unmet, bound_of
+from camopt.verdicts.asked import conditions_verdict
+from camopt.verdicts.exact_motion import motion_of
 
 MOVES = [{"segment": "move", "angle": 200, "to": 40}, {"segment": "dwell", "angle": 20}]
 BACK = [{"segment": "move", "angle": 120, "to": 0}, {"segment": "dwell", "angle": 20}]
@@ -183,6 +188,30 @@ def test_conditions_and_limits_that_contradict_each_other_are_named_together():
     assert "these 3 contradict each other" in words
     assert all(key in words for key in ("velocity", "motion.1.through.1.position", "motion.1.through.2.position"))
     assert "through.3" not in words
+
+
+@pytest.mark.parametrize("order", [0, 1, 2, 3])
+@pytest.mark.parametrize("where", [(80.0, 80.0), (60.0, 95.0)], ids=["angle", "range"])
+def test_conditions_are_proved_just_up_to_what_the_motion_has(order, where):
+    """A range that ends a little beyond the largest value is held, one that ends a little before it is broken."""
+    programme = resolve(study.scene_with([{"angle": 120, "position": 30}])).programme
+    first, *others = programme.strokes
+    start, end = map(radians, where)
+    values = first.motion(np.linspace(start, end, 20_001 if end > start else 1))[order] / first.size
+    values = values - programme.strokes[0].low * (order == 0)
+    largest = np.abs(first.motion(np.linspace(0.0, first.angle, 20_001))[order]).max()
+    verdicts = []
+    for side in (3.0, -3.0):
+        asked: list = [None] * 4
+        asked[order] = (float(values.min()) - largest, float(values.max()) + side * MISSED[order] * float(largest))
+        turn = replace(programme, strokes=(replace(first, through=(Through(start, end, tuple(asked)),)), *others))
+        verdicts.append(conditions_verdict(turn, motion_of(turn)))
+    assert verdicts == ["held", "broken"]
+
+
+def test_what_is_asked_of_nothing_has_no_verdict():
+    assert "conditions" not in certify(find_scene("roller-1000rpm"))
+    assert certify(study.scene_with([BELT]))["conditions"] == "held"
 
 
 # ------------------------------------------------------------------------------------------- contradictions

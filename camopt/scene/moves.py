@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from camopt.motion import LAWS
-from camopt.motion.conditions import NAMES
+from camopt.motion.conditions import MISSED, NAMES
 from camopt.motion.law import Law
 from camopt.motion.programme import Programme
 from camopt.motion.run import Contradiction
@@ -21,7 +21,6 @@ from camopt.scene.segments import as_asked
 
 INSIDE = 1e-6  # of a move: the least distance of a condition from its ends, and the least length of a range
 LOOKED = 257  # angles of a move
-MISSED = (1e-6, 1e-6, 1e-5, 1e-3)  # by what share of its largest value a law, and a solver, may miss what is asked
 
 
 def check_moves(

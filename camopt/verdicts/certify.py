@@ -25,6 +25,7 @@ from camopt.problem.claims import Claim, Derivative, NumberKind
 from camopt.problem.limits import SELF_CROSSING, UNDERCUT, Limit
 from camopt.problem.problem import Problem, exactly, resolve_design
 from camopt.scene.scene import Scene
+from camopt.verdicts.asked import conditions_verdict
 from camopt.verdicts.ball import Ball, as_arb, between, precisely
 from camopt.verdicts.exact_laws import Stretch
 from camopt.verdicts.exact_load import LoadLine
@@ -32,6 +33,7 @@ from camopt.verdicts.exact_motion import ExactMotion, ExactStroke, motion_at, mo
 from camopt.verdicts.judging import ASSEMBLY, run_effects
 
 HELD, BROKEN, UNDECIDED = "held", "broken", "undecided"
+CONDITIONS = "conditions"
 FIRST_PARTS = 8  # of each piece of a law, and line of a load
 MOST_PARTS = 20_000
 NARROWEST = arb(2) ** -90
@@ -249,7 +251,9 @@ def certify(scene: Scene) -> dict[str, str]:
     """Prove or refute each limit of a scene for its design: held, broken or undecided, by the limit's name.
 
     For a disc cam ``self_crossing`` is there too: held if the profile provably crosses itself nowhere, broken if it
-    does; decided in double precision, with margins for rounding (``effects.crossing``).
+    does; decided in double precision, with margins for rounding (``effects.crossing``). Where moves are asked for
+    anything, so is ``conditions``: held if they meet it all, to a millionth of the largest displacement and
+    velocity, a hundred-thousandth of the acceleration and a thousandth of the jerk.
 
     Numbers of the scene are taken as exact; of a profile, the centres that are found of its arcs, and the cam
     angles where they meet, are taken as they are rounded. Limits are decided at every cam angle of the continuous
@@ -278,7 +282,8 @@ def certify(scene: Scene) -> dict[str, str]:
     ('broken', 'held')
     """
     problem = resolve_design(scene)
-    return certify_design(problem, problem.design)
+    asked = conditions_verdict(problem.programme, motion_of(problem.programme))
+    return certify_design(problem, problem.design) | ({} if asked is None else {CONDITIONS: asked})
 
 
 def summary(verdicts: dict[str, str]) -> str:
