@@ -94,6 +94,20 @@ def test_the_least_jerk_meets_random_conditions_and_no_motion_has_less(seed):
     assert own * 0.985 <= bound <= own * (1 + 1e-5)
 
 
+def test_a_motion_that_is_given_all_along_is_that_line():
+    """Nothing is left to choose, and what is asked besides is just met."""
+    asked = [{"angle": [80, 280], "acceleration": 0}, {"angle": [80, 160], "position": [40, 80]}]
+    rows = [
+        {"segment": "constant-velocity", "angle": 80, "to": 40},
+        {"segment": "move", "angle": 200, "to": 140, "through": asked},
+        {"segment": "constant-velocity", "angle": 40, "to": 160},
+        {"segment": "move", "angle": 40, "to": 0},
+    ]
+    programme = resolve(scene_of(*rows)).programme
+    angles = np.radians(np.linspace(81, 279, 100))
+    assert np.allclose(programme.at(angles)[1], 40 / radians(80), rtol=1e-9)
+
+
 def test_a_belt_on_the_way_of_a_move_is_a_stretch_at_constant_velocity():
     programme = resolve(study.scene_with([BELT])).programme
     motion = programme.at(np.radians(np.linspace(90.01, 119.99, 300)))
@@ -125,6 +139,15 @@ def test_conditions_are_kept_by_text_proved_beside_and_drawn(tmp_path):
     (tmp_path / "cam.toml").write_text(scene.to_toml(), encoding="utf-8")
     assert Scene.from_toml(tmp_path / "cam.toml") == scene
     assert not faults_of(plot(scene, tmp_path / "cam.png"))
+
+
+def test_what_is_asked_twice_is_no_contradiction():
+    more = [{"angle": 100, "velocity": 14}, {"angle": [100, 110], "velocity": [14, 14], "acceleration": 0}]
+    angles = np.radians(np.arange(0.25, 360, 0.5))
+    once = resolve(study.scene_with([BELT])).programme.at(angles)
+    for some in (more, more[:1], [{"angle": [95, 118], "jerk": 0}], [BELT, BELT]):
+        again = resolve(study.scene_with([BELT, *some])).programme.at(angles)
+        assert np.allclose(once, again, rtol=1e-6, atol=1e-5)
 
 
 def test_conditions_per_degree_and_per_second_are_the_same():

@@ -25,7 +25,7 @@ from camopt.motion.conditions import Condition
 from camopt.motion.stroke import Stroke
 from camopt.numerics import FloatArray
 from camopt.numerics.irreducible import irreducible
-from camopt.numerics.quadratic import least_within
+from camopt.numerics.quadratic import least_within, solutions_of
 
 NARROW = 1e-12  # of the run's largest number: ranges no wider are single numbers
 SAME = 1e-6  # of the run: angles nearer than that are one
@@ -157,11 +157,12 @@ class Run:
             per = angle**condition.order  # so that numbers of all orders are alike
             here = _derivative(self.count, condition.order) @ bernstein_of(self.count, angle)
             values[:, place : place + 2] = here.reshape(len(here), 2, self.count)
-            for side, end in ((1.0, condition.low), (-1.0, condition.high)):
+            sides = ((1.0, condition.low), (-1.0, condition.high))
+            equal = condition.low == condition.high
+            for side, end in sides[: 1 if equal else 2]:
                 if isfinite(end):
-                    found.append(
-                        _Rows(side * values.reshape(len(values), -1), np.full(len(values), side * end * per))
-                    )
+                    rows = side * values.reshape(len(values), -1)
+                    found.append(_Rows(rows, np.full(len(values), side * end * per), equal))
         return found
 
 
@@ -175,10 +176,11 @@ def _with(cuts: FloatArray, others: FloatArray, apart: float) -> FloatArray:
 
 @dataclass(frozen=True)
 class _Rows:
-    """Linear limits on the states, one after another: ``rows`` @ states ≥ ``least``."""
+    """Linear limits on the states, one after another: ``rows`` @ states ≥ ``least``, or equal to it."""
 
     rows: FloatArray
     least: FloatArray
+    equal: bool
 
 
 def _end_of(stroke: Stroke, x: float) -> FloatArray:
@@ -206,21 +208,27 @@ def _least(
     states = np.where(fixed, low, 0.0)
     free = np.unique(place.ravel()[~fixed])
     onto = np.eye(place.size)[place.ravel()]  # to all numbers of the states from those that are chosen
-    every = np.concatenate([np.empty((0, place.size)), *(each.rows for each in along)])
-    rows = every / scale @ onto
-    least = np.concatenate([np.empty(0), *(each.least for each in along)]) - rows @ states
-    if free.size:
-        size = 1.0 / np.linalg.norm(factor[:, free], axis=0)
-        rows = rows[:, free] * size
-        for side, end in ((1.0, low[free]), (-1.0, -high[free])):
-            some = np.isfinite(end)
-            rows, least = np.concatenate([rows, side * np.diag(size)[some]]), np.concatenate([least, end[some]])
-        found = least_within(factor[:, free] * size, factor @ states, rows, least)
-        if found is None:
-            return None
-        states[free] = np.clip(size * found, low[free], high[free])
-    elif np.any(least > SAME * max(largest, 1.0)):
+
+    def limits(equal: bool) -> tuple[FloatArray, FloatArray]:
+        some = [each for each in along if each.equal == equal]
+        rows = np.concatenate([np.empty((0, place.size)), *(each.rows for each in some)]) / scale @ onto
+        return rows, np.concatenate([np.empty(0), *(each.least for each in some)]) - rows @ states
+
+    (same, values), (rows, least) = limits(True), limits(False)
+    size = 1.0 / np.linalg.norm(factor[:, free], axis=0)
+    rows = rows[:, free] * size
+    for side, end in ((1.0, low[free]), (-1.0, -high[free])):
+        some = np.isfinite(end)
+        rows, least = np.concatenate([rows, side * np.diag(size)[some]]), np.concatenate([least, end[some]])
+    solutions = solutions_of(same[:, free] * size, values, largest)
+    if solutions is None:
         return None
+    (start, others), own = solutions, factor[:, free] * size
+    offset = factor @ states + own @ start
+    found = least_within(own @ others, offset, rows @ others, least - rows @ start, largest)
+    if found is None:
+        return None
+    states[free] = np.clip(size * (start + others @ found), low[free], high[free])
     return np.asarray((states[place.ravel()] / scale).reshape(joints, count))
 
 
