@@ -25,7 +25,8 @@ from camopt.smallest.enclosure import claims_on_size, examined
 from camopt.synthesis import ceilings
 from camopt.synthesis.from_scene import demand_of
 from camopt.synthesis.linear_constraints import is_linear
-from camopt.verdicts.certify import BROKEN, HELD, certify_limits
+from camopt.verdicts.certify import certify_limits
+from camopt.verdicts.deciding import BROKEN, HELD
 
 NEAR = 1e-9
 TRAIN = {"natural_frequency": 60.0, "damping_ratio": 0.03, "lash": 0.3, "lash_variation": 0.1}

@@ -24,7 +24,7 @@ from support.depth import covering, times
 from test_optimise import BASE, CASES
 
 import camopt
-import camopt.verdicts.certify as proof
+import camopt.verdicts.deciding as deciding
 from camopt import Scene, certify, evaluate, find_scene, optimise, shipped_scenes, sweep
 from camopt.cli.main import main
 from camopt.front.certified import certify_table
@@ -33,15 +33,8 @@ from camopt.motion import LAWS
 from camopt.problem.limits import LOADS
 from camopt.problem.problem import resolve
 from camopt.verdicts.ball import Ball, between, precisely
-from camopt.verdicts.certify import (
-    FIRST_PARTS,
-    certify_design,
-    certify_limits,
-    decide,
-    in_balls,
-    statements_of,
-    summary,
-)
+from camopt.verdicts.certify import certify_design, certify_limits, in_balls, statements_of, summary
+from camopt.verdicts.deciding import FIRST_PARTS, decide
 from camopt.verdicts.exact_laws import EXACT, pieces_of
 from camopt.verdicts.exact_motion import motion_at, motion_of
 from camopt.verdicts.judging import judged, settled
@@ -321,7 +314,7 @@ def test_a_part_that_its_ball_decides_is_looked_at_once(monkeypatch):
     """A large cam under a wide limit: no ball reaches it, so that none is looked at in its middle as well."""
     scene = find_scene("roller-1000rpm").replace(**{"cam.base_radius": 1000, "limits": {"pressure_angle": 80}})
     problem, looked = resolve(scene), []
-    monkeypatch.setattr(proof, "motion_at", lambda *where: looked.append(where) or motion_at(*where))
+    monkeypatch.setattr(deciding, "motion_at", lambda *where: looked.append(where) or motion_at(*where))
     limit = next(limit for limit in problem.limits if limit.name == "pressure_angle")
     with precisely():
         motion = motion_of(problem.programme)
@@ -349,7 +342,7 @@ def test_a_number_below_zero_has_no_root():
 
 def test_a_pitch_point_almost_at_rest_takes_no_longer_to_prove(monkeypatch):
     """A knife edge on an arm that starts almost at the cam's centre: √(w² + s²) of balls that reach below 0."""
-    monkeypatch.setattr("camopt.verdicts.certify.MOST_PARTS", 100)
+    monkeypatch.setattr("camopt.verdicts.deciding.MOST_PARTS", 100)
     arm = {"motion": "oscillating", "contact": "knife", "arm_length": 90, "centre_distance": 90}
     scene = Scene.from_dict(
         {

@@ -100,11 +100,15 @@ class Programme:
         least, most = self.levels
         if abs(least) <= SAME * (most - least):
             return self
-        unit = next((s.given.unit for s in self.strokes if s.given), 1.0)
-        start = self.start - least / unit
-        up = start * unit - self.strokes[0].low
+        start = self.start - least / self.unit
+        up = start * self.unit - self.strokes[0].low
         moved = tuple(replace(s, low=s.low + up, high=s.high + up) for s in self.strokes)
         return replace(self, strokes=moved, start=start)
+
+    @property
+    def unit(self) -> float:
+        """Of positions as they are given, in mm or rad."""
+        return next((stroke.given.unit for stroke in self.strokes if stroke.given), 1.0)
 
     def law_names(self, kind: int) -> str:
         """The laws of the strokes of a kind, in order, joined by '+' where they differ."""

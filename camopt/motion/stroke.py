@@ -12,6 +12,9 @@ from camopt.motion.law import Law
 from camopt.motion.table import DWELL, TURN
 from camopt.numerics import FloatArray
 
+SAME = 1e-9  # of a stroke: an angle as close as that to its end is there
+LOOKED = 2001  # angles of a range at which a condition is looked at
+
 
 class Given(NamedTuple):
     """A segment's numbers as they were given, which a proof takes as exact."""
@@ -118,6 +121,26 @@ class Stroke:
         for number, each in enumerate(self.through, start=1):
             for order, name in enumerate(NAMES):
                 yield from _asked(f"{self.key}.through.{number}.{name}", order, each.start, each.end, each.asked)
+
+    def part(self, condition: Condition) -> tuple[float, float] | None:
+        """From where to where in the stroke a condition holds, in x from 0 to 1; None where it does not.
+
+        One at the angle where the stroke starts is about the stroke before.
+        """
+        low, high = ((angle - self.start) / self.angle for angle in (condition.start, condition.end))
+        low, high = (round(x) if abs(x - round(x)) <= SAME else x for x in (low, high))
+        if condition.start == condition.end:
+            return (low, high) if 0.0 < low <= 1.0 else None
+        return (max(low, 0.0), min(high, 1.0)) if low < 1.0 and high > 0.0 else None
+
+    def values_at(self, condition: Condition) -> FloatArray:
+        """What a condition is about, at its angle, or at many of its range; none where it is not in the stroke."""
+        part = self.part(condition)
+        if part is None:
+            return np.empty(0)
+        low, high = part  # where a range ends the jerk may jump
+        x = np.linspace(low + SAME, high - SAME, LOOKED) if low < high else np.array([low])
+        return np.asarray(self.motion(self.start + self.angle * x)[condition.order])
 
     def motion(self, angles: FloatArray) -> FloatArray:
         """(y, y', y'', y''') at cam angles of the stroke, one row each."""

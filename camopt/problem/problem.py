@@ -122,9 +122,8 @@ def resolve(scene: Scene) -> Problem:
     laws = {**LAWS, **{name: law_of(name, law.model_dump()) for name, law in scene.laws.items()}}
     _, load = constant_and_changing(*load_and_unit(scene))
     programme = programme_of(scene.model_dump(mode="json"), load) if scene.profile else None
-    programme = programme or Programme.from_segments(
-        segments_of(scene), angular=setup.angular, laws=laws, load=load
-    )
+    if programme is None:
+        programme = Programme.from_segments(segments_of(scene), angular=setup.angular, laws=laws, load=load)
     return Problem(scene, setup, laws, programme, design, limits_of(scene, setup))
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from camopt.scene.law_forms import CLOSE, Fault
 from camopt.scene.load import check_load
-from camopt.scene.mapping import at, number, segments
+from camopt.scene.mapping import at, length, number, segments
 from camopt.scene.own_laws import check_laws, law_names
 from camopt.scene.profile import check_profile, highest_on_profile
 from camopt.scene.turn import LEAST, POSITIONED, check_law, check_turn, highest_of
@@ -61,11 +61,6 @@ def _text(data: Mapping[str, Any], key: str) -> str | None:
 
 def _size(data: Mapping[str, Any], key: str) -> float | None:
     return number(at(data, key))
-
-
-def _length(data: Mapping[str, Any], key: str) -> float | None:
-    size = _size(data, key)
-    return size if size and size > 0.0 else None
 
 
 def _searched_motion(data: Mapping[str, Any]) -> Iterator[Fault]:
@@ -209,14 +204,14 @@ def _both(key: str) -> tuple[str, str]:
 
 def _fit(data: Mapping[str, Any], lift: float | None, form: str, motion: str, contact: str) -> Iterator[Fault]:
     """Whether the design can be put together, at its lowest and its highest position."""
-    base, shaft = _length(data, "cam.base_radius"), _length(data, "cam.shaft_diameter")
+    base, shaft = length(data, "cam.base_radius"), length(data, "cam.shaft_diameter")
     if base and shaft and shaft / 2 > base:
         yield "cam.shaft_diameter", shaft, f"must be at most twice the base radius ({2 * base:g})"
     if form == "cylindrical":
         if motion == "oscillating" and lift is not None and lift >= 180.0:
             yield "motion.lift", None, f"the arm swings {lift:g} deg; a swing stays below 180"
         return
-    radii = [_length(data, f"follower.{name}") for name in TRACE.get(contact, ())]
+    radii = [length(data, f"follower.{name}") for name in TRACE.get(contact, ())]
     if base is None or None in radii:
         return
     radius = sum(radius for radius in radii if radius is not None)
@@ -228,7 +223,7 @@ def _fit(data: Mapping[str, Any], lift: float | None, form: str, motion: str, co
 
 
 def _arm_swing(data: Mapping[str, Any], prime: float, lift: float) -> Iterator[Fault]:
-    arm, centre = _length(data, "follower.arm_length"), _length(data, "follower.centre_distance")
+    arm, centre = length(data, "follower.arm_length"), length(data, "follower.centre_distance")
     if arm is None or centre is None:
         return
     if not abs(centre - arm) < prime < centre + arm:
@@ -249,7 +244,7 @@ def _arm_swing(data: Mapping[str, Any], prime: float, lift: float) -> Iterator[F
 
 
 def _flat_swing(data: Mapping[str, Any], base: float, lift: float) -> Iterator[Fault]:
-    face, centre = _size(data, "follower.face_offset"), _length(data, "follower.centre_distance")
+    face, centre = _size(data, "follower.face_offset"), length(data, "follower.centre_distance")
     if face is None or centre is None:
         return
     if not abs(base - face) < centre:

@@ -22,6 +22,12 @@ def number(value: Any) -> float | None:
         return None
 
 
+def length(data: Mapping[str, Any], key: str) -> float | None:
+    """A size, mm; None where it is missing or wrong."""
+    size = number(at(data, key))
+    return size if size and size > 0.0 else None
+
+
 def segments(data: Mapping[str, Any]) -> list[Mapping[str, Any]]:
     """The segments; what is no table there has no keys."""
     motion = data.get("motion")

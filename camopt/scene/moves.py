@@ -36,7 +36,7 @@ def check_moves(
     yield from _contradictions(data, given)
 
 
-def programme_of(data: Mapping[str, Any], given: Sequence[Segment]) -> Programme:
+def turn_as_given(data: Mapping[str, Any], given: Sequence[Segment]) -> Programme:
     """The turn of faultless laws and segments, displacements as they are given."""
     own = {name: law_of(name, law) for name, law in own_laws(data).items()}
     return Programme.from_segments(given, angular=False, laws={**LAWS, **own})
@@ -88,7 +88,7 @@ def _contradictions(data: Mapping[str, Any], given: Sequence[Segment]) -> Iterat
     if not any(segment.segment == MOVE and segment.law is None for segment in given):
         return
     try:
-        if programme_of(data, given).lift == 0.0:
+        if turn_as_given(data, given).lift == 0.0:
             yield "motion", None, "stays where it is: nothing that is asked moves it"
     except Contradiction as contradiction:
         first, *others = contradiction.keys
@@ -107,9 +107,7 @@ def _missed(law: Law, segment: Segment, before: float, turned: float, key: str) 
     largest = np.abs(stroke.motion(np.linspace(start, start + angle, LOOKED))).max(axis=1)
     for each in stroke.conditions():
         room = MISSED[each.order] * largest[each.order]
-        aside = CLOSE * angle if each.end > each.start else 0.0  # where a range ends the jerk may jump
-        angles = np.linspace(each.start + aside, each.end - aside, LOOKED if aside else 1)
-        values = stroke.motion(angles)[each.order]
+        values = stroke.values_at(each)
         for value in (float(values.min()), float(values.max())):
             if not each.low - room <= value <= each.high + room:
                 wanted = f"{each.low:.6g}" if each.low == each.high else f"{each.low:.6g} to {each.high:.6g}"

@@ -39,13 +39,17 @@ def _crossing(law: Given) -> float | None:
 
 def law_names(data: Mapping[str, Any]) -> tuple[str, ...]:
     """The names of the laws that a rise or return can have: the built-in ones and the scene's own."""
-    return (*LAWS, *(name for name in own_laws(data) if name not in laws_of_moves(data)))
+    return (*LAWS, *(name for name, law in own_laws(data).items() if not is_of_moves(law)))
 
 
 def laws_of_moves(data: Mapping[str, Any]) -> tuple[str, ...]:
     """The names of the laws that a move can have."""
-    tables = {name: law for name, law in own_laws(data).items() if isinstance(law, Mapping)}
-    return tuple(name for name, law in tables.items() if given_keys(law) and form_of(law).of_moves)
+    return tuple(name for name, law in own_laws(data).items() if is_of_moves(law))
+
+
+def is_of_moves(law: Any) -> bool:
+    """Whether the table of a law gives positions, for a move."""
+    return isinstance(law, Mapping) and bool(given_keys(law)) and form_of(law).of_moves
 
 
 def given_keys(law: Given) -> list[str]:

@@ -14,7 +14,7 @@ from camopt.motion.profile import CLOSE, Element, Unfit, least_radius, parts_of
 from camopt.motion.profile_law import programme_on
 from camopt.motion.programme import Programme
 from camopt.scene.law_forms import Fault
-from camopt.scene.mapping import at, number
+from camopt.scene.mapping import at, length, number
 from camopt.scene.own_laws import FAR
 
 LEAST = 1e-9  # mm: of a radius
@@ -118,8 +118,9 @@ def _contact(data: Mapping[str, Any]) -> Contact | None:
     """The follower as the profile meets it; None where a size is missing or wrong."""
     kind = at(data, "follower.motion"), at(data, "follower.contact")
     sense = -1.0 if at(data, "cam.rotation") == "cw" else 1.0
-    radii = {"knife": 0.0, "roller": _size(data, "roller_radius"), "spherical": _size(data, "face_radius")}
-    radius, centre_distance = radii.get(str(kind[1])), _size(data, "centre_distance")
+    named = {"roller": "roller_radius", "spherical": "face_radius"}.get(str(kind[1]))
+    radius = length(data, f"follower.{named}") if named else 0.0 if kind[1] == "knife" else None
+    centre_distance = length(data, "follower.centre_distance")
     if kind == ("translating", "flat"):
         return TranslatingFace()
     if kind == ("oscillating", "flat"):
@@ -128,13 +129,7 @@ def _contact(data: Mapping[str, Any]) -> Contact | None:
     if kind[0] == "translating":
         offset = number(at(data, "follower.offset") or 0.0)
         return TranslatingPoint(radius, sense * offset) if radius is not None and offset is not None else None
-    arm = _size(data, "arm_length")
+    arm = length(data, "follower.arm_length")
     if kind[0] != "oscillating" or radius is None or not centre_distance or not arm:
         return None
     return OscillatingPoint(radius, centre_distance, arm, sense)
-
-
-def _size(data: Mapping[str, Any], name: str) -> float | None:
-    """A size of the follower; None where it is missing or wrong."""
-    size = number(at(data, f"follower.{name}"))
-    return size if size and size > 0.0 else None

@@ -61,6 +61,7 @@ def _through_of(row: Mapping[str, Any], rpm: float | None) -> tuple[Through, ...
 
 
 def as_asked(value: Any) -> Asked:
+    """A number or a range from the mapping of a scene, where a range may be a list."""
     return tuple(value) if isinstance(value, (list, tuple)) else value
 
 

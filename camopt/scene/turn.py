@@ -8,14 +8,15 @@ from math import hypot, isfinite
 from typing import Any
 
 from camopt.mistakes import nearest
+from camopt.motion import LAWS
 from camopt.motion.conditions import NAMES
 from camopt.motion.run import Contradiction
 from camopt.motion.segments import CONSTANT_VELOCITY, MOVE, Segment, changes, ends_of
 from camopt.quantities import DERIVATIVES
 from camopt.scene.law_forms import CLOSE, Fault
 from camopt.scene.mapping import at, number, segments
-from camopt.scene.moves import check_moves, programme_of
-from camopt.scene.own_laws import FAR, check_laws, law_names, laws_of_moves, own_laws
+from camopt.scene.moves import check_moves, turn_as_given
+from camopt.scene.own_laws import FAR, check_laws, is_of_moves, law_names, laws_of_moves, own_laws
 from camopt.scene.segments import after_each, segments_of, starts_itself
 
 LEAST = {"angle": 1e-6, "lift": 1e-9}  # of a rise or return, deg and mm or deg
@@ -66,7 +67,7 @@ def highest_of(data: Mapping[str, Any]) -> float | None:
     beyond = any(isinstance(law, Mapping) and law.get("overshoot") is True for law in laws.values())
     if (beyond or any(segment.segment == MOVE for segment in given)) and not any(check_laws(data)):
         try:
-            return programme_of(data, given).lift
+            return turn_as_given(data, given).lift
         except Contradiction:  # which is said
             return None
     return max(ends) - min(ends) if isfinite(hypot(*ends)) else None
@@ -77,7 +78,7 @@ def highest_of(data: Mapping[str, Any]) -> float | None:
 
 def _given(data: Mapping[str, Any]) -> list[Segment] | None:
     """The segments as the motion takes them; None where a number or a kind is missing or wrong."""
-    rows = segments(data)
+    rows, laws = segments(data), own_laws(data)
     for row, after in zip(rows, after_each(rows), strict=True):
         kind = str(row.get("segment"))
         asked: list[Any] = [row.get(key) for key in ("lift", "to", *DERIVATIVES) if row.get(key) is not None]
@@ -92,7 +93,7 @@ def _given(data: Mapping[str, Any]) -> list[Segment] | None:
             return None
         if kind == MOVE and _needs_position(row, after, row is rows[-1]):
             return None
-        if kind == MOVE and row.get("law") not in (None, *laws_of_moves(data)):
+        if kind == MOVE and row.get("law") is not None and not is_of_moves(laws.get(str(row["law"]))):
             return None
         if not all(_is_condition(each) for each in row.get("through") or ()):
             return None
@@ -109,11 +110,8 @@ def _segment(
         return
     named = "a stretch at constant velocity" if kind == CONSTANT_VELOCITY else f"a {kind}"
     for name in ("lift", "to", "law", "through", *DERIVATIVES):
-        if (
-            name not in KEYS[kind]
-            and row.get(name) not in (None, (), [])
-            and not (name == "lift" and row[name] == 0.0)
-        ):
+        nothing: list[Any] = [None, (), [], *([0.0] if name == "lift" else [])]
+        if name not in KEYS[kind] and row.get(name) not in nothing:
             yield f"{key}.{name}", row[name], f"{named} has none{_instead(kind, name)}"
         elif kind != MOVE and _is_range(row.get(name)):
             yield f"{key}.{name}", row[name], "must be a number: ranges are for what a move joins"
@@ -133,15 +131,16 @@ def _segment(
 
 def _named(data: Mapping[str, Any], kind: str, law: Any, key: str) -> Iterator[Fault]:
     """A law that is named is there, and is one of positions where a move has it."""
-    of_moves, others = laws_of_moves(data), law_names(data)
-    if kind == MOVE and law in others:
-        if not isinstance(own_laws(data).get(law, {}), Mapping):
-            return  # which is said
-        yield key, law, "is for a rise or return; a move joins what is beside it, or has a law of positions"
-    elif kind != MOVE and law in of_moves:
-        yield key, law, "is a law of positions, for a move"
-    else:
-        yield from check_law(law, key, of_moves if kind == MOVE else others)
+    if not isinstance(law, str):
+        return  # which is said
+    own = own_laws(data).get(law)
+    if law in LAWS or isinstance(own, Mapping):
+        if kind == MOVE and not is_of_moves(own):
+            yield key, law, "is for a rise or return; a move joins what is beside it, or has a law of positions"
+        elif kind != MOVE and is_of_moves(own):
+            yield key, law, "is a law of positions, for a move"
+    elif own is None:  # or else it is said that the law is no table
+        yield from check_law(law, key, laws_of_moves(data) if kind == MOVE else law_names(data))
 
 
 def _needs_position(row: Mapping[str, Any], after: Mapping[str, Any], last: bool) -> bool:

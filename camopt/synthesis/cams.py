@@ -24,7 +24,7 @@ from camopt.smallest.optimise import SECONDS, Optimum, optimise
 from camopt.smallest.smallest import smallest
 from camopt.synthesis import residual
 from camopt.synthesis.convex import SQUARES
-from camopt.synthesis.demand import ORDERS, SAME, Demand, inside
+from camopt.synthesis.demand import ORDERS, Demand
 from camopt.synthesis.from_scene import objective_in
 from camopt.synthesis.iterate import Iterate
 from camopt.synthesis.synthesised import Synthesised, free_names
@@ -32,7 +32,6 @@ from camopt.tables.designs import Design, chosen
 
 NOTHING = 1e-12  # of the range of a derivative: rounding
 OFF = (1e-6, 1e-5, 1e-3, 0.1)  # of the lift by the stroke's angle: by how much a solver may miss a condition
-LOOKED = 2001  # angles of a range at which a condition is looked at
 
 
 def known_laws(scene: Scene) -> dict[str, Design]:
@@ -130,9 +129,8 @@ def strokes_with(demand: Demand, found: Iterate) -> tuple[Stroke, ...]:
 
 def programme_with(demand: Demand, found: Iterate) -> Programme:
     """The turn with free laws."""
-    strokes = strokes_with(demand, found)
-    unit = next((stroke.given.unit for stroke in strokes if stroke.given), 1.0)
-    return replace(demand.problem.programme, strokes=strokes, start=strokes[0].low / unit).on_base_circle()
+    own, strokes = demand.problem.programme, strokes_with(demand, found)
+    return replace(own, strokes=strokes, start=strokes[0].low / own.unit).on_base_circle()
 
 
 def within(demand: Demand, programme: Programme) -> bool:
@@ -156,16 +154,9 @@ def within(demand: Demand, programme: Programme) -> bool:
 
 def _meets(demand: Demand, stroke: Stroke, up: float, condition: Condition) -> bool:
     """Whether a stroke meets a condition, as far as a solver can."""
-    part = inside(condition, stroke)
-    if part is None:
-        return True
-    low, high = part
-    if low < high:  # where it starts and ends the jerk may jump
-        low, high = low + SAME, high - SAME
-    angles = stroke.start + stroke.angle * np.linspace(low, high, LOOKED if low < high else 1)
-    values = stroke.motion(angles)[condition.order] + up * (condition.order == 0)
+    values = stroke.values_at(condition) + up * (condition.order == 0)
     room = OFF[condition.order] * demand.scale / stroke.angle**condition.order
-    return bool(values.min() >= condition.low - room and values.max() <= condition.high + room)
+    return bool(np.all((values >= condition.low - room) & (values <= condition.high + room)))
 
 
 def cam_for(demand: Demand, found: Iterate) -> Synthesised | None:

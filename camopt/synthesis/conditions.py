@@ -36,8 +36,7 @@ class Ground(NamedTuple):
 
 def ground_of(problem: Problem) -> Ground:
     """The lowest position that is given, or else that of the scene's own motion."""
-    programme = problem.programme
-    unit = next((stroke.given.unit for stroke in programme.strokes if stroke.given), 1.0)
+    programme, unit = problem.programme, problem.programme.unit
     zero = start_of(segments_of(problem.scene)) - programme.start
     levels = _levels(programme)
     lowest = min(levels.kept)

@@ -7,6 +7,7 @@ derivatives by the cam angle.
 
 from collections.abc import Collection
 from dataclasses import dataclass, replace
+from functools import cached_property
 from math import degrees, inf
 
 from camopt.effects.motion import scale
@@ -22,7 +23,6 @@ from camopt.synthesis.splines import Splines
 ORDERS = {"velocity": 1, "acceleration": 2, "jerk": 3}
 
 SIZE = "the size"
-SAME = 1e-9  # of a stroke: an angle as close as that to its end is there
 
 LowHigh = tuple[float, float]
 
@@ -53,15 +53,6 @@ class LinearConstraint:
         ways = self.kinds & (RISE | RETURN)
         about = (ways == RISE and self.velocity < 0.0) or (ways == RETURN and self.velocity > 0.0)
         return self.bears_on(stroke) or (stroke.is_move and about)
-
-
-def inside(condition: Condition, stroke: Stroke) -> tuple[float, float] | None:
-    """From where to where in a stroke a condition holds, in x of the unit stroke; None where it does not."""
-    low, high = ((angle - stroke.start) / stroke.angle for angle in (condition.start, condition.end))
-    low, high = (round(x) if abs(x - round(x)) <= SAME else x for x in (low, high))
-    if condition.start == condition.end:
-        return (low, high) if 0.0 < low <= 1.0 else None
-    return (max(low, 0.0), min(high, 1.0)) if low < 1.0 and high > 0.0 else None
 
 
 @dataclass(frozen=True)
@@ -159,13 +150,21 @@ class Demand:
         )
 
     def splines_of(self, stroke: Stroke) -> Splines:
-        """The splines of a stroke: cut where something is asked for, so that the jerk may jump there."""
-        parts = [part for each in self.conditions if (part := inside(each, stroke))]
+        """The splines of a free stroke: cut where something is asked for, so that the jerk may jump there."""
+        return self._splines[stroke]
+
+    @cached_property
+    def _splines(self) -> dict[Stroke, Splines]:
+        at_cuts = max(self.rest, self.splines.at_cuts)
+        return {each: replace(self.splines, cuts=self._cuts(each), at_cuts=at_cuts) for each in self.free}
+
+    def _cuts(self, stroke: Stroke) -> tuple[float, ...]:
+        """Where something is asked for in a stroke, or in the one that has to mirror it."""
+        parts = [part for each in self.conditions if (part := stroke.part(each))]
         if (partner := self.partner(stroke)) is not None:
-            others = [part for each in self.conditions if (part := inside(each, partner))]
+            others = [part for each in self.conditions if (part := partner.part(each))]
             parts += [(1.0 - end, 1.0 - start) for start, end in others]
-        cuts = sorted({x for part in parts for x in part if 0.0 < x < 1.0})
-        return replace(self.splines, cuts=tuple(cuts), at_cuts=max(self.rest, self.splines.at_cuts))
+        return tuple(sorted({x for part in parts for x in part if 0.0 < x < 1.0}))
 
     def partner(self, stroke: Stroke) -> Stroke | None:
         """The stroke that has to mirror a stroke."""

@@ -56,5 +56,5 @@ class FixedMotion:
         return cp.Constant(0.0)
 
     def left_over(self) -> Any:
-        """It moves nothing: a stretch at constant velocity is refused where the vibration is asked for."""
+        """What it leaves is part of the constant (``residual.LeftOver``)."""
         return cp.Constant(0.0)

@@ -1,6 +1,6 @@
 """What a scene asks of free motion laws: its limits, its ``[synthesis]`` and its ranges of sizes, as a demand."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from math import inf, radians
 
@@ -68,7 +68,7 @@ def demand_of(problem: Problem, objective: Mapping[str, float] | None = None) ->
         lead=_lead(problem),
         prime=(least + roller, size[1] + roller),
         body=body,
-        ranges=tuple(_ranges(problem, asked, stroke, _orders(objective)) for stroke in strokes),
+        ranges=tuple(_ranges(problem, asked, strokes, _orders(objective))),
         floors=tuple(floors_of(problem)),
         residual=scene.limits.residual_vibration,
         rest=asked.rest,
@@ -201,32 +201,47 @@ def _lead(problem: Problem) -> LowHigh:
     return low, high
 
 
-def _ranges(problem: Problem, asked: Synthesis, stroke: Stroke, minimised: set[int]) -> dict[int, LowHigh]:
-    """The ranges of a stroke's derivatives: what [limits] say of the turn and [synthesis] of the unit stroke.
+def _ranges(
+    problem: Problem, asked: Synthesis, strokes: Sequence[Stroke], minimised: set[int]
+) -> Iterator[dict[int, LowHigh]]:
+    """The ranges of each stroke's derivatives: what [limits] say of the turn and [synthesis] of unit strokes.
 
     Derivatives that are minimised have none but these.
     """
-    if stroke.kind == DWELL:
-        return {}
-    limits, omega = problem.scene.limits, problem.setup.omega
-    bounds: dict[int, LowHigh] = {}
-    for name, order in ORDERS.items():
-        bound = getattr(limits, name)
-        if bound is not None and omega is not None:
-            largest = bound / scale(problem.setup, order)
-            bounds[order] = (-largest, largest)
-    if stroke.is_move:
-        return bounds | (_own_peaks(problem, minimised) if stroke.is_free else {})
+    limits = _limits(problem)
+    of_moves = _own_peaks(problem, minimised) if any(s.is_move and s.is_free for s in strokes) else {}
     peaks = {name: value for name in PEAKS if (value := getattr(asked, name)) is not None}
     peaks |= dict.fromkeys(_unasked(problem, asked, minimised), GENTLE)
-    for name, value in peaks.items():
-        order = PEAKS[name]
-        low, high = _peak(problem, name, value)
-        per = (stroke.high - stroke.low) / stroke.angle**order
-        low, high = sorted((low * per, high * per))
-        before = bounds.get(order, (-inf, inf))
-        bounds[order] = max(low, before[0]), min(high, before[1])
+    of_unit = {PEAKS[name]: _peak(problem, name, value) for name, value in peaks.items()}
+    for stroke in strokes:
+        if stroke.kind == DWELL:
+            yield {}
+        elif stroke.is_move:
+            yield limits | (of_moves if stroke.is_free else {})
+        else:
+            yield _within_both(limits, of_unit, stroke)
+
+
+def _limits(problem: Problem) -> dict[int, LowHigh]:
+    """The ranges that [limits] give to derivatives over the turn."""
+    limits, bounds = problem.scene.limits, {}
+    for name, order in ORDERS.items():
+        bound = getattr(limits, name)
+        if bound is not None and problem.setup.omega is not None:
+            largest = bound / scale(problem.setup, order)
+            bounds[order] = (-largest, largest)
     return bounds
+
+
+def _within_both(limits: dict[int, LowHigh], of_unit: dict[int, LowHigh], stroke: Stroke) -> dict[int, LowHigh]:
+    """The ranges of a rise or return: within those of the turn, and those of its unit stroke."""
+    found = dict(limits)
+    for order, ends in of_unit.items():
+        per = (stroke.high - stroke.low) / stroke.angle**order
+        low, high = sorted(end * per for end in ends)
+        before = limits.get(order, (-inf, inf))
+        found[order] = max(low, before[0]), min(high, before[1])
+    return found
 
 
 def _own_peaks(problem: Problem, minimised: set[int]) -> dict[int, LowHigh]:

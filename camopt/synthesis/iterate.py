@@ -109,11 +109,8 @@ def _state_between(demand: Demand, before: _End, after: _End, count: int) -> Flo
         fixed = before.stroke if before.own is None else after.stroke
         velocity = (fixed.high - fixed.low) / fixed.angle
         return np.array([fixed.high if before.own is None else fixed.low, velocity, 0.0, 0.0])[:count]
-    if {before.stroke.kind, after.stroke.kind} == {
-        RISE,
-        RETURN,
-    }:  # no velocity: the motion does not leave its stroke
-        before.own[-2] = before.own[-1]
+    if {before.stroke.kind, after.stroke.kind} == {RISE, RETURN}:
+        before.own[-2] = before.own[-1]  # no velocity: neither leaves its stroke
     low, change = demand.law_scale(before.stroke)
     splines = demand.splines_of(before.stroke)
     values = [splines.at(np.array([1.0]), order).toarray()[0] @ before.own for order in range(count)]

@@ -25,7 +25,7 @@ import numpy as np
 
 from camopt.motion.stroke import Stroke
 from camopt.numerics import FloatArray
-from camopt.synthesis.demand import Demand, LinearConstraint, inside
+from camopt.synthesis.demand import Demand, LinearConstraint
 from camopt.synthesis.stroke_motion import Ranges, Sizes
 
 CUBIC = 2.0 / (9.0 * sqrt(3.0))
@@ -40,7 +40,7 @@ class RelaxedMotion:
 
     def __init__(self, panels: int, demand: Demand, stroke: Stroke, ranges: Ranges, sizes: Sizes) -> None:
         self.unit, self.angle, self.sizes = demand.scale, stroke.angle, sizes
-        parts = [(each, part) for each in demand.conditions if (part := inside(each, stroke)) is not None]
+        parts = [(each, part) for each in demand.conditions if (part := stroke.part(each)) is not None]
         x = _nodes(panels, {end for _, part in parts for end in part})
         self.h = np.diff(x)
         self.y, self.v, self.a = (cp.Variable(x.size) for _ in range(3))

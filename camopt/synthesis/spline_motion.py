@@ -8,7 +8,7 @@ import numpy as np
 
 from camopt.motion.stroke import Stroke
 from camopt.numerics import FloatArray
-from camopt.synthesis.demand import Demand, inside
+from camopt.synthesis.demand import Demand
 from camopt.synthesis.splines import elevated
 from camopt.synthesis.stroke_motion import Ranges, Sizes
 
@@ -33,7 +33,7 @@ class SplineMotion:
             rows = self._rows(self._differing(order, self.splines.degree - order), order)
             self.limits += [limit for low, high in bounds for limit in self._within(rows, order, low, high)]
         for condition in demand.conditions:
-            if (part := inside(condition, stroke)) is not None:
+            if (part := stroke.part(condition)) is not None:
                 matrix, order = self._part(condition.order, *part), condition.order
                 low, high = condition.low / self.unit, condition.high / self.unit
                 if low == high:

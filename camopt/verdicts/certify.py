@@ -1,16 +1,14 @@
 """Certify: whether a design holds each of its limits at every cam angle, decided in ball arithmetic.
 
-A limit is a claim that a curve stays below a bound. Over a stretch of the turn the curve is below it if its ball
-is, or the ball of its mean-value form, or, where the slope keeps its sign, both its ends; above it if one point is.
-What is neither is halved. The formulas are those of the mechanisms, run on balls; the laws are exact
-(``verdicts.exact_laws``).
+A limit is a claim that a curve stays below a bound, which ``deciding`` decides. The formulas are those of the
+mechanisms, run on balls; the laws are exact (``exact_laws``).
 """
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from itertools import pairwise, product
+from itertools import product
 from math import inf
-from typing import Any, NamedTuple, cast
+from typing import Any, cast
 
 from flint import arb
 
@@ -18,114 +16,21 @@ import camopt.verdicts.exact_point_contact  # noqa: F401  what formulas do to ba
 from camopt.effects import Case
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
-from camopt.motion.table import INWARD, OUTWARD, RESTING, TURN, WAYS, ways_of
-from camopt.numerics.clock import now
+from camopt.motion.table import TURN
 from camopt.numerics.curves import curve
 from camopt.problem.claims import Claim, Derivative, NumberKind
 from camopt.problem.limits import SELF_CROSSING, UNDERCUT, Limit
 from camopt.problem.problem import Problem, exactly, resolve_design
 from camopt.scene.scene import Scene
 from camopt.verdicts.asked import conditions_verdict
-from camopt.verdicts.ball import Ball, as_arb, between, precisely
-from camopt.verdicts.exact_laws import Stretch
-from camopt.verdicts.exact_load import LoadLine
-from camopt.verdicts.exact_motion import ExactMotion, ExactStroke, motion_at, motion_of
+from camopt.verdicts.ball import Ball, as_arb, precisely
+from camopt.verdicts.deciding import BROKEN, HELD, UNDECIDED, Statement, decide, sign_of, worst
+from camopt.verdicts.exact_motion import ExactMotion, motion_of
 from camopt.verdicts.judging import ASSEMBLY, run_effects
 
-HELD, BROKEN, UNDECIDED = "held", "broken", "undecided"
 CONDITIONS = "conditions"
-FIRST_PARTS = 8  # of each piece of a law, and line of a load
-MOST_PARTS = 20_000
-NARROWEST = arb(2) ** -90
 NEAR = (1e-14, 1e-12, 1e-9)  # shares of a lift that its double may be off
 BALLS = NumberKind(arb, arb.pi, arb.tan)
-
-
-class Statement(NamedTuple):
-    """One side of a claim for one design in balls: factor · value ≤ bound, with ``values`` as of ``of_curve``."""
-
-    values: Callable[[list[Ball]], tuple[Any, Any]]
-    strokes: int
-    factor: arb
-    bound: arb
-
-    def on(self, stroke: ExactStroke) -> "Statement | None":
-        """What it says of a stroke, if anything: of a move, in terms of the way in which the follower moves."""
-        if not self.strokes & (stroke.kind | WAYS):
-            return None
-        if stroke.kind != TURN or self.strokes & TURN == TURN:
-            return self
-        return self._replace(strokes=self.strokes & WAYS | ways_of(self.strokes))
-
-    def applies(self, speed: Any) -> tuple[bool, bool]:
-        """Whether it may be, and whether it is sure to be, about a motion with this y'."""
-        if not self.strokes & WAYS:
-            return True, True
-        outward, inward = bool(speed > 0), bool(speed < 0)
-        still = not outward and not inward and bool(speed == 0)
-        if outward or inward or still:
-            sure = bool(self.strokes & (OUTWARD if outward else INWARD if inward else RESTING))
-            return sure, sure
-        return bool(self.strokes & (OUTWARD * (not speed <= 0) | INWARD * (not speed >= 0))), False
-
-
-@precisely()
-def decide(statement: Statement, motion: ExactMotion, until: float = inf) -> str:
-    """Whether a statement holds; undecided if that is not known at ``until`` (``clock.now``)."""
-    verdict = HELD
-    for stroke in motion.strokes:
-        if (about := statement.on(stroke)) is not None:
-            for part in stroke.smooth():
-                found = _decide_part(about, until, stroke, *part)
-                if found == BROKEN:
-                    return BROKEN
-                verdict = found if found == UNDECIDED else verdict
-    return verdict
-
-
-def _decide_part(
-    statement: Statement,
-    until: float,
-    stroke: ExactStroke,
-    piece: Stretch | None,
-    line: LoadLine | None,
-    start: arb,
-    end: arb,
-) -> str:
-    def over(x: arb) -> tuple[arb, arb, tuple[bool, bool]]:
-        """By how much the curve is above the bound, its slope by x, and whether the statement applies."""
-        motion = motion_at(stroke, piece, x, line)
-        value, slope = statement.values(motion)
-        above = as_arb(value) * statement.factor - statement.bound
-        return above, as_arb(slope) * statement.factor * stroke.angle, statement.applies(motion[1].arb)
-
-    if piece is None and line is None:
-        above, _, (about, _) = over(arb(0))
-        return _sign(above) if about else HELD
-    cuts = [start + (end - start) * k / FIRST_PARTS for k in range(FIRST_PARTS + 1)]
-    stack, parts = list(pairwise(cuts)), 0
-    while stack:
-        parts += 1
-        low, high = stack.pop()
-        whole, slope, (about, everywhere) = over(between(low, high))
-        if not about or whole <= 0:
-            continue
-        middle = (low + high) / 2
-        here, _, (_, surely) = over(middle)
-        if here > 0 and surely:
-            return BROKEN
-        if here + abs(slope) * (high - low) / 2 <= 0:
-            continue
-        if slope > 0 or slope < 0:
-            found = _sign(over(high if slope > 0 else low)[0])
-            if found == HELD:
-                continue
-            if everywhere:
-                return found
-        if high - low < NARROWEST or parts > MOST_PARTS or now() > until:
-            return UNDECIDED
-        stack += [(low, middle), (middle, high)]
-    return HELD
 
 
 @precisely()
@@ -151,10 +56,6 @@ def _highest(motion: ExactMotion, lift: float) -> arb:
 
 def _displacement(moved: list[Ball]) -> tuple[Any, Any]:
     return moved[0], moved[1]
-
-
-def _sign(over: arb) -> str:
-    return HELD if over <= 0 else BROKEN if over > 0 else UNDECIDED
 
 
 def in_balls(design: Designs) -> Designs:
@@ -200,12 +101,12 @@ def _on_arcs(problem: Problem, claim: Claim, design: Designs) -> Iterator[str]:
     factor, allowed = as_arb(claim.factor(design)), claim.allowed(BALLS)
     for side, element in product(claim.sides, problem.scene.profile):
         if element.radius is None:
-            yield _sign(-allowed)
+            yield sign_of(-allowed)
         elif problem.setup.mechanism.curvature is None:
-            yield _sign(factor * side * element.radius - allowed)
+            yield sign_of(factor * side * element.radius - allowed)
         else:
             radius = as_arb(design.roller_radius) + element.radius
-            yield _sign((factor * side - allowed * radius) * radius.sgn())
+            yield sign_of((factor * side - allowed * radius) * radius.sgn())
 
 
 def _without_curves(problem: Problem, limit: Limit, design: Designs) -> str:
@@ -234,7 +135,7 @@ def certify_limits(problem: Problem, design: Designs, until: float = inf) -> dic
             found = [_without_curves(problem, limit, design)]
         if limit.infinite_at(problem.programme):
             found = [BROKEN]
-        verdicts[limit.name] = next((v for v in (BROKEN, UNDECIDED) if v in found), HELD)
+        verdicts[limit.name] = worst(found)
     return verdicts
 
 
@@ -288,4 +189,4 @@ def certify(scene: Scene) -> dict[str, str]:
 
 def summary(verdicts: dict[str, str]) -> str:
     """One word for a design: broken if any limit is, undecided if any is, else held."""
-    return next((v for v in (BROKEN, UNDECIDED) if v in verdicts.values()), HELD)
+    return worst(verdicts.values())

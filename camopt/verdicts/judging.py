@@ -161,7 +161,8 @@ def weighed(problem: Problem, designs: Designs, wanted: frozenset[str], until: f
 
 def _by_balls(problem: Problem, designs: Designs, rows: Rows, until: float) -> Rows:
     """The rows with the verdicts of ball arithmetic: what rounding hides, 200 bits show."""
-    from camopt.verdicts.certify import BROKEN, HELD, certify_limits
+    from camopt.verdicts.certify import certify_limits
+    from camopt.verdicts.deciding import BROKEN, HELD
 
     found = [list(certify_limits(problem, designs.take([i]), until).values()) for i in range(len(designs))]
     verdicts = np.array(found).T

@@ -1,0 +1,123 @@
+"""Whether a curve over the turn stays below a bound, decided in ball arithmetic.
+
+Over a stretch of the turn the curve is below it if its ball is, or the ball of its mean-value form, or, where the
+slope keeps its sign, both its ends; above it if one point is. What is neither is halved.
+"""
+
+from collections.abc import Callable, Collection
+from itertools import pairwise
+from math import inf
+from typing import Any, NamedTuple
+
+from flint import arb
+
+from camopt.motion.table import INWARD, OUTWARD, RESTING, TURN, WAYS, ways_of
+from camopt.numerics.clock import now
+from camopt.verdicts.ball import Ball, as_arb, between, precisely
+from camopt.verdicts.exact_laws import Stretch
+from camopt.verdicts.exact_load import LoadLine
+from camopt.verdicts.exact_motion import ExactMotion, ExactStroke, motion_at
+
+HELD, BROKEN, UNDECIDED = "held", "broken", "undecided"
+FIRST_PARTS = 8  # of each piece of a law, and line of a load
+MOST_PARTS = 20_000
+NARROWEST = arb(2) ** -90
+
+
+def worst(verdicts: Collection[str]) -> str:
+    """One verdict of several: broken if any is, undecided if any is, else held."""
+    return next((verdict for verdict in (BROKEN, UNDECIDED) if verdict in verdicts), HELD)
+
+
+class Statement(NamedTuple):
+    """One side of a claim for one design in balls: factor · value ≤ bound, with ``values`` as of ``of_curve``."""
+
+    values: Callable[[list[Ball]], tuple[Any, Any]]
+    strokes: int
+    factor: arb
+    bound: arb
+
+    def on(self, stroke: ExactStroke) -> "Statement | None":
+        """What it says of a stroke, if anything: of a move, in terms of the way in which the follower moves."""
+        if not self.strokes & (stroke.kind | WAYS):
+            return None
+        if stroke.kind != TURN or self.strokes & TURN == TURN:
+            return self
+        return self._replace(strokes=self.strokes & WAYS | ways_of(self.strokes))
+
+    def applies(self, speed: Any) -> tuple[bool, bool]:
+        """Whether it may be, and whether it is sure to be, about a motion with this y'."""
+        if not self.strokes & WAYS:
+            return True, True
+        outward, inward = bool(speed > 0), bool(speed < 0)
+        still = not outward and not inward and bool(speed == 0)
+        if outward or inward or still:
+            sure = bool(self.strokes & (OUTWARD if outward else INWARD if inward else RESTING))
+            return sure, sure
+        return bool(self.strokes & (OUTWARD * (not speed <= 0) | INWARD * (not speed >= 0))), False
+
+
+@precisely()
+def decide(statement: Statement, motion: ExactMotion, until: float = inf) -> str:
+    """Whether a statement holds; undecided if that is not known at ``until`` (``clock.now``)."""
+    verdict = HELD
+    for stroke in motion.strokes:
+        if (about := statement.on(stroke)) is not None:
+            for part in stroke.smooth():
+                found = decide_part(about, until, stroke, *part)
+                if found == BROKEN:
+                    return BROKEN
+                verdict = found if found == UNDECIDED else verdict
+    return verdict
+
+
+def decide_part(
+    statement: Statement,
+    until: float,
+    stroke: ExactStroke,
+    piece: Stretch | None,
+    line: LoadLine | None,
+    start: arb,
+    end: arb,
+) -> str:
+    """Whether a statement holds from one x of a stroke to another, where motion and load are smooth."""
+
+    def over(x: arb) -> tuple[arb, arb, tuple[bool, bool]]:
+        """By how much the curve is above the bound, its slope by x, and whether the statement applies."""
+        motion = motion_at(stroke, piece, x, line)
+        value, slope = statement.values(motion)
+        above = as_arb(value) * statement.factor - statement.bound
+        return above, as_arb(slope) * statement.factor * stroke.angle, statement.applies(motion[1].arb)
+
+    if piece is None and line is None:
+        above, _, (about, _) = over(arb(0))
+        return sign_of(above) if about else HELD
+    cuts = [start + (end - start) * k / FIRST_PARTS for k in range(FIRST_PARTS + 1)]
+    stack, parts = list(pairwise(cuts)), 0
+    while stack:
+        parts += 1
+        low, high = stack.pop()
+        whole, slope, (about, everywhere) = over(between(low, high))
+        if not about or whole <= 0:
+            continue
+        middle = (low + high) / 2
+        here, _, (_, surely) = over(middle)
+        if here > 0 and surely:
+            return BROKEN
+        if here + abs(slope) * (high - low) / 2 <= 0:
+            continue
+        if slope > 0 or slope < 0:
+            found = sign_of(over(high if slope > 0 else low)[0])
+            if found == HELD:
+                continue
+            if everywhere:
+                return found
+        if high - low < NARROWEST or parts > MOST_PARTS or now() > until:
+            return UNDECIDED
+        stack += [(low, middle), (middle, high)]
+    return HELD
+
+
+def sign_of(over: arb) -> str:
+    """The verdict on what is above a bound by this much."""
+    return HELD if over <= 0 else BROKEN if over > 0 else UNDECIDED
