@@ -12,6 +12,7 @@ from camopt.scene.law_forms import CLOSE, Fault
 from camopt.scene.load import check_load
 from camopt.scene.mapping import at, length, number, segments
 from camopt.scene.own_laws import check_laws, law_names
+from camopt.scene.part import check_part
 from camopt.scene.profile import check_profile, highest_on_profile
 from camopt.scene.turn import LEAST, POSITIONED, check_law, check_turn, highest_of
 
@@ -45,6 +46,7 @@ def check(data: Mapping[str, Any]) -> Iterator[Fault]:
         yield from _keys(data, *mechanism)  # type: ignore[arg-type]
         if lift is not None or not profiled:  # that a follower cannot be on its profile is told already
             yield from _fit(data, lift, *mechanism)  # type: ignore[arg-type]
+        yield from check_part(data, mechanism[0], lift, _trace_radius(data, mechanism[2]))  # type: ignore[arg-type]
         yield from _search(data, *mechanism)  # type: ignore[arg-type]
         yield from _limits(data, *mechanism)  # type: ignore[arg-type]
 
@@ -211,15 +213,20 @@ def _fit(data: Mapping[str, Any], lift: float | None, form: str, motion: str, co
         if motion == "oscillating" and lift is not None and lift >= 180.0:
             yield "motion.lift", None, f"the arm swings {lift:g} deg; a swing stays below 180"
         return
-    radii = [length(data, f"follower.{name}") for name in TRACE.get(contact, ())]
-    if base is None or None in radii:
+    radius = _trace_radius(data, contact)
+    if base is None or radius is None:
         return
-    radius = sum(radius for radius in radii if radius is not None)
     offset = _size(data, "follower.offset") or 0.0
     if motion == "translating" and contact != "flat" and abs(offset) >= base + radius:
         yield "follower.offset", offset, f"must be smaller than the prime radius ({base + radius:g})"
     if motion == "oscillating" and lift is not None:
         yield from (_flat_swing if contact == "flat" else _arm_swing)(data, base + radius, lift)
+
+
+def _trace_radius(data: Mapping[str, Any], contact: str) -> float | None:
+    """Distance of the trace point from the profile: the radius of a roller or spherical face; None if not known."""
+    keys = TRACE.get(contact, ())
+    return length(data, f"follower.{keys[0]}") if keys else 0.0
 
 
 def _arm_swing(data: Mapping[str, Any], prime: float, lift: float) -> Iterator[Fault]:

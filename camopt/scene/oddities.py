@@ -14,6 +14,11 @@ USUAL = {
     "cam.rpm": (0.01, 1e5, "rev/min"),
     "follower.dynamics.mass": (1e-5, 1e4, "kg"),
     "follower.dynamics.inertia": (1e-9, 1e4, "kg·m²"),
+    **dict.fromkeys((f"part.{k}" for k in ("thickness", "bore", "hub_diameter", "hub_length")), LENGTH),
+    **dict.fromkeys((f"part.{k}" for k in ("keyway_width", "keyway_depth", "groove_depth")), LENGTH),
+    "part.profile_tolerance": (1e-4, 1.0, "mm"),
+    "part.roughness": (0.005, 50.0, "µm"),
+    "part.density": (500.0, 25000.0, "kg/m³"),
     "materials.cam_modulus": (0.1, 1500.0, "GPa"),
     "materials.follower_modulus": (0.1, 1500.0, "GPa"),
 }

@@ -21,6 +21,7 @@ from camopt.scene.checks import check
 from camopt.scene.complaints import mistakes_of
 from camopt.scene.load import read_load
 from camopt.scene.own_laws import read_files
+from camopt.scene.part import Part, resolved
 from camopt.scene.profile import read_profile
 from camopt.scene.search import Search
 from camopt.scene.tables import (
@@ -62,6 +63,7 @@ class Scene(Shown, Table):
     search: Search = Search()
     synthesis: Synthesis = Synthesis()
     materials: Materials = Materials()
+    part: Part = Part()
     accuracy: Accuracy = Accuracy()
     outputs: Outputs = ()
     _file: str = PrivateAttr("scene")
@@ -82,6 +84,11 @@ class Scene(Shown, Table):
     def file(self) -> str:
         """The name of the scene's file, or what messages call it if it has none."""
         return self._file
+
+    @property
+    def whole_part(self) -> Part:
+        """The part with what ``[part]`` leaves to other tables: bore, material, density, name."""
+        return resolved(self.part, self.name, self.cam, self.materials)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Scene) and self.__dict__ == other.__dict__

@@ -1,0 +1,163 @@
+"""The table ``[part]`` of a scene: the cam as a piece of steel, and whether its sizes go together.
+
+A disc cam is a plate with a bore, a keyway and a hub on one side; a cylindrical cam is a cylinder with a groove;
+the mean radius is in the middle of its depth.
+"""
+
+from collections.abc import Iterator, Mapping
+from math import hypot, radians, sin
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator, Field
+
+from camopt.scene.law_forms import Fault
+from camopt.scene.mapping import at, length
+from camopt.scene.materials import MATERIALS
+from camopt.scene.tables import Cam, Length, Materials, Number, Positive, Table, one_line
+
+Line = Annotated[str, BeforeValidator(one_line)]
+TOWARDS_FOLLOWER = 90.0
+HUB, KEYWAY, GROOVE = ("hub_diameter", "hub_length"), ("keyway_width", "keyway_depth"), ("groove_depth",)
+
+
+class Part(Table):
+    """The cam as it is made: sizes in mm, density in kg/m³, and what a drawing says. Every key is optional.
+
+    ``thickness`` is that of the plate of a disc cam, or the length of a cylindrical cam along its axis; the groove
+    (``groove_depth``) runs in the middle of that. ``hub_length`` is that of the whole hub, the plate included.
+    ``keyway_depth`` is the depth in the hub (t₂ of DIN 6885), from the surface of the bore at the middle of the
+    keyway; ``keyway_angle`` (deg) is that of this middle in the cam's own frame, ccw from its x axis: 90, if not
+    given, is towards a translating follower at cam angle 0. ``profile_tolerance`` is ± mm, ``roughness`` Ra in µm.
+    """
+
+    thickness: Length | None = None
+    bore: Length | None = None
+    hub_diameter: Length | None = None
+    hub_length: Length | None = None
+    keyway_width: Length | None = None
+    keyway_depth: Length | None = None
+    keyway_angle: Annotated[Number, Field(ge=-360, le=360)] | None = None
+    groove_depth: Length | None = None
+    density: Positive | None = None
+    material: Line | None = None
+    hardness: Line | None = None
+    profile_tolerance: Length | None = None
+    roughness: Positive | None = None
+    name: Line | None = None
+    number: Line | None = None
+    designer: Line | None = None
+
+    @property
+    def bore_reach(self) -> float:
+        """The largest distance of the bore, its keyway included, from the axis; 0 without a bore; mm."""
+        return reach_of(self.bore or 0.0, self.keyway_width or 0.0, self.keyway_depth or 0.0)
+
+
+def reach_of(bore: float, width: float, depth: float) -> float:
+    """The distance from the axis of the corners of a keyway, or of the bore's surface if there is none; mm."""
+    return hypot(bore / 2 + depth, width / 2) if width else bore / 2
+
+
+def resolved(part: Part, title: str, cam: Cam, materials: Materials) -> Part:
+    """The part with what it leaves to other tables.
+
+    The bore is that of the shaft, material and density are those of the contact, the name is that of the scene.
+    """
+    listed = MATERIALS[materials.cam] if materials.cam else None
+    elsewhere = {
+        "bore": cam.shaft_diameter,
+        "material": materials.cam,
+        "density": listed and listed.density,
+        "name": title,
+        "keyway_angle": TOWARDS_FOLLOWER if part.keyway_width else None,
+    }
+    return part.model_copy(update={key: v for key, v in elsewhere.items() if getattr(part, key) is None})
+
+
+def check_part(data: Mapping[str, Any], form: str, travel: float | None, radius: float | None) -> Iterator[Fault]:
+    """Whether what is given of the part goes together, and is inside the cam.
+
+    ``travel`` of the follower is in mm, or in deg of its arm; ``radius`` is that of a roller or spherical face.
+    """
+    part = data.get("part")
+    if not isinstance(part, Mapping):
+        return
+    for key in GROOVE if form == "disc" else HUB:
+        if part.get(key) is not None:
+            yield f"part.{key}", part[key], f"a {form} cam has none"
+    yield from _keyway(data, part)
+    if form == "disc":
+        yield from _hub(data, part)
+        yield from _inside(data, length(data, "cam.base_radius"), "the base circle (radius {:g})")
+    else:
+        yield from _groove(data, travel, radius)
+
+
+def _bore(data: Mapping[str, Any]) -> float | None:
+    """The bore's diameter; None where there is none, or it is wrong."""
+    return length(data, "part.bore" if at(data, "part.bore") is not None else "cam.shaft_diameter")
+
+
+def _reach(data: Mapping[str, Any]) -> float | None:
+    """The largest distance of bore and keyway from the axis."""
+    bore = _bore(data)
+    width, depth = (length(data, f"part.{key}") or 0.0 for key in KEYWAY)
+    return None if bore is None else reach_of(bore, width if depth else 0.0, depth)
+
+
+def _keyway(data: Mapping[str, Any], part: Mapping[str, Any]) -> Iterator[Fault]:
+    """A keyway has a width, a depth and a bore that it is in."""
+    given = [key for key in (*KEYWAY, "keyway_angle") if part.get(key) is not None]
+    if not given:
+        return
+    for key in KEYWAY:
+        if part.get(key) is None:
+            yield f"part.{key}", None, f"missing; part.{given[0]} is that of a keyway"
+    if part.get("bore") is None and at(data, "cam.shaft_diameter") is None:
+        yield "part.bore", None, "missing; a keyway needs it, or cam.shaft_diameter"
+    bore, width = _bore(data), length(data, "part.keyway_width")
+    if bore and width and width >= bore:
+        yield "part.keyway_width", width, f"must be below the diameter of the bore ({bore:g})"
+
+
+def _hub(data: Mapping[str, Any], part: Mapping[str, Any]) -> Iterator[Fault]:
+    """A hub has a diameter and a length, and is longer and wider than what it holds."""
+    given = [key for key in HUB if part.get(key) is not None]
+    for key in (*HUB, "thickness") if given else ():
+        if part.get(key) is None:
+            yield f"part.{key}", None, f"missing; part.{given[0]} is that of a hub on a plate"
+    whole, plate = length(data, "part.hub_length"), length(data, "part.thickness")
+    if whole and plate and whole < plate:
+        yield "part.hub_length", whole, f"must be at least the thickness ({plate:g}), which it includes"
+    diameter, reach = length(data, "part.hub_diameter"), _reach(data)
+    if diameter and reach and diameter <= 2 * reach:
+        yield "part.hub_diameter", diameter, f"must be above {2 * reach:g}: the bore and its keyway are inside it"
+
+
+def _inside(data: Mapping[str, Any], radius: float | None, what: str) -> Iterator[Fault]:
+    """Bore and keyway are inside a circle about the axis."""
+    reach, bore = _reach(data), _bore(data)
+    if not radius or not reach or not bore or reach < radius:
+        return
+    own = length(data, "part.bore")
+    if bore / 2 < radius:
+        yield "part.keyway_depth", at(data, "part.keyway_depth"), f"must leave a wall to {what.format(radius)}"
+    elif own:  # a shaft as thick as the base circle is told as such, or allowed: then it is one with the cam
+        yield "part.bore", own, f"must leave a wall to {what.format(radius)}"
+
+
+def _groove(data: Mapping[str, Any], travel: float | None, radius: float | None) -> Iterator[Fault]:
+    """A groove lies within the length of the cylinder, and leaves a wall to the bore."""
+    mean, depth = length(data, "cam.mean_radius"), length(data, "part.groove_depth")
+    if mean and depth and depth >= 2 * mean:
+        yield "part.groove_depth", depth, f"must be below twice the mean radius ({2 * mean:g})"
+    elif mean:
+        yield from _inside(data, mean - (depth or 0.0) / 2, "the bottom of the groove (radius {:g})")
+    whole, arm = length(data, "part.thickness"), length(data, "follower.arm_length")
+    if depth and whole and travel is not None and radius is not None:
+        swings = at(data, "follower.motion") == "oscillating"
+        if swings and arm is None:
+            return
+        needed = (2 * arm * sin(radians(travel) / 2) if swings and arm else travel) + 2 * radius
+        if whole <= needed:
+            yield "part.thickness", whole, f"must be above {needed:g}, the length over which the groove runs"

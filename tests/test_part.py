@@ -1,0 +1,122 @@
+"""The cam as a part: what [part] takes, what it leaves to other tables, and its mistakes."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from camopt import BadInput, Scene, find_scene, shipped_scenes
+from camopt.scene.materials import MATERIALS
+from camopt.scene.oddities import oddities
+from camopt.scene.part import Part
+
+PLATE = {"thickness": 16, "hub_diameter": 44, "hub_length": 32, "keyway_width": 8, "keyway_depth": 3.3}
+CYLINDER = {"thickness": 100, "bore": 60, "keyway_width": 18, "keyway_depth": 4.4, "groove_depth": 16}
+BASES = {
+    "disc": find_scene("valve-rod-radial").replace(part=PLATE),  # base radius 25, shaft 25
+    "cylinder": find_scene("feeder-with-stop").replace(
+        part=CYLINDER
+    ),  # mean radius 100, highest at 65.2433, roller 9
+}
+ONE_MISTAKE = [
+    ("disc", {"part": 5}, "part = 5: must be a table"),
+    ("disc", {"part.thicknes": 5}, "part.thicknes = 5: not a known key; did you mean thickness?"),
+    ("disc", {"part.thickness": "16"}, "part.thickness = '16': must be a number"),
+    ("disc", {"part.thickness": -1}, "part.thickness = -1: must be at least 1e-09"),
+    ("disc", {"part.keyway_angle": 400}, "part.keyway_angle = 400: must be at most 360"),
+    ("disc", {"part.density": 0}, "part.density = 0: must be at least 1e-15"),
+    ("disc", {"part.material": 5}, "part.material = 5: must be a text"),
+    ("disc", {"part.name": "a\nb"}, r"part.name = 'a\nb': must be a text of one line"),
+    ("disc", {"part.groove_depth": 5}, "part.groove_depth = 5: a disc cam has none"),
+    ("cylinder", {"part.hub_length": 50}, "part.hub_length = 50: a cylindrical cam has none"),
+    ("disc", {"part.keyway_depth": None}, "part.keyway_depth: missing; part.keyway_width is that of a keyway"),
+    ("disc", {"part.keyway_width": None}, "part.keyway_width: missing; part.keyway_depth is that of a keyway"),
+    ("disc", {"cam.shaft_diameter": None}, "part.bore: missing; a keyway needs it, or cam.shaft_diameter"),
+    ("disc", {"part.keyway_width": 25}, "part.keyway_width = 25.0: must be below the diameter of the bore (25)"),
+    ("disc", {"part.hub_diameter": None}, "part.hub_diameter: missing; part.hub_length is that of a hub on a"),
+    ("disc", {"part.hub_length": None}, "part.hub_length: missing; part.hub_diameter is that of a hub on a plate"),
+    ("disc", {"part.thickness": None}, "part.thickness: missing; part.hub_diameter is that of a hub on a plate"),
+    ("disc", {"part.hub_length": 15}, "part.hub_length = 15.0: must be at least the thickness (16), which it inc"),
+    ("disc", {"part.hub_diameter": 32}, "part.hub_diameter = 32.0: must be above 32.5969: the bore and its keyway"),
+    ("disc", {"part.bore": 50, "part.hub_diameter": 60}, "part.bore = 50.0: must leave a wall to the base cir"),
+    (
+        "disc",
+        {"part.keyway_depth": 12.5, "part.hub_diameter": 60},
+        "part.keyway_depth = 12.5: must leave a wall to the base circle (radius 25)",
+    ),
+    ("cylinder", {"part.bore": 184}, "part.bore = 184.0: must leave a wall to the bottom of the groove (radi"),
+    ("cylinder", {"part.groove_depth": 130}, "part.keyway_depth = 4.4: must leave a wall to the bottom of the gro"),
+    ("cylinder", {"part.groove_depth": 200}, "part.groove_depth = 200.0: must be below twice the mean radius (200"),
+    ("cylinder", {"part.thickness": 83}, "part.thickness = 83.0: must be above 83.2433, the length over which the"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("base", "changes", "line"), ONE_MISTAKE)
+def test_a_part_that_cannot_be_is_told_in_one_line(base, changes, line):
+    with pytest.raises(BadInput) as error:
+        BASES[base].replace(**changes)
+    (found,) = str(error.value).splitlines()
+    assert found.partition(": ")[2].startswith(line)
+
+
+@pytest.mark.parametrize(("base", "changes", "_"), ONE_MISTAKE[9:])
+def test_what_a_check_is_about_is_allowed_up_to_there(base, changes, _):
+    """The sizes that are too large or too small by a share of the gap: halfway back they are a part."""
+    sizes = {key: value for key, value in changes.items() if isinstance(value, (int, float))}
+    own = {f"part.{key}": value for key, value in (PLATE if base == "disc" else CYLINDER).items()}
+    halfway = {key: (value + own[key]) / 2 for key, value in sizes.items() if key in own}
+    if "part.keyway_width" not in sizes:  # a key as wide as half the bore is deep too
+        assert BASES[base].replace(**halfway).part
+
+
+@given(
+    st.sampled_from(sorted(BASES)),
+    st.dictionaries(
+        st.sampled_from([*Part.model_fields, "hub"]),
+        st.floats() | st.floats(0, 200) | st.text(max_size=5) | st.none() | st.just([]) | st.booleans(),
+        max_size=8,
+    ),
+)
+def test_whatever_is_given_makes_a_part_or_one_mistake_a_key(base, table):
+    data = BASES[base].to_dict() | {"part": table}
+    try:
+        scene = Scene.from_dict(data)
+    except BadInput as error:
+        keys = [mistake.key for mistake in error.mistakes]
+        assert len(keys) == len({*keys})
+        assert str(error).replace("\n", "").isprintable()
+    else:
+        assert Scene.from_dict(scene.to_dict()) == scene
+        assert scene.whole_part.bore_reach < (25.0 if base == "disc" else 100.0)
+
+
+def test_a_part_says_what_other_tables_say():
+    bare = find_scene("two-pauses").replace(
+        **{"materials.cam": "bronze", "part.keyway_width": 8, "part.keyway_depth": 3}
+    )
+    part = bare.whole_part
+    assert (part.bore, part.density, part.material, part.name) == (40.0, 8150.0, "bronze", bare.name)
+    assert part.keyway_angle == 90.0
+    assert part.bore_reach == pytest.approx((23.0**2 + 4.0**2) ** 0.5, rel=1e-15)
+    own = {"bore": 39, "density": 8800, "material": "CuSn12", "name": "Cam", "keyway_angle": 0}
+    said = bare.replace(**{f"part.{key}": value for key, value in own.items()}).whole_part
+    assert {key: getattr(said, key) for key in own} == own
+    knife = find_scene("knife-300rpm-radial").whole_part
+    assert (knife.bore, knife.density, knife.keyway_angle, knife.bore_reach) == (None, None, None, 0.0)
+
+
+def test_a_part_is_read_and_written():
+    for base in BASES.values():
+        assert Scene.from_dict(base.to_dict()) == base
+        assert oddities(base) == []
+    told = BASES["disc"].replace(**{"part.density": 7.8})
+    assert [line.partition(" = ")[0] for line in oddities(told)] == ["part.density"]
+    assert [name for name in shipped_scenes() if "thickness" in find_scene(name).to_dict().get("part", {})]
+
+
+@pytest.mark.parametrize(
+    ("name", "unit_weight"),
+    [("steel", 76.5), ("stainless-steel", 76.0), ("grey-cast-iron", 70.6), ("bronze", 80.1)],
+)
+def test_densities_are_those_of_the_unit_weights_of_shigley(name, unit_weight):
+    """Table A-5 of Shigley has kN/m³ (carbon steel, stainless, grey cast iron, phosphor bronze)."""
+    assert MATERIALS[name].density == pytest.approx(unit_weight * 1e3 / 9.81, abs=25.0)
