@@ -78,13 +78,13 @@ def test_what_a_check_is_about_is_allowed_up_to_there(base, changes, _):
 )
 def test_whatever_is_given_makes_a_part_or_one_mistake_a_key(base, table):
     data = BASES[base].to_dict() | {"part": table}
+    keys, scene = [], None
     try:
         scene = Scene.from_dict(data)
     except BadInput as error:
         keys = [mistake.key for mistake in error.mistakes]
-        assert len(keys) == len({*keys})
-        assert str(error).replace("\n", "").isprintable()
-    else:
+    assert len(keys) == len({*keys})
+    if scene:
         assert Scene.from_dict(scene.to_dict()) == scene
         assert scene.whole_part.bore_reach < (25.0 if base == "disc" else 100.0)
 
