@@ -283,6 +283,20 @@ _ALL = [
     ),
     Quantity("jamming_angle_deg", "", "deg", "thrust", "Pressure angle at which the follower jams at its lowest."),
     Quantity("contact_stress_max_MPa", "p_0", "MPa", "hertz", "Largest contact pressure (Hertz)."),
+    Quantity(
+        "contact_stress_push_MPa",
+        "p_0",
+        "MPa",
+        "hertz",
+        "Largest contact pressure on the flank of a groove that pushes the follower outward.",
+    ),
+    Quantity(
+        "contact_stress_pull_MPa",
+        "p_0",
+        "MPa",
+        "hertz",
+        "Largest contact pressure on its other flank, which pulls the follower back.",
+    ),
     Quantity("contact_half_width_mm", "b", "mm", "hertz", "Half-width of the contact where its stress is largest."),
     Quantity(
         "contact_half_length_mm",
@@ -315,6 +329,25 @@ _ALL = [
             ("film_ratio_min", "λ", "", "Least film over the composite roughness."),
         )
     ],
+    Quantity("lift_change_max_mm_per_deg", "", "mm/deg", "lift_change", "Largest change of the lift by cam angle."),
+    Quantity(
+        "lift_change_max_deg_per_deg", "", "deg/deg", "lift_change", "Largest change of the lift by cam angle."
+    ),
+    Quantity("hub_wall_min_mm", "", "mm", "wall", "Least wall from bore or keyway to base circle, hub or groove."),
+    Quantity("area_mm2", "A", "mm²", "section", "Area inside the profile, bore included."),
+    Quantity("profile_length_mm", "L", "mm", "section", "Length of the profile."),
+    Quantity("centroid_x_mm", "x_S", "mm", "section", "Centroid of that area, in the cam's own frame."),
+    Quantity("centroid_y_mm", "y_S", "mm", "section", "Centroid of that area, in the cam's own frame."),
+    Quantity("polar_moment_mm4", "I_p", "mm⁴", "section", "Second moment of that area about the cam's axis."),
+    Quantity("groove_length_mm", "L", "mm", "section", "Length of a groove's pitch curve on the mean cylinder."),
+    Quantity(
+        "cam_mass_kg", "m", "kg", "solid", "Mass of the cam: plate and hub, or cylinder, less bore and keyway."
+    ),
+    Quantity(
+        "unbalance_g_mm", "U", "g·mm", "solid", "Mass of the cam times the distance of its centre of gravity."
+    ),
+    Quantity("centre_of_gravity_mm", "e_S", "mm", "solid", "Distance of its centre of gravity from its axis."),
+    Quantity("cam_inertia_kg_m2", "J", "kg·m²", "solid", "Moment of inertia of the cam about its axis."),
     Quantity("feasible", "", "", "limits", "Whether it is proved that the design meets every limit.", bool),
     Quantity("violated", "", "", "limits", "The limits that are broken, separated by commas.", str),
     Quantity(

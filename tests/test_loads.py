@@ -162,6 +162,13 @@ def slow(scene):
             load, at = max(both)
             per = modulus(scene["materials"], mp) / (mp.pi * scene["materials"]["face_width"])
             stress = mp.sqrt(load * per)
+            if groove:
+                pushed, pulled = (
+                    naive.turn_max(spans, "other", turn)[0],
+                    -naive.turn_min(spans, "load", turn)[0],
+                )
+                out["contact_stress_push_MPa"] = mp.sqrt(max(pushed, 0) * per)
+                out["contact_stress_pull_MPa"] = mp.sqrt(max(pulled, 0) * per)
             here = [loads(scene, p.kind, k, mp)(at, p.jet(at)) for p, k in pieces[0] if p.start <= at <= p.end]
             first, last = pieces[0][0], pieces[0][-1]
             here += [loads(scene, p.kind, k, mp)(0, p.jet(0)) for p, k in (first,) if at == last[0].end]

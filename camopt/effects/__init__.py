@@ -9,26 +9,32 @@ from camopt.effects import (
     force,
     hertz,
     lash,
+    lift_change,
     motion,
     outline,
     pressure,
     reach,
+    section,
     sizes,
+    solid,
     surface,
     thrust,
     torque,
     vibration,
+    wall,
 )
-from camopt.effects.case import Bodies, Case, Dynamics, Effect, Setup
+from camopt.effects.case import Bodies, Case, Dynamics, Effect, Setup, Solid
 from camopt.quantities import QUANTITIES
 
-__all__ = ["EFFECTS", "Bodies", "Case", "Dynamics", "Effect", "Setup", "called", "lacking", "offered"]
+__all__ = ["EFFECTS", "Bodies", "Case", "Dynamics", "Effect", "Setup", "Solid", "called", "lacking", "offered"]
 
 EFFECTS: dict[str, Effect] = {
     effect.name: effect
     for effect in (
         sizes.EFFECT,
+        wall.EFFECT,
         motion.EFFECT,
+        lift_change.EFFECT,
         lash.EFFECT,
         force.EFFECT,
         torque.EFFECT,
@@ -41,6 +47,8 @@ EFFECTS: dict[str, Effect] = {
         thrust.EFFECT,
         hertz.EFFECT,
         surface.EFFECT,
+        section.EFFECT,
+        solid.EFFECT,
         crossing.EFFECT,
     )
 }

@@ -52,6 +52,23 @@ class Bodies:
 
 
 @dataclass(frozen=True)
+class Solid:
+    """The cam as a solid: mm, t/mm³, rad. None where a scene does not say; 0 where there is no such thing."""
+
+    thickness: float | None = None
+    density: float | None = None
+    bore_radius: float = 0.0
+    bore_reach: float = 0.0
+    """The largest distance of the bore, its keyway included, from the axis."""
+    keyway_width: float = 0.0
+    keyway_depth: float = 0.0
+    keyway_angle: float = 0.0
+    hub_radius: float = 0.0
+    hub_length: float = 0.0
+    groove_depth: float | None = None
+
+
+@dataclass(frozen=True)
 class Setup:
     """What all designs of a problem share: the mechanism and the speed. Lengths in mm, ω in rad/s."""
 
@@ -65,6 +82,7 @@ class Setup:
     tolerance: float = 1e-9
     dynamics: Dynamics = Dynamics()
     bodies: Bodies = Bodies()
+    solid: Solid = Solid()
     spherical: bool = False
     """Whether the follower touches the cam in a point."""
     numbers: tuple[tuple[str, float], ...] = ()

@@ -8,8 +8,11 @@ relative radius R_s·(1 − κ·R_s) in the plane of the cam and R_s across it, 
 half-axes are those of ``numerics.point_contact``, and must be small against the radii and the cam's width.
 On a concave flank that nearly conforms to the roller R grows without end and the stress falls to zero: the formulas
 hold while b is small against R_r.
-A knife edge has no width, and its stress no bound. In a groove the roller touches one flank or the other, and the
-sharper counts. Source: Johnson, Contact Mechanics, ch. 4.
+A knife edge has no width, and its stress no bound. In a groove the roller touches one flank or the other: the one
+that pushes it outward where N > 0, and the one that pulls it back where N < 0. Each has a stress of its own; with
+play the roller may strike either, so that for the largest of all the sharper counts.
+
+Source: Johnson, Contact Mechanics, ch. 4.
 """
 
 from functools import partial
@@ -21,7 +24,7 @@ from camopt.effects import force
 from camopt.effects.case import Bounded, ByExtreme, Case, Effect, Setup, Variant
 from camopt.effects.loads import Largest, contact_load, goal_of, largest_load, normal_curve, rubs, ways
 from camopt.mechanisms.design import Designs
-from camopt.numerics import FloatArray
+from camopt.numerics import LARGEST, LEAST, FloatArray
 from camopt.numerics.curves import curve
 from camopt.numerics.point_contact import ellipticity_of, integrals
 
@@ -29,10 +32,16 @@ SHEAR, DEPTH = 0.3002831060007776, 0.7861513777574233  # of the largest shear: o
 STRESS, WIDTH, LENGTH = "contact_stress_max_MPa", "contact_half_width_mm", "contact_half_length_mm"
 LINE = (STRESS, WIDTH, "contact_shear_max_MPa", "contact_shear_depth_mm")
 POINT = (STRESS, WIDTH, LENGTH)
+FLANKS = {"contact_stress_push_MPa": (-1.0, LARGEST), "contact_stress_pull_MPa": (1.0, LEAST)}
+"""The flanks of a groove, and the extreme of the load on each: κ > 0 is hollow towards outward, and a load below 0
+pulls."""
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
-    return (STRESS,) if setup.pointed else POINT if setup.spherical else LINE
+    if setup.pointed:
+        return (STRESS,)
+    flanks = FLANKS if setup.mechanism.grooved else ()
+    return (*(POINT if setup.spherical else LINE), *flanks)
 
 
 def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
@@ -88,6 +97,21 @@ def by_extremes(setup: Setup) -> dict[str, ByExtreme]:
     return {name: ByExtreme(curves, goal_of(setup), partial(stress, factor)) for name, factor in factors.items()}
 
 
+def on_flank(case: Case, name: str, sound: Any) -> Bounded:
+    """The largest contact stress on one flank of a groove, of the force that presses the roller on it."""
+    chosen, goal = FLANKS[name]
+    curves = [variant for flank, _, variant in variants(case.setup) if flank == chosen]
+    return _stress(case.setup, largest_load(case, curves, goal, sound))
+
+
+def _stress(setup: Setup, top: Largest) -> Bounded:
+    """The contact stress at the largest load; 0 where that is none."""
+    load, far = np.maximum(top.value, 0.0), np.maximum(top.value + top.width, 0.0)
+    stress, known = stress_of(setup, load), np.isfinite(load)
+    outward = np.where(known, stress_of(setup, far) - np.where(known, stress, 0.0), 0.0)
+    return Bounded(stress, outward, stress)
+
+
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     setup = case.setup
     if setup.pointed:
@@ -96,13 +120,11 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     sound = sound & (np.asarray(case.found.get("jamming_margin", 1.0)) > 0.0)
     every = variants(setup)
     goal, curves = goal_of(setup), [variant for *_, variant in every]
-    patch_wanted = bool(wanted - {STRESS})
+    columns: dict[str, Any] = {name: on_flank(case, name, sound) for name in wanted & FLANKS.keys()}
+    patch_wanted = bool(wanted - {STRESS, *FLANKS})
     top = largest_load(case, curves, goal, sound, located=patch_wanted)
-    load = np.maximum(top.value, 0.0)
-    stress = stress_of(setup, load)
-    finite = np.where(np.isfinite(load), stress, 0.0)
-    outward = np.where(np.isfinite(load), stress_of(setup, load + top.width) - finite, 0.0)
-    columns: dict[str, Any] = {STRESS: Bounded(stress, outward, stress)}
+    load, columns[STRESS] = np.maximum(top.value, 0.0), _stress(setup, top)
+    stress, outward, _ = columns[STRESS]
     if patch_wanted:
         width, length = np.zeros((2, *stress.shape))
         width[~np.isfinite(load)] = length[~np.isfinite(load)] = np.inf

@@ -28,7 +28,7 @@ from camopt.effects.force import weights
 from camopt.mechanisms.design import Designs
 from camopt.motion.programme import Programme
 from camopt.motion.table import INWARD, OUTWARD, RESTING, TURN
-from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, FloatArray
+from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
 from camopt.numerics.curves import Linear, curve, formula
 from camopt.numerics.extremes import Extremes
 from camopt.numerics.point_contact import pressure_factor, pressure_table
@@ -323,7 +323,8 @@ def goal_of(setup: Setup) -> int:
 def largest_load(
     case: Case, variants: Sequence[Variant], goal: int, sound: Any, *, located: bool = False
 ) -> Largest:
-    """The largest load over the turn; infinite for designs that are not sound, and where y' jumps.
+    """The largest load over the turn, or where the goal is LEAST minus the least one; infinite for designs that are
+    not sound, and where y' jumps.
 
     Its cam angle is as exact as the load only if ``located``.
     """
@@ -335,8 +336,8 @@ def largest_load(
     some = replace(case, designs=case.designs.take(index))
     asked = [v for v in variants if np.any(case.programme.table.kind & v[1])]
     each = [some.extremes(make, [(kinds, goal)], located=located) for make, kinds in asked]
-    values = np.array([f.value[0] for f in each])
-    tops = np.array([f.value[0] + f.width[0] for f in each])
+    values = np.array([-f.value[0] if goal == LEAST else f.value[0] for f in each])
+    tops = values + np.array([f.width[0] for f in each])
     best = values.argmax(axis=0)
     chosen = np.arange(index.size)
     found.value[index] = values[best, chosen]

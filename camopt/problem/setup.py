@@ -1,10 +1,10 @@
 """What all designs of a scene share, in inside units: mm, s, N, t, rad."""
 
 from dataclasses import replace
-from math import pi
+from math import pi, radians
 from typing import Any
 
-from camopt.effects import Bodies, Dynamics, Setup
+from camopt.effects import Bodies, Dynamics, Setup, Solid
 from camopt.mechanisms import mechanism_for
 from camopt.quantities import number_quantity
 from camopt.scene.load import constant_and_changing
@@ -25,6 +25,7 @@ def setup_of(scene: Scene) -> Setup:
         tolerance=scene.accuracy.tolerance,
         dynamics=_dynamics(scene),
         bodies=_bodies(scene),
+        solid=_solid(scene),
         spherical=follower.contact == "spherical",
         numbers=tuple(
             (number_quantity(key, angular=angular), value)
@@ -87,3 +88,20 @@ def _bodies(scene: Scene) -> Bodies:
             return bodies
         compliance += (1.0 - poisson**2) / (1e3 * modulus)
     return replace(bodies, modulus=1.0 / compliance)
+
+
+def _solid(scene: Scene) -> Solid:
+    """The cam as a solid, with what ``[part]`` leaves to other tables."""
+    part = scene.whole_part
+    return Solid(
+        thickness=part.thickness,
+        density=None if part.density is None else part.density * 1e-12,  # kg/m³ to t/mm³
+        bore_radius=(part.bore or 0.0) / 2,
+        bore_reach=part.bore_reach,
+        keyway_width=part.keyway_width or 0.0,
+        keyway_depth=part.keyway_depth or 0.0,
+        keyway_angle=radians(part.keyway_angle or 0.0),
+        hub_radius=(part.hub_diameter or 0.0) / 2,
+        hub_length=part.hub_length or 0.0,
+        groove_depth=part.groove_depth,
+    )

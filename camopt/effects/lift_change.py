@@ -1,0 +1,28 @@
+"""Lift change: how much the lift changes from one degree of the cam to the next, at most.
+
+The largest |y'| over the turn, per degree of the cam: what a grinder's table of lifts, one a degree, has to follow.
+"""
+
+from math import radians
+from typing import Any
+
+from camopt.effects.case import Case, Effect, Setup
+from camopt.motion.programme import peak
+from camopt.motion.table import TURN
+
+
+def name_of(setup: Setup) -> str:
+    """The quantity, in mm (deg) per deg."""
+    return f"lift_change_max_{'deg' if setup.angular else 'mm'}_per_deg"
+
+
+def per_degree(setup: Setup) -> float:
+    """From mm (rad) by rad to mm (deg) by deg."""
+    return 1.0 if setup.angular else radians(1.0)
+
+
+def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
+    return {name_of(case.setup): peak(case.programme, 1, TURN) * per_degree(case.setup)}
+
+
+EFFECT = Effect("lift_change", lambda setup: (name_of(setup),), run, of_motion=lambda setup: True)

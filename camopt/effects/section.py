@@ -1,0 +1,166 @@
+"""The section of a disc cam: area, length of the profile, centroid, polar moment; of a groove its length.
+
+The contact point is z in the ground frame, and moves along the cam by dz/dθ − iσz, with σ = 1 for a ccw cam. By
+Green's theorem, with the rate w = −σ·Im(z̄·(dz/dθ − iσz)) at which the radius to it sweeps twice the area,
+
+    A = ½∮w dθ,    ∫(x + iy) dA = ⅓∮e^{−iσθ}·z·w dθ,    ∫r² dA = ¼∮|z|²·w dθ
+
+in the cam's own frame, in which x and y are those of the ground at cam angle 0. A corner of the pitch curve adds an
+arc of the roller about it, one of the motion of a flat face a straight edge. Where a profile is undercut, or
+crosses itself, all are those of the curve as it is drawn, whose loops count with their sign.
+
+Integrals are by Gauss's rule on each panel of the motion (``numerics.quadrature``).
+Source: Bronshtein et al., Handbook of Mathematics, ch. 8 (line integrals).
+"""
+
+from collections.abc import Iterator
+from math import pi
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from camopt.effects.case import Bounded, Case, Effect, Setup
+from camopt.mechanisms.design import ComplexArray, Designs
+from camopt.motion.programme import BESIDE
+from camopt.numerics import FloatArray
+from camopt.numerics.quadrature import Integrated, Rule, by_orders, gauss
+
+AREA, LENGTH, POLAR = "area_mm2", "profile_length_mm", "polar_moment_mm4"
+CENTROID = ("centroid_x_mm", "centroid_y_mm")
+GROOVE = "groove_length_mm"
+AT_ONCE = 2**17  # points of all designs of a block
+RADIAL = 6  # points along the depth of a groove, over which integrands hardly change
+
+
+def offers(setup: Setup) -> tuple[str, ...]:
+    return (GROOVE,) if setup.mechanism.grooved else (AREA, LENGTH, *CENTROID, POLAR)
+
+
+def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
+    if case.setup.mechanism.grooved:
+        groove = groove_of(case)
+        return {GROOVE: Bounded(groove.value[0], groove.error[0], groove.value[0])}
+    found = section_of(case)
+    (length, area, *_, polar), size = found.value, found.size
+    columns = {
+        LENGTH: Bounded(length, found.error[0], length),
+        AREA: Bounded(area, found.error[1], area),
+        POLAR: Bounded(polar, found.error[4], polar),
+    }
+    for name, moment, error in zip(CENTROID, found.value[2:4], found.error[2:4], strict=True):
+        off = (error + np.abs(moment / area) * found.error[1]) / area
+        columns[name] = Bounded(moment / area, off, size)
+    return columns
+
+
+class Section(NamedTuple):
+    """Length, area, first moments by x and y, polar moment (5, designs); errors; the radius of a disc as large."""
+
+    value: FloatArray
+    error: FloatArray
+    size: FloatArray
+
+
+def section_of(case: Case) -> Section:
+    """What the profiles of disc cams enclose, mm."""
+    found = by_orders(*_of(case, section_integrals, _scale))
+    return Section(*found, np.sqrt(np.abs(found.value[1]) / pi))
+
+
+def _scale(found: FloatArray) -> FloatArray:
+    """What errors are relative to: of first moments, those of the area at the radius of a disc as large."""
+    length, area, *_, polar = np.abs(found)
+    moment = area * np.sqrt(area / pi)
+    return np.stack([length, area, moment, moment, polar])
+
+
+def _of(case: Case, integrals: Any, scale: Any) -> tuple[Any, Any, int, float]:
+    """The arguments of ``by_orders``: designs are taken a block at a time, so that memory is bounded."""
+
+    def taken(rule: Rule, index: Any) -> FloatArray:
+        designs = case.designs.take(index)
+        count = 1 + len(designs) * case.programme.table.centre.size * rule.nodes.size // AT_ONCE
+        blocks = np.array_split(np.arange(len(designs)), count)
+        return np.concatenate([integrals(case, designs.take(block), rule) for block in blocks], axis=1)
+
+    return taken, scale, len(case.designs), case.setup.tolerance
+
+
+def _columns(designs: Designs) -> Designs:
+    """Designs as columns (n, 1), so that formulas give them at many cam angles."""
+    sizes = {name: values[:, None] for name, values in designs.sizes.items()}
+    return Designs(**sizes, sense=designs.sense)
+
+
+def section_integrals(case: Case, designs: Designs, rule: Rule) -> FloatArray:
+    """As of ``Section``, (5, designs)."""
+    table, sense = case.programme.table, designs.sense
+    angles = table.centre[:, None] + table.half_width[:, None] * rule.nodes
+    travel = case.setup.mechanism.travel(_columns(designs), case.programme, angles.ravel())
+    across = (len(designs), *angles.shape)
+    normal = travel.normal.reshape(-1, *angles.shape)
+    point = travel.trace.reshape(across) - designs.roller_radius[:, None, None] * normal
+    along = point @ rule.derivative.T - 1j * sense * table.half_width[:, None] * point
+    total = _swept(sense, rule, point, normal, along, np.exp(-1j * sense * angles))
+    for corner in _at_corners(case, designs, rule):
+        total += _swept(sense, rule, *corner)
+    return total
+
+
+def _swept(
+    sense: float, rule: Rule, point: ComplexArray, normal: ComplexArray, along: ComplexArray, turn: ComplexArray
+) -> FloatArray:
+    """The integrals (5, designs) over parts of profiles: points, normals, derivatives, (designs, parts, nodes)."""
+    length = (along * np.conj(-1j * sense * normal)).real @ rule.weights
+    rate = -sense * (np.conj(point) * along).imag
+    moment = (turn * point * rate) @ rule.weights / 3.0
+    polar = (np.square(point.real) + np.square(point.imag)) * rate @ rule.weights / 4.0
+    parts = [length, rate @ rule.weights / 2.0, moment.real, moment.imag, polar]
+    return np.array([part.sum(axis=1) for part in parts])
+
+
+def _at_corners(case: Case, designs: Designs, rule: Rule) -> Iterator[tuple[Any, ...]]:
+    """What profiles have at corners of the motion: an arc about the trace point, or an edge along a flat face."""
+    share, half = 0.5 * (1.0 + rule.nodes), 0.5
+    for corner in case.programme.corners:
+        angles = np.mod(corner.at + BESIDE * np.array([-1.0, 1.0]), 2.0 * pi)
+        trace, normal = (
+            np.broadcast_to(each, (len(designs), 2))
+            for each in case.setup.mechanism.travel(_columns(designs), case.programme, angles)
+        )
+        moved, turned = np.diff(trace, axis=1), np.angle(normal[:, 1:] / normal[:, :1])
+        face = normal[:, :1] * np.exp(1j * turned * share)
+        radius = designs.roller_radius[:, None]
+        point = trace[:, :1] + moved * share - radius * face
+        along = half * (moved - 1j * turned * radius * face)
+        turn = np.full(rule.nodes.size, np.exp(-1j * designs.sense * corner.at))
+        yield point[:, None], face[:, None], along[:, None], turn
+
+
+def groove_of(case: Case) -> Integrated:
+    """The integrals of ``groove_integrals`` (3, designs)."""
+    return by_orders(*_of(case, groove_integrals, np.abs))
+
+
+def groove_integrals(case: Case, designs: Designs, rule: Rule) -> FloatArray:
+    """Of the pitch curve of a groove of depth d, as long as L(r) at the radius r: L(R_m), ∫L dr, ∫r²·L dr.
+
+    From R_m − d/2 to R_m + d/2. At a radius r the curve is as long along the axis, and r/R_m as long round it.
+    """
+    table, depth, mean = case.programme.table, case.setup.solid.groove_depth or 0.0, designs.size
+    angles = table.centre[:, None] + table.half_width[:, None] * rule.nodes
+    trace = case.setup.mechanism.travel(_columns(designs), case.programme, angles.ravel()).trace
+    along = trace.reshape(-1, *angles.shape) @ rule.derivative.T
+
+    def length(share: FloatArray) -> FloatArray:
+        return np.asarray((np.hypot(share[:, None, None] * along.real, along.imag) @ rule.weights).sum(axis=1))
+
+    total = np.array([length(np.ones(len(designs))), 0.0 * mean, 0.0 * mean])
+    for place, weight in zip(*gauss(RADIAL)[:2], strict=True):
+        radius = mean + place * depth / 2.0
+        part = weight * depth / 2.0 * length(radius / mean)
+        total[1:] += part, np.square(radius) * part
+    return total
+
+
+EFFECT = Effect("section", offers, run)

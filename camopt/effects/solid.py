@@ -1,0 +1,98 @@
+"""The cam as a solid: its mass, its balance, its inertia, and the wall about its bore.
+
+A disc cam is a plate as its section (``effects.section``), with a hub on one side; bore and keyway go through both.
+
+    m = ρ·(t·A + (L − t)·A_hub),    unbalance ρ·|∫(x + iy) dV|,    J = ρ·∫r² dV
+
+A cylindrical cam is a cylinder of radius R_m + d/2 less bore, keyway and a groove of depth d about R_m. At each
+radius r a cutter as wide as the roller leaves a band of the width 2R_r along a curve of the length L(r), with the
+area 2·R_r·L(r) (Steiner: what a band gains on one side of a bend it loses on the other), so that
+
+    V_groove = 2·R_r·∫L dr,    ∫r² dV = 2·R_r·∫r²·L dr
+
+The bottom of the groove is taken as a cylinder, and the cutter as narrow beside it: its wall, parallel to its axis,
+is nowhere further than R_r²/(2·R_m) from that. Edges are sharp, and what is undercut counts as in
+``effects.section``.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from camopt.effects.case import Bounded, Case, Effect, Setup
+from camopt.effects.figures import Figure, disc, keyway
+from camopt.effects.section import AREA, CENTROID, POLAR, groove_of
+
+MASS, INERTIA = "cam_mass_kg", "cam_inertia_kg_m2"
+BALANCE = ("unbalance_g_mm", "centre_of_gravity_mm")
+KG, KG_M2, G_MM = 1e3, 1e-3, 1e6  # of t, t·mm², t·mm
+
+
+def offers(setup: Setup) -> tuple[str, ...]:
+    return (MASS, INERTIA) if setup.mechanism.grooved else (MASS, *BALANCE, INERTIA)
+
+
+def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
+    sizes = ("thickness", "groove_depth") if setup.mechanism.grooved else ("thickness",)
+    keys = tuple(f"part.{key}" for key in (*sizes, "density") if getattr(setup.solid, key) is None)
+    found = dict.fromkeys(offers(setup), keys)
+    if BALANCE[1] in found:
+        found[BALANCE[1]] = tuple(key for key in keys if key != "part.density")
+    return {name: keys for name, keys in found.items() if keys}
+
+
+def reads(setup: Setup) -> tuple[str, ...]:
+    return () if setup.mechanism.grooved else (AREA, *CENTROID, POLAR)
+
+
+def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
+    solid, size = case.setup.solid, case.designs.size
+    assert solid.thickness is not None
+    density = 1.0 if solid.density is None else solid.density
+    body, off = _grooved(case) if case.setup.mechanism.grooved else _plate(case)
+    mass, inertia = density * body.area, density * body.polar
+    columns = {
+        MASS: Bounded(mass * KG, density * off.area * KG, np.abs(mass) * KG),
+        INERTIA: Bounded(inertia * KG_M2, density * off.polar * KG_M2, np.abs(inertia) * KG_M2),
+    }
+    if case.setup.mechanism.grooved:
+        return columns
+    moment, scale = np.abs(body.moment), np.abs(body.area) * size
+    columns[BALANCE[0]] = Bounded(density * moment * G_MM, density * off.moment * G_MM, density * scale * G_MM)
+    away = moment / body.area
+    columns[BALANCE[1]] = Bounded(away, (off.moment + away * off.area) / body.area, size)
+    return columns
+
+
+def _hollow(case: Case) -> Figure:
+    """Bore and keyway."""
+    solid = case.setup.solid
+    slot = keyway(solid.bore_radius, solid.keyway_width, solid.keyway_depth, solid.keyway_angle)
+    return disc(solid.bore_radius).and_(slot)
+
+
+def _plate(case: Case) -> tuple[Figure, Figure]:
+    """The volume of plate and hub with its moments, and how far each may be off."""
+    solid, found = case.setup.solid, case.found
+    assert solid.thickness is not None
+    centre = found[CENTROID[0]] + 1j * found[CENTROID[1]]
+    hollow = _hollow(case)
+    plate = Figure(found[AREA], found[AREA] * centre, found[POLAR]).without(hollow).times(solid.thickness)
+    if solid.hub_length:
+        plate = plate.and_(disc(solid.hub_radius).without(hollow).times(solid.hub_length - solid.thickness))
+    area, polar = (case.far(name) - found[name] for name in (AREA, POLAR))
+    apart = np.hypot(*(case.far(name) - found[name] for name in CENTROID))
+    return plate, Figure(area, found[AREA] * apart + np.abs(centre) * area, polar).times(solid.thickness)
+
+
+def _grooved(case: Case) -> tuple[Figure, Figure]:
+    """The volume of a cylinder with its groove, its moments without the first, and how far each may be off."""
+    solid, designs, groove = case.setup.solid, case.designs, groove_of(case)
+    assert solid.thickness is not None
+    assert solid.groove_depth is not None
+    cylinder = disc(designs.size + solid.groove_depth / 2.0).without(_hollow(case)).times(solid.thickness)
+    (_, *band), (_, *off) = (2.0 * designs.roller_radius * rows for rows in groove)
+    return cylinder.without(Figure(band[0], 0.0, band[1])), Figure(off[0], 0.0, off[1])
+
+
+EFFECT = Effect("solid", offers, run, lacks, reads)

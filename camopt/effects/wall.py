@@ -1,0 +1,39 @@
+"""Wall: the least thickness of metal between the bore, its keyway included, and what is around it.
+
+That is the base circle of a disc cam, and its hub where it has one; the bottom of the groove of a cylindrical cam.
+The corners of a keyway of width w and depth t in a bore of radius r are at √((r + t)² + w²/4) from the axis.
+"""
+
+from math import inf
+from typing import Any
+
+import numpy as np
+
+from camopt.effects.case import Case, Effect, Setup
+
+WALL = "hub_wall_min_mm"
+
+
+def offers(setup: Setup) -> tuple[str, ...]:
+    return (WALL,)
+
+
+def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
+    return {} if setup.solid.bore_radius else {WALL: ("part.bore",)}
+
+
+def least_size(setup: Setup, wall: float) -> float:
+    """The base (mean) radius at which the wall is as thick; infinite where that of the hub is not."""
+    solid = setup.solid
+    if solid.hub_radius and solid.hub_radius - solid.bore_reach < wall:
+        return inf
+    return wall + solid.bore_reach + (solid.groove_depth or 0.0) / 2.0
+
+
+def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
+    solid = case.setup.solid
+    about = case.designs.size - least_size(case.setup, 0.0)
+    return {WALL: np.minimum(about, solid.hub_radius - solid.bore_reach) if solid.hub_radius else about}
+
+
+EFFECT = Effect("wall", offers, run, lacks, of_sizes=True)
