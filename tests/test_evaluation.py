@@ -130,7 +130,7 @@ def test_uniform_velocity_a_knife_follows_the_corner_and_a_roller_is_undercut():
 @pytest.mark.parametrize("side", [-1, 1])
 def test_the_undercut_verdict_flips_at_the_critical_roller(k, side):
     """Harmonic, radial: κ_max of the pitch curve at constant prime radius does not depend on the roller."""
-    scene = find_scene("valve-rod-radial").replace(**{"cam.shaft_diameter": None})
+    scene = find_scene("valve-rod-radial").replace(**{"cam.shaft_diameter": None, "part": None})
     prime = 35.0
     critical = 1.0 / evaluate(scene)["pitch_curvature_max_per_mm"]
     radius = critical * (1 + side * 10.0**-k)
