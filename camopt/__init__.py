@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from camopt.quantities import QUANTITIES
     from camopt.scene.scene import Scene, find_scene, shipped_scenes
     from camopt.smallest.optimise import Optimum, optimise
+    from camopt.smallest.prices import Price, prices
     from camopt.studies.spectrum import response_spectrum
     from camopt.synthesis.frontier import Frontier, frontier
     from camopt.synthesis.synthesise import synthesise
@@ -49,6 +50,7 @@ _HOMES = {
     "LAWS": "motion",
     "MeasuredProfile": "measured.profile",
     "Optimum": "smallest.optimise",
+    "Price": "smallest.prices",
     "QUANTITIES": "quantities",
     "Scene": "scene.scene",
     "Sweep": "front.sweep",
@@ -71,6 +73,7 @@ _HOMES = {
     "plot_frontier": "drawing.frontier",
     "plot_spectrum": "drawing.spectrum",
     "plot_synthesis": "drawing.synthesis",
+    "prices": "smallest.prices",
     "response_spectrum": "studies.spectrum",
     "scene_of": "tables.designs",
     "shipped_scenes": "scene.scene",
@@ -88,6 +91,7 @@ __all__ = [
     "Frontier",
     "MeasuredProfile",
     "Optimum",
+    "Price",
     "Scene",
     "Sweep",
     "Synthesised",
@@ -110,6 +114,7 @@ __all__ = [
     "plot_frontier",
     "plot_spectrum",
     "plot_synthesis",
+    "prices",
     "response_spectrum",
     "scene_of",
     "shipped_scenes",

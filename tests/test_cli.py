@@ -283,6 +283,35 @@ def test_optimise_gives_the_best_of_each_law_and_what_binds_it(run_json):
     assert set(evaluated) - {"unbounded"} <= set(found)
 
 
+def test_optimise_says_what_bounds_cost(run, run_json):
+    code, found = run_json("optimise", "two-pauses", "--max-pressure", "30")
+    (price,) = found["prices"]["harmonic / parabolic"]
+    assert code == 0
+    assert price["key"] == "limits.pressure_angle_return"
+    assert (price["bound"], price["unit"], price["relation"]) == (30.0, "deg", "≤")
+    assert price["price"] == price["tightened"] == pytest.approx(-2.930, abs=1e-3)
+    assert (price["size_without"], price["next"]) == (20.0, ["cam.shaft_diameter"])
+    _, text, _ = run("optimise", "two-pauses", "--max-pressure", "30")
+    for cell in ("limits.pressure_angle_return", "≤ 30 deg", "−2.93 mm per deg", "20 mm", "40.8913 deg"):
+        assert cell in text
+
+
+def test_optimise_without_time_has_prices_alone(run):
+    _, text, _ = run("optimise", "two-pauses", "--max-pressure", "30", "--seconds", "1e-6")
+    assert "What each bound costs" in text
+    assert "tightened" not in text
+    assert "—" in text
+
+
+def test_optimise_shows_both_prices_where_one_bound_would_be_enough(run):
+    turn = find_scene("two-pauses").to_dict()["motion"]
+    motion = [{**each, "angle": 90, **({"law": "harmonic"} if "law" in each else {})} for each in turn]
+    limits = {"pressure_angle": 30, "pressure_angle_return": 30}
+    name = scene_file({"motion": motion, "limits": limits, "follower.offset": 0}, "two-pauses")
+    _, text, _ = run("optimise", name)
+    assert "tightened" in text
+
+
 def test_optimize_is_optimise(run_json):
     name = scene_file({"search.law": "harmonic"})
     assert run_json("optimize", name) == run_json("optimise", name)

@@ -133,6 +133,9 @@ def sweep(
     return _reached(scene, result.reached) if result.pareto else NOTHING_FEASIBLE
 
 
+NO_TIME = 1e-3  # seconds: where none are left, bounds have prices, and nothing is sought without them
+
+
 @camopt.command()
 @click.argument("scene", default=DEFAULT_SCENE)
 @scene_options
@@ -144,21 +147,25 @@ def sweep(
     type=click.FloatRange(0, min_open=True),
     default=60,
     show_default=True,
-    help="Time for the search. After it, the smallest cam so far is shown, and how much smaller one might be.",
+    help="Time for the searches. After it, the smallest cam so far is shown, and how much smaller one might be.",
 )
 def optimise(scene: Any, as_json: bool, quiet: bool, out: Path | None, seconds: float) -> int:
     """Find the smallest cam of each motion law that meets every limit."""
     from camopt.cli import reports, terminal
     from camopt.files import result_folder
+    from camopt.numerics.clock import now
     from camopt.smallest.optimise import optimise as run
+    from camopt.smallest.prices import prices
     from camopt.tables.designs import OPTIMUM, write_scenes
 
     if out:
         check_folder(scene, out, OPTIMUM)
     with result_folder(out) if out else nullcontext(), terminal.progress(quiet, "laws") as advance:
+        end = now() + seconds
         result = run(scene, advance, seconds)
         files = write_scenes(result.by_law, out) if out and result.by_law else []
-    reports.show_optimum(result, as_json)
+        costs = prices(result, max(end - now(), NO_TIME))
+    reports.show_optimum(result, costs, as_json)
     if not quiet:
         terminal.say_unused(scene)
         terminal.say_written(files)

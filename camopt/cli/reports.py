@@ -23,6 +23,7 @@ if TYPE_CHECKING:  # a report imports what it shows from the command that made i
     from camopt.front.sweep import Sweep
     from camopt.scene.scene import Scene
     from camopt.smallest.optimise import Optimum
+    from camopt.smallest.prices import Price
     from camopt.studies.cost_report import CostReport
     from camopt.synthesis.compare import Comparison
     from camopt.synthesis.frontier import Frontier
@@ -144,14 +145,15 @@ def _show_miss(miss: "Design") -> None:
     show("", f"It breaks {', '.join(violated)}.")
 
 
-def show_optimum(result: "Optimum", as_json: bool) -> None:
-    """The smallest cam of each law, with what binds it."""
+def show_optimum(result: "Optimum", prices: "Mapping[str, list[Price]]", as_json: bool) -> None:
+    """The smallest cam of each law, with what binds it, and what that costs."""
     if as_json:
         by_law = {law: finite(row) for law, row in result.by_law.items()}
         best = next(iter(by_law.values()), {})
         miss = finite(result.nearest_miss) if result.nearest_miss else None
         about = {"by_law": by_law, "obstacles": result.obstacles, "nearest_miss": miss}
-        return print_json({**best, **about, "out_of_time": result.out_of_time})
+        costs = {law: [price.to_json() for price in each] for law, each in prices.items()}
+        return print_json({**best, **about, "out_of_time": result.out_of_time, "prices": costs})
     if result.by_law:
         problem, rows = (
             resolve(result.scene),
@@ -167,9 +169,44 @@ def show_optimum(result: "Optimum", as_json: bool) -> None:
             show(f"{law or result.scene.name}: not proved; a feasible cam may be smaller by up to {less}")
     if result.out_of_time:
         show("The search ran out of time; --seconds gives it more.")
+    if any(prices.values()):
+        _show_prices(prices)
     if result.nearest_miss:
         _show_miss(result.nearest_miss)
     return None
+
+
+def _show_prices(prices: "Mapping[str, list[Price]]") -> None:
+    """What each bound costs, the size of the cam without it, and what holds that cam."""
+    rows = [{"law": law, **_price_in_words(price)} for law, each in prices.items() for price in each]
+    names = ["law"] if len(prices) > 1 else []
+    names += ["bound", "as set", "price", *(["tightened"] if any(row["tightened"] for row in rows) else [])]
+    names += ["size without it", "holds to", "then held by"]
+    show("", table_of("What each bound costs", rows, names))
+
+
+UNKNOWN = "—"
+
+
+def _price_in_words(price: "Price") -> dict[str, str]:
+    """A price as a row of texts."""
+    unit = f" {price.unit}".rstrip()
+
+    def cost(value: float | None) -> str:
+        return UNKNOWN if value is None else f"{value:.4g} mm per {price.unit or '1'}".replace("-", "−")
+
+    def amount(value: float | None, unit: str) -> str:
+        return UNKNOWN if value is None else f"{number(value)}{unit}".replace("-", "−")
+
+    return {
+        "bound": price.key,
+        "as set": f"{price.relation} {amount(price.bound, unit)}",
+        "price": cost(price.price),
+        "tightened": "" if price.tightened == price.price else cost(price.tightened),
+        "size without it": amount(price.size_without, " mm"),
+        "holds to": amount(price.holds_to, unit),
+        "then held by": UNKNOWN if price.next is None else ", ".join(price.next) or "nothing",
+    }
 
 
 def show_synthesis(result: "Synthesised", known: "Comparison", as_json: bool) -> None:

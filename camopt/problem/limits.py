@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
-from math import pi
+from math import nan, pi
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -29,6 +29,16 @@ def never(programme: Programme) -> bool:
 def at_corners(programme: Programme) -> bool:
     """Whether the velocity jumps, where an inertia would make a load infinite."""
     return bool(programme.corners)
+
+
+def constant(value: float) -> Callable[[Columns, Designs], FloatArray]:
+    """A function that has this value for all designs."""
+    return lambda columns, designs: np.full(len(designs), value)
+
+
+def unknown(columns: Columns, designs: Designs) -> FloatArray:
+    """The derivative by a bound where there is none."""
+    return np.full(len(designs), nan)
 
 
 class LeastForce(NamedTuple):
@@ -68,8 +78,17 @@ class Limit:
     """The contact force without which it cannot be met."""
     asked: bool = True
     """Whether the scene asks for it; False for limits that every cam must meet."""
+    by_bound: Callable[[Columns, Designs], FloatArray] = unknown
+    """∂excess/∂bound of designs that just meet it; bound − excess/by_bound is the bound that a design meets."""
+    given_by: str = ""
+    """The key of the scene that gives its bound, if that is not ``[limits]`` with its name."""
     of_motion: bool = False
     """Whether the motion and the speed decide it, whatever the design."""
+
+    @property
+    def key(self) -> str:
+        """The key of the scene that gives its bound; the name of a limit that has none there."""
+        return self.given_by or (f"limits.{self.name}" if self.asked else self.name)
 
     @property
     def last(self) -> bool:
@@ -86,7 +105,7 @@ def _at_most(name: str, bound: float, *needs: str, claims: Iterable[Claim] = (),
         return result
 
     shown = tuple(need for need in needs if need != "pressure_angle_max_dwell_deg")
-    return Limit(name, bound, needs, excess, tuple(claims), shown=shown, **more)
+    return Limit(name, bound, needs, excess, tuple(claims), by_bound=constant(-1.0 / bound), shown=shown, **more)
 
 
 UNDERCUT, SELF_CROSSING = "undercut", "self_crossing"  # names of limits that every cam has to hold
@@ -128,17 +147,18 @@ def load_quantity(name: str, setup: Setup) -> str:
 
 def _load(name: str, bound: float, setup: Setup) -> Limit:
     """A load is bounded from one side."""
-    quantity, side = load_quantity(name, setup), LOADS[name][1]
+    quantity, side, unit = load_quantity(name, setup), LOADS[name][1], abs(bound) or 1.0
 
     def excess(columns: Columns, designs: Designs) -> Any:
-        return side * (columns[quantity] - bound) / (abs(bound) or 1.0) + np.zeros(len(designs))
+        return side * (columns[quantity] - bound) / unit + np.zeros(len(designs))
 
     by_arm = name.startswith("contact_force") and setup.angular  # a moment over the length of the arm
     needs = (quantity, "arm_length_mm") if by_arm else (quantity,)
     claims, relation = tuple(_load_claims(name, bound, setup)), "≤" if side == MOST else "≥"
     forced, implies = claims and name not in WITHOUT_FORCE, _least_force(name, bound, setup)
     jumps = at_corners if forced else never
-    return Limit(name, bound, needs, excess, claims, jumps, shown=(quantity,), relation=relation, implies=implies)
+    more: dict[str, Any] = {"relation": relation, "implies": implies, "by_bound": constant(-side / unit)}
+    return Limit(name, bound, needs, excess, claims, jumps, shown=(quantity,), **more)
 
 
 def _least_force(name: str, bound: float, setup: Setup) -> LeastForce | None:
@@ -188,11 +208,15 @@ def _curvature(name: str, setup: Setup, bound: float) -> Limit:
         result: FloatArray = (bound - columns["profile_radius_min_mm"]) / (bound or designs.size)
         return np.where(result == 0.0, at_bound, result)
 
+    def by_bound(columns: Columns, designs: Designs) -> FloatArray:
+        return np.asarray(1.0 / (bound or designs.size) + np.zeros(len(designs)))
+
+    def sharpest(columns: Columns, designs: Designs) -> FloatArray:
+        most = np.asarray(columns["pitch_curvature_max_per_mm"] + np.zeros(len(designs)))
+        return np.maximum(most, -columns["pitch_curvature_min_per_mm"]) if setup.mechanism.grooved else most
+
     def trace(columns: Columns, designs: Designs) -> FloatArray:
-        sharpest = columns["pitch_curvature_max_per_mm"]
-        if setup.mechanism.grooved:
-            sharpest = np.maximum(sharpest, -columns["pitch_curvature_min_per_mm"])
-        result: FloatArray = sharpest * (designs.roller_radius + bound) - 1.0
+        result: FloatArray = sharpest(columns, designs) * (designs.roller_radius + bound) - 1.0
         return np.where(result == 0.0, at_bound, result)
 
     mechanism, shown, relation = setup.mechanism, ("profile_radius_min_mm",), ">" if bound == 0.0 else "≥"
@@ -203,11 +227,11 @@ def _curvature(name: str, setup: Setup, bound: float) -> Limit:
     if mechanism.curvature is None:
         assert mechanism.profile_radius is not None
         claim = Claim(mechanism.profile_radius, TURN, LEAST, Plain(bound), unit=size_of)
-        return Limit(name, bound, shown, flat, (claim,), pointed, shown, relation)
+        return Limit(name, bound, shown, flat, (claim,), pointed, shown, relation, by_bound=by_bound)
     goal = LARGEST_MAGNITUDE if mechanism.grooved else LARGEST
     claim = Claim(mechanism.curvature, TURN, goal, Plain(1.0), BodyRadiusPlus(bound))
     needs = ("pitch_curvature_max_per_mm", "pitch_curvature_min_per_mm", *shown)
-    return Limit(name, bound, needs, trace, (claim,), pointed, shown, relation)
+    return Limit(name, bound, needs, trace, (claim,), pointed, shown, relation, by_bound=sharpest)
 
 
 def _crossing() -> Limit:
@@ -223,6 +247,17 @@ def _crossing() -> Limit:
     return Limit(SELF_CROSSING, 0.0, needs, excess, decided=decided, presumes=UNDERCUT, asked=False)
 
 
+def _shaft(radius: float) -> Limit:
+    """The shaft lies within the base circle."""
+
+    def excess(columns: Columns, designs: Designs) -> FloatArray:
+        result: FloatArray = (radius - designs.size) / radius
+        return result
+
+    by_bound, key = constant(0.5 / radius), "cam.shaft_diameter"
+    return Limit("shaft_diameter", 2 * radius, (), excess, relation="≥", by_bound=by_bound, given_by=key)
+
+
 def _implied(setup: Setup) -> list[Limit]:
     """What every cam has to hold, asked or not: no undercut, no self-crossing, and clear of its shaft.
 
@@ -232,10 +267,7 @@ def _implied(setup: Setup) -> list[Limit]:
     if not setup.pointed:
         limits.append(replace(_curvature(UNDERCUT, setup, 0.0), asked=False))
     if setup.shaft_radius is not None:
-        radius = setup.shaft_radius
-        limits.append(
-            Limit("shaft_diameter", 2 * radius, (), lambda columns, designs: (radius - designs.size) / radius)
-        )
+        limits.append(_shaft(setup.shaft_radius))
     if setup.mechanism.curvature is not None and not (setup.mechanism.grooved or setup.pointed):
         limits.append(_crossing())
     return limits
@@ -276,7 +308,9 @@ def limits_of(scene: Scene, setup: Setup) -> tuple[Limit, ...]:
             assert scene.cam.rpm is not None
             limits.append(_derivative(derivative, order, bound, setup, scene.cam.rpm))
     on_return = asked.pressure_angle if asked.pressure_angle_return is None else asked.pressure_angle_return
-    limits += pressure_limits(setup.mechanism, asked.pressure_angle, on_return)
+    for limit in pressure_limits(setup.mechanism, asked.pressure_angle, on_return):
+        own = getattr(asked, limit.name) is not None
+        limits.append(limit if own else replace(limit, given_by="limits.pressure_angle"))
     if asked.face_reach is not None and setup.mechanism.reach is not None:
         claim = Claim(setup.mechanism.reach, TURN, LARGEST_MAGNITUDE, Plain(asked.face_reach))
         ends = ("face_reach_max_mm", "face_reach_min_mm")

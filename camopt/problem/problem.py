@@ -47,13 +47,19 @@ class Problem:
         """The problem of another motion of the same follower, with the same limits."""
         return replace(self, programme=programme)
 
-    def with_numbers(self, numbers: Mapping[str, float]) -> "Problem":
+    def with_numbers(self, numbers: Mapping[str, float | None]) -> "Problem":
         """The problem with other numbers of the scene that are no sizes, by key; at the same tolerance."""
         if not numbers:
             return self
         scene = self.scene.with_numbers(numbers)
         setup = replace(setup_of(scene), tolerance=self.setup.tolerance)
         return replace(self, scene=scene, setup=setup, limits=limits_of(scene, setup))
+
+    def without(self, key: str) -> "Problem":
+        """The problem without a bound, by its key, and all limits that it gives."""
+        names = {limit.name for limit in self.limits if limit.key == key}
+        changed = self.with_numbers({key: None})
+        return replace(changed, limits=tuple(limit for limit in changed.limits if limit.name not in names))
 
     def with_laws(self, rise: str | None, fall: str | None) -> Programme:
         """The scene's programme with other laws, by name, on its rises and returns (None keeps them)."""

@@ -188,7 +188,7 @@ class Scene(Shown, Table):
                 found[key] = getattr(found[key], name, None)
         return found
 
-    def with_numbers(self, numbers: Mapping[str, float]) -> "Scene":
+    def with_numbers(self, numbers: Mapping[str, float | None]) -> "Scene":
         """The scene with other numbers by dotted key; they are checked already, as those of ``[search]`` are."""
         scene = self
         for key, value in numbers.items():
@@ -196,7 +196,7 @@ class Scene(Shown, Table):
         return scene
 
 
-def _changed(table: Any, keys: list[str], value: float) -> Any:
+def _changed(table: Any, keys: list[str], value: float | None) -> Any:
     """A table with another value under a path of keys, unchecked; [follower.dynamics] may be absent."""
     first, *rest = keys
     changed = _changed(getattr(table, first) or Dynamics(), rest, value) if rest else value

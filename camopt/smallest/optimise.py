@@ -20,6 +20,7 @@ from camopt.quantities import QUANTITIES
 from camopt.scene.scene import Scene
 from camopt.shown import Shown
 from camopt.smallest.closed_form import negligible
+from camopt.smallest.multipliers import BINDS
 from camopt.smallest.reasons import reason
 from camopt.smallest.result import GAP, Progress, Smallest, feasible
 from camopt.smallest.smallest import smallest
@@ -29,7 +30,6 @@ from camopt.tables.columns import joined_laws
 from camopt.tables.designs import Design
 from camopt.verdicts.judging import AT_ONCE, by_excess, excesses, judged
 
-BINDS = 1e-6  # a limit within this relative distance of its bound holds the optimum
 SECONDS = 60.0  # of a search, unless told
 RADII = 48  # sizes above the optimum at which feasibility is looked at
 
@@ -100,9 +100,7 @@ def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SE
     >>> round(best["base_radius_mm"], 4), best["proved"]
     (54.5395, True)
     """
-    if not (isinstance(seconds, int | float) and seconds > 0.0):
-        raise BadInput([Mistake("camopt", "seconds", seconds, "a number above 0")])
-    problem, end = exactly(resolve(scene)), now() + seconds
+    problem, end = exactly(resolve(scene)), end_of(seconds)
     fixed = given_profile(problem, "the base radius")
     if freed := [*fixed, *freed_numbers(problem, "optimise takes")]:
         raise BadInput(freed)
@@ -115,13 +113,12 @@ def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SE
             progress(done, len(programmes))
         laws = joined_laws(programme.law_names(RISE), programme.law_names(RETURN))
         until = share(end, len(programmes) - done)
-        answers = list(
-            _answers(problem.with_programme(programme), SegmentAngles(problem, pair, until=until), until)
-        )
+        turns = SegmentAngles(problem, pair, until=until)
+        answers = list(answers_of(problem.with_programme(programme), turns, until))
         out_of_time |= now() > until
-        row = _smallest(problem, answers, until)
-        if row is not None:
-            found[laws] = row
+        least = least_of(problem, answers)
+        if least is not None:
+            found[laws] = _described(least.problem, least.answer, until) | least.angles
             continue
         obstacles[laws] = _obstacle(problem, answers, max(until, share(end, len(programmes) - done)))
         misses += [_missed(each.problem, each.answer.nearest) for each in answers if each.answer.nearest]
@@ -131,6 +128,19 @@ def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SE
     return Optimum(scene, next(iter(ranked.values()), None), ranked, obstacles, nearest, out_of_time)
 
 
+def end_of(seconds: float) -> float:
+    """When a search is to stop that may take so many seconds (``clock.now``).
+
+    Raises
+    ------
+    BadInput
+        If they are no number above 0.
+    """
+    if not (isinstance(seconds, int | float) and seconds > 0.0):
+        raise BadInput([Mistake("camopt", "seconds", seconds, "a number above 0")])
+    return now() + seconds
+
+
 class Answered(NamedTuple):
     """The answer for one box of sizes: with the turn of the cam and, where angles are free, what it chooses."""
 
@@ -138,23 +148,32 @@ class Answered(NamedTuple):
     """With the turn that was chosen."""
     bounds: Bounds
     answer: Smallest
+    freed: FloatArray
+    """The angles of freed segments, deg."""
     angles: dict[str, Any]
 
 
-def _answers(problem: Problem, turns: SegmentAngles, until: float) -> Iterator[Answered]:
+def answers_of(problem: Problem, turns: SegmentAngles, until: float) -> Iterator[Answered]:
     """The smallest cam of each box of sizes."""
     boxes = boxes_of(problem)
     for done, bounds in enumerate(boxes):
         end = share(until, len(boxes) - done)
         if not turns.freed:
-            yield Answered(problem, bounds, smallest(problem, bounds, end), {})
+            yield Answered(problem, bounds, smallest(problem, bounds, end), turns.scene_angles, {})
             continue
         answer, freed = smallest_of_turns(replace(turns, until=end), bounds)
-        yield Answered(turns.problem_of(freed), bounds, answer, {"angles_deg": turns.angles(freed)})
+        angles = {"angles_deg": turns.angles(freed)}
+        yield Answered(turns.problem_of(freed), bounds, answer, freed, angles)
 
 
-def _smallest(problem: Problem, answers: list[Answered], until: float) -> dict[str, Any] | None:
-    """The smallest cam of all boxes, and what is proved of it; None if there is none."""
+def least_of(problem: Problem, answers: list[Answered]) -> Answered | None:
+    """The smallest cam of all boxes, with what is proved of it; None if there is none.
+
+    Raises
+    ------
+    BadInput
+        If nothing limits the size.
+    """
     least = min(answers, key=lambda each: each.answer.size)
     if least.answer.design is None:
         return None
@@ -162,8 +181,7 @@ def _smallest(problem: Problem, answers: list[Answered], until: float) -> dict[s
         wanted = "a limit that small cams break, such as pressure_angle or curvature_radius"
         what = f"nothing limits the size: add {wanted}"
         raise BadInput([Mistake(problem.scene.file, "limits", None, what, bare=True)])
-    answer = replace(least.answer, floor=min(each.answer.floor for each in answers))
-    return _described(least.problem, answer, until) | least.angles
+    return least._replace(answer=replace(least.answer, floor=min(each.answer.floor for each in answers)))
 
 
 def _obstacle(problem: Problem, answers: list[Answered], until: float) -> str:

@@ -1,0 +1,118 @@
+"""What a search may change of one cam: free sizes and free angles, and the excesses of limits around it."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from math import inf
+from typing import NamedTuple
+
+import numpy as np
+
+from camopt.effects import Case
+from camopt.mechanisms import FIELDS
+from camopt.numerics import FloatArray
+from camopt.problem.limits import Limit
+from camopt.problem.problem import Problem
+from camopt.scene.choices import Range
+from camopt.smallest.turns import SegmentAngles
+from camopt.verdicts.judging import excesses, run_effects
+
+STEP = 1e-6  # of a scale: differences are taken over it
+MAY_BE_NEGATIVE = ("offset", "face_offset")
+
+
+class End(NamedTuple):
+    """An end of a range of ``[search]``: side · (variable − value) ≤ 0."""
+
+    key: str
+    value: float
+    unit: str
+    variable: int
+    side: float
+    """1 for the end that the variable may not be above, −1 for the other."""
+
+
+@dataclass(frozen=True)
+class Freedom:
+    """The free variables of the cam that a problem's design is: its size first, other sizes (mm), angles (deg)."""
+
+    problem: Problem
+    angles: FloatArray
+    """Those of freed segments."""
+
+    @classmethod
+    def of(cls, problem: Problem) -> "Freedom":
+        """The freedom of a problem's design, in the turn of its scene."""
+        return cls(problem, SegmentAngles(problem, (None, None)).scene_angles)
+
+    @cached_property
+    def turns(self) -> SegmentAngles:
+        """The turns that the scene's free angles allow."""
+        return SegmentAngles(self.problem, (None, None))
+
+    @cached_property
+    def keys(self) -> dict[str, str]:
+        """The keys of ``[search]`` that give free sizes, by field of Designs; the size is always free."""
+        search = self.problem.scene.search
+        ranges = {field: key for key, field in FIELDS.items() if isinstance(getattr(search, key), Range)}
+        return {"size": self.problem.size_name.removesuffix("_mm"), **ranges}
+
+    @cached_property
+    def at(self) -> FloatArray:
+        """The variables of the cam."""
+        sizes = [float(self.problem.design.sizes[field][0]) for field in self.keys]
+        return np.array([*sizes, *self.angles])
+
+    @cached_property
+    def scales(self) -> FloatArray:
+        """What the variables are of the order of: the prime radius, and the degrees that free segments share."""
+        prime, total = float(self.problem.design.prime_radius[0]), self.angles.sum()
+        return np.where(np.arange(self.at.size) < len(self.keys), prime, total)
+
+    @cached_property
+    def directions(self) -> FloatArray:
+        """Along which the variables may change, scaled, (variables, directions): angles keep their sum."""
+        steps, sizes = np.diag(self.scales), len(self.keys)
+        if not self.turns.freed:
+            return steps
+        longest = sizes + int(np.argmax(self.at[sizes:]))
+        steps[longest, sizes:] -= self.scales[longest]
+        return np.delete(steps, longest, axis=1)
+
+    @property
+    def ends(self) -> Iterator[End]:
+        """The ends of the ranges that ``[search]`` gives to the variables."""
+        search, motion = self.problem.scene.search, self.problem.scene.motion
+        for number, key in enumerate(self.keys.values()):
+            yield from _ends(f"search.{key}", getattr(search, key), "mm", number)
+        for number, segment in enumerate(self.turns.freed, start=len(self.keys)):
+            kind = motion[segment].segment
+            yield from _ends(f"search.angle_{kind}", search.angle_of(kind), "deg", number)
+
+    def excesses(self, limits: Sequence[Limit], steps: FloatArray) -> FloatArray:
+        """The relative excesses over limits, (limits, points), at steps along the directions (points, directions).
+
+        Lengths and angles that would be below 0 within two steps are moved up before.
+        """
+        least = np.where([f in MAY_BE_NEGATIVE for f in self.keys] + [False] * len(self.turns.freed), -inf, 4.0)
+        values = np.maximum(self.at, least * STEP * self.scales) + steps @ self.directions.T
+        found = np.empty((len(limits), len(values)))
+        angles = values[:, len(self.keys) :]
+        for freed in dict.fromkeys(map(tuple, angles)):
+            some = np.flatnonzero((angles == freed).all(axis=1))
+            problem = self.turns.problem_of(np.array(freed)) if freed else self.problem
+            sizes = {field: values[some, number] for number, field in enumerate(self.keys)}
+            designs = replace(problem.design.take(np.zeros(some.size, dtype=int)), **sizes)
+            needs = [name for limit in limits for name in limit.needs]
+            columns = run_effects(Case(problem.setup, problem.programme, designs), needs).columns
+            found[:, some] = excesses(limits, columns, designs)
+        return found
+
+
+def _ends(key: str, choice: Range | tuple[float, ...] | None, unit: str, variable: int) -> Iterator[End]:
+    """The ends of one choice; a list of the cam's own sizes stands for all between them."""
+    if isinstance(choice, Range):
+        yield End(f"{key}.start", choice.start, unit, variable, -1.0)
+        yield End(f"{key}.stop", choice.stop, unit, variable, 1.0)
+    elif choice is not None:
+        yield End(key, min(choice), unit, variable, -1.0)

@@ -1,0 +1,130 @@
+"""Multipliers: how much each bound that a smallest cam just meets adds to its size.
+
+With z the free sizes and angles, among them the size R, and c ≤ 0 what binds, limits and ends of ``[search]``,
+
+    ∇R + Σ λ_i ∇c_i = 0,  λ_i ≥ 0   (Karush, Kuhn and Tucker),      dR/db = Σ λ_i ∂c_i/∂b   (envelope theorem)
+
+for a bound b, the price of b. With the size alone free, and one limit, that is −(∂c/∂b)/(∂c/∂R).
+
+The excess of a limit is that of the largest value of a curve. Where a curve is as large at two cam angles, the
+excess has a kink, with a gradient on each side, and each has a multiplier: they are looked for at points around the
+cam. Where multipliers are not unique, as when one of two limits that bind would be enough, easing a bound saves the
+least that they allow, and tightening it costs the most: linear programmes.
+
+Sources: J. Nocedal, S. J. Wright, Numerical Optimization, ch. 12; J. Gauvin, F. Dubeau, Differential properties of
+the marginal function in mathematical programming, Mathematical Programming Study 19 (1982); J. V. Burke, A. S.
+Lewis, M. L. Overton, A robust gradient sampling algorithm, SIAM Journal on Optimization 15 (2005).
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from math import inf, nan
+from typing import NamedTuple
+
+import numpy as np
+
+from camopt.effects import Case
+from camopt.numerics import FloatArray
+from camopt.problem.limits import Limit
+from camopt.quantities import QUANTITIES
+from camopt.smallest.freedom import STEP, Freedom
+from camopt.verdicts.judging import excesses, run_effects
+
+BINDS = 1e-6  # a limit within this relative distance of its bound holds the optimum
+LINES, AWAY = 2, 10.0  # the sides of kinks are looked for along lines, by direction, so many steps from the cam
+STRAIGHT = 1e-3  # of its slope: by which a slope may change over a step, where there is no kink
+OPEN = 1e-2  # of ∇R: what multipliers may leave of it; more, and something else holds the cam
+LOOSE = 1e-4  # of ∇R: what differences err by at kinks
+UNIQUE = 1e-2  # relative: prices that differ by no more are one
+
+
+@dataclass(frozen=True)
+class Bound:
+    """A bound that a cam just meets, as a limit c ≤ 0 on the cam's free variables."""
+
+    key: str
+    value: float
+    unit: str
+    relation: str
+    gradients: FloatArray
+    """Of c, along the directions of a freedom: one, or one for each side of a kink (gradients, directions)."""
+    by_value: float
+    """∂c/∂value."""
+    limit: Limit | None = None
+    """The limit of the scene; None for an end of a range of ``[search]``."""
+
+
+class Rates(NamedTuple):
+    """mm of size per unit of a bound; not a number where the multipliers do not explain the cam."""
+
+    eased: float
+    tightened: float
+
+
+def bounds_met(freedom: Freedom) -> list[Bound]:
+    """The bounds that a cam just meets, of limits and of ``[search]``; not of limits that are held or not."""
+    problem = freedom.problem
+    limits = problem.without_last.limits
+    case = Case(problem.setup, problem.programme, problem.design)
+    columns = run_effects(case, (name for limit in limits for name in limit.needs)).columns
+    excess = excesses(limits, columns, problem.design)[:, 0]
+    met = [limit for limit, over in zip(limits, excess, strict=True) if over > -BINDS]
+    found = []
+    for limit, gradients in zip(met, _gradients(freedom, met), strict=True):
+        unit = QUANTITIES[limit.shown[0]].unit if limit.shown else "mm"
+        by_value = float(limit.by_bound(columns, problem.design)[0])
+        found.append(Bound(limit.key, limit.bound, unit, limit.relation, gradients, by_value, limit))
+    return [*found, *_ends_met(freedom)]
+
+
+def _ends_met(freedom: Freedom) -> Iterator[Bound]:
+    for end in freedom.ends:
+        if end.side * (freedom.at[end.variable] - end.value) > -BINDS * freedom.scales[end.variable]:
+            gradient = end.side * freedom.directions[[end.variable]]
+            relation = "≤" if end.side > 0.0 else "≥"
+            yield Bound(end.key, end.value, end.unit, relation, gradient, -end.side)
+
+
+def _gradients(freedom: Freedom, limits: Sequence[Limit]) -> Iterator[FloatArray]:
+    """The gradients of each limit's excess, by central differences: at the cam, or around it if it has a kink."""
+    count = freedom.directions.shape[1]
+    around = np.random.default_rng(0).normal(size=(LINES * count, count))
+    around *= AWAY * STEP / np.linalg.norm(around, axis=1, keepdims=True)
+    centres = np.vstack([np.zeros(count), around, -around])
+    steps = STEP * np.vstack([np.zeros(count), np.eye(count), -np.eye(count)])
+    points = (centres[:, None] + steps).reshape(-1, count)
+    for values in freedom.excesses(limits, points).reshape(len(limits), len(centres), len(steps)):
+        middle, ahead, behind = values[:, :1], values[:, 1 : count + 1], values[:, count + 1 :]
+        with np.errstate(invalid="ignore"):  # infinite beyond an undercut
+            slopes, bends = (ahead - behind) / (2.0 * STEP), np.abs(ahead + behind - 2.0 * middle) / STEP
+            straight = bends.max(axis=1) <= STRAIGHT * np.abs(slopes).max(axis=1)
+        yield slopes[:1] if straight[0] else slopes[straight]
+
+
+def rates(freedom: Freedom, bounds: Sequence[Bound]) -> dict[str, Rates]:
+    """What each bound costs, by its key."""
+    from scipy.optimize import linprog, nnls
+
+    keys = dict.fromkeys(bound.key for bound in bounds)
+    goal = freedom.directions[0]
+    columns = np.vstack([np.empty((0, goal.size)), *(bound.gradients for bound in bounds)]).T
+    size = np.linalg.norm(columns, axis=0)
+    size[size == 0.0] = 1.0
+    columns = columns / size
+    whose = np.repeat(np.arange(len(bounds)), [len(bound.gradients) for bound in bounds])
+    weights, left = nnls(columns, -goal) if columns.size else (np.zeros(0), inf)
+    if left > OPEN * np.linalg.norm(goal):
+        return dict.fromkeys(keys, Rates(nan, nan))
+    room = left + LOOSE * np.linalg.norm(goal)
+    found = {}
+    for key in keys:
+        of_key = np.array([bound.by_value if bound.key == key else 0.0 for bound in bounds])[whose] / size
+        one = float(weights @ of_key)
+        ends = []
+        for sign in (1.0, -1.0):
+            both, most = np.vstack([columns, -columns]), np.concatenate([room - goal, room + goal])
+            answer = linprog(sign * of_key, both, most)
+            ends.append(float(answer.fun) * sign if answer.status == 0 else -sign * inf)
+        low, high = sorted(ends, key=abs)
+        found[key] = Rates(one, one) if abs(high - low) <= UNIQUE * abs(high) else Rates(low, high)
+    return found

@@ -1,0 +1,147 @@
+"""The price of each bound that a smallest cam just meets, and what holds the cam without it."""
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from math import isfinite
+from typing import Any
+
+import numpy as np
+
+from camopt.effects import Case
+from camopt.mistakes import BadInput
+from camopt.numerics.clock import now, share
+from camopt.problem.limits import Limit
+from camopt.problem.problem import Problem, exactly, resolve_design
+from camopt.smallest.freedom import Freedom
+from camopt.smallest.multipliers import bounds_met, rates
+from camopt.smallest.optimise import SECONDS, Optimum, answers_of, end_of, least_of
+from camopt.smallest.turns import SegmentAngles
+from camopt.verdicts.judging import excesses, run_effects
+
+ROUNDING = 1e-9  # of a bound
+
+
+@dataclass(frozen=True)
+class Price:
+    """What a bound costs that a smallest cam just meets.
+
+    ``price`` and ``tightened`` are derivatives: how the size (base radius, or mean radius of a cylindrical cam)
+    changes per unit of the bound, for small changes.
+    """
+
+    key: str
+    """The bound's key in the scene, as ``limits.pressure_angle``; ``search.offset.stop`` for an end of a range."""
+    bound: float
+    unit: str
+    """Of the bound."""
+    relation: str
+    """How what is bounded must compare with the bound: ≤, ≥ or ±, where its magnitude must be ≤."""
+    price: float | None
+    """mm per unit, as the bound is eased; None where something that has no bound holds the cam as well."""
+    tightened: float | None
+    """mm per unit, as the bound is tightened: not ``price`` where another bound would be enough to hold the cam."""
+    size_without: float | None = None
+    """The size of the smallest cam without this limit, mm: easing it saves no more. 0 where nothing else limits
+    the size; None where it was not sought (an end of a range), or not proved in time."""
+    holds_to: float | None = None
+    """What the cam of ``size_without`` has of what is bounded: beyond it, easing saves nothing more."""
+    next: tuple[str, ...] | None = None
+    """The keys of what the cam of ``size_without`` just meets, bounds or what every cam must hold."""
+
+    def to_json(self) -> dict[str, Any]:
+        """The values by name."""
+        values = asdict(self)
+        return values | {"next": None if self.next is None else list(self.next)}
+
+
+def prices(optimum: Optimum, seconds: float = SECONDS) -> dict[str, list[Price]]:
+    """Find what each bound costs that holds the smallest cam of each law, and what would hold it next.
+
+    At the smallest cam, ∇R + Σ λ·∇c = 0 for its size R, the excesses c of what it just meets, and multipliers
+    λ ≥ 0; then a bound b costs dR/db = Σ λ·∂c/∂b. Bounds are those of ``[limits]``, the diameter of the shaft, and
+    the ends of ranges in ``[search]``. What every cam must hold, such as no undercut, has no bound and no price.
+
+    A price is that of small changes. For large ones the smallest cam is sought again without the limit.
+
+    Parameters
+    ----------
+    optimum
+        What ``optimise`` found.
+    seconds
+        Time for the searches without each limit, shared between them.
+
+    Returns
+    -------
+    dict
+        For each law, a ``Price`` for each bound that its smallest cam just meets.
+
+    Raises
+    ------
+    BadInput
+        If the seconds are no number above 0.
+
+    Examples
+    --------
+    >>> scene = camopt.find_scene("belt-matching")
+    >>> (price,) = camopt.prices(camopt.optimise(scene))[""]
+    >>> price.key, round(price.price, 3), price.unit
+    ('limits.pressure_angle', -2.708, 'deg')
+
+    References
+    ----------
+    J. Nocedal, S. J. Wright, Numerical Optimization, ch. 12.
+    """
+    end = end_of(seconds)
+    cams = {law: Freedom.of(exactly(resolve_design(design.scene))) for law, design in optimum.by_law.items()}
+    found = {law: _prices_at(cam) for law, cam in cams.items()}
+    left = sum(len(each) for each in found.values())
+    for law, each in found.items():
+        for number, price in enumerate(each):
+            each[number] = _with_next(price, cams[law].problem, share(end, left))
+            left -= 1
+    return found
+
+
+def _prices_at(cam: Freedom) -> list[Price]:
+    """The prices of the bounds that a smallest cam just meets, without what would hold it next."""
+    bounds = bounds_met(cam)
+    costs = rates(cam, bounds)
+    asked = {bound.key: bound for bound in bounds if bound.limit is None or bound.limit.asked}
+    return [
+        Price(key, bound.value, bound.unit, bound.relation, _finite(cost.eased), _finite(cost.tightened))
+        for key, bound in asked.items()
+        for cost in (costs[key],)
+    ]
+
+
+def _finite(value: float) -> float | None:
+    return value + 0.0 if isfinite(value) else None  # no −0
+
+
+def _with_next(price: Price, problem: Problem, until: float) -> Price:
+    """A price with the smallest cam without its limit, if that is found and proved in time."""
+    limits = [limit for limit in problem.limits if limit.key == price.key]
+    if not limits or now() >= until:
+        return price
+    easier = problem.without(price.key)
+    answers = list(answers_of(easier, SegmentAngles(easier, (None, None), until=until), until))
+    try:
+        least = least_of(easier, answers)
+    except BadInput:  # nothing else limits the size
+        return replace(price, size_without=0.0, next=())
+    if least is None or least.answer.design is None or not least.answer.proved:
+        return price
+    cam = Freedom(replace(least.problem, design=least.answer.design), least.freed)
+    following = tuple(dict.fromkeys(bound.key for bound in bounds_met(cam)))
+    return replace(price, size_without=least.answer.size, holds_to=_met_at(price, limits, cam), next=following)
+
+
+def _met_at(price: Price, limits: Sequence[Limit], cam: Freedom) -> float | None:
+    """The bound that a cam just meets: the least strict that one of some limits asks of it."""
+    design, problem = cam.problem.design, cam.problem
+    case = Case(problem.setup, problem.programme, design)
+    columns = run_effects(case, (name for limit in limits for name in limit.needs)).columns
+    slopes = np.array([limit.by_bound(columns, design)[0] for limit in limits])
+    met = price.bound - excesses(limits, columns, design)[:, 0] / slopes
+    farthest = float(met[np.argmax(np.abs(met - price.bound))])
+    return _finite(farthest if abs(farthest) > ROUNDING * abs(price.bound) else 0.0)
