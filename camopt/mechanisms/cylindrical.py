@@ -5,9 +5,7 @@ tan β = y'/R_m,    κ = (y''/R_m²) / (1 + (y'/R_m)²)^{3/2};    both flanks of
 
 from typing import Any, NamedTuple
 
-import numpy as np
-
-from camopt.mechanisms.design import Designs, Mechanism, Travel, without_roller
+from camopt.mechanisms.design import Contact, Designs, Mechanism, without_roller
 from camopt.mechanisms.trace import trace_curvature
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
@@ -40,10 +38,8 @@ def _assembly_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]
     return (designs.size,)
 
 
-def _travel(design: Designs, programme: Programme, angles: FloatArray) -> Travel:
-    motion = programme.at(angles)
-    along = design.size + 1j * motion[1]
-    return Travel(design.size * angles + 1j * motion[0], 1j * along / np.abs(along))
+def _contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> Contact:
+    return Contact(angle * design.size, y, -y1, y * 0.0 + design.size)
 
 
 MECHANISM = Mechanism(
@@ -52,7 +48,7 @@ MECHANISM = Mechanism(
     curvature=lambda designs, programme: CylindricalPitchCurvature(designs.size),
     assembly_margins=_assembly_margins,
     assembly="the mean radius has to be above 0",
-    travel=_travel,
+    contact=_contact,
     pitch=without_roller,
     grooved=True,
 )

@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.mechanisms.design import Designs, Mechanism, Travel, without_roller
+from camopt.mechanisms.design import Contact, Designs, Mechanism, without_roller
 from camopt.mechanisms.trace import trace_curvature
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
@@ -75,13 +75,11 @@ def _assembly_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]
     return designs.size, np.pi - programme.lift
 
 
-def _travel(design: Designs, programme: Programme, angles: FloatArray) -> Travel:
-    motion = programme.at(angles)
-    half = programme.lift / 2
-    psi, l, sense = motion[0] - half, design.arm_length, design.sense  # noqa: E741
-    trace = design.size * angles - sense * l * (np.cos(psi) - np.cos(half)) + 1j * l * np.sin(psi)
-    along = design.size + l * motion[1] * (sense * np.sin(psi) + 1j * np.cos(psi))
-    return Travel(trace, 1j * along / np.abs(along))
+def _contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> Contact:
+    half, l, sense = lift / 2, design.arm_length, design.sense  # noqa: E741
+    cosine, sine = np.cos(y - half), np.sin(y - half)
+    x = angle * design.size - (cosine - np.cos(half)) * (sense * l)
+    return Contact(x, sine * l, -y1 * cosine * l, y1 * sine * (sense * l) + design.size)
 
 
 MECHANISM = Mechanism(
@@ -90,7 +88,7 @@ MECHANISM = Mechanism(
     curvature=lambda designs, programme: CylindricalOscillatingPitchCurvature(*_fields(designs, programme)),
     assembly_margins=_assembly_margins,
     assembly="the mean radius has to be above 0, and the swing below 180 deg",
-    travel=_travel,
+    contact=_contact,
     pitch=without_roller,
     grooved=True,
 )

@@ -105,6 +105,19 @@ def itself(designs: Designs) -> Designs:
     return designs
 
 
+class Contact(NamedTuple):
+    """Where the trace point (flat faces: the contact point) is in the ground frame, and the cam's outward normal.
+
+    x and y in mm; of the normal the direction (across, up), of any length. Each an array, a ``Taylor`` series of
+    arrays or of Intervals, as the cam angle and the motion that it was made from.
+    """
+
+    x: Any
+    y: Any
+    across: Any
+    up: Any
+
+
 class Travel(NamedTuple):
     """Where the trace point is in the ground frame, as complex x + iy, and the cam's outward normal there."""
 
@@ -127,8 +140,8 @@ class Mechanism:
     """Numbers, or Intervals over boxes of designs, all above 0 where a design can be assembled at every angle."""
     assembly: str
     """That condition in words."""
-    travel: Callable[[Designs, Programme, FloatArray], Travel]
-    """Trace point (flat faces: contact point) of one design at cam angles (m,)."""
+    contact: Callable[[Designs, float, Any, Any, Any], Contact]
+    """From a design, the lift, the cam angle (rad), y and y' to where the follower touches or traces the cam."""
     sliding: Callable[[Designs, Programme], Any] | None = None
     """Curve of the speed at which the trace point or the flat face slides over a disc cam, mm/rad."""
     curvature: Callable[[Designs, Programme], Any] | None = None
@@ -144,6 +157,13 @@ class Mechanism:
     """For designs those with the same pitch curves that are alike if these are."""
     grooved: bool = False
     """Both flanks of the pitch curve touch the follower, as in a cylindrical cam."""
+
+    def travel(self, design: Designs, programme: Programme, angles: FloatArray) -> Travel:
+        """Trace point (flat faces: contact point) and unit normal of one design at cam angles (m,)."""
+        lift, (y, y1, *_) = programme.lift, programme.at(angles)
+        found = self.contact(design, lift, angles, y, y1)
+        normal = found.across + 1j * found.up
+        return Travel(found.x + 1j * found.y, normal / np.abs(normal))
 
     def exists(self, designs: Designs, programme: Programme) -> BoolArray:
         """Which designs can be assembled at every cam angle."""

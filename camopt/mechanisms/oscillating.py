@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.mechanisms.design import Designs, Mechanism, Travel, drawn_by_point
+from camopt.mechanisms.design import Contact, Designs, Mechanism, drawn_by_point
 from camopt.mechanisms.trace import trace_curvature
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
@@ -130,12 +130,11 @@ def trace_point(designs: Designs, angle: Any) -> tuple[Any, Any]:
     return designs.centre_distance - l * np.cos(angle), l * np.sin(angle)
 
 
-def _travel(design: Designs, programme: Programme, angles: FloatArray) -> Travel:
-    motion = programme.at(angles)
-    x, y = trace_point(design, first_angle(design) + motion[0])
-    trace = x + 1j * y
-    along = 1j * motion[1] * (design.centre_distance - trace) - 1j * design.sense * trace
-    return Travel(trace, 1j * design.sense * along / np.abs(along))
+def _contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> Contact:
+    """The trace point moves as the arm and the cam turn: the normal is p − σ·y'·(c − p) for a pivot c."""
+    x, height = trace_point(design, y + first_angle(design))
+    turn = y1 * design.sense
+    return Contact(x, height, x - turn * (design.centre_distance - x), height + turn * height)
 
 
 MECHANISM = Mechanism(
@@ -148,6 +147,6 @@ MECHANISM = Mechanism(
     trace_point=trace_point,
     assembly_margins=_assembly_margins,
     assembly="prime radius, arm and centre distance have to form a triangle throughout the lift",
-    travel=_travel,
+    contact=_contact,
     pitch=drawn_by_point,
 )

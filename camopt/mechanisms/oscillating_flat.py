@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.mechanisms.design import Designs, Mechanism, Travel
+from camopt.mechanisms.design import Contact, Designs, Mechanism
 from camopt.motion.programme import Programme, span
 from camopt.motion.table import TURN
 from camopt.numerics import FloatArray
@@ -132,13 +132,12 @@ def slowest(sense: float, programme: Programme) -> float:
     return 1.0 + min(sense * speed for speed in span(programme, (0, 1), TURN))
 
 
-def _travel(design: Designs, programme: Programme, angles: FloatArray) -> Travel:
-    motion = programme.at(angles)
-    psi = np.arcsin(first_sine(design)) + motion[0]
-    normal = 1j * np.exp(-1j * psi)
-    along = -np.exp(-1j * psi)
-    t = design.centre_distance * np.cos(psi) / (1.0 + design.sense * motion[1])
-    return Travel(design.centre_distance + design.face_offset * normal + t * along, normal)
+def _contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> Contact:
+    psi = y + np.arcsin(first_sine(design))
+    cosine, sine = np.cos(psi), np.sin(psi)
+    c, f = design.centre_distance, design.face_offset
+    t = cosine * c / (y1 * design.sense + 1.0)
+    return Contact(sine * f - t * cosine + c, cosine * f + t * sine, sine, cosine)
 
 
 MECHANISM = Mechanism(
@@ -150,5 +149,5 @@ MECHANISM = Mechanism(
     outline=lambda designs, programme: OscillatingFlatOutline(*_fields(designs)[:4]),
     assembly_margins=_assembly_margins,
     assembly="the face has to touch the base circle, and to swing by less than the cam turns",
-    travel=_travel,
+    contact=_contact,
 )

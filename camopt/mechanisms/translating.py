@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.mechanisms.design import Designs, Mechanism, Travel, drawn_by_point
+from camopt.mechanisms.design import Contact, Designs, Mechanism, drawn_by_point
 from camopt.mechanisms.trace import trace_curvature
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
@@ -90,10 +90,9 @@ def _assembly_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]
     return designs.prime_radius - designs.offset, designs.prime_radius + designs.offset
 
 
-def _travel(design: Designs, programme: Programme, angles: FloatArray) -> Travel:
-    motion = programme.at(angles)
-    s, w = height(design) + motion[0], motion[1] - design.lead
-    return Travel(design.offset + 1j * s, (-design.sense * w + 1j * s) / np.hypot(s, w))
+def _contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> Contact:
+    s = y + height(design)
+    return Contact(s * 0.0 + design.offset, s, (design.lead - y1) * design.sense, s)
 
 
 MECHANISM = Mechanism(
@@ -106,6 +105,6 @@ MECHANISM = Mechanism(
     trace_point=lambda designs, height: (designs.offset, height),
     assembly_margins=_assembly_margins,
     assembly="the offset has to be smaller than the prime radius",
-    travel=_travel,
+    contact=_contact,
     pitch=drawn_by_point,
 )

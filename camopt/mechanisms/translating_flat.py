@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from camopt.mechanisms.design import Designs, Mechanism, Travel
+from camopt.mechanisms.design import Contact, Designs, Mechanism
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.numerics.curves import Linear
@@ -24,10 +24,8 @@ def _assembly_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]
     return (designs.size,)
 
 
-def _travel(design: Designs, programme: Programme, angles: FloatArray) -> Travel:
-    motion = programme.at(angles)
-    contact = design.sense * motion[1] + 1j * (design.size + motion[0])
-    return Travel(contact, np.full(angles.shape, 1j))
+def _contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> Contact:
+    return Contact(y1 * design.sense, y + design.size, y * 0.0, y * 0.0 + 1.0)
 
 
 MECHANISM = Mechanism(
@@ -39,5 +37,5 @@ MECHANISM = Mechanism(
     outline=lambda designs, programme: _linear(designs, 1, 0, 0, designs.size),
     assembly_margins=_assembly_margins,
     assembly="the base radius has to be above 0",
-    travel=_travel,
+    contact=_contact,
 )

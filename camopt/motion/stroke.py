@@ -145,7 +145,7 @@ class Stroke:
     def motion(self, angles: FloatArray) -> FloatArray:
         """(y, y', y'', y''') at cam angles of the stroke, one row each."""
         if self.law is None:
-            return np.stack([np.full_like(angles, self.low), *np.zeros((3, angles.size))])
+            return np.stack([np.full_like(angles, self.low), *np.zeros((3, *angles.shape))])
         x = np.clip((angles - self.start) / self.angle, 0.0, 1.0)
         verbs = (self.law.displacement, self.law.velocity, self.law.acceleration, self.law.jerk)
         rows = np.stack([self.size * verb(x) / self.angle**order for order, verb in enumerate(verbs)])

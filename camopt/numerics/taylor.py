@@ -1,11 +1,12 @@
-"""Functions of one variable with their derivatives: truncated Taylor series of arrays, or of balls.
+"""Functions of one variable with their derivatives: truncated Taylor series of arrays, intervals or balls.
 
-Formulas that are written once take numbers, and give the value, the velocity, the acceleration and so on.
+Formulas that are written once take numbers, and give the value, the velocity, the acceleration and so on. Of
+intervals, the last term over a stretch is the remainder of the series about its middle.
 
 Source: Griewank and Walther, Evaluating Derivatives, ch. 13 (Taylor arithmetic).
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from math import factorial
 from typing import Any, NamedTuple
 
@@ -13,9 +14,11 @@ import numpy as np
 
 
 class Taylor:
-    """f + f'·t + f''/2·t² + …, cut off; the terms are numbers, arrays of one shape, or balls."""
+    """f + f'·t + f''/2·t² + …, cut off; the terms are numbers, arrays of one shape, intervals, or balls."""
 
-    __array_ufunc__ = None  # numpy's numbers leave the operators to this class
+    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> Any:
+        known = method == "__call__" and not kwargs and ufunc in RULES
+        return RULES[ufunc](*inputs) if known else NotImplemented
 
     def __init__(self, terms: Sequence[Any]) -> None:
         self.terms = tuple(terms)
@@ -41,8 +44,13 @@ class Taylor:
             return Taylor([a + b for a, b in zip(self.terms, other.terms, strict=True)])
         return Taylor([self.terms[0] + other, *self.terms[1:]])
 
+    __radd__ = __add__
+
     def __sub__(self, other: Any) -> "Taylor":
         return self.__add__(-other)
+
+    def __rsub__(self, other: Any) -> "Taylor":
+        return -self + other
 
     def __mul__(self, other: Any) -> "Taylor":
         if not isinstance(other, Taylor):
@@ -50,7 +58,11 @@ class Taylor:
         a, b = self.terms, other.terms
         return Taylor([sum(a[j] * b[k - j] for j in range(k + 1)) for k in range(min(len(a), len(b)))])
 
-    def __truediv__(self, other: "Taylor") -> "Taylor":
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Any) -> "Taylor":
+        if not isinstance(other, Taylor):
+            return Taylor([term / other for term in self.terms])
         found: list[Any] = []
         for k, term in enumerate(self.terms[: len(other.terms)]):
             found.append((term - sum(found[j] * other.terms[k - j] for j in range(k))) / other.terms[0])
@@ -87,3 +99,17 @@ def angle_of(x: Taylor, y: Taylor) -> Taylor:
     """The angle of a vector, from (x·y' − y·x')/(x² + y²): small where the vector turns little."""
     rate = (x * y.slope - y * x.slope) / (x * x + y * y)
     return rate.integral(np.arctan2(y.terms[0], x.terms[0]))
+
+
+RULES: dict[np.ufunc, Callable[..., Taylor]] = {
+    np.add: lambda a, b: a + b if isinstance(a, Taylor) else b + a,
+    np.subtract: lambda a, b: a - b if isinstance(a, Taylor) else -b + a,
+    np.multiply: lambda a, b: a * b if isinstance(a, Taylor) else b * a,
+    np.true_divide: lambda a, b: a / b,
+    np.negative: lambda a: -a,
+    np.square: lambda a: a * a,
+    np.sqrt: Taylor.root,
+    np.sin: lambda a: direction(a).sine,
+    np.cos: lambda a: direction(a).cosine,
+}
+"""What numpy's functions are of a series, where one is among their arguments."""

@@ -1,0 +1,153 @@
+"""A curve of the cam as its motion draws it: pitch curve, profile, a flank of a groove, or the path of a cutter.
+
+With the trace point t and the unit normal n in the ground frame, a curve at a distance d along the normal is
+
+    p(θ) = e^{∓iθ}·(t + d·n)    (disc; without the rotation where a cylindrical cam is developed)
+
+and runs along ∓i·e^{∓iθ}·n. It is smooth on each span of the turn, where the motion is. Where the velocity jumps, the
+normal does, and a curve at a distance has a gap there, which the follower, as it turns about the trace point, rounds
+with an arc of the radius |d|; a flat face leaves a straight line.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import factorial, inf, nextafter
+from typing import Any, NamedTuple
+
+import numpy as np
+from flint import arb
+
+from camopt.mechanisms.design import ComplexArray, Designs, Mechanism
+from camopt.motion.programme import Programme
+from camopt.motion.stroke import Stroke
+from camopt.numerics import FloatArray
+from camopt.numerics.interval import Interval
+from camopt.numerics.taylor import Taylor
+from camopt.problem.problem import Problem
+from camopt.verdicts.ball import between, precisely
+from camopt.verdicts.exact_laws import Stretch
+from camopt.verdicts.exact_motion import ExactStroke, motion_at, motion_of
+
+
+@dataclass(frozen=True)
+class Span:
+    """A part of a stroke on which the motion is smooth, from one cam angle (rad) to another."""
+
+    stroke: Stroke
+    exact: ExactStroke
+    begin: arb
+    """Cam angle at which the stroke starts, rad."""
+    piece: Stretch | None
+    start: float
+    end: float
+
+    def motion(self, low: float, high: float) -> list[tuple[float, float]]:
+        """Ends of y and its first four derivatives over a range of cam angles (rad), rounded outwards."""
+        x = between((arb(low) - self.begin) / self.exact.angle, (arb(high) - self.begin) / self.exact.angle)
+        rows = [ball.arb for ball in motion_at(self.exact, self.piece, x)]
+        return [(nextafter(float(row.lower()), -inf), nextafter(float(row.upper()), inf)) for row in rows]
+
+
+class Expansion(NamedTuple):
+    """x and y about the middles of some stretches of half widths ``reach`` (rad), as series in the angle from there.
+
+    ``here`` has the terms at the middles, ``over`` those over the whole stretches, of which the last is the remainder.
+    """
+
+    here: tuple[Taylor, Taylor]
+    over: tuple[Taylor, Taylor]
+    reach: FloatArray
+
+
+@dataclass(frozen=True)
+class CamCurve:
+    """A curve at a distance (mm, outwards positive) along the normal of one design's pitch curve or face."""
+
+    mechanism: Mechanism
+    design: Designs
+    programme: Programme
+    distance: float
+    spans: tuple[Span, ...]
+
+    @property
+    def closed(self) -> bool:
+        """Whether the last point is the first: on a disc cam, not on a developed cylinder."""
+        return not self.mechanism.grooved
+
+    @property
+    def sense(self) -> float:
+        """How the cam's frame turns: +1 against the sense of a ccw cam, 0 for a developed one."""
+        return 0.0 if self.mechanism.grooved else self.design.sense
+
+    def placed(self, angle: Any, y: Any, y1: Any) -> tuple[Any, Any]:
+        """x and y, mm, from the cam angle (rad), y and y': arrays, or series."""
+        found = self.mechanism.contact(self.design, self.programme.lift, angle, y, y1)
+        x, height = found.x, found.y
+        if self.distance:
+            length = np.sqrt(np.square(found.across) + np.square(found.up))
+            x, height = x + found.across / length * self.distance, height + found.up / length * self.distance
+        if not self.sense:
+            return x, height
+        cosine, sine = np.cos(angle), np.sin(angle) * self.sense
+        return x * cosine + height * sine, height * cosine - x * sine
+
+    def points(self, span: Span, angles: FloatArray) -> ComplexArray:
+        """Points x + iy, mm, at cam angles (rad) of a span."""
+        y, y1, *_ = span.stroke.motion(angles)
+        x, height = self.placed(angles, y, y1)
+        found: ComplexArray = x + 1j * height
+        return found
+
+    def moving(self, span: Span, angles: FloatArray) -> tuple[ComplexArray, ComplexArray]:
+        """Points, mm, and their derivatives by the cam angle, mm/rad, at cam angles (rad) of a span."""
+        y, y1, y2, *_ = span.stroke.motion(angles)
+        x, height = self.placed(Taylor([angles, 1.0]), Taylor([y, y1]), Taylor([y1, y2]))
+        point, velocity = (a + 1j * b for a, b in zip(x.terms, height.terms, strict=True))
+        return point, velocity
+
+    def directions(self, span: Span, angles: FloatArray) -> ComplexArray:
+        """Unit tangents, as the cam angle grows, at cam angles (rad) of a span."""
+        normal = self.normals(span, angles)
+        return -1j * (self.sense or 1.0) * normal
+
+    def normals(self, span: Span, angles: FloatArray) -> ComplexArray:
+        """Unit normals outwards, at cam angles (rad) of a span."""
+        y, y1, *_ = span.stroke.motion(angles)
+        found = self.mechanism.contact(self.design, self.programme.lift, angles, y, y1)
+        normal: ComplexArray = found.across + 1j * found.up + np.zeros(angles.shape)
+        return normal / np.abs(normal) * np.exp(-1j * self.sense * angles)
+
+    @precisely()
+    def expansion(self, span: Span, lows: FloatArray, highs: FloatArray) -> Expansion:
+        """The curve over some stretches of a span, from one cam angle (rad) to another.
+
+        The remainders are sure, from balls of the motion, up to the rounding of what is done with them.
+        """
+        middles = (lows + highs) / 2
+        exact, over = (
+            np.array([span.motion(*ends) for ends in zip(low.tolist(), high.tolist(), strict=True)]).T
+            for low, high in ((middles, middles), (lows, highs))
+        )
+        here = self._series(middles, [(low + high) / 2 for low, high in exact.swapaxes(0, 1)])
+        ranges = self._series(Interval(lows, highs), [Interval(low, high) for low, high in over.swapaxes(0, 1)])
+        return Expansion(here, ranges, (highs - lows) / 2)
+
+    def _series(self, angle: Any, rows: list[Any]) -> tuple[Taylor, Taylor]:
+        """x and y as series, from those of the motion and its velocity."""
+        y, y1 = (Taylor([row / factorial(k) for k, row in enumerate(terms)]) for terms in (rows[:-1], rows[1:]))
+        return self.placed(Taylor([angle, 1.0, *[0.0] * (len(rows) - 3)]), y, y1)
+
+
+def curve_of(problem: Problem, distance: float) -> CamCurve:
+    """The curve at a distance (mm) along the normal of the pitch curve, or of the face, of a problem's own design."""
+    return CamCurve(problem.setup.mechanism, problem.design, problem.programme, distance, tuple(_spans(problem)))
+
+
+@precisely()
+def _spans(problem: Problem) -> Iterator[Span]:
+    begin = arb(0)
+    for stroke, exact in zip(problem.programme.strokes, motion_of(problem.programme).strokes, strict=True):
+        for piece, _, low, high in exact._replace(lines=()).smooth():
+            start, end = (float(begin + exact.angle * x) for x in (low, high))
+            yield Span(stroke, exact, begin, piece, start, end)
+        begin += exact.angle

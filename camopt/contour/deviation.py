@@ -1,0 +1,153 @@
+"""How far a path is from the curve of the cam that it follows, proved.
+
+Over a short stretch of the turn the curve is p(t) = p₀ + p₁·t + p₂·t² + [p₃]·t³ about its middle, with a remainder in
+intervals that no point leaves. In a frame at the start of an arc of curvature κ, along its tangent (u) and its normal
+(v), its circle is where
+
+    F = v − κ/2·(u² + v²)
+
+is zero, and a point is 2|F|/(1 + √(1 − 2κF)) off it. So F over the stretch, again by its series, bounds how far the
+curve is off the circle. While the rate M = u'·(1 − κv) + v'·κu is above 0 the curve moves on along the arc; where it
+starts and ends beside the ends of the arc, each point of the curve is beside one of the arc, and each of the arc
+beside one of the curve. A part where M may be below 0 counts with its length. Of cubics the curve is compared with the
+point at the same share of the stretch.
+
+Source: Moore, Kearfott and Cloud, Introduction to Interval Analysis, ch. 6 and 9 (Taylor forms).
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from camopt.contour.curve import CamCurve, Expansion
+from camopt.contour.path import ArcPath, CubicPath
+from camopt.numerics import FloatArray
+from camopt.numerics.interval import as_interval
+from camopt.numerics.taylor import Taylor
+
+PARTS, MOST_PARTS = 2, 1024  # of an element
+HELPED = 0.95  # of a bound: what halving leaves, if the bound is further from the truth than that
+ROUNDING = 1e-12  # of the largest coordinate: what rounding may hide, many times over
+
+
+def deviation(curve: CamCurve, path: ArcPath | CubicPath, wanted: float = 0.0) -> float:
+    """A bound, mm, of the distance of each point of a curve from its path, and of each of the path from the curve.
+
+    Stretches are divided until the bound is at most ``wanted`` mm, as far as that helps.
+    """
+    each, parts = _bounds(curve, path, np.arange(len(path)), PARTS), PARTS
+    wide = np.flatnonzero(~(each <= wanted))
+    while parts < MOST_PARTS and wide.size:
+        parts *= 2
+        before, after = each[wide], _bounds(curve, path, wide, parts)
+        each[wide] = np.fmin(before, after)
+        wide = wide[~(after <= wanted) & ~(after > HELPED * before)]
+    return float(each.max())
+
+
+def _bounds(curve: CamCurve, path: ArcPath | CubicPath, index: np.ndarray, parts: int) -> FloatArray:
+    """A bound for each of some elements, looked at in so many parts."""
+    spans, found = np.array(path.spans)[index], np.empty(index.size)
+    for span in np.unique(spans):
+        here = spans == span
+        chosen = index[here]
+        starts, ends = path.angles[chosen].T
+        edges = starts[:, None] + (ends - starts)[:, None] * np.linspace(0.0, 1.0, parts + 1)
+        expansion = curve.expansion(curve.spans[span], edges[:, :-1].ravel(), edges[:, 1:].ravel())
+        off = _off_arcs if isinstance(path, ArcPath) else _off_cubics
+        found[here] = off(path, chosen, expansion, parts)  # type: ignore[arg-type]
+    size = np.abs(path.vertices if isinstance(path, ArcPath) else path.controls).max()
+    return found + ROUNDING * size
+
+
+def _off_arcs(path: ArcPath, index: np.ndarray, curve: Expansion, parts: int) -> FloatArray:
+    each = np.repeat(index, parts)
+    tangent, curvature, first = path.tangents[0][each], path.curvatures[each], path.vertices[each]
+
+    def along(x: Taylor, y: Taylor) -> tuple[Taylor, Taylor]:
+        x, y = x - first.real, y - first.imag
+        return x * tangent.real + y * tangent.imag, y * tangent.real - x * tangent.imag
+
+    def height(x: Taylor, y: Taylor) -> Taylor:
+        u, v = along(x, y)
+        return v - (u * u + v * v) * (curvature / 2)
+
+    def progress(x: Taylor, y: Taylor) -> Taylor:
+        u, v = along(x, y)
+        u, v, du, dv = _cut(u), _cut(v), u.slope, v.slope
+        return du * (1.0 - v * curvature) + dv * u * curvature
+
+    above = _largest(curve, height)
+    distance = 2.0 * above / (1.0 + np.sqrt(np.maximum(1.0 - 2.0 * np.abs(curvature) * above, 0.0)))
+    distance = np.where(2.0 * np.abs(curvature) * above < 1.0, distance, np.inf)
+    back = np.where(_least(curve, progress) > 0.0, 0.0, _length(curve))
+    radial = distance.reshape(-1, parts).max(axis=1)
+    return radial + back.reshape(-1, parts).sum(axis=1) + _past_ends(path, index, curve, parts)
+
+
+def _past_ends(path: ArcPath, index: np.ndarray, curve: Expansion, parts: int) -> FloatArray:
+    """How far along an arc the curve starts and ends beside the ends of it."""
+    found = np.zeros(index.size)
+    for at, sign, tangents, vertices in (
+        (0, -1.0, path.tangents[0], path.vertices[:-1]),
+        (-1, 1.0, path.tangents[1], path.vertices[1:]),
+    ):
+        x, y = (_at(terms, sign * curve.reach).reshape(-1, parts)[:, at] for terms in curve.here)
+        local = (x + 1j * y - vertices[index]) * tangents[index].conjugate()
+        found = np.maximum(found, np.abs(local.real / (1.0 - path.curvatures[index] * local.imag)))
+    return found
+
+
+def _off_cubics(path: CubicPath, index: np.ndarray, curve: Expansion, parts: int) -> FloatArray:
+    """From the difference of the curve and the cubic, both by the cam angle."""
+    shares = (np.arange(parts) + 0.5) / parts
+    controls = path.controls[index]
+    starts, ends = path.angles[index].T
+    middle = Taylor([shares[None, :] + np.zeros((index.size, 1)), 1.0 / (ends - starts)[:, None], 0.0, 0.0])
+    rest = 1.0 - middle
+    weights = rest * rest * rest, rest * rest * middle * 3.0, rest * middle * middle * 3.0, middle * middle * middle
+
+    def apart(part: Callable[[np.ndarray], FloatArray], terms: Taylor) -> Taylor:
+        cubic = [
+            sum(w.terms[k] * part(controls[:, [j]]) for j, w in enumerate(weights)).reshape(-1) for k in range(4)
+        ]
+        return terms - Taylor(cubic)
+
+    x, y = (
+        _largest(curve, lambda *xy, axis=axis, part=part: apart(part, xy[axis]))  # type: ignore[misc]
+        for axis, part in ((0, np.real), (1, np.imag))
+    )
+    return np.hypot(x, y).reshape(-1, parts).max(axis=1)
+
+
+def _cut(series: Taylor) -> Taylor:
+    """The series without its last term."""
+    return Taylor(series.terms[:-1])
+
+
+def _at(series: Taylor, t: FloatArray) -> FloatArray:
+    a0, a1, a2, a3 = series.terms
+    return np.asarray(a0 + t * (a1 + t * (a2 + t * a3)))
+
+
+def _largest(curve: Expansion, formula: Callable[[Taylor, Taylor], Taylor]) -> FloatArray:
+    """A bound of |formula| over each stretch: of the polynomial about its middle, exactly, and of the remainder."""
+    a0, a1, a2 = formula(*curve.here).terms[:3]
+    r = curve.reach
+    with np.errstate(divide="ignore", invalid="ignore"):
+        turn = np.clip(np.nan_to_num(-a1 / (2.0 * a2)), -r, r)
+    highest = np.max([np.abs(a0 + t * (a1 + t * a2)) for t in (-r, turn, r)], axis=0)
+    return np.asarray(highest + as_interval(formula(*curve.over).terms[3]).largest_magnitude * r**3)
+
+
+def _least(curve: Expansion, formula: Callable[[Taylor, Taylor], Taylor]) -> FloatArray:
+    """A lower bound of a formula over each stretch, from its value, its slope and a remainder of second order."""
+    a0, a1 = formula(*curve.here).terms[:2]
+    rest = as_interval(formula(*curve.over).terms[2]).largest_magnitude
+    return np.asarray(a0 - np.abs(a1) * curve.reach - rest * curve.reach**2)
+
+
+def _length(curve: Expansion) -> FloatArray:
+    """A bound of the length of the curve on each stretch, mm."""
+    x, y = (as_interval(series.terms[1]).largest_magnitude for series in curve.over)
+    return np.asarray(2.0 * curve.reach * np.hypot(x, y))

@@ -1,0 +1,222 @@
+"""Paths that follow a curve of the cam within a deviation: lines, tangent arcs in pairs, or cubics.
+
+Each replaces a stretch of the curve between two of its points. The deviation falls with the square, the cube and the
+fourth power of the length of the stretch, from which a few rounds find stretches that all deviate alike, and so the
+least number of them (equidistribution: de Boor, A Practical Guide to Splines, ch. 12).
+
+Two arcs that join with a common tangent and have the tangents t₀, t₁ at the points p₀, p₁ are a biarc. With control
+polygons of equal lengths d they meet half-way between p₀ + d·t₀ and p₁ − d·t₁, where
+
+    d = |v|²/(v·T + √((v·T)² + |v|²·|t₁ − t₀|²)),    v = p₁ − p₀,  T = t₀ + t₁
+
+Source: Bolton, Biarc curves, Computer-Aided Design 7 (1975); Meek and Walton, CAD 24 (1992).
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from camopt.contour.curve import CamCurve, Span
+from camopt.contour.path import ArcPath, CubicPath
+from camopt.mechanisms.design import ComplexArray
+from camopt.mistakes import BadInput, Mistake
+from camopt.numerics import FloatArray
+
+FIRST, ROUNDS, HALVINGS = 8, 8, 40
+WIDEST = 2.0  # rad: an arc is no longer, so that its middle is on its own side of the cam
+WITHIN = np.linspace(0.0, 1.0, 13)[1:-1, None]  # where a stretch is looked at
+MOST = 1_000_000  # elements of a path
+SAME = 1e-9  # relative difference of the curvatures of two arcs that are one
+HAIR = 1e-9  # mm: a smaller gap is none
+
+Errors = Callable[[FloatArray, FloatArray], FloatArray]
+"""How far the path is off over stretches, from their first to their last cam angles."""
+
+
+class Biarcs(NamedTuple):
+    """Pairs of tangent arcs: first, middle and last points, and the bulges of both."""
+
+    first: ComplexArray
+    joint: ComplexArray
+    last: ComplexArray
+    tangent: ComplexArray
+    """At the joint."""
+    bulges: tuple[FloatArray, FloatArray]
+
+
+def biarcs(p0: ComplexArray, t0: ComplexArray, p1: ComplexArray, t1: ComplexArray) -> Biarcs:
+    """The biarcs from points with unit tangents to points with unit tangents."""
+    v, both = p1 - p0, t0 + t1
+    along = (v * both.conjugate()).real
+    length = np.square(np.abs(v))
+    d = length / (along + np.sqrt(np.square(along) + length * np.square(np.abs(t1 - t0))))
+    joint = (p0 + p1 + d * (t0 - t1)) / 2
+    tangent = (v - d * both) / (2.0 * d)
+    bulges = np.tan(np.angle((joint - p0) / t0) / 2), np.tan(np.angle(t1 / (p1 - joint)) / 2)
+    return Biarcs(p0, joint, p1, tangent / np.abs(tangent), bulges)
+
+
+def off_arcs(points: ComplexArray, first: ComplexArray, last: ComplexArray, bulges: FloatArray) -> FloatArray:
+    """Distance of points from the circles of some arcs, mm."""
+    turn = 2.0 * np.arctan(bulges)
+    chord = last - first
+    local = (points - first) * (np.exp(1j * turn) * chord.conjugate() / np.abs(chord))
+    curvature = 2.0 * np.sin(turn) / np.abs(chord)
+    height = local.imag - curvature / 2 * np.square(np.abs(local))
+    found: FloatArray = 2.0 * np.abs(height) / (1.0 + np.sqrt(np.maximum(1.0 - 2.0 * curvature * height, 0.0)))
+    return found
+
+
+def spaced(errors: Errors, start: float, end: float, order: int, tolerance: float) -> FloatArray:
+    """Cam angles from start to end between which stretches are off by at most the tolerance, all about alike.
+
+    BadInput if that takes more than ``MOST`` of them.
+    """
+    least = int(np.ceil((end - start) / WIDEST))
+    angles = np.linspace(start, end, max(FIRST, least) + 1)
+    for attempt in range(ROUNDS):
+        need = np.maximum((errors(angles[:-1], angles[1:]) / tolerance) ** (1.0 / order), 1e-3)
+        if attempt and need.max() <= 1.0:
+            return angles
+        wanted = np.concatenate([[0.0], np.cumsum(need)])
+        count = max(least, int(np.ceil(wanted[-1] * (1.0 + 0.02 * attempt))))
+        _check_count(count, tolerance)
+        angles = np.interp(np.linspace(0.0, wanted[-1], count + 1), wanted, angles)
+        angles[0], angles[-1] = start, end
+    for _ in range(HALVINGS):
+        wide = errors(angles[:-1], angles[1:]) > tolerance
+        if not wide.any():
+            break
+        angles = np.sort(np.concatenate([angles, ((angles[:-1] + angles[1:]) / 2)[wide]]))
+        _check_count(angles.size, tolerance)
+    return angles
+
+
+def _check_count(count: int, tolerance: float) -> None:
+    if count > MOST:
+        raise BadInput([Mistake("camopt", "chord", tolerance, f"larger: this one needs over {MOST:,} elements")])
+
+
+class Fit(NamedTuple):
+    """A way to replace stretches of a curve."""
+
+    order: int
+    """The power of the length of a stretch with which the deviation falls."""
+    errors: Callable[[CamCurve, Span, FloatArray, FloatArray], FloatArray]
+    """How far the stretches from some cam angles to others are off, at the angles looked at, mm."""
+    path: Callable[[CamCurve, list[FloatArray]], "ArcPath | CubicPath"]
+    """From the cam angles where stretches of each span start and end."""
+
+
+def fitted(curve: CamCurve, kind: str, tolerance: float) -> "ArcPath | CubicPath":
+    """The path of a kind of ``FITS`` that is off a curve by at most a tolerance (mm) at the angles looked at."""
+    fit = FITS[kind]
+    return fit.path(curve, [_stretches(fit, curve, span, tolerance) for span in curve.spans])
+
+
+def _stretches(fit: Fit, curve: CamCurve, span: Span, tolerance: float) -> FloatArray:
+    return spaced(lambda a, b: fit.errors(curve, span, a, b), span.start, span.end, fit.order, tolerance)
+
+
+def _between(starts: FloatArray, ends: FloatArray) -> FloatArray:
+    """Cam angles at which stretches are looked at, (angles, stretches)."""
+    return starts + (ends - starts) * WITHIN
+
+
+def _off_lines(curve: CamCurve, span: Span, starts: FloatArray, ends: FloatArray) -> FloatArray:
+    first, last = curve.points(span, starts), curve.points(span, ends)
+    points = curve.points(span, _between(starts, ends))
+    return np.asarray(off_arcs(points, first, last, np.zeros(starts.size)).max(axis=0))
+
+
+def _biarcs(curve: CamCurve, span: Span, starts: FloatArray, ends: FloatArray) -> Biarcs:
+    t0, t1 = curve.directions(span, starts), curve.directions(span, ends)
+    return biarcs(curve.points(span, starts), t0, curve.points(span, ends), t1)
+
+
+def _off_biarcs(curve: CamCurve, span: Span, starts: FloatArray, ends: FloatArray) -> FloatArray:
+    pair, points = _biarcs(curve, span, starts, ends), curve.points(span, _between(starts, ends))
+    halves = zip((pair.first, pair.joint), (pair.joint, pair.last), pair.bulges, strict=True)
+    before, after = (off_arcs(points, *half) for half in halves)
+    past = ((points - pair.joint) * pair.tangent.conjugate()).real > 0.0
+    return np.asarray(np.where(past, after, before).max(axis=0))
+
+
+def _cubics(curve: CamCurve, span: Span, starts: FloatArray, ends: FloatArray) -> ComplexArray:
+    """Control points of the cubics with the curve's points and derivatives by the cam angle at both ends, (4, n)."""
+    (p0, v0), (p1, v1) = (curve.moving(span, angles) for angles in (starts, ends))
+    third = (ends - starts) / 3
+    return np.array([p0, p0 + v0 * third, p1 - v1 * third, p1])
+
+
+def _off_cubics(curve: CamCurve, span: Span, starts: FloatArray, ends: FloatArray) -> FloatArray:
+    share = WITHIN[:, None]
+    weights = (1 - share) ** 3, 3 * share * (1 - share) ** 2, 3 * share**2 * (1 - share), share**3
+    cubics = sum(w * p for w, p in zip(weights, _cubics(curve, span, starts, ends)[:, None], strict=True))
+    return np.asarray(
+        np.abs(curve.points(span, _between(starts, ends)) - cubics.reshape(WITHIN.size, -1)).max(axis=0)
+    )
+
+
+def _polyline(curve: CamCurve, angles: list[FloatArray]) -> ArcPath:
+    points = [curve.points(span, each[:-1]) for span, each in zip(curve.spans, angles, strict=True)]
+    vertices = np.concatenate([*points, _last(curve)])
+    return _path(vertices, np.zeros(vertices.size - 1), angles)
+
+
+def _arcs(curve: CamCurve, angles: list[FloatArray]) -> ArcPath:
+    """Both arcs of each pair, or one where they are the same."""
+    vertices, bulges, joints = [], [], []
+    for span, each in zip(curve.spans, angles, strict=True):
+        pair = _biarcs(curve, span, each[:-1], each[1:])
+        first, second = (np.arctan(b) for b in pair.bulges)
+        lengths = np.abs(pair.joint - pair.first), np.abs(pair.last - pair.joint)
+        bend = np.sin(2 * first) / lengths[0], np.sin(2 * second) / lengths[1]
+        one = np.abs(bend[0] - bend[1]) <= SAME * np.maximum(np.abs(bend[0]), 1.0 / (lengths[0] * 1e3))
+        keep = np.stack([np.ones(one.size, dtype=bool), ~one], axis=1)
+        whole = np.stack([np.where(one, np.tan(first + second), pair.bulges[0]), pair.bulges[1]], axis=1)
+        middles = _beside(curve, span, pair, each[:-1], each[1:])
+        vertices.append(np.stack([pair.first, pair.joint], axis=1)[keep])
+        bulges.append(whole[keep])
+        joints.append(np.append(np.stack([each[:-1], middles], axis=1)[keep], each[-1]))
+    return _path(np.concatenate([*vertices, _last(curve)]), np.concatenate(bulges), joints)
+
+
+def _beside(curve: CamCurve, span: Span, pair: Biarcs, starts: FloatArray, ends: FloatArray) -> FloatArray:
+    """The cam angles at which the curve passes the joints of biarcs, by halving."""
+    low, high = starts.copy(), ends.copy()
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2
+        past = ((curve.points(span, middle) - pair.joint) * pair.tangent.conjugate()).real > 0.0
+        low, high = np.where(past, low, middle), np.where(past, middle, high)
+    return (low + high) / 2
+
+
+def _spline(curve: CamCurve, angles: list[FloatArray]) -> CubicPath:
+    cubics = [_cubics(curve, span, each[:-1], each[1:]).T for span, each in zip(curve.spans, angles, strict=True)]
+    return CubicPath(np.concatenate(cubics), *_places(angles))
+
+
+def _path(vertices: ComplexArray, bulges: FloatArray, angles: list[FloatArray]) -> ArcPath:
+    return ArcPath(vertices, bulges, *_places(angles))
+
+
+def _places(angles: list[FloatArray]) -> tuple[FloatArray, tuple[int, ...]]:
+    """The pairs of cam angles of all elements, and their spans."""
+    pairs = [np.stack([each[:-1], each[1:]], axis=1) for each in angles]
+    return np.concatenate(pairs), tuple(k for k, each in enumerate(angles) for _ in each[1:])
+
+
+def _last(curve: CamCurve) -> ComplexArray:
+    """The last vertex: where a closed curve began."""
+    span = curve.spans[0 if curve.closed else -1]
+    return curve.points(span, np.array([span.start if curve.closed else span.end]))
+
+
+FITS = {
+    "arcs": Fit(3, _off_biarcs, _arcs),
+    "spline": Fit(4, _off_cubics, _spline),
+    "polyline": Fit(2, _off_lines, _polyline),
+}
+"""By the name of the curves that paths are made of."""
