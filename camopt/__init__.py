@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from camopt.drawing.frontier import plot_frontier
     from camopt.drawing.spectrum import plot_spectrum
     from camopt.drawing.synthesis import plot_synthesis
+    from camopt.exporting.export import export
+    from camopt.exporting.exported import Exported
     from camopt.front.designs import evaluate_designs
     from camopt.front.sweep import Sweep, sweep
     from camopt.measured.fit import fit
@@ -45,6 +47,7 @@ _HOMES = {
     "BadInput": "mistakes",
     "Design": "tables.designs",
     "Evaluation": "verdicts.evaluation",
+    "Exported": "exporting.exported",
     "Fitted": "measured.fitted",
     "Frontier": "synthesis.frontier",
     "LAWS": "motion",
@@ -62,6 +65,7 @@ _HOMES = {
     "certify": "verdicts.certify",
     "evaluate": "verdicts.evaluation",
     "evaluate_designs": "front.designs",
+    "export": "exporting.export",
     "find_scene": "scene.scene",
     "fit": "measured.fit",
     "frontier": "synthesis.frontier",
@@ -87,6 +91,7 @@ __all__ = [
     "BadInput",
     "Design",
     "Evaluation",
+    "Exported",
     "Fitted",
     "Frontier",
     "MeasuredProfile",
@@ -103,6 +108,7 @@ __all__ = [
     "certify",
     "evaluate",
     "evaluate_designs",
+    "export",
     "find_scene",
     "fit",
     "frontier",

@@ -25,6 +25,7 @@ from camopt.cli.options import (
     scene_at,
     scene_options,
 )
+from camopt.exporting.endings import ENDINGS
 from camopt.version import VERSION
 
 DEFAULT_SCENE = "roller-1000rpm"
@@ -293,6 +294,32 @@ def evaluate(
         terminal.say_unused(scene)
         terminal.say_written([file for file in (picture, points) if file])
     return _reached(scene, result["relative_half_width"])
+
+
+@camopt.command()
+@click.argument("scene")
+@click.argument("file", type=Place(*ENDINGS))
+@scene_options
+@output_options
+@click.option("--chord", type=float, help="Largest deviation from the true curve, mm; 0.001 by default.")
+@click.option("--curves", help="What curves are made of: arcs (the default), spline or polyline.")
+@click.option("--cutter-radius", type=float, help="Also the path of a cutter or grinding wheel of this radius, mm.")
+def export(scene: Any, file: Path, as_json: bool, quiet: bool, **settings: Any) -> int:
+    """Write the cam of one design to FILE for a machine, a person or another program, as its ending says.
+
+    How far the curves in the file are from the true ones is proved, and printed. Options that mean nothing for a
+    kind of file are refused.
+    """
+    from camopt.cli import reports, terminal
+    from camopt.exporting.export import export as run
+
+    with keys_as_options(), terminal.progress(quiet, ""):
+        result = run(scene, file, **{name: value for name, value in settings.items() if value is not None})
+    reports.show_export(result, as_json)
+    if not quiet:
+        terminal.say_notes(result.notes)
+        terminal.say_written([file])
+    return 0
 
 
 @camopt.command()

@@ -20,6 +20,7 @@ from camopt.tables.cells import number
 from camopt.tables.columns import bounds_of, columns_of, is_nothing, joined_laws, laws_shown, sizes_shown, with_law
 
 if TYPE_CHECKING:  # a report imports what it shows from the command that made it
+    from camopt.exporting.exported import Exported
     from camopt.front.sweep import Sweep
     from camopt.scene.scene import Scene
     from camopt.smallest.optimise import Optimum
@@ -207,6 +208,19 @@ def _price_in_words(price: "Price") -> dict[str, str]:
         "holds to": amount(price.holds_to, unit),
         "then held by": UNKNOWN if price.next is None else ", ".join(price.next) or "nothing",
     }
+
+
+def show_export(result: "Exported", as_json: bool) -> None:
+    """The curves in a file with their proved deviations, and its other numbers."""
+    if as_json:
+        curves = {name: curve._asdict() for name, curve in result.curves.items()}
+        return print_json({"file": str(result.file), "curves": curves, **result.about, "notes": list(result.notes)})
+    for name, curve in result.curves.items():
+        words = f"{curve.elements:,} {curve.what}, within {number(curve.deviation_mm)} mm (proved)"
+        show(f"{name.replace('_', ' ')}: {words}")
+    for name, value in result.about.items():
+        show(f"{name}: {number(value) if isinstance(value, float) else value}")
+    return None
 
 
 def show_synthesis(result: "Synthesised", known: "Comparison", as_json: bool) -> None:

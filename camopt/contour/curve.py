@@ -4,9 +4,8 @@ With the trace point t and the unit normal n in the ground frame, a curve at a d
 
     p(θ) = e^{∓iθ}·(t + d·n)    (disc; without the rotation where a cylindrical cam is developed)
 
-and runs along ∓i·e^{∓iθ}·n. It is smooth on each span of the turn, where the motion is. Where the velocity jumps, the
-normal does, and a curve at a distance has a gap there, which the follower, as it turns about the trace point, rounds
-with an arc of the radius |d|; a flat face leaves a straight line.
+and runs along ∓i·e^{∓iθ}·n. It is smooth on each span of the turn, where the motion is. Where the velocity jumps
+the normal does, which tears a curve at a distance, and leaves a corner in a pitch curve.
 """
 
 from collections.abc import Iterator
@@ -18,6 +17,7 @@ import numpy as np
 from flint import arb
 
 from camopt.mechanisms.design import ComplexArray, Designs, Mechanism
+from camopt.mechanisms.geometry import distances
 from camopt.motion.programme import Programme
 from camopt.motion.stroke import Stroke
 from camopt.numerics import FloatArray
@@ -49,9 +49,9 @@ class Span:
 
 
 class Expansion(NamedTuple):
-    """x and y about the middles of some stretches of half widths ``reach`` (rad), as series in the angle from there.
+    """x and y about the middles of some stretches of half widths ``reach`` (rad), as series in the angle from them.
 
-    ``here`` has the terms at the middles, ``over`` those over the whole stretches, of which the last is the remainder.
+    ``here`` has the terms at the middles, ``over`` those over whole stretches: the last one is the remainder.
     """
 
     here: tuple[Taylor, Taylor]
@@ -114,8 +114,9 @@ class CamCurve:
         """Unit normals outwards, at cam angles (rad) of a span."""
         y, y1, *_ = span.stroke.motion(angles)
         found = self.mechanism.contact(self.design, self.programme.lift, angles, y, y1)
-        normal: ComplexArray = found.across + 1j * found.up + np.zeros(angles.shape)
-        return normal / np.abs(normal) * np.exp(-1j * self.sense * angles)
+        normal = found.across + 1j * found.up + np.zeros(angles.shape)
+        turned: ComplexArray = normal / np.abs(normal) * np.exp(-1j * self.sense * angles)
+        return turned
 
     @precisely()
     def expansion(self, span: Span, lows: FloatArray, highs: FloatArray) -> Expansion:
@@ -138,8 +139,17 @@ class CamCurve:
         return self.placed(Taylor([angle, 1.0, *[0.0] * (len(rows) - 3)]), y, y1)
 
 
+def curves_of(problem: Problem, cutter_radius: float | None = None) -> dict[str, CamCurve]:
+    """The curves of a problem's own design by name: ``pitch``, ``profile`` and, of a cutter, ``cutter``.
+
+    Those of a groove are two of each, ``profile_left`` and ``profile_right``; a flat face has no pitch curve.
+    """
+    found = distances(problem.setup.mechanism, problem.design, cutter_radius)
+    return {name: curve_of(problem, distance) for name, distance in found.items()}
+
+
 def curve_of(problem: Problem, distance: float) -> CamCurve:
-    """The curve at a distance (mm) along the normal of the pitch curve, or of the face, of a problem's own design."""
+    """The curve at a distance (mm) along the normal of the pitch curve, or face, of a problem's own design."""
     return CamCurve(problem.setup.mechanism, problem.design, problem.programme, distance, tuple(_spans(problem)))
 
 

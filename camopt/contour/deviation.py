@@ -1,16 +1,16 @@
 """How far a path is from the curve of the cam that it follows, proved.
 
-Over a short stretch of the turn the curve is p(t) = p₀ + p₁·t + p₂·t² + [p₃]·t³ about its middle, with a remainder in
-intervals that no point leaves. In a frame at the start of an arc of curvature κ, along its tangent (u) and its normal
-(v), its circle is where
+Over a short stretch of the turn the curve is p(t) = p₀ + p₁·t + p₂·t² + [p₃]·t³ about its middle, with a remainder
+in intervals that no point leaves. In a frame at the start of an arc of curvature κ, along its tangent (u) and its
+normal (v), its circle is where
 
     F = v − κ/2·(u² + v²)
 
 is zero, and a point is 2|F|/(1 + √(1 − 2κF)) off it. So F over the stretch, again by its series, bounds how far the
-curve is off the circle. While the rate M = u'·(1 − κv) + v'·κu is above 0 the curve moves on along the arc; where it
-starts and ends beside the ends of the arc, each point of the curve is beside one of the arc, and each of the arc
-beside one of the curve. A part where M may be below 0 counts with its length. Of cubics the curve is compared with the
-point at the same share of the stretch.
+curve is off the circle. While the rate M = u'·(1 − κv) + v'·κu is above 0 the curve moves on along the arc; where
+it starts and ends beside the ends of the arc, each point of the curve is beside one of the arc, and each of the arc
+beside one of the curve. A part where M may be below 0 counts with its length. A cubic is compared with the curve at
+the same share of the stretch.
 
 Source: Moore, Kearfott and Cloud, Introduction to Interval Analysis, ch. 6 and 9 (Taylor forms).
 """
@@ -57,7 +57,7 @@ def _bounds(curve: CamCurve, path: ArcPath | CubicPath, index: np.ndarray, parts
         off = _off_arcs if isinstance(path, ArcPath) else _off_cubics
         found[here] = off(path, chosen, expansion, parts)  # type: ignore[arg-type]
     size = np.abs(path.vertices if isinstance(path, ArcPath) else path.controls).max()
-    return found + ROUNDING * size
+    return np.asarray(found + ROUNDING * size)
 
 
 def _off_arcs(path: ArcPath, index: np.ndarray, curve: Expansion, parts: int) -> FloatArray:
@@ -70,19 +70,21 @@ def _off_arcs(path: ArcPath, index: np.ndarray, curve: Expansion, parts: int) ->
 
     def height(x: Taylor, y: Taylor) -> Taylor:
         u, v = along(x, y)
-        return v - (u * u + v * v) * (curvature / 2)
+        above: Taylor = v - (u * u + v * v) * (curvature / 2)
+        return above
 
     def progress(x: Taylor, y: Taylor) -> Taylor:
         u, v = along(x, y)
         u, v, du, dv = _cut(u), _cut(v), u.slope, v.slope
-        return du * (1.0 - v * curvature) + dv * u * curvature
+        rate: Taylor = du * (1.0 - v * curvature) + dv * u * curvature
+        return rate
 
     above = _largest(curve, height)
     distance = 2.0 * above / (1.0 + np.sqrt(np.maximum(1.0 - 2.0 * np.abs(curvature) * above, 0.0)))
     distance = np.where(2.0 * np.abs(curvature) * above < 1.0, distance, np.inf)
     back = np.where(_least(curve, progress) > 0.0, 0.0, _length(curve))
     radial = distance.reshape(-1, parts).max(axis=1)
-    return radial + back.reshape(-1, parts).sum(axis=1) + _past_ends(path, index, curve, parts)
+    return np.asarray(radial + back.reshape(-1, parts).sum(axis=1) + _past_ends(path, index, curve, parts))
 
 
 def _past_ends(path: ArcPath, index: np.ndarray, curve: Expansion, parts: int) -> FloatArray:
@@ -99,25 +101,16 @@ def _past_ends(path: ArcPath, index: np.ndarray, curve: Expansion, parts: int) -
 
 
 def _off_cubics(path: CubicPath, index: np.ndarray, curve: Expansion, parts: int) -> FloatArray:
-    """From the difference of the curve and the cubic, both by the cam angle."""
-    shares = (np.arange(parts) + 0.5) / parts
-    controls = path.controls[index]
+    """From the difference of the curve and the cubic c₀ + c₁·s + c₂·s² + c₃·s³, both by the cam angle."""
+    p0, p1, p2, p3 = path.controls[np.repeat(index, parts)].T
     starts, ends = path.angles[index].T
-    middle = Taylor([shares[None, :] + np.zeros((index.size, 1)), 1.0 / (ends - starts)[:, None], 0.0, 0.0])
-    rest = 1.0 - middle
-    weights = rest * rest * rest, rest * rest * middle * 3.0, rest * middle * middle * 3.0, middle * middle * middle
-
-    def apart(part: Callable[[np.ndarray], FloatArray], terms: Taylor) -> Taylor:
-        cubic = [
-            sum(w.terms[k] * part(controls[:, [j]]) for j, w in enumerate(weights)).reshape(-1) for k in range(4)
-        ]
-        return terms - Taylor(cubic)
-
-    x, y = (
-        _largest(curve, lambda *xy, axis=axis, part=part: apart(part, xy[axis]))  # type: ignore[misc]
-        for axis, part in ((0, np.real), (1, np.imag))
-    )
-    return np.hypot(x, y).reshape(-1, parts).max(axis=1)
+    middles = np.tile((np.arange(parts) + 0.5) / parts, index.size)
+    share = Taylor([middles, np.repeat(1.0 / (ends - starts), parts), 0.0, 0.0])
+    cubic = share * (p3 - 3.0 * p2 + 3.0 * p1 - p0) + 3.0 * (p0 - 2.0 * p1 + p2)
+    cubic = (cubic * share + 3.0 * (p1 - p0)) * share + p0
+    across, up = (Taylor([part(term) for term in cubic.terms]) for part in (np.real, np.imag))
+    off = np.hypot(_largest(curve, lambda x, y: x - across), _largest(curve, lambda x, y: y - up))
+    return np.asarray(off.reshape(-1, parts).max(axis=1))
 
 
 def _cut(series: Taylor) -> Taylor:

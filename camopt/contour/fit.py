@@ -1,8 +1,8 @@
 """Paths that follow a curve of the cam within a deviation: lines, tangent arcs in pairs, or cubics.
 
-Each replaces a stretch of the curve between two of its points. The deviation falls with the square, the cube and the
-fourth power of the length of the stretch, from which a few rounds find stretches that all deviate alike, and so the
-least number of them (equidistribution: de Boor, A Practical Guide to Splines, ch. 12).
+Each replaces a stretch of the curve between two of its points. The deviation falls with the square, the cube and
+the fourth power of the length of the stretch, from which a few rounds find stretches that all deviate alike, and so
+the least number of them (equidistribution: de Boor, A Practical Guide to Splines, ch. 12).
 
 Two arcs that join with a common tangent and have the tangents t₀, t₁ at the points p₀, p₁ are a biarc. With control
 polygons of equal lengths d they meet half-way between p₀ + d·t₀ and p₁ − d·t₁, where
@@ -144,7 +144,7 @@ def _off_biarcs(curve: CamCurve, span: Span, starts: FloatArray, ends: FloatArra
 
 
 def _cubics(curve: CamCurve, span: Span, starts: FloatArray, ends: FloatArray) -> ComplexArray:
-    """Control points of the cubics with the curve's points and derivatives by the cam angle at both ends, (4, n)."""
+    """Control points of the cubics with the curve's points and derivatives by the cam angle at the ends, (4, n)."""
     (p0, v0), (p1, v1) = (curve.moving(span, angles) for angles in (starts, ends))
     third = (ends - starts) / 3
     return np.array([p0, p0 + v0 * third, p1 - v1 * third, p1])

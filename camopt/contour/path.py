@@ -1,22 +1,23 @@
 """Paths of arcs and lines, and of cubics, as machines and other programs take them."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
 from camopt.mechanisms.design import ComplexArray
 from camopt.numerics import FloatArray
 
-STRAIGHT = 1e-12  # of the chord: a smaller sagitta is that of a line
+SMOOTH = 1e-9  # relative difference of velocities that are the same
 
 
 @dataclass(frozen=True)
 class ArcPath:
     """n arcs or lines from vertex to vertex.
 
-    ``vertices`` are n + 1 points x + iy, mm. ``bulges`` are n numbers, the tangents of a quarter of what each arc turns:
-    above 0 anticlockwise, 0 for a line (as in DXF). ``angles`` are n pairs of cam angles, rad, between which the cam's
-    curve follows the arc; a pair of equal angles is an arc that rounds a gap.
+    ``vertices`` are n + 1 points x + iy, mm. ``bulges`` are n numbers, the tangents of a quarter of what each arc
+    turns: above 0 anticlockwise, 0 for a line (as in DXF). ``angles`` are n pairs of cam angles, rad: from where to
+    where the curve is beside the arc.
     """
 
     vertices: ComplexArray
@@ -24,6 +25,12 @@ class ArcPath:
     angles: FloatArray
     spans: tuple[int, ...]
     """On which span of the curve each arc is."""
+
+    @property
+    def what(self) -> str:
+        """What it is made of, in words."""
+        arcs, lines = np.any(self.bulges != 0.0), np.any(self.bulges == 0.0)
+        return "arcs and lines" if arcs and lines else "arcs" if arcs else "lines"
 
     @property
     def chords(self) -> ComplexArray:
@@ -62,6 +69,25 @@ class CubicPath:
     controls: ComplexArray
     angles: FloatArray
     spans: tuple[int, ...]
+    what: ClassVar[str] = "cubics"
 
     def __len__(self) -> int:
         return len(self.controls)
+
+    @property
+    def bspline(self) -> tuple[ComplexArray, FloatArray]:
+        """Control points and knots (deg of cam angle) of the cubic B-spline that these cubics are.
+
+        Knots are double where the curve runs on with the same velocity, triple at corners.
+        """
+        lengths = self.angles[:, 1] - self.angles[:, 0]
+        leaving = (self.controls[:-1, 3] - self.controls[:-1, 2]) / lengths[:-1]
+        starting = (self.controls[1:, 1] - self.controls[1:, 0]) / lengths[1:]
+        corner = np.abs(starting - leaving) > SMOOTH * np.abs(leaving)
+        keep = np.ones(self.controls.shape, dtype=bool)
+        keep[:-1, 3] = corner
+        keep[1:, 0] = False
+        times = np.where(corner, 3, 2)
+        knots = np.concatenate([self.angles[[0], 0], self.angles[:, 1]])
+        repeated = np.repeat(knots, np.concatenate([[4], times, [4]]))
+        return self.controls[keep], np.degrees(repeated)

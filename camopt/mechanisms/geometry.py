@@ -1,4 +1,4 @@
-"""The cam as curves in its own frame: pitch curve, profile and cutter path, as complex points x + iy in mm."""
+"""The cam as curves in its own frame: pitch curve and profile, as complex points x + iy in mm."""
 
 from typing import NamedTuple
 
@@ -19,7 +19,6 @@ class CamCurves(NamedTuple):
     pitch: ComplexArray
     normal: ComplexArray
     profile: ComplexArray
-    cutter: ComplexArray | None
 
 
 def cam_curves(
@@ -27,11 +26,10 @@ def cam_curves(
     design: Designs,
     programme: Programme,
     angles: FloatArray,
-    cutter_radius: float | None = None,
 ) -> CamCurves:
-    """Pitch curve, outward normal, profile and path of the cutter's centre of one design.
+    """Pitch curve, outward normal and profile of one design.
 
-    p = e^{∓iθ}·(trace point), profile p − R_r·n, cutter path p + (R_c − R_r)·n; angles in rad, lengths in mm.
+    p = e^{∓iθ}·(trace point), profile p − R_r·n; angles in rad, lengths in mm.
     """
     travel = mechanism.travel(design, programme, angles)
     turn = np.ones_like(angles) if mechanism.grooved else np.exp(-1j * design.sense * angles)
@@ -39,8 +37,25 @@ def cam_curves(
     radius = design.roller_radius[0]
     sides = np.array([[1.0], [-1.0]]) if mechanism.grooved else np.array([[1.0]])
     profile = pitch - sides * radius * normal
-    cutter = None if cutter_radius is None else pitch + (cutter_radius - radius) * normal
-    return CamCurves(pitch, normal, profile, cutter)
+    return CamCurves(pitch, normal, profile)
+
+
+def distances(mechanism: Mechanism, design: Designs, cutter_radius: float | None = None) -> dict[str, float]:
+    """Distance (mm) of each curve of one design along the normal of its pitch curve, or of its flat face, by name.
+
+    ``pitch`` (not for a flat face, which has no trace point), ``profile``, and ``cutter``, the path of the centre
+    of a cutter, if its radius is given. The groove of a cylindrical cam has ``profile_left`` and ``profile_right``,
+    and likewise two cutter paths: left and right are seen along the motion of the roller in it.
+    """
+    radius = float(design.roller_radius[0])
+    found = {} if mechanism.curvature is None else {"pitch": 0.0}
+    out = {"profile": -radius} | ({} if cutter_radius is None else {"cutter": cutter_radius - radius})
+    if not mechanism.grooved:
+        return found | out
+    return found | {f"{name}_{side}": sign * d for name, d in out.items() for side, sign in SIDES.items()}
+
+
+SIDES = {"left": -1.0, "right": 1.0}
 
 
 def profile_points(mechanism: Mechanism, design: Designs, programme: Programme, angles: FloatArray) -> ComplexArray:

@@ -50,7 +50,7 @@ class Taylor:
         return self.__add__(-other)
 
     def __rsub__(self, other: Any) -> "Taylor":
-        return -self + other
+        return self.__neg__().__add__(other)
 
     def __mul__(self, other: Any) -> "Taylor":
         if not isinstance(other, Taylor):

@@ -9,7 +9,7 @@ from camopt.drawing.picture import Picture
 from camopt.effects import Case
 from camopt.files import checked_suffix, whole_file
 from camopt.mechanisms.design import ComplexArray
-from camopt.mechanisms.geometry import cam_curves
+from camopt.mechanisms.geometry import cam_curves, distances
 from camopt.mistakes import BadInput, Mistake
 from camopt.numerics import FloatArray
 from camopt.points.loads import LOADS, loads_at
@@ -86,7 +86,7 @@ def cam_points(
     [0.0, 43.75, 50.0]
     """
     problem = resolve_design(scene)
-    _check_cutter(problem, cutter_radius)
+    check_cutter(problem, cutter_radius)
     degrees = _degrees(problem, angles, cutter_radius, step, chord)
     radians = np.radians(degrees)
     displacement = problem.programme.at(radians)[0]
@@ -159,7 +159,7 @@ def write_points(
         write_table(table, path)
 
 
-def _check_cutter(problem: Problem, radius: float | None) -> None:
+def check_cutter(problem: Problem, radius: float | None) -> None:
     if radius is None:
         return
     widest = float(problem.design.roller_radius[0]) if problem.setup.mechanism.grooved else _deepest(problem)
@@ -180,15 +180,9 @@ def _deepest(problem: Problem) -> float:
 
 def _curves(problem: Problem, angles: FloatArray, cutter_radius: float | None) -> dict[str, ComplexArray]:
     mechanism, design = problem.setup.mechanism, problem.design
-    found = cam_curves(mechanism, design, problem.programme, angles, cutter_radius)
-    curves = {} if mechanism.curvature is None else {"pitch": found.pitch}
-    if not mechanism.grooved:
-        cutter = {} if found.cutter is None else {"cutter": found.cutter}
-        return {**curves, "profile": found.profile[0], **cutter}
-    curves |= {"profile_left": found.profile[1], "profile_right": found.profile[0]}
-    if found.cutter is not None:
-        curves |= {"cutter_left": 2.0 * found.pitch - found.cutter, "cutter_right": found.cutter}
-    return curves
+    found = cam_curves(mechanism, design, problem.programme, angles)
+    along = distances(mechanism, design, cutter_radius)
+    return {name: found.pitch + distance * found.normal for name, distance in along.items()}
 
 
 def _about(column: str) -> dict[str, str]:

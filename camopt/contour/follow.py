@@ -1,0 +1,51 @@
+"""A path that follows a curve of the cam within a deviation that is asked for, and the proof that it does."""
+
+from math import isfinite
+from typing import NamedTuple
+
+from camopt.contour.curve import CamCurve
+from camopt.contour.deviation import deviation
+from camopt.contour.fit import FITS, fitted
+from camopt.contour.path import ArcPath, CubicPath
+from camopt.mistakes import BadInput, Mistake
+
+CHORD = 0.001  # mm
+LEAST, LARGEST = 1e-6, 10.0  # mm: a nanometre; what nobody takes for a cam any more
+MARGIN, TIGHTER, ROUNDS = 0.95, 0.8, 6  # of the deviation asked for: what is aimed at, then if a proof needs more
+
+
+class Followed(NamedTuple):
+    """A path with its proved deviation, mm: no point of one is further from the other, path or curve."""
+
+    path: ArcPath | CubicPath
+    deviation: float
+
+
+def follow(curve: CamCurve, kind: str = "arcs", chord: float = CHORD) -> Followed:
+    """The path of a kind (arcs, spline, polyline) that is proved to be within ``chord`` mm of a curve.
+
+    Raises
+    ------
+    BadInput
+        For another kind, a chord outside 1e-6 to 10 mm, or one that needs over a million elements.
+    """
+    check(kind, chord)
+    aim = MARGIN * chord
+    for _ in range(ROUNDS):
+        path = fitted(curve, kind, aim)
+        found = Followed(path, deviation(curve, path, chord))
+        if found.deviation <= chord:
+            break
+        aim *= TIGHTER
+    return found
+
+
+def check(kind: str, chord: float) -> None:
+    """BadInput for what ``follow`` does not take."""
+    mistakes = []
+    if kind not in FITS:
+        mistakes.append(Mistake("camopt", "curves", kind, f"one of {', '.join(FITS)}"))
+    if not (isfinite(chord) and LEAST <= chord <= LARGEST):
+        mistakes.append(Mistake("camopt", "chord", chord, f"from {LEAST:g} to {LARGEST:g} mm"))
+    if mistakes:
+        raise BadInput(mistakes)

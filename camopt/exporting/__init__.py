@@ -1,0 +1,1 @@
+"""The cam for other programs, machines and people: files of drawings, solids, points and tables."""

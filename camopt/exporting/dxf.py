@@ -1,0 +1,92 @@
+"""DXF, for CAD and machines that cut from drawings: layers of polylines with arcs, or splines; written by ezdxf."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib import import_module
+from pathlib import Path
+
+import numpy as np
+from ezdxf import units
+from ezdxf.document import Drawing
+from ezdxf.filemanagement import new
+from ezdxf.layouts.layout import Modelspace
+
+from camopt.contour.follow import CHORD
+from camopt.contour.path import ArcPath, CubicPath
+from camopt.exporting.exported import Exported, told
+from camopt.exporting.layers import CHAIN, DASHED, THIN, VISIBLE, Layer, plan_of
+from camopt.files import whole_file
+from camopt.problem.problem import Problem
+from camopt.version import VERSION
+
+LINES = {VISIBLE: ("CONTINUOUS", 50), THIN: ("CONTINUOUS", 25), CHAIN: ("CENTER", 25), DASHED: ("DASHED", 25)}
+"""Line type and width, in hundredths of a millimetre."""
+COLOURS = {VISIBLE: 7, THIN: 8, CHAIN: 5, DASHED: 3}
+
+
+def write(
+    problem: Problem,
+    path: Path,
+    chord: float = CHORD,
+    curves: str = "arcs",
+    cutter_radius: float | None = None,
+) -> Exported:
+    """Write the plan of a cam in mm, each kind of curve on a layer of its own."""
+    plan = plan_of(problem, chord, curves, cutter_radius)
+    with _same_each_time():
+        document = _document(problem)
+        for layer in plan.layers:
+            kind, width = LINES[layer.line]
+            document.layers.add(layer.name.upper(), color=COLOURS[layer.line], linetype=kind, lineweight=width)
+            _draw(document.modelspace(), layer)
+        with whole_file(path) as partial, partial.open("w", encoding=document.output_encoding) as file:
+            document.write(file)
+    return Exported(path, told(plan.followed))
+
+
+@contextmanager
+def _same_each_time() -> Iterator[None]:
+    """The same cam gives the same file: ezdxf writes no clock and no random number."""
+    options = import_module("ezdxf").options  # not among what ezdxf exports by name
+    before = options.write_fixed_meta_data_for_testing
+    options.write_fixed_meta_data_for_testing = True
+    try:
+        yield
+    finally:
+        options.write_fixed_meta_data_for_testing = before
+
+
+def _document(problem: Problem) -> Drawing:
+    """An empty drawing in mm."""
+    document = new("R2010", setup=["linetypes"], units=units.MM)
+    document.header.custom_vars.append("camopt", VERSION)
+    document.header.custom_vars.append("cam", problem.scene.name)
+    return document
+
+
+def _draw(space: Modelspace, layer: Layer) -> None:
+    about = {"layer": layer.name.upper()}
+    for path in layer.paths:
+        if isinstance(path, ArcPath):
+            _polyline(space, path, about)
+        else:
+            _spline(space, path, about)
+    for radius in layer.circles:
+        space.add_circle((0.0, 0.0), radius, dxfattribs=about)
+    for start, end in layer.lines:
+        space.add_line((start.real, start.imag), (end.real, end.imag), dxfattribs=about)
+
+
+def _polyline(space: Modelspace, path: ArcPath, about: dict[str, str]) -> None:
+    closed = bool(path.vertices[0] == path.vertices[-1])
+    bulges = path.bulges if closed else np.append(path.bulges, 0.0)
+    corners = zip(path.vertices.real.tolist(), path.vertices.imag.tolist(), bulges.tolist(), strict=False)
+    space.add_lwpolyline(list(corners), format="xyb", close=closed, dxfattribs=about)
+
+
+def _spline(space: Modelspace, path: CubicPath, about: dict[str, str]) -> None:
+    """One cubic B-spline over the cam angle in deg."""
+    controls, knots = path.bspline
+    points = np.column_stack([controls.real, controls.imag, np.zeros(controls.size)])
+    spline = space.add_open_spline(points.tolist(), degree=3, knots=knots.tolist(), dxfattribs=about)
+    spline.dxf.flags = 8  # planar

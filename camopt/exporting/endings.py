@@ -1,0 +1,17 @@
+"""The kinds of files that the cam is written to, by the ending of the name."""
+
+from typing import NamedTuple
+
+
+class Ending(NamedTuple):
+    """What writes files of an ending: a module with a function ``write``, and the extra that it needs."""
+
+    module: str
+    extra: str = ""
+
+
+ENDINGS = {
+    ".dxf": Ending("dxf"),
+    ".svg": Ending("svg"),
+}
+"""By the ending of a file."""

@@ -1,0 +1,124 @@
+"""One command for all files: the ending says what is written."""
+
+import os
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from importlib import import_module
+from inspect import signature
+from typing import Any
+
+import numpy as np
+
+from camopt.contour.curve import curves_of
+from camopt.effects import Case
+from camopt.exporting.endings import ENDINGS
+from camopt.exporting.exported import Exported
+from camopt.files import check_writable, checked_suffix, path_of
+from camopt.mistakes import BadInput, Mistake
+from camopt.problem.problem import Problem, resolve_design
+from camopt.scene.scene import Scene
+from camopt.verdicts.evaluation import evaluate
+from camopt.verdicts.judging import run_effects
+
+TORN = 1e-9  # mm
+
+
+def export(scene: Scene, path: str | os.PathLike[str], **settings: Any) -> Exported:
+    """Write the cam of a scene to a file for a machine, a person or another program, as its ending says.
+
+    Parameters
+    ----------
+    scene
+        A validated scene whose sizes are given.
+    path
+        The file; the table of endings and their settings is in the README.
+    settings
+        Of the kind of file, such as ``chord=0.001`` (mm) and ``curves="arcs"``, ``"spline"`` or ``"polyline"``.
+
+    Returns
+    -------
+    Exported
+        The curves in the file, each with its proved deviation from the true curve: no point of one is further from
+        the other, in mm.
+
+    Raises
+    ------
+    BadInput
+        For another ending, a setting that it has not, a cam that cannot be made (undercut, crossing itself, with
+        a profile that a jump of the velocity tears), or a library that is not installed.
+    OSError
+        If the file cannot be written.
+
+    Examples
+    --------
+    >>> found = camopt.export(camopt.find_scene("roller-1000rpm"), "cam.dxf")
+    >>> found.curves["profile"].deviation_mm <= 0.001
+    True
+    """
+    suffix = checked_suffix(path, "file", tuple(ENDINGS))
+    write = writer(suffix)
+    mistakes = list(_unknown(suffix, write, settings))
+    if mistakes:
+        raise BadInput(mistakes)
+    place = path_of(path)
+    check_writable(place)
+    problem = resolve_design(scene)
+    check_makable(problem)
+    found: Exported = write(problem, place, **settings)
+    return replace(found, notes=(*found.notes, *_notes(scene)))
+
+
+def _notes(scene: Scene) -> Iterator[str]:
+    """What the cam breaks of the scene's limits."""
+    row = evaluate(scene)
+    if not row["feasible"]:
+        yield f"the cam is not proved to meet the limits of the scene: {row['violated'] or row['status']}"
+
+
+def writer(suffix: str) -> Callable[..., Exported]:
+    """The function that writes files of an ending; BadInput names the extra if its library is missing."""
+    ending = ENDINGS[suffix]
+    try:
+        module = import_module(f"camopt.exporting.{ending.module}")
+    except ModuleNotFoundError as missing:
+        if not ending.extra:
+            raise
+        why = f'a kind of file that this installation can write; pip install "camopt[{ending.extra}]" adds it'
+        raise BadInput([Mistake("camopt", "file", f"…{suffix}", f"{why} ({missing.name} is missing)")]) from None
+    written: Callable[..., Exported] = module.write
+    return written
+
+
+def _unknown(suffix: str, write: Callable[..., Exported], settings: Mapping[str, Any]) -> list[Mistake]:
+    """A mistake for each setting that files of an ending have not."""
+    known = [name for name in signature(write).parameters if name not in ("problem", "path")]
+    why = f"has no meaning in a {suffix} file" + (f"; that takes {', '.join(known)}" if known else "")
+    return [Mistake("camopt", name, settings[name], why, bare=True) for name in settings if name not in known]
+
+
+def check_makable(problem: Problem) -> None:
+    """BadInput for a cam that no machine can make: undercut, crossing itself, or torn where the velocity jumps."""
+    asked = ["undercut"] if problem.setup.mechanism.grooved else ["undercut", "self_crossing"]
+    found = run_effects(Case(problem.setup, problem.programme, problem.design), asked)
+    faults = [FAULTS[name] for name in asked if found.column(name)[0]]
+    faults += [
+        f"torn: the velocity jumps at {degrees:.6g}°, and the {name} with it" for name, degrees in _torn(problem)
+    ]
+    if faults:
+        raise BadInput([Mistake(problem.scene.file, "cam", None, f"cannot be made: {faults[0]}", bare=True)])
+
+
+FAULTS = {
+    "undercut": "it is undercut (the follower would cut away a part of the profile)",
+    "self_crossing": "its profile crosses itself",
+}
+
+
+def _torn(problem: Problem) -> Iterator[tuple[str, float]]:
+    """The curves that have a gap, each with its cam angle, deg."""
+    for name, curve in curves_of(problem).items():
+        after = [*curve.spans[1:], *(curve.spans[:1] if curve.closed else ())]
+        for one, other in zip(curve.spans, after, strict=False):
+            ends = curve.points(one, np.array([one.end])), curve.points(other, np.array([other.start]))
+            if np.abs(ends[1] - ends[0])[0] > TORN:
+                yield name, np.degrees(one.end)

@@ -1,0 +1,35 @@
+"""What is told of a file that has been written."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from camopt.contour.follow import Followed
+
+
+@dataclass(frozen=True)
+class Exported:
+    """What has been written.
+
+    ``curves`` are those of the cam in the file, each with the number of its elements and its proved deviation, mm;
+    ``about`` are other numbers of the file, by name; ``notes`` say what a user should know of it.
+    """
+
+    file: Path
+    curves: Mapping[str, "CurveInFile"] = field(default_factory=dict)
+    about: Mapping[str, Any] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+
+class CurveInFile(NamedTuple):
+    """A curve of the cam in a file: of how many elements it is, of what kind, and how far off at most, mm."""
+
+    elements: int
+    what: str
+    deviation_mm: float
+
+
+def told(paths: Mapping[str, Followed]) -> dict[str, CurveInFile]:
+    """What is told of paths by name."""
+    return {name: CurveInFile(len(each.path), each.path.what, each.deviation) for name, each in paths.items()}

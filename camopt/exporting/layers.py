@@ -1,0 +1,110 @@
+"""The plan of a cam: its curves, circles, bore and centre marks in layers, in the cam's own frame, mm."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import asin, pi, radians, sqrt
+
+import numpy as np
+
+from camopt.contour.curve import CamCurve, curves_of
+from camopt.contour.follow import Followed, follow
+from camopt.contour.path import ArcPath, CubicPath
+from camopt.points.points import check_cutter
+from camopt.problem.problem import Problem
+
+BEYOND = 1.1  # of the largest radius: where centre marks and the timing line end
+VISIBLE, THIN, CHAIN, DASHED = "visible", "thin", "chain", "dashed"
+"""Kinds of lines (ISO 128): outlines, thin lines, centre lines, and paths of tools."""
+
+
+@dataclass(frozen=True)
+class Layer:
+    """What is drawn in one kind of line: paths, circles about the cam's centre (radii), and straight lines."""
+
+    name: str
+    line: str
+    paths: tuple[ArcPath | CubicPath, ...] = ()
+    circles: tuple[float, ...] = ()
+    lines: tuple[tuple[complex, complex], ...] = ()
+
+
+@dataclass(frozen=True)
+class Plan:
+    """All layers, and the paths that follow the curves of the cam, by name, with their proved deviations."""
+
+    layers: tuple[Layer, ...]
+    followed: dict[str, Followed]
+    reach: tuple[complex, complex]
+    """Corners of the rectangle that holds all layers, mm."""
+
+
+def plan_of(problem: Problem, chord: float, curves: str, cutter_radius: float | None) -> Plan:
+    """The plan of a cam whose curves are followed within ``chord`` mm by arcs, a spline or a polyline."""
+    check_cutter(problem, cutter_radius)
+    followed = {name: follow(curve, curves, chord) for name, curve in _drawn(problem, cutter_radius).items()}
+    layers = [Layer(name, _line(name), (each.path,)) for name, each in followed.items()]
+    corners = np.concatenate([_corners(each.path) for each in followed.values()])
+    layers += _developed(problem, corners) if problem.setup.mechanism.grooved else _round(problem, corners)
+    ends = [end for layer in layers for line in layer.lines for end in line]
+    every = np.concatenate([corners, np.array(ends, dtype=complex)])
+    low, high = complex(every.real.min(), every.imag.min()), complex(every.real.max(), every.imag.max())
+    return Plan(tuple(layers), followed, (low, high))
+
+
+def _drawn(problem: Problem, cutter_radius: float | None) -> dict[str, CamCurve]:
+    """The curves of the cam; the pitch curve of a knife edge, which is the profile, once."""
+    found = curves_of(problem, cutter_radius)
+    return {name: curve for name, curve in found.items() if name != "pitch" or problem.design.roller_radius[0]}
+
+
+def _line(curve: str) -> str:
+    return VISIBLE if curve.startswith("profile") else CHAIN if curve == "pitch" else DASHED
+
+
+def _corners(path: ArcPath | CubicPath) -> np.ndarray:
+    """Points that a path is within: control points, or vertices and the corners of the rectangles of bulges."""
+    if isinstance(path, CubicPath):
+        return path.controls.ravel()
+    inner = path.vertices[:-1] + path.chords * np.array([[0.0], [1.0]]) - 0.5j * path.bulges * path.chords
+    return np.concatenate([path.vertices, inner.ravel()])
+
+
+def _round(problem: Problem, corners: np.ndarray) -> Iterator[Layer]:
+    """Of a disc cam."""
+    part, design = problem.scene.whole_part, problem.design
+    base, prime = float(design.size[0]), float(design.prime_radius[0])
+    reach = BEYOND * max(np.abs(corners).max(), (part.hub_diameter or 0.0) / 2)
+    yield Layer("base-circle", CHAIN, circles=(base,))
+    if prime > base and problem.setup.mechanism.curvature is not None:
+        yield Layer("prime-circle", CHAIN, circles=(prime,))
+    if part.hub_diameter:
+        yield Layer("hub", VISIBLE, circles=(part.hub_diameter / 2,))
+    if part.bore and part.keyway_width:
+        yield Layer("bore", VISIBLE, (bore_with_keyway(problem),))
+    elif part.bore:
+        yield Layer("bore", VISIBLE, circles=(part.bore / 2,))
+    yield Layer("centre", CHAIN, lines=((-reach + 0j, reach + 0j), (-1j * reach, 1j * reach)))
+    yield Layer("timing", THIN, lines=((0j, 1j * BEYOND * reach),))
+
+
+def _developed(problem: Problem, corners: np.ndarray) -> Iterator[Layer]:
+    """Of a cylindrical cam: one turn at the mean radius, with the line at cam angle 0."""
+    turn = 2.0 * np.pi * float(problem.design.size[0])
+    low, high = corners.imag.min(), corners.imag.max()
+    beyond = (BEYOND - 1.0) * (high - low)
+    middle = complex(0.0, (low + high) / 2)
+    yield Layer("centre", CHAIN, lines=((middle, middle + turn),))
+    yield Layer(
+        "timing", THIN, lines=tuple((x + 1j * (low - beyond), x + 1j * (high + beyond)) for x in (0.0, turn))
+    )
+
+
+def bore_with_keyway(problem: Problem) -> ArcPath:
+    """The bore of a part that has a keyway, anticlockwise: its circle, and then three sides of the keyway."""
+    part = problem.scene.whole_part
+    radius, half = (part.bore or 0.0) / 2, (part.keyway_width or 0.0) / 2
+    bottom, mouth = radius + (part.keyway_depth or 0.0), sqrt(radius * radius - half * half)
+    corners = np.array([mouth, mouth, bottom, bottom, mouth]) + 1j * half * np.array([1, -1, -1, 1, 1])
+    sweep = 2.0 * pi - 2.0 * asin(half / radius)
+    vertices = corners * np.exp(1j * radians(part.keyway_angle or 0.0))
+    return ArcPath(vertices, np.array([np.tan(sweep / 4), 0.0, 0.0, 0.0]), np.zeros((4, 2)), (0,) * 4)

@@ -1,0 +1,91 @@
+"""SVG at scale 1:1, for laser cutters and pages: arcs stay arcs, and cubics are cubics."""
+
+from math import pi
+from pathlib import Path
+from xml.etree import ElementTree as Xml
+
+from camopt.contour.follow import CHORD
+from camopt.contour.path import ArcPath, CubicPath
+from camopt.exporting.exported import Exported, told
+from camopt.exporting.layers import CHAIN, DASHED, THIN, VISIBLE, Layer, plan_of
+from camopt.files import whole_file
+from camopt.problem.problem import Problem
+from camopt.version import VERSION
+
+MARGIN = 5.0  # mm
+DASHES = {CHAIN: "8 1.5 1 1.5", DASHED: "3 1.5"}
+WIDTHS = {VISIBLE: 0.35}  # mm
+THINNER = 0.18
+COLOURS = {VISIBLE: "#000000", THIN: "#606060", CHAIN: "#3050a0", DASHED: "#208020"}
+
+
+def write(
+    problem: Problem,
+    path: Path,
+    chord: float = CHORD,
+    curves: str = "arcs",
+    cutter_radius: float | None = None,
+) -> Exported:
+    """Write the plan of a cam at scale 1:1, a group of its own for each kind of curve."""
+    plan = plan_of(problem, chord, curves, cutter_radius)
+    low, high = plan.reach
+    size = high - low + 2 * complex(MARGIN, MARGIN)
+    left, top = low.real - MARGIN, -high.imag - MARGIN
+    root = Xml.Element(
+        "svg",
+        xmlns="http://www.w3.org/2000/svg",
+        width=f"{size.real:.6f}mm",
+        height=f"{size.imag:.6f}mm",
+        viewBox=f"{left:.6f} {top:.6f} {size.real:.6f} {size.imag:.6f}",
+    )
+    Xml.SubElement(root, "title").text = f"{problem.scene.whole_part.name} (camopt {VERSION})"
+    plane = Xml.SubElement(root, "g", transform="scale(1 -1)", fill="none")
+    for layer in plan.layers:
+        _draw(plane, layer)
+    Xml.indent(root)
+    with whole_file(path) as partial:
+        Xml.ElementTree(root).write(partial, encoding="utf-8", xml_declaration=True)
+    return Exported(path, told(plan.followed))
+
+
+def _draw(plane: Xml.Element, layer: Layer) -> None:
+    dashes = {"stroke-dasharray": DASHES[layer.line]} if layer.line in DASHES else {}
+    width = {"stroke-width": str(WIDTHS.get(layer.line, THINNER))}
+    group = Xml.SubElement(plane, "g", {"id": layer.name, "stroke": COLOURS[layer.line], **width, **dashes})
+    for path in layer.paths:
+        Xml.SubElement(group, "path", d=_arcs(path) if isinstance(path, ArcPath) else _cubics(path))
+    for radius in layer.circles:
+        Xml.SubElement(group, "circle", r=_number(radius))
+    for start, end in layer.lines:
+        Xml.SubElement(group, "path", d=f"M {_point(start)} L {_point(end)}")
+
+
+def _arcs(path: ArcPath) -> str:
+    parts = [f"M {_point(path.vertices[0])}"]
+    radii = [1.0 / abs(k) if k else 0.0 for k in path.curvatures.tolist()]
+    for end, sweep, radius in zip(path.vertices[1:].tolist(), path.sweeps.tolist(), radii, strict=True):
+        flags = f"{int(abs(sweep) > pi)} {int(sweep > 0)}"
+        parts.append(
+            f"A {_number(radius)} {_number(radius)} 0 {flags} {_point(end)}" if sweep else f"L {_point(end)}"
+        )
+    return " ".join([*parts, *_closing(path.vertices[0], path.vertices[-1])])
+
+
+def _cubics(path: CubicPath) -> str:
+    parts = [f"C {' '.join(map(_point, each[1:].tolist()))}" for each in path.controls]
+    return " ".join(
+        [f"M {_point(path.controls[0, 0])}", *parts, *_closing(path.controls[0, 0], path.controls[-1, 3])]
+    )
+
+
+def _closing(first: complex, last: complex) -> list[str]:
+    return ["Z"] if abs(first - last) < 1e-9 else []
+
+
+def _number(value: float) -> str:
+    """In mm, every digit that counts: a picometre is far below any chord."""
+    return f"{value:.9f}".rstrip("0").rstrip(".")
+
+
+def _point(z: complex) -> str:
+    return f"{_number(z.real)} {_number(z.imag)}"
