@@ -24,11 +24,11 @@ from camopt.mistakes import BadInput, Mistake
 from camopt.numerics import FloatArray
 
 FIRST, ROUNDS, HALVINGS = 8, 8, 40
-WIDEST = 2.0  # rad: an arc is no longer, so that its middle is on its own side of the cam
+WIDEST = 3.0  # rad: an arc is no longer, so that its middle is on its own side of the cam
 WITHIN = np.linspace(0.0, 1.0, 13)[1:-1, None]  # where a stretch is looked at
 MOST = 1_000_000  # elements of a path
 SAME = 1e-9  # relative difference of the curvatures of two arcs that are one
-HAIR = 1e-9  # mm: a smaller gap is none
+HAIR = 1e-9  # mm: an arc that rises less above its chord is a line
 
 Errors = Callable[[FloatArray, FloatArray], FloatArray]
 """How far the path is off over stretches, from their first to their last cam angles."""
@@ -176,6 +176,8 @@ def _arcs(curve: CamCurve, angles: list[FloatArray]) -> ArcPath:
         one = np.abs(bend[0] - bend[1]) <= SAME * np.maximum(np.abs(bend[0]), 1.0 / (lengths[0] * 1e3))
         keep = np.stack([np.ones(one.size, dtype=bool), ~one], axis=1)
         whole = np.stack([np.where(one, np.tan(first + second), pair.bulges[0]), pair.bulges[1]], axis=1)
+        chords = np.stack([np.abs(np.where(one, pair.last, pair.joint) - pair.first), lengths[1]], axis=1)
+        whole = np.where(np.abs(whole) * chords / 2 < HAIR, 0.0, whole)
         middles = _beside(curve, span, pair, each[:-1], each[1:])
         vertices.append(np.stack([pair.first, pair.joint], axis=1)[keep])
         bulges.append(whole[keep])

@@ -12,7 +12,7 @@ from camopt.contour.path import ArcPath, CubicPath
 from camopt.points.points import check_cutter
 from camopt.problem.problem import Problem
 
-BEYOND = 1.1  # of the largest radius: where centre marks and the timing line end
+BEYOND = 0.06  # of the size: how far centre marks run on
 VISIBLE, THIN, CHAIN, DASHED = "visible", "thin", "chain", "dashed"
 """Kinds of lines (ISO 128): outlines, thin lines, centre lines, and paths of tools."""
 
@@ -73,7 +73,10 @@ def _round(problem: Problem, corners: np.ndarray) -> Iterator[Layer]:
     """Of a disc cam."""
     part, design = problem.scene.whole_part, problem.design
     base, prime = float(design.size[0]), float(design.prime_radius[0])
-    reach = BEYOND * max(np.abs(corners).max(), (part.hub_diameter or 0.0) / 2)
+    hub = (part.hub_diameter or 0.0) / 2
+    left, low = (min(float(each.min()), -hub) for each in (corners.real, corners.imag))
+    right, high = (max(float(each.max()), hub) for each in (corners.real, corners.imag))
+    beyond = BEYOND * max(right - left, high - low)
     yield Layer("base-circle", CHAIN, circles=(base,))
     if prime > base and problem.setup.mechanism.curvature is not None:
         yield Layer("prime-circle", CHAIN, circles=(prime,))
@@ -83,15 +86,17 @@ def _round(problem: Problem, corners: np.ndarray) -> Iterator[Layer]:
         yield Layer("bore", VISIBLE, (bore_with_keyway(problem),))
     elif part.bore:
         yield Layer("bore", VISIBLE, circles=(part.bore / 2,))
-    yield Layer("centre", CHAIN, lines=((-reach + 0j, reach + 0j), (-1j * reach, 1j * reach)))
-    yield Layer("timing", THIN, lines=((0j, 1j * BEYOND * reach),))
+    across = complex(left - beyond), complex(right + beyond)
+    up = complex(0.0, low - beyond), complex(0.0, high + beyond)
+    yield Layer("centre", CHAIN, lines=(across, up))
+    yield Layer("timing", THIN, lines=((0j, up[1] + 1j * beyond),))
 
 
 def _developed(problem: Problem, corners: np.ndarray) -> Iterator[Layer]:
     """Of a cylindrical cam: one turn at the mean radius, with the line at cam angle 0."""
     turn = 2.0 * np.pi * float(problem.design.size[0])
     low, high = corners.imag.min(), corners.imag.max()
-    beyond = (BEYOND - 1.0) * (high - low)
+    beyond = BEYOND * turn
     middle = complex(0.0, (low + high) / 2)
     yield Layer("centre", CHAIN, lines=((middle, middle + turn),))
     yield Layer(
