@@ -16,13 +16,14 @@ from camopt.mechanisms.design import Designs
 from camopt.motion.table import TURN
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
 
+CUTTER = "cutter_radius_max_mm"
 PITCH = ("pitch_curvature_max_per_mm", "pitch_curvature_min_per_mm")
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
     if setup.mechanism.curvature is None:
         return ("profile_radius_min_mm", "undercut")
-    return (*PITCH, "profile_radius_min_mm", "undercut", "cutter_radius_max_mm")
+    return (*PITCH, "profile_radius_min_mm", "undercut", CUTTER)
 
 
 def by_extremes(setup: Setup) -> dict[str, ByExtreme]:
@@ -36,7 +37,7 @@ def by_extremes(setup: Setup) -> dict[str, ByExtreme]:
     return {
         **{name: ByExtreme(curves, goal, as_it_is) for name, goal in zip(PITCH, (LARGEST, LEAST), strict=True)},
         "profile_radius_min_mm": ByExtreme(curves, sharpest, _convex_radius, falls=True),
-        "cutter_radius_max_mm": ByExtreme(curves, deepest, _groove_cutter if grooved else _cutter, falls=grooved),
+        CUTTER: ByExtreme(curves, deepest, _groove_cutter if grooved else _cutter, falls=grooved),
     }
 
 
@@ -111,7 +112,7 @@ def _trace_point(case: Case) -> dict[str, Any]:
     radius, widest = _inverse(sharpest), _inverse(concave)
     return {
         "profile_radius_min_mm": Bounded(radius - roller, _inwards(radius, sharper), radius),
-        "cutter_radius_max_mm": Bounded(roller + widest, _inwards(widest, deeper), roller + widest),
+        CUTTER: Bounded(roller + widest, _inwards(widest, deeper), roller + widest),
         "undercut": np.where(roller > 0.0, sharpest, 0.0) * roller >= 1.0,
     }
 

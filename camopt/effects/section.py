@@ -28,7 +28,7 @@ from camopt.numerics.quadrature import Integrated, Rule, by_orders, gauss
 AREA, LENGTH, POLAR = "area_mm2", "profile_length_mm", "polar_moment_mm4"
 CENTROID = ("centroid_x_mm", "centroid_y_mm")
 GROOVE = "groove_length_mm"
-AT_ONCE = 2**17  # points of all designs of a block
+AT_ONCE = 2**15  # points of all designs of a block
 RADIAL = 6  # points along the depth of a groove, over which integrands hardly change
 
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from camopt.numerics import FloatArray
 
-ORDERS = (4, 6, 8, 12, 17, 24, 34, 48)
+ORDERS = (6, 9, 13, 19, 28, 40)
 ROUNDED = 5e-14  # relative: what laws, derivatives on panels of a hundredth of the turn, and sums lose
 
 

@@ -9,6 +9,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST
@@ -48,6 +50,18 @@ class ByCamAngle(NamedTuple):
         return numbers.of(self.by_time) * numbers.of(self.unit) / speed**self.order
 
 
+class PerDegree(NamedTuple):
+    """A bound on a velocity per degree of the cam, as one by the cam angle in rad."""
+
+    by_degree: float
+    angular: bool
+    """Whether what moves is an angle too, in deg."""
+
+    def value(self, numbers: NumberKind) -> Any:
+        bound = numbers.of(self.by_degree)
+        return bound if self.angular else bound * 180 / numbers.pi()
+
+
 class Plain(NamedTuple):
     """A bound that is the same double for all."""
 
@@ -57,7 +71,7 @@ class Plain(NamedTuple):
         return numbers.of(self.number)
 
 
-Bound = Plain | Tangent | ByCamAngle
+Bound = Plain | Tangent | ByCamAngle | PerDegree
 
 
 @dataclass(frozen=True)
@@ -78,6 +92,19 @@ class BodyRadiusPlus:
 
     def __call__(self, designs: Designs) -> Any:
         return designs.roller_radius + self.radius
+
+
+@dataclass(frozen=True)
+class BeyondBody:
+    """R_c − R_r of a cutter larger than the roller, else 0, mm.
+
+    Times the curvature of the pitch curve it is −1 where the cutter just reaches a hollow flank.
+    """
+
+    radius: float
+
+    def __call__(self, designs: Designs) -> Any:
+        return np.maximum(self.radius - designs.roller_radius, 0.0)
 
 
 def unweighted(designs: Designs) -> float:

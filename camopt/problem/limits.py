@@ -8,14 +8,25 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.effects import EFFECTS, Setup, hertz, outline, surface, thrust
+from camopt.effects import EFFECTS, Setup, hertz, lift_change, outline, surface, thrust, wall
 from camopt.effects.crossing import find_crossing
+from camopt.effects.curvature import CUTTER
 from camopt.effects.loads import drag_curve, driven, goal_of, normal_curve, torque_curve, ways
 from camopt.mechanisms import Designs, Mechanism
 from camopt.motion.programme import Programme
 from camopt.motion.table import DWELL, RETURN, RISE, TURN
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
-from camopt.problem.claims import BodyRadiusPlus, ByCamAngle, Claim, Derivative, Plain, Tangent, size_of
+from camopt.problem.claims import (
+    BeyondBody,
+    BodyRadiusPlus,
+    ByCamAngle,
+    Claim,
+    Derivative,
+    PerDegree,
+    Plain,
+    Tangent,
+    size_of,
+)
 from camopt.problem.rows import Columns
 from camopt.quantities import DERIVATIVES, QUANTITIES, motion_quantity
 from camopt.scene.scene import Scene
@@ -82,6 +93,8 @@ class Limit:
     """∂excess/∂bound of designs that just meet it; bound − excess/by_bound is the bound that a design meets."""
     given_by: str = ""
     """The key of the scene that gives its bound, if that is not ``[limits]`` with its name."""
+    least_size: float = 0.0
+    """A base (mean) radius below which no design meets it."""
     of_motion: bool = False
     """Whether the motion and the speed decide it, whatever the design."""
 
@@ -129,15 +142,24 @@ LOADS = {
     "power": ("power_peak_W", MOST),
 }
 """Limits on loads: the quantity that each bounds, from above (MOST) or from below."""
-ANGULAR = {"_mm": "_deg", "_m_s": "_rad_s"}
+PART = {
+    "lift_change": ("lift_change_max_mm_per_deg", MOST),
+    "hub_wall": ("hub_wall_min_mm", LEAST_ALLOWED),
+    "area": ("area_mm2", MOST),
+    "cam_mass": ("cam_mass_kg", MOST),
+    "cam_inertia": ("cam_inertia_kg_m2", MOST),
+    "unbalance": ("unbalance_g_mm", MOST),
+}
+"""Limits on the cam as a part, likewise."""
+ANGULAR = {"_mm_per_deg": "_deg_per_deg", "_mm": "_deg", "_m_s": "_rad_s"}
 """Units of the motion of a follower that oscillates in place of those of one that translates."""
 WITHOUT_FORCE = ("jamming_margin", "sliding_speed")
 """Those on what no force enters, so that it stays finite where the velocity jumps."""
 
 
 def load_quantity(name: str, setup: Setup) -> str:
-    """The quantity that a limit on loads bounds; that of a motion is an angle where the follower oscillates."""
-    quantity = LOADS[name][0]
+    """The quantity that a limit on loads or on the part bounds; of a motion an angle where it oscillates."""
+    quantity = {**LOADS, **PART}[name][0]
     for suffix, angular in ANGULAR.items() if setup.angular else ():
         swung = quantity.removesuffix(suffix) + angular
         if quantity.endswith(suffix) and swung in QUANTITIES:
@@ -159,6 +181,49 @@ def _load(name: str, bound: float, setup: Setup) -> Limit:
     jumps = at_corners if forced else never
     more: dict[str, Any] = {"relation": relation, "implies": implies, "by_bound": constant(-side / unit)}
     return Limit(name, bound, needs, excess, claims, jumps, shown=(quantity,), **more)
+
+
+def _of_part(name: str, bound: float, setup: Setup) -> Limit:
+    """A size or weight of the part is bounded from one side; a lift change as the velocity by the cam angle."""
+    quantity, side = load_quantity(name, setup), PART[name][1]
+
+    def excess(columns: Columns, designs: Designs) -> Any:
+        return side * (columns[quantity] - bound) / bound + np.zeros(len(designs))
+
+    claims: tuple[Claim, ...] = ()
+    if QUANTITIES[quantity].effect == lift_change.EFFECT.name:
+        claims = (Claim(Derivative(1), RISE | RETURN, LARGEST_MAGNITUDE, PerDegree(bound, setup.angular)),)
+    least = wall.least_size(setup, bound) if quantity == wall.WALL else 0.0
+    relation, by_bound = "≤" if side == MOST else "≥", constant(-side / bound)
+    more: dict[str, Any] = {"relation": relation, "by_bound": by_bound, "least_size": least}
+    return Limit(name, bound, (quantity,), excess, claims, shown=(quantity,), **more)
+
+
+def _cutter(setup: Setup, bound: float) -> Limit:
+    """A cutter, or a grinding wheel, of a radius R_c reaches every hollow flank: −κ_pitch·(R_c − R_r) ≤ 1.
+
+    A hollow corner of the pitch curve stands in its way, whatever it is: the roller's own arc there is no flank.
+    """
+    mechanism, grooved = setup.mechanism, setup.mechanism.grooved
+    assert mechanism.curvature is not None
+    beyond = BeyondBody(bound)
+
+    def deepest(columns: Columns, designs: Designs) -> FloatArray:
+        most = np.asarray(-columns["pitch_curvature_min_per_mm"] + np.zeros(len(designs)))
+        return np.maximum(most, columns["pitch_curvature_max_per_mm"]) if grooved else most
+
+    def excess(columns: Columns, designs: Designs) -> FloatArray:
+        hollowest = deepest(columns, designs)
+        finite = np.isfinite(hollowest)
+        return np.asarray(np.where(finite, np.where(finite, hollowest, 0.0) * beyond(designs), hollowest) - 1.0)
+
+    def hollow(programme: Programme) -> bool:
+        return any(grooved or corner.size > 0.0 for corner in programme.corners)
+
+    goal, side = (LARGEST_MAGNITUDE, 1.0) if grooved else (LEAST, -1.0)
+    claim = Claim(mechanism.curvature, TURN, goal, Plain(side), beyond)
+    needs = ("pitch_curvature_max_per_mm", "pitch_curvature_min_per_mm", CUTTER)
+    return Limit("cutter_radius", bound, needs, excess, (claim,), hollow, (CUTTER,), "≥", by_bound=deepest)
 
 
 def _least_force(name: str, bound: float, setup: Setup) -> LeastForce | None:
@@ -255,7 +320,8 @@ def _shaft(radius: float) -> Limit:
         return result
 
     by_bound, key = constant(0.5 / radius), "cam.shaft_diameter"
-    return Limit("shaft_diameter", 2 * radius, (), excess, relation="≥", by_bound=by_bound, given_by=key)
+    more: dict[str, Any] = {"by_bound": by_bound, "given_by": key, "least_size": radius}
+    return Limit("shaft_diameter", 2 * radius, (), excess, relation="≥", **more)
 
 
 def _implied(setup: Setup) -> list[Limit]:
@@ -320,6 +386,9 @@ def limits_of(scene: Scene, setup: Setup) -> tuple[Limit, ...]:
         limits.append(_at_most("outer_radius", asked.outer_radius, outline.RADIUS, claims=[claim]))
     if asked.curvature_radius is not None:
         limits.append(_curvature("curvature_radius", setup, asked.curvature_radius))
+    if asked.cutter_radius is not None and setup.mechanism.curvature is not None:
+        limits.append(_cutter(setup, asked.cutter_radius))
+    limits += [_of_part(name, bound, setup) for name in PART if (bound := getattr(asked, name)) is not None]
     loads = [_load(name, bound, setup) for name in LOADS if (bound := getattr(asked, name)) is not None]
     found = (*limits, *_implied(setup), *loads)
     limited = [replace(limit, of_motion=_of_motion(limit, setup)) for limit in found]

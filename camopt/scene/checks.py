@@ -310,6 +310,12 @@ def _limits(data: Mapping[str, Any], form: str, motion: str, contact: str) -> It
         yield "limits.face_reach", limits["face_reach"], "only a flat face has a reach"
     if limits.get("outer_radius") is not None and form != "disc":
         yield "limits.outer_radius", limits["outer_radius"], "only a disc cam has one"
+    if limits.get("cutter_radius") is not None and contact == "flat":
+        yield (
+            "limits.cutter_radius",
+            limits["cutter_radius"],
+            "a flat face makes no hollow flanks: any cutter will do",
+        )
     for key in ("velocity", "acceleration", "jerk"):
         if limits.get(key) is not None and all(at(data, speed) is None for speed in _both("cam.rpm")):
             yield f"limits.{key}", limits[key], "needs cam.rpm"

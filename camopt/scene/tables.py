@@ -317,6 +317,9 @@ class Limits(Table):
 
     ``pressure_angle`` holds for rises, dwells and returns; ``pressure_angle_return`` replaces it for returns alone.
     ``face_reach`` bounds both sides of a flat face, ``outer_radius`` the reach of a disc cam from its axis.
+    ``cutter_radius`` is that of a cutter or grinding wheel that has to reach every hollow flank. Of the part:
+    ``area`` in mm², ``cam_mass`` in kg, ``cam_inertia`` in kg·m², ``unbalance`` in g·mm, the change of the lift in
+    mm (deg) by degree of the cam, ``hub_wall`` in mm, at least.
     """
 
     pressure_angle: Acute | None = None
@@ -324,6 +327,13 @@ class Limits(Table):
     curvature_radius: Length | None = None
     face_reach: Length | None = None
     outer_radius: Length | None = None
+    cutter_radius: Length | None = None
+    lift_change: Positive | None = None
+    hub_wall: Length | None = None
+    area: Positive | None = None
+    cam_mass: Positive | None = None
+    cam_inertia: Positive | None = None
+    unbalance: Positive | None = None
     velocity: Positive | None = None
     acceleration: Positive | None = None
     jerk: Positive | None = None

@@ -25,11 +25,12 @@ NUDGES = (0.0, 1e-15, 4e-15, 1.6e-14, 6.4e-14, 2.6e-13, 1e-12, 4e-12)  # of the 
 
 
 def least_size(problem: Problem, bounds: Bounds) -> float:
-    """A lower bound of the size that needs no search: the given one, the shaft's radius, and the base circle.
+    """A lower bound of the size that needs no search: the given one, that of limits on it, and the base circle.
 
     A disc cam that dwells at its lowest is an arc of the base circle there, which has to hold the curvature.
     """
-    least = max(bounds["size"][0], problem.setup.shaft_radius or 0.0, negligible(problem, bounds))
+    of_limits = max((limit.least_size for limit in problem.limits), default=0.0)
+    least = max(bounds["size"][0], of_limits, negligible(problem, bounds))
     rests = any(stroke.kind == DWELL and stroke.low == 0.0 for stroke in problem.programme.strokes)
     if rests and not problem.setup.mechanism.grooved:
         least = max(least, least_profile_radius(problem))

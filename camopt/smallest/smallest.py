@@ -16,7 +16,7 @@ from camopt.problem.problem import Problem, exactly
 from camopt.smallest.branch_and_bound import branch_and_bound
 from camopt.smallest.closed_form import NUDGES, closed_form, least_size, nudged
 from camopt.smallest.cutting_planes import Cut, by_cutting_planes
-from camopt.smallest.first_look import first_look
+from camopt.smallest.first_look import first_look, largest_size
 from camopt.smallest.grid_refinement import CLOSE, NEAR, smaller
 from camopt.smallest.result import Smallest, feasible
 
@@ -64,8 +64,8 @@ def _smallest(problem: Problem, bounds: Bounds, until: float) -> Smallest:
 
 def _above_least(problem: Problem, bounds: Bounds) -> Bounds:
     """The bounds from the least size on that may be feasible; of a range that ends below it, the end alone."""
-    most = bounds["size"][1]
-    return {**bounds, "size": (min(least_size(problem, bounds), most), most)}
+    least = min(least_size(problem, bounds), largest_size(problem, bounds))
+    return {**bounds, "size": (least, bounds["size"][1])}
 
 
 def _by_linear_limits(problem: Problem, bounds: Bounds, until: float = inf) -> Cut:

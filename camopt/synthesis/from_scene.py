@@ -4,7 +4,6 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from math import inf, radians
 
-from camopt.effects.motion import scale
 from camopt.mechanisms import translating, translating_flat
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion import LAWS
@@ -13,6 +12,7 @@ from camopt.motion.joints import joined
 from camopt.motion.programme import PEAKS, Programme, law_peaks, span
 from camopt.motion.stroke import Stroke
 from camopt.motion.table import DWELL, RETURN, RISE, TURN
+from camopt.problem.claims import Derivative
 from camopt.problem.problem import Problem, resolve
 from camopt.problem.settings import freed_angles, freed_numbers, given_profile
 from camopt.scene.choices import Range
@@ -224,12 +224,11 @@ def _ranges(
 
 def _limits(problem: Problem) -> dict[int, LowHigh]:
     """The ranges that [limits] give to derivatives over the turn."""
-    limits, bounds = problem.scene.limits, {}
-    for name, order in ORDERS.items():
-        bound = getattr(limits, name)
-        if bound is not None and problem.setup.omega is not None:
-            largest = bound / scale(problem.setup, order)
-            bounds[order] = (-largest, largest)
+    bounds: dict[int, LowHigh] = {}
+    for claim in problem.claims:
+        if isinstance(claim.curve, Derivative):
+            order, largest = claim.curve.order, claim.allowed()
+            bounds[order] = min(bounds.get(order, (-inf, inf)), (-largest, largest), key=lambda ends: ends[1])
     return bounds
 
 

@@ -17,15 +17,18 @@ from camopt.effects import Case
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
 from camopt.motion.table import TURN
+from camopt.numerics.clock import now
 from camopt.numerics.curves import curve
 from camopt.problem.claims import Claim, Derivative, NumberKind
 from camopt.problem.limits import SELF_CROSSING, UNDERCUT, Limit
 from camopt.problem.problem import Problem, exactly, resolve_design
+from camopt.problem.rows import Rows
 from camopt.scene.scene import Scene
 from camopt.verdicts.asked import conditions_verdict
 from camopt.verdicts.ball import Ball, as_arb, precisely
 from camopt.verdicts.deciding import BROKEN, HELD, UNDECIDED, Statement, decide, sign_of, worst
 from camopt.verdicts.exact_motion import ExactMotion, motion_of
+from camopt.verdicts.exact_section import integrated_rows, is_integrated
 from camopt.verdicts.judging import ASSEMBLY, run_effects
 
 CONDITIONS = "conditions"
@@ -109,12 +112,25 @@ def _on_arcs(problem: Problem, claim: Claim, design: Designs) -> Iterator[str]:
             yield sign_of((factor * side - allowed * radius) * radius.sgn())
 
 
-def _without_curves(problem: Problem, limit: Limit, design: Designs) -> str:
-    """The verdict on a limit that is no matter of curves: a crossing, a size, what the motion alone decides."""
+def _without_curves(
+    problem: Problem, limit: Limit, design: Designs, exact: Designs, motion: ExactMotion, until: float
+) -> str:
+    """The verdict on a limit that is no matter of curves: a crossing, a size, an integral, or one of the motion."""
     if limit.decided:
         broken = limit.decided(problem.setup, design, problem.programme)
         return UNDECIDED if broken is None else BROKEN if broken else HELD
-    rows = run_effects(Case(exactly(problem).setup, problem.programme, design), limit.needs)
+    if not is_integrated(limit.needs):
+        case = Case(exactly(problem).setup, problem.programme, design)
+        return _compared(limit, run_effects(case, limit.needs), design)
+    for rows in integrated_rows(problem, motion, design, exact, limit.needs):
+        found = _compared(limit, rows, design)
+        if found != UNDECIDED or now() > until:
+            return found
+    return UNDECIDED
+
+
+def _compared(limit: Limit, rows: Rows, design: Designs) -> str:
+    """The verdict on a limit by what encloses its quantities."""
     outer, inner = (limit.excess(rows.shifted(share), design)[0] for share in (1.0, -1.0))
     return HELD if outer <= 0.0 else BROKEN if inner > 0.0 else UNDECIDED
 
@@ -132,7 +148,7 @@ def certify_limits(problem: Problem, design: Designs, until: float = inf) -> dic
         if (presumed := verdicts.get(limit.presumes, HELD)) != HELD:
             found = [presumed]
         elif not limit.claims:
-            found = [_without_curves(problem, limit, design)]
+            found = [_without_curves(problem, limit, design, exact, motion, until)]
         if limit.infinite_at(problem.programme):
             found = [BROKEN]
         verdicts[limit.name] = worst(found)
@@ -152,7 +168,8 @@ def certify(scene: Scene) -> dict[str, str]:
     """Prove or refute each limit of a scene for its design: held, broken or undecided, by the limit's name.
 
     For a disc cam ``self_crossing`` is there too: held if the profile provably crosses itself nowhere, broken if it
-    does; decided in double precision, with margins for rounding (``effects.crossing``). Where moves are asked for
+    does; decided in double precision, with margins for rounding (``effects.crossing``). Limits on the mass and the
+    like of a groove, or of a cam with corners, stay undecided. Where moves are asked for
     anything, so is ``conditions``: held if they meet it all, to a millionth of the largest displacement and
     velocity, a hundred-thousandth of the acceleration and a thousandth of the jerk.
 

@@ -1,0 +1,182 @@
+"""The section of a disc cam in balls: what ``effects.section`` finds by quadrature, enclosed.
+
+The contact point and what is integrated of it are Taylor series by the cam angle, of K terms about the middle of a
+part of the turn; the term of order K is taken over the whole part, and bounds what is left out:
+
+    ∫f dθ over ±h ∈ Σ 2·f_k·h^(k+1)/(k + 1), even k < K, + 2·[f_K]·h^(K+1)/(K + 1)
+
+Source: Moore, Kearfott and Cloud, Introduction to Interval Analysis, ch. 9.
+"""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import partial
+from math import factorial
+from typing import Any
+
+import numpy as np
+from flint import arb
+
+from camopt.effects import EFFECTS, Case
+from camopt.effects.section import AREA, CENTROID, LENGTH, POLAR
+from camopt.mechanisms import Designs
+from camopt.numerics.taylor import Taylor, direction
+from camopt.problem.problem import Problem, exactly
+from camopt.problem.rows import Rows
+from camopt.quantities import QUANTITIES
+from camopt.verdicts.ball import as_arb, between, precisely
+from camopt.verdicts.exact_laws import Stretch
+from camopt.verdicts.exact_motion import ExactMotion, ExactStroke
+from camopt.verdicts.judging import extended
+
+ORDER = 10
+PARTS = (16, 32, 64, 128, 256)  # of a stroke that moves
+ROUNDED = 2.0**-48  # relative: of what is made of the enclosures in doubles
+INTEGRATED = ("section", "solid")
+
+
+def is_integrated(names: tuple[str, ...]) -> bool:
+    """Whether some quantities are integrals over the turn, which doubles do not prove."""
+    return any(QUANTITIES[name].effect in INTEGRATED for name in names)
+
+
+def integrated_rows(
+    problem: Problem, motion: ExactMotion, design: Designs, exact: Designs, names: tuple[str, ...]
+) -> Iterator[Rows]:
+    """Proved enclosures of such quantities for one design (in doubles, and in balls), narrower each time.
+
+    Nothing of grooves, and where the velocity jumps.
+    """
+    if problem.setup.mechanism.grooved or problem.programme.corners:
+        return
+    case = Case(exactly(problem).setup, problem.programme, design)
+    for parts in PARTS:
+        rows = section_rows(problem, motion, exact, parts)
+        if not all(np.isfinite(width) for width in rows.outward.values()):
+            continue  # the parts are so wide that the contact may stand still in one
+        if any(QUANTITIES[name].effect != INTEGRATED[0] for name in names):
+            rows = extended(rows, case, EFFECTS[INTEGRATED[1]], frozenset(names))
+        yield replace(rows, outward={n: w + ROUNDED * np.abs(rows.columns[n]) for n, w in rows.outward.items()})
+
+
+@precisely()
+def section_rows(problem: Problem, motion: ExactMotion, exact: Designs, parts: int) -> Rows:
+    """The quantities of the section as doubles below their balls, with outward widths that reach beyond them."""
+    length, area, x, y, polar = _integrals(problem, motion, exact, parts)
+    found = {LENGTH: length, AREA: area, **dict(zip(CENTROID, (x / area, y / area), strict=True)), POLAR: polar}
+    low = {name: np.nextafter([float(ball.lower())], -np.inf) for name, ball in found.items()}
+    high = {name: np.nextafter([float(ball.upper())], np.inf) for name, ball in found.items()}
+    return Rows(low, 1, {name: high[name] - low[name] for name in found})
+
+
+def _integrals(problem: Problem, motion: ExactMotion, exact: Designs, parts: int) -> list[arb]:
+    """Length, area, first moments and polar moment."""
+    contact = _contact(problem, exact)
+    total, start = [arb(0)] * 5, arb(0)
+    for stroke in motion.strokes:
+        for piece, first, last in _pieces(stroke):
+            count = parts if piece else parts // 4
+            for k in range(count):
+                ends = (first + (last - first) * each / count for each in (k, k + 1))
+                found = _over(contact, stroke, piece, start, *ends)
+                total = [a + b for a, b in zip(total, found, strict=True)]
+        start = start + stroke.angle
+    return [each / by for each, by in zip(total, (1, 2, 3, 3, 4), strict=True)]
+
+
+def _pieces(stroke: ExactStroke) -> Iterator[tuple[Stretch | None, arb, arb]]:
+    """Where the motion is smooth; a load is nothing to the section."""
+    return ((piece, first, last) for piece, _, first, last in stroke._replace(lines=()).smooth())
+
+
+def _over(contact: Any, stroke: ExactStroke, piece: Stretch | None, start: arb, low: arb, high: arb) -> list[arb]:
+    """The integrals over a part of a stroke, from one x to another."""
+    middle, half = (low + high) / 2, (high - low) / 2 * stroke.angle
+    near, whole = (
+        contact(_motion(stroke, piece, x), start + stroke.angle * x) for x in (middle, between(low, high))
+    )
+    return [
+        sum((2 * f.terms[k] * half ** (k + 1) / (k + 1) for k in range(0, ORDER, 2)), arb(0))
+        + 2 * rest.terms[ORDER] * half ** (ORDER + 1) / (ORDER + 1)
+        for f, rest in zip(near, whole, strict=True)
+    ]
+
+
+def _motion(stroke: ExactStroke, piece: Stretch | None, x: arb) -> Taylor:
+    """The displacement by the cam angle about a ball of x, longer by two for y' and the slope of the contact."""
+    terms = [arb(0)] * (ORDER + 3)
+    if piece is not None:
+        terms = [stroke.size * piece.derivative(k, x) / (stroke.angle**k * factorial(k)) for k in range(ORDER + 3)]
+    return Taylor([stroke.low + terms[0], *terms[1:]])
+
+
+def _contact(problem: Problem, exact: Designs) -> Any:
+    """From the displacement and the cam angle to what is integrated, each as a series."""
+    setup, sizes = problem.setup, {name: as_arb(value) for name, value in exact.sizes.items()}
+    if setup.mechanism.curvature is not None:
+        assert setup.mechanism.start is not None
+        at = partial(_of_trace, setup.angular, sizes, as_arb(setup.mechanism.start(exact)))
+    elif setup.angular:
+        first = ((sizes["size"] - sizes["face_offset"]) / sizes["centre_distance"]).asin()
+        at = partial(_of_swinging_face, sizes, first)
+    else:
+        at = partial(_of_face, sizes)
+
+    def integrands(y: Taylor, angle: arb) -> list[Taylor]:
+        (px, py), (nx, ny) = at(int(exact.sense), y)
+        return _integrands(int(exact.sense), px, py, nx, ny, angle)
+
+    return integrands
+
+
+def _integrands(sense: int, x: Taylor, y: Taylor, nx: Taylor, ny: Taylor, angle: arb) -> list[Taylor]:
+    """The integrands of ``effects.section``, from the contact point and the normal there, as long as its slope."""
+    along, up = x.slope + _cut(y) * sense, y.slope - _cut(x) * sense
+    x, y, nx, ny = map(_cut, (x, y, nx, ny))
+    rate = (y * along - x * up) * sense
+    turn = direction(Taylor([angle, arb(1), *[arb(0)] * (len(x.terms) - 2)]))
+    cosine, sine = turn.cosine, turn.sine * sense
+    length = (ny * along - nx * up) * sense
+    return [length, rate, (x * cosine + y * sine) * rate, (y * cosine - x * sine) * rate, (x * x + y * y) * rate]
+
+
+Places = tuple[tuple[Taylor, Taylor], tuple[Taylor, Taylor]]
+"""The contact point and the outward normal in the ground frame."""
+
+
+def _of_trace(angular: bool, sizes: dict[str, arb], start: arb, sense: int, y: Taylor) -> Places:
+    """T − R_r·n with n = iσV/|V|, V the velocity of T over the cam (``effects.parts``)."""
+    speed, y = y.slope, _cut(y)
+    none = Taylor([arb(0)] * len(y.terms))
+    if angular:
+        pivot, arm = sizes["centre_distance"], sizes["arm_length"]
+        turn = direction(y + start)
+        x, z = -(turn.cosine * arm) + pivot, turn.sine * arm
+        along, up = z * speed + z * sense, (-x + pivot) * speed - x * sense
+    else:
+        x, z = none + sizes["offset"], y + start
+        along, up = z * sense, speed - x * sense
+    share = (along * along + up * up).root()
+    nx, ny = -(up * sense) / share, along * sense / share
+    radius = sizes["roller_radius"]
+    return (x - nx * radius, z - ny * radius), (nx, ny)
+
+
+def _of_face(sizes: dict[str, arb], sense: int, y: Taylor) -> Places:
+    """(σy', R_b + y), the normal upward."""
+    none = Taylor([arb(0)] * (len(y.terms) - 1))
+    return (y.slope * sense, _cut(y) + sizes["size"]), (none, none + arb(1))
+
+
+def _of_swinging_face(sizes: dict[str, arb], first: arb, sense: int, y: Taylor) -> Places:
+    """c + f·n − t·e^{−iψ} with n = ie^{−iψ} and t = c·cos ψ/(1 + σψ')."""
+    pivot, face = sizes["centre_distance"], sizes["face_offset"]
+    turn = direction(_cut(y) + first)
+    reach = turn.cosine * pivot / (y.slope * sense + arb(1))
+    x = turn.sine * face - reach * turn.cosine + pivot
+    return (x, turn.cosine * face + reach * turn.sine), (turn.sine, turn.cosine)
+
+
+def _cut(series: Taylor) -> Taylor:
+    """A series without its last term, as long as a slope."""
+    return Taylor(series.terms[:-1])

@@ -1,0 +1,233 @@
+"""Limits on the cam as a part: judged, proved, swept and optimised, each against its quantity."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+from support.cams import CONTACTS, cam_with
+
+from camopt import (
+    BadInput,
+    Scene,
+    certify,
+    evaluate,
+    evaluate_designs,
+    find_scene,
+    optimise,
+    shipped_scenes,
+    sweep,
+    synthesise,
+)
+from camopt.effects import Case, section
+from camopt.problem.claims import DOUBLES, BeyondBody, Derivative, PerDegree
+from camopt.problem.limits import MOST, PART, load_quantity
+from camopt.problem.problem import exactly, resolve, resolve_design
+from camopt.scene.tables import Limits
+from camopt.verdicts.certify import in_balls, turn_of
+from camopt.verdicts.exact_section import PARTS, integrated_rows, section_rows
+
+BODY = {"thickness": 16, "bore": 25, "keyway_width": 8, "keyway_depth": 3.3, "density": 7800}
+HUB = {"hub_diameter": 44, "hub_length": 32}
+GROOVED = [contact for contact in CONTACTS if contact.startswith("groove")]
+OPEN = [contact for contact in CONTACTS if contact not in GROOVED]
+KEYS = (*PART, "cutter_radius")
+HOLLOW = ("knife", "roller", "offset-roller", "arm")
+SMALL = 25.0  # mm: then the flanks are hollow
+
+
+@cache
+def scene_of(contact, law="modified-sine", rotation="ccw"):
+    """A cam with all of a part, and as yet without limits."""
+    part = {**BODY, **({"groove_depth": 10, "thickness": 70} if contact in GROOVED else HUB)}
+    made = Scene.from_dict(cam_with(contact, law, rotation=rotation, part=part, outputs=["all"], materials={}))
+    return made.replace(**{"cam.base_radius": SMALL}) if contact in HOLLOW else made
+
+
+@cache
+def cam_of(contact, law="modified-sine"):
+    return evaluate(scene_of(contact, law))
+
+
+def quantity_of(key, contact):
+    """The quantity that a limit is on, and whether from above; None where the mechanism has none."""
+    if key == "cutter_radius":
+        return ("cutter_radius_max_mm" if contact in (*HOLLOW, *GROOVED) else None), -1.0
+    name = load_quantity(key, resolve(scene_of(contact)).setup)
+    return (name if name in cam_of(contact) else None), PART[key][1]
+
+
+CASES = [(contact, key) for contact in CONTACTS for key in KEYS if quantity_of(key, contact)[0]]
+
+
+def test_all_limits_on_the_part_are_tried():
+    assert {key for _, key in CASES} == {*KEYS}
+    assert {*KEYS} <= Limits.model_fields.keys()
+    assert {key for contact, key in CASES if contact in GROOVED} == {*KEYS} - {"area", "unbalance"}
+
+
+@pytest.mark.parametrize(("contact", "key"), CASES)
+def test_a_limit_is_held_up_to_its_quantity_and_no_further(contact, key):
+    """Beside the bound evaluate and certify agree; of the mass of a groove certify says that it does not know."""
+    name, side = quantity_of(key, contact)
+    value = cam_of(contact)[name]
+    for share, held in ((1e-10, True), (-1e-10, False), (0.2, True), (-0.2, False)):
+        scene = scene_of(contact).replace(**{f"limits.{key}": value * (1.0 + side * share), "outputs": [name]})
+        found = evaluate(scene)
+        assert found["violated"] == ("" if held else key)
+        proved = certify(scene)[key]
+        if contact in GROOVED and key in ("cam_mass", "cam_inertia"):
+            assert proved == "undecided"
+        else:
+            assert proved == ("held" if held else "broken")
+
+
+@pytest.mark.parametrize("name", [n for n in shipped_scenes() if find_scene(n).cam.form == "disc"])
+def test_balls_hold_what_quadrature_finds(name):
+    """Two ways, of Gauss's rule in doubles and of Taylor series in balls: they meet in each other's errors."""
+    problem = exactly(resolve_design(find_scene(name)))
+    if problem.programme.corners:
+        assert not [*integrated_rows(problem, turn_of(problem.programme), problem.design, problem.design, ())]
+        return
+    rows = section_rows(problem, turn_of(problem.programme), in_balls(problem.design), PARTS[1])
+    found = section.run(Case(problem.setup, problem.programme, problem.design), frozenset())
+    for quantity, (value, error, scale) in found.items():
+        low, width = rows.columns[quantity], rows.outward[quantity]
+        assert np.all(low - error <= value)
+        assert np.all(value <= low + width + error)
+        assert np.all(error <= 1e-12 * scale)
+        assert np.all(width >= 0.0)
+
+
+@pytest.mark.parametrize("rotation", ["ccw", "cw"])
+@pytest.mark.parametrize("contact", OPEN)
+def test_balls_hold_the_sections_of_all_mechanisms(contact, rotation):
+    scene = scene_of(contact, "poly345", rotation).replace(**{"cam.base_radius": 85})
+    problem = exactly(resolve_design(scene))
+    found = section.run(Case(problem.setup, problem.programme, problem.design), frozenset())
+    widths = []
+    for parts in PARTS[1:4]:
+        rows = section_rows(problem, turn_of(problem.programme), in_balls(problem.design), parts)
+        for quantity, (value, error, _) in found.items():
+            assert (
+                rows.columns[quantity] - error <= value <= rows.columns[quantity] + rows.outward[quantity] + error
+            )
+        widths.append(float(rows.outward[section.AREA][0] / found[section.AREA].value[0]))
+    assert widths[-1] < 1e-12
+    assert widths[1] <= widths[0] * 2.0**-9 or widths[1] < 1e-14  # of order 11, but for rounding
+
+
+def test_a_corner_is_undecided_in_balls_and_a_hollow_one_stops_every_cutter():
+    scene = scene_of("roller", "uniform").replace(**{"limits.area": 1e6, "limits.cutter_radius": 1.0})
+    assert {key: certify(scene)[key] for key in ("area", "cutter_radius")} == {
+        "area": "undecided",
+        "cutter_radius": "broken",
+    }
+    assert "cutter_radius" in evaluate(scene)["violated"]
+
+
+def test_any_cutter_no_larger_than_the_roller_will_do():
+    roller = scene_of("roller").replace(**{"limits.cutter_radius": 14.0})
+    assert certify(roller)["cutter_radius"] == "held"
+    assert BeyondBody(14.0)(resolve_design(roller).design)[0] == 0.0
+
+
+# ------------------------------------------------------------------------------------------------- searches
+
+
+SIZES = np.arange(24.0, 44.0, 1.0)
+
+
+@pytest.mark.parametrize("key", KEYS)
+def test_a_sweep_keeps_the_designs_that_hold_it(key):
+    name, side = quantity_of(key, "roller")
+    search = {"base_radius": SIZES.tolist(), "law": ["cycloidal"]}
+    part = BODY if key == "hub_wall" else scene_of("roller").part
+    base = scene_of("roller", "cycloidal").replace(search=search, outputs=[name], part=part)
+    table = evaluate_designs(base, {"base_radius_mm": SIZES, "law": "cycloidal"})
+    bound = float(table[name][np.isfinite(table[name])].median()) * (1 + 1e-3)
+    held = table["feasible"] & (side * table[name] <= side * bound)
+    assert held.any()
+    assert key == "lift_change" or not held.all()
+    assert sweep(base.replace(**{f"limits.{key}": bound})).feasible == held.sum()
+    inside = evaluate_designs(
+        base.replace(**{f"limits.{key}": bound}), {"base_radius_mm": SIZES, "law": "cycloidal"}
+    )
+    assert (inside["feasible"] == held).all()
+    sign = (inside[f"excess_{key}"] <= 0.0) == (side * table[name] <= side * bound)
+    assert sign.all()
+
+
+@pytest.mark.parametrize("contact", ["roller", "flat", "groove"])
+def test_the_smallest_cam_with_a_wall(contact):
+    """Bore, keyway and wall, and half the depth of a groove: a closed form."""
+    part = {**BODY, **({"groove_depth": 10, "thickness": 70} if contact == "groove" else {})}
+    wide = scene_of(contact).replace(part=part, outputs=None, **{"limits.hub_wall": 100.0})
+    key = "mean_radius" if contact == "groove" else "base_radius"
+    best = optimise(wide.replace(**{f"search.{key}": {"start": 20, "stop": 500}})).best
+    reach = np.hypot(12.5 + 3.3, 4.0) + (5.0 if contact == "groove" else 0.0)
+    assert best[f"{key}_mm"] == pytest.approx(100.0 + reach, rel=1e-12)
+    assert (best["binding"], best["proved"]) == (["hub_wall"], True)
+    hub = optimise(scene_of("roller").replace(**{"limits.hub_wall": 6.0, "outputs": None}))
+    assert hub.best is None
+    assert set(hub.obstacles.values()) == {"hub_wall"}
+
+
+def test_the_smallest_cam_that_a_wheel_can_grind():
+    """No smaller size than the optimum lets the wheel reach every flank."""
+    base = find_scene("roller-1000rpm").replace(search={"law": ["poly345"]}, outputs=[])
+    best = optimise(base.replace(**{"limits.pressure_angle": 40, "limits.cutter_radius": 250.0})).best
+    assert best["proved"]
+    assert "cutter_radius" in best["binding"]
+    assert evaluate(best.scene)["cutter_radius_max_mm"] == pytest.approx(250.0, rel=1e-6)
+
+
+def test_a_change_of_lift_is_a_velocity():
+    """By degree at 1000 rev/min, to evaluate, to optimise over angles and to synthesise."""
+    base = find_scene("roller-1000rpm").replace(**{"synthesis.pieces": 12})
+    slow = 0.95 * evaluate(base)["velocity_max_m_s"]
+    by_degree = slow * 1e3 / (1000 * np.pi / 30) * np.pi / 180
+    one, two = (
+        synthesise(base.replace(**limit))
+        for limit in ({"limits.velocity": slow}, {"limits.lift_change": by_degree})
+    )
+    assert two.design["base_radius_mm"] == pytest.approx(one.design["base_radius_mm"], rel=1e-6)
+    assert evaluate(two.scene.replace(outputs=["lift_change"]))["feasible"]
+    claims = [
+        each
+        for each in resolve(base.replace(**{"limits.lift_change": by_degree})).claims
+        if isinstance(each.curve, Derivative)
+    ]
+    assert [claim.allowed() for claim in claims] == [pytest.approx(slow * 1e3 / (1000 * np.pi / 30), rel=1e-15)]
+    assert PerDegree(2.0, angular=True).value(DOUBLES) == 2.0
+
+
+@pytest.mark.parametrize("key", [key for key, (_, side) in PART.items() if side == MOST])
+def test_no_cam_is_light_enough(key):
+    """A limit that no cam of a range holds is named."""
+    name, _ = quantity_of(key, "roller")
+    scene = scene_of("roller").replace(search={"base_radius": {"start": 60, "stop": 70}}, outputs=None)
+    found = optimise(scene.replace(**{f"limits.{key}": 1e-6 * cam_of("roller")[name]}), seconds=2)
+    assert found.best is None
+    assert key in next(iter(found.obstacles.values()))
+
+
+@pytest.mark.parametrize(
+    ("scene", "limit", "line"),
+    [
+        ("two-pauses", {"cam_mass": 1}, "limits.cam_mass = 1.0: needs part.thickness, part.density"),
+        ("feeder-with-stop", {"area": 1e4}, "limits.area = 10000.0: this mechanism has none"),
+        ("feeder-with-stop", {"unbalance": 10}, "limits.unbalance = 10.0: this mechanism has none"),
+        ("knife-300rpm-radial", {"hub_wall": 10}, "limits.hub_wall = 10.0: needs part.bore"),
+        (
+            "bucket-valve",
+            {"cutter_radius": 10},
+            "limits.cutter_radius = 10: a flat face makes no hollow flanks: any",
+        ),
+        ("two-pauses", {"area": -1}, "limits.area = -1: must be at least 1e-15"),
+    ],
+)
+def test_a_limit_that_cannot_be_asked_is_told(scene, limit, line):
+    with pytest.raises(BadInput) as error:
+        evaluate(find_scene(scene).replace(limits=limit))
+    (found,) = str(error.value).splitlines()
+    assert found.partition(": ")[2].startswith(line)
