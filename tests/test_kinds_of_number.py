@@ -30,6 +30,7 @@ from camopt.verdicts.deciding import BROKEN, HELD
 
 NEAR = 1e-9
 TRAIN = {"natural_frequency": 60.0, "damping_ratio": 0.03, "lash": 0.3, "lash_variation": 0.1}
+PART = {"thickness": 20, "bore": 30, "keyway_width": 8, "keyway_depth": 3.3, "density": 7800}
 OTHERWISE = {"pressure_angle_return": {"pressure_angle": 89.0}}
 """What a scene has to say beside a limit, so that it is the limit that decides."""
 
@@ -38,7 +39,8 @@ def scene_of(contact, key=None, bound=None):
     """A cam in which every limit of its mechanism can be asked, and one of them is."""
     dynamics = (SWUNG if CONTACTS[contact]["motion"] == "oscillating" else GUIDED) | TRAIN
     limits = {} if key is None else {**OTHERWISE.get(key, {}), key: bound}
-    return Scene.from_dict(cam_with(contact, "poly345", dynamics, materials=WORN, limits=limits, outputs=["sizes"]))
+    more = {"materials": WORN, "limits": limits, "part": PART, "outputs": ["sizes"]}
+    return Scene.from_dict(cam_with(contact, "poly345", dynamics, **more))
 
 
 def asked(contact, key):
