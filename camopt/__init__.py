@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from camopt.smallest.prices import Price, prices
     from camopt.studies.spectrum import response_spectrum
     from camopt.synthesis.frontier import Frontier, frontier
+    from camopt.synthesis.prices import synthesis_prices
     from camopt.synthesis.synthesise import synthesise
     from camopt.synthesis.synthesised import Synthesised
     from camopt.tables.designs import Design, scene_of
@@ -82,6 +83,7 @@ _HOMES = {
     "scene_of": "tables.designs",
     "shipped_scenes": "scene.scene",
     "sweep": "front.sweep",
+    "synthesis_prices": "synthesis.prices",
     "synthesise": "synthesis.synthesise",
 }
 
@@ -125,6 +127,7 @@ __all__ = [
     "scene_of",
     "shipped_scenes",
     "sweep",
+    "synthesis_prices",
     "synthesise",
 ]
 

@@ -192,6 +192,7 @@ def synthesise(scene: Any, as_json: bool, quiet: bool, out: Path, picture: Path 
     from camopt.files import result_folder
     from camopt.synthesis.compare import compared
     from camopt.synthesis.files import SCENE, write_laws
+    from camopt.synthesis.prices import synthesis_prices
     from camopt.synthesis.synthesise import synthesise as run
 
     check_folder(scene, out, SCENE)
@@ -199,12 +200,13 @@ def synthesise(scene: Any, as_json: bool, quiet: bool, out: Path, picture: Path 
         result = run(scene, advance)
         known = compared(scene)
         files = write_laws(result, out)
+        costs = synthesis_prices(result)
     if picture:
         from camopt.drawing.synthesis import plot_synthesis
 
         plot_synthesis(result, picture, known)
         files.append(picture)
-    reports.show_synthesis(result, known, as_json)
+    reports.show_synthesis(result, known, costs, as_json)
     if not quiet:
         terminal.say_written(files)
     return _reached(scene, result.design["relative_half_width"])

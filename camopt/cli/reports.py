@@ -183,18 +183,18 @@ def _show_prices(prices: "Mapping[str, list[Price]]") -> None:
     names = ["law"] if len(prices) > 1 else []
     names += ["bound", "as set", "price", *(["tightened"] if any(row["tightened"] for row in rows) else [])]
     names += ["size without it", "holds to", "then held by"]
-    show("", table_of("What each bound costs", rows, names))
+    show("", table_of(COSTS, rows, names))
 
 
-UNKNOWN = "—"
+COSTS, UNKNOWN = "What each bound costs", "—"
 
 
-def _price_in_words(price: "Price") -> dict[str, str]:
-    """A price as a row of texts."""
+def _price_in_words(price: "Price", of: str = " mm") -> dict[str, str]:
+    """A price as a row of texts; ``of`` is the unit of what is minimised, after a space."""
     unit = f" {price.unit}".rstrip()
 
     def cost(value: float | None) -> str:
-        return UNKNOWN if value is None else f"{value:.4g} mm per {price.unit or '1'}".replace("-", "−")
+        return UNKNOWN if value is None else f"{value:.4g}{of} per {price.unit or 'unit'}".replace("-", "−")
 
     def amount(value: float | None, unit: str) -> str:
         return UNKNOWN if value is None else f"{number(value)}{unit}".replace("-", "−")
@@ -223,8 +223,8 @@ def show_export(result: "Exported", as_json: bool) -> None:
     return None
 
 
-def show_synthesis(result: "Synthesised", known: "Comparison", as_json: bool) -> None:
-    """The cam of the free laws beside the smallest of each known law, the bound and the gap."""
+def show_synthesis(result: "Synthesised", known: "Comparison", prices: "Iterable[Price]", as_json: bool) -> None:
+    """The cam of the free laws beside the smallest of each known law, the bound, the gap, and what bounds cost."""
     from camopt.synthesis.conditions import ground_of
     from camopt.synthesis.from_scene import default_peaks
     from camopt.synthesis.synthesised import peaks_of
@@ -244,6 +244,7 @@ def show_synthesis(result: "Synthesised", known: "Comparison", as_json: bool) ->
                 "known_laws": {law: finite(row) for law, row in known.rows.items()},
                 "own_law": known.own,
                 "best_known_law": known.best,
+                "prices": [price.to_json() for price in prices],
             }
         )
     problem = resolve(result.scene)
@@ -266,7 +267,11 @@ def show_synthesis(result: "Synthesised", known: "Comparison", as_json: bool) ->
     why = "The limits of an oscillating follower are not convex" if swung else "Curvature or a load decides too"
     _show_limits_of_motion(result.asked, known.rows.values(), defaults)
     show(_beside_known(result, known))
-    return show(what + ("" if result.convex else f" {why}, so the laws are a local optimum."))
+    show(what + ("" if result.convex else f" {why}, so the laws are a local optimum."))
+    rows = [_price_in_words(price, unit) for price in prices]
+    if rows:
+        show("", table_of(COSTS, rows, ["bound", "as set", "price"]))
+    return None
 
 
 def _named(row: Mapping[str, Any], name: str) -> dict[str, Any]:

@@ -31,6 +31,10 @@ class End(NamedTuple):
     side: float
     """1 for the end that the variable may not be above, −1 for the other."""
 
+    @property
+    def relation(self) -> str:
+        return "≤" if self.side > 0.0 else "≥"
+
 
 @dataclass(frozen=True)
 class Freedom:

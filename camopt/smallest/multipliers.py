@@ -81,8 +81,7 @@ def _ends_met(freedom: Freedom) -> Iterator[Bound]:
     for end in freedom.ends:
         if end.side * (freedom.at[end.variable] - end.value) > -BINDS * freedom.scales[end.variable]:
             gradient = end.side * freedom.directions[[end.variable]]
-            relation = "≤" if end.side > 0.0 else "≥"
-            yield Bound(end.key, end.value, end.unit, relation, gradient, -end.side)
+            yield Bound(end.key, end.value, end.unit, end.relation, gradient, -end.side)
 
 
 def _gradients(freedom: Freedom, limits: Sequence[Limit]) -> Iterator[FloatArray]:

@@ -26,7 +26,8 @@ class Price:
     """What a bound costs that a smallest cam just meets.
 
     ``price`` and ``tightened`` are derivatives: how the size (base radius, or mean radius of a cylindrical cam)
-    changes per unit of the bound, for small changes.
+    changes per unit of the bound, for small changes. Those of free laws (``synthesis_prices``) are of what these
+    minimise, in its unit in place of mm, and have no cam without the bound.
     """
 
     key: str
