@@ -157,6 +157,20 @@ def test_a_sweep_keeps_the_designs_that_hold_it(key):
     assert sign.all()
 
 
+@pytest.mark.parametrize("key", KEYS)
+def test_boxes_of_designs_lead_to_the_front_of_the_full_sweep(key):
+    """Where a size decides, ranges of it do; where an integral does, designs are evaluated one by one."""
+    name, side = quantity_of(key, "offset-roller")
+    search = {"base_radius": SIZES.tolist(), "offset": [-5.0, 0.0, 5.0], "roller_radius": [8.0, 14.0]}
+    scene = scene_of("offset-roller").replace(search={**search, "law": ["cycloidal"]}, outputs=[name])
+    bound = cam_of("offset-roller", "cycloidal")[name] * (1 + side * 0.1)
+    limited = scene.replace(part=BODY if key == "hub_wall" else scene.part, **{f"limits.{key}": bound})
+    full, boxes = sweep(limited), sweep(limited, keep="front-only")
+    assert full.feasible > 0
+    assert boxes.pareto == full.pareto
+    assert boxes.front == full.front
+
+
 @pytest.mark.parametrize("contact", ["roller", "flat", "groove"])
 def test_the_smallest_cam_with_a_wall(contact):
     """Bore, keyway and wall, and half the depth of a groove: a closed form."""

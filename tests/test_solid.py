@@ -4,13 +4,15 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy.integrate import quad
 from shapely.affinity import rotate
 from shapely.geometry import Point, Polygon, box
 from support.cams import CONTACTS, cam_with
 
 from camopt import BadInput, Scene, evaluate, find_scene
-from camopt.effects import lift_change, section, solid, wall
+from camopt.effects import figures, lift_change, section, solid, wall
 from camopt.mechanisms.geometry import profile_points
 from camopt.problem.problem import resolve_design
 
@@ -123,6 +125,34 @@ def test_a_cam_of_twice_the_size_has_eight_times_the_mass(contact):
     for name, factor in ({**factors, "hub_wall_min_mm": 2, "lift_change_max_mm_per_deg": 2}).items():
         if name in one:
             assert two[name] == pytest.approx(factor * one[name], rel=1e-12)
+
+
+@given(
+    contact=st.sampled_from(OPEN),
+    bore=st.floats(5, 30),
+    width=st.floats(0.05, 0.95),
+    depth=st.floats(0.1, 6),
+    angle=st.floats(-360, 360),
+    hub=st.floats(1.01, 3),
+    longer=st.floats(0, 50),
+)
+def test_any_part_is_the_sum_of_its_pieces(contact, bore, width, depth, angle, hub, longer):
+    """A hub adds ρ·l·(π·r² − bore − keyway); no inertia is below that of the mass at its centre of gravity."""
+    slot = {"keyway_width": width * bore, "keyway_depth": depth, "keyway_angle": angle}
+    plain = {"thickness": 10, "bore": bore, "density": 7800, **slot}
+    reach = Scene.from_dict(cam_with(contact, part=plain)).part.bore_reach
+    sizes = {"hub_diameter": 2 * hub * reach, "hub_length": 10 + longer}
+    found, whole = (evaluate(scene_of(contact, part=part)) for part in (plain, {**plain, **sizes}))
+    slot_area = figures.keyway(bore / 2, width * bore, depth, 0.0).area
+    more = 7.8e-6 * longer * (np.pi * (hub * reach) ** 2 - np.pi * bore**2 / 4 - slot_area)
+    assert whole["cam_mass_kg"] - found["cam_mass_kg"] == pytest.approx(more, rel=1e-9, abs=1e-12)
+    for cam in (found, whole):
+        away = cam["unbalance_g_mm"] / 1e3 / cam["cam_mass_kg"]
+        assert away == pytest.approx(cam["centre_of_gravity_mm"], rel=1e-12)
+        assert cam["cam_inertia_kg_m2"] >= 1e-6 * cam["cam_mass_kg"] * away**2
+    assert whole["hub_wall_min_mm"] == pytest.approx(
+        min((hub - 1) * reach, scene_of(contact).cam.base_radius - reach), rel=1e-9
+    )
 
 
 def test_what_is_missing_is_told():
