@@ -13,5 +13,7 @@ class Ending(NamedTuple):
 ENDINGS = {
     ".dxf": Ending("dxf"),
     ".svg": Ending("svg"),
+    ".step": Ending("step", "cad"),
+    ".stl": Ending("stl", "cad"),
 }
 """By the ending of a file."""

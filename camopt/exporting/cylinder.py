@@ -1,0 +1,135 @@
+"""The solid of a cylindrical cam: a cylinder with a groove whose walls are those that the roller touches.
+
+It stands from z = 0 to ``part.thickness``, with the groove in the middle of that, and from the mean radius half of
+``groove_depth`` inwards and outwards. The bottom of the groove is a cylinder, which the roller does not touch.
+
+Round the cam it is made of sectors, each of a lower and an upper wall (B-spline surfaces), a bottom, and two parts
+of the outer cylinder. Neighbours share their edges: no surfaces are intersected.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from camopt.exporting import shapes
+from camopt.exporting.groove import Groove, Skin, groove_of, skin, through, undercut_at
+from camopt.exporting.shapes import Shape
+from camopt.mistakes import BadInput, Mistake
+from camopt.motion.programme import span
+from camopt.motion.table import TURN
+from camopt.numerics import FloatArray
+from camopt.problem.problem import Problem
+
+LOWER, UPPER = 0, 1  # of walls, and of what is below or above the groove
+INNER, OUTER = 0, -1  # of the edges of a wall
+CLOSER = 0.1  # of what is asked for: how near walls come, so that they meet cylinders well
+
+
+def cylinder(problem: Problem, chord: float) -> tuple[Shape, float]:
+    """The cam without its bore, and how far at most its walls are off the true ones where they are compared, mm.
+
+    BadInput if the groove is so deep that at some radius the roller would cut away a part of a wall.
+    """
+    scene, groove = problem.scene, groove_of(problem)
+    depth, height, lost = scene.whole_part.groove_depth, scene.whole_part.thickness, undercut_at(groove)
+    assert height
+    if lost is not None:
+        why = f"smaller: at the radius {lost:.6g} the roller would cut away a part of a wall"
+        raise BadInput([Mistake(scene.file, "part.groove_depth", depth, why)])
+    lift = height / 2 - _middle(problem)
+    walls = [
+        [skin(groove, sector, side, CLOSER * chord).lifted(lift) for side in (-1.0, 1.0)]
+        for sector in groove.sectors()
+    ]
+    joints = [_joint(groove, pair, height) for pair in walls]
+    joints.append(joints[0])
+    sectors = [_sector(groove, pair, *ends, height) for pair, ends in zip(walls, pairwise(joints), strict=True)]
+    faces = [face for sector in sectors for face in _faces(groove, sector)]
+    faces += [shapes.flat(shapes.wire(sector.rims[side] for sector in sectors)) for side in (LOWER, UPPER)]
+    return shapes.sewn(faces), max(wall.off for pair in walls for wall in pair)
+
+
+def _middle(problem: Problem) -> float:
+    """The height of the middle of the groove, where ``Groove`` has its walls, mm."""
+    contact, lift = problem.setup.mechanism.contact, problem.programme.lift
+    ends = [contact(problem.design, lift, 0.0, y, 0.0).y for y in span(problem.programme, (1,), TURN)]
+    return float(np.mean(ends))
+
+
+@dataclass(frozen=True)
+class _Joint:
+    """Where two sectors meet: vertices on both walls and both ends of the cam, and the edges between them."""
+
+    walls: list[dict[int, Shape]]
+    """Of the lower and the upper wall, the vertices at the bottom and outside."""
+    rims: list[Shape]
+    rulings: list[Shape]
+    bottom: Shape
+    lines: list[Shape]
+    """On the outer cylinder, from the walls to the ends."""
+
+
+@dataclass(frozen=True)
+class _Sector:
+    """Edges round the cam between two joints, of the lower and the upper wall and of both ends."""
+
+    skins: list[Skin]
+    walls: list[dict[int, Shape]]
+    rims: list[Shape]
+    here: _Joint
+    there: _Joint
+
+
+def _joint(groove: Groove, walls: list[Skin], height: float) -> _Joint:
+    """The joint where walls start."""
+    corners = [wall.poles[0] for wall in walls]
+    ends = [{at: shapes.vertex(corner[at]) for at in (INNER, OUTER)} for corner in corners]
+    rims = [shapes.vertex([*corner[OUTER, :2], z]) for corner, z in zip(corners, (0.0, height), strict=True)]
+    rulings = [
+        shapes.spline_edge(wall.poles[0], wall.knots[1], (end[INNER], end[OUTER]))
+        for wall, end in zip(walls, ends, strict=True)
+    ]
+    way = _across(groove, *(corner[INNER] for corner in corners))
+    bottom = shapes.spline_edge(*way, [end[INNER] for end in ends])
+    lines = [shapes.line_edge(end[OUTER], rim) for end, rim in zip(ends, rims, strict=True)]
+    return _Joint(ends, rims, rulings, bottom, lines)
+
+
+def _across(groove: Groove, low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Poles and knots of the helix between two points of the bottom."""
+    share = np.linspace(0.0, 1.0, 12)
+    height, around = ((1.0 - share) * low[k] + share * high[k] for k in (2, 3))
+    polar = groove.polar(around)
+    return through(share, np.stack([groove.inner * np.cos(polar), groove.inner * np.sin(polar), height], axis=-1))
+
+
+def _sector(groove: Groove, skins: list[Skin], here: _Joint, there: _Joint, height: float) -> _Sector:
+    walls = [
+        {
+            at: shapes.spline_edge(wall.poles[:, at], wall.knots[0], (here.walls[side][at], there.walls[side][at]))
+            for at in (INNER, OUTER)
+        }
+        for side, wall in enumerate(skins)
+    ]
+    rims = [
+        shapes.arc_edge(groove.outer, z, *ends, -groove.sense)
+        for z, ends in zip((0.0, height), zip(here.rims, there.rims, strict=True), strict=True)
+    ]
+    return _Sector(skins, walls, rims, here, there)
+
+
+def _faces(groove: Groove, sector: _Sector) -> Iterator[Shape]:
+    """Walls, bottom and outside: each between an edge below it, which runs on with the cam angle, and one above."""
+    here, there, (low, high), rims = sector.here, sector.there, sector.walls, sector.rims
+    for wall, edges, start, end in zip(sector.skins, sector.walls, here.rulings, there.rulings, strict=True):
+        surface = shapes.spline_surface(wall.poles, *wall.knots)
+        yield shapes.face(surface, [edges[INNER], end, edges[OUTER], start])
+    seam = float(groove.polar(sector.skins[0].poles[0, 0, 3])) + np.pi
+    for radius, loop in (
+        (groove.inner, [low[INNER], there.bottom, high[INNER], here.bottom]),
+        (groove.outer, [rims[LOWER], there.lines[LOWER], low[OUTER], here.lines[LOWER]]),
+        (groove.outer, [high[OUTER], there.lines[UPPER], rims[UPPER], here.lines[UPPER]]),
+    ):
+        yield shapes.face(shapes.round_surface(radius, seam), loop, backwards=groove.sense > 0.0)

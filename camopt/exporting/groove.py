@@ -1,0 +1,187 @@
+"""The walls of the groove of a cylindrical cam: the envelope of its roller, at every depth.
+
+The roller of radius ρ is a cylinder. Its axis meets the cam's where a translating follower moves; on an arm it is
+parallel to that of the arm's pivot, and beside the cam's axis by what the arm has swung away from the line of
+contact. At the distance s from the cam's axis, along its own, the roller moves over the cam by s + x' round it and
+by z' along it for each radian (x: how far it is beside the line of contact), so that it touches at its axis plus
+
+    ±ρ·(−z', s + x')/√(z'² + (s + x')²)
+
+round and along the cam. At the mean radius that is the normal of the developed curve; nearer to the axis the roller
+moves more steeply, and touches further round. A developed groove that is wound up would not fit the roller there.
+
+Source: Litvin and Fuentes, Gear Geometry and Applied Theory, ch. 6 (the relative velocity is normal to n).
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from scipy.interpolate import BSpline, make_interp_spline
+
+from camopt.contour.curve import CamCurve, Span, curve_of
+from camopt.mechanisms.design import BoolArray, ComplexArray
+from camopt.numerics import FloatArray
+from camopt.problem.problem import Problem
+
+WIDEST = 1.6  # rad: of a sector of the turn
+ROUNDS = 100
+SAME = 1e-15  # relative change of a radius that is none
+DEGREE, RADIAL = 5, 5  # of the splines round the cam; of the points along its radius
+FIRST, MOST = 12, 6000  # points of a sector round the cam
+LOOKED_AT = 500  # cam angles of a sector at which a wall may run back
+BETWEEN = 4  # parts of the stretches between points at which surfaces are compared
+
+
+@dataclass(frozen=True)
+class Sector:
+    """A part of one span of the turn, between two cam angles (rad)."""
+
+    span: Span
+    start: float
+    end: float
+
+
+class Places(NamedTuple):
+    """Points of a wall (angles, radii): angle round the cam (rad, as the cam angle), radius, and height (mm).
+
+    ``course`` is where the roller moves there: round the cam, and along it as the imaginary part, mm/rad.
+    """
+
+    round: FloatArray
+    radius: FloatArray
+    height: FloatArray
+    course: ComplexArray
+
+
+@dataclass(frozen=True)
+class Groove:
+    """A groove between two radii (mm). At the height 0 a translating follower starts, or an arm is at mid-swing."""
+
+    curve: CamCurve
+    inner: float
+    outer: float
+
+    @property
+    def sense(self) -> float:
+        return self.curve.design.sense
+
+    @property
+    def radii(self) -> FloatArray:
+        return np.linspace(self.inner, self.outer, RADIAL)
+
+    def sectors(self) -> Iterator[Sector]:
+        for span in self.curve.spans:
+            edges = np.linspace(span.start, span.end, int(np.ceil((span.end - span.start) / WIDEST)) + 1).tolist()
+            for start, end in pairwise(edges):
+                yield Sector(span, start, end)
+
+    def wall(self, span: Span, angles: FloatArray, radii: FloatArray, side: float) -> Places:
+        """Where the roller touches the upper (side +1) or lower (−1) wall at cam angles (rad) and radii (mm)."""
+        design, lift = self.curve.design, self.curve.programme.lift
+        angles, radii = angles[:, None], radii[None, :]
+        y, y1, *_ = (row[:, None] for row in span.stroke.motion(angles[:, 0]))
+        found = self.curve.mechanism.contact(design, lift, angles, y, y1)
+        mean, reach = design.size, side * design.roller_radius
+        beside = found.x - mean * angles
+        station = radii + 0.0 * angles
+        for _ in range(ROUNDS):
+            across, along = found.across, found.up + (station - mean)
+            touched = beside + reach * across / np.hypot(across, along)
+            before, station = station, np.sqrt((radii - touched) * (radii + touched))
+            if np.abs(station - before).max() <= SAME * self.outer:
+                break
+        height = found.y + reach * along / np.hypot(across, along)
+        return Places(angles + np.arctan2(touched, station), radii + 0.0 * angles, height, along - 1j * across)
+
+    def points(self, places: Places) -> FloatArray:
+        """x, y and z of places in the cam's own frame, (…, 3), mm."""
+        polar = self.polar(places.round)
+        return np.stack([places.radius * np.cos(polar), places.radius * np.sin(polar), places.height], axis=-1)
+
+    def polar(self, around: FloatArray) -> FloatArray:
+        """Angle from the x axis, rad, ccw: the follower is on the y axis at cam angle 0."""
+        return np.pi / 2 - self.sense * around
+
+
+def groove_of(problem: Problem) -> Groove:
+    """The groove of a problem's own design, of the depth in ``[part]``, with the mean radius in its middle."""
+    mean, depth = float(problem.design.size[0]), problem.scene.whole_part.groove_depth
+    assert depth
+    return Groove(curve_of(problem, 0.0), mean - depth / 2, mean + depth / 2)
+
+
+def undercut_at(groove: Groove) -> float | None:
+    """The outermost of some radii (mm) at which a wall runs back as the cam turns, at the angles looked at."""
+    found = [
+        radius
+        for sector in groove.sectors()
+        for side in (-1.0, 1.0)
+        for radius, back in zip(groove.radii, _runs_back(groove, sector, side), strict=True)
+        if back
+    ]
+    return max(found, default=None)
+
+
+def _runs_back(groove: Groove, sector: Sector, side: float) -> BoolArray:
+    """Whether a wall somewhere moves against the roller, at each radius."""
+    angles = np.linspace(sector.start, sector.end, LOOKED_AT)
+    wall = groove.wall(sector.span, angles, groove.radii, side)
+    moved = groove.radii * np.diff(wall.round, axis=0) + 1j * np.diff(wall.height, axis=0)
+    return np.asarray(((moved * wall.course[1:].conjugate()).real < 0.0).any(axis=0))
+
+
+class Skin(NamedTuple):
+    """A B-spline surface through sections of a wall, over cam angle (rad) and radius (mm).
+
+    ``poles`` are (n, m, 4): x, y, z, and the angle round the cam, of which the first three make the surface.
+    """
+
+    poles: FloatArray
+    knots: tuple[FloatArray, FloatArray]
+    degrees: tuple[int, int]
+    off: float
+    """The largest distance from the true wall among the points compared, mm."""
+
+    def lifted(self, height: float) -> "Skin":
+        """The surface moved along the axis."""
+        return self._replace(poles=self.poles + np.array([0.0, 0.0, height, 0.0]))
+
+    def at(self, angles: FloatArray, radii: FloatArray) -> FloatArray:
+        """Points (angles, radii, 4)."""
+        rows = BSpline(self.knots[0], self.poles, self.degrees[0])(angles)
+        return np.asarray(BSpline(self.knots[1], rows, self.degrees[1], axis=1)(radii))
+
+
+def skin(groove: Groove, sector: Sector, side: float, aim: float) -> Skin:
+    """The surface of a wall over a sector, through as many sections as it takes to be within ``aim`` mm."""
+    count = FIRST
+    while True:
+        found = _through(groove, sector, side, count)
+        if found.off <= aim or count >= MOST:
+            return found
+        count *= 2
+
+
+def _through(groove: Groove, sector: Sector, side: float, count: int) -> Skin:
+    angles, radii = np.linspace(sector.start, sector.end, count), groove.radii
+    rows = make_interp_spline(angles, _exact(groove, sector, side, angles, radii), k=DEGREE, axis=0)
+    across = make_interp_spline(radii, rows.c, k=RADIAL - 1, axis=1)
+    found = Skin(np.moveaxis(across.c, 0, 1), (rows.t, across.t), (DEGREE, RADIAL - 1), 0.0)
+    fine = np.linspace(sector.start, sector.end, BETWEEN * (count - 1) + 1)
+    deep = np.linspace(groove.inner, groove.outer, BETWEEN * (RADIAL - 1) + 1)
+    gap = found.at(fine, deep) - _exact(groove, sector, side, fine, deep)
+    return found._replace(off=float(np.linalg.norm(gap[..., :3], axis=-1).max()))
+
+
+def through(shares: FloatArray, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Poles and knots of the spline through points (n, 3) at some shares of its length."""
+    found = make_interp_spline(shares, points, k=DEGREE)
+    return found.c, found.t
+
+
+def _exact(groove: Groove, sector: Sector, side: float, angles: FloatArray, radii: FloatArray) -> FloatArray:
+    places = groove.wall(sector.span, angles, radii, side)
+    return np.concatenate([groove.points(places), places.round[..., None]], axis=-1)

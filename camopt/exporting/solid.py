@@ -1,0 +1,110 @@
+"""The cam as a solid, in its own frame: x and y as of the profile, z towards whoever sees the cam turn.
+
+A disc cam is a plate from z = 0 to its thickness, with a hub on the far side of that; bore and keyway go through
+both. Its profile is followed by true arcs, by B-splines or by lines, within a deviation that is proved. For a
+cylindrical cam see ``camopt.exporting.cylinder``.
+"""
+
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+from OCP.Standard import Standard_ConstructionError, Standard_Failure
+from OCP.StdFail import StdFail_NotDone
+
+from camopt.contour.curve import curves_of
+from camopt.contour.follow import follow
+from camopt.exporting import shapes
+from camopt.exporting.cylinder import cylinder
+from camopt.exporting.exported import CurveInFile, told
+from camopt.exporting.layers import bore_with_keyway
+from camopt.exporting.shapes import Shape
+from camopt.mistakes import BadInput, Mistake
+from camopt.problem.problem import Problem
+
+BEYOND = 1.0  # mm: by how much a bore is cut longer than the part, at both ends
+
+IMPOSSIBLE = (Standard_ConstructionError, Standard_Failure, StdFail_NotDone)
+"""What Open CASCADE raises for edges and faces that are none; they have no common base here."""
+
+
+class Solid(NamedTuple):
+    """A solid of Open CASCADE, and what is told of it."""
+
+    shape: Shape
+    curves: Mapping[str, CurveInFile]
+    """Of a disc cam its profile, with the deviation that is proved."""
+    about: dict[str, Any]
+
+
+def solid_of(problem: Problem, chord: float, curves: str) -> Solid:
+    """The solid of a problem's own design, its profile or groove within ``chord`` mm of the true one.
+
+    Raises
+    ------
+    BadInput
+        For each size of ``[part]`` that a solid needs and the scene has not, for a groove that is undercut at some
+        depth, for a ``chord`` as large as a wall, and where Open CASCADE finds that the solid is none.
+    """
+    mistakes = list(_lacks(problem))
+    if mistakes:
+        raise BadInput(mistakes)
+    try:
+        found = _grooved(problem, chord) if problem.setup.mechanism.grooved else _disc(problem, chord, curves)
+    except IMPOSSIBLE:
+        found = None
+    if found is None or not shapes.is_sound(found.shape):
+        faults = f"faces cross each other, or are smaller than {shapes.HAIR} mm"
+        why = f"makes no valid solid at a chord of {chord:g} mm: {faults}"
+        raise BadInput([Mistake(problem.scene.file, "part", None, why, bare=True)])
+    return found._replace(about=found.about | shapes.measures(found.shape))
+
+
+def _disc(problem: Problem, chord: float, curves: str) -> Solid:
+    profile = follow(curves_of(problem)["profile"], curves, chord)
+    _check_wall(problem, chord, profile.deviation)
+    body = _plate(problem, shapes.closed_wire(profile.path))
+    return Solid(_with_bore(problem, body), told({"profile": profile}), {})
+
+
+def _grooved(problem: Problem, chord: float) -> Solid:
+    body, off = cylinder(problem, chord)
+    return Solid(_with_bore(problem, body), {}, {"wall_deviation_measured_mm": off})
+
+
+def _lacks(problem: Problem) -> Iterator[Mistake]:
+    scene, part, grooved = problem.scene, problem.scene.whole_part, problem.setup.mechanism.grooved
+    for key in ("thickness", "groove_depth") if grooved else ("thickness",):
+        if getattr(part, key) is None:
+            yield Mistake(scene.file, f"part.{key}", None, "missing; a solid needs it", bare=True)
+    base = float(problem.design.size[0])
+    if not grooved and part.bore_reach >= base:
+        why = f"must leave a wall to the base circle (radius {base:g}); a bore as wide leaves no solid"
+        yield Mistake(scene.file, "cam.shaft_diameter", scene.cam.shaft_diameter, why, bare=True)
+
+
+def _check_wall(problem: Problem, chord: float, deviation: float) -> None:
+    """BadInput if the profile may be so far off that it meets the bore."""
+    wall = float(problem.design.size[0]) - problem.scene.whole_part.bore_reach
+    if deviation >= wall:
+        raise BadInput([Mistake("camopt", "chord", chord, f"smaller: the wall about the bore has {wall:.3g} mm")])
+
+
+def _plate(problem: Problem, profile: Shape) -> Shape:
+    """The plate with its hub."""
+    part = problem.scene.whole_part
+    assert part.thickness
+    plate = shapes.extruded(profile, 0.0, part.thickness)
+    if not part.hub_diameter or not part.hub_length or part.hub_length - part.thickness <= shapes.HAIR:
+        return plate
+    hub = shapes.extruded(shapes.circle(part.hub_diameter / 2), part.thickness, part.hub_length)
+    return shapes.fused(plate, hub)
+
+
+def _with_bore(problem: Problem, body: Shape) -> Shape:
+    """A body that stands on z = 0, less its bore and keyway."""
+    part = problem.scene.whole_part
+    if not part.bore:
+        return body
+    outline = shapes.closed_wire(bore_with_keyway(problem)) if part.keyway_width else shapes.circle(part.bore / 2)
+    whole = max(part.thickness or 0.0, part.hub_length or 0.0)
+    return shapes.cut(body, shapes.extruded(outline, -BEYOND, whole + BEYOND))

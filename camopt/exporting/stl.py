@@ -1,0 +1,62 @@
+"""STL, binary, for printers and for looking at: the solid of a cam in triangles; in mm, in single precision.
+
+The profile of a disc cam is followed by lines that are proved to be within ``chord``; round bores and hubs, and the
+walls of a groove, are divided by Open CASCADE within it.
+"""
+
+from pathlib import Path
+
+import numpy as np
+from OCP.BRepMesh import BRepMesh_IncrementalMesh
+from OCP.StlAPI import StlAPI_Writer
+
+from camopt.contour.follow import CHORD
+from camopt.exporting.exported import Exported
+from camopt.exporting.solid import solid_of
+from camopt.files import whole_file
+from camopt.mistakes import BadInput, Mistake
+from camopt.numerics import FloatArray
+from camopt.problem.problem import Problem
+
+HEADER = 84  # bytes before the first triangle
+TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+STEEPEST = 0.35  # rad between neighbours: of round things that are small beside the chord
+ROUNDED = 2.0**-24 * 2.0**0.5  # of the largest coordinate: how far single precision moves a point of a profile
+
+
+def write(problem: Problem, path: Path, chord: float = CHORD) -> Exported:
+    """Write the solid of a cam that has a thickness; the deviations told include the rounding of the file."""
+    solid = solid_of(problem, chord, "polyline")
+    BRepMesh_IncrementalMesh(solid.shape, chord, False, STEEPEST)
+    with whole_file(path) as partial:
+        writer = StlAPI_Writer()
+        writer.ASCIIMode = False
+        if not writer.Write(solid.shape, str(partial)):
+            raise OSError(f"{path}: Open CASCADE could not write it")
+        triangles = read_triangles(partial)
+        if not is_watertight(triangles):
+            why = "larger: in single precision, that of STL, corners so near to each other are one"
+            raise BadInput([Mistake("camopt", "chord", chord, why)])
+    off = float(np.abs(triangles[..., :2]).max()) * ROUNDED
+    curves = {name: each._replace(deviation_mm=each.deviation_mm + off) for name, each in solid.curves.items()}
+    return Exported(path, curves, solid.about | {"triangles": len(triangles), "volume_mm3": volume(triangles)})
+
+
+def read_triangles(path: Path) -> FloatArray:
+    """Corners (n, 3, 3) of the triangles of a binary file, mm."""
+    return np.asarray(np.fromfile(path, dtype=TRIANGLE, offset=HEADER)["corners"], dtype=float)
+
+
+def is_watertight(triangles: FloatArray) -> bool:
+    """Whether each edge of a triangle is one of its neighbour, in the opposite direction, and no other's."""
+    _, corners = np.unique(triangles.reshape(-1, 3), axis=0, return_inverse=True)
+    corners = corners.reshape(-1, 3)
+    edges = np.concatenate([corners[:, [k, (k + 1) % 3]] for k in range(3)])
+    there, back = (np.unique(ends, axis=0, return_counts=True) for ends in (edges, edges[:, ::-1]))
+    return bool(np.array_equal(there[0], back[0]) and np.array_equal(there[1], back[1]) and (there[1] == 1).all())
+
+
+def volume(triangles: FloatArray) -> float:
+    """What closed triangles enclose, mm³, by the divergence theorem."""
+    a, b, c = triangles.swapaxes(0, 1)
+    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
