@@ -45,7 +45,7 @@ Shape = Any
 """Of Open CASCADE, whose classes mypy does not know."""
 EDGE, FACE, SOLID = TopAbs_EDGE, TopAbs_FACE, TopAbs_SOLID
 HAIR = 1e-7  # mm
-FLAT = 1e-8  # mm: an arc that is no higher is a line
+FLAT = 1e-8  # mm: an arc that is no higher is a line; the centre of a flatter one would be rounded by as much
 
 
 def point(x: float, y: float, z: float) -> Shape:

@@ -12,7 +12,7 @@ from OCP.Standard import Standard_ConstructionError, Standard_Failure
 from OCP.StdFail import StdFail_NotDone
 
 from camopt.contour.curve import curves_of
-from camopt.contour.follow import follow
+from camopt.contour.follow import LEAST, check, follow
 from camopt.exporting import shapes
 from camopt.exporting.cylinder import cylinder
 from camopt.exporting.exported import CurveInFile, told
@@ -60,7 +60,9 @@ def solid_of(problem: Problem, chord: float, curves: str) -> Solid:
 
 
 def _disc(problem: Problem, chord: float, curves: str) -> Solid:
-    profile = follow(curves_of(problem)["profile"], curves, chord)
+    check(curves, chord)
+    profile = follow(curves_of(problem)["profile"], curves, max(chord - shapes.FLAT, LEAST))
+    profile = profile._replace(deviation=profile.deviation + shapes.FLAT)
     _check_wall(problem, chord, profile.deviation)
     body = _plate(problem, shapes.closed_wire(profile.path))
     return Solid(_with_bore(problem, body), told({"profile": profile}), {})

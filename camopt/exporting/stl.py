@@ -10,7 +10,7 @@ import numpy as np
 from OCP.BRepMesh import BRepMesh_IncrementalMesh
 from OCP.StlAPI import StlAPI_Writer
 
-from camopt.contour.follow import CHORD
+from camopt.contour.follow import CHORD, LEAST, check
 from camopt.exporting.exported import Exported
 from camopt.exporting.solid import solid_of
 from camopt.files import whole_file
@@ -20,14 +20,17 @@ from camopt.problem.problem import Problem
 
 HEADER = 84  # bytes before the first triangle
 TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+SHARE = 0.9  # of the chord: what is left is for walls that are no true ones, and for rounding
 STEEPEST = 0.35  # rad between neighbours: of round things that are small beside the chord
 ROUNDED = 2.0**-24 * 2.0**0.5  # of the largest coordinate: how far single precision moves a point of a profile
 
 
 def write(problem: Problem, path: Path, chord: float = CHORD) -> Exported:
     """Write the solid of a cam that has a thickness; the deviations told include the rounding of the file."""
-    solid = solid_of(problem, chord, "polyline")
-    BRepMesh_IncrementalMesh(solid.shape, chord, False, STEEPEST)
+    check("polyline", chord)
+    aim = max(SHARE * chord, LEAST)
+    solid = solid_of(problem, aim, "polyline")
+    BRepMesh_IncrementalMesh(solid.shape, aim, False, STEEPEST)
     with whole_file(path) as partial:
         writer = StlAPI_Writer()
         writer.ASCIIMode = False
