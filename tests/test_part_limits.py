@@ -4,6 +4,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from support import cams
 from support.cams import CONTACTS, cam_with
 
 from camopt import (
@@ -213,6 +214,27 @@ def test_a_change_of_lift_is_a_velocity():
     ]
     assert [claim.allowed() for claim in claims] == [pytest.approx(slow * 1e3 / (1000 * np.pi / 30), rel=1e-15)]
     assert PerDegree(2.0, angular=True).value(DOUBLES) == 2.0
+
+
+@pytest.mark.parametrize("hub", [{}, HUB])
+@pytest.mark.parametrize("key", ["area", "cam_mass", "cam_inertia"])
+@pytest.mark.parametrize("contact", ["knife", "offset-roller", "flat", "spherical"])
+def test_no_larger_cam_has_as_little(contact, key, hub):
+    """Beyond the size that a limit tells its quantity is above the bound; of a disc it is the bound."""
+    scene = scene_of(contact).replace(part={**BODY, **hub})
+    name, bound = PART[key][0], 3.0 * cam_of(contact)[PART[key][0]]
+    (limit,) = (each for each in resolve(scene.replace(**{f"limits.{key}": bound})).limits if each.name == key)
+    beyond = scene.replace(**{"cam.base_radius": limit.most_size * (1 + 1e-9), "outputs": [name]})
+    assert evaluate(beyond)[name] > bound
+    still = beyond.replace(motion=cams.turn_of("cycloidal", 1e-6))
+    assert evaluate(still)[name] == pytest.approx(bound, rel=1e-7)
+
+
+def test_that_a_wall_and_a_mass_contradict_each_other_is_proved():
+    scene = scene_of("roller").replace(part=BODY, outputs=None, **{"limits.hub_wall": 60.0, "limits.cam_mass": 1.0})
+    found = optimise(scene.replace(search={"law": ["cycloidal"]}), seconds=20)
+    assert set(found.obstacles.values()) == {"hub_wall and cam_mass together"}
+    assert not found.out_of_time
 
 
 @pytest.mark.parametrize("key", [key for key, (_, side) in PART.items() if side == MOST])

@@ -15,16 +15,18 @@ is nowhere further than R_r²/(2·R_m) from that. Edges are sharp, and what is u
 ``effects.section``.
 """
 
+from math import inf, pi, sqrt
 from typing import Any
 
 import numpy as np
 
-from camopt.effects.case import Bounded, Case, Effect, Setup
+from camopt.effects.case import Bounded, Case, Effect, Setup, Solid
 from camopt.effects.figures import Figure, disc, keyway
 from camopt.effects.section import AREA, CENTROID, POLAR, groove_of
 
 MASS, INERTIA = "cam_mass_kg", "cam_inertia_kg_m2"
 BALANCE = ("unbalance_g_mm", "centre_of_gravity_mm")
+BEYOND = 1.0 + 1e-12  # of a size, for rounding
 KG, KG_M2, G_MM = 1e3, 1e-3, 1e6  # of t, t·mm², t·mm
 
 
@@ -43,6 +45,25 @@ def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
 
 def reads(setup: Setup) -> tuple[str, ...]:
     return () if setup.mechanism.grooved else (AREA, *CENTROID, POLAR)
+
+
+def most_size(setup: Setup, name: str, most: float) -> float:
+    """A base radius above which no disc cam has as little of a quantity: its profile goes round the base circle.
+
+    Infinite for other quantities, and for cylindrical cams.
+    """
+    solid = setup.solid
+    if setup.mechanism.grooved or name not in (AREA, MASS, INERTIA):
+        return inf
+    if name == AREA:
+        return sqrt(most / pi) * BEYOND
+    assert solid.thickness is not None
+    assert solid.density is not None
+    rest, sought = _rest(solid), most / (KG if name == MASS else KG_M2) / solid.density
+    square = max(sought - rest.area, 0.0) / (pi * solid.thickness)
+    if name == INERTIA:
+        square = sqrt(2.0 * max(sought - rest.polar, 0.0) / (pi * solid.thickness))
+    return max(sqrt(square) * BEYOND, solid.bore_reach)  # a hub too heavy by itself leaves no size
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
@@ -64,9 +85,8 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     return columns
 
 
-def _hollow(case: Case) -> Figure:
+def _hollow(solid: Solid) -> Figure:
     """Bore and keyway."""
-    solid = case.setup.solid
     slot = keyway(solid.bore_radius, solid.keyway_width, solid.keyway_depth, solid.keyway_angle)
     return disc(solid.bore_radius).and_(slot)
 
@@ -76,13 +96,17 @@ def _plate(case: Case) -> tuple[Figure, Figure]:
     solid, found = case.setup.solid, case.found
     assert solid.thickness is not None
     centre = found[CENTROID[0]] + 1j * found[CENTROID[1]]
-    hollow = _hollow(case)
-    plate = Figure(found[AREA], found[AREA] * centre, found[POLAR]).without(hollow).times(solid.thickness)
-    if solid.hub_length:
-        plate = plate.and_(disc(solid.hub_radius).without(hollow).times(solid.hub_length - solid.thickness))
+    plate = Figure(found[AREA], found[AREA] * centre, found[POLAR]).times(solid.thickness).and_(_rest(solid))
     area, polar = (case.far(name) - found[name] for name in (AREA, POLAR))
     apart = np.hypot(*(case.far(name) - found[name] for name in CENTROID))
     return plate, Figure(area, found[AREA] * apart + np.abs(centre) * area, polar).times(solid.thickness)
+
+
+def _rest(solid: Solid) -> Figure:
+    """The volume of the hub beside the plate, less bore and keyway in both, and its moments."""
+    assert solid.thickness is not None
+    hollow, beside = _hollow(solid), max(solid.hub_length - solid.thickness, 0.0)
+    return disc(solid.hub_radius).without(hollow).times(beside).without(hollow.times(solid.thickness))
 
 
 def _grooved(case: Case) -> tuple[Figure, Figure]:
@@ -90,7 +114,7 @@ def _grooved(case: Case) -> tuple[Figure, Figure]:
     solid, designs, groove = case.setup.solid, case.designs, groove_of(case)
     assert solid.thickness is not None
     assert solid.groove_depth is not None
-    cylinder = disc(designs.size + solid.groove_depth / 2.0).without(_hollow(case)).times(solid.thickness)
+    cylinder = disc(designs.size + solid.groove_depth / 2.0).without(_hollow(solid)).times(solid.thickness)
     (_, *band), (_, *off) = (2.0 * designs.roller_radius * rows for rows in groove)
     return cylinder.without(Figure(band[0], 0.0, band[1])), Figure(off[0], 0.0, off[1])
 

@@ -3,12 +3,12 @@
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
-from math import nan, pi
+from math import inf, nan, pi
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.effects import EFFECTS, Setup, hertz, lift_change, outline, surface, thrust, wall
+from camopt.effects import EFFECTS, Setup, hertz, lift_change, outline, solid, surface, thrust, wall
 from camopt.effects.crossing import find_crossing
 from camopt.effects.curvature import CUTTER
 from camopt.effects.loads import drag_curve, driven, goal_of, normal_curve, torque_curve, ways
@@ -95,6 +95,8 @@ class Limit:
     """The key of the scene that gives its bound, if that is not ``[limits]`` with its name."""
     least_size: float = 0.0
     """A base (mean) radius below which no design meets it."""
+    most_size: float = inf
+    """And one above which none does."""
     of_motion: bool = False
     """Whether the motion and the speed decide it, whatever the design."""
 
@@ -194,8 +196,9 @@ def _of_part(name: str, bound: float, setup: Setup) -> Limit:
     if QUANTITIES[quantity].effect == lift_change.EFFECT.name:
         claims = (Claim(Derivative(1), RISE | RETURN, LARGEST_MAGNITUDE, PerDegree(bound, setup.angular)),)
     least = wall.least_size(setup, bound) if quantity == wall.WALL else 0.0
+    most = solid.most_size(setup, quantity, bound)
     relation, by_bound = "≤" if side == MOST else "≥", constant(-side / bound)
-    more: dict[str, Any] = {"relation": relation, "by_bound": by_bound, "least_size": least}
+    more: dict[str, Any] = {"relation": relation, "by_bound": by_bound, "least_size": least, "most_size": most}
     return Limit(name, bound, (quantity,), excess, claims, shown=(quantity,), **more)
 
 

@@ -79,10 +79,11 @@ def coarse_grid(problem: Problem, bounds: Bounds, lift: float, values: int) -> D
 
 
 def largest_size(problem: Problem, bounds: Bounds) -> float:
-    """The largest size worth a look: the given one, or what the triangle of an oscillating follower allows."""
+    """The largest size worth a look: the given one, or what limits on it or the triangle of an arm allow."""
     reach = bounds["centre_distance"][1] + bounds["arm_length"][1] + max(bounds["face_offset"][1], 0.0)
     triangle = problem.setup.angular and not problem.setup.mechanism.grooved
-    return min(bounds["size"][1], reach if triangle else inf, LONGEST)
+    of_limits = max(min((limit.most_size for limit in problem.limits), default=inf), bounds["size"][0])
+    return min(bounds["size"][1], of_limits, reach if triangle else inf, LONGEST)
 
 
 def _blocks(points: Designs, until: float) -> Iterator[Designs]:

@@ -27,7 +27,7 @@ def reason(problem: Problem, bounds: Bounds, until: float = inf) -> str:
     """
     problem = exactly(problem)
     beyond = _beyond(problem, bounds, until)
-    grid = coarse_grid(problem, bounds, problem.programme.lift, FEW_VALUES)
+    grid = coarse_grid(replace(problem, limits=()), bounds, problem.programme.lift, FEW_VALUES)
     if not problem.setup.mechanism.exists(grid, problem.programme).any():
         return f"assembly: {problem.setup.mechanism.assembly}{beyond}"
     first = problem.without_last.limits  # those that are asked last are asked of designs that hold all others

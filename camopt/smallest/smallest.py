@@ -26,7 +26,7 @@ def smallest(problem: Problem, bounds: Bounds, until: float = inf) -> Smallest:
 
     After ``until`` (``clock.now``) the best so far, not proved. Half of the time is kept for limits that come last.
     """
-    problem, bounds = exactly(problem), _above_least(problem, bounds)
+    problem, bounds = exactly(problem), _worth_a_look(problem, bounds)
     answer = _smallest(problem.without_last, bounds, share(until, 2) if problem.has_last else until)
     if answer.design is None or not problem.has_last or feasible(problem, answer.design)[0]:
         return answer
@@ -40,7 +40,7 @@ def small(
 
     Looked for near a given design, if there is one that can be moved to be feasible.
     """
-    problem, bounds = exactly(problem), _above_least(problem, bounds)
+    problem, bounds = exactly(problem), _worth_a_look(problem, bounds)
     found = _by_linear_limits(problem, bounds, until)
     if found.design is not None or found.floor == inf:
         return Smallest(found.design, found.floor)
@@ -62,10 +62,11 @@ def _smallest(problem: Problem, bounds: Bounds, until: float) -> Smallest:
     return branch_and_bound(problem, bounds, found.floor, until)
 
 
-def _above_least(problem: Problem, bounds: Bounds) -> Bounds:
-    """The bounds from the least size on that may be feasible; of a range that ends below it, the end alone."""
-    least = min(least_size(problem, bounds), largest_size(problem, bounds))
-    return {**bounds, "size": (least, bounds["size"][1])}
+def _worth_a_look(problem: Problem, bounds: Bounds) -> Bounds:
+    """The bounds between the least and the largest size that may be feasible; of an empty range one end alone."""
+    low, high = bounds["size"]
+    most = max(min([high, *(limit.most_size for limit in problem.limits)]), low)
+    return {**bounds, "size": (min(least_size(problem, bounds), largest_size(problem, bounds)), most)}
 
 
 def _by_linear_limits(problem: Problem, bounds: Bounds, until: float = inf) -> Cut:
