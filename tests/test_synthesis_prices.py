@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.depth import times
+from test_synthesis import DYNAMICS, VALVE, made
 
 from camopt import BadInput, Unmet, Unsolved, find_scene, synthesis_prices, synthesise
 from camopt.cli.main import main
@@ -151,10 +152,33 @@ def test_whatever_is_asked_prices_are_finite(peaks, limits, offset, minimise):
         assert price.price * {"≤": -1.0, "±": -1.0, "≥": 1.0}[price.relation] > 0.0
 
 
-def test_a_local_optimum_has_no_prices():
-    result = synthesise(find_scene("exhaust-valve").replace(**{"synthesis.pieces": 12}))
+CURVED = made(VALVE, limits__pressure_angle=None, synthesis__pieces=12)
+LOCAL = {
+    "curvature and pressure": (made(VALVE, synthesis__pieces=12), "limits.pressure_angle"),
+    "curvature alone": (CURVED, "limits.curvature_radius"),
+    "undercut": (find_scene("exhaust-valve").replace(**{"synthesis.pieces": 12}), "synthesis.peak_jerk"),
+    "torque": (
+        made(follower__dynamics=DYNAMICS, limits__torque=205, synthesis__pieces=12),
+        "limits.pressure_angle",
+    ),
+}
+"""Scenes, and a bound of each that other syntheses change."""
+
+
+@pytest.mark.parametrize("name", LOCAL)
+def test_a_local_optimum_has_prices_within_a_few_per_cent(name):
+    case, key = LOCAL[name]
+    result = synthesise(case)
     assert not result.convex
-    assert synthesis_prices(result) == []
+    found = {price.key: price for price in synthesis_prices(result)}
+    step = 0.02 * found[key].bound
+    sizes = [synthesise(with_bound(case, key, found[key].bound + k * step)).objective for k in (-1, 1)]
+    assert (sizes[1] - sizes[0]) / (2.0 * step) == pytest.approx(found[key].price, rel=0.05)
+
+
+def test_a_list_of_offsets_has_no_prices_where_the_optimum_is_local():
+    listed = made(VALVE, synthesis__pieces=12).replace(**{"search.offset": [5, 7]})
+    assert synthesis_prices(synthesise(listed)) == []
 
 
 def test_the_command_prints_prices(capsys, tmp_path, monkeypatch):

@@ -4,12 +4,15 @@ At the optimum x of a programme, with multipliers λ of its constraints c ≤ 0 
 changes with a bound b as the Lagrangian does, df/db = ∂(f + Σ λ·c)/∂b at the same x and λ (envelope theorem). The
 derivatives by b are central differences of the programmes of two scenes that differ in b alone: neither is solved.
 
+Where curves that are not convex hold the laws, the programme is the last of the convex steps, with the planes of
+these curves: its multipliers are those of a local optimum.
+
 Sources: S. Boyd, L. Vandenberghe, Convex Optimization, 5.6; J. Nocedal, S. J. Wright, Numerical Optimization,
 ch. 12.
 """
 
 from collections.abc import Iterator
-from math import inf
+from math import inf, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -23,11 +26,15 @@ from camopt.quantities import QUANTITIES
 from camopt.scene.scene import Scene
 from camopt.smallest.freedom import Freedom
 from camopt.smallest.prices import Price
+from camopt.synthesis.ceilings import ceilings_of
 from camopt.synthesis.convex import Convex, convex
+from camopt.synthesis.demand import Demand
 from camopt.synthesis.from_scene import by_offset, default_peaks, demand_of
+from camopt.synthesis.iterate import Iterate
+from camopt.synthesis.sequential_convex import SequentialConvex
 from camopt.synthesis.spline_motion import SplineMotion
 from camopt.synthesis.synthesise import MARGINS, tightened
-from camopt.synthesis.synthesised import Synthesised
+from camopt.synthesis.synthesised import Synthesised, free_names
 
 STEP = 1e-4  # of a bound, in differences
 NOTHING = 1e-5  # of the objective: what a bound that does not bind may cost, by a solver's error
@@ -58,7 +65,8 @@ def synthesis_prices(result: Synthesised) -> list[Price]:
     A price is the derivative of the least objective, with other laws for each value of the bound: mm of size per
     unit of the bound where the size is minimised. Bounds are those of ``[limits]``, the peaks of ``[synthesis]``
     (also if taken by default), the diameter of the shaft, and the ends of ranges in ``[search]``. With the
-    multipliers λ of the constraints c of the convex programme, a bound b costs df/db = ∂(f + Σ λ·c)/∂b.
+    multipliers λ of the constraints c of the convex programme, a bound b costs df/db = ∂(f + Σ λ·c)/∂b. Laws that
+    are a local optimum (``convex`` is False) have the prices of that optimum, within a few per cent.
 
     Parameters
     ----------
@@ -68,8 +76,8 @@ def synthesis_prices(result: Synthesised) -> list[Price]:
     Returns
     -------
     list
-        A ``Price`` for each bound that binds, with ``tightened`` as ``price``. Empty where the laws are a local
-        optimum (``convex`` is False), as what holds them is not in the convex programme, and if its solver fails.
+        A ``Price`` for each bound that binds, with ``tightened`` as ``price``. Empty where a solver fails, or steps
+        that end at no local optimum.
 
     Raises
     ------
@@ -88,27 +96,47 @@ def synthesis_prices(result: Synthesised) -> list[Price]:
     S. Boyd, L. Vandenberghe, Convex Optimization, 5.6.
     """
     scene = _in_numbers(result.asked)
-    solved = _solved(scene) if result.convex else None
-    if solved is None:
+    optimum = _optimum(scene, result)
+    if optimum is None:
         return []
     found = []
     for each in _given(scene):
-        cost = _cost(solved, scene, each)
-        if abs(cost) * (abs(each.value) or 1.0) > NOTHING * (abs(result.objective) + solved.model.unit):
+        cost = _cost(optimum, scene, each)
+        if abs(cost) * (abs(each.value) or 1.0) > NOTHING * (abs(result.objective) + optimum.model.unit):
             found.append(Price(each.key, each.value, each.unit, each.relation, cost, cost))
     return found
 
 
-class Solved(NamedTuple):
-    """A programme that is solved: one of those of its scene, with its number and the margin of its limits."""
+class Optimum(NamedTuple):
+    """The optimum of one of the programmes of a scene, with its number and the margin of its limits."""
 
     model: Convex
     number: int
     margin: float
+    point: list[FloatArray]
+    """Of its variables."""
+    multipliers: list[FloatArray]
+    """Of its constraints, and after these of the curves that are not convex."""
+    steps: SequentialConvex | None = None
+    """The convex steps that end at the optimum, where curves that are not convex hold it."""
+    at: Iterate | None = None
+    """Where they end."""
 
-    def beside(self, scene: Scene) -> Convex:
-        """The same programme of another scene, not solved."""
-        return _programmes(scene, self.margin)[self.number]
+    def values(self, scene: Scene) -> tuple[float, list[FloatArray]] | None:
+        """The objective and the constraints of the same programme of another scene, at this point.
+
+        None if that scene has another number of curves: at its bound a limit may be one that no motion holds.
+        """
+        side = _programmes(scene, self.margin)[self.number]
+        for variable, value in zip(side.problem.variables(), self.point, strict=True):
+            variable.value = value
+        found = [limit.expr.value for limit in side.problem.constraints]
+        if self.steps is not None and self.at is not None:
+            ceilings = ceilings_of(side.demand)
+            if len(ceilings) != len(ceilings_of(self.model.demand)):
+                return None
+            found += self.steps.curves(self.at, ceilings)
+        return side.unit * float(side.goal.value), found
 
 
 def _programmes(scene: Scene, margin: float) -> list[Convex]:
@@ -116,41 +144,70 @@ def _programmes(scene: Scene, margin: float) -> list[Convex]:
     return [convex(tightened(each, margin), SplineMotion) for each in by_offset(demand_of(resolve(scene)))]
 
 
-def _solved(scene: Scene) -> Solved | None:
-    """The programme of a scene whose optimum is the least; None if the solver fails."""
+def _optimum(scene: Scene, result: Synthesised) -> Optimum | None:
+    """The optimum that a result is; None if the solver fails, or the result is none."""
     for margin in MARGINS:
         models = _programmes(scene, margin)
         try:
             values = [model.solve() for model in models]
         except Unsolved:
             continue  # with other numbers it may not fail
-        if min(values) < inf:
-            number = values.index(min(values))
-            return Solved(models[number], number, margin)
+        number = values.index(min(values))
+        if values[number] < inf:
+            found = Optimum(models[number], number, margin, *_solution(models[number]))
+            return found if result.convex else _local(found, result)
     return None
 
 
-def _cost(solved: Solved, scene: Scene, given: Given) -> float:
-    """The derivative of the Lagrangian by a bound, at the optimum of a programme: one-sided if need be."""
-    step, model = STEP * (abs(given.value) or 1.0), solved.model
+def _solution(model: Convex) -> tuple[list[FloatArray], list[FloatArray]]:
+    """The variables of a solved programme, and the multipliers of its constraints."""
+    problem = model.problem
+    return [each.value for each in problem.variables()], [limit.dual_value for limit in problem.constraints]
+
+
+def _local(optimum: Optimum, result: Synthesised) -> Optimum | None:
+    """The local optimum under curves that are not convex; None if steps do not end there, or offsets are listed."""
+    model, demand = optimum.model, optimum.model.demand
+    if demand.dip is not None or isinstance(result.asked.search.offset, tuple):
+        return None
+    at, ceilings = iterate_in(demand, result), ceilings_of(demand)
+    steps = SequentialConvex(model, ceilings)
+    curves = steps.multipliers(at, ceilings)
+    if curves is None:
+        return None
+    point, multipliers = _solution(model)
+    return optimum._replace(point=point, multipliers=multipliers + curves, steps=steps, at=at)
+
+
+def iterate_in(demand: Demand, result: Synthesised) -> Iterate:
+    """The laws and the sizes of a result, as a demand counts them."""
+    names = iter(free_names(result.asked))
+    coefficients = []
+    for stroke in demand.free:
+        law = result.scene.laws[next(names)].model_dump()
+        values = np.array(law["positions"] if stroke.is_move else law["coefficients"])
+        coefficients.append((values - demand.zero) * stroke.size / demand.scale if stroke.is_move else values)
+    prime = result.design[demand.problem.size_name] + demand.roller
+    lead = demand.problem.design.sense * result.design.get("offset_mm", 0.0) if demand.traced else 0.0
+    return Iterate(lead / demand.length, sqrt(prime**2 - lead**2) / demand.length, tuple(coefficients))
+
+
+def _cost(optimum: Optimum, scene: Scene, given: Given) -> float:
+    """The derivative of the Lagrangian by a bound, at an optimum: one-sided if need be."""
+    step = STEP * (abs(given.value) or 1.0)
     sides = []
     for k in (1.0, 0.0, -1.0):
         try:
-            sides.append((k * step, _values(solved.beside(given.at(scene, given.value + k * step)), model)))
+            found = optimum.values(given.at(scene, given.value + k * step))
         except BadInput:  # the bound may not be so
             continue
+        if found is not None:
+            sides.append((k * step, found))
     (last, (above, over)), (first, (below, under)) = sides[0], sides[-1]
     change = above - below
-    for limit, more, less in zip(model.problem.constraints, over, under, strict=True):
-        change += model.unit * float(np.sum(limit.dual_value * (more - less)))
+    for multiplier, more, less in zip(optimum.multipliers, over, under, strict=True):
+        change += optimum.model.unit * float(np.sum(multiplier * (more - less)))
     return change / (last - first) if last > first else 0.0
-
-
-def _values(side: Convex, model: Convex) -> tuple[float, list[FloatArray]]:
-    """The objective and the constraints of a programme at the optimum of another."""
-    for own, solved in zip(side.problem.variables(), model.problem.variables(), strict=True):
-        own.value = solved.value
-    return side.unit * float(side.goal.value), [limit.expr.value for limit in side.problem.constraints]
 
 
 def _in_numbers(scene: Scene) -> Scene:

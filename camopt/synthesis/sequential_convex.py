@@ -28,6 +28,7 @@ PRICES = 100.0, 1e4  # of a curve that is above its bound by all of it, in units
 STEPS, FIRST_REACH = 60, 0.1
 GOOD, POOR = 0.75, 0.25  # of what planes promise: if more comes true, steps go further; if less, less far
 ENOUGH = 5e-5  # a fall of the priced objective, relative, that is worth a step
+STILL = 1e-3  # of a multiplier of the reach: what a solver's error makes of none
 CLOSER = 2e-4  # by which bounds are held closer than asked: between samples a curve rises a little more
 
 
@@ -66,7 +67,9 @@ class SequentialConvex:
         self.last = cp.Parameter(free.size)
         away = free - self.last
         self.blocks = list(self._blocks([*held, *lowered]))
-        limits = [*(self._below(block) for block in self.blocks), away <= self.reach, -away <= self.reach]
+        self.below = [self._below(block) for block in self.blocks]
+        self.within_reach = [away <= self.reach, -away <= self.reach]
+        limits = [*self.below, *self.within_reach]
         self.goal = model.goal + (self.level if lowered else 0.0)
         convex = model.problem.constraints
         self.problem = cp.Problem(cp.Minimize(self.goal + self.price * self.missing), [*convex, *limits])
@@ -135,6 +138,25 @@ class SequentialConvex:
             else:
                 self._set(last)
         return last, max(reach, FIRST_REACH), top <= 1.0
+
+    def multipliers(self, at: Iterate, held: Sequence[Claim]) -> list[FloatArray] | None:
+        """The multipliers of all curves at a local optimum, block by block; the model's are in its constraints.
+
+        None if a step would go on as far as it may, or above a bound.
+        """
+        self._look(at, held, ())
+        self.reach.value, self.price.value = FIRST_REACH, PRICES[-1]
+        status, self.price.value = solve(self.problem), PRICES[0]
+        if status not in SOLVED or float(self.missing.value) > CLOSER:
+            return None
+        pull = max(float(np.max(limit.dual_value)) for limit in self.within_reach)
+        return [limit.dual_value for limit in self.below] if pull < STILL else None
+
+    def curves(self, at: Iterate, held: Sequence[Claim]) -> list[FloatArray]:
+        """All curves over their bounds at a solution, block by block."""
+        self._set(at)
+        scale = self.model.demand.scale
+        return [block.sampled.values(held, block.state(scale), self._sizes(at)).ravel() for block in self.blocks]
 
     def ranked(
         self, starts: Sequence[Iterate], held: Sequence[Claim], lowered: Sequence[Claim] = ()
