@@ -1,0 +1,128 @@
+"""What is said outside of the ring of the front view, each where it is free."""
+
+from collections.abc import Callable, Iterable
+from math import cos, pi, sin
+
+import numpy as np
+
+from camopt.sheet import symbols
+from camopt.sheet.dimensions import ABOVE, arrow
+from camopt.sheet.front_view import FrontView, apart, is_upright
+from camopt.sheet.hole import keyway_turn
+from camopt.sheet.marks import LARGE, MEDIUM, THICK, Marks, Words, box_of, line, meets, moved, number, width_of
+from camopt.sheet.ring import NAMED
+
+MARK = 4.0  # mm: length of the timing mark
+TIMING = "timing mark 0°"
+LEADER = 0.12  # rad: leaders from other lines along radii
+OUTSIDE = NAMED + LARGE  # mm: from the ring past the names along it
+FURTHER = 6.0 * np.arange(8)  # mm: places that are tried, further and further out
+DIRECTIONS = np.radians(np.arange(0, 360))
+
+Callout = Callable[[FrontView, float], Marks]
+"""What is said in a direction (rad) of the view; nothing if there is nothing to say."""
+
+
+def with_callouts(view: FrontView) -> Marks:
+    """The front view with its timing mark, cutting plane, sense of rotation, surface of the profile, and bore."""
+    marks = view.marks()
+    words: Marks = [mark for mark in marks if isinstance(mark, Words)]
+    said = _timing(view, words)
+    said += _cutting_plane(view, [*marks, *said])
+    for callout, wanted in CALLOUTS.items():
+        near = sorted(_directions(view, callout), key=lambda turn, middle=wanted: apart(turn, middle))  # type: ignore[misc]
+        said += first_free((callout(view, float(turn)) for turn in near), [*words, *said])
+    return [*marks, *said]
+
+
+def _directions(view: FrontView, callout: Callout) -> list[float]:
+    """Where a callout may be: one with a leader to the part is well away from other lines along radii."""
+    lines = np.array([np.angle(view.lowest), np.angle(view.highest), *view.rays])
+    return [turn for turn in DIRECTIONS if callout is _rotation or np.min(apart(turn, lines)) > LEADER]
+
+
+def first_free(tried: Iterable[Marks], taken: Marks) -> Marks:
+    """The first that meets nothing that is there; the last, if all do."""
+    made: Marks = []
+    for made in tried:
+        if not made or not meets(made, taken):
+            break
+    return made
+
+
+def _timing(view: FrontView, taken: Marks) -> Marks:
+    """The mark on the cam that is towards the trace point at cam angle 0, and what it is."""
+    ray = np.exp(1j * view.start)
+    top = view.nearest(view.start)
+    place = 0.5 - 0.5 * float(np.clip(4.0 * ray.real, -1.0, 1.0))
+    down = 0.5j * MEDIUM * (1.0 - ray.imag)
+    named = first_free(
+        (
+            [
+                line((view.ring + 2.0) * ray, (radius - 1.0) * ray),
+                Words(radius * ray - down, TIMING, MEDIUM, place),
+            ]
+            for radius in view.ring + OUTSIDE + 3.0 + FURTHER
+        ),
+        taken,
+    )
+    return [line((top - MARK) * ray, top * ray, pen=THICK), *named]
+
+
+def _cutting_plane(view: FrontView, taken: Marks) -> Marks:
+    """Where the section is, through the keyway: seen along the arrows."""
+    turn, found = keyway_turn(view.part), []
+    if not view.part.thickness or is_upright(view.part):
+        return []
+    seen = np.exp(1j * (turn - pi / 2))
+    for direction in (turn, turn + pi):
+        radii = (view.radius_at(direction) + 1.5, view.ring + 2.0, *(view.ring + OUTSIDE + 2.0 + FURTHER))
+        found += first_free((_plane_end(radius * np.exp(1j * direction), seen) for radius in radii), taken)
+    return found
+
+
+def _plane_end(foot: complex, seen: complex) -> Marks:
+    """One end of a cutting plane, seen in a direction (of length 1)."""
+    end = foot + 6.0 * foot / abs(foot)
+    letter = Words(end - 8.0 * seen - 0.5j * LARGE, "A", LARGE, 0.5)
+    return [line(foot, end, pen=THICK), line(end - 5.0 * seen, end), arrow(end, seen), letter]
+
+
+def _rotation(view: FrontView, turn: float) -> Marks:
+    rpm = view.picture.problem.scene.cam.rpm
+    radius = view.ring + OUTSIDE + 4.0
+    words = "rotation" if rpm is None else f"{number(rpm)} rpm"
+    at = (radius + 2.0) * np.exp(1j * turn) - (1j * LARGE if sin(turn) < 0.0 else 0.0)
+    place = 1.0 if cos(turn) < 0.0 else 0.0
+    return [*symbols.rotation(radius, turn, view.sense), Words(at, words, LARGE, place)]
+
+
+def _surface(view: FrontView, turn: float) -> Marks:
+    """A leader to the profile, with its tolerance and roughness."""
+    part = view.part
+    frame = symbols.surface(part, "A" if part.bore and part.thickness else None)
+    if not frame:
+        return []
+    box, side = box_of(frame), 1.0 if cos(turn) >= 0.0 else -1.0
+    knee = (view.ring + OUTSIDE + 2.0) * np.exp(1j * turn)
+    shelf = knee + side * 3.0
+    tip = view.nearest(turn) * np.exp(1j * turn)
+    corner = shelf - (box.size.real if side < 0.0 else 0.0) - 0.5j * symbols.CELL
+    return [*moved(frame, corner), line(shelf, knee, tip), arrow(tip, (tip - knee) / abs(tip - knee))]
+
+
+def _bore(view: FrontView, turn: float) -> Marks:
+    """The bore's diameter, where no section shows it."""
+    part = view.part
+    if not part.bore or part.thickness:
+        return []
+    ray, side = np.exp(1j * turn), 1.0 if cos(turn) >= 0.0 else -1.0
+    tip, knee = part.bore / 2 * view.scale * ray, (view.ring + OUTSIDE + 2.0) * ray
+    text = f"Ø{number(part.bore)}"
+    wide = width_of(text, LARGE)
+    words = Words(knee + side * (1.0 + wide / 2) + 1j * ABOVE, text, LARGE, 0.5)
+    return [line(knee + side * (wide + 2.0), knee, tip), arrow(tip, -ray), words]
+
+
+CALLOUTS: dict[Callout, float] = {_rotation: 0.75 * pi, _surface: -0.25 * pi, _bore: -0.75 * pi}
+"""In which direction (rad) each is wanted."""

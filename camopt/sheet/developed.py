@@ -1,0 +1,244 @@
+"""The views of a cylindrical cam: its groove developed at the mean radius, its section, and the hole for the shaft.
+
+The groove is drawn over one turn, as seen from outside, with cam angle 0 on the left; its middle is in the middle
+of the cylinder's length. The section goes through the axis, at the cam angles of the keyway and opposite to it.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from math import degrees, pi
+from typing import Any
+
+import numpy as np
+
+from camopt.drawing.picture import NAMES, Picture
+from camopt.mechanisms.design import ComplexArray
+from camopt.mechanisms.geometry import cam_curves
+from camopt.scene.part import Part
+from camopt.sheet import symbols
+from camopt.sheet.dimensions import ABOVE, arrow, linear
+from camopt.sheet.hole import hole_outline, keyway_turn
+from camopt.sheet.marks import (
+    CHAIN,
+    DOUBLE_CHAIN,
+    LARGE,
+    MEDIUM,
+    THICK,
+    Marks,
+    Stroke,
+    Words,
+    box_of,
+    line,
+    moved,
+    number,
+    rectangle,
+    width_of,
+)
+from camopt.sheet.section import hatching, outlines
+
+LEVEL, NEXT = 8.0, 8.0  # mm: of the first dimension from the part, and from one to the next
+WALL = 0.15  # of the height of the groove: what is drawn beside it where the length is not given
+APART = 12.0  # mm: one view from the next
+
+
+def groove_and_body(picture: Picture, scale: float) -> tuple[Marks, Marks]:
+    """The groove; section and hole side by side, as far as the scene gives their sizes."""
+    view = DevelopedView(picture, picture.problem.scene.whole_part, scale)
+    body = view.section() if view.part.thickness and view.part.groove_depth else []
+    if body and view.part.bore:
+        hole = view.hole()
+        body += moved(hole, box_of(body).high.real + APART - box_of(hole).low.real)
+    return view.groove(), body
+
+
+@dataclass(frozen=True)
+class DevelopedView:
+    """A cylindrical cam; lengths in mm on the paper, at a scale."""
+
+    picture: Picture
+    part: Part
+    scale: float
+
+    @property
+    def radius(self) -> float:
+        """Of the roller."""
+        return float(self.picture.problem.design.roller_radius[0]) * self.scale
+
+    @property
+    def mean(self) -> float:
+        return float(self.picture.problem.design.size[0]) * self.scale
+
+    @property
+    def around(self) -> float:
+        return 2 * pi * self.mean
+
+    @cached_property
+    def pitch(self) -> ComplexArray:
+        """The path of the roller's centre, developed."""
+        return np.asarray(np.concatenate([curves.pitch for curves in self.picture.curves]) * self.scale)
+
+    @cached_property
+    def ends(self) -> tuple[float, float]:
+        """From where to where the cylinder is, along its axis."""
+        low, high = float(self.pitch.imag.min()), float(self.pitch.imag.max())
+        half = (high - low) / 2 + self.radius
+        length = (self.part.thickness or 0.0) * self.scale / 2 or (1.0 + 2 * WALL) * half
+        return (low + high) / 2 - length, (low + high) / 2 + length
+
+    def groove(self) -> Marks:
+        """The developed cylinder from its lower left corner at x = 0."""
+        bottom, top = self.ends
+        marks: Marks = [rectangle(1j * bottom, complex(self.around, top), THICK), *self._flanks()]
+        marks.append(Stroke(self.pitch, DOUBLE_CHAIN))
+        for kind, begin, end in self.picture.stretches:
+            x = begin * self.mean
+            marks += [*self._stroke(kind, begin, end), line(complex(x, top + 1.0), complex(x, top + LEVEL + 4.0))]
+            marks += [line(complex(x, bottom), complex(x, top), pen=CHAIN)] if x else []
+        marks.append(line(complex(self.around, top + 1.0), complex(self.around, top + LEVEL + 4.0)))
+        return [*marks, *self._lengths(), *self._sense()]
+
+    def _stroke(self, kind: int, begin: float, end: float) -> Marks:
+        """What the follower does over cam angles (rad), above the cylinder."""
+        name = f"{NAMES[kind]} {number(degrees(end - begin), 2)}°"
+        x, to, foot = begin * self.mean, end * self.mean, self.ends[1] + LEVEL + 2.0
+        height = next((h for h in (LARGE, MEDIUM) if width_of(name, h) + 2.0 <= to - x), None)
+        if height is None:
+            at = complex((x + to + MEDIUM) / 2, foot + 3.0)
+            return [Words(at, name, MEDIUM, 0.0, pi / 2)]
+        ends = complex(x, foot), complex(to, foot)
+        heads = [arrow(ends[0], -1.0), arrow(ends[1], 1.0)] if to - x > 8.0 else []
+        return [line(*ends), *heads, Words(complex((x + to) / 2, foot + ABOVE), name, height, 0.5)]
+
+    def _flanks(self) -> Iterator[Stroke]:
+        """Both sides of what the roller sweeps; of the turns beside as well, where they reach into this one."""
+        from shapely import LineString, box
+
+        bottom, top = self.ends
+        turns = np.concatenate([self.pitch - self.around, self.pitch, self.pitch + self.around])
+        path = LineString(np.column_stack([turns.real, turns.imag]))
+        swept = path.buffer(self.radius, quad_segs=64)
+        edge = swept.boundary.intersection(box(0.0, bottom, self.around, top))
+        for piece in getattr(edge, "geoms", [edge]):
+            if piece.geom_type == "LineString" and not piece.is_empty:
+                x, y = np.asarray(piece.coords.xy)
+                yield Stroke(x + 1j * y, THICK)
+
+    def _lengths(self) -> Marks:
+        bottom, top = self.ends
+        size = float(self.picture.problem.design.size[0])
+        foot, end = 1j * bottom, self.around + 1j * bottom
+        marks = linear(foot, end, 1.0, -LEVEL, f"{number(2 * pi * size)} (2π · R{number(size)})")
+        if self.part.thickness:
+            marks += linear(end, end + 1j * (top - bottom), 1j, -LEVEL, number(self.part.thickness))
+        return [*marks, *self._width()]
+
+    def _width(self) -> Marks:
+        """The width of the groove, at cam angle 0."""
+        start = 1j * float(self.pitch[0].imag)
+        text = number(2 * self.radius / self.scale)
+        return linear(start - 1j * self.radius, start + 1j * self.radius, 1j, LEVEL, text)
+
+    def _sense(self) -> Marks:
+        """Which way the surface moves, and the rest of what is said of it, below."""
+        bottom, _ = self.ends
+        y = bottom - LEVEL - 8.0
+        tip = complex(self.around * 0.02, y)
+        words = "the surface moves"
+        marks = symbols.translation(tip, -1.0, 15.0)
+        marks.append(Words(tip + complex(17.0, -MEDIUM / 2), words, MEDIUM))
+        return [*marks, *self._surface(complex(self.around, bottom - LEVEL - 2.0))]
+
+    def _surface(self, right: complex) -> Marks:
+        """Tolerance and roughness of the flanks, with a leader to one of them."""
+        part = self.part
+        frame = symbols.surface(part, "A" if part.bore and part.groove_depth and part.thickness else None)
+        if not frame:
+            return []
+        corner = right - box_of(frame).high
+
+        place = int(np.argmin(np.abs(self.pitch.real - (corner.real - 12.0))))
+        low = self.pitch.real[place] + 1j * self._lowest(float(self.pitch.real[place]))
+        shelf = corner + 0.5j * symbols.CELL
+        knee = shelf - 4.0
+        towards = (low - knee) / abs(low - knee)
+        return [*moved(frame, corner), line(shelf, knee, low), arrow(low, towards)]
+
+    def _lowest(self, x: float) -> float:
+        """The lower edge of the groove at a place of the circumference."""
+        near = np.abs(self.pitch.real - x) <= self.radius
+        depth = np.sqrt(np.maximum(self.radius**2 - np.square(self.pitch.real[near] - x), 0.0))
+        return float((self.pitch.imag[near] - depth).min())
+
+    @property
+    def outer(self) -> float:
+        return self.mean + (self.part.groove_depth or 0.0) * self.scale / 2
+
+    def section(self) -> Marks:
+        """Through the axis, which is at y = 0; the lower end of the developed view on the left."""
+        length, solid = (self.part.thickness or 0.0) * self.scale, self._solid()
+        marks: Marks = [*outlines(solid), *hatching(solid), line(-4.0 + 0j, length + 4.0 + 0j, pen=CHAIN)]
+        marks += [line(-1j * self.outer + x, 1j * self.outer + x, pen=THICK) for x in (0.0, length)]
+        radius = (self.part.bore or 0.0) / 2 * self.scale
+        ends = -1j * self.outer, 1j * self.outer
+        marks += [
+            line(complex(0.0, side * self.outer), complex(length, side * self.outer), pen=THICK) for side in (-1, 1)
+        ]
+        marks += linear(ends[0], ends[0] + length, 1.0, -LEVEL, number(self.part.thickness or 0.0))
+        marks += linear(*ends, 1j, LEVEL, f"Ø{number(2 * self.outer / self.scale)}")
+        if radius:
+            marks += linear(
+                length - 1j * radius, length + 1j * radius, 1j, -LEVEL, f"Ø{number(self.part.bore or 0.0)}"
+            )
+        depth = (self.part.groove_depth or 0.0) * self.scale
+        x = self._crossings()[0]
+        top = complex(x + self.radius, self.outer)
+        marks += linear(
+            top - 1j * depth,
+            complex(length, self.outer),
+            1j,
+            -(length - x - self.radius) - LEVEL,
+            number(self.part.groove_depth or 0.0),
+        )
+        if self.part.profile_tolerance is not None and radius:
+            marks += symbols.datum_at(complex(length + LEVEL, -radius), -1j, 2.0, "A")
+        return marks
+
+    def _crossings(self) -> tuple[float, float]:
+        """Where the groove is along the axis, at the direction of the keyway and opposite to it."""
+        problem = self.picture.problem
+        first = problem.design.sense * (pi / 2 - keyway_turn(self.part))
+        angles = np.mod(np.array([first, first + pi]), 2 * pi)
+        found = cam_curves(problem.setup.mechanism, problem.design, problem.programme, angles).pitch.imag
+        above, below = found * self.scale - self.ends[0]
+        return float(above), float(below)
+
+    def _solid(self) -> Any:
+        """What is cut, as a shape of shapely."""
+        from shapely import box, union_all
+
+        length = (self.part.thickness or 0.0) * self.scale
+        depth = (self.part.groove_depth or 0.0) * self.scale
+        radius = (self.part.bore or 0.0) / 2 * self.scale
+        key = (self.part.keyway_depth or 0.0) * self.scale
+        above, below = self._crossings()
+        voids = [
+            box(above - self.radius, self.outer - depth, above + self.radius, self.outer + 1.0),
+            box(below - self.radius, -self.outer - 1.0, below + self.radius, depth - self.outer),
+            *([box(-1.0, -radius, length + 1.0, radius + key)] if radius else []),
+        ]
+        return box(0.0, -self.outer, length, self.outer).difference(union_all(voids))
+
+    def hole(self) -> Marks:
+        """The bore with its keyway, above, as seen along the axis."""
+        part, radius = self.part, (self.part.bore or 0.0) / 2 * self.scale
+        marks: Marks = [Stroke(hole_outline(part, pi / 2) * self.scale, THICK)]
+        over = radius + 4.0
+        marks += [line(-over * along, over * along, pen=CHAIN) for along in (1.0, 1j)]
+        if part.keyway_width and part.keyway_depth:
+            half, top = part.keyway_width / 2 * self.scale, radius + part.keyway_depth * self.scale
+            marks += linear(complex(-half, top), complex(half, top), 1.0, LEVEL, number(part.keyway_width))
+            marks += linear(
+                -1j * radius, 1j * top, 1j, -radius - LEVEL, number((part.bore or 0.0) + part.keyway_depth)
+            )
+        return marks

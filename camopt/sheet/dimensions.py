@@ -1,0 +1,82 @@
+"""Dimensions by ISO 129-1: lines with arrows, and the value above, read from below or from the right."""
+
+import numpy as np
+
+from camopt.sheet.marks import LARGE, Marks, Stroke, Words, arc_points, line, upright, width_of
+
+ARROW, SLENDER = 3.0, np.radians(15.0) / 2  # mm; half of the angle at the tip
+TAIL = 6.0  # mm: of an arrow that stands outside
+GAP, BEYOND, ABOVE = 1.0, 2.0, 1.25  # mm: extension lines from the part and past the arrow; the value over its line
+ROOM = 2.0  # mm: between a value and the arrows beside it
+
+
+def arrow(tip: complex, direction: complex, length: float = ARROW, half: float = SLENDER) -> Stroke:
+    """A filled arrowhead that points in a direction (of length 1), with half of an angle (rad) at its tip."""
+    sides = tip - length * direction / np.cos(half) * np.exp(1j * half * np.array([1.0, -1.0]))
+    return Stroke(np.array([tip, *sides, tip]), filled=True)
+
+
+def linear(first: complex, last: complex, along: complex, level: float, value: str, height: float = LARGE) -> Marks:
+    """The distance of two points along a direction (of length 1), on a line at a level left of the first of them.
+
+    Arrows stand outside where the line is short, and the value past the second of them where it is wider.
+    """
+    across = 1j * along
+    ends = [first + level * across, last + ((first - last) * across.conjugate()).real * across + level * across]
+    ends = ends if ((ends[1] - ends[0]) * along.conjugate()).real >= 0 else ends[::-1]
+    length, wide = abs(ends[1] - ends[0]), width_of(value, height)
+    marks: Marks = []
+    for point in (first, last):
+        rise = ((ends[0] - point) * across.conjugate()).real
+        if abs(rise) > GAP:
+            side = np.copysign(1.0, rise)
+            marks.append(line(point + side * GAP * across, point + (rise + side * BEYOND) * across))
+    turn = upright(float(np.angle(along)))
+    reading = np.exp(1j * turn)
+    within = wide + ROOM <= length
+    if length >= 2 * ARROW + ROOM:
+        marks += [line(*ends), arrow(ends[0], -along), arrow(ends[1], along)]
+        at = (ends[0] + ends[1]) / 2 if within else None
+    else:
+        marks += [line(ends[0] - TAIL * along, ends[0]), line(*ends)]
+        marks += [arrow(ends[0], along), arrow(ends[1], -along)]
+        marks.append(line(ends[1], ends[1] + (TAIL if within else TAIL + wide) * along))
+        at = (ends[0] + ends[1]) / 2 if within else ends[1] + (TAIL + wide / 2) * along
+    if at is None:
+        marks.append(line(ends[1], ends[1] + (ROOM + wide) * along))
+        at = ends[1] + (ROOM + wide / 2) * along
+    return [*marks, Words(at + 1j * reading * ABOVE, value, height, 0.5, turn, backed=True)]
+
+
+def inwards(point: complex, direction: complex, length: float, value: str, height: float = LARGE) -> Marks:
+    """A radius, from outside: an arrow to a point of an arc, on a line of a length, with its value."""
+    tail = point + length * direction
+    turn = upright(float(np.angle(direction)))
+    middle = point + (length + ARROW) / 2 * direction
+    words = Words(middle + 1j * np.exp(1j * turn) * ABOVE, value, height, 0.5, turn, backed=True)
+    return [line(tail, point), arrow(point, -direction), words]
+
+
+def outwards(start: complex, point: complex, clear: float, value: str, height: float = LARGE) -> Marks:
+    """A radius, from the centre: an arrow to a point of an arc; the value past the first mm that are not clear."""
+    direction = (point - start) / abs(point - start)
+    turn = upright(float(np.angle(direction)))
+    middle = start + (clear + abs(point - start) - ARROW) / 2 * direction
+    words = Words(middle + 1j * np.exp(1j * turn) * ABOVE, value, height, 0.5, turn, backed=True)
+    return [line(start, point), arrow(point, direction), words]
+
+
+def angular(radius: float, start: float, end: float, centre: complex = 0.0) -> Marks:
+    """The line of an angle between two directions (rad), with arrows, or dots where there is no room for them."""
+    marks: Marks = [Stroke(arc_points(radius, start, end, centre))]
+    sense = np.sign(end - start)
+    lean = sense * ARROW / (2 * radius)  # the chord of an arrow is on the arc
+    if abs(end - start) * radius >= 2 * ARROW + ROOM:
+        for direction, side in ((start, -1.0), (end, 1.0)):
+            tangent = 1j * sense * side * np.exp(1j * (direction - side * lean))
+            marks.append(arrow(centre + radius * np.exp(1j * direction), tangent))
+        return marks
+    for direction in (start, end):
+        dot = centre + radius * np.exp(1j * direction)
+        marks.append(Stroke(arc_points(0.5, centre=dot), filled=True))
+    return marks

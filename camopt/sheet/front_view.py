@@ -1,0 +1,220 @@
+"""The front view of a disc cam, along its axis: in the position that it has at cam angle 0, the follower above.
+
+Round the cam stands a ring of angles, at which the follower rises, dwells and returns. Its 0 is the direction of
+the trace point (roller centre, or contact of a flat face) at cam angle 0, where the timing mark is.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from math import cos, degrees, pi
+from typing import Any
+
+import numpy as np
+
+from camopt.drawing.cam import outline_of
+from camopt.drawing.picture import NAMES, Picture
+from camopt.effects import Case
+from camopt.mechanisms.design import ComplexArray
+from camopt.numerics import FloatArray
+from camopt.scene.part import Part
+from camopt.sheet.dimensions import inwards, linear, outwards
+from camopt.sheet.hole import hole_outline, keyway_corners, keyway_turn
+from camopt.sheet.marks import (
+    CHAIN,
+    DOUBLE_CHAIN,
+    LARGE,
+    THICK,
+    Marks,
+    Stroke,
+    circle,
+    line,
+    number,
+    width_of,
+)
+from camopt.sheet.ring import Segment, ring
+from camopt.verdicts.judging import run_effects
+
+CLEAR = 10.0  # mm: between the cam, or its pitch curve, and the ring
+OVER = 4.0  # mm: centre lines past the cam
+ROOM = 0.3  # rad: from one line along a radius to the next is enough
+SAME = 1e-9  # relative: radii that are the greatest, or the base circle's
+DIRECTIONS = np.radians(np.arange(0, 360, 1.0))
+
+
+@dataclass(frozen=True)
+class FrontView:
+    """A disc cam seen along its axis; lengths in mm on the paper, at a scale."""
+
+    picture: Picture
+    part: Part
+    scale: float
+
+    @property
+    def sense(self) -> float:
+        return self.picture.problem.design.sense
+
+    @cached_property
+    def outline(self) -> ComplexArray:
+        return outline_of(self.picture) * self.scale
+
+    @cached_property
+    def pitch(self) -> ComplexArray:
+        """The path of the roller's centre, closed; empty where there is no roller."""
+        setup = self.picture.problem.setup
+        if setup.pointed or setup.spherical or setup.mechanism.curvature is None:
+            return np.zeros(0, dtype=complex)
+        found = np.concatenate([curves.pitch for curves in self.picture.curves]) * self.scale
+        return np.append(found, found[0])
+
+    @property
+    def base(self) -> float:
+        return float(self.picture.problem.design.size[0]) * self.scale
+
+    @property
+    def start(self) -> float:
+        """The direction of the timing mark, rad."""
+        return float(np.angle(self.picture.curves[0].pitch[0]))
+
+    @cached_property
+    def segments(self) -> list[Segment]:
+        """What the follower does, and between which directions of the ring (rad)."""
+        return [
+            (f"{NAMES[kind]} {number(degrees(end - begin), 2)}°", self.at(begin), self.at(end))
+            for kind, begin, end in self.picture.stretches
+        ]
+
+    @property
+    def rays(self) -> list[float]:
+        """The directions (rad) of the ring where segments meet."""
+        return [begin for _, begin, _ in self.segments]
+
+    def at(self, angle: float) -> float:
+        """The direction of the ring at a cam angle, rad."""
+        return self.start - self.sense * angle
+
+    @cached_property
+    def highest(self) -> complex:
+        """A point of the profile that is furthest from the axis, as far from other lines as can be."""
+        sizes = np.abs(self.outline)
+        return self._freest(self.outline[sizes >= sizes.max() * (1 - SAME)])
+
+    @cached_property
+    def lowest(self) -> complex:
+        """A point of the profile that is nearest to the axis."""
+        sizes = np.abs(self.outline)
+        return self._freest(self.outline[sizes <= sizes.min() * (1 + SAME)])
+
+    def _freest(self, points: ComplexArray) -> complex:
+        room = apart(np.angle(points)[:, None], self._lines).min(axis=1)
+        return complex(points[np.argmax(np.minimum(room, ROOM))])
+
+    @property
+    def _lines(self) -> FloatArray:
+        """The directions (rad) of centre lines, keyway and rays of the ring."""
+        return np.array([0, pi / 2, pi, -pi / 2, keyway_turn(self.part), *self.rays])
+
+    @cached_property
+    def values(self) -> tuple[str, str]:
+        """The least and the largest radius of the profile."""
+        problem = self.picture.problem
+        rows = run_effects(Case(problem.setup, problem.programme, problem.design), ["outer_radius_mm"])
+        low, high = float(problem.design.size[0]), float(rows.column("outer_radius_mm")[0])
+        return f"R{number(low)}", f"R{number(high)}"
+
+    @cached_property
+    def inner(self) -> float:
+        """The radius of what is drawn about the axis: hub, or bore and keyway."""
+        return max((self.part.hub_diameter or 0.0) / 2, self.part.bore_reach) * self.scale
+
+    @cached_property
+    def ring(self) -> float:
+        """The radius of the ring of angles."""
+        furthest = max(np.abs(curve).max() for curve in (self.outline, self.pitch, np.zeros(1)) if curve.size)
+        room = abs(self.lowest) + width_of(self.values[0], LARGE) + 9.0
+        beyond = 0.0 if self._high_within else abs(self.highest) + width_of(self.values[1], LARGE) + 9.0
+        return float(max(furthest + CLEAR, room, beyond))
+
+    @property
+    def _high_within(self) -> bool:
+        """Whether the value of the largest radius is inside the profile."""
+        return abs(self.highest) - self.inner >= width_of(self.values[1], LARGE) + 8.0
+
+    def radius_at(self, turn: float, half: float = 0.0) -> float:
+        """The largest radius of profile and pitch curve in a direction (rad), or so near to it."""
+        found = 0.0
+        for curve in (self.outline, self.pitch):
+            near = apart(np.angle(curve), turn) <= max(half, 0.02)
+            found = max(found, float(np.abs(curve[near]).max(initial=0.0)))
+        return found
+
+    def nearest(self, turn: float) -> float:
+        """The radius of the profile in a direction (rad)."""
+        near = np.argmin(apart(np.angle(self.outline), turn))
+        return float(np.abs(self.outline[near]))
+
+    def marks(self) -> Marks:
+        """The view, about the cam's axis."""
+        marks: Marks = [Stroke(self.outline, THICK), circle(self.base, CHAIN)]
+        marks += [Stroke(self.pitch, DOUBLE_CHAIN)] if self.pitch.size else []
+        marks += [*self._centre_lines(), *self._hub_and_hole(), *self._rays(), *ring(self.segments, self.ring)]
+        marks += self._radii()
+        return marks
+
+    def _centre_lines(self) -> Iterator[Stroke]:
+        for along in (1.0, 1j):
+            reach = [
+                max(0.0, float(((side * along).conjugate() * self.outline).real.max())) for side in (-1.0, 1.0)
+            ]
+            yield line(-(reach[0] + OVER) * along, (reach[1] + OVER) * along, pen=CHAIN)
+
+    def _hub_and_hole(self) -> Marks:
+        part, turn = self.part, keyway_turn(self.part)
+        marks: Marks = []
+        if part.hub_diameter:
+            marks.append(circle(part.hub_diameter / 2 * self.scale, THICK))
+        if part.bore:
+            marks.append(Stroke(hole_outline(part, turn) * self.scale, THICK))
+        if part.keyway_width:
+            _, first, last, _ = keyway_corners(part, turn) * self.scale
+            bottom = ((part.bore or 0.0) / 2 + (part.keyway_depth or 0.0)) * self.scale
+            level = self.radius_at(turn, abs(first - last) / abs(first)) + 5.0 - bottom
+            marks += linear(last, first, -1j * np.exp(1j * turn), level, number(part.keyway_width))
+        return marks
+
+    def _rays(self) -> Iterator[Stroke]:
+        """From the cam to the ring, where segments meet."""
+        for turn in self.rays:
+            ray = np.exp(1j * turn)
+            yield line((self.radius_at(turn) + 1.5) * ray, (self.ring + 2.0) * ray)
+
+    def _radii(self) -> Marks:
+        low, high = self.values
+        marks = self._base_radius(low)
+        if abs(abs(self.highest) - abs(self.lowest)) <= SAME * abs(self.highest):
+            return marks
+        if self._high_within:
+            return [*marks, *outwards(0.0, self.highest, self.inner, high)]
+        away = self.highest / abs(self.highest)
+        return [*marks, *inwards(self.highest, away, self.ring - abs(self.highest) - 3.0, high)]
+
+    def _base_radius(self, value: str) -> Marks:
+        """At the profile where it is on the base circle for a while, or else at the base circle itself."""
+        away = self.lowest / abs(self.lowest)
+        sizes = np.abs(self.outline)
+        turns = np.angle(self.outline[sizes <= sizes.min() * (1 + SAME)] / away)
+        if np.ptp(turns) < ROOM and self.base - self.inner >= width_of(value, LARGE) + 8.0:
+            lines = np.append(self._lines, np.angle(self.highest))
+            free = np.argmax(apart(DIRECTIONS[:, None], lines).min(axis=1))
+            return outwards(0.0, self.base * np.exp(1j * DIRECTIONS[free]), self.inner, value)
+        return inwards(self.lowest, away, self.ring - abs(self.lowest) - 3.0, value)
+
+
+def apart(turn: Any, other: Any) -> FloatArray:
+    """The angle between directions, rad."""
+    return np.asarray(np.abs(np.angle(np.exp(1j * (turn - other)))))
+
+
+def is_upright(part: Part) -> bool:
+    """Whether the section through the keyway is that along the vertical centre line."""
+    return abs(cos(keyway_turn(part))) < SAME

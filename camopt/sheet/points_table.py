@@ -1,0 +1,99 @@
+"""The table of the profile, at even cam angles: lift, polar coordinates of the profile and of the roller's centre.
+
+Polar angles φ of a disc cam count from the timing mark, against the sense of rotation, as the cam angle does. A
+cylindrical cam has the roller's centre on the developed cylinder.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import ceil
+
+import numpy as np
+
+from camopt.drawing.picture import Picture
+from camopt.mechanisms.design import ComplexArray
+from camopt.mechanisms.geometry import cam_curves
+from camopt.numerics import FloatArray
+from camopt.sheet.marks import MEDIUM, THICK, Mark, Marks, Words, line, rectangle, width_of
+
+ROW = 4.0  # mm
+BESIDE = 1.2  # mm: of a number on either side
+APART = 4.0  # mm: one block of rows from the next
+
+
+@dataclass(frozen=True)
+class Column:
+    """What is said over a column, in three lines, and its numbers."""
+
+    head: tuple[str, str, str]
+    cells: tuple[str, ...]
+
+    @property
+    def width(self) -> float:
+        return max(width_of(text, MEDIUM) for text in (*self.head, *self.cells)) + 2 * BESIDE
+
+
+def columns_of(picture: Picture, step: float) -> list[Column]:
+    """The table at cam angles with a step in deg that divides the turn."""
+    problem = picture.problem
+    degrees = np.arange(0.0, 360.0 - step / 2, step)
+    angles = np.radians(degrees)
+    lift = problem.programme.at(angles)[0]
+    unit = "deg" if problem.setup.angular else "mm"
+    shown = np.degrees(lift) if problem.setup.angular else lift
+    curves = cam_curves(problem.setup.mechanism, problem.design, problem.programme, angles)
+    columns = [
+        Column(("", "θ", "°"), tuple(f"{each:g}" for each in degrees)),
+        Column(("", "s", "°" if unit == "deg" else unit), _written(np.asarray(shown))),
+    ]
+    if problem.setup.mechanism.grooved:
+        columns.append(Column(("roller", "x", "mm"), _written(curves.pitch.real)))
+        return [*columns, Column(("centre", "y", "mm"), _written(curves.pitch.imag))]
+    centred = not (problem.setup.pointed or problem.setup.mechanism.curvature is None)
+    start = complex(curves.pitch[0])
+    columns += _polar("profile", curves.profile[0], start, problem.design.sense)
+    return [*columns, *(_polar("centre", curves.pitch, start, problem.design.sense) if centred else ())]
+
+
+def _polar(name: str, points: ComplexArray, start: complex, sense: float) -> Iterator[Column]:
+    turns = np.degrees(-sense * np.angle(points / start))
+    turns = np.round(turns, 3) % 360.0  # what rounds to 360 is 0
+    yield Column((name, "φ", "°"), _written(np.asarray(turns)))
+    yield Column(("", "r", "mm"), _written(np.asarray(np.abs(points))))
+
+
+def _written(values: FloatArray) -> tuple[str, ...]:
+    return tuple(f"{value:.3f}".replace("-0.000", "0.000").replace("-", "−") for value in values)
+
+
+def table(columns: list[Column], blocks: int) -> Marks:
+    """The columns in so many blocks side by side, from their lower left corner."""
+    rows = len(columns[0].cells)
+    high = ceil(rows / blocks)
+    wide = sum(column.width for column in columns)
+    marks: Marks = []
+    for k in range(blocks):
+        chosen = [Column(column.head, column.cells[k * high : (k + 1) * high]) for column in columns]
+        widths = [column.width for column in columns]
+        marks += _block(chosen, widths, k * (wide + APART), high)
+    return marks
+
+
+def _block(columns: list[Column], widths: list[float], left: float, rows: int) -> Iterator[Mark]:
+    lines = len(columns[0].head)
+    top, edge = (rows + lines) * ROW, rows * ROW
+    right = left + sum(widths)
+    yield rectangle(complex(left, 0), complex(right, top), THICK)
+    yield line(complex(left, edge), complex(right, edge), pen=THICK)
+    x = left
+    for k, (column, width) in enumerate(zip(columns, widths, strict=True)):
+        if k:
+            inside = column.head[0] or not columns[k - 1].head[0]
+            yield line(complex(x, 0), complex(x, top if inside else top - ROW))
+        for row, text in ((row, text) for row, text in enumerate(column.head) if text):
+            yield Words(complex(x + width / 2, top - (row + 1) * ROW + 0.95), text, MEDIUM, 0.5)
+        for row, text in enumerate(column.cells):
+            yield Words(complex(x + width - BESIDE, edge - (row + 1) * ROW + 0.95), text, MEDIUM, 1.0)
+        x += width
+    for row in range(5, rows, 5):
+        yield line(complex(left, edge - row * ROW), complex(right, edge - row * ROW))

@@ -1,0 +1,119 @@
+"""The section of a disc cam through its axis, in the place of the view from the left: plate, hub, bore and keyway.
+
+It goes through the middle of the keyway, which is above, or along the vertical centre line.
+"""
+
+from collections.abc import Iterator
+from itertools import pairwise
+from math import sqrt
+from typing import Any
+
+import numpy as np
+
+from camopt.mechanisms.design import ComplexArray
+from camopt.scene.part import Part
+from camopt.sheet import symbols
+from camopt.sheet.dimensions import linear
+from camopt.sheet.hole import hole_outline, keyway_turn
+from camopt.sheet.marks import CHAIN, THICK, THIN, Marks, Stroke, line, number
+
+HATCH = 2.5  # mm between lines at 45°
+LEVEL, NEXT = 8.0, 8.0  # mm: of the first dimension from the part, and from one to the next
+Interval = tuple[float, float]
+
+
+def section(outline: ComplexArray, part: Part, scale: float) -> Marks:
+    """The section of a plate with an outline (mm on the paper, in the cam's own frame); its axis is at y = 0."""
+    turn = keyway_turn(part)
+    upright = outline * np.exp(1j * (np.pi / 2 - turn))
+    hole = hole_outline(part, np.pi / 2) * scale if part.bore else np.zeros(0, dtype=complex)
+    plate, whole = (part.thickness or 0.0) * scale, max(part.hub_length or 0.0, part.thickness or 0.0) * scale
+    hub = (part.hub_diameter or 0.0) / 2 * scale
+    cut, gap = _crossing(upright), _crossing(hole)
+    beyond = upright.imag[upright.real >= 0.0]
+    ends = float(beyond.min(initial=-hub)), float(beyond.max(initial=hub))
+    solid = _solid(cut, gap, hub, plate, whole)
+    marks: Marks = [*outlines(solid), *hatching(solid)]
+    marks.append(line(0j, plate + 0j, pen=CHAIN)._replace(points=np.array([-4.0, whole + 4.0], dtype=complex)))
+    for low, high in pairwise((ends[0], *(y for each in cut for y in each), ends[1])):
+        marks += [line(x + 1j * low, x + 1j * high, pen=THICK) for x in (0.0, plate)] if high - low > 1e-6 else []
+    marks += [line(1j * y, plate + 1j * y, pen=THICK) for y in ends]
+    for low, high in gap:
+        marks += [line(x + 1j * low, x + 1j * high, pen=THICK) for x in (0.0, whole)]
+    marks += _mouth(part, scale, whole)
+    return [*marks, *_dimensions(part, scale, ends)]
+
+
+def _crossing(outline: ComplexArray) -> list[Interval]:
+    """From where to where the vertical through the axis is inside an outline, mm."""
+    from shapely import LineString, Polygon, make_valid
+
+    if not outline.size:
+        return []
+    far = 2.0 * float(np.abs(outline).max())
+    body = make_valid(Polygon(np.column_stack([outline.real, outline.imag])))
+    inside = body.intersection(LineString([(0.0, -far), (0.0, far)]))
+    bounds = (part.bounds for part in getattr(inside, "geoms", [inside]) if not part.is_empty)
+    return sorted((low, high) for _, low, _, high in bounds if high - low > 1e-9)
+
+
+def _solid(cut: list[Interval], gap: list[Interval], hub: float, plate: float, whole: float) -> Any:
+    """What is cut, as a shape of shapely."""
+    from shapely import box, union_all
+
+    bodies = [box(0.0, low, plate, high) for low, high in cut]
+    bodies += [box(0.0, -hub, whole, hub)] if hub else []
+    return union_all(bodies).difference(union_all([box(-1.0, low, whole + 1.0, high) for low, high in gap]))
+
+
+def outlines(solid: Any) -> Iterator[Stroke]:
+    """Of what is cut."""
+    for part in getattr(solid, "geoms", [solid]):
+        if not part.is_empty:
+            x, y = np.asarray(part.exterior.coords.xy)
+            yield Stroke(x + 1j * y, THICK)
+
+
+def hatching(solid: Any) -> Iterator[Stroke]:
+    """Thin lines at 45°."""
+    from shapely import LineString
+
+    if solid.is_empty:
+        return
+    x0, y0, x1, y1 = solid.bounds
+    step = HATCH * sqrt(2.0)
+    for foot in np.arange(np.ceil((y0 - x1) / step), (y1 - x0) / step) * step:
+        inside = solid.intersection(LineString([(x0, x0 + foot), (x1, x1 + foot)]))
+        for part in getattr(inside, "geoms", [inside]):
+            if part.geom_type == "LineString" and not part.is_empty:
+                x, y = np.asarray(part.coords.xy)
+                yield Stroke(x + 1j * y, THIN)
+
+
+def _mouth(part: Part, scale: float, whole: float) -> Iterator[Stroke]:
+    """The edge where the keyway's wall meets the bore, behind the section."""
+    if part.bore and part.keyway_width:
+        y = sqrt(part.bore**2 - part.keyway_width**2) / 2 * scale
+        yield line(1j * y, whole + 1j * y, pen=THICK)
+
+
+def _dimensions(part: Part, scale: float, ends: Interval) -> Marks:
+    plate, whole = (part.thickness or 0.0) * scale, max(part.hub_length or 0.0, part.thickness or 0.0) * scale
+    bottom = 1j * ends[0]
+    marks = linear(bottom, bottom + plate, 1.0, -LEVEL, number(part.thickness or 0.0))
+    if part.hub_length and part.hub_diameter:
+        foot = whole - 0.5j * part.hub_diameter * scale
+        marks += linear(bottom, foot, 1.0, -LEVEL - NEXT, number(part.hub_length))
+    if part.bore:
+        radius = part.bore / 2 * scale
+        marks += linear(whole - 1j * radius, whole + 1j * radius, 1j, -LEVEL, f"Ø{number(part.bore)}")
+        if part.keyway_depth:
+            top = radius + part.keyway_depth * scale
+            marks += linear(-1j * radius, 1j * top, 1j, LEVEL, number(part.bore + part.keyway_depth))
+        if part.profile_tolerance is not None:
+            foot, hub = complex(whole + LEVEL, -radius), (part.hub_diameter or 0.0) / 2 * scale
+            marks += symbols.datum_at(foot, -1j, max(2.0, hub - radius), "A")
+    if part.hub_diameter:
+        half = 0.5j * part.hub_diameter * scale
+        marks += linear(whole - half, whole + half, 1j, -LEVEL - NEXT, f"Ø{number(part.hub_diameter)}")
+    return marks

@@ -1,0 +1,60 @@
+"""The workshop drawing: on the largest standard scale, and the least paper, that hold it."""
+
+import os
+from itertools import islice
+from typing import NamedTuple
+
+from camopt.drawing.canvas import canvas
+from camopt.drawing.picture import Picture
+from camopt.mistakes import BadInput, Mistake
+from camopt.problem.problem import Problem
+from camopt.sheet.layout import Desk, forms
+from camopt.sheet.marks import Marks, draw
+from camopt.sheet.paper import Paper, scales
+
+INCH = 25.4  # mm
+TRIED = 40  # scales, down to 1 : 10¹³
+
+
+class Sheet(NamedTuple):
+    """A paper and all that is on it, in mm from its lower left corner, at a scale."""
+
+    paper: Paper
+    scale: float
+    marks: Marks
+
+
+def write_sheet(problem: Problem, path: str | os.PathLike[str]) -> Sheet:
+    """The workshop drawing of a problem's own design, as a PDF of its true size.
+
+    One sheet, A4 or A3: the front view of a disc cam with the angles of its motion, and its section; or the
+    developed groove of a cylindrical cam, its section and its hole; the table of the profile; notes; the title
+    block. At 1:1 where that fits, or else at the nearest standard scale. The same problem gives the same file.
+
+    Raises
+    ------
+    BadInput
+        If the name does not end in .pdf, .png or .svg.
+    OSError
+        If the file cannot be written.
+    """
+    sheet = sheet_of(problem)
+    paper = sheet.paper
+    with canvas(path, (paper.width / INCH, paper.height / INCH)) as figure:
+        axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+        axes.set_axis_off()
+        axes.set_xlim(0.0, paper.width)
+        axes.set_ylim(0.0, paper.height)
+        draw(axes, sheet.marks)
+    return sheet
+
+
+def sheet_of(problem: Problem) -> Sheet:
+    """The first of the scales and forms, the best first, that holds the drawing."""
+    picture = Picture(problem)
+    for scale in islice(scales(2.0 * float(problem.design.size[0])), TRIED):
+        for form in forms(problem.setup.mechanism.grooved):
+            desk = Desk(picture, form)
+            if marks := form.place(desk, scale):
+                return Sheet(form.paper, scale, [*desk.standing(scale), *marks])
+    raise BadInput([Mistake(problem.scene.file, "scene", problem.scene.name, "a cam that fits on a sheet of A3")])

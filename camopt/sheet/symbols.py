@@ -1,0 +1,109 @@
+"""Symbols of a workshop drawing: first-angle projection, roughness, profile tolerance, datum, sense of rotation.
+
+Sources: ISO 5456-2 (projection), ISO 21920-1 (surface texture), ISO 1101 and ISO 5459 (tolerance frame, datum).
+"""
+
+import numpy as np
+
+from camopt.scene.part import Part
+from camopt.sheet.dimensions import arrow
+from camopt.sheet.marks import (
+    CHAIN,
+    LARGE,
+    THICK,
+    Marks,
+    Stroke,
+    Words,
+    arc_points,
+    box_of,
+    circle,
+    line,
+    number,
+    rectangle,
+    ring,
+    width_of,
+)
+
+CELL = 2 * LARGE  # mm: the height of a tolerance frame
+MOTION = 5.0, np.radians(13.0)  # mm; half of the angle at the tip of an arrow that is no dimension's
+PAD = 1.5  # mm: beside the text in it
+
+
+def first_angle(centre: complex) -> Marks:
+    """A truncated cone and, right of it, its left end: the projection in which views are seen through the part."""
+    small, large, half, over = 1.25, 2.5, 2.5, 1.0
+    left, right = centre - 5.0, centre + 5.0
+    cone = [left + complex(side * half, end) for side, end in ((-1, small), (1, large), (1, -large), (-1, -small))]
+    marks: Marks = [ring(*cone, pen=THICK), circle(large, THICK, right), circle(small, THICK, right)]
+    for middle, reach in ((left, half + over), (right, large + over), (right, 1j * (large + over))):
+        marks.append(line(middle - reach, middle + reach, pen=CHAIN))
+    return marks
+
+
+def roughness(foot: complex, value: float) -> Marks:
+    """Material removed, Ra at most a value in µm: the symbol stands on its foot."""
+    low, high = 1.4 * LARGE, 3.0 * LARGE
+    slope = 1 / np.tan(np.radians(60.0))
+    text = f"Ra {value:g}"
+    left, right = foot + low * complex(-slope, 1.0), foot + high * complex(slope, 1.0)
+    bar = right + width_of(text, LARGE) + 2 * PAD
+    return [
+        line(left, foot, right, bar),
+        line(left, foot + low * complex(slope, 1.0)),
+        Words(right + complex(PAD, -LARGE - 1.2), text, LARGE),
+    ]
+
+
+def surface(part: Part, datum: str | None) -> Marks:
+    """What is asked of the profile: its tolerance on the level of a leader, and above it its roughness."""
+    marks: Marks = []
+    if part.profile_tolerance is not None:
+        marks = profile_tolerance(0j, number(2 * part.profile_tolerance, 4), datum)
+    elif part.roughness is not None:
+        marks = [line(0.5j * CELL, 10.0 + 0.5j * CELL)]
+    if part.roughness is not None:
+        marks += roughness(complex(5.0, box_of(marks).high.imag), part.roughness)
+    return marks
+
+
+def profile_tolerance(corner: complex, width: str, datum: str | None) -> Marks:
+    """The frame of the tolerance of a line's form, its zone of a width on the true profile; from its lower left."""
+    cells = [CELL, width_of(width, LARGE) + 2 * PAD, *([CELL] if datum else [])]
+    edges = corner + np.cumsum([0.0, *cells])
+    marks: Marks = [rectangle(corner, edges[-1] + 1j * CELL)]
+    marks += [line(x, x + 1j * CELL) for x in edges[1:-1]]
+    base, radius = corner + complex(CELL / 2, CELL * 0.32), LARGE * 0.75
+    marks.append(Stroke(arc_points(radius, 0.0, np.pi, base), THICK))
+    texts = [width, *([datum] if datum else [])]
+    foot = 1j * (CELL - LARGE) / 2
+    return marks + [
+        Words((a + b) / 2 + foot, text, LARGE, 0.5)
+        for a, b, text in zip(edges[1:-1], edges[2:], texts, strict=True)
+    ]
+
+
+def datum_at(point: complex, direction: complex, stem: float, letter: str) -> Marks:
+    """A datum: a filled triangle on an extension line, and its letter in a frame past a stem in a direction."""
+    across, far = 1j * direction, point + (3.0 + stem) * direction
+    corner = far + CELL / 2 * direction - complex(CELL, CELL) / 2
+    triangle = np.array([point + 1.75 * across, point - 1.75 * across, point + 3.0 * direction])
+    return [
+        Stroke(np.append(triangle, triangle[:1]), filled=True),
+        line(point, far),
+        rectangle(corner, corner + complex(CELL, CELL)),
+        Words(corner + complex(CELL / 2, (CELL - LARGE) / 2), letter, LARGE, 0.5),
+    ]
+
+
+def rotation(radius: float, middle: float, sense: float) -> Marks:
+    """An arc about the centre with an arrow in the sense of rotation (+1 ccw), about a direction (rad)."""
+    half, lean = min(np.radians(14.0), 14.0 / radius), sense * MOTION[0] / (2 * radius)
+    ends = middle - sense * half, middle + sense * half
+    head = arrow(radius * np.exp(1j * ends[1]), 1j * sense * np.exp(1j * (ends[1] - lean)), *MOTION)
+    return [Stroke(arc_points(radius, ends[0], ends[1] - 2 * lean), THICK), head]
+
+
+def translation(tip: complex, direction: complex, length: float) -> Marks:
+    """A thick arrow in the direction (of length 1) of a motion."""
+    foot = tip - MOTION[0] * direction
+    return [line(tip - length * direction, foot, pen=THICK), arrow(tip, direction, *MOTION)]

@@ -1,0 +1,79 @@
+"""The title block by ISO 7200, 180 mm wide, in the lower right corner. What the scene does not say is empty."""
+
+from typing import NamedTuple
+
+from camopt.scene.part import Part
+from camopt.sheet import symbols
+from camopt.sheet.marks import BORDER, LARGE, MEDIUM, SMALL, THIN, Marks, Words, fitted_words, rectangle
+from camopt.version import VERSION
+
+WIDTH, HEIGHT, ROW = 180.0, 36.0, 9.0  # mm
+PAD = 0.9  # mm: from the edges of a field
+LEADING = 1.4  # heights of letters from one line to the next
+TITLE = 5.0  # mm: height of the letters of a short title
+FIGURE = "projection"
+
+
+class Field(NamedTuple):
+    """A field from its lower left corner, in mm; its name and what is in it."""
+
+    x: float
+    y: float
+    width: float
+    height: float
+    name: str
+    value: str = ""
+
+
+def fields(part: Part, scale: str, paper: str) -> list[Field]:
+    """What is written where."""
+    return [
+        Field(0, 27, 75, ROW, "Material", part.material or ""),
+        Field(75, 27, 55, ROW, "Hardness", part.hardness or ""),
+        Field(130, 27, 22, ROW, "Scale", scale),
+        Field(152, 27, 28, ROW, FIGURE),
+        Field(0, 18, 45, ROW, "Created by", part.designer or ""),
+        Field(45, 18, 45, ROW, "Approved by"),
+        Field(90, 18, 40, ROW, "Document type", "Part drawing"),
+        Field(130, 18, 32, ROW, "Source", f"camopt {VERSION}"),
+        Field(162, 18, 18, ROW, "Format", paper),
+        Field(0, 0, 45, 2 * ROW, "Legal owner"),
+        Field(45, 0, 85, 2 * ROW, "Title", part.name or ""),
+        Field(130, 9, 50, ROW, "Identification number", part.number or ""),
+        Field(130, 0, 10, ROW, "Rev."),
+        Field(140, 0, 20, ROW, "Date of issue"),
+        Field(160, 0, 8, ROW, "Lang.", "en"),
+        Field(168, 0, 12, ROW, "Sheet", "1/1"),
+    ]
+
+
+def title_block(part: Part, scale: str, paper: str) -> Marks:
+    """The title block from its lower left corner."""
+    marks: Marks = [rectangle(0j, complex(WIDTH, HEIGHT), BORDER)]
+    for field in fields(part, scale, paper):
+        marks.append(
+            rectangle(complex(field.x, field.y), complex(field.x + field.width, field.y + field.height), THIN)
+        )
+        if field.name == FIGURE:
+            marks += symbols.first_angle(complex(field.x + field.width / 2, field.y + field.height / 2))
+            continue
+        top = field.y + field.height - PAD - SMALL
+        marks.append(Words(complex(field.x + PAD, top), field.name, SMALL))
+        marks += _value(field, top - PAD)
+    return marks
+
+
+def _value(field: Field, top: float) -> Marks:
+    """A value below the name of its field, in the largest letters that fit."""
+    if not field.value:
+        return []
+    tall = field.height > ROW
+    heights = (TITLE, LARGE, MEDIUM, SMALL) if tall else (LARGE, MEDIUM, SMALL)
+    room = field.width - 2 * PAD
+    texts, height = fitted_words(field.value, room, 1, heights[:-2] if tall else heights[:-1])
+    if texts[0] != " ".join(field.value.split()):
+        texts, height = fitted_words(field.value, room, 2, (MEDIUM, SMALL) if tall else (SMALL,))
+    step = height * LEADING
+    foot = field.y + PAD + (len(texts) - 1) * step
+    foot += max(0.0, (top - height - foot) / 2)
+    return [Words(complex(field.x + PAD, foot - k * step), text, height) for k, text in enumerate(texts)]
