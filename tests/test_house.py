@@ -17,7 +17,8 @@ PACKAGE = Path(camopt.__file__).parent
 ROOMS = (
     *("mistakes", "version", "files", "quantities", "shown"),
     *("kernels", "numerics", "motion", "mechanisms", "effects", "scene", "problem", "verdicts", "tables"),
-    *("smallest", "front", "synthesis", "measured", "contour", "drawing", "points", "exporting", "studies", "cli"),
+    *("smallest", "front", "synthesis", "measured", "contour", "drawing", "sheet", "points"),
+    *("exporting", "studies", "cli"),
 )
 """Folders and modules of the package in the order of the data: each imports from itself and those before it."""
 DOORS = {"__init__", "__main__"}

@@ -36,17 +36,6 @@ def _fan(before: CamCurves, after: CamCurves, radius: float) -> ComplexArray:
     return arc
 
 
-def outline_of(picture: Picture) -> ComplexArray:
-    """The outline of a disc cam as it can be made: what the follower leaves of it, if undercut; closed, mm."""
-    if picture.undercut:
-        found = _remaining(picture)
-    else:
-        radius = float(picture.problem.design.roller_radius[0])
-        parts = zip(picture.curves[-1:] + picture.curves[:-1], picture.curves, strict=True)
-        found = np.concatenate([p for before, c in parts for p in (_fan(before, c, radius), c.profile[0])])
-    return np.append(found, found[0])
-
-
 def _draw_body(axes: Any, picture: Picture) -> None:
     """The profile, coloured by stroke, on the body of the cam: what the follower leaves of it, if undercut."""
     design, pieces = picture.problem.design, picture.curves

@@ -13,6 +13,7 @@ class Ending(NamedTuple):
 ENDINGS = {
     ".dxf": Ending("dxf"),
     ".svg": Ending("svg"),
+    ".pdf": Ending("pdf"),
     ".step": Ending("step", "cad"),
     ".stl": Ending("stl", "cad"),
 }

@@ -9,11 +9,25 @@ from camopt.sheet import symbols
 from camopt.sheet.dimensions import ABOVE, arrow
 from camopt.sheet.front_view import FrontView, apart, is_upright
 from camopt.sheet.hole import keyway_turn
-from camopt.sheet.marks import LARGE, MEDIUM, THICK, Marks, Words, box_of, line, meets, moved, number, width_of
+from camopt.sheet.marks import (
+    LARGE,
+    MEDIUM,
+    THICK,
+    Marks,
+    Words,
+    box_of,
+    line,
+    meets,
+    moved,
+    number,
+    upright,
+    width_of,
+)
 from camopt.sheet.ring import NAMED
 
 MARK = 4.0  # mm: length of the timing mark
-TIMING = "timing mark 0°"
+TIMING = "timing mark"
+UP, HAIR = 0.5 * pi, 1e-9  # rad
 LEADER = 0.12  # rad: leaders from other lines along radii
 OUTSIDE = NAMED + LARGE  # mm: from the ring past the names along it
 FURTHER = 6.0 * np.arange(8)  # mm: places that are tried, further and further out
@@ -27,7 +41,7 @@ def with_callouts(view: FrontView) -> Marks:
     """The front view with its timing mark, cutting plane, sense of rotation, surface of the profile, and bore."""
     marks = view.marks()
     words: Marks = [mark for mark in marks if isinstance(mark, Words)]
-    said = _timing(view, words)
+    said = _zero(view, words)
     said += _cutting_plane(view, [*marks, *said])
     for callout, wanted in CALLOUTS.items():
         near = sorted(_directions(view, callout), key=lambda turn, middle=wanted: apart(turn, middle))  # type: ignore[misc]
@@ -50,23 +64,41 @@ def first_free(tried: Iterable[Marks], taken: Marks) -> Marks:
     return made
 
 
-def _timing(view: FrontView, taken: Marks) -> Marks:
-    """The mark on the cam that is towards the trace point at cam angle 0, and what it is."""
+def _zero(view: FrontView, taken: Marks) -> Marks:
+    """The timing mark, and where the ring begins."""
     ray = np.exp(1j * view.start)
-    top = view.nearest(view.start)
+    text = f"{TIMING} 0°" if _begins_at_mark(view) else "0°"
     place = 0.5 - 0.5 * float(np.clip(4.0 * ray.real, -1.0, 1.0))
     down = 0.5j * MEDIUM * (1.0 - ray.imag)
-    named = first_free(
-        (
-            [
-                line((view.ring + 2.0) * ray, (radius - 1.0) * ray),
-                Words(radius * ray - down, TIMING, MEDIUM, place),
-            ]
-            for radius in view.ring + OUTSIDE + 3.0 + FURTHER
-        ),
-        taken,
-    )
-    return [line((top - MARK) * ray, top * ray, pen=THICK), *named]
+    outside: list[Marks] = [
+        [line((view.ring + 2.0) * ray, (radius - 1.0) * ray), Words(radius * ray - down, text, MEDIUM, place)]
+        for radius in view.ring + OUTSIDE + 3.0 + FURTHER
+    ]
+    named = first_free([*outside, [_along(ray, view.ring - 3.0, text)]], taken)
+    top = 1j * view.nearest(UP)
+    return [line(top - 1j * MARK, top, pen=THICK), *named]
+
+
+def _along(ray: complex, radius: float, text: str) -> Words:
+    """A text beside a ray, inwards from a radius."""
+    turn = upright(float(np.angle(ray)))
+    reading = np.exp(1j * turn)
+    place = 1.0 if (reading * ray.conjugate()).real > 0.0 else 0.0
+    return Words(radius * ray + 1j * ABOVE * reading, text, MEDIUM, place, turn, backed=True)
+
+
+def _begins_at_mark(view: FrontView) -> bool:
+    return bool(apart(view.start, UP) < HAIR)
+
+
+def _timing(view: FrontView, turn: float) -> Marks:
+    """A leader to the timing mark, where the ring does not begin there."""
+    if _begins_at_mark(view):
+        return []
+    tip, knee = 1j * (view.nearest(UP) - MARK / 2), (view.ring + OUTSIDE + 2.0) * np.exp(1j * turn)
+    side = 1.0 if cos(turn) >= 0.0 else -1.0
+    words = Words(knee + side * 3.0 - 0.5j * MEDIUM, TIMING, MEDIUM, 0.5 - 0.5 * side)
+    return [line(knee + side * 2.0, knee, tip), arrow(tip, (tip - knee) / abs(tip - knee)), words]
 
 
 def _cutting_plane(view: FrontView, taken: Marks) -> Marks:
@@ -89,12 +121,12 @@ def _plane_end(foot: complex, seen: complex) -> Marks:
 
 
 def _rotation(view: FrontView, turn: float) -> Marks:
-    rpm = view.picture.problem.scene.cam.rpm
+    rpm = view.cam.problem.scene.cam.rpm
     radius = view.ring + OUTSIDE + 4.0
     words = "rotation" if rpm is None else f"{number(rpm)} rpm"
     at = (radius + 2.0) * np.exp(1j * turn) - (1j * LARGE if sin(turn) < 0.0 else 0.0)
     place = 1.0 if cos(turn) < 0.0 else 0.0
-    return [*symbols.rotation(radius, turn, view.sense), Words(at, words, LARGE, place)]
+    return [*symbols.rotation(radius, turn, view.cam.sense), Words(at, words, LARGE, place)]
 
 
 def _surface(view: FrontView, turn: float) -> Marks:
@@ -124,5 +156,10 @@ def _bore(view: FrontView, turn: float) -> Marks:
     return [line(knee + side * (wide + 2.0), knee, tip), arrow(tip, -ray), words]
 
 
-CALLOUTS: dict[Callout, float] = {_rotation: 0.75 * pi, _surface: -0.25 * pi, _bore: -0.75 * pi}
+CALLOUTS: dict[Callout, float] = {
+    _timing: 0.6 * pi,
+    _rotation: 0.75 * pi,
+    _surface: -0.25 * pi,
+    _bore: -0.75 * pi,
+}
 """In which direction (rad) each is wanted."""

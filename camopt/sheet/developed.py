@@ -7,16 +7,16 @@ of the cylinder's length. The section goes through the axis, at the cam angles o
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from math import degrees, pi
+from math import pi
 from typing import Any
 
 import numpy as np
 
-from camopt.drawing.picture import NAMES, Picture
 from camopt.mechanisms.design import ComplexArray
 from camopt.mechanisms.geometry import cam_curves
 from camopt.scene.part import Part
 from camopt.sheet import symbols
+from camopt.sheet.cam import CLOSE, Cam
 from camopt.sheet.dimensions import ABOVE, arrow, linear
 from camopt.sheet.hole import hole_outline, keyway_turn
 from camopt.sheet.marks import (
@@ -42,9 +42,9 @@ WALL = 0.15  # of the height of the groove: what is drawn beside it where the le
 APART = 12.0  # mm: one view from the next
 
 
-def groove_and_body(picture: Picture, scale: float) -> tuple[Marks, Marks]:
+def groove_and_body(cam: Cam, scale: float) -> tuple[Marks, Marks]:
     """The groove; section and hole side by side, as far as the scene gives their sizes."""
-    view = DevelopedView(picture, picture.problem.scene.whole_part, scale)
+    view = DevelopedView(cam, scale)
     body = view.section() if view.part.thickness and view.part.groove_depth else []
     if body and view.part.bore:
         hole = view.hole()
@@ -56,18 +56,21 @@ def groove_and_body(picture: Picture, scale: float) -> tuple[Marks, Marks]:
 class DevelopedView:
     """A cylindrical cam; lengths in mm on the paper, at a scale."""
 
-    picture: Picture
-    part: Part
+    cam: Cam
     scale: float
+
+    @property
+    def part(self) -> Part:
+        return self.cam.part
 
     @property
     def radius(self) -> float:
         """Of the roller."""
-        return float(self.picture.problem.design.roller_radius[0]) * self.scale
+        return self.cam.roller * self.scale
 
     @property
     def mean(self) -> float:
-        return float(self.picture.problem.design.size[0]) * self.scale
+        return self.cam.size * self.scale
 
     @property
     def around(self) -> float:
@@ -76,7 +79,7 @@ class DevelopedView:
     @cached_property
     def pitch(self) -> ComplexArray:
         """The path of the roller's centre, developed."""
-        return np.asarray(np.concatenate([curves.pitch for curves in self.picture.curves]) * self.scale)
+        return self.cam.curve("pitch") * self.scale
 
     @cached_property
     def ends(self) -> tuple[float, float]:
@@ -91,16 +94,15 @@ class DevelopedView:
         bottom, top = self.ends
         marks: Marks = [rectangle(1j * bottom, complex(self.around, top), THICK), *self._flanks()]
         marks.append(Stroke(self.pitch, DOUBLE_CHAIN))
-        for kind, begin, end in self.picture.stretches:
+        for name, begin, end in self.cam.segments:
             x = begin * self.mean
-            marks += [*self._stroke(kind, begin, end), line(complex(x, top + 1.0), complex(x, top + LEVEL + 4.0))]
+            marks += [*self._stroke(name, begin, end), line(complex(x, top + 1.0), complex(x, top + LEVEL + 4.0))]
             marks += [line(complex(x, bottom), complex(x, top), pen=CHAIN)] if x else []
         marks.append(line(complex(self.around, top + 1.0), complex(self.around, top + LEVEL + 4.0)))
         return [*marks, *self._lengths(), *self._sense()]
 
-    def _stroke(self, kind: int, begin: float, end: float) -> Marks:
+    def _stroke(self, name: str, begin: float, end: float) -> Marks:
         """What the follower does over cam angles (rad), above the cylinder."""
-        name = f"{NAMES[kind]} {number(degrees(end - begin), 2)}°"
         x, to, foot = begin * self.mean, end * self.mean, self.ends[1] + LEVEL + 2.0
         height = next((h for h in (LARGE, MEDIUM) if width_of(name, h) + 2.0 <= to - x), None)
         if height is None:
@@ -115,18 +117,19 @@ class DevelopedView:
         from shapely import LineString, box
 
         bottom, top = self.ends
-        turns = np.concatenate([self.pitch - self.around, self.pitch, self.pitch + self.around])
-        path = LineString(np.column_stack([turns.real, turns.imag]))
-        swept = path.buffer(self.radius, quad_segs=64)
-        edge = swept.boundary.intersection(box(0.0, bottom, self.around, top))
-        for piece in getattr(edge, "geoms", [edge]):
-            if piece.geom_type == "LineString" and not piece.is_empty:
-                x, y = np.asarray(piece.coords.xy)
-                yield Stroke(x + 1j * y, THICK)
+        face = box(0.0, bottom, self.around, top)
+        for name in ("profile_left", "profile_right"):
+            flank = self.cam.curve(name) * self.scale
+            for turn in (flank - self.around, flank, flank + self.around):
+                inside = LineString(np.column_stack([turn.real, turn.imag])).intersection(face)
+                for piece in getattr(inside, "geoms", [inside]):
+                    if piece.geom_type == "LineString" and not piece.is_empty:
+                        x, y = np.asarray(piece.coords.xy)
+                        yield Stroke(x + 1j * y, THICK)
 
     def _lengths(self) -> Marks:
         bottom, top = self.ends
-        size = float(self.picture.problem.design.size[0])
+        size = self.cam.size
         foot, end = 1j * bottom, self.around + 1j * bottom
         marks = linear(foot, end, 1.0, -LEVEL, f"{number(2 * pi * size)} (2π · R{number(size)})")
         if self.part.thickness:
@@ -166,9 +169,9 @@ class DevelopedView:
 
     def _lowest(self, x: float) -> float:
         """The lower edge of the groove at a place of the circumference."""
-        near = np.abs(self.pitch.real - x) <= self.radius
-        depth = np.sqrt(np.maximum(self.radius**2 - np.square(self.pitch.real[near] - x), 0.0))
-        return float((self.pitch.imag[near] - depth).min())
+        flanks = np.concatenate([self.cam.curve(name) * self.scale for name in ("profile_left", "profile_right")])
+        near = np.abs(flanks.real - x) <= CLOSE * self.mean
+        return float(flanks.imag[near].min())
 
     @property
     def outer(self) -> float:
@@ -206,7 +209,7 @@ class DevelopedView:
 
     def _crossings(self) -> tuple[float, float]:
         """Where the groove is along the axis, at the direction of the keyway and opposite to it."""
-        problem = self.picture.problem
+        problem = self.cam.problem
         first = problem.design.sense * (pi / 2 - keyway_turn(self.part))
         angles = np.mod(np.array([first, first + pi]), 2 * pi)
         found = cam_curves(problem.setup.mechanism, problem.design, problem.programme, angles).pitch.imag

@@ -1,23 +1,21 @@
 """The front view of a disc cam, along its axis: in the position that it has at cam angle 0, the follower above.
 
-Round the cam stands a ring of angles, at which the follower rises, dwells and returns. Its 0 is the direction of
-the trace point (roller centre, or contact of a flat face) at cam angle 0, where the timing mark is.
+Round the cam stands a ring of angles, at which the follower rises, dwells and returns. Its 0 is the direction
+of the trace point (roller centre, or contact of a flat face) at cam angle 0. The timing mark is straight up.
 """
 
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from math import cos, degrees, pi
+from math import cos, pi
 from typing import Any
 
 import numpy as np
 
-from camopt.drawing.cam import outline_of
-from camopt.drawing.picture import NAMES, Picture
-from camopt.effects import Case
 from camopt.mechanisms.design import ComplexArray
 from camopt.numerics import FloatArray
 from camopt.scene.part import Part
+from camopt.sheet.cam import Cam
 from camopt.sheet.dimensions import inwards, linear, outwards
 from camopt.sheet.hole import hole_outline, keyway_corners, keyway_turn
 from camopt.sheet.marks import (
@@ -33,7 +31,6 @@ from camopt.sheet.marks import (
     width_of,
 )
 from camopt.sheet.ring import Segment, ring
-from camopt.verdicts.judging import run_effects
 
 CLEAR = 10.0  # mm: between the cam, or its pitch curve, and the ring
 OVER = 4.0  # mm: centre lines past the cam
@@ -46,52 +43,43 @@ DIRECTIONS = np.radians(np.arange(0, 360, 1.0))
 class FrontView:
     """A disc cam seen along its axis; lengths in mm on the paper, at a scale."""
 
-    picture: Picture
-    part: Part
+    cam: Cam
     scale: float
 
     @property
-    def sense(self) -> float:
-        return self.picture.problem.design.sense
+    def part(self) -> Part:
+        return self.cam.part
 
     @cached_property
     def outline(self) -> ComplexArray:
-        return outline_of(self.picture) * self.scale
+        return self.cam.curve("profile") * self.scale
 
     @cached_property
     def pitch(self) -> ComplexArray:
         """The path of the roller's centre, closed; empty where there is no roller."""
-        setup = self.picture.problem.setup
-        if setup.pointed or setup.spherical or setup.mechanism.curvature is None:
-            return np.zeros(0, dtype=complex)
-        found = np.concatenate([curves.pitch for curves in self.picture.curves]) * self.scale
-        return np.append(found, found[0])
+        return self.cam.curve("pitch") * self.scale
 
     @property
     def base(self) -> float:
-        return float(self.picture.problem.design.size[0]) * self.scale
+        return self.cam.size * self.scale
 
-    @property
+    @cached_property
     def start(self) -> float:
-        """The direction of the timing mark, rad."""
-        return float(np.angle(self.picture.curves[0].pitch[0]))
+        """The direction of the trace point at cam angle 0, rad."""
+        return float(np.angle(self.cam.picture.curves[0].pitch[0]))
 
     @cached_property
     def segments(self) -> list[Segment]:
         """What the follower does, and between which directions of the ring (rad)."""
         return [
-            (f"{NAMES[kind]} {number(degrees(end - begin), 2)}°", self.at(begin), self.at(end))
-            for kind, begin, end in self.picture.stretches
+            (name, self.start - self.cam.sense * begin, self.start - self.cam.sense * end)
+            for name, begin, end in self.cam.segments
         ]
 
     @property
     def rays(self) -> list[float]:
         """The directions (rad) of the ring where segments meet."""
         return [begin for _, begin, _ in self.segments]
-
-    def at(self, angle: float) -> float:
-        """The direction of the ring at a cam angle, rad."""
-        return self.start - self.sense * angle
 
     @cached_property
     def highest(self) -> complex:
@@ -117,9 +105,7 @@ class FrontView:
     @cached_property
     def values(self) -> tuple[str, str]:
         """The least and the largest radius of the profile."""
-        problem = self.picture.problem
-        rows = run_effects(Case(problem.setup, problem.programme, problem.design), ["outer_radius_mm"])
-        low, high = float(problem.design.size[0]), float(rows.column("outer_radius_mm")[0])
+        low, high = self.cam.size, self.cam.quantity("outer_radius_mm") or abs(self.highest) / self.scale
         return f"R{number(low)}", f"R{number(high)}"
 
     @cached_property

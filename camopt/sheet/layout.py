@@ -4,8 +4,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from camopt.drawing.picture import Picture
 from camopt.sheet.callouts import with_callouts
+from camopt.sheet.cam import Cam
 from camopt.sheet.developed import groove_and_body
 from camopt.sheet.front_view import FrontView, is_upright
 from camopt.sheet.marks import LARGE, Box, Marks, Words, box_of, moved
@@ -32,7 +32,7 @@ class Form(NamedTuple):
 class Desk:
     """What goes on a sheet, but for the views."""
 
-    picture: Picture
+    cam: Cam
     form: Form
 
     @property
@@ -52,23 +52,22 @@ class Desk:
         return self.inner.high.real + MARGIN - WIDTH - APART - self.inner.low.real
 
     def table(self) -> Marks:
-        return table(columns_of(self.picture, self.form.step), self.form.blocks)
+        return table(columns_of(self.cam, self.form.step), self.form.blocks)
 
     def notes(self, width: float) -> Marks:
-        return notes(self.picture, width)
+        return notes(self.cam, width)
 
     def standing(self, scale: float) -> Marks:
         """The frame, and the title block in its corner."""
         paper = self.form.paper
-        block = title_block(self.picture.problem.scene.whole_part, scale_name(scale), paper.name)
+        block = title_block(self.cam.part, scale_name(scale), paper.name)
         low, high = paper.frame
         return [*paper.marks(), *moved(block, complex(high.real - WIDTH, low.imag))]
 
 
-def disc_views(picture: Picture, scale: float) -> Marks:
+def disc_views(cam: Cam, scale: float) -> Marks:
     """The front view of a disc cam, and the section beside it if the thickness is known."""
-    part = picture.problem.scene.whole_part
-    front = FrontView(picture, part, scale)
+    part, front = cam.part, FrontView(cam, scale)
     marks = with_callouts(front)
     if not part.thickness:
         return marks
@@ -89,7 +88,7 @@ def disc_above(desk: Desk, scale: float) -> Marks:
     spare = (width - box_of(rows).size.real) / 2
     rows = moved(rows, complex(inner.low.real + spare, box_of(said).high.imag + MARGIN))
     room = Box(complex(inner.low.real, box_of(rows).high.imag + MARGIN), inner.high)
-    return together([inner, inner, room], [said, rows, disc_views(desk.picture, scale)])
+    return together([inner, inner, room], [said, rows, disc_views(desk.cam, scale)])
 
 
 def disc_beside(desk: Desk, scale: float) -> Marks:
@@ -101,13 +100,13 @@ def disc_beside(desk: Desk, scale: float) -> Marks:
     floor = max(desk.over, box_of(said).high.imag + MARGIN)
     room = Box(complex(inner.low.real, floor), complex(box_of(rows).low.real - APART, inner.high.imag))
     right = Box(complex(inner.low.real, desk.over), inner.high)
-    return together([inner, right, room], [said, rows, disc_views(desk.picture, scale)])
+    return together([inner, right, room], [said, rows, disc_views(desk.cam, scale)])
 
 
 def cylinder(desk: Desk, scale: float) -> Marks:
     """The developed groove above; below it the body on the left, on the right the table, notes and title block."""
     inner, right = desk.inner, desk.inner.high.real + MARGIN - WIDTH
-    groove, body = groove_and_body(desk.picture, scale)
+    groove, body = groove_and_body(desk.cam, scale)
     floor = inner.high.imag - box_of(groove).size.imag
     said = moved(desk.notes(WIDTH - MARGIN), complex(right, desk.over))
     rows = desk.table()

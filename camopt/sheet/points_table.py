@@ -10,10 +10,10 @@ from math import ceil
 
 import numpy as np
 
-from camopt.drawing.picture import Picture
 from camopt.mechanisms.design import ComplexArray
 from camopt.mechanisms.geometry import cam_curves
 from camopt.numerics import FloatArray
+from camopt.sheet.cam import Cam
 from camopt.sheet.marks import MEDIUM, THICK, Mark, Marks, Words, line, rectangle, width_of
 
 ROW = 4.0  # mm
@@ -33,9 +33,9 @@ class Column:
         return max(width_of(text, MEDIUM) for text in (*self.head, *self.cells)) + 2 * BESIDE
 
 
-def columns_of(picture: Picture, step: float) -> list[Column]:
+def columns_of(cam: Cam, step: float) -> list[Column]:
     """The table at cam angles with a step in deg that divides the turn."""
-    problem = picture.problem
+    problem = cam.problem
     degrees = np.arange(0.0, 360.0 - step / 2, step)
     angles = np.radians(degrees)
     lift = problem.programme.at(angles)[0]
@@ -50,13 +50,12 @@ def columns_of(picture: Picture, step: float) -> list[Column]:
         columns.append(Column(("roller", "x", "mm"), _written(curves.pitch.real)))
         return [*columns, Column(("centre", "y", "mm"), _written(curves.pitch.imag))]
     centred = not (problem.setup.pointed or problem.setup.mechanism.curvature is None)
-    start = complex(curves.pitch[0])
-    columns += _polar("profile", curves.profile[0], start, problem.design.sense)
-    return [*columns, *(_polar("centre", curves.pitch, start, problem.design.sense) if centred else ())]
+    columns += _polar("profile", curves.profile[0], cam.sense)
+    return [*columns, *(_polar("centre", curves.pitch, cam.sense) if centred else ())]
 
 
-def _polar(name: str, points: ComplexArray, start: complex, sense: float) -> Iterator[Column]:
-    turns = np.degrees(-sense * np.angle(points / start))
+def _polar(name: str, points: ComplexArray, sense: float) -> Iterator[Column]:
+    turns = np.degrees(-sense * np.angle(points / 1j))
     turns = np.round(turns, 3) % 360.0  # what rounds to 360 is 0
     yield Column((name, "φ", "°"), _written(np.asarray(turns)))
     yield Column(("", "r", "mm"), _written(np.asarray(np.abs(points))))

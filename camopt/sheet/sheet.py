@@ -2,15 +2,16 @@
 
 import os
 from itertools import islice
+from math import pi
 from typing import NamedTuple
 
 from camopt.drawing.canvas import canvas
-from camopt.drawing.picture import Picture
 from camopt.mistakes import BadInput, Mistake
 from camopt.problem.problem import Problem
+from camopt.sheet.cam import Cam
 from camopt.sheet.layout import Desk, forms
 from camopt.sheet.marks import Marks, draw
-from camopt.sheet.paper import Paper, scales
+from camopt.sheet.paper import A3, Paper, scales
 
 INCH = 25.4  # mm
 TRIED = 40  # scales, down to 1 : 10¹³
@@ -19,6 +20,7 @@ TRIED = 40  # scales, down to 1 : 10¹³
 class Sheet(NamedTuple):
     """A paper and all that is on it, in mm from its lower left corner, at a scale."""
 
+    cam: Cam
     paper: Paper
     scale: float
     marks: Marks
@@ -51,10 +53,11 @@ def write_sheet(problem: Problem, path: str | os.PathLike[str]) -> Sheet:
 
 def sheet_of(problem: Problem) -> Sheet:
     """The first of the scales and forms, the best first, that holds the drawing."""
-    picture = Picture(problem)
-    for scale in islice(scales(2.0 * float(problem.design.size[0])), TRIED):
+    cam = Cam(problem)
+    width = 2.0 * cam.size * (pi if problem.setup.mechanism.grooved else 1.0)
+    for scale in (each for each in islice(scales(2.0 * cam.size), TRIED) if width * each < A3.width):
         for form in forms(problem.setup.mechanism.grooved):
-            desk = Desk(picture, form)
+            desk = Desk(cam, form)
             if marks := form.place(desk, scale):
-                return Sheet(form.paper, scale, [*desk.standing(scale), *marks])
+                return Sheet(cam, form.paper, scale, [*desk.standing(scale), *marks])
     raise BadInput([Mistake(problem.scene.file, "scene", problem.scene.name, "a cam that fits on a sheet of A3")])

@@ -1,0 +1,106 @@
+"""What a sheet is about: a problem's own design, its part, and its curves as lines that provably follow them."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from math import degrees
+from typing import NamedTuple
+
+import numpy as np
+
+from camopt.contour.curve import curves_of
+from camopt.contour.follow import LARGEST, LEAST, Followed, follow
+from camopt.contour.path import ArcPath
+from camopt.drawing.picture import NAMES, Picture
+from camopt.effects import Case, offered
+from camopt.mechanisms.design import ComplexArray
+from camopt.problem.problem import Problem
+from camopt.scene.part import Part
+from camopt.sheet.marks import number
+from camopt.verdicts.judging import run_effects
+
+FINENESS = 2e-5  # of the cam's size: how far lines may be off its curves
+STRAIGHT = 1e-12  # rad: an arc that turns by less is a line
+CLOSE = 0.005  # of the cam's size: from one point that is drawn to the next
+
+
+class Line(NamedTuple):
+    """A curve as straight lines from point to point, and how far off they are at most, mm."""
+
+    points: ComplexArray
+    deviation: float
+
+
+def flattened(found: Followed, step: float) -> Line:
+    """The arcs of a path as chords of at most a length, mm.
+
+    With t from 0 to 1 an arc of the chord c that turns by φ is at c·(e^{iφt} − 1)/(e^{iφ} − 1), and leaves chords
+    that turn by δ by ½·tan(δ/4) of their length.
+    """
+    path = found.path
+    assert isinstance(path, ArcPath)
+    chords, sweeps = path.chords, path.sweeps
+    counts = np.maximum(np.ceil(np.abs(chords) / np.cos(sweeps / 4) / step), 1.0).astype(int)
+    each, t = np.repeat(np.arange(counts.size), counts), np.concatenate([np.arange(n) / n for n in counts])
+    turn = np.where(np.abs(sweeps) > STRAIGHT, sweeps, STRAIGHT)[each]
+    inside = path.vertices[each] + chords[each] * np.expm1(1j * turn * t) / np.expm1(1j * turn)
+    points = np.append(inside, path.vertices[-1])
+    sagitta = np.abs(np.diff(points) * np.tan(sweeps[each] / counts[each] / 4)).max() / 2
+    return Line(points, found.deviation + float(sagitta))
+
+
+@dataclass(frozen=True)
+class Cam:
+    """A cam of true size: mm in its own frame."""
+
+    problem: Problem
+
+    @cached_property
+    def picture(self) -> Picture:
+        return Picture(self.problem)
+
+    @cached_property
+    def part(self) -> Part:
+        return self.problem.scene.whole_part
+
+    @property
+    def size(self) -> float:
+        """Base radius, or mean radius of a cylindrical cam."""
+        return float(self.problem.design.size[0])
+
+    @property
+    def roller(self) -> float:
+        """The radius of the roller or of a spherical face; 0 if there is none."""
+        return float(self.problem.design.roller_radius[0])
+
+    @property
+    def sense(self) -> float:
+        """+1 for a cam that turns ccw, −1 for cw."""
+        return self.problem.design.sense
+
+    @cached_property
+    def curves(self) -> dict[str, Line]:
+        """Its curves by name; the pitch curve only where it is the path of a roller's centre."""
+        setup, fine = self.problem.setup, float(np.clip(FINENESS * self.size, LEAST, LARGEST))
+        rolls = not (setup.pointed or setup.spherical)
+        found = {name: curve for name, curve in curves_of(self.problem).items() if name != "pitch" or rolls}
+        return {name: flattened(follow(curve, "arcs", fine), CLOSE * self.size) for name, curve in found.items()}
+
+    def curve(self, name: str) -> ComplexArray:
+        """The points of a curve; none of a curve that is not drawn."""
+        return self.curves[name].points if name in self.curves else np.zeros(0, dtype=complex)
+
+    @cached_property
+    def segments(self) -> list[tuple[str, float, float]]:
+        """What the follower does, and between which cam angles, rad."""
+        return [
+            (f"{NAMES[kind]} {number(degrees(end - begin), 2)}°", begin, end)
+            for kind, begin, end in self.picture.stretches
+        ]
+
+    def quantity(self, name: str) -> float | None:
+        """One quantity; None where the scene does not give what it needs."""
+        setup = self.problem.setup
+        if name not in offered(setup):
+            return None
+        rows = run_effects(Case(setup, self.problem.programme, self.problem.design), [name])
+        return float(rows.column(name)[0])
