@@ -3,6 +3,7 @@
 Line types and widths are those of ISO 128-2 in the group 0.5, lettering has the heights of ISO 3098.
 """
 
+import warnings
 from collections.abc import Iterable, Sequence
 from functools import cache
 from typing import Any, NamedTuple
@@ -81,8 +82,6 @@ class Box(NamedTuple):
 @cache
 def width_of(text: str, height: float) -> float:
     """Of a line of text, mm."""
-    import warnings
-
     from matplotlib.font_manager import FontProperties
     from matplotlib.textpath import text_to_path
 
