@@ -1,5 +1,6 @@
 """Paths of arcs, cubics and lines against the curves that they follow: dense points, exact arcs, identities."""
 
+from itertools import product
 from math import hypot, inf
 
 import numpy as np
@@ -46,15 +47,13 @@ def dense(path, count):
 
 def furthest(points, corners):
     """The largest distance of points from a line through corners, on the segments beside their nearest corners."""
-    corners = corners[np.append(True, np.abs(np.diff(corners)) > 1e-6)]
     closed = abs(corners[0] - corners[-1]) < 1e-6
     corners = corners[:-1] if closed else corners
-    _, nearest = cKDTree(np.column_stack([corners.real, corners.imag])).query(
-        np.column_stack([points.real, points.imag])
-    )
+    tree = cKDTree(np.column_stack([corners.real, corners.imag]))
+    _, nearest = tree.query(np.column_stack([points.real, points.imag]), k=4)  # some lie on each other
     found = np.full(points.size, inf)
-    for step in (-1, 0):
-        start = (nearest + step) % corners.size if closed else np.clip(nearest + step, 0, corners.size - 2)
+    for place, step in product(nearest.T, (-1, 0)):
+        start = (place + step) % corners.size if closed else np.clip(place + step, 0, corners.size - 2)
         a, b = corners[start], corners[(start + 1) % corners.size]
         length = np.maximum(np.abs(b - a), 1e-30)
         share = np.clip(((points - a) * (b - a).conjugate()).real / length**2, 0.0, 1.0)

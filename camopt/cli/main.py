@@ -258,7 +258,7 @@ def frontier(scene: Any, as_json: bool, quiet: bool, axes: str, points: int, out
 @outputs_option
 @output_options
 @click.option("--plot", "picture", type=Place(*PICTURES), help="Draw the cam and its diagrams: PNG, SVG, PDF.")
-@click.option("--points", type=Place(".csv", ".parquet"), help="Write points of the cam's curves: CSV, Parquet.")
+@click.option("--points", type=Place(".csv", ".parquet", ".xlsx"), help="Write points: CSV, Parquet, Excel.")
 @click.option("--cutter-radius", type=float, help="With --points: also the path of a cutter of this radius, mm.")
 @click.option("--step", type=float, help="With --points: degrees between points; 1 by default.")
 @click.option(
@@ -306,6 +306,18 @@ def evaluate(
 @click.option("--chord", type=float, help="Largest deviation from the true curve, mm; 0.001 by default.")
 @click.option("--curves", help="What curves are made of: arcs (the default), spline or polyline.")
 @click.option("--cutter-radius", type=float, help="Also the path of a cutter or grinding wheel of this radius, mm.")
+@click.option("--step", type=float, help="Points in even steps of the angle, deg.")
+@click.option("--points", type=int, help="Number of points of an electronic cam; 361 by default.")
+@click.option("--feed", type=float, help="Feed of a cutter, mm/min.")
+@click.option(
+    "--depth", type=float, help="Depth of the cut below the top face, mm; the thickness and 1 by default."
+)
+@click.option("--roughing", type=float, help="A first cut that leaves so much, mm.")
+@click.option("--direction", help="climb (the default) or conventional milling.")
+@click.option(
+    "--lead-in", type=float, help="Radius on which the cutter comes in; that of the cutter by default, mm."
+)
+@click.option("--spindle", type=float, help="Speed of the cutter, rev/min.")
 def export(scene: Any, file: Path, as_json: bool, quiet: bool, **settings: Any) -> int:
     """Write the cam of one design to FILE for a machine, a person or another program, as its ending says.
 

@@ -8,7 +8,7 @@ and runs along ∓i·e^{∓iθ}·n. It is smooth on each span of the turn, where
 the normal does, which tears a curve at a distance, and leaves a corner in a pitch curve.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from math import factorial, inf, nextafter
 from typing import Any, NamedTuple
@@ -98,12 +98,27 @@ class CamCurve:
         found: ComplexArray = x + 1j * height
         return found
 
-    def moving(self, span: Span, angles: FloatArray) -> tuple[ComplexArray, ComplexArray]:
-        """Points, mm, and their derivatives by the cam angle, mm/rad, at cam angles (rad) of a span."""
-        y, y1, y2, *_ = span.stroke.motion(angles)
-        x, height = self.placed(Taylor([angles, 1.0]), Taylor([y, y1]), Taylor([y1, y2]))
-        point, velocity = (a + 1j * b for a, b in zip(x.terms, height.terms, strict=True))
-        return point, velocity
+    def moving(self, span: Span, angles: FloatArray) -> tuple[ComplexArray, ...]:
+        """Points, mm, and their first two derivatives by the cam angle, mm/rad, at cam angles (rad) of a span."""
+        y, y1, y2, y3 = span.stroke.motion(angles)
+        x, height = self.placed(Taylor([angles, 1.0, 0.0]), Taylor([y, y1, y2 / 2]), Taylor([y1, y2, y3 / 2]))
+        return tuple(x.derivative(k) + 1j * height.derivative(k) for k in range(3))
+
+    def at(self, angles: FloatArray, of: Callable[[Span, FloatArray], Any]) -> Any:
+        """What ``of`` gives of spans, at cam angles (rad, in any order) of the turn; at a jump what is after it."""
+        starts = np.array([span.start for span in self.spans])
+        place = np.maximum(np.searchsorted(starts, angles, side="right") - 1, 0)
+        found = [(k, of(self.spans[k], angles[place == k])) for k in np.unique(place)]
+        out = np.empty(angles.shape, dtype=found[0][1].dtype)
+        for k, values in found:
+            out[place == k] = values
+        return out
+
+    def curvatures(self, span: Span, angles: FloatArray) -> FloatArray:
+        """Im(p'*·p'')/|p'|³, 1/mm, positive where the curve turns to the left, at cam angles (rad) of a span."""
+        _, first, second = self.moving(span, angles)
+        found: FloatArray = (first.conjugate() * second).imag / np.abs(first) ** 3
+        return found
 
     def directions(self, span: Span, angles: FloatArray) -> ComplexArray:
         """Unit tangents, as the cam angle grows, at cam angles (rad) of a span."""

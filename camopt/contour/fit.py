@@ -28,6 +28,7 @@ WIDEST = 3.0  # rad: an arc is no longer, so that its middle is on its own side 
 WITHIN = np.linspace(0.0, 1.0, 13)[1:-1, None]  # where a stretch is looked at
 MOST = 1_000_000  # elements of a path
 SAME = 1e-9  # relative difference of the curvatures of two arcs that are one
+SAME_ANGLE = 1e-12  # rad
 HAIR = 1e-9  # mm: an arc that rises less above its chord is a line
 
 Errors = Callable[[FloatArray, FloatArray], FloatArray]
@@ -145,7 +146,7 @@ def _off_biarcs(curve: CamCurve, span: Span, starts: FloatArray, ends: FloatArra
 
 def _cubics(curve: CamCurve, span: Span, starts: FloatArray, ends: FloatArray) -> ComplexArray:
     """Control points of the cubics with the curve's points and derivatives by the cam angle at the ends, (4, n)."""
-    (p0, v0), (p1, v1) = (curve.moving(span, angles) for angles in (starts, ends))
+    (p0, v0, _), (p1, v1, _) = (curve.moving(span, angles) for angles in (starts, ends))
     third = (ends - starts) / 3
     return np.array([p0, p0 + v0 * third, p1 - v1 * third, p1])
 
@@ -163,6 +164,29 @@ def _polyline(curve: CamCurve, angles: list[FloatArray]) -> ArcPath:
     points = [curve.points(span, each[:-1]) for span, each in zip(curve.spans, angles, strict=True)]
     vertices = np.concatenate([*points, _last(curve)])
     return _path(vertices, np.zeros(vertices.size - 1), angles)
+
+
+def through(curve: CamCurve, angles: FloatArray) -> ArcPath:
+    """The lines through the curve's points at cam angles (rad) that rise.
+
+    Where a line passes from one span to another it has a vertex of its own, on the line beside the curve.
+    """
+    points = curve.at(angles, curve.points)
+    inner = np.array([span.start for span in curve.spans[1:]])
+    apart = np.abs(inner[:, None] - angles).min(axis=1, initial=np.inf) > SAME_ANGLE
+    inner = inner[apart & (inner > angles[0]) & (inner < angles[-1])]
+    if inner.size:
+        line = np.searchsorted(angles, inner) - 1
+        first, along = points[line], np.diff(points)[line]
+        share = ((curve.at(inner, curve.points) - first) * along.conjugate()).real / np.square(np.abs(along))
+        points = np.concatenate([points, first + share * along])
+    places = np.concatenate([angles, inner])
+    order = np.argsort(places, kind="stable")
+    places, vertices = places[order], points[order]
+    starts = np.array([span.start for span in curve.spans])
+    spans = np.searchsorted(starts, (places[:-1] + places[1:]) / 2, side="right") - 1
+    pairs = np.stack([places[:-1], places[1:]], axis=1)
+    return ArcPath(vertices, np.zeros(vertices.size - 1), pairs, tuple(spans.tolist()))
 
 
 def _arcs(curve: CamCurve, angles: list[FloatArray]) -> ArcPath:

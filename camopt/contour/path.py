@@ -58,6 +58,30 @@ class ArcPath:
         chords, turn = self.chords / np.abs(self.chords), np.exp(0.5j * self.sweeps)
         return chords / turn, chords * turn
 
+    @property
+    def backwards(self) -> "ArcPath":
+        """The path from its end to its start."""
+        return ArcPath(self.vertices[::-1], -self.bulges[::-1], self.angles[::-1], self.spans[::-1])
+
+    def halved(self, k: int) -> "ArcPath":
+        """The path with an arc in two halves, each beside half of its cam angles."""
+        middle = self.vertices[k] + self.chords[k] * (0.5 - 0.5j * self.bulges[k])
+        half = np.tan(np.arctan(self.bulges[k]) / 2)
+        low, high = self.angles[k]
+        between = (low + high) / 2
+        return ArcPath(
+            np.insert(self.vertices, k + 1, middle),
+            np.concatenate([self.bulges[:k], [half, half], self.bulges[k + 1 :]]),
+            np.concatenate([self.angles[:k], [[low, between], [between, high]], self.angles[k + 1 :]]),
+            (*self.spans[: k + 1], *self.spans[k:]),
+        )
+
+    def starting(self, k: int) -> "ArcPath":
+        """The closed path from another vertex on."""
+        corners = np.roll(self.vertices[:-1], -k)
+        spans = (*self.spans[k:], *self.spans[:k])
+        return ArcPath(np.append(corners, corners[0]), np.roll(self.bulges, -k), np.roll(self.angles, -k, 0), spans)
+
     def __len__(self) -> int:
         return self.bulges.size
 

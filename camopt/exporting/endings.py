@@ -16,5 +16,12 @@ ENDINGS = {
     ".pdf": Ending("pdf"),
     ".step": Ending("step", "cad"),
     ".stl": Ending("stl", "cad"),
+    ".csv": Ending("points"),
+    ".parquet": Ending("points"),
+    ".xlsx": Ending("points"),
+    ".nc": Ending("gcode"),
+    ".p": Ending("grinding"),
+    ".txt": Ending("electronic"),
+    ".toml": Ending("scene"),
 }
 """By the ending of a file."""

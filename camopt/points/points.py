@@ -1,10 +1,12 @@
 """The cam as points for a machine or another program: displacement, pitch curve, profile and cutter path."""
 
 import os
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from camopt.contour.curve import CamCurve, curves_of
 from camopt.drawing.picture import Picture
 from camopt.effects import Case
 from camopt.files import checked_suffix, whole_file
@@ -19,6 +21,9 @@ from camopt.scene.scene import Scene
 from camopt.verdicts.judging import run_effects
 from camopt.version import VERSION
 
+if TYPE_CHECKING:
+    import pyarrow as pa
+
 ABOUT = {
     "cam_angle_deg": ("deg", "Cam angle."),
     "displacement_mm": ("mm", "Displacement of the follower."),
@@ -31,6 +36,17 @@ ABOUT = {
     "cutter_left": ("mm", "Path of the cutter's centre that makes the left flank."),
     "cutter_right": ("mm", "Path of the cutter's centre that makes the right flank."),
 }
+
+FORM = {
+    "x_mm": ("mm", ""),
+    "y_mm": ("mm", ""),
+    "normal_x": ("", "Unit normal, out of the steel."),
+    "normal_y": ("", "Unit normal, out of the steel."),
+    "curvature_per_mm": ("1/mm", "Curvature, above 0 where the steel is convex; that after a jump."),
+    "radius_mm": ("mm", "Distance from the axis."),
+    "angle_deg": ("deg", "Direction from the axis, anticlockwise from the x axis."),
+}
+"""Columns of a curve, by what follows its name: unit, and the words after those of the curve."""
 
 
 def cam_points(
@@ -46,9 +62,13 @@ def cam_points(
     Columns: ``cam_angle_deg``; ``displacement_mm`` (``displacement_deg`` when oscillating); and the x and y
     in mm of each curve, as ``profile_x_mm``, ``profile_y_mm``: ``pitch`` (not for a flat face, which has no
     trace point), ``profile``, and ``cutter`` if a cutter radius is given. The groove of a cylindrical cam has
-    ``profile_left`` and ``profile_right`` in place of ``profile``, and likewise two cutter paths. Then each load of
-    the effects that the scene calls for, as ``contact_force_N``, ``torque_N_m``, ``contact_stress_MPa``; of several
-    friction can make, the largest. One that is infinite somewhere has no column.
+    ``profile_left`` and ``profile_right`` in place of ``profile``, and likewise two cutter paths.
+
+    Of each profile also the unit normal out of the steel (``profile_normal_x``, ``profile_normal_y``), the
+    curvature (``profile_curvature_per_mm``, positive where convex), and on disc cams polar coordinates
+    (``profile_radius_mm``, and ``profile_angle_deg`` from the x axis). Then each load of the effects that the scene
+    calls for, as ``contact_force_N``, ``torque_N_m``, ``contact_stress_MPa``; of several that friction can make,
+    the largest. One that is infinite somewhere has no column.
 
     A disc cam is in its own frame, which is the ground frame at cam angle 0: cam centre at the origin,
     follower above it. A cylindrical cam is developed: x runs round it at the mean radius, y along its axis.
@@ -95,7 +115,21 @@ def cam_points(
     columns[f"displacement_{unit}"] = np.degrees(displacement) if unit == "deg" else displacement
     for name, points in _curves(problem, radians, cutter_radius).items():
         columns |= {f"{name}_x_mm": points.real.copy(), f"{name}_y_mm": points.imag.copy()}
+    for name, curve in curves_of(problem).items():
+        columns |= _form(name, curve, radians) if name.startswith("profile") else {}
     return columns | loads_at(Picture(problem), degrees)
+
+
+def _form(name: str, curve: CamCurve, angles: FloatArray) -> dict[str, FloatArray]:
+    """Normal, curvature and, on a disc cam, polar coordinates of a profile at cam angles in rad."""
+    outwards = -1.0 if curve.distance > 0.0 else 1.0  # the steel is on the other side of the pitch curve's normal
+    normal = outwards * curve.at(angles, curve.normals)
+    bend = -outwards * (curve.sense or 1.0) * curve.at(angles, curve.curvatures)
+    form = {"normal_x": normal.real.copy(), "normal_y": normal.imag.copy(), "curvature_per_mm": bend}
+    if curve.closed:
+        points = curve.at(angles, curve.points)
+        form |= {"radius_mm": np.abs(points), "angle_deg": np.degrees(np.angle(points)) % 360.0}
+    return {f"{name}_{key}": values for key, values in form.items()}
 
 
 def _degrees(
@@ -126,37 +160,61 @@ def write_points(
     step: float | None = None,
     chord: float | None = None,
 ) -> None:
-    """Write ``cam_points`` to a CSV or Parquet file, as its suffix says.
+    """Write ``cam_points`` to a CSV, Parquet or Excel file, as its suffix says.
 
     The file appears only when whole. Parquet carries units, descriptions, the scene and the version in its
-    metadata (``camopt.load`` reads it); CSV has a line of column names, and every digit.
+    metadata (``camopt.load`` reads it); CSV has a line of column names, and every digit. An Excel workbook has the
+    units in its second row, and the scene on a sheet of its own; it takes ``pip install "camopt[excel]"``.
 
     Raises
     ------
     BadInput
-        For another suffix, or as ``cam_points``.
+        For another suffix, a library that is missing, or as ``cam_points``.
     OSError
         If the file cannot be written.
     """
+    suffix = checked_suffix(path, "path", tuple(WRITERS))
+    write_columns(cam_points(scene, None, cutter_radius, step=step, chord=chord), scene, path, suffix)
+
+
+def write_columns(columns: dict[str, FloatArray], scene: Scene, path: str | os.PathLike[str], suffix: str) -> None:
+    """Write the columns of ``cam_points`` to a file of a kind."""
+    WRITERS[suffix](columns, scene, path)
+
+
+def _table(columns: dict[str, FloatArray], scene: Scene) -> "pa.Table":
     import pyarrow as pa
-    from pyarrow import csv
 
-    from camopt.tables.sealed import write_table
-
-    suffix = checked_suffix(path, "path", (".csv", ".parquet"))
-    columns = cam_points(scene, None, cutter_radius, step=step, chord=chord)
     fields = [pa.field(name, pa.float64(), nullable=False, metadata=_about(name)) for name in columns]
     layout = pa.schema(fields, metadata={"camopt_version": VERSION, "camopt_scene": scene.to_toml()})
     arrays = [  # from their bytes: pa.array would import pandas
         pa.Array.from_buffers(pa.float64(), values.size, [None, pa.py_buffer(np.ascontiguousarray(values))])
         for values in columns.values()
     ]
-    table = pa.table(arrays, schema=layout)
-    if suffix == ".csv":
-        with whole_file(path) as partial, partial.open("wb") as file:
-            csv.write_csv(table, file, csv.WriteOptions(quoting_style="none"))
-    else:
-        write_table(table, path)
+    return pa.table(arrays, schema=layout)
+
+
+def _write_csv(columns: dict[str, FloatArray], scene: Scene, path: str | os.PathLike[str]) -> None:
+    from pyarrow import csv
+
+    with whole_file(path) as partial, partial.open("wb") as file:
+        csv.write_csv(_table(columns, scene), file, csv.WriteOptions(quoting_style="none"))
+
+
+def _write_parquet(columns: dict[str, FloatArray], scene: Scene, path: str | os.PathLike[str]) -> None:
+    from camopt.tables.sealed import write_table
+
+    write_table(_table(columns, scene), path)
+
+
+def _write_workbook(columns: dict[str, FloatArray], scene: Scene, path: str | os.PathLike[str]) -> None:
+    from camopt.tables.workbook import write_workbook
+
+    units = [_about(name)["unit"] for name in columns]
+    write_workbook(path, {"points": (list(columns), units, list(columns.values()))}, scene)
+
+
+WRITERS = {".csv": _write_csv, ".parquet": _write_parquet, ".xlsx": _write_workbook}
 
 
 def check_cutter(problem: Problem, radius: float | None) -> None:
@@ -186,9 +244,13 @@ def _curves(problem: Problem, angles: FloatArray, cutter_radius: float | None) -
 
 
 def _about(column: str) -> dict[str, str]:
-    curve = column.removesuffix("_x_mm").removesuffix("_y_mm")
-    if curve not in ABOUT:
+    if column in LOADS:
         quantity = LOADS[column]
         return {"unit": quantity.unit, "symbol": "", "description": f"Along the turn: {quantity.sentence}"}
-    unit, description = ABOUT[curve]
+    if column in ABOUT:
+        unit, description = ABOUT[column]
+    else:
+        form = next(form for form in FORM if column.endswith(f"_{form}"))
+        unit, words = FORM[form]
+        description = f"{ABOUT[column.removesuffix(f'_{form}')][1]} {words}".rstrip()
     return {"unit": unit, "symbol": "", "description": description}

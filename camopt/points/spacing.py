@@ -44,7 +44,9 @@ def within_chord(chord: float, starts: FloatArray, curves: Curves) -> FloatArray
     """
     if not (isfinite(chord) and chord > 0.0):
         raise BadInput([Mistake("camopt", "chord", chord, "above 0 mm")])
-    angles = np.unique(np.concatenate([np.linspace(0.0, 360.0, round(360.0 / WIDEST) + 1), starts]))
+    even = np.linspace(0.0, 360.0, round(360.0 / WIDEST) + 1)
+    even = even[np.abs(even[:, None] - starts).min(axis=1, initial=np.inf) > NARROWEST]
+    angles = np.unique(np.concatenate([even, starts]))
     pending = np.ones(angles.size - 1, dtype=bool)
     while pending.any():
         ends = np.array([angles[:-1][pending], angles[1:][pending]])

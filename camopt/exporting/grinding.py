@@ -1,0 +1,79 @@
+"""A table for a cam grinder: for each angle of the workpiece, how far the centre of the wheel is from its axis.
+
+The workpiece turns, and the wheel moves straight towards its axis. It grinds the profile if its centre stands at
+the polar radius of its path, at the polar angle to which the workpiece is turned. Lift is that radius less its
+least value: what a radial roller of the wheel's radius would do.
+
+Source: Norton, Cam Design and Manufacturing Handbook, ch. 14 (cam grinding).
+"""
+
+from pathlib import Path
+
+import numpy as np
+
+from camopt.contour.curve import CamCurve, Span, curves_of
+from camopt.exporting.exported import Exported
+from camopt.files import write_text
+from camopt.mistakes import BadInput, Mistake
+from camopt.numerics import FloatArray
+from camopt.points.points import check_cutter
+from camopt.points.spacing import in_steps
+from camopt.problem.problem import Problem
+from camopt.version import VERSION
+
+HALVINGS = 60
+LOOKED = 20_001  # cam angles at which the path must go round one way
+
+
+def write(problem: Problem, path: Path, cutter_radius: float | None = None, step: float = 1.0) -> Exported:
+    """Write angles (deg), lifts and distances of the centres (mm), in even steps of the workpiece's angle.
+
+    The angle is that of the direction from the axis to the wheel's centre, from the y axis of the cam's drawing, in
+    the sense in which the cam angle grows. ``cutter_radius`` (mm) is that of the wheel.
+    """
+    if problem.setup.mechanism.grooved:
+        raise BadInput([Mistake("camopt", "file", path.name, "written for disc cams; a groove is not ground so")])
+    if cutter_radius is None:
+        raise BadInput([Mistake("camopt", "cutter_radius", None, "missing: the radius of the wheel", bare=True)])
+    check_cutter(problem, cutter_radius)
+    angles = in_steps(step)
+    radii = _radii(problem, curves_of(problem, cutter_radius)["cutter"], angles)
+    lifts = radii - radii.min()
+    lines = [
+        f"# {problem.scene.whole_part.name}",
+        f"# camopt {VERSION}; wheel or roller of radius {cutter_radius:.9g} mm, moving straight towards the axis",
+        "# angle_deg: of the wheel's centre about the axis, from the y axis of the drawing, as the cam angle grows",
+        f"# lift_mm: of the centre above its least distance from the axis, {radii.min():.6f} mm",
+        "# angle_deg lift_mm centre_mm",
+        *(f"{a:.10g} {y:.6f} {r:.6f}" for a, y, r in zip(angles, lifts, radii, strict=True)),
+    ]
+    write_text(path, "\n".join(lines) + "\n")
+    return Exported(path, about={"lines": angles.size, "lift_max_mm": float(lifts.max())})
+
+
+def _turned(curve: CamCurve, span: Span, angles: FloatArray) -> FloatArray:
+    """By how much the direction of the curve's points is ahead of the cam angle, rad, from −π to π."""
+    points = curve.points(span, angles) / 1j * np.exp(1j * curve.sense * angles)
+    return np.asarray(-curve.sense * np.angle(points))
+
+
+def _radii(problem: Problem, curve: CamCurve, degrees: FloatArray) -> FloatArray:
+    """Distance of the curve from the axis in some directions: the cam angles by halving."""
+
+    def ahead(angles: FloatArray) -> FloatArray:
+        return np.asarray(curve.at(angles, lambda span, a: _turned(curve, span, a)))
+
+    looked = np.linspace(0.0, 2.0 * np.pi, LOOKED)
+    directions = looked + ahead(looked)
+    if np.any(np.diff(directions) <= 0.0):
+        why = "a cam whose wheel path goes round the axis one way; this one comes back: choose a smaller wheel"
+        raise BadInput([Mistake(problem.scene.file, "cam", None, why, bare=True)])
+    wanted = np.radians(degrees)
+    wanted = directions[0] + (wanted - directions[0]) % (2.0 * np.pi)
+    place = np.clip(np.searchsorted(directions, wanted, side="right") - 1, 0, LOOKED - 2)
+    low, high = looked[place], looked[place + 1]
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2
+        past = middle + ahead(middle) > wanted
+        low, high = np.where(past, low, middle), np.where(past, middle, high)
+    return np.asarray(np.abs(curve.at(low, curve.points)))

@@ -1,0 +1,13 @@
+"""The scene itself, so that there is always a way back."""
+
+from pathlib import Path
+
+from camopt.exporting.exported import Exported
+from camopt.files import write_text
+from camopt.problem.problem import Problem
+
+
+def write(problem: Problem, path: Path) -> Exported:
+    """Write the scene as TOML, with all that it takes from other files."""
+    write_text(path, problem.scene.to_toml())
+    return Exported(path)

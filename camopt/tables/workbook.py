@@ -1,0 +1,51 @@
+"""Excel workbooks: a sheet for each table, and the scene on one of its own; written by XlsxWriter."""
+
+import os
+from collections.abc import Mapping, Sequence
+from datetime import UTC, datetime
+
+from camopt.files import whole_file
+from camopt.mistakes import BadInput, Mistake
+from camopt.numerics import FloatArray
+from camopt.scene.scene import Scene
+
+Sheet = tuple[Sequence[str], Sequence[str], Sequence[FloatArray]]
+"""Headings, units and columns of numbers."""
+MOST_ROWS = 1_048_574  # of a sheet, below its two lines of headings
+SAME_TIME = datetime(2000, 1, 1, tzinfo=UTC).replace(tzinfo=None)
+"""The same cam gives the same file: workbooks name a time at which they were made."""
+
+
+def write_workbook(path: str | os.PathLike[str], sheets: Mapping[str, Sheet], scene: Scene) -> None:
+    """Write tables and the scene that they are of; the file appears only when whole.
+
+    Raises
+    ------
+    BadInput
+        If XlsxWriter is not installed, or a table is longer than a sheet.
+    OSError
+        If the file cannot be written.
+    """
+    try:
+        from xlsxwriter import Workbook
+    except ModuleNotFoundError:
+        why = 'written where XlsxWriter is installed; pip install "camopt[excel]" adds it'
+        raise BadInput([Mistake("camopt", "file", os.fspath(path), why)]) from None
+    longest = max(columns[0].size for _, _, columns in sheets.values())
+    if longest > MOST_ROWS:
+        raise BadInput(
+            [Mistake("camopt", "file", os.fspath(path), f"of at most {MOST_ROWS:,} rows; it has {longest:,}")]
+        )
+    with whole_file(path) as partial, Workbook(partial) as book:
+        book.set_properties({"created": SAME_TIME})
+        bold = book.add_format({"bold": True})
+        for name, (headings, units, columns) in sheets.items():
+            sheet = book.add_worksheet(name)
+            sheet.write_row(0, 0, headings, bold)
+            sheet.write_row(1, 0, units)
+            for k, column in enumerate(columns):
+                sheet.write_column(2, k, column.tolist())
+                sheet.set_column(k, k, len(headings[k]) + 1)
+            sheet.freeze_panes(2, 1)
+        lines = book.add_worksheet("scene")
+        lines.write_column(0, 0, scene.to_toml().splitlines())
