@@ -314,10 +314,6 @@ def evaluate(
 )
 @click.option("--roughing", type=float, help="A first cut that leaves so much, mm.")
 @click.option("--direction", help="climb (the default) or conventional milling.")
-@click.option(
-    "--lead-in", type=float, help="Radius on which the cutter comes in; that of the cutter by default, mm."
-)
-@click.option("--spindle", type=float, help="Speed of the cutter, rev/min.")
 def export(scene: Any, file: Path, as_json: bool, quiet: bool, **settings: Any) -> int:
     """Write the cam of one design to FILE for a machine, a person or another program, as its ending says.
 

@@ -38,20 +38,17 @@ def write(
     depth: float | None = None,
     roughing: float = 0.0,
     direction: str = "climb",
-    lead_in: float | None = None,
-    spindle: float | None = None,
     chord: float = CHORD,
 ) -> Exported:
     """Write a program that cuts the profile; the path in it, digits and all, is proved to be within the chord.
 
     ``cutter_radius`` in mm and ``feed`` in mm/min are needed. ``depth`` is how far below its top face the part is
     cut through, the thickness of the part and 1 mm more if not given; with neither, the program has no Z, as for
-    wires and lasers. ``roughing`` is what a first cut leaves (mm). ``lead_in`` is the radius of the quarter circles
-    (mm), that of the cutter if not given. ``spindle`` is in rev/min.
+    wires and lasers. ``roughing`` is what a first cut leaves (mm). The quarter circles have the cutter's radius.
     """
     thickness = problem.scene.whole_part.thickness
     depth = thickness + OVERRUN if depth is None and thickness is not None else depth
-    _check(problem, cutter_radius, feed, depth, roughing, direction, lead_in, spindle, chord)
+    _check(problem, cutter_radius, feed, depth, roughing, direction, chord)
     assert cutter_radius is not None
     check_cutter(problem, cutter_radius)
     finished = curves_of(problem, cutter_radius)["cutter"]
@@ -64,20 +61,18 @@ def write(
         *(f"({name}: {len(each.path)} arcs, within {each.deviation:.6f} mm)" for name, each in followed.items()),
         "(zero: centre of the cam, top face; X and Y as in the cam's drawing)",
         "G21 G17 G90 G94 G40",
-        *([] if spindle is None else [f"S{spindle:g} M3"]),
     ]
     for each in followed.values():
         assert isinstance(each.path, ArcPath)
         wanted = (direction == "climb") == (problem.design.sense > 0)  # the path of a ccw cam runs clockwise
-        lines += _cut(each.path if wanted else each.path.backwards, lead_in or cutter_radius, depth, feed)
-    lines += [*([] if spindle is None else ["M5"]), "M30"]
-    write_text(path, "\n".join(lines) + "\n")
+        lines += _cut(each.path if wanted else each.path.backwards, cutter_radius, depth, feed)
+    write_text(path, "\n".join([*lines, "M30"]) + "\n")
     return Exported(path, told(followed))
 
 
 def _check(problem: Problem, *given: object) -> None:
     """BadInput for settings that are missing or out of range."""
-    cutter, feed, depth, roughing, direction, lead_in, spindle, chord = given
+    cutter, feed, depth, roughing, direction, chord = given
     mistakes = []
     if problem.setup.mechanism.grooved:
         why = "written for disc cams; a groove is cut from its .dxf, .csv or .step"
@@ -85,8 +80,7 @@ def _check(problem: Problem, *given: object) -> None:
     for name, value in (("cutter_radius", cutter), ("feed", feed)):
         if value is None:
             mistakes.append(Mistake("camopt", name, None, "missing: a .nc file needs it", bare=True))
-    numbers = {"feed": feed, "depth": depth, "lead_in": lead_in, "spindle": spindle}
-    for name, value in numbers.items():
+    for name, value in (("feed", feed), ("depth", depth)):
         if isinstance(value, (int, float)) and not (isfinite(value) and value > 0.0):
             mistakes.append(Mistake("camopt", name, value, "above 0"))
     if not (isinstance(roughing, (int, float)) and 0.0 <= roughing <= 1e3):
