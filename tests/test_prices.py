@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.depth import times
 from test_optimise import BASE, CASES, FREED, scene, size_of
+from test_part_limits import quantity_of, scene_of
 from test_turns import ANGLES, FREE
 
 from camopt import BadInput, Scene, evaluate, find_scene, optimise, prices, shipped_scenes
@@ -203,6 +204,24 @@ def test_the_price_of_a_shaft_is_half_a_mm_per_mm():
     (price,) = of(CASES["shaft binds"]).values()
     assert (price.key, price.relation, price.unit) == ("cam.shaft_diameter", "≥", "mm")
     assert price.price == pytest.approx(0.5, rel=1e-9)
+
+
+@pytest.mark.parametrize(("contact", "key"), [("roller", "cutter_radius"), ("groove-arm", "hub_wall")])
+def test_limits_on_the_part_have_prices(contact, key):
+    case = scene_of(contact).replace(limits={"pressure_angle": 25})
+    had = optimise(case).best[quantity_of(key, contact)[0]]
+    held = case.replace(**{f"limits.{key}": 1.03 * had})
+    found = of(held)
+    assert [*found] == [f"limits.{key}"]
+    assert unlike_differences(held, found) == {}
+
+
+def test_a_cam_too_small_for_the_part_in_its_scene_has_prices():
+    """Nothing limits the wall, and the smallest cam leaves none: it is no scene, but a cam."""
+    case = scene_of("groove-arm").replace(limits={"pressure_angle": 60})
+    with pytest.raises(BadInput, match="wall"):
+        _ = optimise(case).best.scene
+    assert unlike_differences(case, of(case)) == {}
 
 
 @pytest.mark.parametrize("angle", [10.0, 30.0, 45.0])

@@ -41,18 +41,16 @@ class Freedom:
     """The free variables of the cam that a problem's design is: its size first, other sizes (mm), angles (deg)."""
 
     problem: Problem
+    turns: SegmentAngles
+    """The turns that free angles allow."""
     angles: FloatArray
     """Those of freed segments."""
 
     @classmethod
     def of(cls, problem: Problem) -> "Freedom":
         """The freedom of a problem's design, in the turn of its scene."""
-        return cls(problem, SegmentAngles(problem, (None, None)).scene_angles)
-
-    @cached_property
-    def turns(self) -> SegmentAngles:
-        """The turns that the scene's free angles allow."""
-        return SegmentAngles(self.problem, (None, None))
+        turns = SegmentAngles(problem, (None, None))
+        return cls(problem, turns, turns.scene_angles)
 
     @cached_property
     def keys(self) -> dict[str, str]:

@@ -1,6 +1,6 @@
 """The price of each bound that a smallest cam just meets, and what holds the cam without it."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from math import isfinite
 from typing import Any
@@ -8,14 +8,18 @@ from typing import Any
 import numpy as np
 
 from camopt.effects import Case
+from camopt.mechanisms import SIZES
 from camopt.mistakes import BadInput
+from camopt.motion.table import RETURN, RISE
 from camopt.numerics.clock import now, share
 from camopt.problem.limits import Limit
-from camopt.problem.problem import Problem, exactly, resolve_design
+from camopt.problem.problem import exactly, resolve
+from camopt.problem.settings import laws_of
 from camopt.smallest.freedom import Freedom
 from camopt.smallest.multipliers import bounds_met, rates
 from camopt.smallest.optimise import SECONDS, Optimum, answers_of, end_of, least_of
 from camopt.smallest.turns import SegmentAngles
+from camopt.tables.columns import joined_laws
 from camopt.verdicts.judging import excesses, run_effects
 
 ROUNDING = 1e-9  # of a bound
@@ -93,14 +97,30 @@ def prices(optimum: Optimum, seconds: float = SECONDS) -> dict[str, list[Price]]
     J. Nocedal, S. J. Wright, Numerical Optimization, ch. 12.
     """
     end = end_of(seconds)
-    cams = {law: Freedom.of(exactly(resolve_design(design.scene))) for law, design in optimum.by_law.items()}
-    found = {law: _prices_at(cam) for law, cam in cams.items()}
+    cams = dict(_cams(optimum))
+    found = {law: _prices_at(cams[law]) for law in optimum.by_law}
     left = sum(len(each) for each in found.values())
     for law, each in found.items():
         for number, price in enumerate(each):
-            each[number] = _with_next(price, cams[law].problem, share(end, left))
+            each[number] = _with_next(price, cams[law], share(end, left))
             left -= 1
     return found
+
+
+def _cams(optimum: Optimum) -> Iterator[tuple[str, Freedom]]:
+    """The smallest cam of each law; not by its scene, which may be one that a part in it forbids."""
+    problem = exactly(resolve(optimum.scene))
+    for programme, pair in laws_of(problem).items():
+        laws = joined_laws(programme.law_names(RISE), programme.law_names(RETURN))
+        row = optimum.by_law.get(laws)
+        if row is None:
+            continue
+        turns = SegmentAngles(problem, pair)
+        columns = {name: problem.size_name if name == "size" else f"{name}_mm" for name in SIZES}
+        sizes: dict[str, Any] = {name: np.array([row[column]]) for name, column in columns.items() if column in row}
+        freed = np.array([row["angles_deg"][segment] for segment in turns.freed])
+        turned = turns.problem_of(freed) if turns.freed else problem.with_programme(programme)
+        yield laws, Freedom(replace(turned, design=replace(problem.design, **sizes)), turns, freed)
 
 
 def _prices_at(cam: Freedom) -> list[Price]:
@@ -119,22 +139,23 @@ def _finite(value: float) -> float | None:
     return value + 0.0 if isfinite(value) else None  # no −0
 
 
-def _with_next(price: Price, problem: Problem, until: float) -> Price:
+def _with_next(price: Price, cam: Freedom, until: float) -> Price:
     """A price with the smallest cam without its limit, if that is found and proved in time."""
-    limits = [limit for limit in problem.limits if limit.key == price.key]
+    limits = [limit for limit in cam.problem.limits if limit.key == price.key]
     if not limits or now() >= until:
         return price
-    easier = problem.without(price.key)
-    answers = list(answers_of(easier, SegmentAngles(easier, (None, None), until=until), until))
+    easier = cam.problem.without(price.key)
+    turns = replace(cam.turns, problem=cam.turns.problem.without(price.key), until=until)
+    answers = list(answers_of(easier, turns, until))
     try:
         least = least_of(easier, answers)
     except BadInput:  # nothing else limits the size
         return replace(price, size_without=0.0, next=())
     if least is None or least.answer.design is None or not least.answer.proved:
         return price
-    cam = Freedom(replace(least.problem, design=least.answer.design), least.freed)
-    following = tuple(dict.fromkeys(bound.key for bound in bounds_met(cam)))
-    return replace(price, size_without=least.answer.size, holds_to=_met_at(price, limits, cam), next=following)
+    other = Freedom(replace(least.problem, design=least.answer.design), turns, least.freed)
+    following = tuple(dict.fromkeys(bound.key for bound in bounds_met(other)))
+    return replace(price, size_without=least.answer.size, holds_to=_met_at(price, limits, other), next=following)
 
 
 def _met_at(price: Price, limits: Sequence[Limit], cam: Freedom) -> float | None:
