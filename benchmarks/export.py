@@ -48,9 +48,7 @@ def random_scene(name: str, random: np.random.Generator) -> Scene:
     size = float(random.uniform(30, 90))
     moves = [{"segment": kind, "lift": float(lift), "law": str(random.choice(LAWS))} for kind in ("rise", "return")]
     order = (moves[0], {"segment": "dwell"}, moves[1], {"segment": "dwell"})
-    form = (
-        {"form": "cylindrical", "mean_radius": size} if "groove" in name else {"form": "disc", "base_radius": size}
-    )
+    groove, disc = {"form": "cylindrical", "mean_radius": size}, {"form": "disc", "base_radius": size}
     motion = [{**each, "angle": float(angle)} for each, angle in zip(order, angles, strict=True)]
     return Scene.from_dict({"cam": groove if "groove" in name else disc, "follower": follower, "motion": motion})
 
