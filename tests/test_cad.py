@@ -97,7 +97,7 @@ def furthest(points, lines):
     return tree.query_nearest(shapely.points(points), return_distance=True, all_matches=False)[1].max()
 
 
-def rim(solid, height, beyond, count=30_000):
+def rim(solid, height, beyond, count):
     """Points on the edges of a solid at a height that are further than a radius from the axis, edge by edge."""
     curves = [BRepAdaptor_Curve(TopoDS.Edge(edge)) for edge in shapes.parts(solid, shapes.EDGE)]
     ends = [[curve.Value(u) for u in (curve.FirstParameter(), curve.LastParameter())] for curve in curves]
@@ -127,11 +127,10 @@ def test_a_disc_read_back_is_whole_as_large_as_green_says_and_within_the_chord_b
     assert {key: told.about[key] for key in ("faces", "edges")} == {
         key: measured[key] for key in ("faces", "edges")
     }
-    for height in (0.0, 16.0):
-        edges = list(rim(solid, height, 12.5))
-        points = np.concatenate(edges)[:: max(1, len(edges) * 15)]
-        assert furthest(points, [np.column_stack([true.real, true.imag])]) <= off + 1e-5  # of the dense points
-        assert furthest(np.column_stack([true.real, true.imag])[::20], edges) <= off + 1e-5
+    bottom, line = list(rim(solid, 0.0, 12.5, 24_000)), np.column_stack([true.real, true.imag])
+    points = np.concatenate([*bottom, *rim(solid, 16.0, 12.5, 1000)])
+    assert furthest(points[::10], [line]) <= off + 1e-5  # of the dense points
+    assert furthest(line[::20], bottom) <= off + 1e-5
 
 
 def test_two_ways_of_a_profile_have_different_points():
@@ -163,7 +162,7 @@ def test_volumes_of_plate_hub_bore_and_keyway_add_up(part, tmp_path):
     assert shapes.volume(read_back(tmp_path / "cam.step")) == pytest.approx(told.about["volume_mm3"], rel=1e-9)
 
 
-@settings(max_examples=15, phases=[Phase.explicit, Phase.generate])
+@settings(max_examples=8, phases=[Phase.explicit, Phase.generate])
 @given(
     thickness=st.floats(0.5, 200),
     bore=st.floats(0.5, 30),
@@ -247,6 +246,13 @@ def test_the_true_wall_is_on_the_solid(name, tmp_path):
                 assert BRepExtrema_DistShapeShape(vertex, solid.shape).Value() <= CHORD
 
 
+@pytest.mark.parametrize("depth", [100, 119, 119.99])
+def test_a_groove_almost_down_to_the_axis_is_refused(depth, tmp_path):
+    scene = GROOVES["groove-arm-ccw"].replace(part={"thickness": 70, "groove_depth": depth})
+    with pytest.raises(BadInput, match=f"part.groove_depth = {depth:g}.*: must be smaller"):
+        stl.write(resolve_design(scene), tmp_path / "cam.stl")
+
+
 def test_the_groove_of_a_small_cam_is_undercut_at_its_bottom_alone(tmp_path):
     """At the mean radius it is not, which is what ``undercut`` says."""
     scene = GROOVES["groove-ccw"].replace(**{"cam.mean_radius": 30, "part.bore": 5})
@@ -258,7 +264,7 @@ def test_the_groove_of_a_small_cam_is_undercut_at_its_bottom_alone(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize("name", ["valve-rod-radial", "uniform-knife-offset", "eccentric-rocker"])
+@pytest.mark.parametrize("name", ["bucket-valve", "uniform-knife-offset", "tangent-cam"])
 def test_triangles_of_a_disc_are_watertight_and_within_the_chord(name, tmp_path):
     scene = disc(name)
     told = stl.write(resolve_design(scene), tmp_path / "cam.stl", CHORD)

@@ -114,7 +114,7 @@ def _sector(groove: Groove, skins: list[Skin], here: _Joint, there: _Joint, heig
         for side, wall in enumerate(skins)
     ]
     rims = [
-        shapes.arc_edge(groove.outer, z, *ends, -groove.sense)
+        shapes.arc_edge(shapes.point(0.0, 0.0, z), groove.outer, -groove.sense, *ends)
         for z, ends in zip((0.0, height), zip(here.rims, there.rims, strict=True), strict=True)
     ]
     return _Sector(skins, walls, rims, here, there)

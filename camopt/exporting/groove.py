@@ -79,7 +79,10 @@ class Groove:
                 yield Sector(span, start, end)
 
     def wall(self, span: Span, angles: FloatArray, radii: FloatArray, side: float) -> Places:
-        """Where the roller touches the upper (side +1) or lower (−1) wall at cam angles (rad) and radii (mm)."""
+        """Where the roller touches the upper (side +1) or lower (−1) wall at cam angles (rad) and radii (mm).
+
+        Not a number where it does not reach so near to the axis.
+        """
         design, lift = self.curve.design, self.curve.programme.lift
         angles, radii = angles[:, None], radii[None, :]
         y, y1, *_ = (row[:, None] for row in span.stroke.motion(angles[:, 0]))
@@ -90,7 +93,8 @@ class Groove:
         for _ in range(ROUNDS):
             across, along = found.across, found.up + (station - mean)
             touched = beside + reach * across / np.hypot(across, along)
-            before, station = station, np.sqrt((radii - touched) * (radii + touched))
+            with np.errstate(invalid="ignore"):
+                before, station = station, np.sqrt((radii - touched) * (radii + touched))
             if np.abs(station - before).max() <= SAME * self.outer:
                 break
         height = found.y + reach * along / np.hypot(across, along)
@@ -126,11 +130,11 @@ def undercut_at(groove: Groove) -> float | None:
 
 
 def _runs_back(groove: Groove, sector: Sector, side: float) -> BoolArray:
-    """Whether a wall somewhere moves against the roller, at each radius."""
+    """Whether a wall somewhere moves against the roller, or is not there, at each radius."""
     angles = np.linspace(sector.start, sector.end, LOOKED_AT)
     wall = groove.wall(sector.span, angles, groove.radii, side)
     moved = groove.radii * np.diff(wall.round, axis=0) + 1j * np.diff(wall.height, axis=0)
-    return np.asarray(((moved * wall.course[1:].conjugate()).real < 0.0).any(axis=0))
+    return np.asarray(~((moved * wall.course[1:].conjugate()).real >= 0.0).all(axis=0))
 
 
 class Skin(NamedTuple):

@@ -44,7 +44,7 @@ from camopt.numerics import FloatArray
 Shape = Any
 """Of Open CASCADE, whose classes mypy does not know."""
 EDGE, FACE, SOLID = TopAbs_EDGE, TopAbs_FACE, TopAbs_SOLID
-HAIR = 1e-7  # mm
+HAIR = 1e-7  # mm: what is nearer is one
 FLAT = 1e-8  # mm: an arc that is no higher is a line; the centre of a flatter one would be rounded by as much
 
 
@@ -52,9 +52,9 @@ def point(x: float, y: float, z: float) -> Shape:
     return gp_Pnt(float(x), float(y), float(z))
 
 
-def circle(radius: float, z: float = 0.0) -> Shape:
-    """A wire about the axis z."""
-    return wire([BRepBuilderAPI_MakeEdge(gp_Circ(gp_Ax2(point(0, 0, z), gp.DZ_s()), radius)).Edge()])
+def circle(radius: float) -> Shape:
+    """A wire about the axis z, in the plane z = 0."""
+    return wire([BRepBuilderAPI_MakeEdge(gp_Circ(gp.XOY_s(), radius)).Edge()])
 
 
 def wire(edges: Iterable[Shape]) -> Shape:
@@ -72,7 +72,7 @@ def closed_wire(path: ArcPath | CubicPath) -> Shape:
 
 def _vertices(points: ComplexArray) -> list[Shape]:
     """Vertices at points x + iy, the first once more at the end."""
-    found = [BRepBuilderAPI_MakeVertex(point(p.real, p.imag, 0.0)).Vertex() for p in points]
+    found = [vertex((p.real, p.imag, 0.0)) for p in points]
     return [*found, found[0]]
 
 
@@ -83,13 +83,11 @@ def _arcs(path: ArcPath) -> Iterator[Shape]:
     with np.errstate(divide="ignore"):
         radii = 1.0 / np.abs(path.curvatures)
     for k, (centre, height) in enumerate(zip(path.centres, heights, strict=True)):
-        ends = corners[k], corners[k + 1]
         if height <= FLAT:
-            yield BRepBuilderAPI_MakeEdge(*ends).Edge()
+            yield line_edge(*corners[k : k + 2])
         else:
-            axis = gp_Dir(0.0, 0.0, float(np.sign(path.bulges[k])))
-            round_it = gp_Circ(gp_Ax2(point(centre.real, centre.imag, 0.0), axis), float(radii[k]))
-            yield BRepBuilderAPI_MakeEdge(round_it, *ends).Edge()
+            place = point(centre.real, centre.imag, 0.0)
+            yield arc_edge(place, radii[k], path.bulges[k], *corners[k : k + 2])
 
 
 def _splines(path: CubicPath) -> Iterator[Shape]:
@@ -148,10 +146,10 @@ def spline_edge(poles: FloatArray, knots: FloatArray, ends: Sequence[Shape]) -> 
     return BRepBuilderAPI_MakeEdge(b_spline(poles, knots), *ends, float(knots[0]), float(knots[-1])).Edge()
 
 
-def arc_edge(radius: float, z: float, first: Shape, last: Shape, sense: float) -> Shape:
-    """A part of a circle about the axis z, from a vertex to a vertex, anticlockwise for a sense above 0."""
-    round_it = gp_Circ(gp_Ax2(point(0, 0, z), gp_Dir(0.0, 0.0, float(sense))), radius)
-    return BRepBuilderAPI_MakeEdge(round_it, first, last).Edge()
+def arc_edge(centre: Shape, radius: float, sense: float, first: Shape, last: Shape) -> Shape:
+    """A part of a circle normal to the axis z, from a vertex to a vertex, anticlockwise for a sense above 0."""
+    axes = gp_Ax2(centre, gp_Dir(0.0, 0.0, float(np.sign(sense))))
+    return BRepBuilderAPI_MakeEdge(gp_Circ(axes, float(radius)), first, last).Edge()
 
 
 def face(surface: Shape, edges: Iterable[Shape], backwards: bool = False) -> Shape:
