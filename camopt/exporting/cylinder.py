@@ -14,7 +14,7 @@ from itertools import pairwise
 import numpy as np
 
 from camopt.exporting import shapes
-from camopt.exporting.groove import Groove, Skin, groove_of, skin, through, undercut_at
+from camopt.exporting.groove import SIDES, Groove, Skin, groove_of, sectioned, skin, through, undercut_at
 from camopt.exporting.shapes import Shape
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion.programme import span
@@ -30,25 +30,33 @@ CLOSER = 0.1  # of what is asked for: how near walls come, so that they meet cyl
 def cylinder(problem: Problem, chord: float) -> tuple[Shape, float]:
     """The cam without its bore, and how far at most its walls are off the true ones where they are compared, mm.
 
-    BadInput if the groove is so deep that at some radius the roller would cut away a part of a wall.
+    Raises
+    ------
+    BadInput
+        If the groove is so deep that at some radius the roller would cut away a part of a wall, or no walls come
+        within ``chord`` mm.
     """
-    scene, groove = problem.scene, groove_of(problem)
-    depth, height, lost = scene.whole_part.groove_depth, scene.whole_part.thickness, undercut_at(groove)
+    height = problem.scene.whole_part.thickness
     assert height
-    if lost is not None:
-        why = f"smaller: at the radius {lost:.6g} the roller would cut away a part of a wall"
-        raise BadInput([Mistake(scene.file, "part.groove_depth", depth, why)])
+    groove = sectioned(_possible_groove(problem), CLOSER * chord)
     lift = height / 2 - _middle(problem)
     walls = [
-        [skin(groove, sector, side, CLOSER * chord).lifted(lift) for side in (-1.0, 1.0)]
-        for sector in groove.sectors()
+        [skin(groove, sector, side, CLOSER * chord).lifted(lift) for side in SIDES] for sector in groove.sectors()
     ]
-    joints = [_joint(groove, pair, height) for pair in walls]
-    joints.append(joints[0])
-    sectors = [_sector(groove, pair, *ends, height) for pair, ends in zip(walls, pairwise(joints), strict=True)]
-    faces = [face for sector in sectors for face in _faces(groove, sector)]
-    faces += [shapes.flat(shapes.wire(sector.rims[side] for sector in sectors)) for side in (LOWER, UPPER)]
-    return shapes.sewn(faces), max(wall.off for pair in walls for wall in pair)
+    off = max(wall.off for pair in walls for wall in pair)
+    if off > chord:
+        raise BadInput([Mistake("camopt", "chord", chord, f"larger: the walls come no nearer than {off:.2g} mm")])
+    return shapes.sewn(_faces(groove, walls, height)), off
+
+
+def _possible_groove(problem: Problem) -> Groove:
+    """The groove; BadInput if it is undercut at some radius."""
+    groove, part = groove_of(problem), problem.scene.whole_part
+    lost = undercut_at(groove)
+    if lost is not None:
+        why = f"smaller: at the radius {lost:.6g} the roller would cut away a part of a wall"
+        raise BadInput([Mistake(problem.scene.file, "part.groove_depth", part.groove_depth, why)])
+    return groove
 
 
 def _middle(problem: Problem) -> float:
@@ -120,7 +128,18 @@ def _sector(groove: Groove, skins: list[Skin], here: _Joint, there: _Joint, heig
     return _Sector(skins, walls, rims, here, there)
 
 
-def _faces(groove: Groove, sector: _Sector) -> Iterator[Shape]:
+def _faces(groove: Groove, walls: list[list[Skin]], height: float) -> Iterator[Shape]:
+    """All faces, from walls of neighbouring sectors."""
+    joints = [_joint(groove, pair, height) for pair in walls]
+    ends = pairwise([*joints, joints[0]])
+    sectors = [_sector(groove, pair, *each, height) for pair, each in zip(walls, ends, strict=True)]
+    for sector in sectors:
+        yield from _sector_faces(groove, sector)
+    for side in (LOWER, UPPER):
+        yield shapes.flat(shapes.wire(sector.rims[side] for sector in sectors))
+
+
+def _sector_faces(groove: Groove, sector: _Sector) -> Iterator[Shape]:
     """Walls, bottom and outside: each between an edge below it, which runs on with the cam angle, and one above."""
     here, there, (low, high), rims = sector.here, sector.there, sector.walls, sector.rims
     for wall, edges, start, end in zip(sector.skins, sector.walls, here.rulings, there.rulings, strict=True):

@@ -14,8 +14,9 @@ Source: Litvin and Fuentes, Gear Geometry and Applied Theory, ch. 6 (the relativ
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
+from math import inf
 from typing import NamedTuple
 
 import numpy as np
@@ -26,11 +27,13 @@ from camopt.mechanisms.design import BoolArray, ComplexArray
 from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem
 
+SIDES = (-1.0, 1.0)  # of the lower and the upper wall
 WIDEST = 1.6  # rad: of a sector of the turn
 ROUNDS = 100
 SAME = 1e-15  # relative change of a radius that is none
-DEGREE, RADIAL = 5, 5  # of the splines round the cam; of the points along its radius
+DEGREE = 5  # of the splines round the cam
 FIRST, MOST = 12, 6000  # points of a sector round the cam
+SECTIONS, MOST_SECTIONS = 4, 16  # radii with points of their own
 LOOKED_AT = 500  # cam angles of a sector at which a wall may run back
 BETWEEN = 4  # parts of the stretches between points at which surfaces are compared
 
@@ -63,6 +66,7 @@ class Groove:
     curve: CamCurve
     inner: float
     outer: float
+    sections: int = SECTIONS
 
     @property
     def sense(self) -> float:
@@ -70,7 +74,9 @@ class Groove:
 
     @property
     def radii(self) -> FloatArray:
-        return np.linspace(self.inner, self.outer, RADIAL)
+        """Of the sections, mm: Chebyshev's points and both ends."""
+        share = (1.0 - np.cos(np.linspace(0.0, np.pi, self.sections))) / 2
+        return (1.0 - share) * self.inner + share * self.outer
 
     def sectors(self) -> Iterator[Sector]:
         for span in self.curve.spans:
@@ -122,7 +128,7 @@ def undercut_at(groove: Groove) -> float | None:
     found = [
         radius
         for sector in groove.sectors()
-        for side in (-1.0, 1.0)
+        for side in SIDES
         for radius, back in zip(groove.radii, _runs_back(groove, sector, side), strict=True)
         if back
     ]
@@ -146,8 +152,10 @@ class Skin(NamedTuple):
     poles: FloatArray
     knots: tuple[FloatArray, FloatArray]
     degrees: tuple[int, int]
-    off: float
+    off: float = inf
     """The largest distance from the true wall among the points compared, mm."""
+    deep: float = inf
+    """The same at cam angles of its own points, so between the sections alone."""
 
     def lifted(self, height: float) -> "Skin":
         """The surface moved along the axis."""
@@ -159,8 +167,17 @@ class Skin(NamedTuple):
         return np.asarray(BSpline(self.knots[1], rows, self.degrees[1], axis=1)(radii))
 
 
+def sectioned(groove: Groove, aim: float) -> Groove:
+    """The groove with as many sections as it takes that surfaces are within half of ``aim`` mm between them."""
+    for count in range(SECTIONS, MOST_SECTIONS):
+        found = replace(groove, sections=count)
+        if all(_through(found, each, side, FIRST).deep <= aim / 2 for each in found.sectors() for side in SIDES):
+            return found
+    return replace(groove, sections=MOST_SECTIONS)
+
+
 def skin(groove: Groove, sector: Sector, side: float, aim: float) -> Skin:
-    """The surface of a wall over a sector, through as many sections as it takes to be within ``aim`` mm."""
+    """The surface of a wall over a sector, through as many points as it takes to be within ``aim`` mm."""
     count = FIRST
     while True:
         found = _through(groove, sector, side, count)
@@ -172,12 +189,12 @@ def skin(groove: Groove, sector: Sector, side: float, aim: float) -> Skin:
 def _through(groove: Groove, sector: Sector, side: float, count: int) -> Skin:
     angles, radii = np.linspace(sector.start, sector.end, count), groove.radii
     rows = make_interp_spline(angles, _exact(groove, sector, side, angles, radii), k=DEGREE, axis=0)
-    across = make_interp_spline(radii, rows.c, k=RADIAL - 1, axis=1)
-    found = Skin(np.moveaxis(across.c, 0, 1), (rows.t, across.t), (DEGREE, RADIAL - 1), 0.0)
+    across = make_interp_spline(radii, rows.c, k=radii.size - 1, axis=1)
+    found = Skin(np.moveaxis(across.c, 0, 1), (rows.t, across.t), (DEGREE, radii.size - 1))
     fine = np.linspace(sector.start, sector.end, BETWEEN * (count - 1) + 1)
-    deep = np.linspace(groove.inner, groove.outer, BETWEEN * (RADIAL - 1) + 1)
-    gap = found.at(fine, deep) - _exact(groove, sector, side, fine, deep)
-    return found._replace(off=float(np.linalg.norm(gap[..., :3], axis=-1).max()))
+    deep = np.linspace(groove.inner, groove.outer, BETWEEN * (radii.size - 1) + 1)
+    gap = np.linalg.norm((found.at(fine, deep) - _exact(groove, sector, side, fine, deep))[..., :3], axis=-1)
+    return found._replace(off=float(gap.max()), deep=float(gap[::BETWEEN].max()))
 
 
 def through(shares: FloatArray, points: FloatArray) -> tuple[FloatArray, FloatArray]:
