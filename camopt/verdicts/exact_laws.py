@@ -47,6 +47,10 @@ class Piece:
             total += size * (arb.pi() * speed) ** order * (speed * d + phase + arb(order) / 2).sin_pi()
         return total
 
+    def derivatives(self, count: int, x: arb) -> list[arb]:
+        """The unit stroke and its derivatives over a ball of x."""
+        return [self.derivative(order, x) for order in range(count)]
+
 
 def _moved(piece: Piece, start: arb, end: arb) -> Piece:
     """A part of a piece, its polynomial and waves by the distance from its own start."""

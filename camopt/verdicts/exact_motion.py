@@ -95,10 +95,11 @@ def _derivatives(piece: Stretch, x: arb) -> list[arb]:
 
     Beside a dwell s′ falls with the square of the distance, its ball only with the width of the ball of x.
     """
-    rows = [piece.derivative(k, x) for k in range(5)]
+    rows = piece.derivatives(5, x)
     if x.is_exact():
         return rows
     middle = x.mid()
+    there = piece.derivatives(4, middle)
     for k in reversed(range(4)):
-        rows[k] = rows[k].intersection(piece.derivative(k, middle) + rows[k + 1] * (x - middle))
+        rows[k] = rows[k].intersection(there[k] + rows[k + 1] * (x - middle))
     return rows

@@ -4,7 +4,7 @@ What a law is made from, the centres of arcs found and rounded among it, is take
 """
 
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, cached_property
 from typing import Any
 
 from flint import arb
@@ -26,10 +26,20 @@ class ProfilePiece:
 
     def derivative(self, order: int, x: arb) -> arb:
         """A derivative by x over a ball of x; of the displacement, from where it starts."""
+        return self.derivatives(order + 1, x)[order]
+
+    def derivatives(self, count: int, x: arb) -> list[arb]:
+        """The displacement from where it starts, and its derivatives by x, over a ball of x: of one series."""
         angle = self.law.first + self.turn * Ball(x)
-        terms = [angle, self.turn, *[Ball(0.0)] * order]
-        found = self.law.position(Taylor(terms[: order + 1])).derivative(order)
-        return as_arb(found if order else found - self.law.position(Taylor([self.law.first])).derivative(0))
+        terms = [angle, self.turn, *[Ball(0.0)] * count]
+        series = self.law.position(Taylor(terms[:count]))
+        value, *rest = (as_arb(series.derivative(k)) for k in range(count))
+        return [value - self.begins, *rest]
+
+    @cached_property
+    def begins(self) -> arb:
+        """The position where the element starts."""
+        return as_arb(self.law.position(Taylor([self.law.first])).derivative(0))
 
 
 @cache

@@ -106,7 +106,8 @@ def _motion(stroke: ExactStroke, piece: Stretch | None, x: arb) -> Taylor:
     """The displacement by the cam angle about a ball of x, longer by two for y' and the slope of the contact."""
     terms = [arb(0)] * (ORDER + 3)
     if piece is not None:
-        terms = [stroke.size * piece.derivative(k, x) / (stroke.angle**k * factorial(k)) for k in range(ORDER + 3)]
+        rows = piece.derivatives(ORDER + 3, x)
+        terms = [stroke.size * row / (stroke.angle**k * factorial(k)) for k, row in enumerate(rows)]
     return Taylor([stroke.low + terms[0], *terms[1:]])
 
 
