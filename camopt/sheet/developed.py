@@ -45,11 +45,10 @@ APART = 12.0  # mm: one view from the next
 def groove_and_body(cam: Cam, scale: float) -> tuple[Marks, Marks]:
     """The groove; section and hole side by side, as far as the scene gives their sizes."""
     view = DevelopedView(cam, scale)
-    body = view.section() if view.part.thickness and view.part.groove_depth else []
-    if body and view.part.bore:
-        hole = view.hole()
-        body += moved(hole, box_of(body).high.real + APART - box_of(hole).low.real)
-    return view.groove(), body
+    body = view.section() if view.is_cut else []
+    hole = view.hole() if view.part.bore else []
+    shift = box_of(body).high.real + APART - box_of(hole).low.real if body and hole else 0.0
+    return view.groove(), [*body, *moved(hole, shift)]
 
 
 @dataclass(frozen=True)
@@ -174,6 +173,11 @@ class DevelopedView:
         return float(flanks.imag[near].min())
 
     @property
+    def is_cut(self) -> bool:
+        """Whether the sizes of a section are known."""
+        return bool(self.part.thickness and self.part.groove_depth)
+
+    @property
     def outer(self) -> float:
         return self.mean + (self.part.groove_depth or 0.0) * self.scale / 2
 
@@ -238,10 +242,12 @@ class DevelopedView:
         marks: Marks = [Stroke(hole_outline(part, pi / 2) * self.scale, THICK)]
         over = radius + 4.0
         marks += [line(-over * along, over * along, pen=CHAIN) for along in (1.0, 1j)]
+        if not self.is_cut:
+            marks += linear(1j * radius, -1j * radius, -1j, radius + LEVEL, f"Ø{number(part.bore or 0.0)}")
         if part.keyway_width and part.keyway_depth:
             half, top = part.keyway_width / 2 * self.scale, radius + part.keyway_depth * self.scale
             marks += linear(complex(-half, top), complex(half, top), 1.0, LEVEL, number(part.keyway_width))
             marks += linear(
-                -1j * radius, 1j * top, 1j, -radius - LEVEL, number((part.bore or 0.0) + part.keyway_depth)
+                -1j * radius, 1j * top, 1j, radius + LEVEL, number((part.bore or 0.0) + part.keyway_depth)
             )
         return marks

@@ -116,7 +116,7 @@ class FrontView:
     @cached_property
     def ring(self) -> float:
         """The radius of the ring of angles."""
-        furthest = max(np.abs(curve).max() for curve in (self.outline, self.pitch, np.zeros(1)) if curve.size)
+        furthest = max(self.inner, *(np.abs(curve).max(initial=0.0) for curve in (self.outline, self.pitch)))
         room = abs(self.lowest) + width_of(self.values[0], LARGE) + 9.0
         beyond = 0.0 if self._high_within else abs(self.highest) + width_of(self.values[1], LARGE) + 9.0
         return float(max(furthest + CLEAR, room, beyond))
@@ -127,8 +127,8 @@ class FrontView:
         return abs(self.highest) - self.inner >= width_of(self.values[1], LARGE) + 8.0
 
     def radius_at(self, turn: float, half: float = 0.0) -> float:
-        """The largest radius of profile and pitch curve in a direction (rad), or so near to it."""
-        found = 0.0
+        """The largest radius of hub, profile and pitch curve in a direction (rad), or so near to it."""
+        found = self.inner
         for curve in (self.outline, self.pitch):
             near = apart(np.angle(curve), turn) <= max(half, 0.02)
             found = max(found, float(np.abs(curve[near]).max(initial=0.0)))

@@ -166,7 +166,7 @@ def fitted_words(text: str, width: float, lines: int, heights: Sequence[float]) 
         found = wrapped(text, width, height)
         if len(found) <= lines:
             return found, height
-    return cut_off(found, width, lines, height), height
+    return cut_off(found, lines, width, height), height
 
 
 def wrapped(text: str, width: float, height: float) -> list[str]:
@@ -186,7 +186,7 @@ def wrapped(text: str, width: float, height: float) -> list[str]:
     return lines
 
 
-def cut_off(lines: list[str], width: float, count: int, height: float) -> list[str]:
+def cut_off(lines: list[str], count: int, width: float, height: float) -> list[str]:
     """The first of some lines; the last of them ends in … where more follow."""
     if len(lines) <= count:
         return lines

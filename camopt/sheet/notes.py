@@ -6,9 +6,11 @@ from math import degrees, isfinite, pi
 from camopt.motion.table import RETURN, RISE
 from camopt.sheet.cam import Cam
 from camopt.sheet.hole import keyway_turn
-from camopt.sheet.marks import MEDIUM, Marks, Words, number, wrapped
+from camopt.sheet.marks import MEDIUM, Marks, Words, cut_off, number, wrapped
 
 STEP = 4.2  # mm from line to line
+INDENT = 6.0  # mm
+LONGEST = 2  # lines of one note
 SENSES = {"cw": "clockwise", "ccw": "counter-clockwise"}
 
 
@@ -16,8 +18,8 @@ def notes(cam: Cam, width: float) -> Marks:
     """Numbered notes of a width (mm), from their lower left corner."""
     lines: list[tuple[float, str]] = []
     for k, note in enumerate(_texts(cam), start=1):
-        first, *more = wrapped(note, width - 6.0, MEDIUM)
-        lines += [(0.0, f"{k}"), (6.0, first), *((6.0, text) for text in more)]
+        first, *more = cut_off(wrapped(note, width - INDENT, MEDIUM), LONGEST, width - INDENT, MEDIUM)
+        lines += [(0.0, f"{k}"), (INDENT, first), *((INDENT, text) for text in more)]
     marks: Marks = []
     down = sum(1 for x, _ in lines if x)
     for x, text in lines:
@@ -76,13 +78,18 @@ def _trace_point(cam: Cam) -> str:
 
 
 def _keyway(cam: Cam) -> Iterator[str]:
-    """Where the keyway is, if not at the timing mark."""
+    """Where the keyway is, if not at the timing mark; and what no view shows of it."""
     part = cam.part
-    if not part.keyway_width or cam.problem.setup.mechanism.grooved:
+    if not part.keyway_width:
         return
     angle = round(degrees(cam.sense * (pi / 2 - keyway_turn(part))) % 360.0, 3) % 360.0
+    if cam.problem.setup.mechanism.grooved:
+        yield f"The keyway is at cam angle {number(angle)}°{', where the section is' if part.groove_depth else ''}."
+        return
     if angle:
         yield f"Middle of the keyway at φ {number(angle)}°."
+    if not part.thickness:
+        yield f"Bore and keyway: {number((part.bore or 0.0) + (part.keyway_depth or 0.0))}."
 
 
 def _motion(cam: Cam) -> Iterator[str]:
