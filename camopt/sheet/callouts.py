@@ -6,9 +6,9 @@ from math import cos, pi, sin
 import numpy as np
 
 from camopt.sheet import symbols
-from camopt.sheet.dimensions import ABOVE, arrow
+from camopt.sheet.dimensions import ABOVE, arrow, linear
 from camopt.sheet.front_view import FrontView, apart, is_upright
-from camopt.sheet.hole import keyway_turn
+from camopt.sheet.hole import keyway_corners, keyway_turn
 from camopt.sheet.marks import (
     LARGE,
     MEDIUM,
@@ -27,7 +27,7 @@ from camopt.sheet.ring import NAMED
 
 MARK = 4.0  # mm: length of the timing mark
 TIMING = "timing mark"
-UP, HAIR = 0.5 * pi, 1e-9  # rad
+UP, HAIR = 0.5 * pi, 1e-6  # rad
 LEADER = 0.12  # rad: leaders from other lines along radii
 OUTSIDE = NAMED + LARGE  # mm: from the ring past the names along it
 FURTHER = 6.0 * np.arange(8)  # mm: places that are tried, further and further out
@@ -41,7 +41,8 @@ def with_callouts(view: FrontView) -> Marks:
     """The front view with its timing mark, cutting plane, sense of rotation, surface of the profile, and bore."""
     marks = view.marks()
     words: Marks = [mark for mark in marks if isinstance(mark, Words)]
-    said = _zero(view, words)
+    said = _keyway(view, words)
+    said += _zero(view, [*words, *said])
     said += _cutting_plane(view, [*marks, *said])
     for callout, wanted in CALLOUTS.items():
         near = sorted(_directions(view, callout), key=lambda turn, middle=wanted: apart(turn, middle))  # type: ignore[misc]
@@ -62,6 +63,25 @@ def first_free(tried: Iterable[Marks], taken: Marks) -> Marks:
         if not made or not meets(made, taken):
             break
     return made
+
+
+def _keyway(view: FrontView, taken: Marks) -> Marks:
+    """The width of the keyway, past the cam; on the other side, or further out, where that is free."""
+    part, turn = view.part, keyway_turn(view.part)
+    if not part.keyway_width:
+        return []
+    _, first, last, _ = keyway_corners(part, turn) * view.scale
+    bottom = ((part.bore or 0.0) / 2 + (part.keyway_depth or 0.0)) * view.scale
+    level = view.radius_at(turn, abs(first - last) / bottom) + 5.0 - bottom
+    across, width = -1j * np.exp(1j * turn), number(part.keyway_width)
+    return first_free(
+        (
+            linear(*ends, side * across, side * (level + further), width)
+            for further in FURTHER
+            for ends, side in (((last, first), 1.0), ((first, last), -1.0))
+        ),
+        taken,
+    )
 
 
 def _zero(view: FrontView, taken: Marks) -> Marks:

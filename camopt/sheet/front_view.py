@@ -16,8 +16,8 @@ from camopt.mechanisms.design import ComplexArray
 from camopt.numerics import FloatArray
 from camopt.scene.part import Part
 from camopt.sheet.cam import Cam
-from camopt.sheet.dimensions import inwards, linear, outwards
-from camopt.sheet.hole import hole_outline, keyway_corners, keyway_turn
+from camopt.sheet.dimensions import inwards, outwards
+from camopt.sheet.hole import hole_outline, keyway_turn
 from camopt.sheet.marks import (
     CHAIN,
     DOUBLE_CHAIN,
@@ -161,11 +161,6 @@ class FrontView:
             marks.append(circle(part.hub_diameter / 2 * self.scale, THICK))
         if part.bore:
             marks.append(Stroke(hole_outline(part, turn) * self.scale, THICK))
-        if part.keyway_width:
-            _, first, last, _ = keyway_corners(part, turn) * self.scale
-            bottom = ((part.bore or 0.0) / 2 + (part.keyway_depth or 0.0)) * self.scale
-            level = self.radius_at(turn, abs(first - last) / abs(first)) + 5.0 - bottom
-            marks += linear(last, first, -1j * np.exp(1j * turn), level, number(part.keyway_width))
         return marks
 
     def _rays(self) -> Iterator[Stroke]:

@@ -32,7 +32,7 @@ def ring(segments: list[Segment], radius: float) -> Marks:
         turn = upright(middle - pi / 2)
         inverted = cos(turn - (middle - pi / 2)) < 0.0
         foot = radius + NAMED + (height if inverted else 0.0)
-        marks.append(Words(foot * np.exp(1j * middle), name, height, 0.5, turn))
+        marks.append(Words(foot * np.exp(1j * middle), name, height, 0.5, turn, backed=True))
     return [*marks, *_across(crowded, radius)]
 
 
@@ -48,7 +48,7 @@ def _across(crowded: list[tuple[float, str]], radius: float) -> Marks:
         reading = upright(float(turn))
         place = 1.0 if cos(turn - reading) < 0.0 else 0.0
         at = foot * np.exp(1j * turn) - 1j * np.exp(1j * reading) * MEDIUM / 2
-        marks.append(Words(at, name, MEDIUM, place, reading))
+        marks.append(Words(at, name, MEDIUM, place, reading, backed=True))
     return marks
 
 

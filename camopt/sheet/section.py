@@ -100,10 +100,10 @@ def _mouth(part: Part, scale: float, whole: float) -> Iterator[Stroke]:
 def _dimensions(part: Part, scale: float, ends: Interval) -> Marks:
     plate, whole = (part.thickness or 0.0) * scale, max(part.hub_length or 0.0, part.thickness or 0.0) * scale
     bottom = 1j * ends[0]
-    marks = linear(bottom, bottom + plate, 1.0, -LEVEL, number(part.thickness or 0.0))
+    marks = linear(bottom + plate, bottom, -1.0, LEVEL, number(part.thickness or 0.0))
     if part.hub_length and part.hub_diameter:
         foot = whole - 0.5j * part.hub_diameter * scale
-        marks += linear(bottom, foot, 1.0, -LEVEL - NEXT, number(part.hub_length))
+        marks += linear(foot, bottom, -1.0, foot.imag - ends[0] + LEVEL + NEXT, number(part.hub_length))
     if part.bore:
         radius = part.bore / 2 * scale
         marks += linear(whole - 1j * radius, whole + 1j * radius, 1j, -LEVEL, f"Ø{number(part.bore)}")
