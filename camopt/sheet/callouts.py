@@ -40,13 +40,13 @@ Callout = Callable[[FrontView, float], Marks]
 def with_callouts(view: FrontView) -> Marks:
     """The front view with its timing mark, cutting plane, sense of rotation, surface of the profile, and bore."""
     marks = view.marks()
-    words: Marks = [mark for mark in marks if isinstance(mark, Words)]
-    said = _keyway(view, words)
-    said += _zero(view, [*words, *said])
+    there: Marks = [mark for mark in marks if isinstance(mark, Words) or np.abs(mark.points).max() > view.ring]
+    said = _keyway(view, there)
+    said += _zero(view, [*there, *said])
     said += _cutting_plane(view, [*marks, *said])
     for callout, wanted in CALLOUTS.items():
         near = sorted(_directions(view, callout), key=lambda turn, middle=wanted: apart(turn, middle))  # type: ignore[misc]
-        said += first_free((callout(view, float(turn)) for turn in near), [*words, *said])
+        said += first_free((callout(view, float(turn)) for turn in near), [*there, *said])
     return [*marks, *said]
 
 
