@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 from ezdxf.math import Vec2, Vec3
 
-import camopt
-from camopt import BadInput, Scene, export, find_scene, shipped_scenes
+from camopt import BadInput, Scene, export, find_scene
 from camopt.cli.main import main
 from camopt.contour.curve import curves_of
 from camopt.exporting.endings import ENDINGS
@@ -118,7 +117,7 @@ REFUSED = [
     ("cam.dxf", {"curves": "circles"}, "curves = 'circles': must be one of arcs, spline, polyline"),
     ("cam.dxf", {"chord": 0.0}, "chord = 0.0: must be from 1e-06 to 10 mm"),
     ("cam.svg", {"cutter_radius": -1.0}, "cutter_radius = -1.0: must be above 0"),
-    ("cam.svg", {"feed": 100.0}, "feed = 100.0: has no meaning in a .svg file; that takes chord, curves"),
+    ("cam.svg", {"feed": 100.0}, "feed = 100.0: has no meaning in a .svg file; that takes: chord, curves"),
 ]
 
 
@@ -168,8 +167,15 @@ def test_limits_that_the_cam_breaks_are_told(tmp_path):
     assert "pressure_angle" in export(scene, tmp_path / "cam.svg").notes[0]
 
 
-@pytest.mark.parametrize("name", shipped_scenes())
-def test_every_shipped_cam_is_a_drawing(tmp_path, name):
-    found = export(find_scene(name), tmp_path / "cam.dxf")
-    assert all(curve.deviation_mm <= 0.001 for curve in found.curves.values())
-    assert camopt.Exported is type(found)
+def test_an_electronic_cam_and_a_scene_need_no_profile(tmp_path):
+    scene = Scene.from_dict(cam_with("roller")).replace(**turn("uniform", 180))
+    for name in ("cam.txt", "cam.toml"):
+        export(scene, tmp_path / name)
+
+
+def test_the_scene_itself_is_not_written_over(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "own.toml").write_text("# mine\n" + find_scene("two-pauses").to_toml())
+    assert main(["export", "own.toml", "own.toml"]) == 2
+    assert "another file: this one is the scene itself" in capsys.readouterr().err
+    assert (tmp_path / "own.toml").read_text().startswith("# mine")

@@ -20,6 +20,7 @@ from camopt import (
     synthesise,
 )
 from camopt.effects import Case, section
+from camopt.mistakes import Unmet
 from camopt.problem.claims import DOUBLES, BeyondBody, Derivative, PerDegree
 from camopt.problem.limits import MOST, PART, load_quantity
 from camopt.problem.problem import exactly, resolve, resolve_design
@@ -267,3 +268,10 @@ def test_a_limit_that_cannot_be_asked_is_told(scene, limit, line):
         evaluate(find_scene(scene).replace(limits=limit))
     (found,) = str(error.value).splitlines()
     assert found.partition(": ")[2].startswith(line)
+
+
+def test_free_laws_cannot_thicken_the_wall_of_a_hub():
+    part = {"bore": 25, "hub_diameter": 44, "hub_length": 32, "thickness": 16}
+    own = find_scene("roller-1000rpm").replace(part=part, **{"limits.hub_wall": 9.6})
+    with pytest.raises(Unmet, match="a cam of no size is within the limits .hub_wall."):
+        synthesise(own)

@@ -323,6 +323,7 @@ def export(scene: Any, file: Path, as_json: bool, quiet: bool, **settings: Any) 
     from camopt.cli import reports, terminal
     from camopt.exporting.export import export as run
 
+    check_file(scene.file, file, "FILE")
     with keys_as_options(), terminal.progress(quiet, ""):
         result = run(scene, file, **{name: value for name, value in settings.items() if value is not None})
     reports.show_export(result, as_json)

@@ -40,7 +40,8 @@ def keys_as_options() -> Iterator[None]:
     try:
         yield
     except BadInput as error:
-        named = [replace(m, key=option_of(m.key)) if m.file == "camopt" else m for m in error.mistakes]
+        options = [(m, "FILE" if m.key == "file" else option_of(m.key)) for m in error.mistakes]
+        named = [replace(m, key=option) if m.file == "camopt" else m for m, option in options]
         raise BadInput(named) from None
 
 
@@ -227,12 +228,12 @@ class Place(click.ParamType):  # type: ignore[type-arg]
         return path
 
 
-def check_file(own: str | None, out: Path) -> None:
+def check_file(own: str | None, out: Path, key: str = "--out") -> None:
     """A scene is never written over the user's own, if that is a file."""
     from camopt.mistakes import BadInput, Mistake
 
     if own is not None and Path(own).exists() and out.exists() and out.samefile(own):
-        raise BadInput([Mistake("camopt", "--out", str(out), "another file: this one is the scene itself")])
+        raise BadInput([Mistake("camopt", key, str(out), "another file: this one is the scene itself")])
 
 
 def check_folder(scene: Any, out: Path, names: str = "scene.toml") -> None:

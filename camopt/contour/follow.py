@@ -22,14 +22,13 @@ class Followed(NamedTuple):
 
 
 def follow(curve: CamCurve, kind: str = "arcs", chord: float = CHORD) -> Followed:
-    """The path of a kind (arcs, spline, polyline) that is proved to be within ``chord`` mm of a curve.
+    """The path of a kind of ``FITS`` that is proved to be within ``chord`` mm of a curve (``check``).
 
     Raises
     ------
     BadInput
-        For another kind, a chord outside 1e-6 to 10 mm, or one that needs over a million elements.
+        For a chord that needs over a million elements.
     """
-    check(kind, chord)
     aim = MARGIN * chord
     for _ in range(ROUNDS):
         path = fitted(curve, kind, aim)
@@ -41,7 +40,7 @@ def follow(curve: CamCurve, kind: str = "arcs", chord: float = CHORD) -> Followe
 
 
 def check(kind: str, chord: float) -> None:
-    """BadInput for what ``follow`` does not take."""
+    """BadInput for what users may not ask of ``follow``: another kind, or a chord outside 1e-6 to 10 mm."""
     mistakes = []
     if kind not in FITS:
         mistakes.append(Mistake("camopt", "curves", kind, f"one of {', '.join(FITS)}"))

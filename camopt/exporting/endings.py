@@ -4,10 +4,14 @@ from typing import NamedTuple
 
 
 class Ending(NamedTuple):
-    """What writes files of an ending: a module with a function ``write``, and the extra that it needs."""
+    """What writes files of an ending: a module with a function ``write``, and the extra that it needs.
+
+    ``of_cam`` is whether there is a cam in the file, which must be one that can be made.
+    """
 
     module: str
     extra: str = ""
+    of_cam: bool = True
 
 
 ENDINGS = {
@@ -21,7 +25,7 @@ ENDINGS = {
     ".xlsx": Ending("points"),
     ".nc": Ending("gcode"),
     ".p": Ending("grinding"),
-    ".txt": Ending("electronic"),
-    ".toml": Ending("scene"),
+    ".txt": Ending("electronic", of_cam=False),
+    ".toml": Ending("scene", of_cam=False),
 }
 """By the ending of a file."""

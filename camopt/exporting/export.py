@@ -63,7 +63,8 @@ def export(scene: Scene, path: str | os.PathLike[str], **settings: Any) -> Expor
     place = path_of(path)
     check_writable(place)
     problem = resolve_design(scene)
-    check_makable(problem)
+    if ENDINGS[suffix].of_cam:
+        check_makable(problem)
     found: Exported = write(problem, place, **settings)
     return replace(found, notes=(*found.notes, *_notes(scene)))
 
@@ -92,7 +93,8 @@ def writer(suffix: str) -> Callable[..., Exported]:
 def _unknown(suffix: str, write: Callable[..., Exported], settings: Mapping[str, Any]) -> list[Mistake]:
     """A mistake for each setting that files of an ending have not."""
     known = [name for name in signature(write).parameters if name not in ("problem", "path")]
-    why = f"has no meaning in a {suffix} file" + (f"; that takes {', '.join(known)}" if known else "")
+    taken = ", ".join(name.replace("_", " ") for name in known)
+    why = f"has no meaning in a {suffix} file" + (f"; that takes: {taken}" if known else "")
     return [Mistake("camopt", name, settings[name], why, bare=True) for name in settings if name not in known]
 
 

@@ -42,12 +42,12 @@ def write(
 ) -> Exported:
     """Write a program that cuts the profile; the path in it, digits and all, is proved to be within the chord.
 
-    ``cutter_radius`` in mm and ``feed`` in mm/min are needed. ``depth`` is how far below its top face the part is
-    cut through, the thickness of the part and 1 mm more if not given; with neither, the program has no Z, as for
-    wires and lasers. ``roughing`` is what a first cut leaves (mm). The quarter circles have the cutter's radius.
+    ``cutter_radius`` in mm and ``feed`` in mm/min are needed. ``depth`` is how far below its top face the plate is
+    cut, its thickness and 1 mm more if not given, or no more where a hub is below; with neither, the program has no
+    Z, as for wires and lasers. ``roughing`` is what a first cut leaves (mm). Quarter circles have the radius of the
+    cutter.
     """
-    thickness = problem.scene.whole_part.thickness
-    depth = thickness + OVERRUN if depth is None and thickness is not None else depth
+    depth = _through(problem) if depth is None else depth
     _check(problem, cutter_radius, feed, depth, roughing, direction, chord)
     assert cutter_radius is not None
     check_cutter(problem, cutter_radius)
@@ -59,15 +59,26 @@ def write(
         f"({_plain(problem.scene.whole_part.name or 'cam')})",
         f"(camopt {VERSION}; cutter radius {cutter_radius:g} mm, {direction} milling)",
         *(f"({name}: {len(each.path)} arcs, within {each.deviation:.6f} mm)" for name, each in followed.items()),
-        "(zero: centre of the cam, top face; X and Y as in the cam's drawing)",
+        "(zero: centre of the cam, top face of the plate, a hub below it; X and Y as in the cam's drawing)",
         "G21 G17 G90 G94 G40",
     ]
+    if depth is not None:
+        lines.append(f"G0 Z{CLEARANCE:g}")
     for each in followed.values():
         assert isinstance(each.path, ArcPath)
         wanted = (direction == "climb") == (problem.design.sense > 0)  # the path of a ccw cam runs clockwise
         lines += _cut(each.path if wanted else each.path.backwards, cutter_radius, depth, feed)
     write_text(path, "\n".join([*lines, "M30"]) + "\n")
-    return Exported(path, told(followed))
+    notes = () if depth is not None else ("neither --depth nor part.thickness is given: the program has no Z",)
+    return Exported(path, told(followed), notes=notes)
+
+
+def _through(problem: Problem) -> float | None:
+    """How deep the plate is cut, if its thickness is known: a little more, but not into a hub."""
+    part = problem.scene.whole_part
+    if part.thickness is None or (part.hub_length or 0.0) > part.thickness:
+        return part.thickness
+    return part.thickness + OVERRUN
 
 
 def _check(problem: Problem, *given: object) -> None:
@@ -76,7 +87,7 @@ def _check(problem: Problem, *given: object) -> None:
     mistakes = []
     if problem.setup.mechanism.grooved:
         why = "written for disc cams; a groove is cut from its .dxf, .csv or .step"
-        mistakes.append(Mistake("camopt", "file", ".nc", why))
+        mistakes.append(Mistake("camopt", "file", "….nc", why))
     for name, value in (("cutter_radius", cutter), ("feed", feed)):
         if value is None:
             mistakes.append(Mistake("camopt", name, None, "missing: a .nc file needs it", bare=True))
@@ -129,7 +140,9 @@ def _cut(path: ArcPath, lead: float, depth: float | None, feed: object) -> Itera
     before, after = middle - lead * tangent, middle + lead * tangent
     turn = 1.0 if around < 0 else -1.0  # the quarter circles bend away from the part
     quarter = turn * np.tan(np.pi / 8)
-    yield f"G0 {_xy(before)}" if depth is None else f"G0 Z{CLEARANCE:g}\nG0 {_xy(before)}\nG1 Z{-depth:g} F{feed:g}"
+    yield f"G0 {_xy(before)}"
+    if depth is not None:
+        yield f"G1 Z{-depth:g} F{feed:g}"
     yield f"{_arc(before, start, quarter)} F{feed:g}"
     for one, other, bulge in zip(path.vertices, path.vertices[1:], path.bulges, strict=False):
         yield _arc(one, other, bulge)

@@ -7,7 +7,7 @@ from math import asin, pi, radians, sqrt
 import numpy as np
 
 from camopt.contour.curve import CamCurve, curves_of
-from camopt.contour.follow import Followed, follow
+from camopt.contour.follow import Followed, check, follow
 from camopt.contour.path import ArcPath, CubicPath
 from camopt.points.points import check_cutter
 from camopt.problem.problem import Problem
@@ -40,6 +40,7 @@ class Plan:
 
 def plan_of(problem: Problem, chord: float, curves: str, cutter_radius: float | None) -> Plan:
     """The plan of a cam whose curves are followed within ``chord`` mm by arcs, a spline or a polyline."""
+    check(curves, chord)
     check_cutter(problem, cutter_radius)
     followed = {name: follow(curve, curves, chord) for name, curve in _drawn(problem, cutter_radius).items()}
     layers = [Layer(name, _line(name), (each.path,)) for name, each in followed.items()]

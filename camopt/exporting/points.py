@@ -7,8 +7,9 @@ import numpy as np
 from camopt.contour.curve import curves_of
 from camopt.contour.deviation import deviation
 from camopt.contour.fit import through
-from camopt.contour.follow import CHORD, MARGIN, Followed, check
-from camopt.exporting.exported import Exported, told
+from camopt.contour.follow import CHORD, MARGIN, check
+from camopt.exporting.exported import CurveInFile, Exported
+from camopt.mistakes import BadInput, Mistake
 from camopt.points.points import cam_points, write_columns
 from camopt.problem.problem import Problem
 
@@ -24,15 +25,15 @@ def write(
 
     How far straight lines from point to point are from the curves is proved.
     """
-    spacing = {"step": step} if step is not None else {"chord": MARGIN * (CHORD if chord is None else chord)}
-    if chord is not None:
-        check("polyline", chord)
-        spacing |= {"chord": MARGIN * chord}
+    if step is not None and chord is not None:
+        raise BadInput([Mistake("camopt", "step", step, "not together with a chord: one of both", bare=True)])
+    check("polyline", CHORD if chord is None else chord)
+    spacing = {"chord": MARGIN * (chord or CHORD)} if step is None else {"step": step}
     columns = cam_points(problem.scene, None, cutter_radius, **spacing)
     angles = np.radians(columns["cam_angle_deg"])
-    followed = {}
-    for name, curve in curves_of(problem, cutter_radius).items():
-        lines = through(curve, angles)
-        followed[name] = Followed(lines, deviation(curve, lines, chord or 0.0))
+    curves = {
+        name: CurveInFile(angles.size - 1, "lines", deviation(curve, through(curve, angles), chord or CHORD))
+        for name, curve in curves_of(problem, cutter_radius).items()
+    }
     write_columns(columns, problem.scene, path, path.suffix.lower())
-    return Exported(path, told(followed), {"points": angles.size})
+    return Exported(path, curves, {"points": angles.size})

@@ -12,7 +12,7 @@ from OCP.Standard import Standard_ConstructionError, Standard_Failure
 from OCP.StdFail import StdFail_NotDone
 
 from camopt.contour.curve import curves_of
-from camopt.contour.follow import LEAST, check, follow
+from camopt.contour.follow import check, follow
 from camopt.exporting import shapes
 from camopt.exporting.cylinder import cylinder
 from camopt.exporting.exported import CurveInFile, told
@@ -61,7 +61,7 @@ def solid_of(problem: Problem, chord: float, curves: str) -> Solid:
 
 def _disc(problem: Problem, chord: float, curves: str) -> Solid:
     check(curves, chord)
-    profile = follow(curves_of(problem)["profile"], curves, max(chord - shapes.FLAT, LEAST))
+    profile = follow(curves_of(problem)["profile"], curves, chord - shapes.FLAT)
     profile = profile._replace(deviation=profile.deviation + shapes.FLAT)
     _check_wall(problem, chord, profile.deviation)
     body = _plate(problem, shapes.closed_wire(profile.path))

@@ -10,6 +10,7 @@ import numpy as np
 from OCP.BRepMesh import BRepMesh_IncrementalMesh
 from OCP.StlAPI import StlAPI_Writer
 
+from camopt.contour.curve import curves_of
 from camopt.contour.follow import CHORD, LEAST, check
 from camopt.exporting.exported import Exported
 from camopt.exporting.solid import solid_of
@@ -21,6 +22,7 @@ from camopt.problem.problem import Problem
 HEADER = 84  # bytes before the first triangle
 TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 SHARE = 0.9  # of the chord: what is left is for walls that are no true ones, and for rounding
+LOOKED = 361  # cam angles at which a cam's size is looked at
 STEEPEST = 0.35  # rad between neighbours: of round things that are small beside the chord
 ROUNDED = 2.0**-24 * 2.0**0.5  # of the largest coordinate: how far single precision moves a point of a profile
 
@@ -28,7 +30,7 @@ ROUNDED = 2.0**-24 * 2.0**0.5  # of the largest coordinate: how far single preci
 def write(problem: Problem, path: Path, chord: float = CHORD) -> Exported:
     """Write the solid of a cam that has a thickness; the deviations told include the rounding of the file."""
     check("polyline", chord)
-    aim = max(SHARE * chord, LEAST)
+    aim = max(SHARE * chord - _rounded(problem), LEAST)
     solid = solid_of(problem, aim, "polyline")
     BRepMesh_IncrementalMesh(solid.shape, aim, False, STEEPEST)
     with whole_file(path) as partial:
@@ -43,6 +45,12 @@ def write(problem: Problem, path: Path, chord: float = CHORD) -> Exported:
     off = float(np.abs(triangles[..., :2]).max()) * ROUNDED
     curves = {name: each._replace(deviation_mm=each.deviation_mm + off) for name, each in solid.curves.items()}
     return Exported(path, curves, solid.about | {"triangles": len(triangles), "volume_mm3": volume(triangles)})
+
+
+def _rounded(problem: Problem) -> float:
+    """About how far the file's digits move points of a profile, mm."""
+    curve = next(iter(curves_of(problem).values()))
+    return ROUNDED * float(np.abs(curve.at(np.linspace(0.0, 2.0 * np.pi, LOOKED), curve.points)).max())
 
 
 def read_triangles(path: Path) -> FloatArray:

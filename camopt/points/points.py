@@ -221,9 +221,11 @@ def check_cutter(problem: Problem, radius: float | None) -> None:
     if radius is None:
         return
     widest = float(problem.design.roller_radius[0]) if problem.setup.mechanism.grooved else _deepest(problem)
-    allowed = (
-        "above 0 mm" if np.isinf(widest) else f"above 0 and at most {widest:g} mm, or it cuts into the profile"
-    )
+    if widest <= 0.0:
+        why = "has no place: no cutter reaches into the hollow corner of the profile, where the velocity jumps"
+        raise BadInput([Mistake("camopt", "cutter_radius", radius, why, bare=True)])
+    at_most = f"above 0 and at most {widest:g} mm, or it cuts into the profile"
+    allowed = "above 0 mm" if np.isinf(widest) else at_most
     if not (0.0 < radius <= widest and np.isfinite(radius)):
         raise BadInput([Mistake("camopt", "cutter_radius", radius, allowed)])
 

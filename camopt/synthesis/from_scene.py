@@ -5,7 +5,7 @@ from dataclasses import replace
 from math import inf, radians
 
 from camopt.mechanisms import translating, translating_flat
-from camopt.mistakes import BadInput, Mistake
+from camopt.mistakes import BadInput, Mistake, Unmet
 from camopt.motion import LAWS
 from camopt.motion.conditions import Condition
 from camopt.motion.joints import joined
@@ -57,6 +57,7 @@ def demand_of(problem: Problem, objective: Mapping[str, float] | None = None) ->
     roller = roller_of(problem, body)
     size = _size(scene, problem.size_name, objective)
     least = least_size(problem, {"size": size})
+    _check_sizes(problem, least, size[1])
     return Demand(
         problem=problem,
         splines=Splines(
@@ -78,6 +79,14 @@ def demand_of(problem: Problem, objective: Mapping[str, float] | None = None) ->
         mirror=_mirror(problem, ground) if asked.symmetric else None,
         smooth=asked.smooth,
     )
+
+
+def _check_sizes(problem: Problem, least: float, most: float) -> None:
+    """Unmet if there are limits that leave no size, whatever the motion is."""
+    limits = [limit for limit in problem.limits if limit.least_size > most or limit.most_size < least]
+    if limits:
+        names = ", ".join(limit.name for limit in limits)
+        raise Unmet(f"no motion: a cam of no size is within the limits ({names})")
 
 
 def by_offset(demand: Demand) -> list[Demand]:
