@@ -27,6 +27,7 @@ from camopt.exporting.stl import is_watertight, read_triangles, volume
 from camopt.mechanisms.geometry import cam_curves
 from camopt.problem.problem import resolve_design
 from tests.support.cams import cam_with
+from tests.support.depth import covering
 
 CHORD = 0.001
 KEYWAY = {"keyway_width": 4, "keyway_depth": 1.8, "keyway_angle": 37}
@@ -111,8 +112,17 @@ def rim(solid, height, beyond, count):
         yield np.array([[p.X(), p.Y()] for p in map(curve.Value, share)])
 
 
-@pytest.mark.parametrize("curves", ["arcs", "spline"])
-@pytest.mark.parametrize("name", DISCS)
+def kind_of(case):
+    """What the solids of scenes differ by: the follower that makes the profile, and what edges it has."""
+    name, curves = case
+    scene = find_scene(name)
+    return (name,), (scene.follower.motion, scene.follower.contact, bool(scene.profile), curves)
+
+
+CASES = [(name, curves) for curves in ("arcs", "spline") for name in DISCS]
+
+
+@pytest.mark.parametrize(("name", "curves"), covering(CASES, kind_of))
 def test_a_disc_read_back_is_whole_as_large_as_green_says_and_within_the_chord_both_ways(name, curves, tmp_path):
     scene = disc(name)
     told = step.write(resolve_design(scene), tmp_path / "cam.step", CHORD, curves)

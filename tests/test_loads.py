@@ -408,8 +408,10 @@ def test_a_mirrored_cam_has_the_same_loads():
     other = cam_with("offset-roller", dynamics=GUIDED, rotation="cw")
     other["follower"] = {**other["follower"], "offset": -11}
     ours, mirrored = found(one), found(other)
-    assert {n: v for n, v in ours.items() if n != "offset_mm"} == {
-        n: v for n, v in mirrored.items() if n != "offset_mm"
+    turned = ("offset_mm", "centroid_x_mm")
+    assert mirrored["centroid_x_mm"] == -ours["centroid_x_mm"]
+    assert {n: v for n, v in ours.items() if n not in turned} == {
+        n: v for n, v in mirrored.items() if n not in turned
     }
 
 

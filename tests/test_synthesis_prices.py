@@ -1,6 +1,7 @@
 """Prices of what holds free laws: against the least objectives of two programmes, and against other syntheses."""
 
 import json
+from functools import cache
 
 import numpy as np
 import pytest
@@ -42,6 +43,12 @@ CASES = {
 }
 
 
+@cache
+def priced(name):
+    """The prices of a case: tests share its synthesis."""
+    return synthesis_prices(synthesise(CASES[name]))
+
+
 def with_bound(case, key, value):
     """A scene with another value of a bound; what it takes by default does not change."""
     *names, last = key.split(".")
@@ -61,7 +68,7 @@ def least(case):
 @pytest.mark.parametrize("name", CASES)
 def test_a_price_is_the_derivative_of_the_least_objective(name):
     case = CASES[name]
-    found = synthesis_prices(synthesise(case))
+    found = priced(name)
     assert found
     for price in found:
         assert price.price == price.tightened
@@ -75,7 +82,7 @@ def test_a_price_is_the_derivative_of_the_least_objective(name):
 def test_what_has_no_price_may_change_a_little(name):
     """Of the limits on pressure angles and motions: with another bound the objective is the same."""
     case = CASES[name]
-    costly = {price.key for price in synthesis_prices(synthesise(case))}
+    costly = {price.key for price in priced(name)}
     limits = {limit.key for limit in resolve(case).limits if limit.asked and limit.claims} - costly
     for key in limits - {"limits.curvature_radius"}:
         eased = case.replace(**{key: 1.001 * case.numbers([key])[key]})

@@ -7,7 +7,7 @@ import pytest
 
 from camopt import evaluate, find_scene
 from camopt.cli.main import main
-from camopt.problem.unused import LOADED, PRESSING, READERS, unused
+from camopt.problem.unused import LOADED, PRESSING, READERS, unanswered, unused
 from camopt.quantities import QUANTITIES
 
 READING = (*LOADED, "lash")
@@ -106,3 +106,18 @@ def test_an_output_that_is_none_is_refused(capsys):
     assert (
         "--outputs = 'hurtz': must be a quantity, an effect or all; did you mean hertz?" in capsys.readouterr().err
     )
+
+
+def test_outputs_that_lack_data_are_told(capsys):
+    assert main(["evaluate", "exhaust-valve", "--outputs", "solid,wall,hertz,motion"]) == 0
+    told = capsys.readouterr().err
+    for effect, key in (("solid", "part.thickness"), ("wall", "part.bore"), ("hertz", "materials.cam")):
+        assert f"outputs: {effect} shows nothing without " in told
+        assert key in told
+    assert "motion shows" not in told
+
+
+@pytest.mark.parametrize("name", ["valve-rod-radial", "feeder-with-stop"])
+def test_outputs_that_are_shown_are_not(name):
+    assert unanswered(find_scene(name).replace(outputs=["solid", "wall", "motion"])) == []
+    assert unanswered(find_scene(name).replace(outputs=["all"])) == []

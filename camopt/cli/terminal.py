@@ -130,11 +130,11 @@ def _row_by_row(table: Table) -> str:
 
 
 def say_unused(scene: Any) -> None:
-    """Name the keys of the scene that nothing called for, and values that are odd, on standard error."""
-    from camopt.problem.unused import unused
+    """Say on standard error what of the scene nothing called for, what its outputs lack, and what is odd."""
+    from camopt.problem.unused import unanswered, unused
     from camopt.scene.oddities import oddities
 
-    say_notes((*oddities(scene), *unused(scene)))
+    say_notes((*oddities(scene), *unused(scene), *unanswered(scene)))
 
 
 def say_notes(sentences: Iterable[str]) -> None:

@@ -1,4 +1,4 @@
-"""What a scene gives of dynamics and materials that nothing which runs reads."""
+"""What a scene gives of dynamics and materials that nothing reads, and what it asks for and lacks the data of."""
 
 from dataclasses import replace
 
@@ -48,6 +48,18 @@ def unused(scene: Scene) -> list[str]:
         sentences.append(f"{', '.join(ready)}: no limit, objective or output uses {them}; {shown}")
     if short := [key for key in idle if not able[key]]:
         sentences.append(f"{', '.join(short)}: not used{_for_want(short, lacking(setup))}")
+    return sentences
+
+
+def unanswered(scene: Scene) -> list[str]:
+    """The effects among the scene's outputs that have nothing to show, as sentences: the keys that they lack."""
+    setup = resolve(scene).setup
+    shown, lacks = {QUANTITIES[name].effect for name in offered(setup)}, lacking(setup)
+    sentences = []
+    for effect in dict.fromkeys(scene.outputs):
+        needs = [keys for name, keys in lacks.items() if QUANTITIES[name].effect == effect]
+        if needs and effect not in shown:
+            sentences.append(f"outputs: {effect} shows nothing without {', '.join(sorted(needs, key=len)[0])}")
     return sentences
 
 
