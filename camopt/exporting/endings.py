@@ -19,6 +19,7 @@ ENDINGS = {
     ".svg": Ending("svg"),
     ".pdf": Ending("pdf"),
     ".step": Ending("step", "cad"),
+    ".stp": Ending("step", "cad"),
     ".stl": Ending("stl", "cad"),
     ".csv": Ending("points"),
     ".parquet": Ending("points"),
