@@ -9,12 +9,13 @@ the normal does, which tears a curve at a distance, and leaves a corner in a pit
 """
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import factorial, inf, nextafter
 from typing import Any, NamedTuple
 
 import numpy as np
 from flint import arb
+from numpy.typing import NDArray
 
 from camopt.mechanisms.design import ComplexArray, Designs, Mechanism
 from camopt.mechanisms.geometry import distances
@@ -106,13 +107,17 @@ class CamCurve:
 
     def at(self, angles: FloatArray, of: Callable[[Span, FloatArray], Any]) -> Any:
         """What ``of`` gives of spans, at cam angles (rad, in any order) of the turn; at a jump what is after it."""
-        starts = np.array([span.start for span in self.spans])
-        place = np.maximum(np.searchsorted(starts, angles, side="right") - 1, 0)
+        place = self.places(angles)
         found = [(k, of(self.spans[k], angles[place == k])) for k in np.unique(place)]
         out = np.empty(angles.shape, dtype=found[0][1].dtype)
         for k, values in found:
             out[place == k] = values
         return out
+
+    def places(self, angles: FloatArray) -> NDArray[np.intp]:
+        """The numbers of the spans in which cam angles (rad) are; of one where two meet the second."""
+        starts = np.array([span.start for span in self.spans])
+        return np.maximum(np.searchsorted(starts, angles, side="right") - 1, 0)
 
     def curvatures(self, span: Span, angles: FloatArray) -> FloatArray:
         """Im(p'*·p'')/|p'|³, 1/mm, positive where the curve turns to the left, at cam angles (rad) of a span."""
@@ -159,8 +164,8 @@ def curves_of(problem: Problem, cutter_radius: float | None = None) -> dict[str,
 
     Those of a groove are two of each, ``profile_left`` and ``profile_right``; a flat face has no pitch curve.
     """
-    found = distances(problem.setup.mechanism, problem.design, cutter_radius)
-    return {name: curve_of(problem, distance) for name, distance in found.items()}
+    found, curve = distances(problem.setup.mechanism, problem.design, cutter_radius), curve_of(problem, 0.0)
+    return {name: replace(curve, distance=distance) for name, distance in found.items()}
 
 
 def curve_of(problem: Problem, distance: float) -> CamCurve:

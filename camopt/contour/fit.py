@@ -162,8 +162,8 @@ def _off_cubics(curve: CamCurve, span: Span, starts: FloatArray, ends: FloatArra
 
 def _polyline(curve: CamCurve, angles: list[FloatArray]) -> ArcPath:
     points = [curve.points(span, each[:-1]) for span, each in zip(curve.spans, angles, strict=True)]
-    vertices = np.concatenate([*points, _last(curve)])
-    return _path(vertices, np.zeros(vertices.size - 1), angles)
+    vertices = _ended(curve, np.concatenate(points))
+    return ArcPath(vertices, np.zeros(vertices.size - 1), *_places(angles))
 
 
 def through(curve: CamCurve, angles: FloatArray) -> ArcPath:
@@ -183,8 +183,7 @@ def through(curve: CamCurve, angles: FloatArray) -> ArcPath:
     places = np.concatenate([angles, inner])
     order = np.argsort(places, kind="stable")
     places, vertices = places[order], points[order]
-    starts = np.array([span.start for span in curve.spans])
-    spans = np.searchsorted(starts, (places[:-1] + places[1:]) / 2, side="right") - 1
+    spans = curve.places((places[:-1] + places[1:]) / 2)
     pairs = np.stack([places[:-1], places[1:]], axis=1)
     return ArcPath(vertices, np.zeros(vertices.size - 1), pairs, tuple(spans.tolist()))
 
@@ -206,7 +205,7 @@ def _arcs(curve: CamCurve, angles: list[FloatArray]) -> ArcPath:
         vertices.append(np.stack([pair.first, pair.joint], axis=1)[keep])
         bulges.append(whole[keep])
         joints.append(np.append(np.stack([each[:-1], middles], axis=1)[keep], each[-1]))
-    return _path(np.concatenate([*vertices, _last(curve)]), np.concatenate(bulges), joints)
+    return ArcPath(_ended(curve, np.concatenate(vertices)), np.concatenate(bulges), *_places(joints))
 
 
 def _beside(curve: CamCurve, span: Span, pair: Biarcs, starts: FloatArray, ends: FloatArray) -> FloatArray:
@@ -224,20 +223,16 @@ def _spline(curve: CamCurve, angles: list[FloatArray]) -> CubicPath:
     return CubicPath(np.concatenate(cubics), *_places(angles))
 
 
-def _path(vertices: ComplexArray, bulges: FloatArray, angles: list[FloatArray]) -> ArcPath:
-    return ArcPath(vertices, bulges, *_places(angles))
+def _ended(curve: CamCurve, vertices: ComplexArray) -> ComplexArray:
+    """Vertices with the last one: of a closed curve the first again, to the last digit."""
+    last = curve.spans[-1]
+    return np.append(vertices, vertices[:1] if curve.closed else curve.points(last, np.array([last.end])))
 
 
 def _places(angles: list[FloatArray]) -> tuple[FloatArray, tuple[int, ...]]:
     """The pairs of cam angles of all elements, and their spans."""
     pairs = [np.stack([each[:-1], each[1:]], axis=1) for each in angles]
     return np.concatenate(pairs), tuple(k for k, each in enumerate(angles) for _ in each[1:])
-
-
-def _last(curve: CamCurve) -> ComplexArray:
-    """The last vertex: where a closed curve began."""
-    span = curve.spans[0 if curve.closed else -1]
-    return curve.points(span, np.array([span.start if curve.closed else span.end]))
 
 
 FITS = {

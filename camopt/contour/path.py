@@ -33,6 +33,10 @@ class ArcPath:
         return "arcs and lines" if arcs and lines else "arcs" if arcs else "lines"
 
     @property
+    def closed(self) -> bool:
+        return bool(self.vertices[0] == self.vertices[-1])
+
+    @property
     def chords(self) -> ComplexArray:
         return np.diff(self.vertices)
 

@@ -78,10 +78,9 @@ def _draw(space: Modelspace, layer: Layer) -> None:
 
 
 def _polyline(space: Modelspace, path: ArcPath, about: dict[str, str]) -> None:
-    closed = bool(path.vertices[0] == path.vertices[-1])
-    bulges = path.bulges if closed else np.append(path.bulges, 0.0)
+    bulges = path.bulges if path.closed else np.append(path.bulges, 0.0)
     corners = zip(path.vertices.real.tolist(), path.vertices.imag.tolist(), bulges.tolist(), strict=False)
-    space.add_lwpolyline(list(corners), format="xyb", close=closed, dxfattribs=about)
+    space.add_lwpolyline(list(corners), format="xyb", close=path.closed, dxfattribs=about)
 
 
 def _spline(space: Modelspace, path: CubicPath, about: dict[str, str]) -> None:

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from camopt.contour.curve import CamCurve, curve_of, curves_of
+from camopt.contour.curve import CamCurve, curves_of
 from camopt.contour.deviation import deviation
 from camopt.contour.follow import CHORD, Followed, follow
 from camopt.contour.path import ArcPath
@@ -50,11 +50,12 @@ def write(
     depth = _through(problem) if depth is None else depth
     _check(problem, cutter_radius, feed, depth, roughing, direction, chord)
     assert cutter_radius is not None
+    assert feed is not None
     check_cutter(problem, cutter_radius)
     finished = curves_of(problem, cutter_radius)["cutter"]
     cuts = {"roughing": finished.distance + roughing} if roughing else {}
     cuts |= {"cutter": finished.distance}
-    followed = {name: _rounded(curve_of(problem, distance), chord) for name, distance in cuts.items()}
+    followed = {name: _rounded(replace(finished, distance=each), chord) for name, each in cuts.items()}
     lines = [
         f"({_plain(problem.scene.whole_part.name or 'cam')})",
         f"(camopt {VERSION}; cutter radius {cutter_radius:g} mm, {direction} milling)",
@@ -81,24 +82,31 @@ def _through(problem: Problem) -> float | None:
     return part.thickness + OVERRUN
 
 
-def _check(problem: Problem, *given: object) -> None:
+def _check(
+    problem: Problem,
+    cutter_radius: float | None,
+    feed: float | None,
+    depth: float | None,
+    roughing: float,
+    direction: str,
+    chord: float,
+) -> None:
     """BadInput for settings that are missing or out of range."""
-    cutter, feed, depth, roughing, direction, chord = given
     mistakes = []
     if problem.setup.mechanism.grooved:
         why = "written for disc cams; a groove is cut from its .dxf, .csv or .step"
         mistakes.append(Mistake("camopt", "file", "….nc", why))
-    for name, value in (("cutter_radius", cutter), ("feed", feed)):
+    for name, value in (("cutter_radius", cutter_radius), ("feed", feed)):
         if value is None:
             mistakes.append(Mistake("camopt", name, None, "missing: a .nc file needs it", bare=True))
     for name, value in (("feed", feed), ("depth", depth)):
-        if isinstance(value, (int, float)) and not (isfinite(value) and value > 0.0):
+        if value is not None and not (isfinite(value) and value > 0.0):
             mistakes.append(Mistake("camopt", name, value, "above 0"))
-    if not (isinstance(roughing, (int, float)) and 0.0 <= roughing <= 1e3):
+    if not 0.0 <= roughing <= 1e3:
         mistakes.append(Mistake("camopt", "roughing", roughing, "from 0 to 1000 mm"))
     if direction not in WAYS:
         mistakes.append(Mistake("camopt", "direction", direction, f"one of {', '.join(WAYS)}"))
-    if isinstance(chord, (int, float)) and not chord >= LEAST_CHORD:
+    if not chord >= LEAST_CHORD:
         why = f"at least {LEAST_CHORD:g} mm: a program has {DIGITS} decimals"
         mistakes.append(Mistake("camopt", "chord", chord, why))
     if mistakes:
@@ -131,7 +139,7 @@ def _from_dwell(path: ArcPath, curve: CamCurve) -> ArcPath:
     return path.halved(longest).starting(longest + 1)
 
 
-def _cut(path: ArcPath, lead: float, depth: float | None, feed: object) -> Iterator[str]:
+def _cut(path: ArcPath, lead: float, depth: float | None, feed: float) -> Iterator[str]:
     """Down beside the part, round it, and up again."""
     around = np.sign((path.vertices[:-1].conjugate() * path.vertices[1:]).imag.sum())  # 1 anticlockwise
     start, tangent = path.vertices[0], path.tangents[0][0]

@@ -2,12 +2,12 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from math import asin, pi, radians, sqrt
 
 import numpy as np
 
 from camopt.contour.curve import CamCurve, curves_of
 from camopt.contour.follow import Followed, check, follow
+from camopt.contour.hole import bore_with_keyway
 from camopt.contour.path import ArcPath, CubicPath
 from camopt.points.points import check_cutter
 from camopt.problem.problem import Problem
@@ -84,7 +84,7 @@ def _round(problem: Problem, corners: np.ndarray) -> Iterator[Layer]:
     if part.hub_diameter:
         yield Layer("hub", VISIBLE, circles=(part.hub_diameter / 2,))
     if part.bore and part.keyway_width:
-        yield Layer("bore", VISIBLE, (bore_with_keyway(problem),))
+        yield Layer("bore", VISIBLE, (bore_with_keyway(part),))
     elif part.bore:
         yield Layer("bore", VISIBLE, circles=(part.bore / 2,))
     across = complex(left - beyond), complex(right + beyond)
@@ -103,14 +103,3 @@ def _developed(problem: Problem, corners: np.ndarray) -> Iterator[Layer]:
     yield Layer(
         "timing", THIN, lines=tuple((x + 1j * (low - beyond), x + 1j * (high + beyond)) for x in (0.0, turn))
     )
-
-
-def bore_with_keyway(problem: Problem) -> ArcPath:
-    """The bore of a part that has a keyway, anticlockwise: its circle, and then three sides of the keyway."""
-    part = problem.scene.whole_part
-    radius, half = (part.bore or 0.0) / 2, (part.keyway_width or 0.0) / 2
-    bottom, mouth = radius + (part.keyway_depth or 0.0), sqrt(radius * radius - half * half)
-    corners = np.array([mouth, mouth, bottom, bottom, mouth]) + 1j * half * np.array([1, -1, -1, 1, 1])
-    sweep = 2.0 * pi - 2.0 * asin(half / radius)
-    vertices = corners * np.exp(1j * radians(part.keyway_angle or 0.0))
-    return ArcPath(vertices, np.array([np.tan(sweep / 4), 0.0, 0.0, 0.0]), np.zeros((4, 2)), (0,) * 4)

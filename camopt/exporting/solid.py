@@ -13,10 +13,10 @@ from OCP.StdFail import StdFail_NotDone
 
 from camopt.contour.curve import curves_of
 from camopt.contour.follow import check, follow
+from camopt.contour.hole import bore_with_keyway
 from camopt.exporting import shapes
 from camopt.exporting.cylinder import cylinder
 from camopt.exporting.exported import CurveInFile, told
-from camopt.exporting.layers import bore_with_keyway
 from camopt.exporting.shapes import Shape
 from camopt.mistakes import BadInput, Mistake
 from camopt.problem.problem import Problem
@@ -107,6 +107,6 @@ def _with_bore(problem: Problem, body: Shape) -> Shape:
     part = problem.scene.whole_part
     if not part.bore:
         return body
-    outline = shapes.closed_wire(bore_with_keyway(problem)) if part.keyway_width else shapes.circle(part.bore / 2)
+    outline = shapes.closed_wire(bore_with_keyway(part)) if part.keyway_width else shapes.circle(part.bore / 2)
     whole = max(part.thickness or 0.0, part.hub_length or 0.0)
     return shapes.cut(body, shapes.extruded(outline, -BEYOND, whole + BEYOND))

@@ -16,6 +16,7 @@ MARGIN = 5.0  # mm
 DASHES = {CHAIN: "8 1.5 1 1.5", DASHED: "3 1.5"}
 WIDTHS = {VISIBLE: 0.35}  # mm
 THINNER = 0.18
+SAME = 1e-9  # mm: the last digit of a number in the file
 COLOURS = {VISIBLE: "#000000", THIN: "#606060", CHAIN: "#3050a0", DASHED: "#208020"}
 
 
@@ -68,18 +69,13 @@ def _arcs(path: ArcPath) -> str:
         parts.append(
             f"A {_number(radius)} {_number(radius)} 0 {flags} {_point(end)}" if sweep else f"L {_point(end)}"
         )
-    return " ".join([*parts, *_closing(path.vertices[0], path.vertices[-1])])
+    return " ".join([*parts, *(["Z"] if path.closed else [])])
 
 
 def _cubics(path: CubicPath) -> str:
     parts = [f"C {' '.join(map(_point, each[1:].tolist()))}" for each in path.controls]
-    return " ".join(
-        [f"M {_point(path.controls[0, 0])}", *parts, *_closing(path.controls[0, 0], path.controls[-1, 3])]
-    )
-
-
-def _closing(first: complex, last: complex) -> list[str]:
-    return ["Z"] if abs(first - last) < 1e-9 else []
+    closing = ["Z"] if abs(path.controls[0, 0] - path.controls[-1, 3]) < SAME else []
+    return " ".join([f"M {_point(path.controls[0, 0])}", *parts, *closing])
 
 
 def _number(value: float) -> str:

@@ -11,7 +11,6 @@ from camopt.drawing.picture import Picture
 from camopt.effects import Case
 from camopt.files import checked_suffix, whole_file
 from camopt.mechanisms.design import ComplexArray
-from camopt.mechanisms.geometry import cam_curves, distances
 from camopt.mistakes import BadInput, Mistake
 from camopt.numerics import FloatArray
 from camopt.points.loads import LOADS, loads_at
@@ -107,35 +106,36 @@ def cam_points(
     """
     problem = resolve_design(scene)
     check_cutter(problem, cutter_radius)
-    degrees = _degrees(problem, angles, cutter_radius, step, chord)
+    curves = curves_of(problem, cutter_radius)
+    degrees = _degrees(problem, curves, angles, step, chord)
     radians = np.radians(degrees)
     displacement = problem.programme.at(radians)[0]
     unit = "deg" if problem.setup.angular else "mm"
     columns = {"cam_angle_deg": degrees}
     columns[f"displacement_{unit}"] = np.degrees(displacement) if unit == "deg" else displacement
-    for name, points in _curves(problem, radians, cutter_radius).items():
+    at = {name: curve.at(radians, curve.points) for name, curve in curves.items()}
+    for name, points in at.items():
         columns |= {f"{name}_x_mm": points.real.copy(), f"{name}_y_mm": points.imag.copy()}
-    for name, curve in curves_of(problem).items():
-        columns |= _form(name, curve, radians) if name.startswith("profile") else {}
+    for name in (name for name in curves if name.startswith("profile")):
+        columns |= {f"{name}_{key}": v for key, v in _form(curves[name], radians, at[name]).items()}
     return columns | loads_at(Picture(problem), degrees)
 
 
-def _form(name: str, curve: CamCurve, angles: FloatArray) -> dict[str, FloatArray]:
-    """Normal, curvature and, on a disc cam, polar coordinates of a profile at cam angles in rad."""
+def _form(curve: CamCurve, angles: FloatArray, points: ComplexArray) -> dict[str, FloatArray]:
+    """Normal, curvature and, on a disc cam, polar coordinates of a profile at its points, cam angles in rad."""
     outwards = -1.0 if curve.distance > 0.0 else 1.0  # the steel is on the other side of the pitch curve's normal
     normal = outwards * curve.at(angles, curve.normals)
     bend = -outwards * (curve.sense or 1.0) * curve.at(angles, curve.curvatures)
     form = {"normal_x": normal.real.copy(), "normal_y": normal.imag.copy(), "curvature_per_mm": bend}
     if curve.closed:
-        points = curve.at(angles, curve.points)
         form |= {"radius_mm": np.abs(points), "angle_deg": np.degrees(np.angle(points)) % 360.0}
-    return {f"{name}_{key}": values for key, values in form.items()}
+    return form
 
 
 def _degrees(
     problem: Problem,
+    curves: dict[str, CamCurve],
     angles: ArrayLike | None,
-    cutter_radius: float | None,
     step: float | None,
     chord: float | None,
 ) -> FloatArray:
@@ -147,9 +147,11 @@ def _degrees(
     if chord is None:
         return in_steps(1.0 if step is None else step) if angles is None else checked_angles(angles)
     starts = np.degrees([stroke.start for stroke in problem.programme.strokes])
-    return within_chord(
-        chord, starts, lambda degrees: list(_curves(problem, np.radians(degrees), cutter_radius).values())
-    )
+
+    def points_at(degrees: FloatArray) -> list[ComplexArray]:
+        return [curve.at(np.radians(degrees), curve.points) for curve in curves.values()]
+
+    return within_chord(chord, starts, points_at)
 
 
 def write_points(
@@ -236,13 +238,6 @@ def _deepest(problem: Problem) -> float:
         return np.inf  # a flat face leaves no concave flank
     case = Case(problem.setup, problem.programme, problem.design)
     return float(run_effects(case, ["cutter_radius_max_mm"]).column("cutter_radius_max_mm")[0])
-
-
-def _curves(problem: Problem, angles: FloatArray, cutter_radius: float | None) -> dict[str, ComplexArray]:
-    mechanism, design = problem.setup.mechanism, problem.design
-    found = cam_curves(mechanism, design, problem.programme, angles)
-    along = distances(mechanism, design, cutter_radius)
-    return {name: found.pitch + distance * found.normal for name, distance in along.items()}
 
 
 def _about(column: str) -> dict[str, str]:

@@ -5,10 +5,10 @@ from math import cos, pi, sin
 
 import numpy as np
 
+from camopt.contour.hole import keyway_corners, keyway_turn
 from camopt.sheet import symbols
 from camopt.sheet.dimensions import ABOVE, arrow, linear
 from camopt.sheet.front_view import FrontView, apart, is_upright
-from camopt.sheet.hole import keyway_corners, keyway_turn
 from camopt.sheet.marks import (
     LARGE,
     MEDIUM,

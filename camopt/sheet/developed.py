@@ -12,13 +12,14 @@ from typing import Any
 
 import numpy as np
 
+from camopt.contour.hole import keyway_turn
 from camopt.mechanisms.design import ComplexArray
 from camopt.mechanisms.geometry import cam_curves
 from camopt.scene.part import Part
 from camopt.sheet import symbols
 from camopt.sheet.cam import CLOSE, Cam
 from camopt.sheet.dimensions import ABOVE, arrow, linear
-from camopt.sheet.hole import hole_outline, keyway_turn
+from camopt.sheet.hole import hole_outline
 from camopt.sheet.marks import (
     CHAIN,
     DOUBLE_CHAIN,

@@ -12,12 +12,13 @@ from typing import Any
 
 import numpy as np
 
+from camopt.contour.hole import keyway_turn
 from camopt.mechanisms.design import ComplexArray
 from camopt.numerics import FloatArray
 from camopt.scene.part import Part
 from camopt.sheet.cam import Cam
 from camopt.sheet.dimensions import inwards, outwards
-from camopt.sheet.hole import hole_outline, keyway_turn
+from camopt.sheet.hole import hole_outline
 from camopt.sheet.marks import (
     CHAIN,
     DOUBLE_CHAIN,

@@ -3,9 +3,9 @@
 from collections.abc import Iterator
 from math import degrees, isfinite, pi
 
+from camopt.contour.hole import keyway_turn
 from camopt.motion.table import RETURN, RISE
 from camopt.sheet.cam import Cam
-from camopt.sheet.hole import keyway_turn
 from camopt.sheet.marks import MEDIUM, Marks, Words, cut_off, number, wrapped
 
 STEP = 4.2  # mm from line to line

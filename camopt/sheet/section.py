@@ -10,11 +10,12 @@ from typing import Any
 
 import numpy as np
 
+from camopt.contour.hole import keyway_turn
 from camopt.mechanisms.design import ComplexArray
 from camopt.scene.part import Part
 from camopt.sheet import symbols
 from camopt.sheet.dimensions import linear
-from camopt.sheet.hole import hole_outline, keyway_turn
+from camopt.sheet.hole import hole_outline
 from camopt.sheet.marks import CHAIN, THICK, THIN, Marks, Stroke, line, number
 
 HATCH = 2.5  # mm between lines at 45°

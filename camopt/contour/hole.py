@@ -1,0 +1,30 @@
+"""The hole for the shaft: a bore and its keyway, in mm in the cam's own frame."""
+
+from math import asin, pi, radians, sqrt, tan
+
+import numpy as np
+
+from camopt.contour.path import ArcPath
+from camopt.mechanisms.design import ComplexArray
+from camopt.scene.part import TOWARDS_FOLLOWER, Part
+
+
+def keyway_corners(part: Part, turn: float) -> ComplexArray:
+    """Of a keyway whose middle is in a direction (rad): from its mouth's right corner, seen from the axis, on."""
+    half, bottom = (part.keyway_width or 0.0) / 2, (part.bore or 0.0) / 2 + (part.keyway_depth or 0.0)
+    mouth = sqrt((part.bore or 0.0) ** 2 / 4 - half**2)
+    corners = np.array([complex(mouth, -half), complex(bottom, -half), complex(bottom, half), complex(mouth, half)])
+    return np.asarray(corners * np.exp(1j * turn))
+
+
+def keyway_turn(part: Part) -> float:
+    """The direction of the middle of the keyway, rad; towards the follower where there is none."""
+    return radians(TOWARDS_FOLLOWER if part.keyway_angle is None else part.keyway_angle)
+
+
+def bore_with_keyway(part: Part) -> ArcPath:
+    """The bore of a part that has a keyway, anticlockwise: its circle, and then three sides of the keyway."""
+    corners = keyway_corners(part, keyway_turn(part))
+    sweep = 2.0 * pi - 2.0 * asin((part.keyway_width or 0.0) / (part.bore or 0.0))
+    vertices = np.concatenate([corners[-1:], corners])
+    return ArcPath(vertices, np.array([tan(sweep / 4), 0.0, 0.0, 0.0]), np.zeros((4, 2)), (0,) * 4)
