@@ -1,0 +1,82 @@
+"""How Sphinx builds the site. `.ci/site` builds and checks it."""
+
+import shutil
+import sys
+from pathlib import Path
+
+DOCS = Path(__file__).parent
+for notebook in (DOCS.parent / "notebooks").glob("*.ipynb"):
+    shutil.copy2(notebook, DOCS / "tutorials")  # with its times: Sphinx reads anew what has changed
+sys.path.insert(0, str(DOCS / "ext"))
+
+from camopt import __version__  # noqa: E402
+
+project = "camopt"
+author = "The camopt developers"
+copyright = author
+version = release = __version__
+
+extensions = [
+    "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
+    "numpydoc",
+    "myst_nb",
+    "sphinx_gallery.gen_gallery",
+    "sphinx_design",
+    "sphinx_copybutton",
+    "sphinx_click",
+    "mathml",
+]
+exclude_patterns = ["_build", "ext", "gallery", "examples/**/*.ipynb", "examples/**/*.py", "examples/**/*.md5"]
+nitpicky = True
+nitpick_ignore_regex = [("py:.*", r"(?!camopt\b).*")]  # other packages: their sites are not asked at a build
+
+# pages with a kernel in their head run at the build; notebooks hold what they gave when they were last run
+myst_enable_extensions = ["dollarmath", "amsmath", "colon_fence", "deflist", "attrs_inline", "fieldlist"]
+myst_heading_anchors = 4
+nb_execution_mode = "auto"
+nb_execution_raise_on_error = True
+nb_execution_timeout = 120
+nb_execution_show_tb = True
+
+autosummary_generate = True
+autodoc_typehints = "none"  # the section Parameters tells
+autodoc_member_order = "bysource"
+numpydoc_show_class_members = False
+
+sphinx_gallery_conf = {
+    "examples_dirs": "gallery",
+    "gallery_dirs": "examples",
+    "filename_pattern": r"\.py$",
+    "image_scrapers": ("matplotlib", "sheets.scrape"),
+    "abort_on_example_error": True,
+    "download_all_examples": False,
+    "copyfile_regex": r"",
+    "show_memory": False,
+    "show_signature": False,
+    "min_reported_time": 3,
+    "image_srcset": ["2x"],
+    "remove_config_comments": True,
+}
+
+html_math_renderer = "mathml"
+html_title = "camopt"
+html_theme = "pydata_sphinx_theme"
+html_static_path = ["static"]
+html_css_files = ["camopt.css"]
+html_theme_options = {
+    "logo": {"text": "camopt"},
+    "icon_links": [],
+    "navbar_end": ["theme-switcher"],
+    "footer_start": ["copyright"],
+    "footer_end": [],
+    "show_prev_next": True,
+    "secondary_sidebar_items": ["page-toc"],
+    "pygments_light_style": "tango",
+    "pygments_dark_style": "github-dark",
+    "navigation_with_keys": True,
+    "header_links_before_dropdown": 6,
+}
+html_sidebars = {"index": []}
+html_show_sourcelink = False
+html_copy_source = False
