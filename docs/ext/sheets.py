@@ -1,12 +1,32 @@
-"""The gallery's eye for camopt's own figures, which pyplot does not know of."""
+"""The gallery's eye for camopt's own figures, which pyplot does not know of, and the style of all others."""
 
 from typing import Any
 
+import matplotlib
+from cycler import cycler
 from sphinx_gallery.scrapers import figure_rst
 
 from camopt.drawing.sheet import Sheet
+from camopt.drawing.style import FAINT, RC, SERIES
 
 DPI = 110
+STYLE: dict[str, Any] = {
+    **RC,
+    "axes.grid": True,
+    "axes.prop_cycle": cycler(color=SERIES),
+    "figure.constrained_layout.use": True,
+    "figure.figsize": (8.0, 4.5),
+    "grid.alpha": 0.5,
+    "grid.color": FAINT,
+    "grid.linewidth": 0.5,
+    **dict.fromkeys(("font.size", "axes.titlesize"), 9.5),
+    **dict.fromkeys(("xtick.labelsize", "ytick.labelsize", "legend.fontsize"), 8.5),
+}
+
+
+def dress(gallery_conf: dict[str, Any], name: str) -> None:
+    """Give the plain figures of a script the colours and lines of camopt's own."""
+    matplotlib.rcParams.update(STYLE)
 
 
 def scrape(block: Any, block_vars: dict[str, Any], gallery_conf: dict[str, Any]) -> str:

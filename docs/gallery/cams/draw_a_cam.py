@@ -1,8 +1,0 @@
-"""
-A cam and its diagrams
-======================
-"""
-
-import camopt
-
-camopt.plot(camopt.find_scene("two-pauses"))

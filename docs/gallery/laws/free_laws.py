@@ -1,0 +1,24 @@
+"""
+Free motion laws
+================
+
+No textbook law makes this cam as small as new laws do that have the same peaks of acceleration and jerk as the
+3-4-5 polynomial. A second optimisation gives a bound that no motion at all can pass.
+"""
+
+import camopt
+
+scene = camopt.find_scene("roller-1000rpm").replace(**{"synthesis.pieces": 16})
+found = camopt.synthesise(scene)
+print(f"base radius {found.design['base_radius_mm']:.2f} mm; no motion has less than {found.bound:.2f} mm")
+
+# %%
+# What each bound costs, with the best laws for each of its values:
+
+for price in camopt.synthesis_prices(found):
+    print(f"{price.key:30s} {price.price:8.3f} mm per {price.unit or 'unit'}")
+
+# %%
+# Before and after, at one scale:
+
+camopt.plot_synthesis(found)
