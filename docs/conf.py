@@ -10,6 +10,7 @@ for notebook in (DOCS.parent / "notebooks").glob("*.ipynb"):
 sys.path.insert(0, str(DOCS / "ext"))
 
 from camopt import __version__  # noqa: E402
+from camopt.drawing.style import RC  # noqa: E402
 
 project = "camopt"
 author = "The camopt developers"
@@ -25,6 +26,7 @@ extensions = [
     "sphinx_design",
     "sphinx_copybutton",
     "sphinx_click",
+    "matplotlib.sphinxext.plot_directive",
     "mathml",
 ]
 exclude_patterns = ["_build", "ext", "gallery", "examples/**/*.ipynb", "examples/**/*.py", "examples/**/*.md5"]
@@ -60,6 +62,12 @@ sphinx_gallery_conf = {
     "image_srcset": ["2x"],
     "remove_config_comments": True,
 }
+
+plot_formats = [("png", 180)]
+plot_rcparams = RC
+plot_apply_rcparams = True
+plot_html_show_formats = False
+plot_html_show_source_link = False
 
 html_math_renderer = "mathml"
 html_title = "camopt"

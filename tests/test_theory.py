@@ -12,7 +12,7 @@ PAGES = {path.stem: path for path in sorted((DOCS / "theory").glob("*.md")) if p
 def python_of(page):
     """The Python of a page, each line where it is there, so that failures point at the page."""
     parts = re.split(r"^```python\n(.*?)^```", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
-    blocks = (part if k % 2 else "\n" * (part.count("\n") + k) for k, part in enumerate(parts))
+    blocks = (part if k % 2 else "\n" * (part.count("\n") + 1) for k, part in enumerate(parts))
     return "".join(blocks)
 
 
@@ -31,6 +31,9 @@ def test_every_equation_with_a_label_is_checked(name):
     """A comment with the label of an equation heads the lines that check it, an assertion among them."""
     labels = re.findall(r"^\$\$ \(([a-z0-9-]+)\)$", PAGES[name].read_text(encoding="utf-8"), re.MULTILINE)
     _, *parts = re.split(r"^# \(([a-z0-9-]+)\)", python_of(PAGES[name]), flags=re.MULTILINE)
-    checked = [label for label, lines in zip(parts[::2], parts[1::2], strict=True) if re.search(r"^ *assert ", lines, re.MULTILINE)]
-    assert labels
+    checked = [
+        label
+        for label, lines in zip(parts[::2], parts[1::2], strict=True)
+        if re.search(r"^ *assert ", lines, re.MULTILINE)
+    ]
     assert sorted(checked) == sorted(labels)

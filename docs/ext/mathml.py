@@ -18,7 +18,7 @@ def translated(node: nodes.math | nodes.math_block, *, block: bool) -> str:
     except Exception as error:  # docutils raises more than its own MathError
         LOGGER.warning("equation %r: %s", source, error, location=node)
         return ""
-    return str(root)
+    return str(root).replace("<mo>'</mo>", "<mo>′</mo>")  # docutils leaves primes as apostrophes
 
 
 def visit_inline(translator: Any, node: nodes.math) -> None:
