@@ -38,7 +38,7 @@ from rival_c import rival
 from sides import HERE, Side, git, say, side_of
 from tasks import CORES, COUNTED, QUICK, TASKS
 
-ROUNDS, CHECK_ROUNDS, MOST_ROUNDS = 5, 2, 15
+ROUNDS, CHECK_ROUNDS, MOST_ROUNDS = 5, 1, 15  # a check repeats what is too slow
 SLOWER, MORE = 0.10, 0.03  # allowed of one commit against another: time, instructions
 MUCH_SLOWER = 2.0  # allowed against the record, which may come from another machine
 
