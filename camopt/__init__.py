@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from camopt.motion import LAWS
     from camopt.points.points import cam_points
     from camopt.quantities import QUANTITIES
+    from camopt.reporting.report import report
     from camopt.scene.scene import Scene, find_scene, shipped_scenes
     from camopt.smallest.optimise import Optimum, optimise
     from camopt.smallest.prices import Price, prices
@@ -79,6 +80,7 @@ _HOMES = {
     "plot_spectrum": "drawing.spectrum",
     "plot_synthesis": "drawing.synthesis",
     "prices": "smallest.prices",
+    "report": "reporting.report",
     "response_spectrum": "studies.spectrum",
     "scene_of": "tables.designs",
     "shipped_scenes": "scene.scene",
@@ -123,6 +125,7 @@ __all__ = [
     "plot_spectrum",
     "plot_synthesis",
     "prices",
+    "report",
     "response_spectrum",
     "scene_of",
     "shipped_scenes",

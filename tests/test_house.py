@@ -18,7 +18,7 @@ ROOMS = (
     *("mistakes", "version", "files", "quantities", "shown"),
     *("kernels", "numerics", "motion", "mechanisms", "effects", "scene", "problem", "verdicts", "tables"),
     *("smallest", "front", "synthesis", "measured", "contour", "drawing", "sheet", "points"),
-    *("exporting", "studies", "cli"),
+    *("exporting", "studies", "reporting", "cli"),
 )
 """Folders and modules of the package in the order of the data: each imports from itself and those before it."""
 DOORS = {"__init__", "__main__"}
@@ -35,6 +35,8 @@ HEAVY = {
     "moocore",
     "joblib",
     "rich",
+    "jinja2",
+    "markupsafe",
 }
 """Packages that take long to import: functions that need them may import them."""
 LATE = {
@@ -52,6 +54,7 @@ LATE = {
     ("studies.spectrum", "tables.table"): "it imports pyarrow",
     ("studies.spectrum", "drawing.spectrum"): "it imports matplotlib",
     ("studies.accuracy.table", "drawing.accuracy"): "it imports matplotlib",
+    ("reporting.report", "tables.table"): "it imports pyarrow",
 }
 """Imports of the package's own modules inside functions, and why. Commands import what they run."""
 

@@ -24,6 +24,7 @@ from camopt.cli.options import (
     row_option,
     scene_at,
     scene_options,
+    target_at,
 )
 from camopt.exporting.endings import ENDINGS
 from camopt.version import VERSION
@@ -330,6 +331,36 @@ def export(scene: Any, file: Path, as_json: bool, quiet: bool, **settings: Any) 
     if not quiet:
         terminal.say_notes(result.notes)
         terminal.say_written([file])
+    return 0
+
+
+@camopt.command()
+@click.argument("what", nargs=-1, required=True, metavar="WHAT...")
+@row_option
+@override_options
+@output_options
+@click.option("--out", type=Place(".html"), default="camopt-report.html", show_default=True, help="The page.")
+def report(what: tuple[str, ...], row: int | None, as_json: bool, quiet: bool, out: Path, **overrides: Any) -> int:
+    """Write one HTML page that shows a result to others: no network, no server, nothing to install.
+
+    WHAT is a scene, or the folder or table that a command wrote. A cam turns under its follower, with diagrams,
+    limits, proofs and files; up to four are shown side by side. Tables of designs can be filtered, sorted and
+    clicked on.
+    """
+    from camopt.cli import terminal
+    from camopt.reporting.report import report as run
+
+    changes = given_overrides(overrides)
+    shown = [target_at(target, row, changes) for target in what]
+    for each in shown:
+        if hasattr(each, "file"):
+            check_file(each.file, out)
+    with terminal.progress(quiet, ""):
+        run(shown, out)
+    if as_json:
+        terminal.print_json({"file": str(out)})
+    elif not quiet:
+        terminal.say_written([out])
     return 0
 
 

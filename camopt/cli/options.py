@@ -131,6 +131,18 @@ def scene_at(target: str, row: int | None) -> Any:
     return find_scene(target)
 
 
+def target_at(target: str, row: int | None, changes: dict[str, tuple[str, Any]]) -> Any:
+    """What a page shows: a scene, changed as asked; a folder or a whole table as it is."""
+    from camopt.mistakes import BadInput, Mistake
+
+    if row is not None or not (Path(target).is_dir() or target.endswith(".parquet")):
+        return changed(scene_at(target, row), changes)
+    for option, value in changes.values():
+        why = f"belongs to a scene; {target} is a result"
+        raise BadInput([Mistake("camopt", option, value, why, bare=True)])
+    return target
+
+
 def measured_cam(
     target: str | None,
     rpm: float | None,

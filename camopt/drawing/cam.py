@@ -40,7 +40,7 @@ def _draw_body(axes: Any, picture: Picture) -> None:
     """The profile, coloured by stroke, on the body of the cam: what the follower leaves of it, if undercut."""
     design, pieces = picture.problem.design, picture.curves
     radius = float(design.roller_radius[0])
-    solid = _remaining(picture) if picture.undercut else np.concatenate([c.profile[0] for c in pieces])
+    solid = remaining(picture) if picture.undercut else np.concatenate([c.profile[0] for c in pieces])
     edge = {"edgecolor": INK, "label": "what is left of the cam"} if picture.undercut else {"edgecolor": "none"}
     area(axes, solid, facecolor=FILL, lw=1.4, zorder=1, **edge)
     thin = {"lw": 0.9, "alpha": 0.9} if picture.undercut else {"lw": 2.2}
@@ -64,7 +64,7 @@ def _draw_body(axes: Any, picture: Picture) -> None:
         line(axes, np.append(pitch, pitch[0]), label="pitch curve", **style)
 
 
-def _remaining(picture: Picture) -> ComplexArray:
+def remaining(picture: Picture) -> ComplexArray:
     """The outline of an undercut cam: what lies outside of every position of the follower."""
     pitch = np.concatenate([c.pitch for c in picture.curves])
     if picture.problem.setup.mechanism.curvature is None:

@@ -132,15 +132,16 @@ def _header(figure: Any, picture: Picture) -> None:
     shown = name if len(name) <= 90 else name[:89] + "…"
     inch = 1.0 / figure.get_figheight()
     figure.text(0.045, 1.0 - 0.42 * inch, shown, fontsize=PAGE_TITLE, fontweight="bold")
-    figure.text(0.045, 1.0 - 0.66 * inch, _sizes(picture), fontsize=HEADING, color=MUTED)
-    figure.text(0.045, 1.0 - 0.87 * inch, _results(picture), fontsize=HEADING, color=INK)
+    figure.text(0.045, 1.0 - 0.66 * inch, sizes_in_words(picture), fontsize=HEADING, color=MUTED)
+    figure.text(0.045, 1.0 - 0.87 * inch, results_in_words(picture), fontsize=HEADING, color=INK)
     if picture.exists:
         figure.text(
             0.98, 1.0 - 0.42 * inch, _faults(picture), fontsize=TITLE, color=ALARM, ha="right", fontweight="bold"
         )
 
 
-def _sizes(picture: Picture) -> str:
+def sizes_in_words(picture: Picture) -> str:
+    """The mechanism, its speed, its sizes and laws, as a line under a title."""
     scene, values = picture.problem.scene, picture.values
     words = [f"{scene.cam.form} cam, {scene.follower.motion} {scene.follower.contact} follower", scene.cam.rotation]
     words += [] if scene.cam.rpm is None else [f"{scene.cam.rpm:g} rpm"]
@@ -159,7 +160,8 @@ def _sizes(picture: Picture) -> str:
     return "  ·  ".join([*words, *sizes, *laws])
 
 
-def _results(picture: Picture) -> str:
+def results_in_words(picture: Picture) -> str:
+    """The largest pressure angles, the least radius and other results of geometry, as a line under a title."""
     values = picture.values
     names = {"pressure_angle_max_rise_deg": "rise", "pressure_angle_max_return_deg": "return"}
     angles = [f"{word} {four_digits(values[key])}°" for key, word in names.items()]

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -18,7 +18,6 @@ from camopt.verdicts.judging import run_effects
 
 NAMES = {RISE: "rise", RETURN: "return", DWELL: "dwell"}
 INSIDE = 1e-9  # share of a piece that samples keep from its ends, to be on its side of a jump
-PER_DEGREE = 4
 
 
 @dataclass(frozen=True)
@@ -26,6 +25,8 @@ class Picture:
     """What is drawn: a problem, sampled piece by piece so that no sample lies on a jump."""
 
     problem: Problem
+    per_degree: ClassVar[float] = 4.0
+    """Samples a degree."""
 
     @cached_property
     def pieces(self) -> list[FloatArray]:
@@ -34,7 +35,7 @@ class Picture:
         first, last = table.first_panel[:-1], table.first_panel[1:] - 1
         starts = table.centre[first] - table.half_width[first]
         ends = table.centre[last] + table.half_width[last]
-        counts = np.maximum(25, np.degrees(ends - starts) * PER_DEGREE).astype(int)
+        counts = np.maximum(25, np.degrees(ends - starts) * self.per_degree).astype(int)
         return [
             a + (b - a) * np.clip(np.linspace(0.0, 1.0, n), INSIDE, 1.0 - INSIDE)
             for a, b, n in zip(starts, ends, counts, strict=True)

@@ -1,0 +1,94 @@
+// Where the follower touches the cam: the formulas of camopt/mechanisms, on plain numbers (mm, rad).
+
+/** Heights, angles and levers that do not change as the cam turns. */
+function standing(cam) {
+  const { size, roller_radius: radius, offset, arm_length: arm, centre_distance: centre, face_offset: face } = cam.sizes;
+  const prime = size + radius;
+  return {
+    height: Math.sqrt(Math.max(prime * prime - offset * offset, 0)),
+    firstAngle: Math.acos((arm * arm + centre * centre - prime * prime) / (2 * arm * centre)),
+    firstSine: Math.asin((size - face) / centre),
+  };
+}
+
+/** The trace point of a cam with its follower (the contact of a flat face), and the outward normal there. */
+const CONTACTS = {
+  "disc translating": ({ sizes, sense }, still, angle, y, slope) => {
+    const s = y + still.height;
+    return [sizes.offset, s, (sense * sizes.offset - slope) * sense, s];
+  },
+  "disc translating flat": ({ sizes, sense }, still, angle, y, slope) => [slope * sense, y + sizes.size, 0, 1],
+  "disc oscillating": ({ sizes, sense }, still, angle, y, slope) => {
+    const psi = y + still.firstAngle, turn = slope * sense;
+    const x = sizes.centre_distance - sizes.arm_length * Math.cos(psi), up = sizes.arm_length * Math.sin(psi);
+    return [x, up, x - turn * (sizes.centre_distance - x), up + turn * up];
+  },
+  "disc oscillating flat": ({ sizes, sense }, still, angle, y, slope) => {
+    const psi = y + still.firstSine, cosine = Math.cos(psi), sine = Math.sin(psi);
+    const t = (cosine * sizes.centre_distance) / (slope * sense + 1);
+    return [sine * sizes.face_offset - t * cosine + sizes.centre_distance, cosine * sizes.face_offset + t * sine, sine, cosine];
+  },
+  "cylindrical translating": ({ sizes }, still, angle, y, slope) => [angle * sizes.size, y, -slope, sizes.size],
+  "cylindrical oscillating": ({ sizes, sense, motion }, still, angle, y, slope) => {
+    const half = motion.lift / 2, cosine = Math.cos(y - half), sine = Math.sin(y - half), arm = sizes.arm_length;
+    const x = angle * sizes.size - (cosine - Math.cos(half)) * sense * arm;
+    return [x, sine * arm, -slope * cosine * arm, slope * sine * sense * arm + sizes.size];
+  },
+};
+
+const isFlat = (cam) => cam.contact === "flat";
+const isGrooved = (cam) => cam.form === "cylindrical";
+const contactOf = (cam) => CONTACTS[`${cam.form} ${cam.moves}${isFlat(cam) ? " flat" : ""}`];
+
+/** [x, y, across, up] with a unit normal, at a cam angle in rad. */
+function contactAt(cam, still, angle, y, slope) {
+  const [x, up, across, along] = contactOf(cam)(cam, still, angle, y, slope);
+  const length = Math.hypot(across, along);
+  return [x, up, across / length, along / length];
+}
+
+/** A point turned by an angle in rad about the origin. */
+function turned(x, y, angle) {
+  const cosine = Math.cos(angle), sine = Math.sin(angle);
+  return [x * cosine - y * sine, x * sine + y * cosine];
+}
+
+/** The curves of a cam in its own frame, piece by piece: {kind, pitch, profile, flank} of points [x, y]. */
+function curvesOf(cam) {
+  const still = standing(cam), radius = cam.sizes.roller_radius;
+  return cam.motion.pieces.map((piece) => {
+    const found = { kind: piece.kind, pitch: [], profile: [], flank: [] };
+    piece.angle.forEach((degrees, k) => {
+      const angle = (degrees * Math.PI) / 180;
+      const [x, y, across, up] = contactAt(cam, still, angle, piece.y[k], piece.slope[k]);
+      const turn = isGrooved(cam) ? 0 : -cam.sense * angle;
+      found.pitch.push(turned(x, y, turn));
+      found.profile.push(turned(x - radius * across, y - radius * up, turn));
+      found.flank.push(turned(x + radius * across, y + radius * up, turn));
+    });
+    return found;
+  });
+}
+
+/** y and dy/dθ at a cam angle in deg, by the cubic through the two samples beside it and their slopes. */
+function movedAt(motion, degrees) {
+  const pieces = motion.pieces;
+  let piece = pieces.find((each) => degrees <= each.angle[each.angle.length - 1]) || pieces[pieces.length - 1];
+  const angles = piece.angle, k = Math.min(Math.max(firstAbove(angles, degrees), 1), angles.length - 1);
+  const width = ((angles[k] - angles[k - 1]) * Math.PI) / 180;
+  const t = Math.min(Math.max((degrees - angles[k - 1]) / (angles[k] - angles[k - 1]), 0), 1);
+  const [a, b, da, db] = [piece.y[k - 1], piece.y[k], piece.slope[k - 1] * width, piece.slope[k] * width];
+  const c = 3 * (b - a) - 2 * da - db, d = 2 * (a - b) + da + db;
+  return [a + t * (da + t * (c + t * d)), (da + t * (2 * c + t * 3 * d)) / width];
+}
+
+/** The index of the first number above a value in numbers that rise; their count if there is none. */
+function firstAbove(numbers, value) {
+  let low = 0, high = numbers.length;
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (numbers[middle] > value) high = middle;
+    else low = middle + 1;
+  }
+  return low;
+}

@@ -1,0 +1,106 @@
+// The table of designs: sorts, filters, and holds only the rows that are seen.
+
+const ROW = 26, SEEN = 16; // px, rows
+
+class Grid {
+  constructor(box, rows) {
+    Object.assign(this, { rows, box, order: rows.passing, sorted: null });
+    box.classList.add("grid");
+    this.table = htmlElement(box, "table", { role: "grid", "aria-rowcount": rows.count + 2 });
+    const head = htmlElement(this.table, "thead");
+    const [titles, filters] = [htmlElement(head, "tr"), htmlElement(head, "tr", { class: "noprint" })];
+    for (const column of rows.columns) {
+      const cell = htmlElement(titles, "th", { scope: "col", "aria-sort": "none", class: column.words ? "" : "number" });
+      const button = htmlElement(cell, "button", { type: "button", title: column.about || column.title }, column.title);
+      button.addEventListener("click", () => this.sort(column, cell));
+      this.filterOf(column, htmlElement(filters, "td"));
+    }
+    this.body = htmlElement(this.table, "tbody");
+    this.focused = 0;
+    box.style.height = `${ROW * SEEN + 90}px`;
+    box.addEventListener("scroll", () => this.draw());
+    this.body.addEventListener("keydown", (event) => this.key(event));
+    rows.listen((what) => { if (what === "filter") { this.showFilters(); this.arrange(); } else this.draw(); });
+    this.arrange();
+  }
+
+  filterOf(column, cell) {
+    const { rows } = this;
+    if (column.words) {
+      const choice = htmlElement(cell, "select", { "aria-label": `filter ${column.title}` });
+      htmlElement(choice, "option", { value: "" }, "all");
+      column.words.forEach((word, k) => htmlElement(choice, "option", { value: k }, word || "(none)"));
+      choice.addEventListener("change", () => rows.filter(column.name, choice.value === "" ? null : new Set([Number(choice.value)])));
+      column.showFilter = (what) => (choice.value = what && what.size === 1 ? [...what][0] : "");
+      return;
+    }
+    const ends = ["least", "most"].map((end) => htmlElement(cell, "input", { type: "text", inputmode: "decimal", size: 6, placeholder: end, "aria-label": `${end} ${column.title}` }));
+    const read = () => {
+      const [low, high] = ends.map(({ value }) => (value.trim() === "" ? NaN : Number(value.replace("−", "-").replace(",", "."))));
+      ends.forEach((end) => end.setAttribute("aria-invalid", String(end.value.trim() !== "" && Number.isNaN(Number(end.value.replace("−", "-").replace(",", "."))))));
+      rows.filter(column.name, Number.isNaN(low) && Number.isNaN(high) ? null : [Number.isNaN(low) ? -Infinity : low, Number.isNaN(high) ? Infinity : high]);
+    };
+    for (const end of ends) end.addEventListener("change", read);
+    column.showFilter = (what) => ends.forEach((end, k) => (end.value = what && Number.isFinite(what[k]) ? Number(what[k].toPrecision(6)) : ""));
+  }
+
+  showFilters() { for (const column of this.rows.columns) column.showFilter(this.rows.filters.get(column.name)); }
+
+  sort(column, cell) {
+    const rising = !(this.sorted && this.sorted.column === column && this.sorted.rising);
+    this.sorted = { column, rising };
+    for (const each of this.table.querySelectorAll("th")) each.setAttribute("aria-sort", "none");
+    cell.setAttribute("aria-sort", rising ? "ascending" : "descending");
+    this.arrange();
+  }
+
+  arrange() {
+    this.order = this.rows.passing;
+    if (this.sorted) {
+      const { column: { values }, rising } = this.sorted, side = rising ? 1 : -1;
+      this.order = Uint32Array.from(this.order).sort((a, b) => side * (values[a] - values[b]) || a - b);
+    }
+    this.box.scrollTop = 0;
+    this.focused = 0;
+    this.drawn = undefined;
+    this.draw();
+  }
+
+  draw() {
+    const first = Math.max(0, Math.floor(this.box.scrollTop / ROW) - 4), last = Math.min(this.order.length, first + SEEN + 12);
+    const key = `${first}|${this.rows.chosen}|${this.focused}`;
+    if (key === this.drawn) return;
+    this.drawn = key;
+    const held = this.body.contains(document.activeElement);
+    this.body.replaceChildren();
+    this.gap(first);
+    for (let k = first; k < last; k++) this.drawRow(k);
+    this.gap(this.order.length - last);
+    if (held) this.body.querySelector("[tabindex='0']")?.focus({ preventScroll: true });
+  }
+
+  gap(count) {
+    if (count > 0) htmlElement(this.body, "tr", { "aria-hidden": "true", class: "gap" }).style.height = `${count * ROW}px`;
+  }
+
+  drawRow(k) {
+    const row = this.order[k], { rows } = this, chosen = rows.chosen.indexOf(row);
+    const line = htmlElement(this.body, "tr", { tabindex: k === this.focused ? 0 : -1, "aria-rowindex": k + 3, "aria-selected": chosen >= 0, class: chosen < 0 ? "" : chosen === rows.chosen.length - 1 ? "last" : "before" });
+    for (const column of rows.columns) htmlElement(line, "td", { class: column.words ? "" : "number" }, rows.text(column, row));
+    line.addEventListener("click", () => { this.focused = k; rows.choose(row); });
+  }
+
+  key(event) {
+    const step = { ArrowDown: 1, ArrowUp: -1, PageDown: SEEN, PageUp: -SEEN }[event.key];
+    if (step) {
+      this.focused = Math.min(Math.max(this.focused + step, 0), this.order.length - 1);
+      const top = this.focused * ROW;
+      if (top < this.box.scrollTop) this.box.scrollTop = top;
+      if (top > this.box.scrollTop + (SEEN - 2) * ROW) this.box.scrollTop = top - (SEEN - 2) * ROW;
+      this.draw();
+      this.body.querySelector("[tabindex='0']")?.focus({ preventScroll: true });
+    } else if (event.key === "Enter" || event.key === " ") this.rows.choose(this.order[this.focused]);
+    else return;
+    event.preventDefault();
+  }
+}

@@ -1,0 +1,105 @@
+// The cam angle: played, dragged, set by the slider or the keyboard; all that shows it follows.
+
+class Player {
+  /** `controls` holds the slider and the buttons; `followers` are functions of the cam angle in deg. */
+  constructor(controls) {
+    this.angle = 0;
+    this.followers = [];
+    this.slider = controls.querySelector("input[type=range]");
+    this.button = controls.querySelector("button.play");
+    this.speed = controls.querySelector("select");
+    this.told = controls.querySelector("output");
+    this.slider.addEventListener("input", () => { this.stop(); this.go(Number(this.slider.value)); });
+    this.button.addEventListener("click", () => (this.playing ? this.stop() : this.play()));
+    window.addEventListener("beforeprint", () => this.stop());
+  }
+
+  follow(follower) {
+    this.followers.push(follower);
+    follower(this.angle);
+  }
+
+  forget() { this.followers = []; }
+
+  go(degrees) {
+    this.angle = degrees;
+    this.slider.value = degrees;
+    const text = `${degrees.toFixed(1)}°`;
+    this.slider.setAttribute("aria-valuetext", `cam angle ${text}`);
+    this.told.textContent = text;
+    for (const follower of this.followers) follower(degrees);
+  }
+
+  play() {
+    this.playing = true;
+    this.label("Pause", "true");
+    this.before = undefined;
+    requestAnimationFrame((now) => this.step(now));
+  }
+
+  stop() {
+    this.playing = false;
+    this.label("Play", "false");
+  }
+
+  label(text, pressed) {
+    this.button.textContent = text;
+    this.button.setAttribute("aria-pressed", pressed);
+  }
+
+  step(now) {
+    if (!this.playing) return;
+    if (this.before !== undefined) this.go((this.angle + ((now - this.before) / 1000) * (360 / Number(this.speed.value))) % 360);
+    this.before = now;
+    requestAnimationFrame((next) => this.step(next));
+  }
+}
+
+/** Dragging a disc cam turns it; dragging a developed groove moves it along. */
+function dragToTurn(view, player) {
+  let last;
+  const place = (event) => {
+    const point = new DOMPoint(event.clientX, event.clientY).matrixTransform(view.plane.getScreenCTM().inverse());
+    return isGrooved(view.cam) ? (-point.x / view.cam.sizes.size) * (180 / Math.PI) : view.cam.sense * Math.atan2(point.y, point.x) * (180 / Math.PI);
+  };
+  view.svg.addEventListener("pointerdown", (event) => {
+    view.svg.setPointerCapture(event.pointerId);
+    player.stop();
+    last = place(event);
+  });
+  view.svg.addEventListener("pointermove", (event) => {
+    if (!event.buttons || last === undefined) return;
+    const here = place(event), moved = ((here - last + 540) % 360) - 180;
+    last = here;
+    player.go((player.angle + moved + 360) % 360);
+  });
+  view.svg.addEventListener("pointerup", () => (last = undefined));
+}
+
+/** Draw cams side by side at one scale, and their diagrams; all follow the player. */
+function showCams(player, stage, diagrams, cams, labels, words = []) {
+  player.forget();
+  stage.replaceChildren();
+  const there = cams.filter((cam) => cam.exists);
+  const views = cams.map((cam, place) => {
+    const figure = htmlElement(stage, "figure", { class: `series-${place}` });
+    if (cams.length > 1) {
+      htmlElement(figure, "figcaption", {}, labels[place]);
+      for (const line of words[place] || []) htmlElement(figure, "small", {}, line);
+    }
+    if (!cam.exists) { htmlElement(figure, "p", { class: "alarm" }, "This mechanism cannot be put together."); return null; }
+    const view = new CamView(figure, cam, `${labels[place]}: the cam under its follower, to scale`);
+    dragToTurn(view, player);
+    return view;
+  }).filter(Boolean);
+  if (!views.length) return;
+  const box = commonBox(views);
+  for (const view of views) {
+    view.frame(box);
+    player.follow((angle) => view.turn(angle));
+  }
+  if (!diagrams) return;
+  diagrams.replaceChildren();
+  for (const diagram of drawDiagrams(diagrams, there, (angle) => { player.stop(); player.go(angle); }))
+    player.follow((angle) => diagram.show(angle));
+}

@@ -1,0 +1,65 @@
+// The page of a result with many designs: the front, all columns, the table, and the cams that are chosen.
+
+async function showResultsPage(data) {
+  const find = (id) => document.getElementById(id);
+  const rows = new Rows(await unpackedColumns(data.columns, data.count), data.count);
+  const motions = JSON.parse(new TextDecoder().decode(await unpacked(data.motions)));
+  const motionOf = new Uint16Array(await unpacked(data.motion_of));
+  rows.colour = data.colour;
+  rows.cam = (row) => camOfRow(rows, data.results, motions[motionOf[row]], row);
+  const player = new Player(find("player"));
+  const scatter = new Scatter(find("scatter"), rows, data.axes);
+  const choices = ["x", "y"].map((axis) => find(`axis-${axis}`));
+  choices.forEach((choice, k) => {
+    for (const column of rows.numeric) htmlElement(choice, "option", { value: column.name }, column.title);
+    choice.value = data.axes[k];
+    choice.addEventListener("change", () => scatter.axes(...choices.map((each) => each.value)));
+  });
+  showColours(find("colours"), rows);
+  new Parallel(find("parallel"), find("passing"), rows, data.parallel);
+  const grid = new Grid(find("table"), rows);
+  find("clear").addEventListener("click", () => rows.clear());
+  const show = () => showChosen(rows, player, find);
+  rows.listen((what) => what === "choice" && show());
+  for (const row of data.first) rows.choose(row);
+  return { player, rows, scatter, grid };
+}
+
+/** Which colour is what. */
+function showColours(list, rows) {
+  const column = rows.column(rows.colour);
+  if (column) column.words.forEach((word, k) => htmlElement(list, "li", { class: SERIES[k % SERIES.length] }, `${column.title}: ${word || "(none)"}`));
+}
+
+/** The cam of a row: the scene's, with the sizes and the motion of the row; null where its motion is not here. */
+function camOfRow(rows, results, motion, row) {
+  const result = results[rows.column("result")?.values[row] ?? 0], sizes = { ...result.sizes };
+  for (const [size, name] of Object.entries(result.columns)) sizes[size] = rows.column(name).values[row];
+  const steepest = rows.column("pressure_angle_max_deg")?.values[row];
+  return motion ? { ...result.kind, ...motion, sizes, steepest } : null;
+}
+
+function showChosen(rows, player, find) {
+  const cams = rows.chosen.map(rows.cam);
+  const labels = rows.chosen.map((row) => `Row ${rows.column("row")?.values[row] ?? row}`);
+  find("chosen-note").textContent = cams.includes(null)
+    ? "A motion that only this row has is not in the page: camopt report TABLE --row N draws it." : "";
+  const there = cams.map((cam, k) => [cam, labels[k]]).filter(([cam]) => cam);
+  showCams(player, find("stage"), null, there.map(([cam]) => cam), there.map(([, label]) => label));
+  player.go(player.angle);
+  showDifferences(find("differences"), rows, labels);
+}
+
+/** The chosen rows side by side. */
+function showDifferences(box, rows, labels) {
+  box.replaceChildren();
+  const table = htmlElement(box, "table"), head = htmlElement(htmlElement(table, "thead"), "tr"), body = htmlElement(table, "tbody");
+  for (const text of ["", ...labels]) htmlElement(head, "th", { scope: "col", class: "number" }, text);
+  for (const column of rows.columns) {
+    const line = htmlElement(body, "tr");
+    htmlElement(line, "th", { scope: "row" }, column.title);
+    for (const row of rows.chosen) htmlElement(line, "td", { class: "number" }, rows.text(column, row));
+  }
+}
+
+const START = showResultsPage;

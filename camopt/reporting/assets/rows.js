@@ -1,0 +1,99 @@
+// The rows of a result: columns of numbers or words, which rows pass the filters, and which designs are chosen.
+
+class Rows {
+  constructor(table, count) {
+    this.count = count;
+    this.columns = table;
+    this.filters = new Map(); // by column: [low, high], or a Set of places of words
+    this.chosen = []; // the last at the end
+    this.listeners = [];
+    this.passing = Uint32Array.from({ length: count }, (_, row) => row);
+    this.mask = new Uint8Array(count).fill(1);
+  }
+
+  column(name) { return this.columns.find((each) => each.name === name); }
+
+  get numeric() { return this.columns.filter((each) => !each.words); }
+
+  text(column, row) {
+    const value = column.values[row];
+    if (column.words) return column.words[value];
+    return Number.isNaN(value) ? "" : Number.isFinite(value) ? String(Number(value.toPrecision(6))).replace("-", "−") : fourDigits(value);
+  }
+
+  /** Filter a column; null takes its filter away. All that shows rows is told. */
+  filter(name, what) {
+    if (what === null) this.filters.delete(name);
+    else this.filters.set(name, what);
+    this.apply();
+  }
+
+  clear() {
+    this.filters.clear();
+    this.apply();
+  }
+
+  apply() {
+    this.mask.fill(1);
+    for (const [name, what] of this.filters) {
+      const { values, words } = this.column(name);
+      if (words) for (let row = 0; row < this.count; row++) this.mask[row] &= what.has(values[row]) ? 1 : 0;
+      else {
+        const [low, high] = what;
+        for (let row = 0; row < this.count; row++) this.mask[row] &= values[row] >= low && values[row] <= high ? 1 : 0;
+      }
+    }
+    let n = 0;
+    const found = new Uint32Array(this.count);
+    for (let row = 0; row < this.count; row++) if (this.mask[row]) found[n++] = row;
+    this.passing = found.subarray(0, n);
+    this.tell("filter");
+  }
+
+  choose(row) {
+    if (this.chosen.at(-1) !== row) this.chosen = [...this.chosen.slice(-1), row];
+    this.tell("choice");
+  }
+
+  listen(listener) { this.listeners.push(listener); }
+
+  tell(what) { for (const listener of this.listeners) listener(what); }
+}
+
+/** Bytes from base64, inflated. */
+async function unpacked(text) {
+  const bytes = Uint8Array.from(atob(text), (each) => each.charCodeAt(0));
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
+  return new Response(stream).arrayBuffer();
+}
+
+/** Columns from the page: floats in planes of bytes, words as places in their list. */
+async function unpackedColumns(packedColumns, count) {
+  return Promise.all(packedColumns.map(async (column) => {
+    const buffer = await unpacked(column.packed);
+    if (column.words) return { ...column, values: new Uint16Array(buffer) };
+    const planes = new Uint8Array(buffer), whole = new Uint8Array(4 * count);
+    for (let plane = 0; plane < 4; plane++)
+      for (let row = 0; row < count; row++) whole[4 * row + plane] = planes[plane * count + row];
+    const values = new Float32Array(whole.buffer);
+    let low = Infinity, high = -Infinity;
+    for (const value of values) if (Number.isFinite(value)) { low = Math.min(low, value); high = Math.max(high, value); }
+    return { ...column, values, low, high };
+  }));
+}
+
+/** Series colours, from the page's style so that light and dark both have them. */
+function palette() {
+  const style = getComputedStyle(document.documentElement);
+  const probe = document.createElement("i");
+  document.body.append(probe);
+  const found = {};
+  for (const name of ["ink", "muted", "faint", "paper", "alarm", "rise", ...SERIES]) {
+    probe.style.color = `var(--${name})`;
+    found[name] = getComputedStyle(probe).color;
+  }
+  probe.remove();
+  return found;
+}
+
+const SERIES = ["first", "second", "third", "fourth", "mark", "good", "dwell"];

@@ -1,0 +1,5 @@
+// What the page starts with: its data are in the page itself.
+
+const data = JSON.parse(document.getElementById("data").textContent);
+chooseTheme(document.getElementById("theme"));
+Promise.resolve(START(data)).then((page) => (globalThis.camopt = page));

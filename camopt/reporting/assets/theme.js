@@ -1,0 +1,9 @@
+// Light or dark: as the system has it, until the reader chooses.
+
+function chooseTheme(button) {
+  const dark = () => (document.documentElement.dataset.theme || (matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light")) === "dark";
+  button.addEventListener("click", () => {
+    document.documentElement.dataset.theme = dark() ? "light" : "dark";
+    dispatchEvent(new Event("themechange"));
+  });
+}

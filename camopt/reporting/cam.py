@@ -1,0 +1,116 @@
+"""What a page draws of one cam: its motion piece by piece, its sizes and its diagrams, as plain numbers."""
+
+from typing import Any
+
+import numpy as np
+
+from camopt.drawing.cam import remaining
+from camopt.drawing.dynamics import dynamics_panels
+from camopt.drawing.loads import load_panels
+from camopt.drawing.panels import Panel, panels
+from camopt.drawing.picture import NAMES, Picture
+from camopt.numerics import FloatArray
+from camopt.problem.problem import Problem
+
+DIGITS = 8  # significant: more than any screen shows, fewer than a double has
+
+
+def cam_of(problem: Problem) -> dict[str, Any]:
+    """One design: motion, shape and diagrams. Lengths in mm, cam angles in deg, displacements y in mm or rad."""
+    picture = Picture(problem)
+    if not picture.exists:
+        return {"exists": False}
+    shown = [*panels(picture), *dynamics_panels(picture), *load_panels(picture)]
+    return {
+        "exists": True,
+        **kind_of(problem),
+        "sizes": {name: plain(values[0]) for name, values in problem.design.sizes.items()},
+        "motion": motion_of(picture),
+        "strokes": _strokes(problem),
+        "pitch_point": picture.values["pressure_angle_max_at_deg"] if _has_trace(problem) else None,
+        "steepest": picture.values["pressure_angle_max_deg"],
+        "undercut": picture.undercut,
+        "left": _left(picture),
+        "panels": [_panel(panel) for panel in shown],
+    }
+
+
+def kind_of(problem: Problem) -> dict[str, Any]:
+    """What decides the formulas: the kinds of cam, motion and contact, the sense of rotation, and the shaft."""
+    scene, setup = problem.scene, problem.setup
+    return {
+        "form": scene.cam.form,
+        "moves": scene.follower.motion,
+        "contact": scene.follower.contact,
+        "sense": problem.design.sense,
+        "shaft": setup.shaft_radius,
+        "rpm": scene.cam.rpm,
+    }
+
+
+def motion_of(picture: Picture) -> dict[str, Any]:
+    """The cam angles of each smooth piece, with y and dy/dθ there, and the lift: jumps stay between pieces."""
+    names = [NAMES[kind] for kind in picture.kinds]
+    pieces = [
+        {"kind": name, "angle": row(np.degrees(angles)), "y": row(moved[0]), "slope": row(moved[1])}
+        for name, angles, moved in zip(names, picture.pieces, picture.motion, strict=True)
+    ]
+    return {"lift": plain(picture.problem.programme.lift), "pieces": pieces}
+
+
+def _has_trace(problem: Problem) -> bool:
+    return problem.setup.mechanism.curvature is not None
+
+
+def _strokes(problem: Problem) -> list[dict[str, Any]]:
+    return [
+        {
+            "name": "move" if stroke.is_move else NAMES[stroke.kind],
+            "kind": NAMES.get(stroke.kind, "move"),
+            "law": stroke.law.NAME if stroke.law else "",
+            "start": plain(np.degrees(stroke.start)),
+            "angle": plain(np.degrees(stroke.angle)),
+        }
+        for stroke in problem.programme.strokes
+    ]
+
+
+def _left(picture: Picture) -> list[list[float | None]] | None:
+    """The outline of an undercut disc cam: what its follower leaves of it."""
+    if not picture.undercut or picture.problem.setup.mechanism.grooved:
+        return None
+    outline = remaining(picture)
+    return [row(outline.real), row(outline.imag)]
+
+
+def _panel(panel: Panel) -> dict[str, Any]:
+    return {
+        "title": panel.title,
+        "unit": panel.unit,
+        "values": [row(values) for values in panel.values],
+        "reference": panel.reference and [row(values) for values in panel.reference],
+        "other": panel.other and [row(values) for values in panel.other],
+        "peaks": [{"angle": plain(p.angle), "value": plain(p.value), "text": p.text} for p in panel.peaks],
+        "limits": [{"kinds": _kinds(kinds), "bound": plain(bound)} for kinds, bound in panel.limits],
+        "impulses": [{"angle": plain(angle), "size": plain(size)} for angle, size in panel.impulses],
+        "bands": [[plain(end) for end in band] for band in panel.bands],
+        "marks": [[plain(number) for number in mark] for mark in panel.marks],
+        "span": panel.span and [plain(end) for end in panel.span],
+        "note": panel.note,
+        "undercut": panel.alarm and [[bool(b) for b in bad] for bad in panel.alarm],
+    }
+
+
+def _kinds(kinds: int) -> list[str]:
+    """The kinds of strokes that a limit holds on, on both sides of 0; none for a level of the whole turn."""
+    return [name for kind, name in NAMES.items() if kind & kinds]
+
+
+def plain(value: Any) -> float | None:
+    """A number of a page: finite, in few digits."""
+    return float(f"{float(value):.{DIGITS}g}") if np.isfinite(value) else None
+
+
+def row(values: FloatArray) -> list[float | None]:
+    """An array of such numbers."""
+    return [plain(value) for value in np.asarray(values, dtype=float).tolist()]

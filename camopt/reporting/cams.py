@@ -1,0 +1,113 @@
+"""The page of one cam, or of a few side by side: turning, with diagrams, limits, sizes, effects and files."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from camopt.drawing.figures import results_in_words, sizes_in_words
+from camopt.drawing.picture import Picture
+from camopt.problem.problem import Problem, resolve_design
+from camopt.reporting.cam import cam_of
+from camopt.reporting.downloads import downloads_of
+from camopt.reporting.page import rendered
+from camopt.reporting.sections import (
+    Cell,
+    Sheet,
+    effects_sheet,
+    given_sheet,
+    is_held,
+    limits_sheet,
+    motion_sheet,
+    quantities_sheet,
+    verdict_line,
+)
+from camopt.scene.scene import Scene
+from camopt.verdicts.evaluation import Evaluation, evaluate_design
+
+
+@dataclass(frozen=True)
+class Shown:
+    """One cam on a page, and what it is called there."""
+
+    label: str
+    scene: Scene
+
+
+@dataclass(frozen=True)
+class Section:
+    """Tables, or a text, under a heading that unfolds."""
+
+    title: str
+    tables: list[Sheet] = field(default_factory=list)
+    text: str = ""
+    open: bool = False
+
+
+def cams_page(cams: Sequence[Shown], title: str = "", told: Sequence[str] = (), more: Sequence[Sheet] = ()) -> str:
+    """The page of some cams: of one with its name as title, of several side by side at one scale.
+
+    ``told`` are sentences for the head of the page, ``more`` tables beside the limits.
+    """
+    problems = [resolve_design(shown.scene) for shown in cams]
+    found = [evaluate_design(problem) for problem in problems]
+    labels = [shown.label for shown in cams]
+    limits = [limits_sheet(each, problem) for each, problem in zip(found, problems, strict=True)]
+    several = len(cams) > 1
+    words = [_words(problem) for problem in problems]
+    head = [*([] if several else words[0]), *told]
+    lines = [*_verdicts(found, limits, labels), *(Cell(text) for text in head)]
+    titled = [Sheet(f"{label}: limits", s.heads, s.rows) for label, s in zip(labels, limits, strict=True)]
+    sections = [
+        Section("Quantities", [quantities_sheet(found, labels if several else ["value"])], open=several),
+        *(each for shown, p in zip(cams, problems, strict=True) for each in _about(shown, p, several)),
+    ]
+    files, why = _files(cams, several)
+    return rendered(
+        "cams",
+        title or cams[0].scene.name,
+        {"cams": [cam_of(problem) for problem in problems], "labels": labels, "words": words},
+        lines=[*lines, *([Cell(f"No files for machines: the cam {why}.", "alarm")] if why else [])],
+        tables=[*(titled if several else limits), *more],
+        sections=sections,
+        downloads=files,
+    )
+
+
+def _verdicts(found: list[Evaluation], limits: list[Sheet], labels: list[str]) -> list[Cell]:
+    lines = [verdict_line(each, is_held(sheet)) for each, sheet in zip(found, limits, strict=True)]
+    if len(lines) == 1:
+        return lines
+    return [Cell(f"{label}: {line.text}", line.kind) for label, line in zip(labels, lines, strict=True)]
+
+
+def _words(problem: Problem) -> list[str]:
+    """The sizes and the first results of a cam."""
+    picture = Picture(problem)
+    return [sizes_in_words(picture), *([results_in_words(picture)] if picture.exists else [])]
+
+
+def _about(shown: Shown, problem: Problem, several: bool) -> list[Section]:
+    """What a scene gives, and what it calls for."""
+    prefix = f"{shown.label}: " if several else ""
+    return [
+        Section(
+            _titled(prefix, "Sizes, materials and motion"), [given_sheet(shown.scene), motion_sheet(shown.scene)]
+        ),
+        Section(_titled(prefix, "Effects"), [effects_sheet(problem)]),
+        Section(_titled(prefix, "Scene (TOML)"), text=shown.scene.to_toml()),
+    ]
+
+
+def _titled(prefix: str, title: str) -> str:
+    return f"{prefix}{title[0].lower()}{title[1:]}" if prefix and not title.isupper() else title
+
+
+def _files(cams: Sequence[Shown], several: bool) -> tuple[list[Any], str]:
+    files, reasons = [], []
+    for place, shown in enumerate(cams, start=1):
+        stem = re.sub(r"[^\w-]+", "-", shown.scene.name, flags=re.ASCII).strip("-")[:40] or "cam"
+        found, why = downloads_of(shown.scene, f"{stem}-{place}" if several else stem)
+        files += found
+        reasons += [why] if why else []
+    return files, "; ".join(dict.fromkeys(reasons))

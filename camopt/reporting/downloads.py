@@ -1,0 +1,36 @@
+"""The files that a page holds: the scene, and the cam for machines."""
+
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import NamedTuple
+
+from camopt.exporting.export import export
+from camopt.mistakes import BadInput
+from camopt.reporting.page import address_of
+from camopt.scene.scene import Scene
+
+FILES = {".toml": "application/toml", ".csv": "text/csv", ".dxf": "image/vnd.dxf"}
+
+
+class Download(NamedTuple):
+    """A file inside the page."""
+
+    name: str
+    address: str
+    about: str
+
+
+def downloads_of(scene: Scene, stem: str) -> tuple[list[Download], str]:
+    """The files of a cam; of one that cannot be made the scene alone, and why."""
+    found, why = [], ""
+    with TemporaryDirectory() as folder:
+        for suffix, kind in FILES.items():
+            path = Path(folder) / f"{stem}{suffix}"
+            try:
+                written = export(scene, path)
+            except BadInput as refused:
+                why = "; ".join(mistake.allowed for mistake in refused.mistakes)
+                continue
+            within = [f"{name} within {c.deviation_mm:.2g} mm (proved)" for name, c in written.curves.items()]
+            found.append(Download(path.name, address_of(path.read_bytes(), kind), "; ".join(within)))
+    return found, why

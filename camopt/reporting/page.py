@@ -1,0 +1,85 @@
+"""The page as text: templates filled, style and program inside, nothing from anywhere else.
+
+What is filled in is escaped (Jinja), data are JSON that closes no element, and a content security policy lets the
+browser run this one program and fetch nothing: a name in a scene stays text.
+"""
+
+import json
+import zlib
+from base64 import b64encode
+from collections.abc import Mapping
+from functools import cache
+from hashlib import sha256
+from importlib.resources import files
+from typing import Any
+
+from camopt.version import VERSION
+
+PROGRAMS = {
+    "cams": ("geometry", "drawing", "cam", "diagrams", "player", "theme", "cams_page", "start"),
+    "results": (
+        *("geometry", "drawing", "cam", "diagrams", "player", "theme"),
+        *("rows", "scatter", "parallel", "grid", "results_page", "start"),
+    ),
+}
+"""The parts of the program of each kind of page, in the order in which they need each other."""
+
+
+def rendered(kind: str, title: str, data: Mapping[str, Any], **more: Any) -> str:
+    """A page of a kind (``cams``, ``results``): its title, the data of its program, and what its template shows."""
+    style, script = _asset("page.css"), "\n".join(_asset(f"{part}.js") for part in PROGRAMS[kind])
+    return str(
+        _templates()
+        .get_template(f"{kind}.html")
+        .render(
+            title=title,
+            version=VERSION,
+            style=_raw(style),
+            script=_raw(script),
+            style_hash=_raw(_hash(style)),
+            script_hash=_raw(_hash(script)),
+            data=_raw(_embedded({"page": kind, **data})),
+            **more,
+        )
+    )
+
+
+@cache
+def _templates() -> Any:
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    return Environment(
+        loader=PackageLoader("camopt.reporting"), autoescape=True, undefined=StrictUndefined, trim_blocks=True
+    )
+
+
+@cache
+def _asset(name: str) -> str:
+    return (files("camopt.reporting") / "assets" / name).read_text(encoding="utf-8")
+
+
+def _raw(text: str) -> Any:
+    """Text that is not escaped: ours, or made safe."""
+    from markupsafe import Markup
+
+    return Markup(text)
+
+
+def _hash(text: str) -> str:
+    return f"sha256-{b64encode(sha256(text.encode()).digest()).decode()}"
+
+
+def _embedded(data: Mapping[str, Any]) -> str:
+    """JSON that neither closes its element nor opens another."""
+    text = json.dumps(data, allow_nan=False, ensure_ascii=True, separators=(",", ":"))
+    return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
+
+
+def packed(data: bytes) -> str:
+    """Bytes as a page holds them: deflated, in base64."""
+    return b64encode(zlib.compress(data, 9)).decode()
+
+
+def address_of(data: bytes, kind: str) -> str:
+    """A file inside the page, as an address."""
+    return f"data:{kind};base64,{b64encode(data).decode()}"

@@ -1,0 +1,145 @@
+"""A report: any result as one page, chosen by what the result is."""
+
+import os
+from collections.abc import Iterable
+from dataclasses import replace
+from functools import singledispatch
+from pathlib import Path
+from typing import Any
+
+from camopt.files import check_writable, checked_suffix, path_of, write_text
+from camopt.front.sweep import Sweep
+from camopt.mistakes import BadInput, Mistake
+from camopt.reporting.cams import Shown, cams_page
+from camopt.reporting.results import Result, of_frame, results_page
+from camopt.scene.scene import Scene, find_scene
+from camopt.smallest.optimise import Optimum
+from camopt.synthesis.files import FRONTIER, SCENE
+from camopt.tables.designs import OPTIMUM, Design
+from camopt.verdicts.evaluation import Evaluation
+
+MOST_CAMS = 4  # side by side
+DESIGNS, PARETO = "designs.parquet", "pareto.parquet"
+
+
+def report(what: Any, path: str | os.PathLike[str]) -> Path:
+    """Write a result as one HTML file.
+
+    Parameters
+    ----------
+    what
+        A scene, a design or another result, the folder or table (Parquet) that a command wrote, or a list of
+        such: up to four cams side by side, or several tables of designs.
+    path
+        The file, which ends in .html.
+
+    Returns
+    -------
+    pathlib.Path
+        The file.
+
+    Raises
+    ------
+    BadInput
+        For anything else, a scene that lacks a size, or cams beside tables.
+    OSError
+        If a file cannot be read or written.
+
+    Examples
+    --------
+    >>> page = camopt.report(camopt.find_scene("two-pauses"), "cam.html")
+    """
+    place = path_of(path)
+    checked_suffix(place, "path", (".html",))
+    check_writable(place)
+    several = isinstance(what, (list, tuple))
+    found = [each for one in (what if several else [what]) for each in shown_of(one)]
+    write_text(place, _page(found))
+    return place
+
+
+def _page(found: list[Shown | Result]) -> str:
+    cams, results = [x for x in found if isinstance(x, Shown)], [x for x in found if isinstance(x, Result)]
+    if bool(cams) == bool(results):
+        raise BadInput(
+            [Mistake("camopt", "what", None, "cams, or tables of designs: a page shows one or the other")]
+        )
+    if len(cams) > MOST_CAMS:
+        raise BadInput([Mistake("camopt", "what", len(cams), f"at most {MOST_CAMS} cams side by side")])
+    if results:
+        return results_page(_told_apart(results))
+    return cams_page(_told_apart(cams), " beside ".join(dict.fromkeys(cam.scene.name for cam in cams)))
+
+
+def _told_apart(found: list[Any]) -> list[Any]:
+    """Those of one name with a number."""
+    field = "label" if isinstance(found[0], Shown) else "name"
+    names = [getattr(each, field) for each in found]
+    return [
+        each if names.count(name) == 1 else replace(each, **{field: f"{name} ({place})"})
+        for place, (each, name) in enumerate(zip(found, names, strict=True), start=1)
+    ]
+
+
+@singledispatch
+def shown_of(what: Any) -> Iterable[Shown | Result]:
+    """What a page shows of a result."""
+    frame = getattr(what, "attrs", None)
+    if frame is None:
+        raise BadInput([Mistake("camopt", "what", type(what).__name__, "a result of camopt, a scene, or a path")])
+    return [of_frame("table", what)]
+
+
+@shown_of.register
+def _of_a_scene(what: Scene) -> Iterable[Shown]:
+    return [Shown(what.name, what)]
+
+
+@shown_of.register(Evaluation)
+@shown_of.register(Design)
+def _of_a_design(what: Evaluation | Design) -> Iterable[Shown]:
+    return [Shown(what.scene.name, what.scene)]
+
+
+@shown_of.register
+def _of_an_optimum(what: Optimum) -> Iterable[Shown]:
+    return [Shown(law or what.scene.name, design.scene) for law, design in [*what.by_law.items()][:MOST_CAMS]]
+
+
+@shown_of.register
+def _of_a_sweep(what: Sweep) -> Iterable[Shown | Result]:
+    return _of_a_folder(Path(what.files[0]).parent)
+
+
+@shown_of.register(str)
+@shown_of.register(os.PathLike)
+def _of_a_path(what: str | os.PathLike[str]) -> Iterable[Shown | Result]:
+    path = path_of(what)
+    if path.is_dir():
+        return _of_a_folder(path)
+    if path.suffix == ".parquet":
+        return [_table(path)]
+    return _of_a_scene(find_scene(what))
+
+
+def _table(path: Path) -> Result:
+    from camopt.tables.table import load
+
+    return of_frame(path.name, load(path))
+
+
+def _of_a_folder(folder: Path) -> Iterable[Shown | Result]:
+    """The result that a command left in a folder."""
+    from camopt.tables.table import load
+
+    pareto, designs = folder / PARETO, folder / DESIGNS
+    if pareto.exists():
+        front = load(pareto)
+        return [of_frame(folder.name, load(designs), front) if designs.exists() else of_frame(folder.name, front)]
+    if (folder / FRONTIER).exists():
+        return [of_frame(folder.name, load(folder / FRONTIER))]
+    scenes = sorted([*folder.glob(SCENE), *folder.glob(OPTIMUM)])
+    if scenes:
+        return [Shown(path.stem.removeprefix("optimum-"), Scene.from_toml(path)) for path in scenes]
+    why = f"a folder that a command wrote: with {PARETO}, {FRONTIER}, {SCENE} or {OPTIMUM}"
+    raise BadInput([Mistake("camopt", "what", str(folder), why)])

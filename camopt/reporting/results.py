@@ -1,0 +1,282 @@
+"""The page of a result with many designs: its columns, the motions that its cams have, and which rows it holds."""
+
+import json
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from math import isnan
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from camopt.drawing.picture import Picture
+from camopt.mechanisms import FIELDS
+from camopt.mechanisms.design import BoolArray
+from camopt.mistakes import BadInput, Mistake
+from camopt.numerics import FloatArray
+from camopt.problem.problem import Problem, resolve_design, size_keys
+from camopt.quantities import QUANTITIES
+from camopt.reporting.cam import kind_of, motion_of, plain
+from camopt.reporting.cams import Section
+from camopt.reporting.page import packed, rendered
+from camopt.reporting.sections import Cell, Sheet, signed
+from camopt.scene.scene import Scene
+from camopt.tables.cells import heading
+from camopt.tables.designs import scene_of_row
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+MOST_ROWS = 100_000
+MOST_MOTIONS = 200
+MOST_WORDS = 2**16
+MOST_AXES = 8
+KEYS = ("law_rise", "law_return", "angles_deg", "scene")
+"""Columns that decide the motion of a row."""
+ROW, RESULT, FRONT = "row", "result", "front"
+UNSHOWN = {"scene", "relative_half_width", "violated", "feasible", "prime_radius_mm"}
+
+
+@dataclass(frozen=True)
+class Result:
+    """A table of designs: its name, its rows with those of the front, and how many rows it has elsewhere."""
+
+    name: str
+    frame: "pd.DataFrame"
+    """Rows by their number in the file; a column ``front`` says which are on the Pareto front, if not all are."""
+    of: int
+    """The rows of the whole result, of which the frame may be a part."""
+
+    @cached_property
+    def scene(self) -> Scene:
+        """The scene that was searched."""
+        text = self.frame.attrs.get("scene")
+        if not text or not {"law_rise", *SIZES} & {*self.frame.columns}:
+            why = "a table of designs that camopt wrote, such as pareto.parquet"
+            raise BadInput([Mistake("camopt", "table", self.name, why)])
+        return Scene.embedded(text, self.name)
+
+    @property
+    def objectives(self) -> list[str]:
+        """What was minimised or maximised, as columns; of a frontier its axes."""
+        names = list(self.frame.columns)
+        if "bound" in names:
+            return names[names.index("free") + 1 : names.index("bound")]
+        search = self.scene.search
+        return [name for name in (*search.minimise, *search.maximise) if name in names]
+
+
+SIZES = ("base_radius_mm", "mean_radius_mm")
+
+
+def of_frame(name: str, frame: "pd.DataFrame", front: "pd.DataFrame | None" = None) -> Result:
+    """A table, or one with its Pareto front: thinned evenly if it has too many rows, the front whole."""
+    import pandas as pd
+
+    room = MOST_ROWS - (0 if front is None else len(front))
+    kept = frame if len(frame) <= room else frame.iloc[:: -(-len(frame) // room)]
+    kept = kept.assign(**{ROW: kept.index})
+    attrs = frame.attrs
+    if front is not None:
+        attrs = {**frame.attrs, **{key: front.attrs.get(key) for key in (FRONT, "sweep")}}
+        marked = [kept.assign(**{FRONT: False}), front.assign(**{FRONT: True}).assign(**{ROW: front.index})]
+        sizes = [column for column in front if column in QUANTITIES and QUANTITIES[column].effect == "sizes"]
+        kept = pd.concat(marked, ignore_index=True).drop_duplicates(sizes, keep="last", ignore_index=True)
+    kept = kept.reset_index(drop=True)
+    kept.attrs = attrs
+    return Result(name, kept, len(frame))
+
+
+class CoarsePicture(Picture):
+    """For motions of which a page has many."""
+
+    per_degree = 1.0
+
+
+def results_page(results: Sequence[Result]) -> str:
+    """The page of one result, or of several in the same columns."""
+    import pandas as pd
+
+    scenes = [result.scene for result in results]
+    frame = pd.concat([r.frame.assign(**{RESULT: r.name}) for r in results], ignore_index=True)
+    motions, motion_of_row = _motions(results)
+    columns, same = _columns(frame, results)
+    numeric = [column["name"] for column in columns if "words" not in column and column["name"] != ROW]
+    numeric = [name for name in numeric if frame[name].nunique() > 1]
+    if len(numeric) < 2:
+        why = "a table in which at least two numbers differ from row to row"
+        raise BadInput([Mistake("camopt", "table", results[0].name, why)])
+    objectives = [name for name in results[0].objectives if name in numeric]
+    axes = [*objectives, *(name for name in numeric if name not in objectives)]
+    data = {
+        "count": len(frame),
+        "columns": columns,
+        "motions": packed(json.dumps(motions, separators=(",", ":")).encode()),
+        "motion_of": packed(np.asarray(motion_of_row, dtype="<u2").tobytes()),
+        "results": [_kind(result, frame) for result in results],
+        "axes": axes[:2],
+        "parallel": axes[:MOST_AXES],
+        "colour": _colour(columns),
+        "first": _first(frame, results[0], axes[0]),
+    }
+    return rendered(
+        "results",
+        " and ".join(dict.fromkeys(scene.name for scene in scenes)),
+        data,
+        lines=[Cell(line) for result in results for line in _told(result)],
+        tables=[same] if same.rows else [],
+        sections=[
+            Section(f"{r.name}: scene (TOML)", text=s.to_toml()) for r, s in zip(results, scenes, strict=True)
+        ],
+    )
+
+
+def _told(result: Result) -> list[str]:
+    """How many designs are here, and of how many; what is known of the front."""
+    here, of = len(result.frame), result.of
+    swept = result.frame.attrs.get("sweep")
+    words = f"{result.name}: {of:,} designs" + (f" of {swept['designs']:,} that were swept" if swept else "")
+    thinned = f"; the page has {here:,} of them, evenly taken" if here < of else ""
+    lines = [words + (f"{thinned}, and all of the Pareto front" if thinned and FRONT in result.frame else thinned)]
+    front = result.frame.attrs.get("front")
+    if front:
+        lines.append(
+            f"Pareto front: {front['points']:,} designs, hypervolume {front['hypervolume']:.6g} as a share"
+        )
+    return [*lines, *_bound(result)]
+
+
+def _bound(result: Result) -> list[str]:
+    """Of a frontier, how near its smallest cam is to the bound that no motion can pass."""
+    frame = result.frame
+    if "bound" not in frame:
+        return []
+    axis = result.objectives[0]
+    free = frame[frame["free"].astype(bool) & frame["bound"].notna()]
+    if free.empty:
+        return []
+    best = free.sort_values(axis).iloc[0]
+    gap = best[axis] / best["bound"] - 1.0 if best["bound"] else float("nan")
+    unit = frame.attrs["units"].get(axis, "")
+    words = f"Least {axis} {signed(float(best[axis]))} {unit}; no motion at all can have less than"
+    return [f"{words} {signed(float(best['bound']))} {unit}: a gap of {gap:.2%}"]
+
+
+def _motions(results: Sequence[Result]) -> tuple[list[Any], list[int]]:
+    """The motions that rows have, and which each row has; the last of all, none, for rows beyond the most."""
+    motions: list[Any] = []
+    places: list[int] = []
+    for result in results:
+        keys = [name for name in KEYS if name in result.frame]
+        groups = result.frame.groupby(keys, sort=False, dropna=False) if keys else None
+        of_row = np.zeros(len(result.frame), dtype=int) if groups is None else groups.ngroup().to_numpy()
+        _, first = np.unique(of_row, return_index=True)
+        offset = len(motions)
+        room = MOST_MOTIONS // len(results)
+        for row in result.frame.iloc[first[:room]].to_dict("records"):
+            motions.append(_motion(result.scene, row))
+        motions.append(None)
+        places += [offset + min(int(place), len(first[:room])) for place in of_row]
+    return motions, places
+
+
+def _motion(searched: Scene, row: Mapping[str, Any]) -> Any:
+    problem = resolve_design(scene_of_row(searched, _known(row)))
+    return {"motion": motion_of(CoarsePicture(problem))}
+
+
+def _kind(result: Result, frame: "pd.DataFrame") -> dict[str, Any]:
+    """What decides the shape of the cams of a result: formulas, sizes that stay, and the columns of the others."""
+    problem = _any_problem(result)
+    fields = {FIELDS[key.partition(".")[2]]: key.partition(".")[2] for key in size_keys(result.scene)}
+    names = {field: f"{name if field == 'size' else field}_mm" for field, name in fields.items()}
+    sizes = {name: plain(values[0]) for name, values in problem.design.sizes.items()}
+    there = {field: name for field, name in names.items() if name in frame}
+    own = {"pitch_point": None, "undercut": False, "left": None, "exists": True}
+    return {"kind": {**kind_of(problem), **own}, "sizes": sizes, "columns": there}
+
+
+def _any_problem(result: Result) -> Problem:
+    return resolve_design(scene_of_row(result.scene, _known(result.frame.iloc[:1].to_dict("records")[0])))
+
+
+def _known(row: Mapping[Any, Any]) -> dict[str, Any]:
+    """What a row has of its columns."""
+    return {n: v for n, v in row.items() if not (v is None or (isinstance(v, float) and isnan(v)))}
+
+
+def _columns(frame: "pd.DataFrame", results: Sequence[Result]) -> tuple[list[dict[str, Any]], Sheet]:
+    """The columns as a page holds them, and a table of those that are the same in all rows."""
+    units = results[0].frame.attrs.get("units", {})
+    found: list[dict[str, Any]] = []
+    same = []
+    twice = {"law_return"} if "law_return" in frame and frame["law_return"].equals(frame["law_rise"]) else set()
+    sized = {name for result in results for name in _kind(result, frame)["columns"].values()}
+    for name in frame.columns:
+        if name in UNSHOWN | twice:
+            continue
+        title = _title(str(name), units.get(name, ""), twice)
+        values = _plain_column(frame[name])
+        if values.nunique() <= 1 and name not in sized | {ROW}:
+            if name not in (RESULT, FRONT) and values.notna().any():
+                same.append([Cell(title), Cell(_text(values.dropna().iloc[0]), "number")])
+            continue
+        about = QUANTITIES[name].sentence if name in QUANTITIES else ""
+        found.append({"name": str(name), "title": title, "about": about, **_packed_column(values)})
+    found.sort(key=lambda column: (column["name"] != RESULT, column["name"] != FRONT, column["name"] != ROW))
+    return found, Sheet("The same in all designs", [Cell("quantity"), Cell("value", "number")], same)
+
+
+def _title(name: str, unit: str, twice: Collection[str]) -> str:
+    """A column's name in words, and its unit."""
+    if twice and name == "law_rise":
+        return "law"
+    words = heading(name, unit).split("\n")
+    return f"{' '.join(words[:-1])}, {unit}" if unit else " ".join(words)
+
+
+def _plain_column(values: "pd.Series[Any]") -> "pd.Series[Any]":
+    """Numbers as they are, all else as texts."""
+    numeric = values.dtype.kind in "fi"
+    return values if numeric else values.map(lambda value: "" if value is None else _text(value))
+
+
+def _text(value: Any) -> str:
+    return ", ".join(map(str, value)) if isinstance(value, (list, np.ndarray)) else signed(value)
+
+
+def _packed_column(values: "pd.Series[Any]") -> dict[str, Any]:
+    """Numbers as planes of the bytes of floats, which deflate better; all else as places in a list of words."""
+    if values.dtype.kind in "fi":
+        floats = values.to_numpy(dtype="<f4")
+        return {"packed": packed(floats.view(np.uint8).reshape(-1, 4).T.tobytes())}
+    codes, found = values.factorize(sort=True)
+    words = [str(word) for word in found]
+    if len(words) > MOST_WORDS:
+        codes, words = np.zeros(len(values), dtype=int), ["…"]
+    return {"packed": packed(np.asarray(codes, dtype="<u2").tobytes()), "words": words}
+
+
+def _colour(columns: Sequence[Mapping[str, Any]]) -> str:
+    """The column that colours: which result, whether free, or the law."""
+    names = [column["name"] for column in columns if "words" in column]
+    return next((name for name in (RESULT, "free", "law_rise", "law_return") if name in names), "")
+
+
+def _first(frame: "pd.DataFrame", result: Result, objective: str) -> list[int]:
+    """The rows that are drawn first: the knee or the best known law, then the best of the first objective."""
+    values = frame[objective].to_numpy(dtype=float)
+    here = frame[FRONT].to_numpy(dtype=bool) if FRONT in frame else np.ones(len(frame), dtype=bool)
+    free = frame["free"].to_numpy(dtype=bool) if "free" in frame else here
+    best = _least(values, here & free)
+    beside = _least(values, here & ~free)
+    knee = (result.frame.attrs.get("front") or {}).get("knee")
+    if knee:
+        same = np.logical_and.reduce([frame[name] == knee[name] for name in result.objectives if name in knee])
+        beside = _least(values, same)
+    return [row for row in dict.fromkeys((beside, best)) if row is not None]
+
+
+def _least(values: FloatArray, among: BoolArray) -> int | None:
+    """The place of the least of some values; None of none."""
+    return int(np.nanargmin(np.where(among, values, np.nan))) if np.isfinite(values[among]).any() else None

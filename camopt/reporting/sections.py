@@ -1,0 +1,201 @@
+"""The tables of a page: limits with their proofs, sizes, quantities, and what ran."""
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from math import isfinite
+from typing import Any, NamedTuple
+
+from camopt.problem.limits import SELF_CROSSING, Limit
+from camopt.problem.problem import Problem, resolve
+from camopt.quantities import NUMBERS, QUANTITIES, number_quantity
+from camopt.scene.scene import Scene
+from camopt.studies.called import what_runs
+from camopt.tables.cells import number
+from camopt.tables.columns import bounds_of, is_nothing
+from camopt.verdicts.certify import CONDITIONS, certify
+from camopt.verdicts.deciding import HELD
+from camopt.verdicts.evaluation import Evaluation
+from camopt.verdicts.exact_section import is_integrated
+
+
+class Cell(NamedTuple):
+    """A text of a table, and what kind of text it is: ``number``, or a verdict."""
+
+    text: str
+    kind: str = ""
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """A table of a page."""
+
+    title: str
+    heads: list[Cell]
+    rows: list[list[Cell]]
+
+
+NUMBER = "number"
+MARGINS = "double precision with margins for rounding, over the whole turn"
+BALLS = "ball arithmetic (200 bits), at every cam angle"
+INTEGRALS = "integrals enclosed in ball arithmetic"
+SIZES = "sizes compared"
+POINTS = "points and bands of the scene, in ball arithmetic"
+
+
+def limits_sheet(found: Evaluation, problem: Problem) -> Sheet:
+    """Each limit: its bound, the value reached, the margin, whether it is held, and how that was proved."""
+    verdicts = certify(found.scene)
+    limits = {limit.name: limit for limit in problem.limits}
+    rows = []
+    for name, verdict in verdicts.items():
+        limit = limits.get(name)
+        for bound, reached, margin in _reached(limit, found):
+            how = POINTS if name == CONDITIONS else _proof(limit)
+            texts = [Cell(bound, NUMBER), Cell(reached, NUMBER), Cell(margin, NUMBER)]
+            rows.append([Cell(_words(name)), *texts, Cell(verdict, verdict), Cell(how)])
+    heads = [Cell("limit"), *(Cell(text, NUMBER) for text in ("bound", "reached", "margin"))]
+    return Sheet("Limits, at every cam angle", [*heads, Cell("verdict"), Cell("proved by")], rows)
+
+
+def _words(name: str) -> str:
+    return name.replace("_", " ")
+
+
+def _proof(limit: Limit | None) -> str:
+    if limit is None or limit.decided:
+        return MARGINS
+    if limit.claims:
+        return BALLS
+    return INTEGRALS if is_integrated(limit.needs) else SIZES if not limit.needs else BALLS
+
+
+def _reached(limit: Limit | None, found: Evaluation) -> Iterator[tuple[str, str, str]]:
+    """Bound, value and margin of each quantity that a limit bounds, in words; a margin below 0 is exceeded."""
+    shown = [] if limit is None else [name for name in limit.shown if name in found]
+    if limit is None or not shown:
+        yield ("none allowed" if limit is None or limit.name == SELF_CROSSING else f"{limit.bound:g} mm"), "", ""
+        return
+    for name in shown:
+        unit, value = QUANTITIES[name].unit, found[name]
+        side = 1.0 if limit.relation in ("≤", "±") else -1.0
+        margin = side * (limit.bound - (abs(value) if side > 0.0 else value))
+        words = f"{limit.relation} {limit.bound:g} {unit}".replace("-", "−").strip()
+        yield words, _with_unit(value, unit), _with_unit(margin, unit)
+
+
+def _with_unit(value: float, unit: str) -> str:
+    return f"{signed(value)} {unit}".strip() if isfinite(value) else signed(value)
+
+
+def signed(value: Any) -> str:
+    """A number as people read it, with a real minus sign."""
+    return number(value).replace("-", "−") if isinstance(value, float) else number(value)
+
+
+def verdict_line(found: Evaluation, held: bool) -> Cell:
+    """The verdict on a design in one sentence."""
+    if held:
+        return Cell("Feasible: every limit is proved to be held at every cam angle.", "verdict held")
+    broken = str(found["violated"]).replace("_", " ").replace(",", ", ") if "violated" in found else ""
+    return Cell(f"Not feasible: {broken or 'a limit is undecided'}.", "verdict broken")
+
+
+def is_held(sheet: Sheet) -> bool:
+    """Whether every limit of a sheet is held."""
+    place = [head.text for head in sheet.heads].index("verdict")
+    return all(row[place].text == HELD for row in sheet.rows)
+
+
+def quantities_sheet(found: Iterable[Evaluation], labels: Iterable[str]) -> Sheet:
+    """Every quantity of some designs side by side, with unit, limit and meaning."""
+    found = list(found)
+    names = dict.fromkeys(name for each in found for name in each if not is_nothing(each.scene, name, [each]))
+    bounds = bounds_of_all(found)
+    heads = [Cell("quantity"), Cell("symbol"), *(Cell(label, NUMBER) for label in labels)]
+    rows = [
+        [
+            Cell(name),
+            Cell(QUANTITIES[name].symbol),
+            *(Cell(signed(each[name]).replace(",", ", ") if name in each else "", NUMBER) for each in found),
+            Cell(QUANTITIES[name].unit),
+            Cell(bounds.get(name, "")),
+            Cell(_meaning(name, found)),
+        ]
+        for name in names
+    ]
+    return Sheet("Every quantity that the scene calls for", [*heads, Cell("unit"), Cell("limit"), Cell("")], rows)
+
+
+def bounds_of_all(found: Iterable[Evaluation]) -> dict[str, str]:
+    """What limits ask of quantities, where all designs are asked the same."""
+    each = [bounds_of(resolve(one.scene)) for one in found]
+    return {name: bound for name, bound in each[0].items() if all(other.get(name) == bound for other in each)}
+
+
+def _meaning(name: str, found: Iterable[Evaluation]) -> str:
+    reasons = [each.unbounded[name] for each in found if name in each.unbounded]
+    return "; ".join(dict.fromkeys(reasons)) or QUANTITIES[name].sentence
+
+
+def motion_sheet(scene: Scene) -> Sheet:
+    """The segments of the motion."""
+    segments = scene.to_dict().get("motion", [])
+    keys = list(dict.fromkeys(key for segment in segments for key in segment))
+    rows = [[Cell(_said(segment.get(key, ""))) for key in keys] for segment in segments]
+    return Sheet("Motion, segment by segment (angles in deg)", [Cell(key) for key in keys], rows)
+
+
+def given_sheet(scene: Scene) -> Sheet:
+    """Sizes, speed, materials and loads that the scene gives, by key."""
+    angular = scene.follower.motion == "oscillating"
+    units = {key: QUANTITIES[number_quantity(key, angular=angular)] for key in NUMBERS}
+    given = [pair for name, table in scene.to_dict().items() if name in GIVEN for pair in _flat(name, table)]
+    rows = [
+        [
+            Cell(key),
+            Cell(_said(value), NUMBER if isinstance(value, (int, float)) else ""),
+            Cell(units[key].unit if key in units else "mm" if key in LENGTHS else ""),
+            Cell(units[key].sentence if key in units else ""),
+        ]
+        for key, value in given
+    ]
+    return Sheet("What the scene gives", [Cell("key"), Cell("value", NUMBER), Cell("unit"), Cell("")], rows)
+
+
+GIVEN = ("cam", "follower", "materials", "part")
+LENGTHS = {
+    *(f"cam.{name}" for name in ("base_radius", "mean_radius")),
+    *(f"follower.{name}" for name in ("roller_radius", "face_radius", "offset", "arm_length")),
+    *("follower.centre_distance", "follower.face_offset"),
+    *(f"part.{name}" for name in ("thickness", "bore", "hub_diameter", "hub_length", "groove_depth")),
+    *("part.keyway_width", "part.keyway_depth", "part.profile_tolerance"),
+}
+
+
+def _flat(prefix: str, value: Any) -> Iterator[tuple[str, Any]]:
+    if isinstance(value, Mapping):
+        for key, inner in value.items():
+            yield from _flat(f"{prefix}.{key}", inner)
+    else:
+        yield prefix, value
+
+
+def _said(value: Any) -> str:
+    if isinstance(value, (list, tuple)):
+        texts = [_said(each) for each in value]
+        return ", ".join(texts if len(texts) <= MOST else [*texts[:MOST], f"… ({len(texts)} in all)"])
+    if isinstance(value, Mapping):
+        return ", ".join(f"{key} {_said(inner)}" for key, inner in value.items())
+    return signed(float(value)) if isinstance(value, float) else str(value)
+
+
+MOST = 8  # numbers of a list that are shown
+
+
+def effects_sheet(problem: Problem) -> Sheet:
+    """The effects that ran, what called for them, and what they computed."""
+    rows = [
+        [Cell(each.effect), Cell(", ".join(each.called_by)), Cell(", ".join(each.writes))]
+        for each in what_runs(problem)
+    ]
+    return Sheet("Effects that ran", [Cell("effect"), Cell("called for by"), Cell("computes")], rows)

@@ -1,0 +1,47 @@
+"""Which effects a scene calls for, and what called for each."""
+
+from dataclasses import dataclass
+
+from camopt.effects import EFFECTS, called
+from camopt.problem.problem import Problem
+from camopt.quantities import EVERYTHING, QUANTITIES
+
+
+@dataclass(frozen=True)
+class Called:
+    """One effect that runs."""
+
+    effect: str
+    called_by: tuple[str, ...]
+    """Limits, objectives, outputs and effects that ask for its quantities."""
+    reads: tuple[str, ...]
+    """Quantities of other effects, or of its own pitch curves."""
+    writes: tuple[str, ...]
+
+
+def what_runs(problem: Problem) -> list[Called]:
+    """The effects that a scene calls for, in the order in which they run."""
+    asked = called(problem.wanted, problem.setup)
+    return [
+        Called(
+            name,
+            tuple(_callers(problem, asked, names)),
+            EFFECTS[name].reads(problem.setup),
+            tuple(n for n in QUANTITIES if n in names),
+        )
+        for name, names in asked.items()
+    ]
+
+
+def _callers(problem: Problem, asked: dict[str, set[str]], names: set[str]) -> list[str]:
+    """What asks for any of some quantities."""
+    scene, search = problem.scene, problem.scene.search
+    found = [f"limits.{limit.name}" for limit in problem.limits if names & set(limit.needs)]
+    for key, objectives in (("search.minimise", search.minimise), ("search.maximise", search.maximise)):
+        found += [f"{key} {name}" for name in objectives if name in names]
+    effect = QUANTITIES[next(iter(names))].effect
+    found += [f"outputs {name}" for name in scene.outputs if name in (*names, effect, EVERYTHING)]
+    if not scene.outputs and names & (problem.wanted - problem.needed):
+        found.append("the default outputs (motion and geometry)")
+    found += [f"effect {name}" for name in asked if set(EFFECTS[name].reads(problem.setup)) & names]
+    return found

@@ -1,0 +1,136 @@
+"""The page: what is in it, what is refused, and that names stay text."""
+
+import json
+import re
+import zlib
+from base64 import b64decode
+
+import numpy as np
+import pytest
+
+import camopt
+from camopt.reporting.report import MOST_CAMS
+
+HOSTILE = "</script><script>alert(1)</script> \"quotes\" 'and' <b>&amp;</b> ünï \u2028"
+
+
+def data_of(page):
+    """The data of the program of a page."""
+    found = re.search(r'<script type="application/json" id="data">(.*?)</script>', page.read_text(encoding="utf-8"))
+    return json.loads(found[1])
+
+
+def inflated(text):
+    return zlib.decompress(b64decode(text))
+
+
+@pytest.fixture(scope="module")
+def swept(tmp_path_factory):
+    """The folder of a small sweep of two laws."""
+    folder = tmp_path_factory.mktemp("swept")
+    search = {
+        "base_radius": {"start": 40, "stop": 80, "step": 5},
+        "offset": [0, 10],
+        "law": ["cycloidal", "harmonic"],
+    }
+    scene = camopt.find_scene("roller-1000rpm").replace(search=search)
+    scene = scene.replace(**{"search.minimise": ["base_radius_mm", "acceleration_max_m_s2"]})
+    return camopt.sweep(scene, out=folder), folder
+
+
+@pytest.mark.parametrize("name", ["two-pauses", "feeder-with-stop", "bucket-valve", "eccentric-rocker"])
+def test_a_page_needs_nothing_from_elsewhere(name, tmp_path):
+    page = camopt.report(name, tmp_path / "cam.html")
+    text = page.read_text(encoding="utf-8")
+    assert not re.findall(r'(?:src|href)="(?!data:)', text)
+    assert "default-src 'none'" in text
+    assert page.stat().st_size < 6e6
+    (cam,) = data_of(page)["cams"]
+    lengths = {len(piece["angle"]) for piece in cam["motion"]["pieces"]}
+    assert len(lengths) >= 1
+    for panel in cam["panels"]:
+        assert [len(v) for v in panel["values"]] == [len(p["angle"]) for p in cam["motion"]["pieces"]], panel[
+            "title"
+        ]
+
+
+def test_the_motion_of_a_page_is_that_of_the_scene(tmp_path):
+    scene = camopt.find_scene("two-pauses")
+    (cam,) = data_of(camopt.report(scene, tmp_path / "cam.html"))["cams"]
+    rise = cam["motion"]["pieces"][0]
+    angle = np.array(rise["angle"]) / 120.0  # harmonic rise of 40 mm in 120°
+    np.testing.assert_allclose(rise["y"], 20.0 * (1.0 - np.cos(np.pi * angle)), atol=1e-5)
+    np.testing.assert_allclose(rise["slope"], 30.0 * np.sin(np.pi * angle), atol=1e-5)
+
+
+def test_names_stay_text(tmp_path):
+    scene = camopt.find_scene("two-pauses").replace(name=HOSTILE.replace("\u2028", ""))
+    text = camopt.report([scene, scene], tmp_path / "cam.html").read_text(encoding="utf-8")
+    assert text.count("<script") == 2
+    assert "<b>" not in text
+    assert "&lt;script&gt;alert(1)&lt;/script&gt;" in text
+
+
+def test_the_same_result_gives_the_same_page(tmp_path):
+    one, other = (camopt.report("two-pauses", tmp_path / f"{k}.html").read_bytes() for k in "ab")
+    assert one == other
+
+
+def test_a_cam_that_cannot_be_made_has_no_files_for_machines(tmp_path):
+    scene = camopt.find_scene("roller-1000rpm")
+    scene = scene.replace(**{"cam.base_radius": 5, "follower.roller_radius": 60, "follower.offset": 10})
+    text = camopt.report(scene, tmp_path / "cam.html").read_text(encoding="utf-8")
+    assert 'download="1000-rpm-roller-cam.toml"' in text
+    assert "image/vnd.dxf" not in text
+    assert "No files for machines" in text
+
+
+def test_the_rows_of_a_sweep_are_those_of_its_tables(swept, tmp_path):
+    result, folder = swept
+    page = data_of(camopt.report(folder, tmp_path / "sweep.html"))
+    table = camopt.load(folder / "designs.parquet")
+    assert page["count"] == len(table) == result.feasible
+    columns = {column["name"]: column for column in page["columns"]}
+    planes = np.frombuffer(inflated(columns["base_radius_mm"]["packed"]), dtype=np.uint8).reshape(4, -1)
+    sizes = np.ascontiguousarray(planes.T).view("<f4")[:, 0]
+    np.testing.assert_allclose(sorted(sizes), sorted(table.base_radius_mm), rtol=1e-6)
+    front = columns["front"]
+    codes = np.frombuffer(inflated(front["packed"]), dtype="<u2")
+    assert np.sum(codes == front["words"].index("yes")) == result.pareto
+    motions = json.loads(inflated(page["motions"]))
+    assert len([motion for motion in motions if motion]) == 2
+    places = np.frombuffer(inflated(page["motion_of"]), dtype="<u2")
+    assert len(places) == page["count"]
+
+
+def test_a_sweep_of_too_many_rows_is_thinned_and_says_so(swept, tmp_path, monkeypatch):
+    monkeypatch.setattr("camopt.reporting.results.MOST_ROWS", 6)
+    page = camopt.report(swept[1], tmp_path / "sweep.html")
+    assert data_of(page)["count"] <= 6
+    assert "evenly taken, and all of the Pareto front" in page.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("what", "told"),
+    [
+        (["two-pauses"] * (MOST_CAMS + 1), "at most 4 cams"),
+        ([], "cams, or tables"),
+        (3.5, "a result of camopt"),
+        ("no-such-scene", "no-such-scene"),
+    ],
+)
+def test_what_no_page_shows_is_refused(what, told, tmp_path):
+    with pytest.raises(camopt.BadInput, match=told):
+        camopt.report(what, tmp_path / "page.html")
+    assert not list(tmp_path.iterdir())
+
+
+def test_cams_and_tables_are_not_mixed(swept, tmp_path):
+    with pytest.raises(camopt.BadInput, match="one or the other"):
+        camopt.report(["two-pauses", swept[1]], tmp_path / "page.html")
+
+
+def test_a_folder_without_a_result_is_refused(tmp_path):
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(camopt.BadInput, match=r"pareto\.parquet"):
+        camopt.report(tmp_path / "empty", tmp_path / "page.html")
