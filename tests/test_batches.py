@@ -1,7 +1,4 @@
-"""Designs from elsewhere: each row is what evaluate says, and other optimisers find the cam that ours proves."""
-
-import re
-from pathlib import Path
+"""Designs from elsewhere: each row is what evaluate says."""
 
 import numpy as np
 import pandas as pd
@@ -10,12 +7,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.depth import times
 
-from camopt import BadInput, evaluate, evaluate_designs, find_scene, optimise, shipped_scenes
+from camopt import BadInput, evaluate, evaluate_designs, find_scene, shipped_scenes
 from camopt.motion import LAWS
 from camopt.problem.problem import resolve, size_keys
 
 SCENE = find_scene("roller-1000rpm")
-README = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
 
 
 def column(key):
@@ -140,15 +136,3 @@ def test_a_size_that_nobody_gives_is_missing():
     with pytest.raises(BadInput, match=r"cam.base_radius: missing"):
         evaluate_designs(scene, {"offset_mm": [3.0]})
     assert len(evaluate_designs(scene, {"base_radius_mm": [50.0, 60.0]})) == 2
-
-
-def test_another_optimiser_finds_the_cam_that_ours_proves():
-    """The example of the README: pymoo asks for a generation at a time."""
-    (example,) = (block for block in re.findall(r"```python\n(.*?)```", README, re.DOTALL) if "pymoo" in block)
-    names: dict[str, object] = {}
-    exec(example, names)
-    scene, (rival,) = names["scene"], names["rival"].F
-    free = scene.replace(search={"law": ["cycloidal"], "offset": {"start": -30, "stop": 30}})
-    proved = optimise(free).best["base_radius_mm"]
-    assert proved <= rival + 1e-9
-    assert rival == pytest.approx(proved, rel=1e-3)

@@ -2,10 +2,10 @@
 
 import json
 import re
-from pathlib import Path
 
 import pandas as pd
 import pytest
+from support.pages import ALL
 
 from camopt import find_scene
 from camopt.cli.main import main
@@ -90,6 +90,5 @@ def test_the_command_writes_spectra(tmp_path, capsys):
 
 
 @pytest.mark.parametrize("table", [Limits, Dynamics, Materials])
-def test_the_readme_names_every_key(table):
-    text = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
-    assert [key for key in table.model_fields if not re.search(rf"\b{key}\b", text)] == []
+def test_the_pages_name_every_key(table):
+    assert [key for key in table.model_fields if not re.search(rf"\b{key}\b", ALL)] == []

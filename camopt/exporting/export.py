@@ -31,7 +31,7 @@ def export(scene: Scene, path: str | os.PathLike[str], **settings: Any) -> Expor
     scene
         A validated scene whose sizes are given.
     path
-        The file; the table of endings and their settings is in the README.
+        The file; the table of endings and their settings is in docs/how-to/write-files.md.
     settings
         Of the kind of file, such as ``chord=0.001`` (mm) and ``curves="arcs"``, ``"spline"`` or ``"polyline"``.
 
