@@ -2,8 +2,8 @@
 
 A question is a ``Scene`` (``find_scene``, ``Scene.from_toml``, ``Scene.from_dict``). ``evaluate`` computes one
 design, ``optimise`` finds the smallest, ``sweep`` evaluates a grid, ``synthesise`` and ``frontier`` compute new
-motion laws, ``fit`` finds the motion of a measured cam, ``certify`` proves limits, ``plot`` draws. ``QUANTITIES``
-lists what can be reported, ``LAWS`` the motion laws.
+motion laws, ``fit`` finds the motion of a measured cam, ``certify`` proves limits, ``plot`` draws, and ``animate``
+shows the cam turning. ``QUANTITIES`` lists what can be reported, ``LAWS`` the motion laws.
 
 Names are imported when they are first used, so that ``import camopt`` takes no time.
 """
@@ -15,6 +15,7 @@ from camopt.version import VERSION as __version__  # noqa: N811
 
 if TYPE_CHECKING:
     from camopt.drawing.accuracy import plot_accuracy
+    from camopt.drawing.animation import Animation, animate
     from camopt.drawing.figures import plot
     from camopt.drawing.fit import plot_fit
     from camopt.drawing.frontier import plot_frontier
@@ -46,6 +47,7 @@ if TYPE_CHECKING:
     from camopt.verdicts.evaluation import Evaluation, evaluate
 
 _HOMES = {
+    "Animation": "drawing.animation",
     "BadInput": "mistakes",
     "Design": "tables.designs",
     "Evaluation": "verdicts.evaluation",
@@ -63,6 +65,7 @@ _HOMES = {
     "UnknownName": "mistakes",
     "Unmet": "mistakes",
     "Unsolved": "mistakes",
+    "animate": "drawing.animation",
     "cam_points": "points.points",
     "certify": "verdicts.certify",
     "evaluate": "verdicts.evaluation",
@@ -92,6 +95,7 @@ _HOMES = {
 __all__ = [
     "LAWS",
     "QUANTITIES",
+    "Animation",
     "BadInput",
     "Design",
     "Evaluation",
@@ -108,6 +112,7 @@ __all__ = [
     "Unmet",
     "Unsolved",
     "__version__",
+    "animate",
     "cam_points",
     "certify",
     "evaluate",

@@ -32,6 +32,8 @@ HEAVY = {
     "shapely",
     "pyarrow",
     "xlsxwriter",
+    "PIL",
+    "imageio_ffmpeg",
     "moocore",
     "joblib",
     "rich",

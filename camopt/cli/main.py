@@ -31,6 +31,7 @@ from camopt.version import VERSION
 
 DEFAULT_SCENE = "roller-1000rpm"
 PICTURES = (".png", ".svg", ".pdf")
+ANIMATIONS = (".gif", ".mp4", ".svg")
 
 
 class Aliased(click.Group):
@@ -258,7 +259,13 @@ def frontier(scene: Any, as_json: bool, quiet: bool, axes: str, points: int, out
 @scene_options
 @outputs_option
 @output_options
-@click.option("--plot", "picture", type=Place(*PICTURES), help="Draw the cam and its diagrams: PNG, SVG, PDF.")
+@click.option(
+    "--plot",
+    "picture",
+    type=Place(*dict.fromkeys((*PICTURES, *ANIMATIONS))),
+    help="Draw the cam and its diagrams: PNG, SVG, PDF; GIF and MP4 are animated.",
+)
+@click.option("--animate", "animation", type=Place(*ANIMATIONS), help="Draw the cam turning: GIF, MP4, SVG.")
 @click.option("--points", type=Place(".csv", ".parquet", ".xlsx"), help="Write points: CSV, Parquet, Excel.")
 @click.option("--cutter-radius", type=float, help="With --points: also the path of a cutter of this radius, mm.")
 @click.option("--step", type=float, help="With --points: degrees between points; 1 by default.")
@@ -272,6 +279,7 @@ def evaluate(
     as_json: bool,
     quiet: bool,
     picture: Path | None,
+    animation: Path | None,
     points: Path | None,
     **spacing: float | None,
 ) -> int:
@@ -283,7 +291,12 @@ def evaluate(
         refuse_without("--points", spacing)
     with terminal.progress(quiet, ""):
         result = run(scene)
-    if picture:
+    still = picture and picture.suffix.lower() in PICTURES
+    for moving in filter(None, (animation, None if still else picture)):
+        from camopt.drawing.animation import animate
+
+        animate(scene, moving)
+    if picture and still:
         from camopt.drawing.figures import plot
 
         plot(scene, picture)
@@ -295,7 +308,7 @@ def evaluate(
     reports.show_evaluation(result, as_json)
     if not quiet:
         terminal.say_unused(scene)
-        terminal.say_written([file for file in (picture, points) if file])
+        terminal.say_written([file for file in (picture, animation, points) if file])
     return _reached(scene, result["relative_half_width"])
 
 

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from camopt.drawing.follower import draw_follower
+from camopt.drawing.follower import Parts, draw_follower
 from camopt.drawing.labels import Label, around
 from camopt.drawing.picture import NAMES, Picture, area, circle, fit, four_digits, line, round_length
 from camopt.drawing.style import COLOURS, FAINT, FILL, INK, MUTED, PITCH, PROFILE, REFERENCE, SMALL, TEXT, TITLE
@@ -18,13 +18,17 @@ UNSEEN = 1e-4  # of the cam: an offset smaller than that is none to the eye
 
 
 def draw_disc(axes: Any, picture: Picture) -> list[Label]:
-    """A disc cam at cam angle 0 with its follower, which is then at its lowest; the labels to settle."""
+    """A disc cam at cam angle 0 with its follower; the labels to settle."""
     pitch = np.concatenate([c.pitch for c in picture.curves])
     size = float(np.abs(pitch).max())
-    _draw_body(axes, picture)
-    labels = [*_draw_strokes(axes, picture), _draw_sense(axes, picture)]
-    parts = [pitch, *_draw_circles(axes, picture, pitch, size), *draw_follower(axes, picture, size)]
-    _frame(axes, np.concatenate(parts))
+    draw_body(axes, picture)
+    labels = [*draw_strokes(axes, picture), _draw_sense(axes, picture)]
+    parts = [
+        pitch,
+        *_draw_circles(axes, picture, pitch, size),
+        *draw_follower(Parts(axes, axes, axes), picture, size),
+    ]
+    frame(axes, np.concatenate(parts))
     return labels
 
 
@@ -36,7 +40,7 @@ def _fan(before: CamCurves, after: CamCurves, radius: float) -> ComplexArray:
     return arc
 
 
-def _draw_body(axes: Any, picture: Picture) -> None:
+def draw_body(axes: Any, picture: Picture) -> None:
     """The profile, coloured by stroke, on the body of the cam: what the follower leaves of it, if undercut."""
     design, pieces = picture.problem.design, picture.curves
     radius = float(design.roller_radius[0])
@@ -106,17 +110,21 @@ def _draw_circles(axes: Any, picture: Picture, pitch: ComplexArray, size: float)
         spans.append(through * np.array([1, 1j, -1, -1j]))
         lowest = min(lowest, -through)
         _mark_pitch_point(axes, picture)
-    shaft = problem.setup.shaft_radius
-    if shaft is not None:
-        circle(axes, shaft, color=INK, lw=1.0, zorder=2.6)
-        area(axes, shaft * np.exp(1j * np.linspace(0, 2 * np.pi, 181)), facecolor="white", zorder=2.2)
-    mark = 0.06 * size
-    line(axes, [-mark, mark], color=INK, lw=0.8, zorder=5)
-    line(axes, [-mark * 1j, mark * 1j], color=INK, lw=0.8, zorder=5)
-    circle(axes, 0.012 * size, color=INK, lw=0.8, zorder=5)
+    draw_centre(axes, picture, size)
     if not problem.setup.angular:
         spans.append(_draw_offset(axes, float(problem.design.offset[0]), lowest, size))
     return spans
+
+
+def draw_centre(axes: Any, picture: Picture, size: float) -> None:
+    """The shaft, and a mark at its centre."""
+    shaft, mark = picture.problem.setup.shaft_radius, 0.06 * size
+    if shaft is not None:
+        circle(axes, shaft, color=INK, lw=1.0, zorder=2.6)
+        area(axes, shaft * np.exp(1j * np.linspace(0, 2 * np.pi, 181)), facecolor="white", zorder=2.2)
+    line(axes, [-mark, mark], color=INK, lw=0.8, zorder=5)
+    line(axes, [-mark * 1j, mark * 1j], color=INK, lw=0.8, zorder=5)
+    circle(axes, 0.012 * size, color=INK, lw=0.8, zorder=5)
 
 
 def _mark_pitch_point(axes: Any, picture: Picture) -> None:
@@ -147,7 +155,7 @@ def _draw_offset(axes: Any, offset: float, lowest: float, size: float) -> Comple
     return ends
 
 
-def _draw_strokes(axes: Any, picture: Picture) -> list[Label]:
+def draw_strokes(axes: Any, picture: Picture) -> list[Label]:
     """Where strokes begin: a ray of the construction; the cam angle there, inside the profile if there is room."""
     problem = picture.problem
     starts = np.array([s.start for s in problem.programme.strokes])
@@ -182,11 +190,12 @@ def _draw_sense(axes: Any, picture: Picture) -> Label:
     return Label(axes, "ω", (beside.real, beside.imag), around(ASIDE, middle + np.pi, 24), style)
 
 
-def _frame(axes: Any, points: ComplexArray) -> None:
-    """Limits round the points, no axes, and a bar of round length for scale."""
+def frame(axes: Any, points: ComplexArray) -> tuple[complex, float]:
+    """Limits round the points, no axes, and a bar of round length for scale; as ``fit`` what was chosen."""
     corner, unit = fit(axes, points, 0.03)
     axes.set_axis_off()
     length = round_length(unit * axes.get_position().width * axes.figure.get_size_inches()[0] / 6)
     line(axes, [corner, corner + length], color=INK, lw=2.5, solid_capstyle="butt", clip_on=False)
     place = corner + 0.07j * unit
     axes.text(place.real, place.imag, f"{length:g} mm", fontsize=TEXT, color=INK, ha="left", va="bottom")
+    return corner, unit

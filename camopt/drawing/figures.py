@@ -28,12 +28,11 @@ def plot(scene: Scene, path: Target = None) -> "Figure":
     """Draw a scene's cam, with its follower and diagrams; to a PNG, SVG or PDF file as well, if a path is given.
 
     Diagrams run over one turn of the cam in deg: displacement, velocity, acceleration and jerk (by time if the
-    scene has an rpm, by cam angle if not), pressure angle (contact on the face, for a face square to the
-    motion), curvature; and of the effects that the scene calls for, and no others: force, torque with its mean, the
-    mass on the elastic train, thrust, contact stress, sliding, wear and film. Peaks carry their exact values; jumps
-    are breaks, impulses arrows. A disc cam is drawn at cam angle 0, the follower at its lowest; the groove of a
-    cylindrical cam is developed. Lengths in mm. The same scene gives the same file, and the file appears only when
-    whole.
+    scene has an rpm, by cam angle if not), pressure angle (contact on the face, for a face square to the motion),
+    curvature; and of the effects that the scene calls for, and no others: force, torque with its mean, the mass on
+    the elastic train, thrust, contact stress, sliding, wear and film. Peaks carry their exact values; jumps are
+    breaks, impulses arrows. A disc cam is drawn at cam angle 0; the groove of a cylindrical cam is developed.
+    Lengths in mm. The same scene gives the same file, and the file appears only when whole.
 
     Parameters
     ----------

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from camopt.drawing.follower import draw_arm
+from camopt.drawing.follower import Parts, draw_arm
 from camopt.drawing.labels import Label
 from camopt.drawing.picture import NAMES, Picture, area, fit, four_digits, line, round_length
 from camopt.drawing.style import BODY, COLOURS, FAINT, FILL, INK, MUTED, PITCH, PROFILE, SMALL, TEXT
@@ -16,25 +16,30 @@ ABOVE = ((0.0, 2.0), (0.0, 11.0), (0.0, 20.0))  # points: of a cam angle above t
 def draw_groove(axes: Any, picture: Picture) -> list[Label]:
     """The developed groove of a cylindrical cam over one turn, the roller at its start; the labels to settle."""
     design = picture.problem.design
-    around, radius = 2 * np.pi * float(design.size[0]), float(design.roller_radius[0])
-    pitch = np.concatenate([c.pitch for c in picture.curves])
-    low, high = float(pitch.imag.min()) - radius, float(pitch.imag.max()) + radius
-    edge = 0.1 * (high - low) + 0.005 * around
-    sheet = np.array([0, around, around + 1j * (high - low + 2 * edge), 1j * (high - low + 2 * edge)])
-    sheet = sheet + 1j * (low - edge)
+    around, (low, high) = 2 * np.pi * float(design.size[0]), sides_of(picture)
+    sheet = np.array([low * 1j, around + low * 1j, around + high * 1j, high * 1j])
     (face,) = axes.fill(sheet.real, sheet.imag, facecolor=FILL, edgecolor=INK, lw=1.0, zorder=1)
-    _draw_channel(axes, picture, around)
+    draw_channel(axes, picture, around)
     for artist in [*axes.patches[1:], *axes.lines]:
         artist.set_clip_path(face)
     labels = _draw_boundaries(axes, picture, sheet)
-    spans = [sheet, *_draw_groove_follower(axes, picture)]
+    spans = [sheet, *draw_groove_follower(Parts(axes, axes, axes), picture)]
     _narrow(axes, np.concatenate(spans))
     fit(axes, np.concatenate(spans), 0.02)
     axes.set(xlabel=f"circumference at R {four_digits(float(design.size[0]))}, mm", ylabel="along its axis, mm")
     axes.spines[:].set_visible(False)
     axes.set_xticks(np.arange(0.0, around, round_length(around / 4)))
-    axes.set_yticks([y for y in axes.get_yticks() if low - edge <= y <= high + edge])
+    axes.set_yticks([y for y in axes.get_yticks() if low <= y <= high])
     return labels
+
+
+def sides_of(picture: Picture) -> tuple[float, float]:
+    """How far the surface of a cylindrical cam is drawn along its axis, mm: beyond all of the groove."""
+    radius, size = float(picture.problem.design.roller_radius[0]), float(picture.problem.design.size[0])
+    pitch = np.concatenate([c.pitch.imag for c in picture.curves])
+    low, high = float(pitch.min()) - radius, float(pitch.max()) + radius
+    edge = 0.1 * (high - low) + 0.01 * np.pi * size
+    return low - edge, high + edge
 
 
 def _narrow(axes: Any, points: ComplexArray) -> None:
@@ -46,14 +51,14 @@ def _narrow(axes: Any, points: ComplexArray) -> None:
     axes.set_position((box.x0 + (box.width - width) / 2, box.y0, width, box.height))
 
 
-def _draw_channel(axes: Any, picture: Picture, around: float) -> None:
+def draw_channel(axes: Any, picture: Picture, around: float) -> None:
     """What the roller sweeps, its flanks coloured by stroke, and the pitch curve; also of the turns beside."""
     radius = float(picture.problem.design.roller_radius[0])
     pitch = np.concatenate([c.pitch for c in picture.curves])
+    turns = np.concatenate([pitch - around, pitch, pitch + around])
     if radius > 0.0:
         from shapely import LineString
 
-        turns = np.concatenate([pitch - around, pitch, pitch + around])
         swept = LineString(np.column_stack([turns.real, turns.imag])).buffer(radius, quad_segs=32)
         for part in getattr(swept, "geoms", [swept]):
             for ring, colour in [(part.exterior, "white"), *((hole, FILL) for hole in part.interiors)]:
@@ -68,7 +73,7 @@ def _draw_channel(axes: Any, picture: Picture, around: float) -> None:
                 line(axes, side + shift, color=COLOURS[kind], lw=width, label=label, zorder=4)
                 label = None
     if radius > 0.0:
-        line(axes, pitch, label="pitch curve", color=PITCH, lw=1.0, ls=(0, (9, 2.5, 1.5, 2.5)), zorder=3)
+        line(axes, turns, label="pitch curve", color=PITCH, lw=1.0, ls=(0, (9, 2.5, 1.5, 2.5)), zorder=3)
 
 
 def _draw_boundaries(axes: Any, picture: Picture, sheet: ComplexArray) -> list[Label]:
@@ -85,23 +90,25 @@ def _draw_boundaries(axes: Any, picture: Picture, sheet: ComplexArray) -> list[L
     return labels
 
 
-def _draw_groove_follower(axes: Any, picture: Picture) -> list[ComplexArray]:
+def draw_groove_follower(parts: Parts, picture: Picture) -> list[ComplexArray]:
     """The roller at the start of the turn, and its arm when it swings; the points they span."""
-    design, angular = picture.problem.design, picture.problem.setup.angular
+    axes, design, angular = parts.follower, picture.problem.design, picture.problem.setup.angular
     start = complex(picture.curves[0].pitch[0])
     radius, spans = float(design.roller_radius[0]), [np.array([start])]
     size = max(picture.problem.programme.lift * (float(design.arm_length[0]) if angular else 1.0), 2 * radius)
     if angular:
         half = picture.problem.programme.lift / 2
         pivot = complex(design.sense * float(design.arm_length[0]) * np.cos(half))
-        draw_arm(axes, pivot, start, 1.5 * size)
+        draw_arm(parts, pivot, start, 1.5 * size)
         spans.append(pivot + 0.1 * size * np.array([-1, 1]))
     else:
-        reach = start - (radius + 0.25 * size)
+        reach = start - (radius + 0.25 * size) - 1j * picture.start
         ends = reach + 1j * picture.problem.programme.lift * np.array([0.0, 1.0])
-        line(axes, ends, color=MUTED, lw=1.0, marker="_", ms=8)
+        line(parts.ground, ends, color=MUTED, lw=1.0, marker="_", ms=8)
         style = {"rotation": 90, "ha": "right", "va": "center", "fontsize": SMALL, "color": MUTED}
-        axes.annotate("travel", (reach.real, ends.imag.mean()), (-4, 0), textcoords="offset points", **style)
+        parts.ground.annotate(
+            "travel", (reach.real, ends.imag.mean()), (-4, 0), textcoords="offset points", **style
+        )
         spans.append(np.array([reach - 0.3 * size]))
     turn = np.exp(1j * np.linspace(0.0, 2 * np.pi, 181))
     if radius > 0.0:

@@ -1,6 +1,8 @@
 """What each diagram shows: values piece by piece, exact peaks, limits, impulses, and what is said about them."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from math import isfinite, pi
 from typing import Any, NamedTuple
 
@@ -20,6 +22,7 @@ SAME = 1e-6  # jumps below this share of the range are none, samples this near t
 CLIP = 4.0  # times the usual pitch curvature: where the diagram of curvature is cut off
 
 Values = list[FloatArray]
+Curve = Callable[[FloatArray], FloatArray]
 
 
 class Mark(NamedTuple):
@@ -60,6 +63,7 @@ class Panel:
     bands: list[tuple[float, float]] = field(default_factory=list)  # from where to where on the axis of values
     marks: list[Mark] = field(default_factory=list)
     quantity: str = ""  # that is an extreme of the values, of a load
+    at: Curve | None = None  # the values at any cam angles, rad, of the diagrams that an animation shows
 
 
 def panels(picture: Picture) -> list[Panel]:
@@ -71,10 +75,12 @@ def panels(picture: Picture) -> list[Panel]:
 def _displacement(picture: Picture) -> Panel:
     angular = picture.problem.setup.angular
     factor = np.degrees(1.0) if angular else 1.0
-    values = [rows[0] * factor for rows in picture.motion]
+    at, values = _derivative_at(picture, 0, factor), [rows[0] * factor for rows in picture.motion]
     lift = picture.problem.programme.lift * factor
     peaks = _peaks(picture, values, {TURN: lift})
-    panel = Panel("Displacement", "deg" if angular else "mm", values, peaks, marks=asked_of(picture, 0, factor))
+    panel = Panel(
+        "Displacement", "deg" if angular else "mm", values, peaks, marks=asked_of(picture, 0, factor), at=at
+    )
     notes = ["squares: asked of moves"] if panel.marks else []
     if any(each.end > each.start for stroke in picture.problem.programme.strokes for each in stroke.through):
         notes = ["squares and bands: asked of moves"]
@@ -107,7 +113,7 @@ def _derivative(picture: Picture, name: str, order: int) -> Panel:
     }
     exact = {kind: picture.values[key] for kind, key in found.items()}
     panel = Panel(name.capitalize(), QUANTITIES[found[RISE]].unit, values, _peaks(picture, values, exact))
-    panel.marks = asked_of(picture, order, factor)
+    panel.marks, panel.at = asked_of(picture, order, factor), _derivative_at(picture, order, factor)
     panel.impulses = [(np.degrees(j.at), j.size * factor) for j in programme.jumps if j.order == order - 1]
     if panel.impulses:
         below = list(DERIVATIVES)[order - 2]
@@ -118,18 +124,24 @@ def _derivative(picture: Picture, name: str, order: int) -> Panel:
     return panel
 
 
+def _derivative_at(picture: Picture, order: int, factor: float) -> Curve:
+    return lambda angles: picture.problem.programme.at(angles)[order] * factor
+
+
 def _pressure(picture: Picture) -> Panel:
     """Signed pressure angle; for a face square to the motion, which has none, the contact on the face."""
     mechanism, design = picture.problem.setup.mechanism, picture.problem.design
     programme, exact = picture.problem.programme, picture.values
     if exact["pressure_angle_max_deg"] == 0.0 and mechanism.reach is not None:
-        reach = picture.curve_values(mechanism.reach(design, programme))
-        peaks = greatest_and_least(picture, reach, "face_reach_max_mm", "face_reach_min_mm")
-        return Panel("Contact on the face", "mm", reach, peaks, note="pressure angle 0 throughout")
-    tangent = picture.curve_values(mechanism.pressure(design, programme))
-    values = [np.degrees(np.arctan(t)) for t in tangent]
+        reach = partial(picture.curve_at, mechanism.reach(design, programme))
+        values = [reach(angles) for angles in picture.pieces]
+        peaks = greatest_and_least(picture, values, "face_reach_max_mm", "face_reach_min_mm")
+        return Panel("Contact on the face", "mm", values, peaks, note="pressure angle 0 throughout", at=reach)
+    tangent = partial(picture.curve_at, mechanism.pressure(design, programme))
+    values = [np.degrees(np.arctan(tangent(angles))) for angles in picture.pieces]
     bounds = {kind: exact[f"pressure_angle_max_{NAMES[kind]}_deg"] for kind in (RISE, RETURN)}
     panel = Panel("Pressure angle", "deg", values, _peaks(picture, values, bounds, "°"))
+    panel.at = lambda angles: np.degrees(np.arctan(tangent(angles)))
     _mark_pitch_point(panel, exact)
     claims = claims_on(picture.problem, mechanism.pressure)
     panel.limits = [(c.strokes, c.bound.degrees) for c in claims if isinstance(c.bound, Tangent)]

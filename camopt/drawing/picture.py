@@ -60,6 +60,11 @@ class Picture:
         return [self.problem.programme.at(angles) for angles in self.pieces]
 
     @cached_property
+    def start(self) -> float:
+        """The displacement at cam angle 0, mm or rad: 0, unless moves go lower."""
+        return float(self.problem.programme.at(np.zeros(1))[0, 0])
+
+    @cached_property
     def values(self) -> dict[str, Any]:
         """The quantities of the effects that the scene calls for, and those of its geometry; exact."""
         setup, design = self.problem.setup, self.problem.design
@@ -86,9 +91,13 @@ class Picture:
 
     def curve_values(self, record: Any) -> list[FloatArray]:
         """One of the mechanism's curves on each piece."""
+        return [self.curve_at(record, angles) for angles in self.pieces]
+
+    def curve_at(self, record: Any, angles: FloatArray) -> FloatArray:
+        """One of the mechanism's curves at cam angles (rad)."""
         with np.errstate(all="ignore"):
-            states = [self.problem.programme.state(angles) for angles in self.pieces]
-            return [np.broadcast_to(curve(record, 0, *state)[0], state[0].shape) for state in states]
+            state = self.problem.programme.state(angles)
+            return np.broadcast_to(curve(record, 0, *state)[0], angles.shape)
 
     @property
     def undercut(self) -> bool:

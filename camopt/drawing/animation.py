@@ -1,0 +1,87 @@
+"""Animations: a cam turning under its follower, with diagrams whose cursors follow it."""
+
+from base64 import b64encode
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from camopt.drawing.bodies import Stage
+from camopt.drawing.canvas import Target, canvas
+from camopt.drawing.frames import ffmpeg, write_gif, write_mp4
+from camopt.drawing.moving_svg import moving_svg
+from camopt.drawing.picture import Picture
+from camopt.drawing.stage import DISC_SIZE, GROOVE_SIZE, set_stage
+from camopt.files import checked_suffix, whole_file
+from camopt.problem.problem import resolve_design
+from camopt.scene.scene import Scene
+
+KINDS = (".svg", ".gif", ".mp4")
+
+
+@dataclass(frozen=True)
+class Animation:
+    """A cam that turns under its follower; a notebook shows it."""
+
+    name: str
+    svg: str = field(repr=False)
+    """An animated SVG file: without scripts, one turn in 4 s."""
+
+    def _repr_html_(self) -> str:
+        image = b64encode(self.svg.encode()).decode()
+        return f'<img src="data:image/svg+xml;base64,{image}" alt="a cam turning under its follower">'
+
+
+def animate(scene: Scene, path: Target = None) -> Animation:
+    """Animate a scene's cam, turning under its follower; to an SVG, GIF or MP4 file as well, if a path is given.
+
+    Beside the cam, to scale, are diagrams of displacement, acceleration and pressure angle, whose cursors show the
+    values at the cam angle; of a cylindrical cam the developed groove moves past the follower. One turn takes 4 s
+    and 100 frames, each computed from the motion itself; between them, an SVG is interpolated. The same scene gives
+    the same SVG or GIF, and the file appears only when whole.
+
+    Parameters
+    ----------
+    scene
+        A scene with sizes of its own.
+    path
+        A file to write as well. SVG: one file without scripts, which browsers animate, and other programs show as
+        it is at cam angle 0. MP4 needs ffmpeg, on the machine or by ``pip install "camopt[video]"``.
+
+    Returns
+    -------
+    Animation
+        Which a notebook shows; ``svg`` is the text of the SVG file.
+
+    Raises
+    ------
+    BadInput
+        If the file's name does not end in .svg, .gif or .mp4, or if there is no ffmpeg for an MP4.
+    OSError
+        If the file cannot be written.
+
+    Examples
+    --------
+    >>> animation = camopt.animate(camopt.find_scene("two-pauses"), "turning.svg")
+    """
+    suffix = None if path is None else checked_suffix(path, "path", KINDS)
+    if suffix == ".mp4":
+        ffmpeg()  # or the trouble is known before the work
+    picture = Picture(resolve_design(scene))
+    with canvas(None, GROOVE_SIZE if picture.problem.setup.mechanism.grooved else DISC_SIZE) as figure:
+        stage = set_stage(figure, picture)
+        animation = Animation(scene.name, moving_svg(stage))
+        if path is not None and suffix is not None:
+            with whole_file(path) as partial:
+                _WRITERS[suffix](animation, stage, partial)
+    return animation
+
+
+def _write_svg(animation: Animation, stage: Stage, file: Path) -> None:
+    file.write_text(animation.svg, encoding="utf-8")
+
+
+_WRITERS: dict[str, Callable[[Animation, Stage, Path], None]] = {
+    ".svg": _write_svg,
+    ".gif": lambda animation, stage, file: write_gif(stage, file),
+    ".mp4": lambda animation, stage, file: write_mp4(stage, file),
+}

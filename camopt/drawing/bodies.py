@@ -1,0 +1,83 @@
+"""What moves in an animation: bodies and cursors, drawn once and then turned or shifted, and texts that change.
+
+A body is drawn on axes of its own, as it is at cam angle 0. Its motion is given at the frames of one turn of the
+cam, which ends with the first frame again.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from camopt.mechanisms.design import ComplexArray
+from camopt.numerics import FloatArray
+
+FRAMES, SECONDS = 100, 4.0  # of one turn; GIF counts the time of a frame in 0.01 s
+ANGLES: FloatArray = np.linspace(0.0, 2 * np.pi, FRAMES + 1)
+"""Cam angles of the frames, rad."""
+
+
+class Turning(NamedTuple):
+    """A body that turns about a fixed point of its axes by angles in rad."""
+
+    axes: Any
+    centre: complex
+    angles: FloatArray
+
+    def moved(self, points: ComplexArray) -> ComplexArray:
+        """Where points of the body are, (points, frames)."""
+        moved: ComplexArray = self.centre + (points[:, None] - self.centre) * np.exp(1j * self.angles)
+        return moved
+
+    def place(self, affine: Any, frame: int) -> None:
+        """Set an affine transform in the units of the axes to a frame."""
+        affine.clear().rotate_around(self.centre.real, self.centre.imag, self.angles[frame])
+
+    def svg_motion(self, units: Any) -> tuple[str, list[str]]:
+        """The kind of an SVG transform and its values, frame by frame; ``units`` maps points of the axes to SVG."""
+        x, y = units(np.array([self.centre]))[0]
+        return "rotate", [f"{_short(-angle)} {_short(x)} {_short(y)}" for angle in np.degrees(self.angles)]
+
+
+class Shifting(NamedTuple):
+    """A body that shifts, without turning, in the units of its axes."""
+
+    axes: Any
+    shifts: Any
+    """(frames,), complex"""
+
+    def moved(self, points: ComplexArray) -> ComplexArray:
+        """Where points of the body are, (points, frames)."""
+        moved: ComplexArray = points[:, None] + self.shifts
+        return moved
+
+    def place(self, affine: Any, frame: int) -> None:
+        """Set an affine transform in the units of the axes to a frame."""
+        affine.clear().translate(self.shifts[frame].real, self.shifts[frame].imag)
+
+    def svg_motion(self, units: Any) -> tuple[str, list[str]]:
+        """The kind of an SVG transform and its values, frame by frame; ``units`` maps points of the axes to SVG."""
+        (origin,), places = units(np.zeros(1, dtype=complex)), units(self.shifts)
+        return "translate", [f"{_short(x)} {_short(y)}" for x, y in places - origin]
+
+
+Body = Turning | Shifting
+
+
+class Reading(NamedTuple):
+    """A text that says another value in each frame."""
+
+    text: Any
+    values: list[str]
+
+
+class Stage(NamedTuple):
+    """A figure with all that moves on it, the lowest first."""
+
+    figure: Any
+    bodies: list[Body]
+    readings: list[Reading]
+
+
+def _short(number: float) -> str:
+    """A number in six digits: a thousandth of a point or of a degree."""
+    return f"{number:.6g}"

@@ -1,0 +1,133 @@
+"""An animation as one SVG file without a script: the drawing at cam angle 0, with SMIL elements that move it.
+
+Browsers turn it; programs that know no SMIL show the first frame.
+"""
+
+from collections.abc import Callable
+from io import StringIO
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+
+from camopt.drawing.bodies import FRAMES, SECONDS, Body, Reading, Stage
+from camopt.mechanisms.design import ComplexArray
+from camopt.numerics import FloatArray
+
+NAMESPACE = "http://www.w3.org/2000/svg"
+POINTS = 72.0  # of an inch; the unit of the file
+BEYOND = 2.0  # widths of the page on each side, where lines are drawn too: they may come onto it
+ABOVE, BELOW, BEFORE, STEP = 9.0, 3.0, 120.0, 24.0  # points: of what is seen of a column of texts; between them
+
+Element = ElementTree.Element
+
+
+def moving_svg(stage: Stage) -> str:
+    """The text of the file."""
+    for place, body in enumerate(stage.bodies):
+        body.axes.set_gid(f"body-{place}")
+    for place, reading in enumerate(stage.readings):
+        reading.text.set_gid(f"reading-{place}")
+    root = _drawn(stage.figure)
+    groups = {group.get("id"): group for group in root.iter(f"{{{NAMESPACE}}}g")}
+    for place, body in enumerate(stage.bodies):
+        _move(groups[f"body-{place}"], body, stage.figure)
+    for place, reading in enumerate(stage.readings):
+        _change(groups[f"reading-{place}"], reading)
+    return ElementTree.tostring(root, encoding="unicode")
+
+
+def _drawn(figure: Any) -> Element:
+    """The picture without motion. matplotlib leaves out what is off the page, so that it gets a wide one."""
+    from matplotlib.transforms import Bbox
+
+    width, height = figure.get_size_inches()
+    wide = Bbox.from_bounds(-BEYOND * width, 0.0, (1.0 + 2.0 * BEYOND) * width, height)
+    file = StringIO()
+    figure.savefig(file, format="svg", metadata={"Date": None}, bbox_inches=wide)
+    ElementTree.register_namespace("", NAMESPACE)
+    ElementTree.register_namespace("xlink", "http://www.w3.org/1999/xlink")
+    root = ElementTree.fromstring(file.getvalue())
+    width, height = width * POINTS, height * POINTS
+    root.set("viewBox", f"{BEYOND * width:g} 0 {width:g} {height:g}")
+    root.set("width", f"{width:g}pt")
+    root.set("height", f"{height:g}pt")
+    return root
+
+
+def _move(group: Element, body: Body, figure: Any) -> None:
+    """Let a group move; if its elements are clipped, by a window that stays."""
+    kind, values = body.svg_motion(_units(body.axes, figure))
+    if len(set(values)) == 1:
+        return
+    clipped = [element for element in group.iter() if element.attrib.pop("clip-path", None)]
+    moving = _inside(group, "g")
+    _animate(moving, kind, values, "linear")
+    if clipped:
+        _clip(group, _window(body.axes, figure))
+
+
+def _change(group: Element, reading: Reading) -> None:
+    """One text after the other, as a column that jumps past a window of one line."""
+    (first,) = group.iter(f"{{{NAMESPACE}}}text")
+    x, y = (float(first.get(key, "0")) for key in "xy")
+    column = _inside(group, "g")
+    first.attrib.pop("transform", None)
+    for place, words in enumerate(reading.values[1:FRAMES], start=1):
+        text = ElementTree.SubElement(column, f"{{{NAMESPACE}}}text", first.attrib)
+        text.set("y", f"{y + place * STEP:.6g}")
+        text.text = words
+    _animate(column, "translate", [f"0 {-place * STEP:.6g}" for place in range(FRAMES)], "discrete")
+    _clip(group, (x - BEFORE, y - ABOVE, BEFORE, ABOVE + BELOW))
+
+
+def _inside(group: Element, tag: str) -> Element:
+    """A new element that takes all that is in a group."""
+    within = list(group)
+    for element in within:
+        group.remove(element)
+    moved = ElementTree.SubElement(group, f"{{{NAMESPACE}}}{tag}")
+    moved.extend(within)
+    return moved
+
+
+def _animate(element: Element, kind: str, values: list[str], mode: str) -> None:
+    """Animate the transform of an element over one turn, again and again."""
+    ElementTree.SubElement(
+        element,
+        f"{{{NAMESPACE}}}animateTransform",
+        attributeName="transform",
+        type=kind,
+        values=";".join(values),
+        calcMode=mode,
+        dur=f"{SECONDS:g}s",
+        repeatCount="indefinite",
+    )
+
+
+def _clip(group: Element, window: tuple[float, float, float, float]) -> None:
+    """Show of a group what is within a rectangle: left, top, width, height."""
+    name = f"{group.get('id')}-window"
+    clip = ElementTree.Element(f"{{{NAMESPACE}}}clipPath", id=name)
+    sides = dict(zip(("x", "y", "width", "height"), (f"{side:.6g}" for side in window), strict=True))
+    ElementTree.SubElement(clip, f"{{{NAMESPACE}}}rect", sides)
+    group.insert(0, clip)
+    group.set("clip-path", f"url(#{name})")
+
+
+def _window(axes: Any, figure: Any) -> tuple[float, float, float, float]:
+    """The box of axes in the file: left, top, width, height in points."""
+    box, (width, height) = axes.get_position(), figure.get_size_inches() * POINTS
+    return (BEYOND + box.x0) * width, (1.0 - box.y1) * height, box.width * width, box.height * height
+
+
+def _units(axes: Any, figure: Any) -> Callable[[ComplexArray], FloatArray]:
+    """From points of axes to places in the file, (n, 2), in points."""
+    left, top, width, height = _window(axes, figure)
+    (x0, x1), (y0, y1) = axes.get_xlim(), axes.get_ylim()
+
+    def places(points: ComplexArray) -> FloatArray:
+        across, up = (points.real - x0) / (x1 - x0), (points.imag - y0) / (y1 - y0)
+        return np.column_stack([left + across * width, top + (1.0 - up) * height])
+
+    return places

@@ -1,0 +1,154 @@
+"""What an animation shows: the cam turning under its follower, to scale, beside diagrams with cursors.
+
+A disc cam turns in its sense of rotation; of a cylindrical cam the developed surface moves past the follower.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from camopt.drawing import diagrams
+from camopt.drawing.bodies import ANGLES, Body, Reading, Shifting, Stage, Turning
+from camopt.drawing.cam import draw_body, draw_centre, draw_strokes, frame
+from camopt.drawing.figures import sizes_of
+from camopt.drawing.follower import Parts, draw_follower
+from camopt.drawing.groove import draw_channel, draw_groove_follower, sides_of
+from camopt.drawing.labels import settle
+from camopt.drawing.panels import SAME, Panel, panels
+from camopt.drawing.picture import Picture, area, circle, four_digits, line
+from camopt.drawing.style import FAINT, FILL, INK, MUTED, SMALL, TEXT, TITLE
+from camopt.mechanisms.design import ComplexArray
+
+SHOWN = (0, 2, 4)  # displacement, acceleration, pressure angle, of the six diagrams of a design
+DISC_SIZE, GROOVE_SIZE = (9.0, 5.4), (9.0, 6.0)  # inches
+CAM, PANELS = (0.02, 0.05, 0.47, 0.82), [(0.57, 0.69 - 0.285 * k, 0.4, 0.165) for k in range(3)]
+GROOVE, BELOW = (0.03, 0.42, 0.94, 0.42), [(0.06 + 0.32 * k, 0.1, 0.26, 0.2) for k in range(3)]
+"""Where things are, in shares of the figure: left, bottom, width, height."""
+
+
+def set_stage(figure: Any, picture: Picture) -> Stage:
+    """Draw a design on an empty figure, as it is at cam angle 0."""
+    grooved = picture.problem.setup.mechanism.grooved
+    name = picture.problem.scene.name
+    figure.text(0.03, 0.955, name if len(name) <= 70 else f"{name[:69]}…", fontsize=TITLE, fontweight="bold")
+    figure.text(0.03, 0.918, sizes_of(picture), fontsize=SMALL, color=MUTED)
+    bodies = (_groove if grooved else _disc)(figure, picture)
+    cursors, readings = _diagrams(figure, picture, BELOW if grooved else PANELS)
+    for body in (*bodies, *cursors):
+        body.axes.set_axis_off()
+    return Stage(figure, [*bodies, *cursors], readings)
+
+
+def _disc(figure: Any, picture: Picture) -> list[Body]:
+    problem, size = picture.problem, float(max(np.abs(c.pitch).max() for c in picture.curves))
+    ground, cam, follower, contact = (figure.add_axes(CAM) for _ in range(4))
+    draw_body(cam, picture)
+    circle(cam, float(problem.design.size[0]), color=MUTED, lw=0.8, zorder=2.5)
+    draw_centre(cam, picture, size)
+    draw_strokes(cam, picture)  # their angles, which would stand on their heads, are left out
+    spans = draw_follower(Parts(follower, ground, contact), picture, size)
+    body = _with_the_follower(follower, picture)
+    moved = [body.moved(span).ravel() for span in spans]
+    frame(ground, np.concatenate([size * np.array([1, 1j, -1, -1j]), *moved]))
+    for axes in (cam, follower, contact):
+        axes.set(xlim=ground.get_xlim(), ylim=ground.get_ylim())
+    turning = Turning(cam, 0.0, problem.design.sense * ANGLES)
+    return [_still(ground), turning, body, Shifting(contact, _contacts(picture))]
+
+
+def _groove(figure: Any, picture: Picture) -> list[Body]:
+    """The groove within a window of one turn, the follower in its middle."""
+    size, (low, high) = float(picture.problem.design.size[0]), sides_of(picture)
+    half, around = np.pi * size, 2 * np.pi * size
+    surface, ground, follower = (figure.add_axes(GROOVE) for _ in range(3))
+    spans = draw_groove_follower(Parts(follower, ground, ground), picture)
+    body = _with_the_follower(follower, picture)
+    window = np.array([-half + 1j * low, half + 1j * high])
+    corner, unit = frame(ground, np.concatenate([window, *(body.moved(span).ravel() for span in spans)]))
+    follower.set(xlim=ground.get_xlim(), ylim=ground.get_ylim())
+    line(ground, _rectangle(-half, half, low, high), color=INK, lw=1.0)
+    (left, width), (bottom, height) = (
+        ((values[0] - start) / unit / inches, np.ptp(values) / unit / inches)
+        for values, start, inches in zip(
+            (window.real, window.imag), (corner.real, corner.imag), figure.get_size_inches(), strict=True
+        )
+    )
+    surface.set_position((GROOVE[0] + left, GROOVE[1] + bottom, width, height))
+    surface.set(xlim=(-half, half), ylim=(low, high))
+    area(surface, _rectangle(-around, 2 * around, low, high), facecolor=FILL, lw=0, zorder=1)
+    draw_channel(surface, picture, around)
+    for stroke in picture.problem.programme.strokes:
+        for turn in (-around, 0.0, around):
+            ends = size * stroke.start + turn + 1j * np.array([low, high])
+            line(surface, ends, color=FAINT, lw=0.7, zorder=1.5)
+    return [Shifting(surface, -size * ANGLES + 0j), _still(ground), body]
+
+
+def _rectangle(left: float, right: float, low: float, high: float) -> list[complex]:
+    return [complex(x, y) for x, y in ((left, low), (right, low), (right, high), (left, high), (left, low))]
+
+
+def _still(axes: Any) -> Shifting:
+    """What stays where it is, above other bodies."""
+    return Shifting(axes, np.zeros(ANGLES.size, dtype=complex))
+
+
+def _with_the_follower(axes: Any, picture: Picture) -> Body:
+    """Along its guide, or about its pivot."""
+    problem, design = picture.problem, picture.problem.design
+    rise = problem.programme.at(ANGLES % (2 * np.pi))[0] - picture.start
+    if not problem.setup.angular:
+        return Shifting(axes, 1j * rise)
+    if problem.setup.mechanism.grooved:
+        pivot = design.sense * float(design.arm_length[0]) * np.cos(problem.programme.lift / 2)
+        return Turning(axes, complex(pivot), -design.sense * rise)
+    return Turning(axes, complex(design.centre_distance[0]), -rise)
+
+
+def _contacts(picture: Picture) -> ComplexArray:
+    """How far the point where the follower touches a disc cam is from where it is at cam angle 0."""
+    problem = picture.problem
+    travel = problem.setup.mechanism.travel(problem.design, problem.programme, ANGLES % (2 * np.pi))
+    contact = travel.trace - problem.design.roller_radius[0] * travel.normal
+    return np.asarray(contact - contact[0])
+
+
+def _diagrams(figure: Any, picture: Picture, boxes: Any) -> tuple[list[Body], list[Reading]]:
+    """Diagrams with cursors, and what they read; and the cam angle."""
+    every = panels(picture)
+    shown, axes = [every[k] for k in SHOWN], [figure.add_axes(box) for box in boxes]
+    labels = diagrams.draw(axes, picture, shown, (), range(len(shown)))
+    bodies: list[Body] = []
+    place = {"ha": "right", "fontsize": TEXT, "color": INK}
+    angles = [f"cam angle {angle:.1f}°" for angle in np.degrees(ANGLES)]
+    readings = [Reading(figure.text(boxes[-1][0] + boxes[-1][2], 0.02, angles[0], **place), angles)]
+    for each, panel in zip(axes, shown, strict=True):
+        each.set(xticks=range(0, 361, 90))
+        each.set_title("", loc="right")
+        cursors, reading = _cursor(figure, each, panel)
+        bodies += cursors
+        readings.append(reading)
+    settle(figure, labels)
+    return bodies, readings
+
+
+def _cursor(figure: Any, axes: Any, panel: Panel) -> tuple[list[Body], Reading]:
+    """A line at the cam angle and a dot at the value there, above a diagram; what it reads."""
+    assert panel.at is not None
+    factor, _ = diagrams.in_powers(panel.values, panel.unit)
+    values = panel.at(ANGLES % (2 * np.pi)) * factor
+    line_axes, dot_axes = (figure.add_axes(axes.get_position()) for _ in range(2))
+    for each in (line_axes, dot_axes):
+        each.set(xlim=axes.get_xlim(), ylim=axes.get_ylim())
+    line(line_axes, 1j * np.array(axes.get_ylim()), color=INK, lw=0.8, clip_on=False)
+    line(dot_axes, [1j * values[0]], marker="o", ms=5, color=INK, mec="white", clip_on=False)
+    degrees = np.degrees(ANGLES)
+    values[np.abs(values) < SAME * np.abs(values).max()] = 0.0
+    words = [four_digits(value) for value in values]
+    style = {"ha": "right", "va": "bottom", "fontsize": TEXT, "color": INK, "transform": axes.transAxes}
+    text = axes.text(1.0, 1.03, words[0], fontweight="bold", **style)
+    bodies: list[Body] = [
+        Shifting(line_axes, degrees + 0j),
+        Shifting(dot_axes, degrees + 1j * (values - values[0])),
+    ]
+    return bodies, Reading(text, words)
