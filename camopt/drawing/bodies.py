@@ -22,6 +22,8 @@ class Turning(NamedTuple):
     axes: Any
     centre: complex
     angles: FloatArray
+    windowed: bool = False
+    """Whether it is seen within its axes alone."""
 
     def moved(self, points: ComplexArray) -> ComplexArray:
         """Where points of the body are, (points, frames)."""
@@ -44,6 +46,8 @@ class Shifting(NamedTuple):
     axes: Any
     shifts: Any
     """(frames,), complex"""
+    windowed: bool = False
+    """Whether it is seen within its axes alone."""
 
     def moved(self, points: ComplexArray) -> ComplexArray:
         """Where points of the body are, (points, frames)."""
@@ -61,6 +65,11 @@ class Shifting(NamedTuple):
 
 
 Body = Turning | Shifting
+
+
+def artists_of(body: Body) -> list[Any]:
+    """What a body is drawn of."""
+    return [*body.axes.lines, *body.axes.patches, *body.axes.collections]
 
 
 class Reading(NamedTuple):

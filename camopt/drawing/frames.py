@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from camopt.drawing.bodies import FRAMES, SECONDS, Stage
+from camopt.drawing.bodies import FRAMES, SECONDS, Stage, artists_of
 from camopt.mistakes import BadInput, Mistake
 
 DPI = 100
@@ -26,10 +26,10 @@ def frames(stage: Stage) -> Iterator[Image]:
     figure, placed = stage.figure, [(body, Affine2D()) for body in stage.bodies]
     figure.set_dpi(DPI)
     for body, affine in placed:
-        axes = body.axes
-        axes.set_visible(False)
-        for artist in (*axes.lines, *axes.patches, *axes.collections):
-            artist.set_transform(affine + axes.transData)
+        body.axes.set_visible(False)
+        for artist in artists_of(body):
+            artist.set_clip_on(body.windowed)
+            artist.set_transform(affine + body.axes.transData)
     for reading in stage.readings:
         reading.text.set_visible(False)
     canvas = figure.canvas

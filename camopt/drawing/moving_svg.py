@@ -31,7 +31,10 @@ def moving_svg(stage: Stage) -> str:
     root = _drawn(stage.figure)
     groups = {group.get("id"): group for group in root.iter(f"{{{NAMESPACE}}}g")}
     for place, body in enumerate(stage.bodies):
-        _move(groups[f"body-{place}"], body, stage.figure)
+        group = groups[f"body-{place}"]
+        _move(group, body, stage.figure)
+        if body.windowed:
+            _clip(group, _window(body.axes, stage.figure))
     for place, reading in enumerate(stage.readings):
         _change(groups[f"reading-{place}"], reading)
     return ElementTree.tostring(root, encoding="unicode")
@@ -56,22 +59,17 @@ def _drawn(figure: Any) -> Element:
 
 
 def _move(group: Element, body: Body, figure: Any) -> None:
-    """Let a group move; if its elements are clipped, by a window that stays."""
+    """Let all that is in a group move, unless it stays where it is."""
     kind, values = body.svg_motion(_units(body.axes, figure))
-    if len(set(values)) == 1:
-        return
-    clipped = [element for element in group.iter() if element.attrib.pop("clip-path", None)]
-    moving = _inside(group, "g")
-    _animate(moving, kind, values, "linear")
-    if clipped:
-        _clip(group, _window(body.axes, figure))
+    if len(set(values)) > 1:
+        _animate(_inside(group), kind, values, "linear")
 
 
 def _change(group: Element, reading: Reading) -> None:
     """One text after the other, as a column that jumps past a window of one line."""
     (first,) = group.iter(f"{{{NAMESPACE}}}text")
     x, y = (float(first.get(key, "0")) for key in "xy")
-    column = _inside(group, "g")
+    column = _inside(group)
     first.attrib.pop("transform", None)
     for place, words in enumerate(reading.values[1:FRAMES], start=1):
         text = ElementTree.SubElement(column, f"{{{NAMESPACE}}}text", first.attrib)
@@ -81,12 +79,12 @@ def _change(group: Element, reading: Reading) -> None:
     _clip(group, (x - BEFORE, y - ABOVE, BEFORE, ABOVE + BELOW))
 
 
-def _inside(group: Element, tag: str) -> Element:
+def _inside(group: Element) -> Element:
     """A new element that takes all that is in a group."""
     within = list(group)
     for element in within:
         group.remove(element)
-    moved = ElementTree.SubElement(group, f"{{{NAMESPACE}}}{tag}")
+    moved = ElementTree.SubElement(group, f"{{{NAMESPACE}}}g")
     moved.extend(within)
     return moved
 

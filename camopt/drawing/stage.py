@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from camopt.drawing import diagrams
-from camopt.drawing.bodies import ANGLES, Body, Reading, Shifting, Stage, Turning
+from camopt.drawing.bodies import ANGLES, Body, Reading, Shifting, Stage, Turning, artists_of
 from camopt.drawing.cam import draw_body, draw_centre, draw_strokes, frame
 from camopt.drawing.figures import sizes_of
 from camopt.drawing.follower import Parts, draw_follower
@@ -28,11 +28,17 @@ GROOVE, BELOW = (0.03, 0.42, 0.94, 0.42), [(0.06 + 0.32 * k, 0.1, 0.26, 0.2) for
 
 def set_stage(figure: Any, picture: Picture) -> Stage:
     """Draw a design on an empty figure, as it is at cam angle 0."""
+    from matplotlib.transforms import Affine2D
+
     grooved = picture.problem.setup.mechanism.grooved
     name = picture.problem.scene.name
     figure.text(0.03, 0.955, name if len(name) <= 70 else f"{name[:69]}…", fontsize=TITLE, fontweight="bold")
     figure.text(0.03, 0.918, sizes_of(picture), fontsize=SMALL, color=MUTED)
     bodies = (_groove if grooved else _disc)(figure, picture)
+    for body in bodies:
+        for artist in artists_of(body):
+            artist.set_clip_on(False)
+            artist.set_transform(Affine2D() + body.axes.transData)  # or what is off the axes now is left out
     cursors, readings = _diagrams(figure, picture, BELOW if grooved else PANELS)
     for body in (*bodies, *cursors):
         body.axes.set_axis_off()
@@ -81,7 +87,7 @@ def _groove(figure: Any, picture: Picture) -> list[Body]:
         for turn in (-around, 0.0, around):
             ends = size * stroke.start + turn + 1j * np.array([low, high])
             line(surface, ends, color=FAINT, lw=0.7, zorder=1.5)
-    return [Shifting(surface, -size * ANGLES + 0j), _still(ground), body]
+    return [Shifting(surface, -size * ANGLES + 0j, windowed=True), _still(ground), body]
 
 
 def _rectangle(left: float, right: float, low: float, high: float) -> list[complex]:
