@@ -10,7 +10,7 @@ import numpy as np
 from camopt.drawing import diagrams
 from camopt.drawing.bodies import ANGLES, Body, Reading, Shifting, Stage, Turning, artists_of
 from camopt.drawing.cam import draw_body, draw_centre, draw_strokes, frame
-from camopt.drawing.figures import sizes_of
+from camopt.drawing.figures import sizes_in_words
 from camopt.drawing.follower import Parts, draw_follower
 from camopt.drawing.groove import draw_channel, draw_groove_follower, sides_of
 from camopt.drawing.labels import settle
@@ -33,7 +33,7 @@ def set_stage(figure: Any, picture: Picture) -> Stage:
     grooved = picture.problem.setup.mechanism.grooved
     name = picture.problem.scene.name
     figure.text(0.03, 0.955, name if len(name) <= 70 else f"{name[:69]}…", fontsize=TITLE, fontweight="bold")
-    figure.text(0.03, 0.918, sizes_of(picture), fontsize=SMALL, color=MUTED)
+    figure.text(0.03, 0.918, sizes_in_words(picture), fontsize=SMALL, color=MUTED)
     bodies = (_groove if grooved else _disc)(figure, picture)
     for body in bodies:
         for artist in artists_of(body):
