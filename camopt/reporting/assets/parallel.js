@@ -1,11 +1,12 @@
 // Parallel coordinates: an axis for each column, a line for each design; drag along an axis to filter.
 
+const AXIS = 84; // px: an axis with its title needs so much
 const MOST_LINES = 2500; // no eye tells more apart; the front is always whole
 
 class Parallel {
   constructor(box, note, rows, names) {
     Object.assign(this, { rows, box, note });
-    this.axes = names.map((name) => rows.column(name));
+    this.every = names.map((name) => rows.column(name));
     this.canvas = htmlElement(box, "canvas", { role: "img", "aria-label": "Parallel coordinates of all designs; the filters of the table below do the same as brushing here" });
     new ResizeObserver(() => this.draw()).observe(box);
     addEventListener("themechange", () => this.draw());
@@ -31,6 +32,7 @@ class Parallel {
     const { width, height } = this.box.getBoundingClientRect(), scale = devicePixelRatio || 1;
     if (!width) return;
     [this.width, this.height] = [width, height];
+    this.axes = this.every.slice(0, Math.max(2, Math.floor(width / AXIS)));
     this.canvas.width = width * scale;
     this.canvas.height = height * scale;
     const pen = this.canvas.getContext("2d"), colours = palette();

@@ -1,0 +1,285 @@
+"""The pages in a real browser: what turns, filters, sorts and prints, and that nothing is asked of a network."""
+
+import re
+
+import numpy as np
+import pymupdf
+import pytest
+from support.browser import box_of, drag, opened, running_browser, watched_page
+
+import camopt
+from camopt.drawing.picture import Picture
+from camopt.problem.problem import resolve_design
+from camopt.synthesis.files import write_frontier
+
+SCENES = (
+    *("two-pauses", "flat-reciprocating", "knife-900rpm-offset", "rocker-valve", "feeder-with-stop"),
+    *("eccentric-rocker", "bucket-valve"),
+)
+PHONE = {"viewport": {"width": 390, "height": 800}, "has_touch": True, "is_mobile": True}
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with running_browser() as found:
+        yield found
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("pages")
+
+
+@pytest.fixture(scope="module")
+def swept(folder):
+    """The folder of a sweep of a few hundred designs, and its page."""
+    search = {
+        "base_radius": {"start": 30, "stop": 100, "step": 2},
+        "offset": {"start": -5, "stop": 15, "step": 5},
+        "law": ["cycloidal", "harmonic", "parabolic"],
+        "minimise": ["base_radius_mm", "acceleration_max_m_s2", "pressure_angle_max_deg"],
+    }
+    camopt.sweep(camopt.find_scene("roller-1000rpm").replace(search=search), out=folder / "swept", keep="all")
+    return folder / "swept", camopt.report(folder / "swept", folder / "swept.html")
+
+
+def mechanisms():
+    """A scene of each mechanism and contact, those of no shipped scene made of others."""
+    found = {name: camopt.find_scene(name) for name in SCENES}
+    swinging = camopt.find_scene("oscillating-roller").to_dict()
+    swinging["follower"] = {**swinging["follower"], "contact": "flat", "centre_distance": 80.0, "face_offset": 5.0}
+    for key in ("roller_radius", "arm_length"):
+        swinging["follower"].pop(key, None)
+    cylinder = camopt.find_scene("oscillating-roller").to_dict()
+    cylinder["cam"] = {"form": "cylindrical", "mean_radius": 60.0}
+    cylinder["follower"] = {"motion": "oscillating", "contact": "roller", "roller_radius": 6.0, "arm_length": 70.0}
+    two = camopt.find_scene("two-pauses").to_dict()
+    two["follower"] = {"motion": "translating", "contact": "spherical", "face_radius": 30.0}
+    for name, data in (("swinging face", swinging), ("swinging in a groove", cylinder), ("spherical", two)):
+        found[name] = camopt.Scene.from_dict({**data, "limits": {}, "search": {}, "name": name})
+    return found
+
+
+@pytest.fixture(scope="module")
+def page_of_all(browser, folder):
+    """One browser window for the cams of all mechanisms: (name, scene, page) by name."""
+    with watched_page(browser) as page:
+        yield page
+
+
+@pytest.mark.parametrize("name", mechanisms())
+def test_the_page_draws_the_curves_of_the_cam(name, page_of_all, folder, monkeypatch):
+    """The formulas of the page against those of the mechanisms: pitch curve and profile, at every sample."""
+    monkeypatch.setattr("camopt.reporting.cams.downloads_of", lambda scene, stem: ([], ""))
+    scene, page = mechanisms()[name], page_of_all
+    opened(page, camopt.report(scene, folder / "cam.html"))
+    drawn = page.evaluate("curvesOf(data.cams[0]).map(({pitch, profile, flank}) => ({pitch, profile, flank}))")
+    picture = Picture(resolve_design(scene))
+    size = max(np.abs(curves.pitch).max() for curves in picture.curves)
+    for found, curves in zip(drawn, picture.curves, strict=True):
+        pitch = np.array(found["pitch"]) @ [1, 1j]
+        profiles = [np.array(found[side]) @ [1, 1j] for side in ("profile", "flank")]
+        assert np.abs(pitch - curves.pitch).max() < 1e-5 * size
+        for side, expected in zip(profiles, curves.profile, strict=False):
+            assert np.abs(side - expected).max() < 1e-5 * size
+
+
+GAP = """() => {
+  const cam = data.cams[0], roller = document.querySelector(".roller"), body = document.querySelector("g.body");
+  const to = body.parentNode.getScreenCTM().inverse();
+  const at = (node, x, y) => new DOMPoint(x, y).matrixTransform(to.multiply(node.getScreenCTM()));
+  const centre = at(roller, Number(roller.getAttribute("cx")), Number(roller.getAttribute("cy")));
+  const profile = curvesOf(cam).flatMap((each) => each.profile).map(([x, y]) => at(body, x, y));
+  return Math.min(...profile.map((p) => Math.hypot(p.x - centre.x, p.y - centre.y))) - cam.sizes.roller_radius;
+}"""
+"""The distance of the drawn roller from the drawn cam, both as they are moved, mm."""
+
+
+@pytest.mark.parametrize("name", ["two-pauses", "rocker-valve"])
+def test_the_follower_touches_the_cam_as_it_turns(name, page_of_all, folder):
+    """At every cam angle the follower's own shape, moved, is where the turned cam has its trace point."""
+    page = page_of_all
+    opened(page, camopt.report(name, folder / "cam.html"))
+    for angle in (0.0, 33.5, 200.0, 359.0):
+        page.evaluate(f"camopt.player.go({angle})")
+        gap = page.evaluate(GAP)
+        assert abs(gap) < 1e-3, angle
+
+
+def test_playing_turns_the_cam_and_moves_every_cursor(browser, folder):
+    with watched_page(browser) as page:
+        opened(page, camopt.report("two-pauses", folder / "play.html"))
+        before = page.locator("g.body").get_attribute("transform")
+        page.click("button.play")
+        assert page.locator("button.play").get_attribute("aria-pressed") == "true"
+        for _ in range(100):
+            page.wait_for_timeout(20)
+            if page.evaluate("camopt.player.angle") > 5:
+                break
+        page.click("button.play")
+        angle = page.evaluate("camopt.player.angle")
+        assert angle > 5
+        assert page.locator("g.body").get_attribute("transform") != before
+        places = page.eval_on_selector_all(
+            ".diagram .cursor", "all => all.map((each) => Number(each.getAttribute('x1')))"
+        )
+        assert len(places) == 6
+        assert len({round(place, 3) for place in places}) == 1
+        page.wait_for_timeout(100)
+        assert page.evaluate("camopt.player.angle") == angle
+
+
+def test_slider_keys_and_dragging_set_the_cam_angle(browser, folder):
+    with watched_page(browser) as page:
+        opened(page, camopt.report("two-pauses", folder / "drag.html"))
+        page.focus("input[type=range]")
+        for _ in range(4):
+            page.keyboard.press("ArrowRight")
+        assert page.evaluate("camopt.player.angle") == 2.0
+        box = box_of(page, ".diagram svg")
+        page.mouse.click(box["x"] + 52 + (box["width"] - 62) / 3, box["y"] + 60)
+        assert page.evaluate("camopt.player.angle") == pytest.approx(120.0, abs=0.5)
+        read = page.locator(".diagram output").first.text_content()
+        assert float(read) == pytest.approx(40.0, abs=0.01)
+        svg = box_of(page, "svg.cam")
+        right, middle = svg["x"] + svg["width"] / 2 + 60, svg["y"] + svg["height"] / 2
+        drag(page, (right, middle + 40), (right, middle + 90))
+        assert page.evaluate("camopt.player.angle") != pytest.approx(120.0, abs=0.5)
+
+
+def test_two_cams_share_scale_and_diagrams(browser, folder):
+    with watched_page(browser) as page:
+        names = ["knife-900rpm-radial", "knife-900rpm-offset"]
+        opened(page, camopt.report(names, folder / "two.html"))
+        boxes = page.eval_on_selector_all("svg.cam", "all => all.map((each) => each.getAttribute('viewBox'))")
+        assert len(boxes) == 2
+        assert len(set(boxes)) == 1
+        assert page.locator(".diagram").count() == 6
+        assert page.locator(".diagram").first.locator(".dot").count() == 2
+
+
+def test_filters_agree_with_pandas(browser, swept):
+    folder, path = swept
+    table = camopt.load(folder / "designs.parquet")
+    with watched_page(browser) as page:
+        opened(page, path)
+        assert page.evaluate("camopt.rows.count") == len(table)
+        page.fill("input[aria-label='least base radius, mm']", "50.5")
+        page.fill("input[aria-label='most base radius, mm']", "80")
+        page.keyboard.press("Enter")
+        inside = table.base_radius_mm.between(50.5, 80)
+        assert page.evaluate("camopt.rows.passing.length") == inside.sum()
+        page.select_option("select[aria-label='filter law']", label="harmonic")
+        inside &= table.law_rise == "harmonic"
+        assert page.evaluate("camopt.rows.passing.length") == inside.sum()
+        assert f"{inside.sum():,} of {len(table):,}" in page.locator("#passing").text_content()
+        page.click("#clear")
+        assert page.evaluate("camopt.rows.passing.length") == len(table)
+        assert page.input_value("input[aria-label='least base radius, mm']") == ""
+
+
+def test_brushing_an_axis_and_a_rectangle_filter(browser, swept):
+    with watched_page(browser) as page:
+        opened(page, swept[1])
+        everything = page.evaluate("camopt.rows.passing.length")
+        box = box_of(page, "#parallel canvas")
+        drag(page, (box["x"] + 50, box["y"] + 80), (box["x"] + 50, box["y"] + 160))
+        brushed = page.evaluate("camopt.rows.passing.length")
+        assert 0 < brushed < everything
+        page.mouse.click(box["x"] + 50, box["y"] + 100)
+        assert page.evaluate("camopt.rows.passing.length") == everything
+        box = box_of(page, "#scatter")
+        drag(page, (box["x"] + 70, box["y"] + 20), (box["x"] + box["width"] / 2, box["y"] + 250))
+        assert 0 < page.evaluate("camopt.rows.passing.length") < everything
+
+
+def test_sorting_and_choosing_by_mouse_and_keyboard(browser, swept):
+    with watched_page(browser) as page:
+        opened(page, swept[1])
+        head = page.locator("th button", has_text=re.compile(r"^acceleration"))
+        head.click()
+        head.click()
+        assert page.locator("th[aria-sort=descending]").count() == 1
+        order = page.evaluate(
+            "Array.from(camopt.grid.order).map((row) => camopt.rows.column('acceleration_max_m_s2').values[row])"
+        )
+        assert order == sorted(order, reverse=True)
+        page.locator("#table tbody tr:not(.gap)").nth(2).click()
+        first = page.evaluate("camopt.rows.chosen.at(-1)")
+        assert first == page.evaluate("camopt.grid.order[2]")
+        page.keyboard.press("ArrowDown")
+        page.keyboard.press("Enter")
+        assert page.evaluate("camopt.rows.chosen") == [first, page.evaluate("camopt.grid.order[3]")]
+        assert page.locator("svg.cam").count() == 2
+        assert page.locator("#differences thead th").count() == 3
+
+
+DOT = """() => {
+  const { scatter } = camopt;
+  return [scatter.toX(scatter.x.values[7]), scatter.toY(scatter.y.values[7])];
+}"""
+"""Where the dot of a row is."""
+
+
+def test_a_click_in_the_scatter_draws_the_cam_of_that_row(browser, swept):
+    folder, path = swept
+    table = camopt.load(folder / "designs.parquet")
+    with watched_page(browser) as page:
+        opened(page, path)
+        x, y = page.evaluate(DOT)
+        box = box_of(page, "#scatter")
+        page.mouse.click(box["x"] + x, box["y"] + y)
+        sizes = page.evaluate("camopt.rows.cam(camopt.rows.chosen.at(-1)).sizes")
+        number = int(page.locator("#stage figcaption").nth(1).text_content().split()[-1])
+        front = page.evaluate("camopt.rows.text(camopt.rows.column('front'), camopt.rows.chosen.at(-1))")
+        known = camopt.load(folder / "pareto.parquet").loc[number] if front == "yes" else table.loc[number]
+        assert sizes["size"] == pytest.approx(known.base_radius_mm)
+        assert sizes["offset"] == pytest.approx(known.offset_mm)
+
+
+def test_a_frontier_shows_before_and_after(browser, folder):
+    """The known law first, the free one after it, at one scale; the gap to the bound is told."""
+    scene = camopt.find_scene("two-pauses")
+    found = camopt.frontier(scene, ["size", "acceleration"], 2)
+    write_frontier(found, folder / "frontier")
+    with watched_page(browser) as page:
+        opened(page, camopt.report(folder / "frontier", folder / "frontier.html"))
+        assert page.locator("svg.cam").count() == 2
+        free = page.evaluate("camopt.rows.chosen.map((row) => camopt.rows.text(camopt.rows.column('free'), row))")
+        assert free == ["no", "yes"]
+        assert "no motion at all can have less than" in page.locator("header").text_content()
+
+
+@pytest.mark.parametrize("context", [PHONE, {"color_scheme": "dark"}], ids=["phone", "dark"])
+def test_no_page_is_wider_than_its_window(context, browser, folder, swept):
+    with watched_page(browser, **context) as page:
+        for path in (camopt.report("two-pauses", folder / "narrow.html"), swept[1]):
+            opened(page, path)
+            assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+            dark = page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(18, 24, 30)"
+            assert dark == ("color_scheme" in context)
+            page.click("#theme")
+            assert (page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(18, 24, 30)") != dark
+
+
+def test_a_page_prints_as_a_document(browser, folder):
+    with watched_page(browser) as page:
+        opened(page, camopt.report("two-pauses", folder / "print.html"))
+        with pymupdf.open(stream=page.pdf(prefer_css_page_size=True), filetype="pdf") as printed:
+            text = "".join(sheet.get_text() for sheet in printed)
+            assert 1 <= len(printed) <= 4
+            assert printed[0].rect.width == pytest.approx(595, abs=2)
+    assert "Two equal pauses" in text
+    assert "Pressure angle" in text
+    assert "Light or dark" not in text
+
+
+def test_hostile_names_stay_text(browser, folder):
+    name = "</script><script>alert(1)</script><img src=x onerror=alert(2)> \"'\x7f"
+    name = "".join(letter for letter in name if letter.isprintable())
+    scene = camopt.find_scene("two-pauses").replace(name=name)
+    with watched_page(browser) as page:
+        opened(page, camopt.report([scene, "valve-rod-radial"], folder / "hostile.html"))
+        assert name in page.locator("h1").text_content()
+        assert page.locator("#stage figcaption").first.text_content() == name
+        assert page.locator("img").count() == 0
