@@ -28,6 +28,7 @@ extensions = [
     "sphinx_click",
     "matplotlib.sphinxext.plot_directive",
     "mathml",
+    "validation",
 ]
 exclude_patterns = ["_build", "ext", "gallery", "examples/**/*.ipynb", "examples/**/*.py", "examples/**/*.md5"]
 nitpicky = True

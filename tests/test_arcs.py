@@ -1,6 +1,6 @@
 """Cams given by arcs and lines: the motion of each follower, the profile that it has, and bad ones."""
 
-from math import cos, degrees, hypot, inf, pi, radians, sin, sqrt, tan
+from math import cos, hypot, inf, pi, radians, sin, sqrt, tan
 
 import mpmath
 import numpy as np
@@ -223,11 +223,6 @@ def test_a_tangent_cam_is_that_of_the_book():
         y = programme.at(np.array([top + t]))[:3, 0]
         assert y == pytest.approx((far + r3 - r1 - fallen, -speed, -slowing), rel=1e-11)
     assert programme.lift == pytest.approx(far + r3 - r1, rel=1e-14)
-    omega = 120 * 2 * pi / 60
-    leaving = omega**2 * (r1 + r2) * (2 - cos(flank.angle) ** 2) / cos(flank.angle) ** 3
-    assert degrees(flank.angle) == pytest.approx(28.3, abs=0.005)
-    assert leaving / 1000 == pytest.approx(18.4, abs=0.05)
-    assert omega**2 * far * (1 + far / long) / 1000 == pytest.approx(20.7, abs=0.05)
 
 
 def test_a_three_arc_cam_under_a_flat_face_is_that_of_the_book():

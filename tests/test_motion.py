@@ -110,21 +110,6 @@ def test_a_motion_in_general_has_velocity_and_acceleration():
     assert pair_of(PolynomialLaw("own", (0.0, 1.0, 2.0), (1.0, 0.0, 0.0))) == "B-R"
 
 
-HALVES = {  # v and a in print (the same source, there by the angle of the half): at the ends and in the middle
-    "half-cycloidal-1": ((0.0, 1.0, 2.0), (0.0, np.pi, 0.0)),
-    "half-cycloidal-2": ((2.0, 1.0, 0.0), (0.0, -np.pi, 0.0)),
-    "half-harmonic-1": ((0.0, np.pi / 8**0.5, np.pi / 2), (np.pi**2 / 4, np.pi**2 / 32**0.5, 0.0)),
-    "half-harmonic-2": ((np.pi / 2, np.pi / 8**0.5, 0.0), (0.0, -(np.pi**2) / 32**0.5, -(np.pi**2) / 4)),
-}
-
-
-@pytest.mark.parametrize("law", HALVES)
-def test_half_curves_have_the_velocities_and_accelerations_in_print(law):
-    velocity, acceleration = HALVES[law]
-    np.testing.assert_allclose(LAWS[law].velocity([0.0, 0.5, 1.0]), velocity, atol=1e-15)
-    np.testing.assert_allclose(LAWS[law].acceleration([0.0, 0.5, 1.0]), acceleration, atol=1e-15)
-
-
 @pytest.mark.parametrize(("half", "whole"), [("half-cycloidal", "cycloidal"), ("half-harmonic", "harmonic")])
 def test_half_curves_are_the_halves_of_a_law(half, whole):
     x = np.linspace(0.0, 1.0, 101)

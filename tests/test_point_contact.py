@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.special import ellipe, ellipk
 from support.depth import times
+from support.published import ELLIPSES
 
 import camopt
 from camopt.kernels.compile import compiled
@@ -121,17 +122,13 @@ def test_the_two_radii_may_change_places(t):
     assert float(ellipticity_of(t) * ellipticity_of(1 / t)) == pytest.approx(1.0, rel=1e-13)
 
 
-PUBLISHED = {  # θ, deg: m, n (Timoshenko and Goodier, Theory of Elasticity, art. 141)
-    30: (2.731, 0.493), 35: (2.397, 0.530), 40: (2.136, 0.567), 45: (1.926, 0.604), 50: (1.754, 0.641),
-    55: (1.611, 0.678), 60: (1.486, 0.717), 65: (1.378, 0.759), 70: (1.284, 0.802), 75: (1.202, 0.846),
-    80: (1.128, 0.893), 85: (1.061, 0.944), 90: (1.0, 1.0),
-}  # fmt: skip
+PUBLISHED = {**ELLIPSES, 90: ("1", "1")}
 
 
 @pytest.mark.parametrize("angle", PUBLISHED)
 def test_published_coefficients(angle):
     """a = m·∛(3·N/(4·E*·(A + B))), b = n·∛(…) and cos θ = (B − A)/(A + B), 2·A = 1/R' and 2·B = 1/R''."""
-    m, n = PUBLISHED[angle]
+    m, n = map(float, PUBLISHED[angle])
     cosine = np.cos(np.radians(angle))
     t = (1 + cosine) / (1 - cosine)
     half_sum = 0.5 * (1 + 1 / t)

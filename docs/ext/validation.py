@@ -1,0 +1,76 @@
+"""Directives of the page on validation: published cases computed anew, and the tests with a second answer."""
+
+import ast
+import sys
+from pathlib import Path
+from typing import Any
+
+from docutils import nodes
+from sphinx.application import Sphinx
+from sphinx.util.docutils import SphinxDirective
+
+TESTS = Path(__file__).parents[2] / "tests"
+sys.path.insert(0, str(TESTS))
+
+from support.published import CASES, Answer, Case  # noqa: E402
+from support.second_answers import SECOND_ANSWERS  # noqa: E402
+
+
+class Published(SphinxDirective):
+    """The cases of a topic, each with a table: the printed answer, that of camopt, and their difference."""
+
+    required_arguments = 1
+    final_argument_whitespace = True
+
+    def run(self) -> list[nodes.Node]:
+        self.env.note_dependency(str(TESTS / "support" / "published.py"))
+        cases = [case for case in CASES if case.topic == self.arguments[0]]
+        if not cases:
+            raise self.error(f"no published case of the topic {self.arguments[0]!r}")
+        return self.parse_text_to_nodes("\n".join(map(described, cases)))
+
+
+class SecondAnswers(SphinxDirective):
+    """The tests that compare camopt with something independent, by kind; their names are read as sentences."""
+
+    def run(self) -> list[nodes.Node]:
+        parts = []
+        for kind, (words, tests) in SECOND_ANSWERS.items():
+            rows = "\n".join(f"| {sentence(test)} | `{test}` |" for test in tests)
+            parts.append(f"**{kind}.** {words}\n\n| what | test |\n|---|---|\n{rows}\n")
+        return self.parse_text_to_nodes("\n".join(parts))
+
+
+def described(case: Case) -> str:
+    """A case in Markdown."""
+    rows = "\n".join(row(answer, value) for answer, value in zip(case.answers, case.ours(), strict=True))
+    note = f" *{case.note}*" if case.note else ""
+    head = f"**{case.name}.** Source: {case.source}. Inputs: {case.inputs}.{note}"
+    return f"{head}\n\n| | in print | camopt | difference | allowed |\n|---|--:|--:|--:|--:|\n{rows}\n"
+
+
+def row(answer: Answer, value: float) -> str:
+    off = abs(value - answer.value)
+    if not off <= answer.allowed:
+        raise ValueError(f"{answer.what}: {answer.printed} in print, {value} by camopt")
+    printed = answer.printed if isinstance(answer.printed, str) else f"{answer.printed:.10g}"
+    digits = max(7, len(printed.lstrip("-0.")) + 2)
+    unit = f", {answer.unit}" if answer.unit else ""
+    shown = f"{value:.{digits}g}" if abs(value) > 1e-12 else "0"
+    return f"| {answer.what}{unit} | {printed} | {shown} | {off:.1g} | {answer.allowed:.2g} |"
+
+
+def sentence(test: str) -> str:
+    """The name of a test as a sentence; an error if there is no such test."""
+    file, name = test.split("::")
+    tree = ast.parse((TESTS / file).read_text(encoding="utf-8"))
+    if not any(isinstance(node, ast.FunctionDef) and node.name == name for node in tree.body):
+        raise ValueError(f"there is no test {test}")
+    words = name.removeprefix("test_").replace("_", " ")
+    return words[0].upper() + words[1:]
+
+
+def setup(app: Sphinx) -> dict[str, Any]:
+    app.add_directive("published", Published)
+    app.add_directive("second-answers", SecondAnswers)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}
