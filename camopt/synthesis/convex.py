@@ -109,15 +109,16 @@ def convex(demand: Demand, make: MakeMotion, held: Mapping[str, Any] | None = No
     ``held`` bounds further terms of the kind that an objective has, in their units, by numbers or parameters.
     """
     held = held or {}
-    sizes = Sizes(cp.Variable(), cp.Variable(nonneg=True), cp.Variable())
+    sizes = Sizes(cp.Variable(), cp.Variable(), cp.Variable())
     names = dict.fromkeys((*demand.objective, *held, *([] if demand.residual is None else [residual.TERM])))
-    largest = {name: cp.Variable(nonneg=True) for name in names if name in ORDERS}
+    largest = {name: cp.Variable() for name in names if name in ORDERS}
     motions = [
         (make if stroke.is_free else FixedMotion)(demand, stroke, _ranges(demand, number, largest), sizes)
         for number, stroke in enumerate(demand.strokes)
     ]
     terms = {name: _term(demand, name, sizes, motions, largest) for name in names}
-    limits = [*_of_sizes(demand, sizes, motions), *_joints(demand, motions)]
+    limits = [each >= 0.0 for each in (sizes.height, *largest.values())]  # as attributes they take cvxpy longer
+    limits += [*_of_sizes(demand, sizes, motions), *_joints(demand, motions)]
     limits += [limit for motion in motions for limit in motion.limits]
     for number, partner in enumerate(demand.mirror or ()):
         limits += motions[number].mirrors(motions[partner]) if number <= partner else []

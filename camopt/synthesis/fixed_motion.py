@@ -25,7 +25,7 @@ class FixedMotion:
         kind = DWELL if self.rests else RISE if self.change > 0.0 else RETURN
         for floor in demand.floors:
             if floor.kinds & kind:
-                sized = floor.lead * sizes.lead + floor.height * sizes.height + floor.constant / demand.scale
+                sized = sizes.in_floor(floor, demand.scale)
                 along = floor.velocity * self.velocity + sized
                 ends = [self.low] if self.rests else [self.low, self.low + self.change]
                 self.limits += [floor.displacement * y + along >= 0 for y in ends]

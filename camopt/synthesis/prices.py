@@ -127,7 +127,7 @@ class Optimum(NamedTuple):
 
         None if that scene has another number of curves: at its bound a limit may be one that no motion holds.
         """
-        side = _programmes(scene, self.margin)[self.number]
+        side = _programme(by_offset(demand_of(resolve(scene)))[self.number], self.margin)
         for variable, value in zip(side.problem.variables(), self.point, strict=True):
             variable.value = value
         found = [limit.expr.value for limit in side.problem.constraints]
@@ -139,15 +139,16 @@ class Optimum(NamedTuple):
         return side.unit * float(side.goal.value), found
 
 
-def _programmes(scene: Scene, margin: float) -> list[Convex]:
-    """The programme of a scene, for each offset that it lists."""
-    return [convex(tightened(each, margin), SplineMotion) for each in by_offset(demand_of(resolve(scene)))]
+def _programme(demand: Demand, margin: float) -> Convex:
+    """The programme of a demand, with its limits held closer by a margin."""
+    return convex(tightened(demand, margin), SplineMotion)
 
 
 def _optimum(scene: Scene, result: Synthesised) -> Optimum | None:
     """The optimum that a result is; None if the solver fails, or the result is none."""
+    demands = by_offset(demand_of(resolve(scene)))  # one for each offset that the scene lists
     for margin in MARGINS:
-        models = _programmes(scene, margin)
+        models = [_programme(demand, margin) for demand in demands]
         try:
             values = [model.solve() for model in models]
         except Unsolved:
@@ -195,19 +196,22 @@ def iterate_in(demand: Demand, result: Synthesised) -> Iterate:
 def _cost(optimum: Optimum, scene: Scene, given: Given) -> float:
     """The derivative of the Lagrangian by a bound, at an optimum: one-sided if need be."""
     step = STEP * (abs(given.value) or 1.0)
-    sides = []
-    for k in (1.0, 0.0, -1.0):
+
+    def side(change: float) -> tuple[float, float, list[FloatArray]] | None:
+        """The bound's change, with the objective and the constraints there."""
         try:
-            found = optimum.values(given.at(scene, given.value + k * step))
+            found = optimum.values(given.at(scene, given.value + change))
         except BadInput:  # the bound may not be so
-            continue
-        if found is not None:
-            sides.append((k * step, found))
-    (last, (above, over)), (first, (below, under)) = sides[0], sides[-1]
-    change = above - below
-    for multiplier, more, less in zip(optimum.multipliers, over, under, strict=True):
+            return None
+        return found and (change, *found)
+
+    last, first = side(step) or side(0.0), side(-step) or side(0.0)
+    if last is None or first is None or last[0] == first[0]:
+        return 0.0
+    change = last[1] - first[1]
+    for multiplier, more, less in zip(optimum.multipliers, last[2], first[2], strict=True):
         change += optimum.model.unit * float(np.sum(multiplier * (more - less)))
-    return change / (last - first) if last > first else 0.0
+    return change / (last[0] - first[0])
 
 
 def _in_numbers(scene: Scene) -> Scene:

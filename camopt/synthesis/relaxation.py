@@ -89,9 +89,10 @@ class RelaxedMotion:
         middle, half = (low + high) / 2, (high - low) / 2
         turned = cp.diff(slope) - cp.multiply(h, middle)
         off = cp.multiply(1 / h, cp.diff(value)) - (slope[1:] + slope[:-1]) / 2
-        spent = cp.Variable(h.size, nonneg=True)  # ≥ turned²/(4·half·h), a rotated cone
+        spent = cp.Variable(h.size)  # ≥ turned²/(4·half·h), a rotated cone
         most = cp.multiply(4 * h, half)
         self.limits += [
+            spent >= 0.0,
             *_within(turned, cp.multiply(h, half)),
             cp.SOC(spent + most, cp.vstack([2 * turned, spent - most])),
             *_within(off, cp.multiply(h / 4, half) - spent),
@@ -100,7 +101,7 @@ class RelaxedMotion:
     def _floor(self, floor: LinearConstraint, ranges: list[tuple[Any, Any]]) -> None:
         """A linear limit at the nodes and over each panel; the ranges are those of a."""
         velocity, acceleration = floor.velocity / self.angle, floor.acceleration / self.angle**2
-        sized = floor.lead * self.sizes.lead + floor.height * self.sizes.height + floor.constant / self.unit
+        sized = self.sizes.in_floor(floor, self.unit)
         moving = floor.displacement * self.y + velocity * self.v
         if acceleration == 0.0:
             self.limits.append(moving + sized >= 0)

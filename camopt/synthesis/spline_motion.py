@@ -8,8 +8,7 @@ import numpy as np
 
 from camopt.motion.stroke import Stroke
 from camopt.numerics import FloatArray
-from camopt.synthesis.demand import Demand
-from camopt.synthesis.splines import elevated
+from camopt.synthesis.demand import Demand, LinearConstraint
 from camopt.synthesis.stroke_motion import Ranges, Sizes
 
 INDEPENDENT = 1e-10  # of the largest singular value: a row with less follows from others
@@ -30,8 +29,8 @@ class SplineMotion:
         if demand.monotone and not stroke.is_move:
             self.limits.append(c[1:] >= c[:-1])
         for order, bounds in ranges.items():
-            rows = self._rows(self._differing(order, self.splines.degree - order), order)
-            self.limits += [limit for low, high in bounds for limit in self._within(rows, order, low, high)]
+            matrix = self.splines.once(order, self.splines.degree - order)
+            self.limits += [limit for low, high in bounds for limit in self._within(matrix, order, low, high)]
         for condition in demand.conditions:
             if (part := stroke.part(condition)) is not None:
                 matrix, order = self._part(condition.order, *part), condition.order
@@ -39,34 +38,36 @@ class SplineMotion:
                 if low == high:
                     self.limits.append(self._equal(matrix, order, low))
                 else:
-                    self.limits += self._within(self._rows(matrix, order), order, low, high)
-        degree = self.splines.degree
-        y, y1, y2 = (self._rows(self._differing(order, degree), order) for order in range(3))
+                    self.limits += self._within(matrix, order, low, high)
         for floor in demand.floors:
             if floor.guards(stroke):
-                moving = floor.displacement * y + floor.velocity * y1 + floor.acceleration * y2
-                sized = floor.lead * sizes.lead + floor.height * sizes.height + floor.constant / self.unit
-                self.limits.append(moving + sized >= 0)
-
-    def _differing(self, order: int, degree: int) -> Any:
-        """The matrix to the Bernstein coefficients of a derivative, as of some degree, each of them once."""
-        own = self.splines.degree - order
-        return elevated(self.splines.bernstein(order), own, degree - own)[self.splines.fresh(order, degree)]
+                self.limits.append(self._above(floor, sizes.in_floor(floor, self.unit)))
 
     def _part(self, order: int, low: float, high: float) -> Any:
         """The matrix to what encloses a derivative over a part of the unit stroke: at a point, its value."""
         if low == high:
             return self.splines.at(np.array([low]), order)
         if (low, high) == (0.0, 1.0):
-            return self._differing(order, self.splines.degree - order)
+            return self.splines.once(order, self.splines.degree - order)
         return self.splines.between(order, low, high)
 
-    def _within(self, rows: Any, order: int, low: Any, high: Any) -> list[Any]:
+    def _within(self, matrix: Any, order: int, low: Any, high: Any) -> list[Any]:
         """Values of a derivative within a range; by x of the unit stroke, whose numbers are not huge."""
-        per = self.stroke.angle**order
+        per, rest = self.stroke.angle**order, self.low if order == 0 else 0.0
         ends = ((1.0, low), (-1.0, high))
         finite = [(sign, end) for sign, end in ends if not isinstance(end, float) or isfinite(end)]
-        return [sign * per * rows >= sign * per * end for sign, end in finite]
+        return [
+            (sign * self.change * matrix) @ self.coefficients >= sign * (per * end - rest) for sign, end in finite
+        ]
+
+    def _above(self, floor: LinearConstraint, sized: Any) -> Any:
+        """A linear limit on the motion and the sizes, in one matrix: cvxpy takes long over sums."""
+        weights = (floor.displacement, floor.velocity, floor.acceleration)
+        matrix = sum(
+            weight * self.change / self.stroke.angle**order * self.splines.once(order, self.splines.degree)
+            for order, weight in enumerate(weights)
+        )
+        return matrix @ self.coefficients + (floor.displacement * self.low + sized) >= 0
 
     def _equal(self, matrix: Any, order: int, value: float) -> Any:
         """A derivative that has one value: of the rows of its matrix those that do not follow from others."""
@@ -78,7 +79,7 @@ class SplineMotion:
 
     def _rows(self, matrix: Any, order: int) -> Any:
         """A derivative by the cam angle, in units of the lift, from a matrix for the unit stroke."""
-        moved = self.change / self.stroke.angle**order * (matrix @ self.coefficients)
+        moved = (self.change / self.stroke.angle**order * matrix) @ self.coefficients
         return moved + self.low if order == 0 else moved
 
     def _of(self, x: float, order: int) -> Any:

@@ -87,6 +87,10 @@ class Splines:
         inside = [x for x in self._parts if low + APART < x < high - APART]
         return _bernstein(self, order, (low, *inside, high))
 
+    def once(self, order: int, degree: int) -> sparse.csr_array:
+        """As ``bernstein``, of a derivative as polynomials of a degree, but none that repeats the one before."""
+        return _once(self, order, degree)
+
     def fresh(self, order: int, degree: int) -> NDArray[np.intp]:
         """Which Bernstein coefficients of a derivative, as polynomials of a degree, differ from the one before.
 
@@ -128,6 +132,12 @@ def _bernstein(splines: Splines, order: int, ends: tuple[float, ...]) -> sparse.
     found.data[np.abs(found.data) <= NOTHING * np.abs(found.data).max()] = 0.0
     found.eliminate_zeros()
     return sparse.csr_array(found)
+
+
+@cache
+def _once(splines: Splines, order: int, degree: int) -> sparse.csr_array:
+    own = splines.degree - order
+    return elevated(splines.bernstein(order), own, degree - own)[splines.fresh(order, degree)]
 
 
 def elevated(rows: sparse.csr_array, degree: int, up: int) -> sparse.csr_array:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from camopt.motion.stroke import Stroke
-from camopt.synthesis.demand import Demand
+from camopt.synthesis.demand import Demand, LinearConstraint
 
 Ranges = dict[int, list[tuple[Any, Any]]]
 """Ranges of a stroke's derivatives, by order; all of a list hold."""
@@ -18,6 +18,11 @@ class Sizes:
     lead: Any
     height: Any
     prime: Any
+
+    def in_floor(self, floor: LinearConstraint, unit: float) -> Any:
+        """What sizes and constants add to a linear limit, whose lengths are in a unit."""
+        parts = ((floor.lead, self.lead), (floor.height, self.height))
+        return sum((weight * size for weight, size in parts if weight), start=floor.constant / unit)
 
 
 class StrokeMotion(Protocol):
