@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import camopt
+from camopt.cli.main import main
 from camopt.reporting.report import MOST_CAMS
 
 HOSTILE = "</script><script>alert(1)</script> \"quotes\" 'and' <b>&amp;</b> ünï \u2028"
@@ -134,3 +135,28 @@ def test_a_folder_without_a_result_is_refused(tmp_path):
     (tmp_path / "empty").mkdir()
     with pytest.raises(camopt.BadInput, match=r"pareto\.parquet"):
         camopt.report(tmp_path / "empty", tmp_path / "page.html")
+
+
+def test_new_laws_stand_beside_the_best_known_law(tmp_path):
+    """From the folder that ``synthesise`` writes: both cams, and how far from the bound the new one is."""
+    assert main(["synthesise", "two-pauses", "--out", str(tmp_path / "new"), "--quiet"]) == 0
+    page = camopt.report(tmp_path / "new", tmp_path / "page.html")
+    text = page.read_text(encoding="utf-8")
+    summary = json.loads((tmp_path / "new" / "synthesis.json").read_text(encoding="utf-8"))
+    assert summary["told"] in text
+    assert summary["gap"] == pytest.approx(1.0 - summary["bound"] / summary["objective"])
+    before, after = data_of(page)["cams"]
+    assert after["sizes"]["size"] < before["sizes"]["size"]
+    (tmp_path / "new" / "synthesis.json").write_text("{")
+    with pytest.raises(camopt.BadInput, match=r"synthesis\.json"):
+        camopt.report(tmp_path / "new", tmp_path / "other.html")
+
+
+def test_the_command_writes_a_page_or_nothing(tmp_path, capsys):
+    page = tmp_path / "cam.html"
+    assert main(["report", "two-pauses", "--rpm", "60", "--out", str(page)]) == 0
+    assert "60 rpm" in page.read_text(encoding="utf-8")
+    assert main(["report", "no-such", "--out", str(tmp_path / "none.html")]) == 2
+    assert main(["report", str(tmp_path), "--rpm", "60", "--out", str(tmp_path / "none.html")]) == 2
+    assert "belongs to a scene" in capsys.readouterr().err
+    assert [file.name for file in tmp_path.iterdir()] == ["cam.html"]

@@ -193,7 +193,7 @@ def synthesise(scene: Any, as_json: bool, quiet: bool, out: Path, picture: Path 
     from camopt.cli import reports, terminal
     from camopt.files import result_folder
     from camopt.synthesis.compare import compared
-    from camopt.synthesis.files import SCENE, write_laws
+    from camopt.synthesis.files import SCENE, write_comparison, write_laws
     from camopt.synthesis.prices import synthesis_prices
     from camopt.synthesis.synthesise import synthesise as run
 
@@ -201,7 +201,7 @@ def synthesise(scene: Any, as_json: bool, quiet: bool, out: Path, picture: Path 
     with result_folder(out), terminal.progress(quiet, "starts") as advance:
         result = run(scene, advance)
         known = compared(scene)
-        files = write_laws(result, out)
+        files = [*write_laws(result, out), *write_comparison(result, known, out)]
         costs = synthesis_prices(result)
     if picture:
         from camopt.drawing.synthesis import plot_synthesis

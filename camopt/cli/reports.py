@@ -225,9 +225,9 @@ def show_export(result: "Exported", as_json: bool) -> None:
 
 def show_synthesis(result: "Synthesised", known: "Comparison", prices: "Iterable[Price]", as_json: bool) -> None:
     """The cam of the free laws beside the smallest of each known law, the bound, the gap, and what bounds cost."""
-    from camopt.synthesis.conditions import ground_of
     from camopt.synthesis.from_scene import default_peaks
     from camopt.synthesis.synthesised import peaks_of
+    from camopt.synthesis.told import bound_in_words
     from camopt.synthesis.units import objective_unit
 
     defaults = default_peaks(result.asked)
@@ -256,13 +256,7 @@ def show_synthesis(result: "Synthesised", known: "Comparison", prices: "Iterable
     names = [*columns_of(problem, rows), *(name for name in rows[0] if name.startswith("peak_"))]
     title = f"{result.scene.name}: free laws, and the smallest cam of each known law"
     show(table_of(title, rows, [*names, "binding"], bounds_of(problem)))
-    unit = objective_unit(result.asked)
-    what = f"Minimised: {number(result.objective)}{unit}."
-    if result.bound:
-        what += f" No motion at all can have less than {number(result.bound)}{unit} within the convex limits:"
-        what += f" a gap of {result.gap:.2%}."
-    elif result.bound is None and ground_of(resolve(result.asked)).dip is not None:
-        what += " There is no bound: the follower is lowest in a move, where the scene gives no position."
+    unit, what = objective_unit(result.asked), bound_in_words(result)
     swung = result.scene.follower.motion == "oscillating"
     why = "The limits of an oscillating follower are not convex" if swung else "Curvature or a load decides too"
     _show_limits_of_motion(result.asked, known.rows.values(), defaults)

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from camopt.drawing.figures import results_in_words, sizes_in_words
@@ -28,10 +28,11 @@ from camopt.verdicts.evaluation import Evaluation, evaluate_design
 
 @dataclass(frozen=True)
 class Shown:
-    """One cam on a page, and what it is called there."""
+    """One cam on a page, what it is called there, and a sentence about it for the head of the page."""
 
     label: str
     scene: Scene
+    told: str = ""
 
 
 @dataclass(frozen=True)
@@ -57,7 +58,7 @@ def cams_page(cams: Sequence[Shown], title: str = "", told: Sequence[str] = (), 
     words = [_words(problem) for problem in problems]
     head = [*([] if several else words[0]), *told]
     lines = [*_verdicts(found, limits, labels), *(Cell(text) for text in head)]
-    titled = [Sheet(f"{label}: limits", s.heads, s.rows) for label, s in zip(labels, limits, strict=True)]
+    titled = [replace(s, title=f"{label}: limits") for label, s in zip(labels, limits, strict=True)]
     sections = [
         Section("Quantities", [quantities_sheet(found, labels if several else ["value"])], open=several),
         *(each for shown, p in zip(cams, problems, strict=True) for each in _about(shown, p, several)),

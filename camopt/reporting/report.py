@@ -1,5 +1,6 @@
 """A report: any result as one page, chosen by what the result is."""
 
+import json
 import os
 from collections.abc import Iterable
 from dataclasses import replace
@@ -7,14 +8,17 @@ from functools import singledispatch
 from pathlib import Path
 from typing import Any
 
-from camopt.files import check_writable, checked_suffix, path_of, write_text
+from camopt.files import check_writable, checked_suffix, path_of, read_bytes, text_of, write_text
 from camopt.front.sweep import Sweep
 from camopt.mistakes import BadInput, Mistake
 from camopt.reporting.cams import Shown, cams_page
 from camopt.reporting.results import Result, of_frame, results_page
 from camopt.scene.scene import Scene, find_scene
 from camopt.smallest.optimise import Optimum
-from camopt.synthesis.files import FRONTIER, SCENE
+from camopt.synthesis.compare import compared
+from camopt.synthesis.files import FRONTIER, KNOWN, SCENE, SUMMARY
+from camopt.synthesis.synthesised import Synthesised
+from camopt.synthesis.told import bound_in_words
 from camopt.tables.designs import OPTIMUM, Design
 from camopt.verdicts.evaluation import Evaluation
 
@@ -68,7 +72,8 @@ def _page(found: list[Shown | Result]) -> str:
         raise BadInput([Mistake("camopt", "what", len(cams), f"at most {MOST_CAMS} cams side by side")])
     if results:
         return results_page(_told_apart(results))
-    return cams_page(_told_apart(cams), " beside ".join(dict.fromkeys(cam.scene.name for cam in cams)))
+    title = " beside ".join(dict.fromkeys(cam.scene.name for cam in cams))
+    return cams_page(_told_apart(cams), title, [cam.told for cam in cams if cam.told])
 
 
 def _told_apart(found: list[Any]) -> list[Any]:
@@ -107,6 +112,13 @@ def _of_an_optimum(what: Optimum) -> Iterable[Shown]:
 
 
 @shown_of.register
+def _of_new_laws(what: Synthesised) -> Iterable[Shown]:
+    known = compared(what.asked)
+    before = [Shown(f"known law: {known.best}", known.rows[known.best].scene)] if known.best else []
+    return [*before, Shown("new laws", what.scene, bound_in_words(what))]
+
+
+@shown_of.register
 def _of_a_sweep(what: Sweep) -> Iterable[Shown | Result]:
     return _of_a_folder(Path(what.files[0]).parent)
 
@@ -138,8 +150,29 @@ def _of_a_folder(folder: Path) -> Iterable[Shown | Result]:
         return [of_frame(folder.name, load(designs), front) if designs.exists() else of_frame(folder.name, front)]
     if (folder / FRONTIER).exists():
         return [of_frame(folder.name, load(folder / FRONTIER))]
-    scenes = sorted([*folder.glob(SCENE), *folder.glob(OPTIMUM)])
+    if (folder / SCENE).exists():
+        return list(_of_a_synthesis(folder))
+    scenes = sorted(folder.glob(OPTIMUM))
     if scenes:
         return [Shown(path.stem.removeprefix("optimum-"), Scene.from_toml(path)) for path in scenes]
     why = f"a folder that a command wrote: with {PARETO}, {FRONTIER}, {SCENE} or {OPTIMUM}"
     raise BadInput([Mistake("camopt", "what", str(folder), why)])
+
+
+def _of_a_synthesis(folder: Path) -> Iterable[Shown]:
+    """The smallest cam of the best known law, and that of the new laws."""
+    summary = _summary(folder / SUMMARY)
+    if (folder / KNOWN).exists():
+        yield Shown(f"known law: {summary.get('known_law')}", Scene.from_toml(folder / KNOWN))
+    yield Shown("new laws", Scene.from_toml(folder / SCENE), str(summary.get("told", "")))
+
+
+def _summary(path: Path) -> dict[str, Any]:
+    """What a synthesis says of itself; nothing if it does not."""
+    if not path.exists():
+        return {}
+    try:
+        found = json.loads(text_of(read_bytes(path)))
+    except ValueError as trouble:
+        raise BadInput([Mistake(path.name, "file", None, f"the JSON that synthesise wrote ({trouble})")]) from None
+    return found if isinstance(found, dict) else {}

@@ -32,14 +32,18 @@ class Sheet:
     title: str
     heads: list[Cell]
     rows: list[list[Cell]]
+    note: str = ""
 
 
 NUMBER = "number"
-MARGINS = "double precision with margins for rounding, over the whole turn"
-BALLS = "ball arithmetic (200 bits), at every cam angle"
-INTEGRALS = "integrals enclosed in ball arithmetic"
-SIZES = "sizes compared"
-POINTS = "points and bands of the scene, in ball arithmetic"
+MARGINS, BALLS, INTEGRALS, SIZES = "double precision", "ball arithmetic", "integrals in balls", "sizes"
+PROOFS = {
+    BALLS: "200 bits, at every cam angle",
+    MARGINS: "with margins for rounding, over the whole turn",
+    INTEGRALS: "integrals enclosed in ball arithmetic",
+    SIZES: "sizes compared",
+}
+"""How limits are proved, and what that means."""
 
 
 def limits_sheet(found: Evaluation, problem: Problem) -> Sheet:
@@ -50,11 +54,13 @@ def limits_sheet(found: Evaluation, problem: Problem) -> Sheet:
     for name, verdict in verdicts.items():
         limit = limits.get(name)
         for bound, reached, margin in _reached(limit, found):
-            how = POINTS if name == CONDITIONS else _proof(limit)
+            how = BALLS if name == CONDITIONS else _proof(limit)
             texts = [Cell(bound, NUMBER), Cell(reached, NUMBER), Cell(margin, NUMBER)]
             rows.append([Cell(_words(name)), *texts, Cell(verdict, verdict), Cell(how)])
     heads = [Cell("limit"), *(Cell(text, NUMBER) for text in ("bound", "reached", "margin"))]
-    return Sheet("Limits, at every cam angle", [*heads, Cell("verdict"), Cell("proved by")], rows)
+    used = dict.fromkeys(row[-1].text for row in rows)
+    note = "; ".join(f"{how}: {PROOFS[how]}" for how in used)
+    return Sheet("Limits, at every cam angle", [*heads, Cell("verdict"), Cell("proved by")], rows, note)
 
 
 def _words(name: str) -> str:
@@ -80,7 +86,7 @@ def _reached(limit: Limit | None, found: Evaluation) -> Iterator[tuple[str, str,
         side = 1.0 if limit.relation in ("≤", "±") else -1.0
         margin = side * (limit.bound - (abs(value) if side > 0.0 else value))
         words = f"{limit.relation} {limit.bound:g} {unit}".replace("-", "−").strip()
-        yield words, _with_unit(value, unit), _with_unit(margin, unit)
+        yield words, _with_unit(value, unit), _with_unit(float(f"{margin:.3g}"), unit)
 
 
 def _with_unit(value: float, unit: str) -> str:

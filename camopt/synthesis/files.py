@@ -1,6 +1,7 @@
-"""Free laws on disk: the scene that has them and a table of each; a frontier as a table and a picture."""
+"""Free laws on disk: the scene that has them, a table of each, what they are seen against; a frontier."""
 
 import csv
+import json
 import os
 from pathlib import Path
 
@@ -8,13 +9,16 @@ import numpy as np
 
 from camopt.files import whole_file, write_text
 from camopt.quantities import QUANTITIES
+from camopt.synthesis.compare import Comparison
 from camopt.synthesis.frontier import Frontier
 from camopt.synthesis.synthesised import Synthesised
+from camopt.synthesis.told import bound_in_words
 from camopt.synthesis.units import unit_of
 from camopt.tables.sealed import write_table
 from camopt.version import VERSION
 
 SCENE, LAWS, FRONTIER = "synthesised.toml", "laws.csv", "frontier.parquet"
+KNOWN, SUMMARY = "known.toml", "synthesis.json"
 POINTS = 361
 
 
@@ -34,6 +38,20 @@ def write_laws(result: Synthesised, folder: str | os.PathLike[str]) -> list[Path
             columns = (x, law.displacement(x), law.velocity(x), law.acceleration(x), law.jerk(x))
             rows.writerows((name, *map(repr, map(float, row))) for row in zip(*columns, strict=True))
     return [out / SCENE, out / LAWS]
+
+
+def write_comparison(result: Synthesised, known: Comparison, folder: str | os.PathLike[str]) -> list[Path]:
+    """Write the smallest cam of the best known law, if one holds the same limits, and a summary (JSON); the files.
+
+    The summary has the objective, its bound and the gap, the known law, and all of it as a sentence.
+    """
+    out, about = Path(folder), {"objective": result.objective, "bound": result.bound, "gap": result.gap}
+    files = [out / KNOWN] if known.best else []
+    for file in files:
+        write_text(file, known.rows[known.best or ""].scene.to_toml())
+    summary = {**about, "known_law": known.best, "told": bound_in_words(result)}
+    write_text(out / SUMMARY, json.dumps(summary, indent=2, allow_nan=False))
+    return [*files, out / SUMMARY]
 
 
 def write_frontier(found: Frontier, folder: str | os.PathLike[str]) -> Path:

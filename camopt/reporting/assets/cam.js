@@ -90,7 +90,8 @@ class CamView {
     if (isGrooved(cam)) return this.drawGrooveFollower([x, y]);
     const swings = cam.moves === "oscillating";
     this.pivot = swings ? [cam.sizes.centre_distance, 0] : null;
-    const outer = 1.02 * Math.max(...this.curves.flatMap((each) => each.profile.map(([a, b]) => Math.hypot(a, b))));
+    const every = this.curves.flatMap((each) => [...each.profile, ...each.pitch]);
+    const outer = 1.02 * Math.max(...every.map(([a, b]) => Math.hypot(a, b)));
     const reach = isFlat(cam) ? this.drawFace([x, y]) : this.drawTip([x, y]);
     const points = [[-outer, -outer], [outer, outer], ...reach];
     const [xs, ys] = [points.map(([a]) => a), points.map(([, b]) => b)];

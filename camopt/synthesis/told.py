@@ -1,0 +1,19 @@
+"""What a synthesis reached, in a sentence."""
+
+from camopt.problem.problem import resolve
+from camopt.synthesis.conditions import ground_of
+from camopt.synthesis.synthesised import Synthesised
+from camopt.synthesis.units import objective_unit
+from camopt.tables.cells import number
+
+
+def bound_in_words(result: Synthesised) -> str:
+    """What was minimised, what no motion can have less of, and the gap between these."""
+    unit = objective_unit(result.asked)
+    what = f"Minimised: {number(result.objective)}{unit}."
+    if result.bound:
+        what += f" No motion at all can have less than {number(result.bound)}{unit} within the convex limits:"
+        what += f" a gap of {result.gap:.2%}."
+    elif result.bound is None and ground_of(resolve(result.asked)).dip is not None:
+        what += " There is no bound: the follower is lowest in a move, where the scene gives no position."
+    return what
