@@ -34,12 +34,14 @@ exclude_patterns = ["_build", "ext", "gallery", "examples/**/*.ipynb", "examples
 nitpicky = True
 nitpick_ignore_regex = [("py:.*", r"(?!camopt\b).*")]  # other packages: their sites are not asked at a build
 
-# pages with a kernel in their head run at the build; notebooks hold what they gave when they were last run
+# notebooks, and pages with a kernel in their head, run at the build: an error or a message there ends it
 myst_enable_extensions = ["dollarmath", "amsmath", "colon_fence", "deflist", "attrs_inline", "fieldlist"]
 myst_heading_anchors = 4
-nb_execution_mode = "auto"
+nb_execution_mode = "force"
 nb_execution_raise_on_error = True
-nb_execution_timeout = 120
+nb_execution_in_temp = True
+nb_execution_timeout = 300
+nb_output_stderr = "warn"
 nb_execution_show_tb = True
 
 autosummary_generate = True
@@ -57,6 +59,7 @@ sphinx_gallery_conf = {
     "abort_on_example_error": True,
     "download_all_examples": False,
     "copyfile_regex": r"",
+    "thumbnail_size": (480, 336),
     "show_memory": False,
     "show_signature": False,
     "min_reported_time": 3,
