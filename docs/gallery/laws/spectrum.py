@@ -14,8 +14,9 @@ laws = ("parabolic", "harmonic", "cycloidal", "modified-sine", "poly4567")
 spectra = {law: camopt.response_spectrum(law) for law in laws}
 
 # %%
-# Residual amplitude in the dwell, as a share of the lift. The smoother the law, the less it leaves of a long rise:
-# between eight and ten periods the cycloidal law leaves a tenth of what the parabola leaves, 4-5-6-7 a twentieth.
+# Residual amplitude in the dwell, as a share of the lift. The smoother the law, the less it leaves of a long
+# rise: between eight and ten periods the cycloidal law leaves a tenth of what the parabola leaves, 4-5-6-7 a
+# twentieth.
 
 figure, ax = plt.subplots()
 for law, found in spectra.items():

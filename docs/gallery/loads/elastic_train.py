@@ -21,8 +21,8 @@ scene = camopt.find_scene("roller-1000rpm").replace(
 )
 
 # %%
-# Residual vibration in the dwells, against the speed; and how far the mass is off its cam at 450 rev/min, with the
-# parabolic law.
+# Residual vibration in the dwells, against the speed; and how far the mass is off its cam at 450 rev/min, with
+# the parabolic law.
 
 speeds = np.linspace(200, 700, 31)
 figure, (above, below) = plt.subplots(2, figsize=(8, 6), height_ratios=(3, 2))
