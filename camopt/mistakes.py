@@ -6,7 +6,8 @@ from difflib import get_close_matches
 from typing import Any
 
 LONGEST_SHOWN = 100  # characters of a value
-MOST_LISTED = 30  # known names
+ALIKE = 0.75  # share of two words that is the same, in those that mean the same
+MOST_LISTED, MOST_MEANT = 30, 3  # known names; those that may have been meant
 
 
 @dataclass(frozen=True)
@@ -64,7 +65,18 @@ class Unsolved(ArithmeticError):
 def nearest(word: str, known: Iterable[str]) -> str:
     """What may have been meant, as the end of a message; and what is known."""
     known = list(known)
-    close = get_close_matches(word, known, n=1, cutoff=0.5)
+    close = (
+        get_close_matches(word, known, n=1, cutoff=ALIKE)
+        or _with_such_a_part(word, known)
+        or get_close_matches(word, known, n=1, cutoff=0.5)
+    )
     listed = known if len(known) <= MOST_LISTED else get_close_matches(word, known, n=MOST_LISTED, cutoff=0.0)
     rest = f" and {len(known) - len(listed)} more" if len(listed) < len(known) else ""
-    return (f"did you mean {close[0]}? " if close else "") + f"known: {', '.join(listed)}{rest}"
+    return (f"did you mean {' or '.join(close)}? " if close else "") + f"known: {', '.join(listed)}{rest}"
+
+
+def _with_such_a_part(word: str, known: list[str]) -> list[str]:
+    """The first names with a part, between underscores, that is much like a word: pressure_… for presure."""
+    parts = dict.fromkeys(part for name in known for part in name.split("_"))
+    close = get_close_matches(word, parts, n=1, cutoff=ALIKE)
+    return [name for name in known if close and close[0] in name.split("_")][:MOST_MEANT]

@@ -8,9 +8,12 @@ import sys
 from html.parser import HTMLParser
 from xml.etree import ElementTree
 
+import nbformat
 import numpy as np
 import pytest
+from nbclient import NotebookClient
 
+import camopt
 from camopt import Design, cam_points, evaluate, find_scene, optimise, shipped_scenes, sweep
 from camopt.drawing.small import small_cam
 
@@ -41,10 +44,27 @@ class Tags(HTMLParser):
 @pytest.fixture(scope="module")
 def results():
     best, swept = optimise(SCENE), sweep(SCENE)
-    return {"Scene": SCENE, "Evaluation": evaluate(SCENE), "Optimum": best, "Design": best.best, "Sweep": swept}
+    angles = np.arange(0.0, 360.0, 10.0)
+    lifts = np.column_stack([angles, 5 * (1 - np.cos(np.radians(angles)))])
+    flat = {"motion": "translating", "contact": "flat"}
+    trade = {"size": best.best["base_radius_mm"], "acceleration": 3.0, "bound": None}
+    rows = [Design({**best.best, **trade, "base_radius_mm": 60.0 + k}, SCENE) for k in range(45)]
+    return {
+        "Scene": SCENE,
+        "Evaluation": evaluate(SCENE),
+        "Optimum": best,
+        "Design": best.best,
+        "Sweep": swept,
+        "Synthesised": camopt.Synthesised(SCENE, best.best.scene, best.best, 60.0, 59.0),
+        "Frontier": camopt.Frontier(SCENE, ("size", "acceleration"), rows, [], {}),
+        "Fitted": camopt.fit(lifts, {"name": NAME, "cam": {"form": "disc", "base_radius": 30.0}, "follower": flat}),
+    }
 
 
-@pytest.mark.parametrize("kind", ["Scene", "Evaluation", "Optimum", "Design", "Sweep"])
+BOUNDED = ("Evaluation", "Optimum", "Design", "Sweep", "Synthesised")
+
+
+@pytest.mark.parametrize("kind", [*BOUNDED, "Scene", "Frontier", "Fitted"])
 def test_results_show_themselves_in_a_line_and_as_html(results, kind):
     shown = repr(results[kind])
     assert shown.startswith(f"<{kind} ")
@@ -54,16 +74,33 @@ def test_results_show_themselves_in_a_line_and_as_html(results, kind):
     assert not page.open
     assert any(NAME in text for text in page.texts)
     if kind != "Scene":
-        assert {"≤ 30", "deg", "mm"} <= {*page.texts}
+        assert "mm" in page.texts
+    if kind in BOUNDED:
+        assert {"≤ 30", "deg"} <= {*page.texts}
 
 
-@pytest.mark.parametrize("kind", ["Evaluation", "Optimum", "Design"])
+def test_a_long_result_is_cut_with_a_line_that_says_so(results):
+    page = Tags(results["Frontier"]._repr_html_())
+    assert "… and 5 more rows" in page.texts
+    assert {"99", "100"} & {*page.texts} == {"99"}
+
+
+def test_an_exported_file_shows_its_curves(tmp_path):
+    page = Tags(camopt.export(SCENE.replace(name=NAME), tmp_path / "a&b.dxf")._repr_html_())
+    assert not page.open
+    assert str(tmp_path / "a&b.dxf") in page.texts
+    assert any(" arcs, within " in text and text.endswith(" mm") for text in page.texts)
+
+
+@pytest.mark.parametrize("kind", ["Scene", "Evaluation", "Optimum", "Design", "Synthesised", "Fitted"])
 def test_a_design_has_a_small_picture_of_its_cam(results, kind):
     page = results[kind]._repr_html_()
     (svg,) = re.findall(r"<svg.*</svg>", page)
     assert len(page) < 30_000
     drawn = ElementTree.fromstring(svg)
-    radius = (results[kind].best if kind == "Optimum" else results[kind])["base_radius_mm"]
+    found = results[kind]
+    scene = found.best.scene if kind == "Optimum" else getattr(found, "scene", found)
+    radius = scene.cam.base_radius
     (words,) = [text.text for text in drawn.iter(f"{SVG}text")]
     assert words == f"base radius {radius:.4g} mm"
 
@@ -119,3 +156,26 @@ def test_a_name_that_is_nearly_right_is_answered_by_the_nearest(results, kind):
     assert found.get("presure_angle_max_deg") is None
     with pytest.raises(KeyError, match="did you mean pressure_angle_max_deg"):
         found["presure_angle_max_deg"]
+
+
+@pytest.mark.parametrize(
+    ("word", "meant"),
+    [
+        ("presure", "pressure_angle_max_deg or pressure_angle_max_rise_deg or pressure_angle_max_return_deg?"),
+        ("radius", "base_radius_mm or roller_radius_mm or prime_radius_mm?"),
+        ("base_radius", "base_radius_mm?"),
+    ],
+)
+def test_a_part_of_a_name_is_answered_by_the_names_that_have_it(word, meant, results):
+    with pytest.raises(camopt.UnknownName, match=re.escape(f"did you mean {meant}")):
+        results["Evaluation"][word]
+
+
+def test_a_figure_is_shown_once_whether_pyplot_is_at_work_or_not():
+    """Of a cell whose last line draws: one image."""
+    draw = "import camopt; camopt.plot_spectrum([camopt.response_spectrum('cycloidal', [1.0, 2.0], 0.1)])"
+    cells = [draw, "%matplotlib inline\n" + draw]
+    book = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(cell) for cell in cells])
+    NotebookClient(book, timeout=120, kernel_name="python3").execute()
+    shown = [[output for output in cell.outputs if "image/png" in output.get("data", {})] for cell in book.cells]
+    assert [len(images) for images in shown] == [1, 1]

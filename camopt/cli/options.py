@@ -25,6 +25,10 @@ OVERRIDES = {
 }
 
 
+ARGUMENTS = ("file", "scene")
+"""Names of the library that a command takes without an option."""
+
+
 def option_of(name: str) -> str:
     """How a user writes an option."""
     return f"--{name.replace('_', '-')}"
@@ -40,7 +44,7 @@ def keys_as_options() -> Iterator[None]:
     try:
         yield
     except BadInput as error:
-        options = [(m, "FILE" if m.key == "file" else option_of(m.key)) for m in error.mistakes]
+        options = [(m, m.key.upper() if m.key in ARGUMENTS else option_of(m.key)) for m in error.mistakes]
         named = [replace(m, key=option) if m.file == "camopt" else m for m, option in options]
         raise BadInput(named) from None
 
@@ -128,7 +132,8 @@ def scene_at(target: str, row: int | None) -> Any:
         raise BadInput([Mistake("camopt", "SCENE", target, "is a table: say which row with --row", bare=True)])
     if row is not None:
         raise BadInput([Mistake("camopt", "--row", row, f"belongs to a table; {target} is a scene", bare=True)])
-    return find_scene(target)
+    with keys_as_options():
+        return find_scene(target)
 
 
 def target_at(target: str, row: int | None, changes: dict[str, tuple[str, Any]]) -> Any:

@@ -7,15 +7,20 @@ from typing import Any
 
 from camopt.drawing.small import small_cam
 from camopt.front.sweep import Sweep
+from camopt.measured.fitted import Fitted
 from camopt.mistakes import BadInput
 from camopt.problem.problem import resolve
 from camopt.quantities import QUANTITIES
 from camopt.scene.scene import Scene
 from camopt.shown import Shown
 from camopt.smallest.optimise import Optimum
+from camopt.synthesis.frontier import Frontier
+from camopt.synthesis.synthesised import Synthesised
+from camopt.synthesis.units import unit_of
 from camopt.tables.cells import heading, number
-from camopt.tables.columns import bounds_of, columns_of, is_nothing, laws_shown, with_law
+from camopt.tables.columns import bounds_of, columns_of, is_nothing, laws_shown, sizes_shown, with_law
 from camopt.tables.designs import Design
+from camopt.tables.html import html_table
 from camopt.verdicts.evaluation import Evaluation
 
 Row = Mapping[str, Any]
@@ -29,9 +34,9 @@ def html_of(result: Shown) -> str:
 
 @html_of.register
 def _of_a_scene(scene: Scene) -> str:
-    """What the scene is, and its TOML to unfold."""
+    """What the scene is, its TOML to unfold, and its cam if it has sizes of its own."""
     unfolded = f"<details><summary>TOML</summary><pre>{escape(scene.to_toml())}</pre></details>"
-    return f"<b>{escape(repr(scene))}</b>{unfolded}"
+    return _beside_the_cam(f"<div><b>{escape(repr(scene))}</b>{unfolded}</div>", lambda: scene)
 
 
 @html_of.register
@@ -63,7 +68,53 @@ def _of_an_optimum(result: Optimum) -> str:
 def _of_a_sweep(result: Sweep) -> str:
     """The best design of each law."""
     asked = (*result.scene.search.minimise, *result.scene.search.maximise)
-    return _designs(repr(result).strip("<>"), result.scene, result.best.values(), asked, "held_by")
+    table = _designs(_title(result), result.scene, result.best.values(), asked, "held_by")
+    one = [design.scene for design in result.best.values()] if len(result.best) == 1 else []
+    return _beside_the_cam(table, lambda: one[0]) if one else table
+
+
+@html_of.register
+def _of_a_synthesis(result: Synthesised) -> str:
+    """The smallest cam of the free laws."""
+    return _beside_the_cam(
+        _designs(_title(result), result.scene, [result.design], (), "binding"), lambda: result.scene
+    )
+
+
+@html_of.register
+def _of_a_frontier(result: Frontier) -> str:
+    """The cams of free laws, the axes first."""
+    if not result.rows:
+        return f"<b>{escape(_title(result))}</b>"
+    names = [*result.axes, "bound", *(n for n in sizes_shown(result.scene, result.rows) if not n.startswith("law"))]
+    units = {axis: unit_of(axis, result.scene) for axis in result.axes}
+    units["bound"] = units[result.axes[0]]
+    rows = [["" if row[name] is None else _text(row[name]) for name in names] for row in result.rows]
+    return html_table(_title(result), [heading(name, units.get(name)).split("\n") for name in names], rows)
+
+
+@html_of.register
+def _of_a_fit(result: Fitted) -> str:
+    """How the motion lies in the points, and its peaks beside those of plain differences."""
+    lengths = {
+        "noise": result.noise,
+        "band": result.band,
+        "largest deviation": result.deviation.largest,
+        "root mean square deviation": result.deviation_rms,
+    }
+    rows = [("points", str(result.points.angles.size), "")]
+    rows += [(name, number(value), result.unit) for name, value in lengths.items()]
+    jerk = QUANTITIES[result.quantity("jerk")].unit
+    rows += [("root mean square jerk", number(result.jerk_rms), jerk)]
+    rows += [("the least of any motion", number(result.least_jerk_rms), jerk)]
+    for name, value in result.after.items():
+        rows.append((f"largest {name}", number(value), QUANTITIES[result.quantity(name)].unit))
+    return _beside_the_cam(html_table(_title(result), [], rows), lambda: result.scene)
+
+
+def _title(result: Shown) -> str:
+    """What a result says of itself in a line."""
+    return repr(result).removeprefix("<").removesuffix(">")
 
 
 def _designs(title: str, scene: Scene, designs: Iterable[Row], asked: Iterable[str], last: str) -> str:
@@ -73,8 +124,7 @@ def _designs(title: str, scene: Scene, designs: Iterable[Row], asked: Iterable[s
         return f"<b>{escape(title)}</b>"
     names, bounds = [*columns_of(problem, rows, asked), last], bounds_of(problem)
     heads = [[*heading(name).split("\n"), bounds.get(name, "")] for name in names]
-    cells = [[escape(_text(row.get(name, ""))) for name in names] for row in rows]
-    return _table(title, [[*map(escape, head)] for head in heads], cells)
+    return html_table(title, heads, [[_text(row.get(name, "")) for name in names] for row in rows])
 
 
 def _beside_the_cam(table: str, scene_of: Callable[[], Scene]) -> str:
@@ -93,15 +143,8 @@ def _down(title: str, scene: Scene, row: Row, names: Iterable[str], why: Mapping
         [name, _text(row[name]), q.unit if q else "", bounds.get(name, ""), why.get(name, q.sentence if q else "")]
         for name, q in about.items()
     ]
-    return _table(title, [], [[escape(text) for text in line] for line in cells])
+    return html_table(title, [], cells)
 
 
 def _text(value: Any) -> str:
     return ", ".join(value) if isinstance(value, list) else number(value)
-
-
-def _table(title: str, heads: list[list[str]], cells: list[list[str]]) -> str:
-    head = "".join(f"<th>{'<br>'.join(lines)}</th>" for lines in heads)
-    body = "".join(f"<tr>{''.join(f'<td>{text}</td>' for text in line)}</tr>" for line in cells)
-    caption = f"<caption>{escape(title)}</caption>"
-    return f"<table>{caption}<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"

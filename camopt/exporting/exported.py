@@ -6,6 +6,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from camopt.contour.follow import Followed
+from camopt.tables.cells import number
+from camopt.tables.html import html_table
 
 
 @dataclass(frozen=True)
@@ -20,6 +22,16 @@ class Exported:
     curves: Mapping[str, "CurveInFile"] = field(default_factory=dict)
     about: Mapping[str, Any] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+
+    def _repr_html_(self) -> str:
+        """The curves with their proved deviations, and the other numbers, for a notebook."""
+        curves = [
+            (name.replace("_", " "), f"{curve.elements:,} {curve.what}, within {number(curve.deviation_mm)} mm")
+            for name, curve in self.curves.items()
+        ]
+        about = [(name, number(value)) for name, value in self.about.items()]
+        notes = [("note", note) for note in self.notes]
+        return html_table(str(self.file), [], [*curves, *about, *notes])
 
 
 class CurveInFile(NamedTuple):

@@ -70,7 +70,7 @@ def write(
         wanted = (direction == "climb") == (problem.design.sense > 0)  # the path of a ccw cam runs clockwise
         lines += _cut(each.path if wanted else each.path.backwards, cutter_radius, depth, feed)
     write_text(path, "\n".join([*lines, "M30"]) + "\n")
-    notes = () if depth is not None else ("neither --depth nor part.thickness is given: the program has no Z",)
+    notes = () if depth is not None else ("neither a depth nor part.thickness is given: the program has no Z",)
     return Exported(path, told(followed), notes=notes)
 
 

@@ -19,6 +19,7 @@ from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem, resolve
 from camopt.quantities import DERIVATIVES, motion_quantity
 from camopt.scene.scene import Scene
+from camopt.shown import Shown
 
 JERK = 3  # its order
 NAMED = 6  # rows at most
@@ -34,7 +35,7 @@ class LeftOut(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Fitted:
+class Fitted(Shown):
     """The motion of the least mean-square jerk within a band of measured points, as a scene.
 
     ``points`` are those that it was fitted to, ``outliers`` those left out. The turn of the scene starts at the
@@ -59,7 +60,7 @@ class Fitted:
 
     def __repr__(self) -> str:
         away = f"{self.deviation.largest:.4g} from {self.points.angles.size} points"
-        return f"<Fitted {self.scene.name}: at most {away}, band {self.band:.4g}>"
+        return f"<Fitted of {self.scene.name}: at most {away}, band {self.band:.4g}>"
 
     @cached_property
     def _problem(self) -> Problem:

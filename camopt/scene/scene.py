@@ -255,7 +255,7 @@ def find_scene(name: str | os.PathLike[str]) -> Scene:
     """
     if not isinstance(name, (str, os.PathLike)):
         raise BadInput(
-            [Mistake("camopt", "SCENE", name, "the path of a TOML file, or the name of a shipped scene")]
+            [Mistake("camopt", "scene", name, "the path of a TOML file, or the name of a shipped scene")]
         )
     word = os.fsdecode(name)
     if word in shipped_scenes():
@@ -269,4 +269,4 @@ def find_scene(name: str | os.PathLike[str]) -> Scene:
         why = "a TOML file or a shipped scene; there is no such file"
     else:
         why = f"a TOML file or a shipped scene; {nearest(word, shipped_scenes())}"
-    raise BadInput([Mistake("camopt", "SCENE", word, why)])
+    raise BadInput([Mistake("camopt", "scene", word, why)])

@@ -39,7 +39,7 @@ from camopt.synthesis.synthesise import (
     tightened,
 )
 from camopt.synthesis.synthesised import Synthesised
-from camopt.tables.designs import chosen
+from camopt.tables.designs import Design, chosen
 from camopt.verdicts.evaluation import evaluate
 
 TRIES = 2  # starts of convex steps: those that promise most
@@ -198,7 +198,7 @@ class AxisMinimiser:
             cam = chosen(scene, {**sizes, name: prime * (1.0 + larger) - demand.roller})
             found = evaluate(cam)
             if found["feasible"]:
-                return Synthesised(demand.problem.scene, cam, dict(found), 0.0)
+                return Synthesised(demand.problem.scene, cam, Design(found, cam), 0.0)
         return None
 
     def _bound(self, value: Mapping[str, float], best: FrontierCam) -> float | None:

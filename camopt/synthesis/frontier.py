@@ -21,6 +21,7 @@ from camopt.problem.limits import load_quantity
 from camopt.problem.problem import resolve
 from camopt.scene.scene import Scene
 from camopt.scene.tables import TERMS
+from camopt.shown import Shown
 from camopt.smallest.result import Progress
 from camopt.synthesis import residual
 from camopt.synthesis.axis_minimiser import AxisMinimiser, FrontierCam
@@ -39,7 +40,7 @@ NEARLY_NONE = 1e-3  # of an axis' largest value: less of it is not looked for
 
 
 @dataclass(frozen=True)
-class Frontier:
+class Frontier(Shown):
     """The trade-off between two or three axes; less of each is better.
 
     An axis is a term of the objective or a load. ``rows`` are the cams with new ("free") motion laws that no other

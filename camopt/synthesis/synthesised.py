@@ -11,12 +11,14 @@ from camopt.motion.segments import MOVE
 from camopt.motion.spline import SplineLaw
 from camopt.problem.problem import resolve
 from camopt.scene.scene import Scene
+from camopt.shown import Shown
+from camopt.tables.designs import Design
 
 FREE = ("rise", "return", MOVE)
 
 
 @dataclass(frozen=True)
-class Synthesised:
+class Synthesised(Shown):
     """New ("free") motion laws, the smallest cam for them, and how good they are.
 
     ``asked`` is the scene that was given; ``scene`` is the answer, with the new laws, the size and the offset;
@@ -26,7 +28,7 @@ class Synthesised:
 
     asked: Scene
     scene: Scene
-    design: dict[str, Any]
+    design: Design
     objective: float
     bound: float | None = None
     convex: bool = True
@@ -34,7 +36,7 @@ class Synthesised:
 
     def __repr__(self) -> str:
         known = "" if self.gap is None else f", at most {self.gap:.2%} from the best of any motion"
-        return f"<Synthesised {self.scene.name}: objective {self.objective:.6g}{known}>"
+        return f"<Synthesised of {self.scene.name}: objective {self.objective:.6g}{known}>"
 
     @property
     def gap(self) -> float | None:
