@@ -5,6 +5,11 @@ Table columns, JSON keys, documentation and checks of names all come from here. 
 
 from dataclasses import dataclass
 from itertools import product
+from typing import Literal
+
+Flag = Literal["undercut", "self_crossing", "feasible", "refined"]
+Word = Literal["law_rise", "law_return", "violated", "status", "proof"]
+"""The quantities that are no numbers, for type checkers, which cannot read them from the list."""
 
 
 @dataclass(frozen=True)

@@ -312,7 +312,7 @@ def test_every_number_of_the_scene_is_a_quantity(key, angular):
         ({"search.materials.cam_poisson": [0.5]}, "search.materials.cam_poisson.1 = 0.5: must be below 0.5"),
         (
             {"search.materials.cam": ["steel"]},
-            "search.materials.cam = ['steel']: not a number of this table; known:",
+            "search.materials.cam = ['steel']: not a number of this table; did you mean cam_modulus",
         ),
         (
             {"search.motion": {"lift": 3}},

@@ -66,7 +66,7 @@ def known_row(demand: Demand, row: Design) -> Design:
     terms = {name: term_of(demand, programme, name, size) for name in demand.objective}
     smooth = all(jump.order > demand.rest for jump in programme.jumps)
     small = size + demand.roller <= demand.prime[1] * (1.0 + NOTHING)
-    known = {**terms, **row, "within": small and smooth and within(demand, programme)}
+    known: dict[str, Any] = {**terms, **row, "within": small and smooth and within(demand, programme)}
     return Design(known, row.searched)
 
 

@@ -5,14 +5,14 @@ import re
 from collections.abc import Iterable, Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 from camopt.files import result_folder, write_text
 from camopt.mechanisms import FIELDS
 from camopt.mistakes import BadInput, Mistake, UnknownName, nearest
 from camopt.motion import LAWS
 from camopt.problem.problem import size_keys
-from camopt.quantities import number_quantity
+from camopt.quantities import Flag, Word, number_quantity
 from camopt.scene.scene import Scene
 from camopt.shown import Shown
 from camopt.tables.columns import joined_laws
@@ -43,6 +43,22 @@ class Design(Shown, dict[str, Any]):
     def __init__(self, quantities: Mapping[str, Any] | Iterable[tuple[str, Any]], searched: Scene) -> None:
         super().__init__(quantities)
         self.searched = searched
+
+    if TYPE_CHECKING:  # overlaps are meant: any other name is that of a number
+
+        @overload
+        def __getitem__(self, name: Flag | Literal["proved", "local", "within"], /) -> bool: ...  # type: ignore[overload-overlap]
+        @overload
+        def __getitem__(self, name: Word | Literal["held_by", "scene"], /) -> str: ...  # type: ignore[overload-overlap]
+        @overload
+        def __getitem__(self, name: Literal["binding"], /) -> list[str]: ...  # type: ignore[overload-overlap]
+        @overload
+        def __getitem__(self, name: Literal["angles_deg"], /) -> list[float]: ...  # type: ignore[overload-overlap]
+        @overload
+        def __getitem__(self, name: Literal["bound"], /) -> float | None: ...  # type: ignore[overload-overlap]
+        @overload
+        def __getitem__(self, name: str, /) -> float: ...
+        def __getitem__(self, name: str, /) -> Any: ...
 
     def __missing__(self, name: str) -> Any:
         raise UnknownName(f"{name!r} is no quantity of this design; {nearest(str(name), self)}")

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from math import inf, isinf
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from camopt.effects.motion import KINDS
 from camopt.mistakes import UnknownName, nearest
 from camopt.motion.table import TURN
 from camopt.problem.problem import Problem, exactly, resolve_design
-from camopt.quantities import QUANTITIES
+from camopt.quantities import QUANTITIES, Flag, Word
 from camopt.scene.scene import Scene
 from camopt.shown import Shown
 from camopt.verdicts.judging import judged, run_effects
@@ -29,7 +29,13 @@ class Evaluation(Shown, Mapping[str, Any]):
     quantities: dict[str, float | bool | str]
     unbounded: dict[str, str] = field(default_factory=dict)
 
-    def __getitem__(self, name: str) -> Any:
+    @overload
+    def __getitem__(self, name: Flag, /) -> bool: ...  # type: ignore[overload-overlap]  # others are numbers
+    @overload
+    def __getitem__(self, name: Word, /) -> str: ...  # type: ignore[overload-overlap]  # others are numbers
+    @overload
+    def __getitem__(self, name: str, /) -> float: ...
+    def __getitem__(self, name: str, /) -> float | bool | str:
         if name not in self.quantities:
             raise UnknownName(f"{name!r} is no quantity of this evaluation; {nearest(str(name), self)}")
         return self.quantities[name]
