@@ -54,15 +54,16 @@ class SplineLaw(ByOrder):
         return found
 
     def _at(self, x: ArrayLike, order: int) -> FloatArray:
-        """A derivative by de Boor's algorithm: steps from coefficient to coefficient, which keep the digits."""
+        """A derivative by de Boor's algorithm: steps between coefficients, which keep the digits."""
         (knots, values), degree, x = self._derivatives[order], self.degree - order, np.asarray(x, dtype=float)
         k = np.clip(np.searchsorted(knots, x, side="right") - 1, degree, values.size - 1)
-        found = [values[k - degree + j] for j in range(degree + 1)]
+        place = k - degree + np.arange(degree + 1).reshape(-1, *([1] * x.ndim))
+        found: FloatArray = values[place]
         for level in range(1, degree + 1):
-            for j in range(degree, level - 1, -1):
-                left, right = knots[k - degree + j], knots[k + 1 + j - level]
-                found[j] = found[j - 1] + (x - left) / (right - left) * (found[j] - found[j - 1])
-        return found[degree]
+            left, right = knots[place[level:]], knots[place[level:] + degree + 1 - level]
+            found = found[:-1] + (x - left) / (right - left) * (found[1:] - found[:-1])
+        result: FloatArray = found[0]
+        return result
 
 
 REST: Any = [(1, 0.0), (2, 0.0)]  # derivatives at an end that rests: zero velocity and acceleration
