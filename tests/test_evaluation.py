@@ -1,37 +1,13 @@
 """Every quantity against the sources' cams and against 50-digit computations (tests/support/naive.py)."""
 
 import json
-from math import inf, isinf
-from pathlib import Path
+from math import isinf
 
 import pytest
 from support import naive
+from support.references import REFERENCE, WORKED, relative_error
 
 from camopt import QUANTITIES, Scene, evaluate, find_scene
-
-DATA = Path(__file__).parent / "data"
-REFERENCE = {entry["id"]: entry for entry in json.loads((DATA / "reference.json").read_text())}
-WORKED = json.loads((DATA / "worked-examples.json").read_text())
-
-# A few references are small differences of large numbers: the error is relative to the larger partner.
-PARTNER = {
-    "pitch_curvature_min_per_mm": "pitch_curvature_max_per_mm",
-    "pitch_curvature_max_per_mm": "pitch_curvature_min_per_mm",
-    "profile_radius_min_mm": "roller_radius_mm",
-    "face_reach_min_mm": "face_reach_max_mm",
-    "face_reach_max_mm": "face_reach_min_mm",
-}
-
-
-def relative_error(found, name, expected):
-    if isinstance(expected, bool):
-        return 0.0 if found[name] is expected else inf
-    value = float(expected)
-    if isinf(value):
-        return 0.0 if found[name] == value else inf
-    partner = abs(found.get(PARTNER.get(name, name), 0.0))
-    scale = max(abs(value), partner if partner < inf else 0.0)
-    return abs(found[name] - value) / scale if scale else abs(found[name])
 
 
 @pytest.mark.parametrize("name", WORKED)

@@ -9,10 +9,13 @@ from docutils import nodes
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
+import camopt
+
 TESTS = Path(__file__).parents[2] / "tests"
 sys.path.insert(0, str(TESTS))
 
 from support.published import CASES, Answer, Case  # noqa: E402
+from support.references import REFERENCE, WORKED, relative_error  # noqa: E402
 from support.second_answers import SECOND_ANSWERS  # noqa: E402
 
 
@@ -30,6 +33,19 @@ class Published(SphinxDirective):
         return self.parse_text_to_nodes("\n".join(map(described, cases)))
 
 
+class References(SphinxDirective):
+    """Cams whose quantities another program has computed to many digits, with the largest difference of each."""
+
+    def run(self) -> list[nodes.Node]:
+        worked = [(f"`{name}`", camopt.find_scene(name), entry["expected"]) for name, entry in WORKED.items()]
+        rows = [differences([case]) for case in worked]
+        others = [("", camopt.Scene.from_dict(entry["scene"]), entry["expected"]) for entry in REFERENCE.values()]
+        _, *summary = differences(others)
+        rows.append((f"{len(others)} cams of all mechanisms and laws", *summary))
+        body = "\n".join(f"| {name} | {count} | {off:.1g} |" for name, count, off in rows)
+        return self.parse_text_to_nodes(f"| cam | numbers | largest relative difference |\n|---|--:|--:|\n{body}\n")
+
+
 class SecondAnswers(SphinxDirective):
     """The tests that compare camopt with something independent, by kind; their names are read as sentences."""
 
@@ -39,6 +55,15 @@ class SecondAnswers(SphinxDirective):
             rows = "\n".join(f"| {sentence(test)} | `{test}` |" for test in tests)
             parts.append(f"**{kind}.** {words}\n\n| what | test |\n|---|---|\n{rows}\n")
         return self.parse_text_to_nodes("\n".join(parts))
+
+
+def differences(cases: list[tuple[str, camopt.Scene, dict[str, Any]]]) -> tuple[str, int, float]:
+    """The name of the first cam, how many numbers are compared, and the largest relative difference of any."""
+    off = []
+    for _, scene, expected in cases:
+        found = camopt.evaluate(scene)
+        off += [relative_error(found, name, value) for name, value in expected.items()]
+    return cases[0][0], len(off), max(off)
 
 
 def described(case: Case) -> str:
@@ -53,11 +78,13 @@ def row(answer: Answer, value: float) -> str:
     off = abs(value - answer.value)
     if not off <= answer.allowed:
         raise ValueError(f"{answer.what}: {answer.printed} in print, {value} by camopt")
-    printed = answer.printed if isinstance(answer.printed, str) else f"{answer.printed:.10g}"
-    digits = max(7, len(printed.lstrip("-0.")) + 2)
-    unit = f", {answer.unit}" if answer.unit else ""
+    text = isinstance(answer.printed, str)
+    printed = str(answer.printed) if text else f"{answer.printed:.8g}"
+    digits = max(7, len(printed) + 1) if text else 8
     shown = f"{value:.{digits}g}" if abs(value) > 1e-12 else "0"
-    return f"| {answer.what}{unit} | {printed} | {shown} | {off:.1g} | {answer.allowed:.2g} |"
+    unit = f", {answer.unit}" if answer.unit else ""
+    difference = f"{off:.1g}" if off < 1.0 else f"{off:.3g}"
+    return f"| {answer.what}{unit} | {printed} | {shown} | {difference} | {answer.allowed:.2g} |"
 
 
 def sentence(test: str) -> str:
@@ -72,5 +99,6 @@ def sentence(test: str) -> str:
 
 def setup(app: Sphinx) -> dict[str, Any]:
     app.add_directive("published", Published)
+    app.add_directive("references", References)
     app.add_directive("second-answers", SecondAnswers)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -452,9 +452,9 @@ CASES = (
         "Vibration",
         "Residual amplitude after a step with a sloping front",
         "Ayre in Harris, *Shock and Vibration Handbook*, ch. 8",
-        "undamped, by the time of the front over the natural period",
+        "undamped, of a step of 1, by the time of the front over the natural period",
         [
-            Answer(f"{FRONT[law]}, {r:g}", formula(r), "of the step", 1e-10 * formula(r))
+            Answer(f"{FRONT[law]}, {r:g}", formula(r), "", 1e-10 * formula(r))
             for law, formula in AYRE.items()
             for r in RATIOS
         ],
@@ -465,11 +465,7 @@ CASES = (
         "Fronts that leave nothing behind",
         "the same chapter",
         "period ratios at which the residual amplitude is zero",
-        [
-            Answer(f"{FRONT[law]}, {r:g}", 0.0, "of the step", 1e-13)
-            for law, ratios in STILL.items()
-            for r in ratios
-        ],
+        [Answer(f"{FRONT[law]}, {r:g}", 0.0, "", 1e-13) for law, ratios in STILL.items() for r in ratios],
         partial(residuals, STILL),
     ),
 )
