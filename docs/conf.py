@@ -59,6 +59,7 @@ sphinx_gallery_conf = {
     "abort_on_example_error": True,
     "download_all_examples": False,
     "copyfile_regex": r"",
+    "ignore_repr_types": "matplotlib|Sheet|list|tuple",
     "thumbnail_size": (480, 336),
     "show_memory": False,
     "show_signature": False,

@@ -34,7 +34,7 @@ for ax, radius in zip(axes, (8, 20, 26), strict=True):
 # With a limit on the radius of the profile, ``optimise`` chooses the roller and the size together:
 
 limited = scene.replace(
-    limits={"curvature_radius": 2, "pressure_angle": 50}, search={"roller_radius": [8, 12, 16, 20]}
+    limits={"curvature_radius": 2, "pressure_angle": 50}, search={"roller_radius": [10, 20, 30, 40]}
 )
 best = camopt.optimise(limited).best
 print(best["roller_radius_mm"], best["base_radius_mm"], best["binding"])

@@ -12,7 +12,11 @@ import numpy as np
 import camopt
 
 scene = camopt.find_scene("valve-rod-offset").replace(
-    **{"limits": {"pressure_angle": 30}, "cam.shaft_diameter": None, "search.offset": {"start": -30, "stop": 30}}
+    **{
+        "limits": {"pressure_angle": 30, "pressure_angle_return": 40},
+        "cam.shaft_diameter": None,
+        "search.offset": {"start": -30, "stop": 30},
+    }
 )
 strokes = [segment.model_dump(exclude_none=True) for segment in scene.motion]
 together = strokes[0]["angle"] + strokes[2]["angle"]
