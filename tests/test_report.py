@@ -39,6 +39,12 @@ def swept(tmp_path_factory):
     return camopt.sweep(scene, out=folder), folder
 
 
+@pytest.fixture
+def without_files(monkeypatch):
+    """Pages without files for machines, which take most of the time."""
+    monkeypatch.setattr("camopt.reporting.cams.downloads_of", lambda scene, stem: ([], ""))
+
+
 @pytest.mark.parametrize("name", ["two-pauses", "feeder-with-stop", "bucket-valve", "knife-900rpm-offset"])
 def test_a_page_needs_nothing_from_elsewhere(name, tmp_path):
     page = camopt.report(name, tmp_path / "cam.html")
@@ -137,9 +143,8 @@ def test_a_folder_without_a_result_is_refused(tmp_path):
         camopt.report(tmp_path / "empty", tmp_path / "page.html")
 
 
-def test_new_laws_stand_beside_the_best_known_law(tmp_path, monkeypatch):
+def test_new_laws_stand_beside_the_best_known_law(tmp_path, without_files):
     """From the folder that ``synthesise`` writes: both cams, and how far from the bound the new one is."""
-    monkeypatch.setattr("camopt.reporting.cams.downloads_of", lambda scene, stem: ([], ""))
     folder = tmp_path / "new"
     assert main(["synthesise", "two-pauses", "--max-pressure", "30", "--out", str(folder), "--quiet"]) == 0
     page = camopt.report(folder, tmp_path / "page.html")
@@ -162,3 +167,22 @@ def test_the_command_writes_a_page_or_nothing(tmp_path, capsys):
     assert main(["report", str(tmp_path), "--rpm", "60", "--out", str(tmp_path / "none.html")]) == 2
     assert "belongs to a scene" in capsys.readouterr().err
     assert [file.name for file in tmp_path.iterdir()] == ["cam.html"]
+
+
+def test_of_many_laws_the_smallest_cams_are_shown(tmp_path, without_files):
+    """As many as fit, from the result and from its folder alike, and how many there are."""
+    laws = ["cycloidal", "harmonic", "poly345", "modified-sine", "parabolic", "poly4567"]
+    scene = camopt.find_scene("roller-1000rpm").replace(**{"search.law": laws})
+    assert main(["optimise", _written(scene, tmp_path), "--out", str(tmp_path / "best"), "--quiet"]) == 0
+    pages = [camopt.report(what, tmp_path / "page.html") for what in (tmp_path / "best", camopt.optimise(scene))]
+    for page in pages:
+        sizes = [cam["sizes"]["size"] for cam in data_of(page)["cams"]]
+        assert sizes == sorted(sizes)
+        assert len(sizes) == MOST_CAMS
+        assert f"The 4 smallest of {len(laws)} cams" in page.read_text(encoding="utf-8")
+
+
+def _written(scene, folder):
+    path = folder / "scene.toml"
+    path.write_text(scene.to_toml(), encoding="utf-8")
+    return str(path)

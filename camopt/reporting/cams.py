@@ -72,6 +72,7 @@ def cams_page(cams: Sequence[Shown], title: str = "", told: Sequence[str] = (), 
         tables=[*(titled if several else limits), *more],
         sections=sections,
         downloads=files,
+        several=several,
     )
 
 

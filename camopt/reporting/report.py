@@ -108,7 +108,16 @@ def _of_a_design(what: Evaluation | Design) -> Iterable[Shown]:
 
 @shown_of.register
 def _of_an_optimum(what: Optimum) -> Iterable[Shown]:
-    return [Shown(law or what.scene.name, design.scene) for law, design in [*what.by_law.items()][:MOST_CAMS]]
+    return _smallest([Shown(law or what.scene.name, design.scene) for law, design in what.by_law.items()])
+
+
+def _smallest(cams: list[Shown]) -> list[Shown]:
+    """The smallest of several cams, as many as a page has room for, and a word on the others."""
+    if len(cams) <= MOST_CAMS:
+        return cams
+    kept = sorted(cams, key=lambda cam: cam.scene.cam.base_radius or cam.scene.cam.mean_radius or 0.0)[:MOST_CAMS]
+    told = f"The {MOST_CAMS} smallest of {len(cams)} cams; the others are larger."
+    return [replace(kept[0], told=told), *kept[1:]]
 
 
 @shown_of.register
@@ -154,7 +163,7 @@ def _of_a_folder(folder: Path) -> Iterable[Shown | Result]:
         return list(_of_a_synthesis(folder))
     scenes = sorted(folder.glob(OPTIMUM))
     if scenes:
-        return [Shown(path.stem.removeprefix("optimum-"), Scene.from_toml(path)) for path in scenes]
+        return _smallest([Shown(path.stem.removeprefix("optimum-"), Scene.from_toml(path)) for path in scenes])
     why = f"a folder that a command wrote: with {PARETO}, {FRONTIER}, {SCENE} or {OPTIMUM}"
     raise BadInput([Mistake("camopt", "what", str(folder), why)])
 
