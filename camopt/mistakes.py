@@ -37,7 +37,21 @@ def _short(value: Any) -> str:
 
 
 class BadInput(ValueError):
-    """Mistakes in what was asked: ``mistakes`` has each, with its place and what is allowed there."""
+    """Mistakes in what was asked, all of them at once.
+
+    Parameters
+    ----------
+    mistakes : iterable of Mistake
+        Each with its place (``file``, ``key``), the ``value`` there, and what is ``allowed``.
+
+    Examples
+    --------
+    >>> try:
+    ...     camopt.find_scene("two-pauses").replace(**{"cam.rpm": -1, "cam.base_radus": 30})
+    ... except camopt.BadInput as error:
+    ...     [mistake.key for mistake in error.mistakes]
+    ['cam.rpm', 'cam.base_radus']
+    """
 
     def __init__(self, mistakes: Iterable[Mistake]) -> None:
         self.mistakes = tuple(mistakes)
@@ -48,18 +62,44 @@ class BadInput(ValueError):
 
 
 class UnknownName(KeyError):
-    """A mapping has no such key; the message names the most similar one."""
+    """A mapping has no such key; the message names the most similar ones.
+
+    Examples
+    --------
+    >>> camopt.evaluate(camopt.find_scene("two-pauses"))["undercutt"]
+    Traceback (most recent call last):
+    camopt.mistakes.UnknownName: 'undercutt' is no quantity of this evaluation; did you mean undercut? ...
+    """
 
     def __str__(self) -> str:
         return str(self.args[0])  # a KeyError would show it in quotes
 
 
 class Unmet(Exception):
-    """No new motion law meets all limits; the message says why, as far as it is known."""
+    """No new motion law meets all limits; the message says why, as far as it is known.
+
+    Examples
+    --------
+    >>> coarse = {"synthesis.pieces": 12, "search.base_radius": {"start": 2, "stop": 3}}
+    >>> try:
+    ...     camopt.synthesise(camopt.find_scene("roller-1000rpm").replace(**coarse))
+    ... except camopt.Unmet:
+    ...     print("no motion law makes so small a cam")
+    no motion law makes so small a cam
+    """
 
 
 class Unsolved(ArithmeticError):
-    """The convex solver failed; the message says how."""
+    """The convex solver failed; the message says how.
+
+    Examples
+    --------
+    >>> coarse = camopt.find_scene("roller-1000rpm").replace(**{"synthesis.pieces": 12})
+    >>> try:
+    ...     found = camopt.synthesise(coarse)
+    ... except camopt.Unsolved as error:
+    ...     print(f"try other [synthesis] pieces: {error}")
+    """
 
 
 def nearest(word: str, known: Iterable[str]) -> str:

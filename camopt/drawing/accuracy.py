@@ -34,11 +34,11 @@ def plot_accuracy(rows: Sequence[dict[str, Any]], title: str = "", path: Target 
 
     Parameters
     ----------
-    rows
+    rows : sequence of Mapping
         What ``studies.accuracy.measure`` gives: quantity, method, setting, ns_per_design, error_max.
-    title
+    title : str
         What was measured.
-    path
+    path : str or os.PathLike, optional
         A PNG, SVG or PDF file to write as well.
 
     Examples

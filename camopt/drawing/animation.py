@@ -20,11 +20,24 @@ KINDS = (".svg", ".gif", ".mp4")
 
 @dataclass(frozen=True)
 class Animation:
-    """A cam that turns under its follower; a notebook shows it."""
+    """A cam that turns under its follower; a notebook shows it.
+
+    Attributes
+    ----------
+    name : str
+        The name of the scene.
+    svg : str
+        An animated SVG file: without scripts, one turn in 4 s.
+
+    Examples
+    --------
+    >>> animation = camopt.animate(camopt.find_scene("two-pauses"))
+    >>> "<animateTransform " in animation.svg, "<script" in animation.svg
+    (True, False)
+    """
 
     name: str
     svg: str = field(repr=False)
-    """An animated SVG file: without scripts, one turn in 4 s."""
 
     def _repr_html_(self) -> str:
         image = b64encode(self.svg.encode()).decode()
@@ -41,9 +54,9 @@ def animate(scene: Scene, path: Target = None) -> Animation:
 
     Parameters
     ----------
-    scene
+    scene : Scene
         A scene with sizes of its own.
-    path
+    path : str or os.PathLike, optional
         A file to write as well. SVG: one file without scripts, which browsers animate, and other programs show as
         it is at cam angle 0. MP4 needs ffmpeg, on the machine or by ``pip install "camopt[video]"``.
 

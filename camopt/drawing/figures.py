@@ -36,9 +36,9 @@ def plot(scene: Scene, path: Target = None) -> "Figure":
 
     Parameters
     ----------
-    scene
+    scene : Scene
         A scene with sizes of its own.
-    path
+    path : str or os.PathLike, optional
         A PNG, SVG or PDF file to write as well.
 
     Examples

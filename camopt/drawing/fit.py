@@ -35,9 +35,9 @@ def plot_fit(result: Fitted, path: Target = None) -> "Figure":
 
     Parameters
     ----------
-    result
+    result : Fitted
         What ``fit`` gives.
-    path
+    path : str or os.PathLike, optional
         A PNG, SVG or PDF file to write as well.
 
     Examples

@@ -42,9 +42,9 @@ def plot_frontier(found: Frontier, path: Target = None) -> "Figure":
 
     Parameters
     ----------
-    found
+    found : Frontier
         What ``frontier`` gives.
-    path
+    path : str or os.PathLike, optional
         A PNG, SVG or PDF file to write as well.
 
     Examples

@@ -25,9 +25,9 @@ def plot_spectrum(spectra: Sequence[Mapping[str, Any]], path: Target = None) -> 
 
     Parameters
     ----------
-    spectra
+    spectra : sequence of Mapping
         What ``response_spectrum`` gives for each law, at one damping ratio.
-    path
+    path : str or os.PathLike, optional
         A PNG, SVG or PDF file to write as well.
 
     Examples

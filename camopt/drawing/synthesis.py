@@ -33,11 +33,11 @@ def plot_synthesis(result: Synthesised, path: Target = None, known: Comparison |
 
     Parameters
     ----------
-    result
+    result : Synthesised
         What ``synthesise`` gives.
-    path
+    path : str or os.PathLike, optional
         A PNG, SVG or PDF file to write as well.
-    known
+    known : Comparison, optional
         The known laws, if they were compared already (``synthesis.compare.compared``).
 
     Examples

@@ -28,11 +28,11 @@ def export(scene: Scene, path: str | os.PathLike[str], **settings: Any) -> Expor
 
     Parameters
     ----------
-    scene
+    scene : Scene
         A validated scene whose sizes are given.
-    path
+    path : str or os.PathLike
         The file; the table of endings and their settings is in docs/how-to/write-files.md.
-    settings
+    **settings : float, int or str
         Of the kind of file, such as ``chord=0.001`` (mm) and ``curves="arcs"``, ``"spline"`` or ``"polyline"``.
 
     Returns

@@ -14,8 +14,23 @@ from camopt.tables.html import html_table
 class Exported:
     """What has been written.
 
-    ``curves`` are those of the cam in the file, each with the number of its elements and its proved deviation, mm;
-    ``about`` are other numbers of the file, by name; ``notes`` say what a user should know of it.
+    Attributes
+    ----------
+    file : pathlib.Path
+        The file.
+    curves : Mapping
+        The curves of the cam in the file by name: ``elements``, how many it is of, and ``what`` they are, and
+        ``deviation_mm``, how far it is at most from the true curve, proved.
+    about : Mapping
+        Other numbers of the file, by name.
+    notes : tuple of str
+        What a user should know of it.
+
+    Examples
+    --------
+    >>> curve = camopt.export(camopt.find_scene("two-pauses"), "cam.svg").curves["profile"]
+    >>> curve.what, curve.deviation_mm <= 0.001
+    ('arcs', True)
     """
 
     file: Path

@@ -46,10 +46,10 @@ def evaluate_designs(scene: Scene, designs: "Mapping[str, Any] | pd.DataFrame") 
 
     Parameters
     ----------
-    scene
+    scene : Scene
         Everything that the designs share: motion, limits, ``outputs``, and the sizes, laws and other numbers that
         ``designs`` does not have.
-    designs
+    designs : Mapping or pandas.DataFrame
         A DataFrame, or a mapping of arrays, with a row for each design. Columns are sizes of the scene's mechanism
         (``base_radius_mm``, ``offset_mm``, ``roller_radius_mm`` and so on), names of laws: ``law``, or
         ``law_rise`` and ``law_return``, and other numbers of the scene that ``[search]`` takes

@@ -38,39 +38,68 @@ KEPT = ("pareto", "feasible", "all", FRONT_ONLY)
 
 @dataclass(frozen=True)
 class Sweep(Shown):
-    """The result of a sweep: counts, files, and the best designs. Each ``Design`` maps quantities to values."""
+    """The result of a sweep: counts, files, and the best designs.
+
+    Attributes
+    ----------
+    scene : Scene
+        What was asked.
+    designs : int
+        Designs of the space.
+    impossible : int or None
+        Designs that cannot be assembled, such as an offset beyond the prime radius; they are in no table. None
+        where boxes of designs were decided together: nobody has counted them.
+    feasible : int or None
+        Feasible designs; None, too, where boxes were decided.
+    effort : Effort
+        Designs so near a limit that they were looked at again, and in balls; and those undecided even then, which
+        are not feasible, and in no table but that of all.
+    pareto : int
+        Designs on the Pareto front.
+    files : tuple of pathlib.Path
+        What was written.
+    best : dict
+        The best feasible design of each law: least first objective, ties by the next. ``held_by`` names the
+        limits that the next smaller cam of the space would exceed. Where boxes were decided, the best on the front.
+    nearest_miss : Design or None
+        Where nothing is feasible: the design with the least excess, and what it exceeds under ``violated``. None
+        where boxes were decided.
+    reached : float
+        The largest relative half-width of an enclosure of any row kept.
+    front : Front or None
+        Hypervolume, ideal, nadir and knee of the Pareto front; None where nothing is feasible.
+    obstacle : str
+        Where no design can be put together: the condition that all of them break.
+    evaluated : int
+        Designs that were evaluated, one by one.
+    boxes : int
+        Boxes of designs that were bounded; 0 where every design was evaluated.
+    decided_by_boxes : int
+        Designs in boxes that were dropped. A few of them were evaluated before.
+
+    Examples
+    --------
+    >>> search = {"base_radius": [60, 90, 120], "law": ["cycloidal"]}
+    >>> swept = camopt.sweep(camopt.find_scene("roller-1000rpm").replace(search=search))
+    >>> swept.feasible, swept.best["cycloidal"]["base_radius_mm"], swept.best["cycloidal"]["held_by"]
+    (1, 120.0, 'pressure_angle')
+    """
 
     scene: Scene
     designs: int
     impossible: int | None
-    """Designs that cannot be assembled, such as an offset beyond the prime radius; they are in no table. None where
-    boxes of designs were decided together: nobody has counted them."""
     feasible: int | None
-    """None, too, where boxes were decided."""
     effort: Effort
-    """Designs so near a limit that they were looked at again, and in balls; and those undecided even then, which
-    are not feasible, and in no table but that of all."""
     pareto: int
     files: tuple[Path, ...]
     best: dict[str, Design]
-    """The best feasible design of each law: least first objective, ties by the next. ``held_by`` names the
-    limits that the next smaller cam of the space would exceed. Where boxes were decided, the best on the front."""
     nearest_miss: Design | None
-    """Where nothing is feasible: the design with the least excess, and what it exceeds under ``violated``.
-
-    None where boxes were decided."""
     reached: float = 0.0
-    """The largest relative half-width of an enclosure of any row kept."""
     front: Front | None = None
-    """Hypervolume, ideal, nadir and knee of the Pareto front, None where nothing is feasible."""
     obstacle: str = ""
-    """Where no design can be put together: the condition that all of them break."""
     evaluated: int = 0
-    """Designs that were evaluated, one by one."""
     boxes: int = 0
-    """Boxes of designs that were bounded; 0 where every design was evaluated."""
     decided_by_boxes: int = 0
-    """Designs in boxes that were dropped. A few of them were evaluated before."""
 
     def __repr__(self) -> str:
         feasible = "" if self.feasible is None else f" {self.feasible:,} feasible,"
@@ -91,22 +120,22 @@ def sweep(
 
     Parameters
     ----------
-    scene
+    scene : Scene
         Limits, objectives, and in ``[search]`` the values of each size and of other numbers, such as the spring
         rate, and the laws.
-    out
+    out : str or os.PathLike, optional
         Folder for ``pareto.parquet``, ``designs.parquet`` and ``scene.toml``; None writes nothing. Where
         ``[search]`` says to refine, the front of the grid goes to ``pareto-grid.parquet``.
-    keep
+    keep : str, default "feasible"
         Which designs go to ``designs.parquet``: "feasible", "pareto", or "all" that can be assembled. With
         "front-only" there is no such table: the front is that of the other choices, row for row, but where the
         objectives allow it boxes of designs are decided together, and nobody counts the feasible ones.
-    workers
+    workers : int, optional
         Threads; None takes one a core. Rows are the same for any number, and for any ``block``.
-    progress
+    progress : callable, optional
         Called with (designs done, designs in all); where boxes are decided, with (boxes done, and about how many
         there will be).
-    block
+    block : int, default 32768
         Designs evaluated together, which bounds the memory.
 
     Returns
@@ -121,6 +150,10 @@ def sweep(
         10,000 combinations of numbers that are no sizes; for another ``keep``.
     OSError
         If a file cannot be written.
+
+    References
+    ----------
+    H. T. Kung, F. Luccio, F. P. Preparata, On finding the maxima of a set of vectors, J. ACM 22 (1975).
 
     Examples
     --------

@@ -58,28 +58,28 @@ def fit(
 
     Parameters
     ----------
-    points
+    points : str, os.PathLike, array_like or MeasuredProfile
         A file: text with any delimiter, decimal point or decimal comma, or a workbook (``camopt[excel]``). It has
         columns of angle and lift, or lifts alone, in equal steps round the turn. Or an array of such rows. Or a
         ``MeasuredProfile`` of either: the lift is then that of the scene's follower on this profile.
-    scene
+    scene : Scene or Mapping
         The cam and the follower that the motion is for, and its limits, whose motion is replaced. Or a mapping of
         the tables ``cam`` and ``follower``, without a motion. A profile gives the base radius, too.
-    band
+    band : float, optional
         How far the motion may be from a point, mm (deg when oscillating). It is a band of the lift of a profile,
         too: along the profile's normal it is cos β times as wide. If not given, both this and the root mean
         square are at most what normal errors of the estimated noise have in nineteen of twenty files; the band is
         up to 3.5 times as wide where dwells and turns would cost much jerk else: for errors that are not normal.
-    columns
+    columns : sequence of str or int, optional
         Names or numbers (from 1) of the columns of angle and lift, angle and distance, or x and y, if the words
         above them do not say so.
-    angle_unit
+    angle_unit : str, default "deg"
         "deg" or "rad".
-    lift_unit
+    lift_unit : str, optional
         "mm" or "inch"; "deg" when oscillating. Of a profile, the unit of its lengths.
-    turn
+    turn : float, optional
         The angle of one turn of the cam in the file, such as 720 for degrees of a crankshaft that turns twice.
-    keep_outliers
+    keep_outliers : bool, default False
         Hold the band at single points too that are far off their neighbours, and which are left out otherwise.
 
     Returns
@@ -98,6 +98,10 @@ def fit(
         If the convex solver fails.
     OSError
         If a file cannot be read.
+
+    References
+    ----------
+    C. de Boor, A Practical Guide to Splines, ch. IX, X and XIV.
 
     Examples
     --------

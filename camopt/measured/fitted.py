@@ -38,9 +38,38 @@ class LeftOut(NamedTuple):
 class Fitted(Shown):
     """The motion of the least mean-square jerk within a band of measured points, as a scene.
 
-    ``points`` are those that it was fitted to, ``outliers`` those left out. The turn of the scene starts at the
-    measured angle ``start`` (deg), where the lift ``zero`` is its lowest. Lifts, ``noise``, ``band`` and deviations
-    are in mm, deg when oscillating. The noise is estimated from the points.
+    Lifts, noise, band and deviations are in mm, deg when oscillating.
+
+    Attributes
+    ----------
+    scene : Scene
+        The cam with the motion that was found.
+    points, outliers : Points
+        Those that it was fitted to, and those left out: ``angles``, ``lifts`` and ``rows`` of the file.
+    start : float
+        The measured angle (deg) at which the turn of the scene starts.
+    zero : float
+        The lift there, the lowest.
+    band : float
+        How far the motion may be from a point.
+    deviation : Deviation
+        How far it is: ``held`` (proved), ``at_points``, ``largest``, and ``between`` the points.
+    least_square : float
+        No motion as near to the points has less ∫ (y''')² dθ over the turn; θ in rad.
+    noise : float
+        The standard deviation of the points' errors, estimated from the points.
+    usual : bool
+        Whether the band comes from the noise.
+    profile : Touched or None
+        The profile that the points come from, if it was one: their lifts are then positions of the follower.
+
+    Examples
+    --------
+    >>> lifts = [0.0] * 60 + [5.0 * k**3 * (20 - k) ** 3 / 1e6 for k in range(21)] + [0.0] * 39
+    >>> cam = {"cam": {"form": "disc", "base_radius": 20}, "follower": {"motion": "translating", "contact": "flat"}}
+    >>> fitted = camopt.fit(lifts, cam, band=0.01)
+    >>> fitted.deviation.largest <= fitted.band, fitted.unit
+    (True, 'mm')
     """
 
     scene: Scene
@@ -51,12 +80,9 @@ class Fitted(Shown):
     band: float
     deviation: Deviation
     least_square: float
-    """No motion as near to the points has less ∫ (y''')² dθ over the turn; θ in rad."""
     noise: float = 0.0
     usual: bool = False
-    """Whether the band comes from the noise."""
     profile: Touched | None = None
-    """The profile that the points come from, if it was one: their lifts are then positions of the follower."""
 
     def __repr__(self) -> str:
         away = f"{self.deviation.largest:.4g} from {self.points.angles.size} points"

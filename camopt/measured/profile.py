@@ -42,13 +42,13 @@ class MeasuredProfile:
 
     Parameters
     ----------
-    points
+    points : str, os.PathLike or array_like
         A file, or an array of rows, as for ``fit``: in mm, or in the unit of the lifts.
-    form
+    form : str
         "polar": cam angle, and distance from the cam's axis; the angle at which a radial follower meets the point,
         as in a table of lifts. "xy": coordinates with the cam's axis at 0, 0, seen as the cam turns in the scene.
         Where the angle 0 or the x-axis is on the cam does not matter.
-    probe
+    probe : float, default 0
         Radius of the ball in mm, if the points are its centres; 0 if they are on the profile itself.
 
     Raises

@@ -75,16 +75,16 @@ def cam_points(
 
     Parameters
     ----------
-    scene
+    scene : Scene
         A validated scene.
-    angles
+    angles : array_like, optional
         Cam angles in deg, from 0 to 360, in any order; without them, a step and a chord, 0, 1, … 360.
-    cutter_radius
+    cutter_radius : float, optional
         Radius of a cutter or grinding wheel in mm. One larger than the quantity ``cutter_radius_max_mm``
         cannot reach the concave flanks: its path is given all the same.
-    step
+    step : float, optional
         Cam angles in even steps of so many deg instead.
-    chord
+    chord : float, optional
         Cam angles so close that straight lines from point to point leave the curves by at most so many mm.
 
     Returns

@@ -31,10 +31,10 @@ def report(what: Any, path: str | os.PathLike[str]) -> Path:
 
     Parameters
     ----------
-    what
+    what : Scene, Design, result, str, os.PathLike or list
         A scene, a design or another result, the folder or table (Parquet) that a command wrote, or a list of
         such: up to four cams side by side, or several tables of designs.
-    path
+    path : str or os.PathLike
         The file, which ends in .html.
 
     Returns

@@ -47,10 +47,49 @@ from camopt.shown import Shown
 class Scene(Shown, Table):
     """A whole question. Made from tables, from TOML (``from_toml``) or from a mapping (``from_dict``).
 
+    Keys, units and meaning are those of a scene file. A scene does not change: ``replace`` makes another one.
+
+    Parameters
+    ----------
+    name : str, default "scene"
+        What results and pictures are called.
+    cam : Cam
+        Form, sense of rotation, speed and size.
+    follower : Follower
+        How it moves, what touches the cam, its sizes, and what presses it on the cam.
+    motion : tuple of Segment
+        Rises, dwells, returns and moves, one turn in all.
+    profile : tuple of Element
+        In place of a motion: the arcs and lines of a disc cam.
+    laws : dict
+        Motion laws of the scene's own, by name.
+    limits : Limits
+        What a feasible cam meets.
+    search : Search
+        What ``sweep`` and ``optimise`` may vary, and the objectives.
+    synthesis : Synthesis
+        What new motion laws minimise, and their limits.
+    materials : Materials
+        Of the cam and the follower.
+    part : Part
+        What the cam is made as: thickness, hub, keyway.
+    accuracy : Accuracy
+        The largest relative error of reported values.
+    outputs : tuple of str
+        Quantities or effects to report besides.
+
     Raises
     ------
     BadInput
         With every mistake, when the scene is made.
+
+    Examples
+    --------
+    >>> scene = camopt.find_scene("roller-1000rpm").replace(**{"cam.rpm": 500, "limits.pressure_angle": 35})
+    >>> scene.cam.rpm, scene.limits.pressure_angle
+    (500.0, 35.0)
+    >>> scene == camopt.Scene.from_dict(scene.to_dict())
+    True
     """
 
     name: Annotated[str, BeforeValidator(one_line)] = "scene"
@@ -233,7 +272,7 @@ def find_scene(name: str | os.PathLike[str]) -> Scene:
 
     Parameters
     ----------
-    name
+    name : str or os.PathLike
         A path that ends in .toml, or one of ``shipped_scenes()``.
 
     Returns

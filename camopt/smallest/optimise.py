@@ -48,17 +48,36 @@ class Optimum(Shown):
     - ``angles_deg``: the angles of all segments, if ``[search]`` varies some;
     - ``clear_above_mm``: all larger designs that were tried above this size are feasible. It exceeds the optimum if
       larger cams break a limit again, and is infinite if large cams fail, as with oscillating followers.
+
+    Attributes
+    ----------
+    scene : Scene
+        What was asked.
+    best : Design or None
+        The smallest cam of all; None if no law has a feasible design.
+    by_law : dict
+        The smallest cam of each law, the smallest first.
+    obstacles : dict
+        For each law without a feasible design, the limits that are in the way.
+    nearest_miss : Design or None
+        If no law has a feasible design: the one that breaks its limits the least; ``violated`` names them.
+    out_of_time : bool
+        Whether a search ran out of time, so that its answer is not proved.
+
+    Examples
+    --------
+    >>> scene = camopt.find_scene("roller-1000rpm").replace(**{"search.law": ["cycloidal"]})
+    >>> found = camopt.optimise(scene)
+    >>> found.best["binding"], found.best["gap_mm"] < 1e-6
+    (['pressure_angle', 'pressure_angle_return'], True)
     """
 
     scene: Scene
     best: Design | None
     by_law: dict[str, Design]
     obstacles: dict[str, str]
-    """For each law without a feasible design, the limits that are in the way."""
     nearest_miss: Design | None
-    """If no law has a feasible design: the one that breaks its limits the least; ``violated`` names them."""
     out_of_time: bool = False
-    """Whether a search ran out of time, so that its answer is not proved."""
 
     def __repr__(self) -> str:
         what = repr(self.best).removeprefix("<").removesuffix(">") if self.best else "no feasible design"
@@ -74,11 +93,11 @@ def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SE
 
     Parameters
     ----------
-    scene
+    scene : Scene
         Limits, and in ``[search]`` the laws to try and what is free.
-    progress
+    progress : callable, optional
         Called with (laws done, laws in all).
-    seconds
+    seconds : float, default 60
         Time for the search, shared between the laws. If it runs out, the answer is the smallest cam found so far,
         with ``proved`` False and its gap.
 
@@ -92,6 +111,10 @@ def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SE
     BadInput
         If nothing limits the size from below, so that there is no smallest cam; if ``[search]`` varies numbers that
         are no sizes.
+
+    References
+    ----------
+    R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, ch. 8 and 11.
 
     Examples
     --------

@@ -32,26 +32,45 @@ class Price:
     ``price`` and ``tightened`` are derivatives: how the size (base radius, or mean radius of a cylindrical cam)
     changes per unit of the bound, for small changes. Those of free laws (``synthesis_prices``) are of what these
     minimise, in its unit in place of mm, and have no cam without the bound.
+
+    Attributes
+    ----------
+    key : str
+        The bound's key in the scene, as ``limits.pressure_angle``; ``search.offset.stop`` for an end of a range.
+    bound : float
+        Its value.
+    unit : str
+        Of the bound.
+    relation : str
+        How what is bounded must compare with the bound: ≤, ≥ or ±, where its magnitude must be ≤.
+    price : float or None
+        mm per unit, as the bound is eased; None where something that has no bound holds the cam as well.
+    tightened : float or None
+        mm per unit, as the bound is tightened: not ``price`` where another bound would be enough to hold the cam.
+    size_without : float or None
+        The size of the smallest cam without this limit, mm: easing it saves no more. 0 where nothing else limits
+        the size; None where it was not sought (an end of a range), or not proved in time.
+    holds_to : float or None
+        What the cam of ``size_without`` has of what is bounded: beyond it, easing saves nothing more.
+    next : tuple of str or None
+        The keys of what the cam of ``size_without`` just meets, bounds or what every cam must hold.
+
+    Examples
+    --------
+    >>> (price,) = camopt.prices(camopt.optimise(camopt.find_scene("belt-matching")))[""]
+    >>> price.bound, price.unit, price.price < 0 < price.size_without
+    (30.0, 'deg', True)
     """
 
     key: str
-    """The bound's key in the scene, as ``limits.pressure_angle``; ``search.offset.stop`` for an end of a range."""
     bound: float
     unit: str
-    """Of the bound."""
     relation: str
-    """How what is bounded must compare with the bound: ≤, ≥ or ±, where its magnitude must be ≤."""
     price: float | None
-    """mm per unit, as the bound is eased; None where something that has no bound holds the cam as well."""
     tightened: float | None
-    """mm per unit, as the bound is tightened: not ``price`` where another bound would be enough to hold the cam."""
     size_without: float | None = None
-    """The size of the smallest cam without this limit, mm: easing it saves no more. 0 where nothing else limits
-    the size; None where it was not sought (an end of a range), or not proved in time."""
     holds_to: float | None = None
-    """What the cam of ``size_without`` has of what is bounded: beyond it, easing saves nothing more."""
     next: tuple[str, ...] | None = None
-    """The keys of what the cam of ``size_without`` just meets, bounds or what every cam must hold."""
 
     def to_json(self) -> dict[str, Any]:
         """The values by name."""
@@ -70,9 +89,9 @@ def prices(optimum: Optimum, seconds: float = SECONDS) -> dict[str, list[Price]]
 
     Parameters
     ----------
-    optimum
+    optimum : Optimum
         What ``optimise`` found.
-    seconds
+    seconds : float, default 60
         Time for the searches without each limit, shared between them.
 
     Returns
@@ -85,16 +104,16 @@ def prices(optimum: Optimum, seconds: float = SECONDS) -> dict[str, list[Price]]
     BadInput
         If the seconds are no number above 0.
 
+    References
+    ----------
+    J. Nocedal, S. J. Wright, Numerical Optimization, ch. 12.
+
     Examples
     --------
     >>> scene = camopt.find_scene("belt-matching")
     >>> (price,) = camopt.prices(camopt.optimise(scene))[""]
     >>> price.key, round(price.price, 3), price.unit
     ('limits.pressure_angle', -2.708, 'deg')
-
-    References
-    ----------
-    J. Nocedal, S. J. Wright, Numerical Optimization, ch. 12.
     """
     end = end_of(seconds)
     cams = dict(_cams(optimum))

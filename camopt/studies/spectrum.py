@@ -65,24 +65,28 @@ def response_spectrum(law: str | Law, ratios: ArrayLike = RATIOS, damping_ratio:
 
     Parameters
     ----------
-    law
+    law : str or Law
         The name of a built-in law, or a law.
-    ratios
+    ratios : array_like, optional
         Period ratios, from 1e-3 to 1e4, in one dimension.
-    damping_ratio
+    damping_ratio : float, default 0
         ζ, 0 or more and below 1.
 
     Returns
     -------
     dict
         ``law``, ``period_ratio``, ``damping_ratio``, and in units of the lift ``residual`` (amplitude at the start
-        of the dwell), ``overshoot`` (largest x − 1), ``deflection`` (largest |x − y|) and ``acceleration``
-        (largest |ẍ|·t₁²).
+        of the dwell), ``overshoot`` (largest x − 1), ``deflection`` (largest ``|x − y|``) and ``acceleration``
+        (largest ``|ẍ|·t₁²``).
 
     Raises
     ------
     BadInput
         For an unknown law, and for numbers that are not allowed.
+
+    References
+    ----------
+    R. L. Norton, Cam Design and Manufacturing Handbook (residual vibration).
 
     Examples
     --------

@@ -43,14 +43,30 @@ NEARLY_NONE = 1e-3  # of an axis' largest value: less of it is not looked for
 class Frontier(Shown):
     """The trade-off between two or three axes; less of each is better.
 
-    An axis is a term of the objective or a load. ``rows`` are the cams with new ("free") motion laws that no other
-    cam betters, in the order of the first axis. Each has the values of the axes, the quantities of the cam,
-    ``bound`` (no motion with the same values of the other axes has less of the first; loads are not considered;
-    None if it was not computed), ``local`` (whether it is only a local optimum) and ``scene`` (TOML with the laws).
+    Attributes
+    ----------
+    scene : Scene
+        What was asked.
+    axes : tuple of str
+        Terms of the objective, or loads.
+    rows : list of Design
+        The cams with new ("free") motion laws that no other cam betters, in the order of the first axis. Each has
+        the values of the axes, the quantities of the cam, ``bound`` (no motion with the same values of the other
+        axes has less of the first; loads are not considered; None if it was not computed), ``local`` (whether it
+        is only a local optimum), and its scene.
+    known : list of Design
+        The known laws, each on its smallest cam; ``within`` says whether it meets all limits that the rows meet.
+    least : dict
+        For each axis the least value found, and a value that no motion can go below (None for a load).
+    local : tuple of str
+        The axes along which the front is of local optima: what decides there is not convex in the motion.
 
-    ``known`` are the known laws, each on its smallest cam; ``within`` says whether it meets all limits that the
-    rows meet. ``least`` gives for each axis the least value found, and a value that no motion can go below (None
-    for a load).
+    Examples
+    --------
+    >>> coarse = camopt.find_scene("roller-1000rpm").replace(**{"synthesis.pieces": 12})
+    >>> found = camopt.frontier(coarse, points=2, workers=1)
+    >>> found.axes, found.local, found.rows[0]["bound"] <= found.rows[0]["size"]
+    (('size', 'acceleration'), (), True)
     """
 
     scene: Scene
@@ -59,7 +75,6 @@ class Frontier(Shown):
     known: list[Design]
     least: dict[str, tuple[float, float | None]]
     local: tuple[str, ...] = ()
-    """The axes along which the front is of local optima: what decides there is not convex in the motion."""
 
     def __repr__(self) -> str:
         return f"<Frontier of {self.scene.name}: {' and '.join(self.axes)}, {len(self.rows)} cams of free laws>"
@@ -96,17 +111,17 @@ def frontier(
 
     Parameters
     ----------
-    scene
+    scene : Scene
         The limits, the ranges of sizes, and ``[synthesis]``.
-    axes
+    axes : sequence of str, default ("size", "acceleration")
         Terms of the objective (as in ``[synthesis] minimise``), or loads that a limit bounds from above, such as
         ``torque_peak_N_m`` and ``contact_stress_max_MPa``. Terms are convex in the motion, so that the results are
         global optima. Loads are not: with them, the results are local optima.
-    points
+    points : int, default 24
         Number of values of each axis but the first, between its ends.
-    workers
+    workers : int, optional
         Number of processes; one per core by default.
-    progress
+    progress : callable, optional
         Called with (points done, points in all).
 
     Returns
@@ -120,6 +135,10 @@ def frontier(
         For other axes, or a scene that ``synthesise`` does not take.
     Unmet
         If no free law meets all limits.
+
+    References
+    ----------
+    S. Boyd, L. Vandenberghe, Convex Optimization, 4.7 (trade-offs).
 
     Examples
     --------

@@ -70,7 +70,7 @@ def synthesis_prices(result: Synthesised) -> list[Price]:
 
     Parameters
     ----------
-    result
+    result : Synthesised
         What ``synthesise`` found.
 
     Returns
@@ -84,16 +84,16 @@ def synthesis_prices(result: Synthesised) -> list[Price]:
     BadInput
         If the scene that was asked is one that ``synthesise`` does not take.
 
+    References
+    ----------
+    S. Boyd, L. Vandenberghe, Convex Optimization, 5.6.
+
     Examples
     --------
     >>> coarse = camopt.find_scene("roller-1000rpm").replace(**{"synthesis.pieces": 12})
     >>> found = camopt.synthesis_prices(camopt.synthesise(coarse))
     >>> [(price.key, round(price.price, 2)) for price in found][:2]
     [('limits.pressure_angle', -1.47), ('limits.pressure_angle_return', -1.71)]
-
-    References
-    ----------
-    S. Boyd, L. Vandenberghe, Convex Optimization, 5.6.
     """
     scene = _in_numbers(result.asked)
     optimum = _optimum(scene, result)

@@ -53,9 +53,9 @@ def synthesise(scene: Scene, progress: Progress | None = None) -> Synthesised:
 
     Parameters
     ----------
-    scene
+    scene : Scene
         The limits, the ranges of sizes, and ``[synthesis]``.
-    progress
+    progress : callable, optional
         Called with (starting points done, starting points in all).
 
     Returns
@@ -71,6 +71,10 @@ def synthesise(scene: Scene, progress: Progress | None = None) -> Synthesised:
         If no new law meets all limits.
     Unsolved
         If the convex solver fails.
+
+    References
+    ----------
+    S. Boyd, L. Vandenberghe, Convex Optimization; C. de Boor, A Practical Guide to Splines, ch. IX.
 
     Examples
     --------

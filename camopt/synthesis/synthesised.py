@@ -21,9 +21,27 @@ FREE = ("rise", "return", MOVE)
 class Synthesised(Shown):
     """New ("free") motion laws, the smallest cam for them, and how good they are.
 
-    ``asked`` is the scene that was given; ``scene`` is the answer, with the new laws, the size and the offset;
-    ``design`` has its quantities, as from ``optimise``. No motion at all that meets the convex limits has an
-    objective below ``bound`` (None if no bound was computed).
+    Attributes
+    ----------
+    asked : Scene
+        What was given.
+    scene : Scene
+        The answer, with the new laws, the size and the offset.
+    design : Design
+        Its quantities, as from ``optimise``.
+    objective : float
+        What was minimised.
+    bound : float or None
+        No motion at all that meets the convex limits has an objective below; None if no bound was computed.
+    convex : bool
+        Whether the convex limits alone decide; if not, the laws are a local optimum.
+
+    Examples
+    --------
+    >>> coarse = camopt.find_scene("roller-1000rpm").replace(**{"synthesis.pieces": 12})
+    >>> found = camopt.synthesise(coarse)
+    >>> found.bound <= found.objective, list(found.laws)
+    (True, ['free-rise', 'free-return'])
     """
 
     asked: Scene
@@ -32,7 +50,6 @@ class Synthesised(Shown):
     objective: float
     bound: float | None = None
     convex: bool = True
-    """Whether the convex limits alone decide; if not, the laws are a local optimum."""
 
     def __repr__(self) -> str:
         known = "" if self.gap is None else f", at most {self.gap:.2%} from the best of any motion"

@@ -26,9 +26,9 @@ class Design(Shown, dict[str, Any]):
 
     Parameters
     ----------
-    quantities
+    quantities : Mapping or iterable of pairs
         The names and values of a row of a table.
-    searched
+    searched : Scene
         The scene that was searched: the design has its own sizes, laws and angles, and its own values of
         other numbers that were searched; the rest is that of the scene.
 
@@ -81,10 +81,10 @@ def scene_of(table: "str | os.PathLike[str] | pd.DataFrame", row: int) -> Scene:
 
     Parameters
     ----------
-    table
+    table : str, os.PathLike or pandas.DataFrame
         A Parquet file that ``sweep`` or ``frontier`` wrote, or the DataFrame that ``camopt.load`` makes of it;
         rows may have been filtered out.
-    row
+    row : int
         The row's label in the DataFrame: its number in the file, counted from 0.
 
     Returns

@@ -127,7 +127,7 @@ def load(path: str | os.PathLike[str]) -> "pd.DataFrame":
 
     Parameters
     ----------
-    path
+    path : str or os.PathLike
         A Parquet file that ``sweep``, ``frontier``, ``cam_points`` or another command wrote.
 
     Returns

@@ -180,7 +180,7 @@ def certify(scene: Scene) -> dict[str, str]:
 
     Parameters
     ----------
-    scene
+    scene : Scene
         A scene with sizes of its own.
 
     Returns
@@ -192,6 +192,11 @@ def certify(scene: Scene) -> dict[str, str]:
     ------
     BadInput
         If the scene lacks a size.
+
+    References
+    ----------
+    F. Johansson, Arb: efficient arbitrary-precision midpoint-radius interval arithmetic, IEEE Transactions on
+    Computers 66 (2017).
 
     Examples
     --------

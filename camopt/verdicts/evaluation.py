@@ -22,7 +22,20 @@ from camopt.verdicts.judging import judged, run_effects
 class Evaluation(Shown, Mapping[str, Any]):
     """The quantities of one design: a mapping from name to value.
 
-    ``unbounded`` says why a value is infinite, for each that is.
+    Attributes
+    ----------
+    scene : Scene
+        What was evaluated.
+    quantities : dict
+        The values by name: numbers, but for ``feasible`` and the like, which are true or false, and texts.
+    unbounded : dict
+        For each value that is infinite, why it is.
+
+    Examples
+    --------
+    >>> cam = camopt.evaluate(camopt.find_scene("uniform-knife-radial"))
+    >>> cam["feasible"], cam["base_radius_mm"]
+    (True, 50.0)
     """
 
     scene: Scene
@@ -68,7 +81,7 @@ def evaluate(scene: Scene) -> Evaluation:
 
     Parameters
     ----------
-    scene
+    scene : Scene
         A scene with sizes of its own.
 
     Returns
@@ -80,6 +93,10 @@ def evaluate(scene: Scene) -> Evaluation:
     ------
     BadInput
         If the scene lacks a size of its own.
+
+    References
+    ----------
+    R. L. Norton, Cam Design and Manufacturing Handbook, ch. 3 and 7 to 9.
 
     Examples
     --------
