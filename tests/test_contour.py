@@ -1,5 +1,6 @@
 """Paths of arcs, cubics and lines against the curves that they follow: dense points, exact arcs, identities."""
 
+from functools import cache
 from itertools import product
 from math import hypot, inf
 
@@ -27,6 +28,7 @@ def problem_of(name, **changes):
     return resolve_design(scene.replace(**changes))
 
 
+@cache
 def kind_of(name):
     """What makes the curve of a scene what it is: its mechanism, and whether its profile is given."""
     problem = problem_of(name)

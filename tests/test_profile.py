@@ -1,7 +1,7 @@
 """Measured profiles: the lift of each follower is found again, the points it cannot reach are named."""
 
 import json
-from itertools import product
+from itertools import combinations, product
 from pathlib import Path
 
 import mpmath
@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.depth import times
+from support.depth import covering, times
 from support.measured_cams import (
     BASE,
     LEAST,
@@ -152,10 +152,16 @@ def test_an_eccentric_in_50_digits(follower, rotation):
 # ------------------------------------------------------------------------------------------- what was measured
 
 
-@pytest.mark.parametrize("probe", [0.0, 3.0, 6.0, 20.0])
-@pytest.mark.parametrize(("follower", "rotation"), EVERY)
-def test_the_lift_of_each_follower_is_found_again(follower, rotation, probe):
+PROBED = [(cam, ball) for balls in ((0.0, 20.0), (3.0, 6.0)) for cam, ball in zip(EVERY, balls * 6, strict=True)]
+PROBED += [case for case in product(EVERY, (0.0, 3.0, 6.0, 20.0)) if case not in PROBED]
+
+
+@pytest.mark.parametrize(
+    ("cam", "probe"), covering(PROBED, lambda case: [case[0], (case[0][0], case[1]), (case[0][1], case[1])])
+)
+def test_the_lift_of_each_follower_is_found_again(cam, probe):
     """Without errors, whatever the ball and wherever the x-axis: each row has its cam angle and its lift."""
+    follower, rotation = cam
     problem = problem_of(follower, rotation)
     rows = np.random.default_rng(3).permutation(360)
     centres = measured(curve_of(problem), TURN, probe)[rows] * np.exp(0.7j)
@@ -249,9 +255,12 @@ def test_polar_angles_are_cam_angles_whichever_way_the_cam_turns(follower, rotat
     )
 
 
-@pytest.mark.parametrize("digits", [1, 2, 3])
-@pytest.mark.parametrize("form", ["polar", "xy"])
-@pytest.mark.parametrize("follower", FOLLOWERS)
+FORMS = ("polar", "xy")
+ROUNDED = [(follower, FORMS[(n + d) % 2], d) for n, follower in enumerate(FOLLOWERS) for d in (1, 2, 3)]
+ROUNDED += [case for case in product(FOLLOWERS, FORMS, (1, 2, 3)) if case not in ROUNDED]
+
+
+@pytest.mark.parametrize(("follower", "form", "digits"), covering(ROUNDED, lambda case: combinations(case, 2)))
 def test_rounded_points_have_the_noise_of_their_step(follower, form, digits):
     curve, step = curve_of(problem_of(follower)), 10.0**-digits
     if form == "polar":

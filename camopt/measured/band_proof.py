@@ -6,11 +6,12 @@ polynomial, which its Bernstein coefficients enclose.
 """
 
 from collections.abc import Iterator
+from functools import cache
 from itertools import pairwise
 from math import comb, inf, nextafter
 from typing import NamedTuple
 
-from flint import arb, fmpq
+from flint import arb, arb_mat, fmpq
 
 from camopt.measured.reading import TURN, Points
 from camopt.motion.programme import Programme
@@ -50,7 +51,8 @@ class _Span(NamedTuple):
 @precisely()
 def deviation(programme: Programme, points: Points, start: float, zero: float, band: float) -> Deviation:
     """How far a motion is from points, whose angle ``start`` (deg) and lift ``zero`` are its 0 and 0."""
-    spans = list(_spans(programme))
+    once = list(_spans(programme))  # and again: lines between points may go beyond the end of the turn
+    spans = once + [each._replace(start=once[-1].end + each.start, end=once[-1].end + each.end) for each in once]
     first, turn = _exact(start), fmpq(int(TURN))
     found = [
         (_turned(_exact(a) - first, turn), _exact(y) - _exact(zero), k)
@@ -90,21 +92,19 @@ def _most(ball: arb) -> float:
 
 
 def _spans(programme: Programme) -> Iterator[_Span]:
-    """The polynomials of a motion along its turn, twice: lines between points may go beyond its end."""
-    angle = fmpq(0)
-    for _ in range(2):
-        level = arb(0)
-        for stroke in programme.strokes:
-            assert stroke.given is not None
-            length, change = _exact(stroke.given.angle), arb(stroke.given.change)
-            if stroke.law is None:
-                yield _Span(angle, angle + length, [level])
-            else:
-                for piece in pieces_of(stroke.law):
-                    low, high = (fmpq(*float(x.mid()).as_integer_ratio()) for x in (piece.start, piece.end))
-                    powers = [change * c / arb(length) ** k for k, c in enumerate(piece.powers)] or [arb(0)]
-                    yield _Span(angle + low * length, angle + high * length, [level + powers[0], *powers[1:]])
-            level, angle = level + change, angle + length
+    """The polynomials of a motion along its turn."""
+    angle, level = fmpq(0), arb(0)
+    for stroke in programme.strokes:
+        assert stroke.given is not None
+        length, change = _exact(stroke.given.angle), arb(stroke.given.change)
+        if stroke.law is None:
+            yield _Span(angle, angle + length, [level])
+        else:
+            for piece in pieces_of(stroke.law):
+                low, high = (fmpq(*float(x.mid()).as_integer_ratio()) for x in (piece.start, piece.end))
+                powers = [change * c / arb(length) ** k for k, c in enumerate(piece.powers)] or [arb(0)]
+                yield _Span(angle + low * length, angle + high * length, [level + powers[0], *powers[1:]])
+        level, angle = level + change, angle + length
 
 
 def _off_line(spans: list[_Span], number: int, low: tuple[fmpq, arb], high: tuple[fmpq, arb]) -> Iterator[arb]:
@@ -117,7 +117,13 @@ def _off_line(spans: list[_Span], number: int, low: tuple[fmpq, arb], high: tupl
             powers += [arb(0)] * (2 - len(powers))
             powers[0] -= low[1] + slope * arb(start - low[0])
             powers[1] -= slope * arb(end - start)
-            degree = len(powers) - 1
-            for k in range(degree + 1):
-                yield abs(sum((powers[j] * comb(k, j) / comb(degree, j) for j in range(k + 1)), arb(0)))
+            yield from map(abs, (_bernstein(len(powers) - 1) * arb_mat([[power] for power in powers])).entries())
         number += 1
+
+
+@cache
+@precisely()
+def _bernstein(degree: int) -> arb_mat:
+    """From the powers of a polynomial to its Bernstein coefficients."""
+    every = range(degree + 1)
+    return arb_mat([[arb(fmpq(comb(k, j), comb(degree, j))) for j in every] for k in every])

@@ -11,6 +11,7 @@ from typing import Any
 from camopt.motion import LAWS
 from camopt.motion.law import Law, is_symmetric
 from camopt.motion.programme import unit_span
+from camopt.motion.spline import SplineLaw
 from camopt.motion.turned import SkewedLaw
 from camopt.scene.csv_columns import MOST_VALUES, read_columns
 from camopt.scene.law_forms import DEGREES, FORMS, Fault, Given, form_of, leeway
@@ -170,7 +171,10 @@ def _shape(name: str, law: Given) -> Iterator[Fault]:
     """Whether the law stays between the ends of its stroke, unless it may go beyond them."""
     if law.get("overshoot") is True or form_of(law).of_moves:
         return
-    least, largest = unit_span(law_of(name, law))
+    made = law_of(name, law)
+    if isinstance(made, SplineLaw) and min(made.coefficients) >= 0.0 and max(made.coefficients) <= 1.0:
+        return  # a spline is within the range of its coefficients
+    least, largest = unit_span(made)
     by = max(-least, largest - 1.0)
     if by > 0.0 and by > leeway(law):
         within = "it has to stay between 0 and 1, unless overshoot = true allows it"
