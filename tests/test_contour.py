@@ -92,7 +92,7 @@ def test_the_path_is_as_near_as_it_is_proved_to_be(name, kind):
     curve = profile_of(problem)
     path, proved = follow(curve, kind, 0.005)
     assert proved <= 0.005
-    true, made = true_points(problem, curve.distance), dense(path, 2 + 200_000 // len(path))
+    true, made = true_points(problem, curve.distance), dense(path, 2 + 60_000 // len(path))
     chord = 1e-5  # what straight lines between so many points leave out
     measured = max(furthest(true, made), furthest(made, true))
     assert measured <= proved + chord
