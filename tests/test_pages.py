@@ -57,6 +57,12 @@ def test_a_page_runs_from_top_to_bottom(page, tmp_path, monkeypatch):
             assert not expected or prints(expected, printed), printed
 
 
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_links_of_a_page_lead_to_files(page):
+    links = re.findall(r"\]\(([^)#]+)", page.read_text(encoding="utf-8"))
+    assert [link for link in links if "://" not in link and not (page.parent / link).exists()] == []
+
+
 def test_what_a_page_prints_is_compared():
     assert prints("a …\n…\nlast", "a b \nc\nd\nlast\n")
     assert not prints("a 1.5", "a 125")

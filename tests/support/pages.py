@@ -25,8 +25,8 @@ def blocks(page: Path) -> list[Block]:
 def commands(block: Block) -> list[tuple[str, str]]:
     """The commands of a block that start camopt, each with what the page says that it prints; "" in a script."""
     if block.language == "text":
-        parts = re.split(r"^\$ ", block.text, flags=re.MULTILINE)
-        return [part.split("\n", 1) for part in parts if part]  # type: ignore[misc]
+        _, *parts = re.split(r"^\$ ", block.text, flags=re.MULTILINE)
+        return [(line, said) for line, _, said in (part.partition("\n") for part in parts)]
     lines = block.text.splitlines() if block.language == "sh" else []
     return [(line, "") for line in lines if line.startswith("camopt ")]
 
