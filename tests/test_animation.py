@@ -3,6 +3,7 @@
 import re
 import subprocess
 import sys
+from base64 import b64decode
 from functools import cache
 from itertools import pairwise
 from xml.etree import ElementTree
@@ -138,13 +139,13 @@ def test_a_groove_passes_under_its_roller():
         assert np.ptp([float(x) for line in lines for x in line]) > 2.99 * turn
 
 
-@pytest.mark.parametrize("name", ["roller", "swinging groove"])
+@pytest.mark.parametrize("name", ["swinging sphere", "swinging groove"])
 def test_the_texts_of_an_animation_are_apart_on_the_page_and_read_the_values(name):
     _, stage, root = staged(name)
     assert faults_of(stage.figure) == []
     angle, height, *_ = [reading.values for reading in stage.readings]
     assert angle[25] == "cam angle 90.0°"
-    assert [float(text) for text in height] == pytest.approx(displacement_of(SCENES[name]), rel=1e-3, abs=1e-3)
+    assert [float(text) for text in height] == pytest.approx(displacement_of(SCENES[name]), abs=0.00501)
     (column,) = [group for group in root.iter(f"{G}g") if group.get("id") == "reading-1"]
     assert [text.text for text in column.iter(f"{G}text")] == height[:FRAMES]
     jumps = values_of(turning(name)["reading-1"])[:, 1]
@@ -175,18 +176,21 @@ def test_the_command_writes_a_gif_whose_first_frame_is_the_picture_without_motio
 
 def test_the_same_scene_gives_the_same_svg(tmp_path):
     files = [tmp_path / f"{turn}.SVG" for turn in "ab"]
-    texts = [animate(SCENES["groove"], file).svg for file in files]
+    found = [animate(SCENES["groove"], file) for file in files]
+    texts = [animation.svg for animation in found]
     assert texts[0] == texts[1] == files[0].read_text(encoding="utf-8") == files[1].read_text(encoding="utf-8")
     assert "<script" not in texts[0]
     assert len(texts[0]) < 1 << 19
+    page = found[0]._repr_html_()  # of a notebook
+    assert b64decode(re.findall(r'src="data:image/svg\+xml;base64,([^"]*)"', page)[0]).decode() == texts[0]
 
 
-@pytest.mark.parametrize("name", ["<script>alert(1)</script>", "\"' $\\frac$ & x" * 20])
-def test_any_name_stays_text(name):
+def test_any_name_stays_text():
+    name = "<script>alert('$\\frac$')</script> & " * 9
     svg = animate(SCENES["roller"].replace(name=name)).svg
     assert "<script" not in svg
     texts = [text.text for text in ElementTree.fromstring(svg).iter(f"{G}text")]
-    assert name[:60] in " ".join(filter(None, texts))
+    assert any(name.startswith(text.removesuffix("…")) for text in texts if text and "alert" in text)
 
 
 def test_a_video_by_ffmpeg(tmp_path):
@@ -234,8 +238,3 @@ def test_another_ending_and_a_folder_that_is_not_there_are_refused(tmp_path):
     with pytest.raises(FileNotFoundError):
         animate(SCENES["roller"], tmp_path / "none" / "a.svg")
     assert not list(tmp_path.iterdir())
-
-
-def test_a_notebook_shows_an_animation():
-    page = animate(SCENES["roller"])._repr_html_()
-    assert page.startswith('<img src="data:image/svg+xml;base64,')

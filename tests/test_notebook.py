@@ -171,6 +171,14 @@ def test_a_part_of_a_name_is_answered_by_the_names_that_have_it(word, meant, res
         results["Evaluation"][word]
 
 
+def test_a_law_that_is_nearly_right_is_answered_by_the_nearest(results):
+    found = results["Optimum"].by_law
+    (law,) = found
+    with pytest.raises(camopt.UnknownName, match=f"did you mean {law}"):
+        found[law[:-1]]
+    assert pickle.loads(pickle.dumps(found)) == found
+
+
 def test_a_figure_is_shown_once_whether_pyplot_is_at_work_or_not():
     """Of a cell whose last line draws: one image."""
     draw = "import camopt; camopt.plot_spectrum([camopt.response_spectrum('cycloidal', [1.0, 2.0], 0.1)])"

@@ -74,6 +74,7 @@ def _draw_cam(figure: Any, picture: Picture, page: Any) -> list[Label]:
     return labels
 
 
+BETWEEN = "  ·  "  # things that stand in a line
 WIDTH, COLUMNS, ACROSS = 15.5, (0.045, 0.54), 0.44  # inches; left ends and width of diagrams, of the figure
 TALL = 1.0333  # inches: a diagram
 Corners = tuple[float, float, float, float]
@@ -156,7 +157,7 @@ def sizes_in_words(picture: Picture) -> str:
     }
     sizes = [f"{words} {four_digits(values[key])} mm" for key, words in names.items() if values.get(key)]
     laws = [f"{kind} {values[f'law_{kind}']}" for kind in ("rise", "return") if values[f"law_{kind}"]]
-    return "  ·  ".join([*words, *sizes, *laws])
+    return BETWEEN.join([*words, *sizes, *laws])
 
 
 def results_in_words(picture: Picture) -> str:
@@ -174,7 +175,7 @@ def results_in_words(picture: Picture) -> str:
         words.append(f"contact on the face from {' to '.join(ends)} mm")
     if "shaft_clearance_mm" in values:
         words.append(f"clear of the shaft by {four_digits(values['shaft_clearance_mm'])} mm")
-    return "  ·  ".join(words)
+    return BETWEEN.join(words)
 
 
 def _faults(picture: Picture) -> str:
@@ -185,4 +186,4 @@ def _faults(picture: Picture) -> str:
     broken = str(violations(problem.limits, excess)[0]) if problem.limits else ""
     names = [name.replace("_", " ") for name in broken.split(",") if name and name != "undercut"]
     faults = ["undercut"] if picture.undercut else []
-    return "  ·  ".join([*faults, *([f"exceeds: {', '.join(names)}"] if names else [])])
+    return BETWEEN.join([*faults, *([f"exceeds: {', '.join(names)}"] if names else [])])

@@ -3,6 +3,7 @@
 A disc cam turns in its sense of rotation; of a cylindrical cam the developed surface moves past the follower.
 """
 
+from math import ceil, floor, log10
 from typing import Any
 
 import numpy as np
@@ -10,20 +11,22 @@ import numpy as np
 from camopt.drawing import diagrams
 from camopt.drawing.bodies import ANGLES, Body, Reading, Shifting, Stage, Turning, artists_of
 from camopt.drawing.cam import draw_body, draw_centre, draw_strokes, frame
-from camopt.drawing.figures import sizes_in_words
+from camopt.drawing.figures import BETWEEN, sizes_in_words
 from camopt.drawing.follower import Parts, draw_follower
 from camopt.drawing.groove import draw_channel, draw_groove_follower, sides_of
 from camopt.drawing.labels import settle
-from camopt.drawing.panels import SAME, Panel, panels
-from camopt.drawing.picture import Picture, area, circle, four_digits, line
+from camopt.drawing.panels import Panel, panels
+from camopt.drawing.picture import Picture, area, circle, line
 from camopt.drawing.style import FAINT, FILL, INK, MUTED, SMALL, TEXT, TITLE
 from camopt.mechanisms.design import ComplexArray
+from camopt.numerics import FloatArray
 
 SHOWN = (0, 2, 4)  # displacement, acceleration, pressure angle, of the six diagrams of a design
 DISC_SIZE, GROOVE_SIZE = (9.0, 5.4), (9.0, 6.0)  # inches
 CAM, PANELS = (0.02, 0.05, 0.47, 0.82), [(0.57, 0.69 - 0.285 * k, 0.4, 0.165) for k in range(3)]
 GROOVE, BELOW = (0.03, 0.42, 0.94, 0.42), [(0.06 + 0.32 * k, 0.1, 0.26, 0.2) for k in range(3)]
 """Where things are, in shares of the figure: left, bottom, width, height."""
+LONGEST = 140  # letters of a line below the title
 
 
 def set_stage(figure: Any, picture: Picture) -> Stage:
@@ -33,7 +36,7 @@ def set_stage(figure: Any, picture: Picture) -> Stage:
     grooved = picture.problem.setup.mechanism.grooved
     name = picture.problem.scene.name
     figure.text(0.03, 0.955, name if len(name) <= 70 else f"{name[:69]}…", fontsize=TITLE, fontweight="bold")
-    figure.text(0.03, 0.918, sizes_in_words(picture), fontsize=SMALL, color=MUTED)
+    figure.text(0.03, 0.935, _folded(sizes_in_words(picture)), fontsize=SMALL, color=MUTED, va="top")
     bodies = (_groove if grooved else _disc)(figure, picture)
     for body in bodies:
         for artist in artists_of(body):
@@ -43,6 +46,13 @@ def set_stage(figure: Any, picture: Picture) -> Stage:
     for body in (*bodies, *cursors):
         body.axes.set_axis_off()
     return Stage(figure, [*bodies, *cursors], readings)
+
+
+def _folded(words: str) -> str:
+    """A line of sizes in two lines, if it is too long for the page."""
+    parts = words.split(BETWEEN)
+    middle = ceil(len(parts) / 2) if len(words) > LONGEST else len(parts)
+    return "\n".join(BETWEEN.join(line) for line in (parts[:middle], parts[middle:]) if line)
 
 
 def _disc(figure: Any, picture: Picture) -> list[Body]:
@@ -138,6 +148,13 @@ def _diagrams(figure: Any, picture: Picture, boxes: Any) -> tuple[list[Body], li
     return bodies, readings
 
 
+def _readings(values: FloatArray) -> list[str]:
+    """Values with the decimals that give the largest four digits."""
+    largest = float(np.abs(values).max())
+    decimals = max(0, 3 - floor(log10(largest))) if largest else 0
+    return [f"{round(float(value), decimals) + 0.0:.{decimals}f}".replace("-", "−") for value in values]
+
+
 def _cursor(figure: Any, axes: Any, panel: Panel) -> tuple[list[Body], Reading]:
     """A line at the cam angle and a dot at the value there, above a diagram; what it reads."""
     assert panel.at is not None
@@ -149,8 +166,7 @@ def _cursor(figure: Any, axes: Any, panel: Panel) -> tuple[list[Body], Reading]:
     line(line_axes, 1j * np.array(axes.get_ylim()), color=INK, lw=0.8, clip_on=False)
     line(dot_axes, [1j * values[0]], marker="o", ms=5, color=INK, mec="white", clip_on=False)
     degrees = np.degrees(ANGLES)
-    values[np.abs(values) < SAME * np.abs(values).max()] = 0.0
-    words = [four_digits(value) for value in values]
+    words = _readings(values)
     style = {"ha": "right", "va": "bottom", "fontsize": TEXT, "color": INK, "transform": axes.transAxes}
     text = axes.text(1.0, 1.03, words[0], fontweight="bold", **style)
     bodies: list[Body] = [

@@ -26,7 +26,7 @@ from camopt.shown import Shown
 from camopt.smallest.result import Progress
 from camopt.tables.cells import to_json
 from camopt.tables.columns import joined_laws
-from camopt.tables.designs import Design
+from camopt.tables.designs import ByLaw, Design
 from camopt.tables.table import TableWriter, schema, table_file
 from camopt.verdicts.judging import Effort, by_excess, judged, least_excess, weighed
 
@@ -266,9 +266,10 @@ def best_of_each_law(space: Space, rows: Rows) -> dict[str, Design]:
     for i, row in enumerate(rows.records()):
         first.setdefault(joined_laws(row["law_rise"], row["law_return"]), i)
     best = to_compare(space, rows.take(np.array(list(first.values()), dtype=int))).records()
-    return {
-        laws: Design({**row, "held_by": held_by(space, row)}, scene) for laws, row in zip(first, best, strict=True)
-    }
+    return ByLaw(
+        (laws, Design({**row, "held_by": held_by(space, row)}, scene))
+        for laws, row in zip(first, best, strict=True)
+    )
 
 
 def to_compare(space: Space, rows: Rows) -> Rows:

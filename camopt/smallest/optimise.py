@@ -27,7 +27,7 @@ from camopt.smallest.smallest import smallest
 from camopt.smallest.smallest_turn import smallest_of_turns
 from camopt.smallest.turns import SegmentAngles
 from camopt.tables.columns import joined_laws
-from camopt.tables.designs import Design
+from camopt.tables.designs import ByLaw, Design
 from camopt.verdicts.judging import AT_ONCE, by_excess, excesses, judged
 
 SECONDS = 60.0  # of a search, unless told
@@ -146,7 +146,7 @@ def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SE
         obstacles[laws] = _obstacle(problem, answers, max(until, share(end, len(programmes) - done)))
         misses += [_missed(each.problem, each.answer.nearest) for each in answers if each.answer.nearest]
     order = sorted(found, key=lambda laws: float(found[laws][problem.size_name]))
-    ranked = {laws: Design(found[laws], scene) for laws in order}
+    ranked = ByLaw((laws, Design(found[laws], scene)) for laws in order)
     nearest = None if found else _least(misses, scene)
     return Optimum(scene, next(iter(ranked.values()), None), ranked, obstacles, nearest, out_of_time)
 

@@ -74,6 +74,13 @@ class Design(Shown, dict[str, Any]):
         return scene_of_row(self.searched, self)
 
 
+class ByLaw(dict[str, Design]):
+    """Designs by the names of their laws."""
+
+    def __missing__(self, name: str) -> Design:
+        raise UnknownName(f"{name!r} is no law with a feasible design; {nearest(str(name), self)}")
+
+
 def scene_of(table: "str | os.PathLike[str] | pd.DataFrame", row: int) -> Scene:
     """The scene of one row of a table: the scene that was searched, with the sizes, laws and numbers of the row.
 
