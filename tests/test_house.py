@@ -18,7 +18,7 @@ ROOMS = (
     *("mistakes", "version", "files", "quantities", "shown"),
     *("kernels", "numerics", "motion", "mechanisms", "effects", "scene", "problem", "verdicts", "tables"),
     *("smallest", "front", "synthesis", "measured", "contour", "drawing", "sheet", "points"),
-    *("exporting", "studies", "reporting", "cli"),
+    *("exporting", "studies", "reporting", "serving", "cli"),
 )
 """Folders and modules of the package in the order of the data: each imports from itself and those before it."""
 DOORS = {"__init__", "__main__"}

@@ -1,6 +1,7 @@
 """The command line. Each command is one call of the library, and a printer of its result."""
 
-from contextlib import nullcontext
+import sys
+from contextlib import nullcontext, suppress
 from pathlib import Path
 from typing import Any
 
@@ -374,6 +375,39 @@ def report(what: tuple[str, ...], row: int | None, as_json: bool, quiet: bool, o
         terminal.print_json({"file": str(out)})
     elif not quiet:
         terminal.say_written([out])
+    return 0
+
+
+@camopt.command()
+@click.argument("scene", default=DEFAULT_SCENE)
+@scene_options
+@output_options
+@click.option("--port", type=click.IntRange(0, 65535), default=0, help="Port to listen on; by default a free one.")
+@click.option("--folder", type=Place(), help="Folder for what is saved; by default that of SCENE, or this one.")
+@click.option("--no-browser", is_flag=True, help="Only print the address.")
+def serve(scene: Any, as_json: bool, quiet: bool, port: int, folder: Path | None, no_browser: bool) -> int:
+    """Show a cam with sliders for sizes, laws and limits, in a browser on this machine alone.
+
+    Each move draws the cam and its diagrams anew; where the sliders rest, the limits are proved. Ctrl-C ends it.
+    """
+    import webbrowser
+
+    from camopt.cli import terminal
+    from camopt.serving.server import serving
+
+    place = Path(scene.file).parent if Path(scene.file).is_file() else Path()
+    with keys_as_options():
+        server = serving(scene, folder or place, port, say)
+    with server:
+        if as_json:
+            terminal.print_json({"address": server.address})
+        else:
+            click.echo(f"{server.address}\nCtrl-C ends it.")
+        sys.stdout.flush()
+        if not no_browser:
+            webbrowser.open(server.first_address)
+        with suppress(KeyboardInterrupt):
+            server.serve_forever()
     return 0
 
 

@@ -64,14 +64,18 @@ class Picture:
         """The displacement at cam angle 0, mm or rad: 0, unless moves go lower."""
         return float(self.problem.programme.at(np.zeros(1))[0, 0])
 
+    @property
+    def wanted(self) -> frozenset[str]:
+        """The names of the quantities of the effects that the scene calls for, and of those of its geometry."""
+        effects = {*GEOMETRY, *(QUANTITIES[name].effect for name in self.problem.wanted)}
+        return frozenset(name for name in offered(self.problem.setup) if QUANTITIES[name].effect in effects)
+
     @cached_property
     def values(self) -> dict[str, Any]:
-        """The quantities of the effects that the scene calls for, and those of its geometry; exact."""
-        setup, design = self.problem.setup, self.problem.design
-        effects = {*GEOMETRY, *(QUANTITIES[name].effect for name in self.problem.wanted)}
-        wanted = [name for name in offered(setup) if QUANTITIES[name].effect in effects]
+        """These quantities, exact."""
+        case = Case(self.problem.setup, self.problem.programme, self.problem.design)
         with np.errstate(all="ignore"):
-            rows = run_effects(Case(setup, self.problem.programme, design), wanted)
+            rows = run_effects(case, self.wanted)
         return rows.records()[0]
 
     @cached_property

@@ -1,5 +1,6 @@
 """What a page draws of one cam: its motion piece by piece, its sizes and its diagrams, as plain numbers."""
 
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -12,12 +13,14 @@ from camopt.drawing.picture import NAMES, Picture
 from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem
 
+LARGEST_POWER = 300
+POWERS = np.array([float(f"1e{power}") for power in range(-LARGEST_POWER, LARGEST_POWER + 1)])
 DIGITS = 8  # significant: more than any screen shows, fewer than a double has
 
 
-def cam_of(problem: Problem) -> dict[str, Any]:
+def cam_of(picture: Picture) -> dict[str, Any]:
     """One design: motion, shape and diagrams. Lengths in mm, cam angles in deg, displacements y in mm or rad."""
-    picture = Picture(problem)
+    problem = picture.problem
     if not picture.exists:
         return {"exists": False}
     shown = [*panels(picture), *dynamics_panels(picture), *load_panels(picture)]
@@ -112,5 +115,11 @@ def plain(value: Any) -> float | None:
 
 
 def row(values: FloatArray) -> list[float | None]:
-    """An array of such numbers."""
-    return [plain(value) for value in np.asarray(values, dtype=float).tolist()]
+    """An array of such numbers, all at once: a page has thousands, and a slider waits for them."""
+    values = np.asarray(values, dtype=float)
+    with np.errstate(all="ignore"):
+        power = DIGITS - 1 - np.floor(np.log10(np.abs(values)))
+    usual = np.abs(power) <= LARGEST_POWER  # not so of 0, and of what is not finite
+    scale = POWERS[np.where(usual, power, 0.0).astype(int) + LARGEST_POWER]
+    rounded = np.where(usual, np.rint(np.where(usual, values, 0.0) * scale) / scale, values)
+    return [value if isfinite(value) else None for value in rounded.tolist()]

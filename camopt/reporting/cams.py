@@ -55,19 +55,20 @@ def cams_page(cams: Sequence[Shown], title: str = "", told: Sequence[str] = (), 
     labels = [shown.label for shown in cams]
     limits = [limits_sheet(each, problem) for each, problem in zip(found, problems, strict=True)]
     several = len(cams) > 1
-    words = [_words(problem) for problem in problems]
+    pictures = [Picture(problem) for problem in problems]
+    words = [words_of(picture) for picture in pictures]
     head = [*([] if several else words[0]), *told]
     lines = [*_verdicts(found, limits, labels), *(Cell(text) for text in head)]
     titled = [replace(s, title=f"{label}: limits") for label, s in zip(labels, limits, strict=True)]
     sections = [
         Section("Quantities", [quantities_sheet(found, labels if several else ["value"])], open=several),
-        *(each for shown, p in zip(cams, problems, strict=True) for each in _about(shown, p, several)),
+        *(each for shown, p in zip(cams, problems, strict=True) for each in about(shown, p, several=several)),
     ]
     files, why = _files(cams, several)
     return rendered(
         "cams",
         title or cams[0].scene.name,
-        {"cams": [cam_of(problem) for problem in problems], "labels": labels, "words": words},
+        {"cams": [cam_of(picture) for picture in pictures], "labels": labels, "words": words},
         lines=[*lines, *([Cell(f"No files for machines: the cam {why}.", "alarm")] if why else [])],
         tables=[*(titled if several else limits), *more],
         sections=sections,
@@ -83,13 +84,12 @@ def _verdicts(found: list[Evaluation], limits: list[Sheet], labels: list[str]) -
     return [Cell(f"{label}: {line.text}", line.kind) for label, line in zip(labels, lines, strict=True)]
 
 
-def _words(problem: Problem) -> list[str]:
+def words_of(picture: Picture) -> list[str]:
     """The sizes and the first results of a cam."""
-    picture = Picture(problem)
     return [sizes_in_words(picture), *([results_in_words(picture)] if picture.exists else [])]
 
 
-def _about(shown: Shown, problem: Problem, several: bool) -> list[Section]:
+def about(shown: Shown, problem: Problem, *, several: bool = False) -> list[Section]:
     """What a scene gives, and what it calls for."""
     prefix = f"{shown.label}: " if several else ""
     return [

@@ -15,18 +15,17 @@ from typing import Any
 
 from camopt.version import VERSION
 
+TURNING = ("geometry", "drawing", "cam", "diagrams", "player", "theme")
 PROGRAMS = {
-    "cams": ("geometry", "drawing", "cam", "diagrams", "player", "theme", "cams_page", "start"),
-    "results": (
-        *("geometry", "drawing", "cam", "diagrams", "player", "theme"),
-        *("rows", "scatter", "parallel", "grid", "results_page", "start"),
-    ),
+    "cams": (*TURNING, "cams_page", "start"),
+    "results": (*TURNING, "rows", "scatter", "parallel", "grid", "results_page", "start"),
+    "serve": (*TURNING, "tables", "controls", "asking", "serve_page", "start"),
 }
 """The parts of the program of each kind of page, in the order in which they need each other."""
 
 
 def rendered(kind: str, title: str, data: Mapping[str, Any], **more: Any) -> str:
-    """A page of a kind (``cams``, ``results``): its title, the data of its program, and what its template shows."""
+    """A page of one of the kinds of ``PROGRAMS``: its title, the data of its program, what its template shows."""
     style, script = _asset("page.css"), "\n".join(_asset(f"{part}.js") for part in PROGRAMS[kind])
     return str(
         _templates()

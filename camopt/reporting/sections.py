@@ -37,24 +37,34 @@ class Sheet:
 
 NUMBER = "number"
 MARGINS, BALLS, INTEGRALS, SIZES = "double precision", "ball arithmetic", "integrals in balls", "sizes"
+UNPROVED = "not yet"
 PROOFS = {
     BALLS: "200 bits, at every cam angle",
     MARGINS: "with margins for rounding, over the whole turn",
     INTEGRALS: "integrals enclosed in ball arithmetic",
     SIZES: "sizes compared",
+    UNPROVED: "double precision while controls move; proved where they rest",
 }
 """How limits are proved, and what that means."""
 
 
 def limits_sheet(found: Evaluation, problem: Problem) -> Sheet:
     """Each limit: its bound, the value reached, the margin, whether it is held, and how that was proved."""
+    limits = {limit.name: limit for limit in problem.limits}
     verdicts = certify(found.scene)
+    proofs = {name: BALLS if name == CONDITIONS else _proof(limits.get(name)) for name in verdicts}
+    return verdicts_sheet(found, problem, verdicts, proofs)
+
+
+def verdicts_sheet(
+    found: Evaluation, problem: Problem, verdicts: Mapping[str, str], proofs: Mapping[str, str]
+) -> Sheet:
+    """As ``limits_sheet``, of verdicts by the names of limits, and how each was found."""
     limits = {limit.name: limit for limit in problem.limits}
     rows = []
     for name, verdict in verdicts.items():
-        limit = limits.get(name)
+        limit, how = limits.get(name), proofs[name]
         for bound, reached, margin in _reached(limit, found):
-            how = BALLS if name == CONDITIONS else _proof(limit)
             texts = [Cell(bound, NUMBER), Cell(reached, NUMBER), Cell(margin, NUMBER)]
             rows.append([Cell(_words(name)), *texts, Cell(verdict, verdict), Cell(how)])
     heads = [Cell("limit"), *(Cell(text, NUMBER) for text in ("bound", "reached", "margin"))]

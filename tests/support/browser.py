@@ -25,21 +25,21 @@ def running_browser() -> Iterator:
 
 
 @contextmanager
-def watched_page(browser, **context) -> Iterator:
-    """A new page; no error in its program, no line on its console, and no request but for its own file."""
+def watched_page(browser, home="file:", **context) -> Iterator:
+    """A new page; no error in its program, no line on its console, and no request but to where it is from."""
     troubles: list[str] = []
     with browser.new_context(**context) as opened:
         page = opened.new_page()
         page.on("console", lambda message: troubles.append(f"console: {message.text}"))
         page.on("pageerror", lambda error: troubles.append(f"error: {error}"))
         page.on("dialog", lambda dialog: (troubles.append(f"dialog: {dialog.message}"), dialog.dismiss()))
-        page.on("request", lambda request: troubles.extend(_elsewhere(request.url)))
+        page.on("request", lambda request: troubles.extend(_elsewhere(request.url, home)))
         yield page
     assert troubles == []
 
 
-def _elsewhere(address: str) -> list[str]:
-    return [] if address.startswith(("file:", "data:", "blob:")) else [f"request: {address}"]
+def _elsewhere(address: str, home: str) -> list[str]:
+    return [] if address.startswith((home, "data:", "blob:")) else [f"request: {address}"]
 
 
 def opened(page, path) -> None:

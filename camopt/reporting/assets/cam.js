@@ -231,8 +231,7 @@ class CamView {
   }
 }
 
-/** One box that holds the boxes of all views, so that cams are drawn at one scale. */
-function commonBox(views) {
-  const boxes = views.map((view) => view.box);
+/** One box that holds all boxes, so that cams are drawn at one scale. */
+function commonBox(boxes) {
   return [0, 1, 2, 3].map((k) => (k < 2 ? Math.min : Math.max)(...boxes.map((box) => box[k])));
 }

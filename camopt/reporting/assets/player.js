@@ -76,8 +76,8 @@ function dragToTurn(view, player) {
   view.svg.addEventListener("pointerup", () => (last = undefined));
 }
 
-/** Draw cams side by side at one scale, and their diagrams; all follow the player. */
-function showCams(player, stage, diagrams, cams, labels, words = []) {
+/** Draw cams side by side at one scale, and their diagrams; all follow the player. The box that they fill. */
+function showCams(player, stage, diagrams, cams, labels, words = [], room = []) {
   player.forget();
   stage.replaceChildren();
   const there = cams.filter((cam) => cam.exists);
@@ -92,14 +92,15 @@ function showCams(player, stage, diagrams, cams, labels, words = []) {
     dragToTurn(view, player);
     return view;
   }).filter(Boolean);
-  if (!views.length) return;
-  const box = commonBox(views);
+  if (!views.length) return null;
+  const box = commonBox([...views.map((view) => view.box), ...room]);
   for (const view of views) {
     view.frame(box);
     player.follow((angle) => view.turn(angle));
   }
-  if (!diagrams) return;
+  if (!diagrams) return box;
   diagrams.replaceChildren();
   for (const diagram of drawDiagrams(diagrams, there, (angle) => { player.stop(); player.go(angle); }))
     player.follow((angle) => diagram.show(angle));
+  return box;
 }

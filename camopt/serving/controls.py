@@ -1,0 +1,184 @@
+"""What can be moved of a scene: its sizes, numbers, laws, angles and limits, each as a control of the page."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from math import ceil, floor
+from typing import Any
+
+from camopt.drawing.picture import round_length
+from camopt.mistakes import BadInput, Mistake, nearest
+from camopt.problem.problem import Problem, resolve, size_keys
+from camopt.quantities import NUMBERS, QUANTITIES, number_quantity
+from camopt.scene.choices import Range
+from camopt.scene.scene import Scene
+
+Values = Mapping[str, Any]
+"""Numbers and names of laws, by the keys of controls."""
+
+LAW = {"rise": "law_rise", "return": "law_return"}
+"""The keys of the controls for the laws of all rises and of all returns."""
+MOST_ANGLES = 24  # segments that have a slider each
+SHARES = (3.0, 2.0, 1.5, 1.2)  # of a number, to which its slider may go if the scene allows
+GRID = 20  # parts of a range, on which its ends lie
+NONE_YET = 10.0  # how far the slider of a number goes that is 0
+STEPS = 250  # of a slider, at least
+ANGLES, OTHERS = "Angles of the turn", "Loads and materials"
+FOLDED = (ANGLES, OTHERS)
+"""Groups of controls that a page opens folded."""
+
+
+@dataclass(frozen=True)
+class Control:
+    """One control: a number with the range of its slider, or a choice from some ``options``."""
+
+    key: str
+    group: str
+    label: str
+    unit: str
+    value: float | str
+    low: float = 0.0
+    high: float = 0.0
+    step: float = 0.0
+    options: tuple[float | str, ...] = ()
+
+
+def controls_of(scene: Scene) -> list[Control]:
+    """The controls of a scene, group by group."""
+    problem = resolve(scene)
+    return [*_numbers(problem), *_laws(problem), *_limits(problem), *_angles(scene), *_loads(problem)]
+
+
+def values_of(scene: Scene, keys: Mapping[str, Any] | list[str]) -> dict[str, Any]:
+    """What controls of these keys show of a scene."""
+    found: dict[str, Any] = scene.numbers([key for key in keys if not _of_motion(key)])
+    for kind, key in LAW.items():
+        laws = {segment.law for segment in scene.motion if segment.segment == kind}
+        found[key] = laws.pop() if len(laws) == 1 else ""
+    found |= {_angle(place): segment.angle for place, segment in enumerate(scene.motion, start=1)}
+    return {key: found[key] for key in keys}
+
+
+def scene_with(scene: Scene, own: Values, values: Values, moved: str = "") -> Scene:
+    """The scene as controls have it whose values of its own are ``own``.
+
+    Of the angles, the others make room for the one that was moved last.
+
+    Raises
+    ------
+    BadInput
+        For keys that are no controls of the scene, and whatever else the scene refuses.
+    """
+    unknown = [*(key for key in values if key not in own), *([moved] if moved and moved not in own else [])]
+    if unknown:
+        why = {key: f"no control; {nearest(key, own)}" for key in unknown}
+        raise BadInput([Mistake("page", key, None, text, bare=True) for key, text in why.items()])
+    changes = {key: value for key, value in values.items() if value != own[key]}
+    plain = {key: value for key, value in changes.items() if not _of_motion(key)}
+    if len(plain) < len(changes):
+        plain["motion"] = _motion(scene, {**own, **values}, moved)
+    return scene.replace(**plain) if plain else scene
+
+
+def _motion(scene: Scene, values: Values, moved: str) -> list[dict[str, Any]]:
+    """The segments with other laws and angles."""
+    rows: list[dict[str, Any]] = [dict(row) for row in scene.to_dict()["motion"]]
+    for place, row in enumerate(rows, start=1):
+        row["angle"] = values.get(_angle(place), row["angle"])
+        if law := values.get(LAW.get(row["segment"], ""), ""):
+            row["law"] = law
+    angles = [row["angle"] for row in rows]
+    others = [row for place, row in enumerate(rows, start=1) if _angle(place) != moved]
+    if moved.startswith("motion.") and all(isinstance(angle, (int, float)) for angle in angles):
+        rest, taken = 360.0 - values[moved], sum(row["angle"] for row in others)
+        for row in others if taken > 0.0 and 0.0 <= rest <= 360.0 else ():
+            row["angle"] *= rest / taken
+    return rows
+
+
+def _angle(place: int) -> str:
+    """The key of the control for the angle of a segment, counted from 1, as messages name it."""
+    return f"motion.{place}.angle"
+
+
+def _of_motion(key: str) -> bool:
+    return key.startswith("motion.") or key in LAW.values()
+
+
+def _numbers(problem: Problem) -> Iterator[Control]:
+    """The sizes, and the speed."""
+    scene, found = problem.scene, problem.scene.numbers([*size_keys(problem.scene), "cam.rpm"])
+    for key, value in found.items():
+        if value is None or (scene.profile and key == "cam.base_radius"):  # which follows from the profile
+            continue
+        unit = "rev/min" if key == "cam.rpm" else "mm"
+        name = key.partition(".")[2]
+        chosen = getattr(scene.search, name, None) or scene.search.numbers.get(key)
+        yield _number(scene, key, "Speed" if key == "cam.rpm" else "Sizes", unit, value, chosen)
+
+
+def _loads(problem: Problem) -> Iterator[Control]:
+    """The other numbers that the scene gives, such as masses and springs."""
+    scene = problem.scene
+    for key, value in scene.numbers(NUMBERS).items():
+        if isinstance(value, float) and key != "cam.rpm":
+            unit = QUANTITIES[number_quantity(key, angular=problem.setup.angular)].unit
+            yield _number(scene, key, OTHERS, unit, value, scene.search.numbers.get(key))
+
+
+def _limits(problem: Problem) -> Iterator[Control]:
+    """The bounds that the scene sets."""
+    bounds = {limit.key: limit for limit in problem.limits if limit.asked and limit.key.startswith("limits.")}
+    for key, limit in bounds.items():
+        unit = QUANTITIES[limit.shown[0]].unit if limit.shown else ""
+        yield _number(problem.scene, key, "Limits", unit, limit.bound, None)
+
+
+def _laws(problem: Problem) -> Iterator[Control]:
+    """The laws of rises and returns; those given as positions are for moves."""
+    own = problem.scene.laws
+    laws = tuple(name for name in problem.laws if name not in own or own[name].positions is None)
+    values = values_of(problem.scene, list(LAW.values()))
+    for kind, key in LAW.items():
+        if any(segment.segment == kind for segment in problem.scene.motion):
+            options = laws if values[key] else ("", *laws)  # several laws stay as they are until one is chosen
+            yield Control(key, "Laws", f"law of the {kind}s", "", values[key], options=options)
+
+
+def _angles(scene: Scene) -> Iterator[Control]:
+    if 1 < len(scene.motion) <= MOST_ANGLES:
+        for place, segment in enumerate(scene.motion, start=1):
+            label = f"{place}. {segment.segment}"
+            yield Control(_angle(place), ANGLES, label, "deg", segment.angle, 0.0, 360.0, 1.0)
+
+
+def _number(scene: Scene, key: str, group: str, unit: str, value: float, chosen: Any) -> Control:
+    label = key.rpartition(".")[2].replace("_", " ")
+    if isinstance(chosen, tuple):
+        options = tuple(sorted({*chosen, value}))
+        return Control(key, group, label, unit, value, options=options)
+    ranged = isinstance(chosen, Range)
+    low, high = (chosen.start, chosen.stop) if ranged else _about(scene, key, value)
+    low, high = min(low, value), max(high, value)
+    step = round_length((high - low) / STEPS) if high > low else 1.0
+    return Control(key, group, label, unit, value, low, high, chosen.step or step if ranged else step)
+
+
+def _about(scene: Scene, key: str, value: float) -> tuple[float, float]:
+    """A range about a number, as far as the scene allows: a third to three times, or both sides of 0."""
+    both = value <= 0.0 or _allowed(scene, key, -value)
+    width = 2.0 * abs(value) or NONE_YET
+    lows = [-width] if both else [value / share for share in SHARES]
+    highs = [width] if both else [value * share for share in SHARES]
+    grid = round_length(width / GRID)
+    low = next((each for each in (ceil(x / grid) * grid for x in lows) if _allowed(scene, key, each)), value)
+    return low, next(
+        (each for each in (floor(x / grid) * grid for x in highs) if _allowed(scene, key, each)), value
+    )
+
+
+def _allowed(scene: Scene, key: str, value: float) -> bool:
+    try:
+        scene.replace(**{key: value})
+    except BadInput:
+        return False
+    return True

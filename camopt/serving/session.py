@@ -1,0 +1,240 @@
+"""What the page asks and what it is answered, without a network: a function from a request to an answer.
+
+Nothing is remembered between requests but the scene that the server was started with: each has the values of all
+controls. Answers are plain mappings that JSON takes.
+"""
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from camopt.drawing.picture import Picture
+from camopt.files import write_text
+from camopt.mistakes import BadInput, Mistake
+from camopt.numerics.clock import now
+from camopt.problem.problem import resolve_design
+from camopt.problem.rows import Rows
+from camopt.quantities import QUANTITIES
+from camopt.reporting.cam import cam_of
+from camopt.reporting.cams import Section, Shown, about, cams_page, words_of
+from camopt.reporting.page import rendered
+from camopt.reporting.sections import (
+    UNPROVED,
+    Cell,
+    Sheet,
+    is_held,
+    limits_sheet,
+    quantities_sheet,
+    verdict_line,
+    verdicts_sheet,
+)
+from camopt.scene.scene import Scene
+from camopt.serving.controls import FOLDED, Control, controls_of, scene_with, values_of
+from camopt.serving.search import Search
+from camopt.verdicts.deciding import BROKEN, HELD, UNDECIDED
+from camopt.verdicts.evaluation import Evaluation, evaluate_design
+from camopt.verdicts.judging import judged
+
+Answer = dict[str, Any]
+BALLS_UNTIL = 0.01  # seconds for what rounding hides, while a control moves
+NAME = re.compile(r"[^\W_][\w .+-]{0,90}\.toml", re.ASCII)
+
+
+class Sketch(Picture):
+    """The picture while a control moves: fewer samples, and one run of the effects for values and verdict."""
+
+    per_degree = 1.0
+
+    @cached_property
+    def rows(self) -> Rows:
+        """The quantities, and the verdict."""
+        return judged(self.problem, self.problem.design, self.wanted, now() + BALLS_UNTIL)
+
+    @cached_property
+    def values(self) -> dict[str, Any]:
+        return self.rows.records()[0]
+
+
+@dataclass(frozen=True)
+class Session:
+    """A scene with its controls, and the folder that takes what is saved."""
+
+    scene: Scene
+    folder: Path
+    search: Search = field(default_factory=Search)
+
+    @cached_property
+    def controls(self) -> list[Control]:
+        return controls_of(self.scene)
+
+    @cached_property
+    def own(self) -> dict[str, Any]:
+        """The values of the controls at the start."""
+        return values_of(self.scene, [control.key for control in self.controls])
+
+    def scene_of(self, asked: Mapping[str, Any]) -> Scene:
+        """The scene that a request is about."""
+        return scene_with(self.scene, self.own, asked["values"], asked.get("moved", ""))
+
+    def page(self) -> str:
+        """The page as it opens."""
+        scene, answer = self.scene, self.settle({"values": {}})
+        groups: dict[str, list[Control]] = {}
+        for control in self.controls:
+            groups.setdefault(control.group, []).append(control)
+        return rendered(
+            "serve",
+            scene.name,
+            {"answer": answer, "label": scene.name, "own": self.own},
+            lines=answer["lines"],
+            tables=[answer["limits"]],
+            sections=answer["sections"],
+            downloads=[],
+            several=False,
+            groups=groups,
+            folded=FOLDED,
+            file=f"{stem_of(scene)}.toml",
+            folder=str(self.folder.resolve()),
+        )
+
+    def move(self, asked: Mapping[str, Any]) -> Answer:
+        """The cam while a control moves: what double precision says of it, within milliseconds."""
+        scene = self.scene_of(asked)
+        problem = resolve_design(scene)
+        sketch = Sketch(problem)
+        sheet = _quick_sheet(sketch)
+        return self._shown(sketch, [_quick_line(sketch, sheet)], sheet, [])
+
+    def settle(self, asked: Mapping[str, Any]) -> Answer:
+        """The cam where the controls rest: every limit proved, all quantities, more samples."""
+        scene = self.scene_of(asked)
+        problem = resolve_design(scene)
+        found, picture = evaluate_design(problem), Picture(problem)
+        sheet = limits_sheet(found, problem)
+        sections = [
+            Section("Quantities", [quantities_sheet([found], ["value"])]),
+            *about(Shown(scene.name, scene), problem),
+        ]
+        return self._shown(picture, [verdict_line(found, is_held(sheet))], sheet, sections)
+
+    def _shown(self, picture: Picture, lines: list[Cell], sheet: Sheet, sections: list[Section]) -> Answer:
+        return {
+            "cam": cam_of(picture),
+            "lines": [*lines, *(Cell(text) for text in words_of(picture))],
+            "limits": asdict(sheet),
+            "sections": [asdict(section) for section in sections],
+            "values": values_of(picture.problem.scene, list(self.own)),
+        }
+
+    def smallest(self, asked: Mapping[str, Any]) -> Answer:
+        """The values of the smallest cam that meets the limits, or ``why`` there is none."""
+        found = self.search.run(self.scene_of(asked))
+        if "why" in found:
+            return found
+        return {"told": found["told"], "values": values_of(Scene.from_dict(found["scene"]), list(self.own))}
+
+    def stop(self, asked: Mapping[str, Any]) -> Answer:
+        """Call off the search for the smallest cam."""
+        self.search.stop()
+        return {}
+
+    def report(self, asked: Mapping[str, Any]) -> Answer:
+        """The page of ``camopt report`` of what is shown."""
+        scene = self.scene_of(asked)
+        return {"name": f"{stem_of(scene)}.html", "text": cams_page([Shown(scene.name, scene)])}
+
+    def save(self, asked: Mapping[str, Any]) -> Answer:
+        """Write the scene into the folder; over a file that is there only if ``overwrite`` says so."""
+        scene, name = self.scene_of(asked), asked.get("name")
+        if not (isinstance(name, str) and NAME.fullmatch(name)):
+            allowed = "a plain file name that ends in .toml: letters, digits, spaces, and . + - _"
+            raise BadInput([Mistake("page", "name", name, allowed)])
+        path = self.folder / name
+        if path.is_symlink() or (path.exists() and not path.is_file()):
+            raise BadInput([Mistake("page", "name", name, "another name: this one is no plain file")])
+        if path.exists() and asked.get("overwrite") is not True:
+            return {"exists": name}
+        write_text(path, scene.to_toml())
+        return {"saved": str(path)}
+
+
+def stem_of(scene: Scene) -> str:
+    """What files of a scene are called."""
+    return re.sub(r"[^\w-]+", "-", scene.name, flags=re.ASCII).strip("-_")[:40] or "cam"
+
+
+def _evaluation(sketch: Sketch) -> Evaluation:
+    return Evaluation(sketch.problem.scene, {n: sketch.values[n] for n in QUANTITIES if n in sketch.values})
+
+
+def _quick_line(sketch: Sketch, sheet: Sheet) -> Cell:
+    """The verdict in a sentence, as long as it is not proved."""
+    if not is_held(sheet):
+        return verdict_line(_evaluation(sketch), held=False)
+    return Cell("Feasible in double precision. The proof follows where the controls rest.", "verdict held")
+
+
+def _quick_sheet(sketch: Sketch) -> Sheet:
+    """The limits as double precision sees them: those asked last are open where another one is broken."""
+    values, problem = sketch.values, sketch.problem
+    broken = [name for name in str(values["violated"]).split(",") if name]
+    sure = values["status"] != UNDECIDED
+    names = [limit.name for limit in problem.limits]
+    verdicts = {
+        limit.name: BROKEN
+        if limit.name in broken and sure
+        else HELD
+        if sure and not (limit.last and broken)
+        else UNDECIDED
+        for limit in problem.limits
+    } | {name: BROKEN for name in broken if name not in names}
+    return verdicts_sheet(_evaluation(sketch), problem, verdicts, dict.fromkeys(verdicts, UNPROVED))
+
+
+ASKED: dict[str, Callable[[Session, Mapping[str, Any]], Answer]] = {
+    "move": Session.move,
+    "settle": Session.settle,
+    "smallest": Session.smallest,
+    "stop": Session.stop,
+    "report": Session.report,
+    "save": Session.save,
+}
+"""What can be asked, by the last part of the address."""
+
+
+def mistakes_in(asked: Any) -> list[Mistake]:
+    """What is wrong with the form of a request, before anything is looked at."""
+    if not isinstance(asked, dict):
+        return [Mistake("page", "request", None, "an object")]
+    kinds = {"values": dict, "moved": str, "name": str, "overwrite": bool}
+    found = [Mistake("page", key, None, "no part of a request", bare=True) for key in asked if key not in kinds]
+    found += [
+        Mistake("page", key, None, f"of the type {kind.__name__}")
+        for key, kind in kinds.items()
+        if key in asked and not isinstance(asked[key], kind)
+    ]
+    if not isinstance(asked.get("values"), dict):
+        found.append(Mistake("page", "values", None, "an object"))
+    elif not all(type(value) in (float, str) for value in asked["values"].values()):
+        found.append(Mistake("page", "values", None, "numbers and names"))
+    return found
+
+
+def answer_to(session: Session, what: str, asked: Any) -> Answer:
+    """The answer to one of the requests ``ASKED``, which may be mistakes: the key of a control, and a text."""
+    try:
+        if mistakes := mistakes_in(asked):
+            raise BadInput(mistakes)
+        return ASKED[what](session, asked)
+    except BadInput as refused:
+        return {"mistakes": [{"key": each.key, "text": text_of(each)} for each in refused.mistakes]}
+    except OSError as trouble:
+        return {"mistakes": [{"key": "", "text": trouble.strerror or str(trouble)}]}
+
+
+def text_of(mistake: Mistake) -> str:
+    """What people read beside a control."""
+    return mistake.allowed if mistake.bare else f"must be {mistake.allowed}"
