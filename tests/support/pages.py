@@ -32,7 +32,7 @@ def commands(block: Block) -> list[tuple[str, str]]:
 
 
 def prints(expected: str, printed: str) -> bool:
-    """Whether a text is what a page says; … stands for anything in a line, or for lines. Empty lines count not."""
+    """Whether a text is what a page says, where … is anything in a line, or lines. Empty lines are skipped."""
     said, shown = ([line.rstrip() for line in text.splitlines() if line.strip()] for text in (expected, printed))
     lines = ["(.*\n)*" if line.strip() == "…" else re.escape(line).replace("…", ".*") + "\n" for line in said]
     return re.fullmatch("".join(lines), "".join(f"{line}\n" for line in shown)) is not None
