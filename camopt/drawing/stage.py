@@ -69,7 +69,7 @@ def _disc(figure: Any, picture: Picture) -> list[Body]:
     for axes in (cam, follower, contact):
         axes.set(xlim=ground.get_xlim(), ylim=ground.get_ylim())
     turning = Turning(cam, 0.0, problem.design.sense * ANGLES)
-    return [_still(ground), turning, body, Shifting(contact, _contacts(picture))]
+    return [turning, body, Shifting(contact, _contacts(picture))]
 
 
 def _groove(figure: Any, picture: Picture) -> list[Body]:
