@@ -9,41 +9,39 @@ acceleration.
 
 import matplotlib.pyplot as plt
 import numpy as np
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 import camopt
 
 scene = camopt.find_scene("feeder-with-stop")
-cam = camopt.cam_points(scene, step=0.5)
-radius, deep = scene.cam.mean_radius, scene.part.groove_depth
+cam = camopt.cam_points(scene, step=1)
+radius, width = scene.cam.mean_radius, scene.part.thickness
 
 # %%
 # Points of a cylindrical cam are developed: x runs round the cylinder at its mean radius. Rolled up again, they
 # are the flanks of the groove.
 
-VIEW = 95  # deg
-outer, inner = radius + deep / 2, radius - deep / 2
-middle = np.ptp(cam["pitch_y_mm"]) / 2 + cam["pitch_y_mm"].min()
-figure = plt.figure(figsize=(8, 5))
-ax = figure.add_subplot(projection="3d", computed_zorder=False)
+VIEW = 205  # deg, the side that is seen
+middle = (cam["pitch_y_mm"].min() + cam["pitch_y_mm"].max()) / 2
 
 
-def rolled(x, y, r):
-    """A developed point on the cylinder of radius r."""
-    return r * np.cos(x / radius), r * np.sin(x / radius), y - middle
+def rolled(x, y):
+    return radius * np.cos(x / radius), radius * np.sin(x / radius), y - middle
 
 
-turn = np.linspace(0, 2 * np.pi * radius, 120)
-edge = np.array([[-50.0], [50.0]]) + middle
-ax.plot_surface(*rolled(turn, edge, outer), color="#c9d6e2", shade=True, alpha=0.35, lw=0)
-seen = np.cos(cam["pitch_x_mm"] / radius - np.radians(VIEW)) > -0.05  # the near side
-for side in ("left", "right"):
-    x, y = (np.where(seen, cam[f"profile_{side}_{axis}_mm"], np.nan) for axis in "xy")
-    ax.plot(*rolled(x, y, outer), color="C0", lw=2)
-    ax.plot(*rolled(x, y, inner), color="C0", lw=0.8, alpha=0.5)
-x, y = (np.where(seen, cam[f"pitch_{axis}_mm"], np.nan) for axis in "xy")
-ax.plot(*rolled(x, y, outer), color="C1", lw=1.2, ls="-.")
-for z in (-50, 50):
-    ax.plot(*rolled(turn, np.full_like(turn, z + middle), outer), color="#5f6b76", lw=1)
+ax = plt.figure(figsize=(8, 5)).add_subplot(projection="3d", computed_zorder=False, proj_type="ortho")
+style = {"rcount": 2, "ccount": 360, "lw": 0, "antialiased": False}
+around = np.linspace(0, 2 * np.pi * radius, 181)
+ends = np.array([[-width / 2], [width / 2]]) + middle
+ax.plot_surface(*rolled(around, ends), color="#c9d6e2", **style)
+near = np.cos(cam["pitch_x_mm"] / radius - np.radians(VIEW)) > 0
+x, y = (np.array([cam[f"profile_{side}_{axis}_mm"][near] for side in ("left", "right")]) for axis in "xy")
+ax.plot_surface(*rolled(x, y), color="#22303c", shade=False, **style)
+for share in (1, scene.part.bore / (2 * radius)):  # the face and the bore
+    x, y, _ = rolled(around, 0)
+    colour = "#e6edf3" if share == 1 else "#8a97a4"
+    face = Poly3DCollection([np.column_stack([share * x, share * y, np.full_like(x, width / 2)])], color=colour)
+    ax.add_collection3d(face)
 ax.set_box_aspect((1, 1, 0.5), zoom=1.5)
 ax.view_init(elev=22, azim=VIEW)
 ax.axis("off")

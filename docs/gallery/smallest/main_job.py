@@ -43,10 +43,9 @@ right.fill(cam["profile_x_mm"], cam["profile_y_mm"], color="C0", ec="white", lab
 right.add_patch(plt.Circle((0, 0), free.bound, fill=False, color="white", ls="--"))
 right.plot([], [], "k--", lw=1, label=f"no motion has less than {free.bound:.1f} mm")
 right.legend(loc="lower center")
-titles = ("The smallest cam of each motion law", "These cams at one scale", "Computed laws: smaller still")
-for ax, title in zip((left, middle, right), titles, strict=True):
-    ax.set_title(title, weight="bold", fontsize=11)
-for ax in (middle, right):
+left.set_title("The smallest cam of each motion law")
+for ax, title in ((middle, "These cams at one scale"), (right, "Computed laws: smaller still")):
+    ax.set_title(title)
     ax.add_patch(plt.Circle((0, 0), 6, color="white"))
     ax.set(aspect="equal", xlim=(-130, 76), ylim=(-145, 76))
     ax.axis("off")
