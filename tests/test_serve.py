@@ -2,12 +2,14 @@
 
 import http.client
 import json
+import os
 import signal
 import socket
 import subprocess
 import sys
 from contextlib import contextmanager
 from functools import cache
+from http.server import BaseHTTPRequestHandler, HTTPServer
 from threading import Thread
 from urllib.parse import urlsplit
 
@@ -354,7 +356,7 @@ def test_the_server_listens_on_this_machine_alone(server):
     assert server.socket.getsockname()[0] == "127.0.0.1"
 
 
-def test_a_search_is_called_off(server):
+def test_a_search_is_called_off():
     slow = search.Search()
     answers = []
     thread = Thread(target=lambda: answers.append(slow.run(camopt.find_scene("roller-1000rpm"))))
@@ -368,9 +370,10 @@ def test_a_search_is_called_off(server):
     assert answers == [{"why": "called off"}]
 
 
-def command(*arguments, folder):
+def command(*arguments, folder, **environment):
     line = [sys.executable, "-m", "camopt", "serve", *arguments]
-    return subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=folder)
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    return subprocess.Popen(line, cwd=folder, env={**os.environ, **environment}, **pipes)
 
 
 def test_the_command_prints_the_address_and_ends_well(tmp_path):
@@ -389,6 +392,30 @@ def test_the_command_prints_the_address_and_ends_well(tmp_path):
     finally:
         running.kill()
         running.communicate()
+
+
+def test_a_browser_is_started_with_an_address_that_works_once(tmp_path):
+    """What others see in the list of processes does not let them in."""
+    (tmp_path / "browser.py").write_text("import sys; open('seen', 'w').write(sys.argv[1])", encoding="utf-8")
+    running = command("two-pauses", folder=tmp_path, BROWSER=f"{sys.executable} {tmp_path / 'browser.py'} %s")
+    try:
+        token = urlsplit(running.stdout.readline().strip()).path
+        while not ((tmp_path / "seen").exists() and (seen := (tmp_path / "seen").read_text(encoding="utf-8"))):
+            assert running.poll() is None
+        address = urlsplit(seen)
+        assert token not in address.path
+        answers = []
+        for _ in range(2):
+            connection = http.client.HTTPConnection(address.netloc, timeout=20)
+            connection.request("GET", address.path)
+            answer = connection.getresponse()
+            answers.append((answer.status, answer.headers["Location"]))
+            connection.close()
+        assert answers == [(303, token), (403, None)]
+    finally:
+        running.send_signal(signal.SIGINT)
+        running.communicate(timeout=20)
+    assert running.returncode == 0
 
 
 @pytest.mark.parametrize(
@@ -447,6 +474,21 @@ def test_a_slider_moves_the_picture_and_all_that_is_said(browser, server):
         assert page.locator("path.solid").get_attribute("d") == outline
 
 
+def test_of_many_moves_at_once_the_newest_is_asked_alone(browser, server):
+    asked = []
+    with page_of(browser, server) as page:
+        page.on("request", lambda request: asked.append(request.url.rpartition("/")[2]))
+        page.locator(".control[data-key='cam.base_radius'] input[type=range]").evaluate(
+            """(slider) => {
+              for (let k = 20; k <= 60; k++) { slider.value = k; slider.dispatchEvent(new Event("input")); }
+            }"""
+        )
+        page.wait_for_selector("html[data-state=proved]")
+        assert asked == ["move", "move", "settle"]
+        assert page.evaluate("camopt.values['cam.base_radius']") == 60
+        assert "base radius 60 mm" in page.locator("header").text_content()
+
+
 def test_a_bad_value_is_told_beside_its_control_and_the_cam_stays(browser, server):
     with page_of(browser, server) as page:
         outline = page.locator("path.solid").get_attribute("d")
@@ -483,6 +525,51 @@ def test_the_smallest_cam_moves_the_sliders(browser, tmp_path):
         page.wait_for_selector("html[data-state=proved]")
         assert float(page.input_value("#control-1")) == pytest.approx(best["base_radius_mm"], rel=1e-7)
         assert "Feasible: every limit is proved" in page.locator("header").text_content()
+
+
+FOREIGN = """async ([page, question]) => {
+  const found = {}, body = JSON.stringify({ values: {}, name: "stolen.toml" });
+  const tried = {
+    read: () => fetch(page),
+    "read, opaque": () => fetch(page, { mode: "no-cors" }),
+    ask: () => fetch(question, { method: "POST", body, headers: { "Content-Type": "application/json" } }),
+    "ask, opaque": () => fetch(question, { method: "POST", body, mode: "no-cors" }),
+    "ask, plain": () => fetch(question, { method: "POST", body, headers: { "Content-Type": "text/plain" } }),
+  };
+  for (const [name, go] of Object.entries(tried)) {
+    try { found[name] = (await (await go()).text()).length; } catch { found[name] = "refused"; }
+  }
+  const frame = document.createElement("iframe");
+  const there = new Promise((done) => (frame.onload = done));
+  frame.src = page;
+  document.body.append(frame);
+  await there;
+  try { found.frame = frame.contentDocument ? "readable" : "refused"; } catch { found.frame = "refused"; }
+  return found;
+}"""
+
+
+def test_a_page_of_another_server_on_this_machine_is_told_nothing_even_with_the_token(browser, server, tmp_path):
+    class Foreign(BaseHTTPRequestHandler):
+        def do_GET(self):
+            self.send_response(200)
+            self.end_headers()
+            self.wfile.write(b"<title>foreign</title>")
+
+        def log_message(self, format, *args):
+            pass
+
+    with HTTPServer(("127.0.0.1", 0), Foreign) as other, browser.new_context() as context:
+        thread = Thread(target=other.serve_forever, kwargs={"poll_interval": 0.01})
+        thread.start()
+        page = context.new_page()
+        page.goto(f"http://127.0.0.1:{other.server_port}/")
+        found = page.evaluate(FOREIGN, [server.address, f"{server.address}save"])
+        other.shutdown()
+        thread.join()
+    assert {*found.values()} <= {"refused", 0}
+    assert len(found) == 6
+    assert [*tmp_path.iterdir()] == []
 
 
 def test_saving_asks_before_it_writes_over_a_file(browser, server, tmp_path):

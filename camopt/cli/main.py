@@ -391,6 +391,7 @@ def serve(scene: Any, as_json: bool, quiet: bool, port: int, folder: Path | None
     Each move draws the cam and its diagrams anew; where the sliders rest, the limits are proved. Ctrl-C ends it.
     """
     import webbrowser
+    from threading import Thread
 
     from camopt.cli import terminal
     from camopt.serving.server import serving
@@ -404,8 +405,8 @@ def serve(scene: Any, as_json: bool, quiet: bool, port: int, folder: Path | None
         else:
             click.echo(f"{server.address}\nCtrl-C ends it.")
         sys.stdout.flush()
-        if not no_browser:
-            webbrowser.open(server.first_address)
+        if not no_browser:  # in a thread of its own, for some browsers run in this terminal until they are closed
+            Thread(target=webbrowser.open, args=[server.first_address], daemon=True).start()
         with suppress(KeyboardInterrupt):
             server.serve_forever()
     return 0

@@ -48,20 +48,27 @@ class Search:
         self.process: BaseProcess | None = None
 
     def run(self, scene: Scene) -> dict[str, Any]:
-        """What ``found_by`` finds, in time; ``why`` if it is called off, or another search runs."""
+        """What ``found_by`` finds, in time; ``why`` if it is called off.
+
+        Raises
+        ------
+        BadInput
+            If another search is under way.
+        """
         context = get_context("spawn")
         with self.lock:
             if self.process is not None:
                 raise BadInput([Mistake("page", "smallest", None, "another search is under way", bare=True)])
             ours, theirs = context.Pipe(duplex=False)
-            self.process = context.Process(target=_work, args=(scene.to_dict(), scene.file, theirs), daemon=True)
-            self.process.start()
+            process = context.Process(target=_work, args=(scene.to_dict(), scene.file, theirs), daemon=True)
+            process.start()
             theirs.close()
+            self.process = process
         try:
             found: dict[str, Any] = ours.recv()
             return found
         except EOFError:
-            return {"why": "called off"}
+            return {"why": "it ended without an answer" if self.process is process else "called off"}
         finally:
             ours.close()
             self.stop()

@@ -176,7 +176,7 @@ class Handler(BaseHTTPRequestHandler):
             yield
         except Refused as refused:
             self.send_error(refused.args[0])
-        except ConnectionError:
+        except (ConnectionError, TimeoutError):
             self.close_connection = True
         except Exception as fault:
             self.server.told(f"internal error: {type(fault).__name__}: {fault}")

@@ -52,8 +52,9 @@ class ServePage {
     this.draw(answer.cam, proved);
   }
 
-  /** Draw the cam. While controls move the scale stays, so that a cam is seen to grow. */
+  /** Draw the cam, or keep the last where none can be made. While controls move the scale stays, so that a cam is seen to grow. */
   draw(cam, proved) {
+    if (!cam.exists && this.box) return this.find("stage").classList.add("stale");
     const box = showCams(this.player, this.find("stage"), this.find("diagrams"), [cam], [this.label], [], proved || !this.box ? [] : [this.box]);
     if (box) this.box = box;
   }
