@@ -16,8 +16,11 @@ class Range(Table):
     """A closed interval; the step matters to a sweep of a grid alone."""
 
     start: Anywhere
+    """Lowest value; in the unit of the number."""
     stop: Anywhere
+    """Highest value; in the unit of the number."""
     step: Length | None = None
+    """Distance of values in the grid of a sweep; in the unit of the number."""
 
     @model_validator(mode="after")
     def _ordered(self) -> Self:

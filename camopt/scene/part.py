@@ -21,31 +21,44 @@ HUB, KEYWAY, GROOVE = ("hub_diameter", "hub_length"), ("keyway_width", "keyway_d
 
 
 class Part(Table):
-    """The cam as it is made: sizes in mm, density in kg/m³, and what a drawing says. Every key is optional.
+    """The cam as it is made, and what a drawing says of it. Every key is optional.
 
-    ``thickness`` is that of the plate of a disc cam, or the length of a cylindrical cam along its axis; the groove
-    (``groove_depth``) runs in the middle of that. ``hub_length`` is that of the whole hub, the plate included.
-    ``keyway_depth`` is the depth in the hub (t₂ of DIN 6885), from the surface of the bore at the middle of the
-    keyway; ``keyway_angle`` (deg) is that of this middle in the cam's own frame, ccw from its x axis: 90, if not
-    given, is towards a translating follower at cam angle 0. ``profile_tolerance`` is ± mm, ``roughness`` Ra in µm.
+    The groove of a cylindrical cam runs in the middle of its thickness. A ``keyway_angle`` of 90, if none is given,
+    is towards a translating follower at cam angle 0.
     """
 
     thickness: Length | None = None
+    """Thickness of the plate of a disc cam, or length of a cylindrical cam along its axis; mm."""
     bore: Length | None = None
+    """Diameter of the bore; that of the shaft if not given; mm."""
     hub_diameter: Length | None = None
+    """Diameter of the hub; mm."""
     hub_length: Length | None = None
+    """Length of the whole hub, the plate included; mm."""
     keyway_width: Length | None = None
+    """Width of the keyway; mm."""
     keyway_depth: Length | None = None
+    """Depth of the keyway in the hub (t₂ of DIN 6885), from the bore's surface at its middle; mm."""
     keyway_angle: Annotated[Number, Field(ge=-360, le=360)] | None = None
+    """Direction of the keyway's middle in the cam's own frame, ccw from x; deg."""
     groove_depth: Length | None = None
+    """Depth of the groove of a cylindrical cam; mm."""
     density: Positive | None = None
+    """Density; that of `materials.cam` if not given; kg/m³."""
     material: Line | None = None
+    """Material in the title block; `materials.cam` if not given."""
     hardness: Line | None = None
+    """Hardness in the title block, such as 58 + 4 HRC."""
     profile_tolerance: Length | None = None
+    """Tolerance of the profile, ±; mm."""
     roughness: Positive | None = None
+    """Roughness Ra of the profile; µm."""
     name: Line | None = None
+    """Name in the title block; that of the scene if not given."""
     number: Line | None = None
+    """Number of the drawing."""
     designer: Line | None = None
+    """Who drew it."""
 
     @property
     def bore_reach(self) -> float:

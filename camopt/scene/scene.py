@@ -93,18 +93,31 @@ class Scene(Shown, Table):
     """
 
     name: Annotated[str, BeforeValidator(one_line)] = "scene"
+    """Title of results and pictures."""
     cam: Cam
+    """The cam."""
     follower: Follower
+    """The follower."""
     motion: Annotated[tuple[Segment, ...], Field(min_length=1, max_length=MOST_SEGMENTS)] = ()
+    """The turn, segment by segment."""
     profile: Annotated[tuple[Element, ...], Field(min_length=1, max_length=MOST_SEGMENTS)] = ()
+    """The cam's profile, in place of the motion."""
     laws: dict[str, OwnLaw] = Field(default_factory=dict)
+    """Motion laws of the scene's own, by name."""
     limits: Limits = Limits()
+    """What the cam must hold."""
     search: Search = Search()
+    """What may vary, and the objectives."""
     synthesis: Synthesis = Synthesis()
+    """What free motion laws minimise and hold."""
     materials: Materials = Materials()
+    """Bodies in contact and their lubricant."""
     part: Part = Part()
+    """The cam as it is made."""
     accuracy: Accuracy = Accuracy()
+    """How exact results are."""
     outputs: Outputs = ()
+    """Quantities or effects to report besides those that limits and objectives need; all for everything."""
     _file: str = PrivateAttr("scene")
 
     def __repr__(self) -> str:

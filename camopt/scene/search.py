@@ -27,16 +27,13 @@ MOST_SAMPLES, MOST_SEED = 2**22, 2**32 - 1  # 32 MB a size
 class Search(Table):
     """What a sweep or an optimisation may vary, and its objectives. A size is a Range or a list of values.
 
-    ``cam``, ``follower`` and ``materials`` hold other numbers of these tables, by the keys that they have in the
-    scene, each a NumberRange or a list: a sweep combines their values with all sizes and laws.
+    ``cam``, ``follower`` and ``materials`` hold other numbers by the keys that they have in the scene, each a
+    NumberRange or a list: a sweep combines their values with all sizes and laws.
 
-    With ``samples`` a sweep takes so many designs, the same for each law, in place of a grid: drawn evenly from the
-    ranges and lists by a ``sampler``, always the same ones for a ``seed``.
-
-    ``thin`` is the share of each objective's range that rows left out of the front may be away from those kept;
-    ``refine`` moves each row of the front off the grid, to an optimum of the continuous problem.
-    ``angle_rise``, ``angle_return`` and ``angle_dwell`` free the angle (deg) of every segment of a kind within a
-    Range: an optimisation shares out among freed segments the degrees that they have together in the scene.
+    With ``samples`` a sweep takes the same designs for each law: drawn evenly from the ranges and lists, always the
+    same ones for a ``seed``. With ``thin``, rows that are left out of the front are within that share of one that
+    stays, in every objective. An optimisation shares out among segments whose angles are freed the degrees that
+    they have together in the scene.
     """
 
     elsewhere: ClassVar[Mapping[str, str]] = {
@@ -45,33 +42,57 @@ class Search(Table):
     }
 
     base_radius: Choice = None
+    """Base radii of a disc cam; mm."""
     mean_radius: Choice = None
+    """Mean radii of a cylindrical cam; mm."""
     offset: Choice = None
+    """Offsets; mm."""
     roller_radius: Choice = None
+    """Radii of the roller; mm."""
     face_radius: Choice = None
+    """Radii of a spherical face; mm."""
     arm_length: Choice = None
+    """Lengths of the arm; mm."""
     centre_distance: Choice = None
+    """Distances from the pivot to the cam's axis; mm."""
     face_offset: Choice = None
+    """Distances of an oscillating flat face from its pivot; mm."""
     law: Laws = ()
+    """Motion laws to try, each on rises and returns alike."""
     law_rise: Laws = ()
+    """Motion laws to try on rises, with each of ``law_return``."""
     law_return: Laws = ()
+    """Motion laws to try on returns."""
     angle_rise: Range | None = None
+    """Range for the angle of each rise; deg."""
     angle_return: Range | None = None
+    """Range for the angle of each return; deg."""
     angle_dwell: Range | None = None
+    """Range for the angle of each dwell; deg."""
     cam: Annotated[dict[str, Any], BeforeValidator(partial(free_numbers, Cam))] = Field(default_factory=dict)
+    """Other numbers of ``[cam]``, such as ``rpm``; a sweep varies them."""
     follower: Annotated[dict[str, Any], BeforeValidator(partial(free_numbers, Follower))] = Field(
         default_factory=dict
     )
+    """Other numbers of ``[follower]`` and ``[follower.dynamics]``, likewise."""
     materials: Annotated[dict[str, Any], BeforeValidator(partial(free_numbers, Materials))] = Field(
         default_factory=dict
     )
+    """Numbers of ``[materials]``, likewise."""
     samples: Annotated[int, BeforeValidator(is_whole), Field(ge=1, le=MOST_SAMPLES)] | None = None
+    """How many designs a sweep draws for each law, in place of a grid; no unit."""
     sampler: Literal["sobol", "latin-hypercube"] = "sobol"
+    """How they are drawn."""
     seed: Annotated[int, BeforeValidator(is_whole), Field(ge=0, le=MOST_SEED)] = 0
+    """Which of all such draws; no unit."""
     minimise: Quantities = ()
+    """Quantities that a Pareto front minimises."""
     maximise: Quantities = ()
+    """Quantities that it maximises."""
     thin: Annotated[Number, Field(ge=1e-9, lt=1)] | None = None
+    """Share of an objective's range within which rows of the front count as one; no unit."""
     refine: Switch = False
+    """Move each row of the front off the grid, to an optimum of the continuous problem."""
 
     def angle_of(self, segment: str) -> Range | None:
         """The range of the angle of a rise, dwell or return; None where it stays as it is."""

@@ -99,14 +99,20 @@ def _turns(value: Any) -> Any:
 
 
 class Cam(Table):
-    """The cam: form, sense of rotation, speed (rev/min) and size (mm)."""
+    """The cam: form, sense of rotation, speed and size."""
 
     form: Literal["disc", "cylindrical"]
+    """A disc cam turns about an axis square to the motion; a cylindrical one carries a groove on its mantle."""
     rotation: Literal["ccw", "cw"] = "ccw"
+    """Sense of rotation, as seen in pictures: ccw (anticlockwise) or cw."""
     rpm: Annotated[Number, BeforeValidator(_turns), Field(le=1e15)] | None = None
+    """Speed of the cam, constant; without it, derivatives are by cam angle; rev/min."""
     base_radius: Length | None = None
+    """Least radius of the profile of a disc cam; mm."""
     mean_radius: Length | None = None
+    """Radius at which a cylindrical cam is developed; mm."""
     shaft_diameter: Length | None = None
+    """Diameter of the shaft, which has to lie within the base circle; mm."""
 
 
 def _rows(value: Any) -> Any:
@@ -126,12 +132,7 @@ Load = Annotated[
 
 
 class Dynamics(Table):
-    """What moves with the follower, and what presses it on the cam.
-
-    Translating: kg, N/mm, N, N·s/mm. Oscillating, about the pivot: inertia in kg·m² in place of the mass, N·m/rad,
-    N·m, N·m·s/rad. ``load`` is an external force (moment) that presses the follower on the cam; ``gravity`` the
-    acceleration (m/s²) that does so to the mass. Guide, overhang, stem in mm, natural frequency in Hz. ``lash`` is
-    the displacement (mm, or deg) that the follower makes before what it drives moves, ± ``lash_variation``.
+    """What moves with the follower, and what presses it on the cam. An oscillating follower has moments for forces.
 
     A load that changes over the turn is a list of rows (cam angle from the start of the first segment, 0 to 360
     deg; load), or a CSV file with columns angle and load (a path relative to the scene file), read when the scene
@@ -140,35 +141,60 @@ class Dynamics(Table):
     """
 
     mass: Positive | None = None
+    """Mass that moves with a translating follower; kg."""
     inertia: Positive | None = None
+    """Moment of inertia of an oscillating follower about its pivot; kg·m²."""
     spring_rate: NotNegative | None = None
+    """Rate of the spring that presses the follower on the cam; N/mm, oscillating N·m/rad."""
     preload: NotNegative | None = None
+    """Force (moment) of that spring at the lowest position; N, oscillating N·m."""
     damping: NotNegative | None = None
+    """Damping of the follower's motion; N·s/mm, oscillating N·m·s/rad."""
     load: Load | None = None
+    """External force (moment) that presses the follower on the cam; N, oscillating N·m."""
     gravity: Anywhere | None = None
+    """Acceleration of gravity, positive if it presses the mass on the cam; m/s²."""
     guide_length: Length | None = None
+    """Length of the guide of a translating follower; mm."""
     overhang: NotNegative | None = None
+    """Distance from the guide to the trace point at the lowest position, at least the lift; mm."""
     friction: NotNegative | None = None
+    """Coefficient of friction in the guide; no unit."""
     stem_diameter: Length | None = None
+    """Diameter of the round stem of a translating follower; mm."""
     natural_frequency: Positive | None = None
+    """Natural frequency of the elastic train; Hz."""
     damping_ratio: Annotated[Number, Field(ge=0, lt=1)] | None = None
+    """Damping ratio of the elastic train; no unit."""
     fluctuation: Positive | None = None
+    """Share by which the speed may vary, (largest − least)/mean, for the flywheel; no unit."""
     lash: NotNegative | None = None
+    """Displacement that the follower makes before what it drives moves; mm, oscillating deg."""
     lash_variation: NotNegative | None = None
+    """How much larger or smaller the lash may be; mm, oscillating deg."""
 
 
 class Follower(Table):
-    """The follower: how it moves, what touches the cam, and its sizes (mm)."""
+    """The follower: how it moves, what touches the cam, and its sizes."""
 
     motion: Literal["translating", "oscillating"]
+    """Along a straight line, or about a pivot."""
     contact: Literal["knife", "roller", "flat", "spherical"]
+    """What touches the cam: a knife edge, a roller, a flat face or a spherical (mushroom) face."""
     roller_radius: Length | None = None
+    """Radius of the roller; mm."""
     face_radius: Length | None = None
+    """Radius of a spherical face; mm."""
     face_offset: Anywhere | None = None
+    """Distance of an oscillating flat face from the pivot; mm."""
     arm_length: Length | None = None
+    """Distance from the pivot to the trace point; mm."""
     centre_distance: Length | None = None
+    """Distance from the pivot to the cam's axis; mm."""
     offset: Anywhere = 0.0
+    """Offset of a translating follower's axis, positive to the right; mm."""
     dynamics: Dynamics | None = None
+    """What moves with the follower, and what presses it on the cam."""
 
 
 def _number_or_range(what: str, least: float, most: float) -> BeforeValidator:
@@ -198,47 +224,61 @@ MOST_SEGMENTS, MOST_CONDITIONS = 1_000, 200
 
 
 class Through(Table):
-    """What a move is asked for on its way: at a cam angle of the turn, or all along a range [from, to] of it (deg).
+    """What a move is asked for on its way: at a cam angle of the turn, or all along a range [from, to] of it.
 
-    The ``position`` (mm, or deg when oscillating), ``velocity``, ``acceleration`` and ``jerk``: each a number, or a
-    range [low, high]. Derivatives are by what the segment says (``per``).
+    Each but the angle is a number, or a range [low, high]. Derivatives are by what the segment says (``per``).
     """
 
     elsewhere: ClassVar[Mapping[str, str]] = {"per": "belongs to the segment, for all that it asks"}
     angle: CamAngle
+    """Cam angle, or range of cam angles [from, to], from the start of the first segment; deg."""
     position: Asked | None = None
+    """Displacement there; mm, oscillating deg."""
     velocity: Asked | None = None
+    """First derivative there; mm (deg) ``per`` rad, deg or s."""
     acceleration: Asked | None = None
+    """Second derivative there; mm (deg) ``per`` rad², deg² or s²."""
     jerk: Asked | None = None
+    """Third derivative there; mm (deg) ``per`` rad³, deg³ or s³."""
 
 
 class Segment(Table):
-    """One segment of the turn: cam angle in deg; a rise, dwell, return, move or stretch at constant velocity.
+    """One segment of the turn: a rise, dwell, return, move or stretch at constant velocity.
 
-    A rise or return has a motion law and a ``lift`` (mm, or deg when oscillating), or the position ``to`` at its
-    end. A stretch at constant velocity goes ``to`` a position, or at a ``velocity``. A move goes ``to`` a position
-    as the polynomial of degree 5 that joins what is beside it with continuous velocity and acceleration, or with a
-    ``law`` of positions (``[laws]``), as ``synthesise`` writes it; what it asks at its end that law has to meet.
-    ``velocity``, ``acceleration`` and ``jerk`` may be given at its end, in mm (deg) ``per`` rad or deg of the cam's
-    angle, or per s. Between two moves each of these, and ``to``, may be a range [low, high], or be left out: it is
-    then as for the least mean-square jerk. Where a jerk is asked for, the jerk of moves that follow each other is
-    continuous too (degree 7). ``through`` are conditions on the way (``Through``), which the motion of the least
-    mean-square jerk meets, and all that ``synthesise`` finds.
+    A rise or return has a motion law and a ``lift``, or the position ``to`` at its end. A stretch at constant
+    velocity goes ``to`` a position, or at a ``velocity``. A move goes ``to`` a position as the polynomial of
+    degree 5 that joins what is beside it with continuous velocity and acceleration, or with a ``law`` of
+    positions (``[laws]``), as ``synthesise`` writes it; what it asks at its end that law has to meet.
+    ``velocity``, ``acceleration`` and ``jerk`` may be given at its end. Between two moves each of these, and
+    ``to``, may be a range [low, high], or be left out: it is then as for the least mean-square jerk. Where a
+    jerk is asked for, the jerk of moves that follow each other is continuous too (degree 7). ``through`` are
+    conditions on the way (``Through``), which the motion of the least mean-square jerk meets, and all that
+    ``synthesise`` finds.
 
     Where positions are given, the turn starts at the last of them. Designs count displacements from the lowest
     position of the turn, which is on the base circle.
     """
 
     segment: Literal["rise", "dwell", "return", "move", "constant-velocity"]
+    """What the follower does."""
     angle: Annotated[Number, Field(ge=0, le=360 * (1 + 1e-9))]
+    """Cam angle that the segment takes; those of a turn add up to 360; deg."""
     lift: Annotated[Number, Field(ge=0, le=LONGEST)] = 0.0
+    """Displacement of a rise or return, above 0; mm, oscillating deg."""
     law: LawName | None = None
+    """Motion law: a built-in one, or one of ``[laws]``."""
     to: Asked | None = None
+    """Position at the end; between moves also a range [low, high]; mm, oscillating deg."""
     velocity: Asked | None = None
+    """First derivative at the end of a move, or along a constant velocity; mm (deg) ``per`` rad, deg or s."""
     acceleration: Asked | None = None
+    """Second derivative at the end of a move; mm (deg) ``per`` rad², deg² or s²."""
     jerk: Asked | None = None
+    """Third derivative at the end of a move; mm (deg) ``per`` rad³, deg³ or s³."""
     per: Literal["rad", "deg", "s"] = "rad"
+    """What derivatives of this segment are by: rad or deg of the cam's angle, or s."""
     through: Annotated[tuple[Through, ...], Field(max_length=MOST_CONDITIONS)] = ()
+    """Conditions on the way of a move."""
 
 
 class Element(Table):
@@ -256,9 +296,13 @@ class Element(Table):
     """
 
     element: Literal["arc", "line"]
+    """An arc, or a line between two arcs."""
     radius: Anywhere | None = None
+    """Radius of an arc, negative if its flank is hollow; mm."""
     x: Anywhere | None = None
+    """Centre of an arc in the cam's own frame, with ``y``; mm."""
     y: Anywhere | None = None
+    """Centre of an arc in the cam's own frame, with ``x``; mm."""
 
 
 def _is_pair(value: Any) -> Any:
@@ -295,64 +339,105 @@ class OwnLaw(Table):
     """
 
     law: LawName | None = None
+    """A built-in law, to be skewed or mirrored."""
     scca: Numbers | None = None
+    """Shares of the stroke: sine ramps, constant acceleration, cosine, constant velocity if there is a fourth; no
+    unit."""
     start: Numbers | None = None
+    """s, s′, s″, … of a polynomial at x = 0; no unit."""
     end: Numbers | None = None
+    """s, s′, s″, … of a polynomial at x = 1; no unit."""
     degree: Annotated[int, BeforeValidator(is_whole), Field(ge=DEGREES[0], le=DEGREES[-1])] | None = None
+    """Degree of a B-spline; no unit."""
     knots: Numbers | None = None
+    """Knots of a B-spline from 0 to 1, degree + 1 equal ones at each end; no unit."""
     coefficients: Numbers | None = None
+    """Coefficients of a B-spline on the unit stroke; no unit."""
     positions: Numbers | None = None
+    """Coefficients of a B-spline for a move; mm, oscillating deg."""
     x: Numbers | None = None
+    """Shares of the stroke's angle at which a table has points, from 0 to 1; no unit."""
     s: Numbers | None = None
+    """Shares of the lift there, from 0 to 1; no unit."""
     file: str | None = None
+    """CSV file with the columns x and s, a path relative to the scene file."""
     rest: Literal["both", "start", "end", "none"] | None = None
+    """At which ends the law of a table starts from rest; both if not given."""
     crossing: Number | None = None
+    """Where the acceleration of a symmetric law crosses zero, in place of ½; no unit."""
     peaks: Annotated[tuple[Positive, Positive], BeforeValidator(_is_pair)] | None = None
+    """Largest acceleration to largest deceleration, [a, d], in place of ``crossing``; no unit."""
     mirror: Switch = False
+    """Take 1 − s(1 − x) in place of s(x)."""
     overshoot: Switch = False
+    """Allow s below 0 or above 1."""
 
 
 class Limits(Table):
-    """What the cam must hold, each optional: deg, mm, m/s, m/s², m/s³ (oscillating: rad), N, rpm, MPa, N·m, W.
-
-    ``pressure_angle`` holds for rises, dwells and returns; ``pressure_angle_return`` replaces it for returns alone.
-    ``face_reach`` bounds both sides of a flat face, ``outer_radius`` the reach of a disc cam from its axis.
-    ``cutter_radius`` is that of a cutter or grinding wheel that has to reach every hollow flank. Of the part:
-    ``area`` in mm², ``cam_mass`` in kg, ``cam_inertia`` in kg·m², ``unbalance`` in g·mm, the change of the lift in
-    mm (deg) by degree of the cam, ``hub_wall`` in mm, at least.
-    """
+    """What the cam must hold; each is optional."""
 
     pressure_angle: Acute | None = None
+    """Largest |β| over rises, dwells and returns; deg."""
     pressure_angle_return: Acute | None = None
+    """Largest |β| over returns, in place of ``pressure_angle``; deg."""
     curvature_radius: Length | None = None
+    """Least convex radius of curvature of the profile; mm."""
     face_reach: Length | None = None
+    """Largest reach of the contact along a flat face, to either side; mm."""
     outer_radius: Length | None = None
+    """Largest distance of the profile from the cam's axis; mm."""
     cutter_radius: Length | None = None
+    """Radius of a cutter or grinding wheel that has to reach every hollow flank; mm."""
     lift_change: Positive | None = None
+    """Largest change of the lift by degree of the cam; mm/deg, oscillating deg/deg."""
     hub_wall: Length | None = None
+    """Least wall from bore or keyway to base circle, hub or groove; mm."""
     area: Positive | None = None
+    """Largest area of the section; mm²."""
     cam_mass: Positive | None = None
+    """Largest mass of the cam; kg."""
     cam_inertia: Positive | None = None
+    """Largest moment of inertia of the cam; kg·m²."""
     unbalance: Positive | None = None
+    """Largest unbalance of the cam; g·mm."""
     velocity: Positive | None = None
+    """Largest |velocity| of the follower; m/s, oscillating rad/s."""
     acceleration: Positive | None = None
+    """Largest |acceleration| of the follower; m/s², oscillating rad/s²."""
     jerk: Positive | None = None
+    """Largest |jerk| of the follower; m/s³, oscillating rad/s³."""
     contact_force_min: Anywhere | None = None
+    """Least contact force along the motion; N."""
     jump_speed: Positive | None = None
+    """Least speed at which contact may be lost; rev/min."""
     normal_force: Positive | None = None
+    """Largest normal force at the contact; N."""
     side_thrust: Positive | None = None
+    """Largest force across the motion of the trace point; N."""
     guide_reaction: Positive | None = None
+    """Largest reaction at the near end of the guide; N."""
     stem_bending_stress: Positive | None = None
+    """Largest bending stress of the stem; MPa."""
     jamming_margin: Annotated[Number, Field(ge=0, le=1)] | None = None
+    """Least jamming margin; a follower at 0 jams; no unit."""
     contact_stress: Positive | None = None
+    """Largest contact pressure (Hertz); MPa."""
     wear: Positive | None = None
+    """Largest depth worn off the profile in a million turns; µm."""
     sliding_speed: Positive | None = None
+    """Largest sliding speed at the contact; m/s."""
     film_ratio: Positive | None = None
+    """Least film over the composite roughness; no unit."""
     residual_vibration: Positive | None = None
+    """Largest amplitude of vibration that remains in a dwell; mm, oscillating deg."""
     lash_speed: Positive | None = None
+    """Largest speed at which the lash is taken up or given back; m/s, oscillating rad/s."""
     contact_force_elastic: Anywhere | None = None
+    """Least contact force with the elastic train; N."""
     torque: Positive | None = None
+    """Largest |torque| of the camshaft; N·m."""
     power: Positive | None = None
+    """Largest |power| of the camshaft; W."""
 
 
 def as_list(value: Any) -> Any:
@@ -390,57 +475,74 @@ Points = tuple[Annotated[tuple[float, float], BeforeValidator(_is_pair)], ...]
 class Synthesis(Table):
     """What free motion laws minimise and hold, beside ``[limits]``.
 
-    ``minimise`` is size (mm), velocity, acceleration or jerk (largest over the turn), acceleration_rms or jerk_rms
-    (root mean square over the turn), residual_vibration (in a dwell), or a table of weights for several; units are
-    those of ``[limits]``, or by the cam angle without a speed. ``peak_velocity``, ``peak_acceleration``,
-    ``peak_jerk`` bound the unit stroke of rises and returns, as `camopt laws` lists them: a number for ±, a range,
-    or the name of a law that has as much. Where neither these nor ``[limits]`` bound acceleration or jerk, each
-    that is not minimised is held to poly345's, and in moves to 1.25 times what the scene's own have. ``rest`` is
-    how many derivatives are zero beside a dwell, 2 at least where the jerk is bounded or minimised. ``points`` are
-    (cam angle in deg, displacement in mm) that the motion goes through. A ``symmetric`` motion is its own mirror
-    image, about a cam angle that the segments allow. ``smooth`` is the share of the objective (0.01 for 1 %) that
-    is given up for the least variation of the jerk, which rings less. Laws are B-splines of a ``degree`` in so many
-    ``pieces`` a stroke, with ``continuity`` continuous derivatives (one less than the degree if not given).
+    ``minimise`` is size (mm), velocity, acceleration or jerk (largest over the turn), acceleration_rms or
+    jerk_rms (root mean square over the turn), residual_vibration (in a dwell), or a table of weights for
+    several; units are those of ``[limits]``, or by the cam angle without a speed. ``peak_velocity``,
+    ``peak_acceleration``, ``peak_jerk`` are those of rises and returns, as `camopt laws` lists them: a number
+    for ±, a range, or the name of a law that has as much. Where neither these nor ``[limits]`` bound
+    acceleration or jerk, each that is not minimised is held to poly345's, and in moves to 1.25 times what the
+    scene's own have. ``rest`` is 2 at least where the jerk is bounded or minimised. A ``smooth`` of 0.01 gives
+    up 1 % of the objective; what then varies less rings less. Laws are B-splines.
     """
 
     minimise: Annotated[
         Annotated[Term, Tag("range/")] | Annotated[dict[Term, Positive], Field(min_length=1), Tag("values/")],
         Discriminator(lambda value: TAGS[isinstance(value, dict)]),
     ] = "size"
+    """What free laws minimise: one term, or a table of weights for several."""
     peak_velocity: PeakAsked = None
+    """Bound on the velocity of the unit stroke; no unit."""
     peak_acceleration: PeakAsked = None
+    """Bound on its acceleration; no unit."""
     peak_jerk: PeakAsked = None
+    """Bound on its jerk; no unit."""
     rest: Annotated[int, BeforeValidator(is_whole), Field(ge=1, le=3)] = 2
+    """How many derivatives are zero beside a dwell; no unit."""
     monotone: Switch = False
+    """Whether rises never fall, and returns never rise."""
     symmetric: Switch = False
+    """Whether the motion is its own mirror image, about a cam angle that the segments allow."""
     smooth: Annotated[Number, Field(ge=0, le=1)] = 0.0
+    """Share of the objective that is given up for the least variation of the jerk; no unit."""
     points: Points = ()
+    """Points (cam angle, displacement) that the motion goes through; deg, and mm (oscillating deg)."""
     degree: Annotated[int, BeforeValidator(is_whole), Field(ge=4, le=9)] = 5
+    """Degree of the B-splines; no unit."""
     pieces: Annotated[int, BeforeValidator(is_whole), Field(ge=2, le=200)] = 48
+    """Polynomial pieces of a stroke; no unit."""
     continuity: Annotated[int, BeforeValidator(is_whole), Field(ge=2, le=8)] | None = None
+    """How many derivatives are continuous; one less than the degree if not given; no unit."""
 
 
 class Materials(Table):
-    """Bodies in contact: names of materials, or moduli in GPa and Poisson's ratios; face width in mm.
-
-    Wear rate of the cam in mm²/N, viscosity of the lubricant in Pa·s and its pressure coefficient in 1/GPa,
-    composite roughness (root mean square) in µm.
-    """
+    """The bodies in contact, as names of materials or as numbers, and their lubricant."""
 
     cam: MaterialName | None = None
+    """Material of the cam, for its modulus, Poisson's ratio and density."""
     follower: MaterialName | None = None
+    """Material of the roller or face, for its modulus and Poisson's ratio."""
     cam_modulus: Positive | None = None
+    """Young's modulus of the cam; GPa."""
     cam_poisson: Annotated[Number, Field(ge=0, lt=0.5)] | None = None
+    """Poisson's ratio of the cam; no unit."""
     follower_modulus: Positive | None = None
+    """Young's modulus of the follower; GPa."""
     follower_poisson: Annotated[Number, Field(ge=0, lt=0.5)] | None = None
+    """Poisson's ratio of the follower; no unit."""
     face_width: Length | None = None
+    """Width of the contact along the cam's axis; mm."""
     wear_rate: Positive | None = None
+    """Volume worn off the cam by load and sliding distance; mm²/N."""
     viscosity: Positive | None = None
+    """Dynamic viscosity of the lubricant; Pa·s."""
     pressure_viscosity: Positive | None = None
+    """Its increase with pressure, α of η·exp(αp); 1/GPa."""
     roughness: Positive | None = None
+    """Composite roughness of both surfaces, root mean square; µm."""
 
 
 class Accuracy(Table):
     """Relative error allowed in each reported value."""
 
     tolerance: Annotated[Number, Field(ge=1e-14, le=1e-2)] = 1e-9
+    """Relative error allowed in each reported value; no unit."""
