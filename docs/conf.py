@@ -29,8 +29,19 @@ extensions = [
     "matplotlib.sphinxext.plot_directive",
     "mathml",
     "validation",
+    "reference",
 ]
-exclude_patterns = ["_build", "ext", "gallery", "examples/**/*.ipynb", "examples/**/*.py", "examples/**/*.md5"]
+templates_path = ["templates"]
+exclude_patterns = [
+    "_build",
+    "ext",
+    "templates",
+    "gallery",
+    "examples/**/*.ipynb",
+    "examples/**/*.py",
+    "examples/**/*.md5",
+    "**/sg_execution_times.rst",
+]
 nitpicky = True
 nitpick_ignore_regex = [("py:.*", r"(?!camopt\b).*")]  # other packages: their sites are not asked at a build
 
@@ -44,10 +55,11 @@ nb_execution_timeout = 300
 nb_output_stderr = "warn"
 nb_execution_show_tb = True
 
-autosummary_generate = True
+autosummary_generate = ["reference/python/index.rst"]  # which the extension reference writes
 autodoc_typehints = "none"  # the section Parameters tells
 autodoc_member_order = "bysource"
 numpydoc_show_class_members = False
+smartquotes = False  # y'' is a derivative
 
 sphinx_gallery_conf = {
     "examples_dirs": "gallery",
@@ -95,3 +107,4 @@ html_theme_options = {
 html_sidebars = {"index": []}
 html_show_sourcelink = False
 html_copy_source = False
+html_domain_indices = False

@@ -44,9 +44,9 @@ class Part(Table):
     groove_depth: Length | None = None
     """Depth of the groove of a cylindrical cam; mm."""
     density: Positive | None = None
-    """Density; that of `materials.cam` if not given; kg/m³."""
+    """Density; that of ``materials.cam`` if not given; kg/m³."""
     material: Line | None = None
-    """Material in the title block; `materials.cam` if not given."""
+    """Material in the title block, ``materials.cam`` if not given."""
     hardness: Line | None = None
     """Hardness in the title block, such as 58 + 4 HRC."""
     profile_tolerance: Length | None = None
@@ -54,7 +54,7 @@ class Part(Table):
     roughness: Positive | None = None
     """Roughness Ra of the profile; µm."""
     name: Line | None = None
-    """Name in the title block; that of the scene if not given."""
+    """Name in the title block, that of the scene if not given."""
     number: Line | None = None
     """Number of the drawing."""
     designer: Line | None = None

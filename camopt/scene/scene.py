@@ -117,7 +117,7 @@ class Scene(Shown, Table):
     accuracy: Accuracy = Accuracy()
     """How exact results are."""
     outputs: Outputs = ()
-    """Quantities or effects to report besides those that limits and objectives need; all for everything."""
+    """Quantities or effects to report besides those that limits and objectives need, or ``all``."""
     _file: str = PrivateAttr("scene")
 
     def __repr__(self) -> str:

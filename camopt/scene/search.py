@@ -70,7 +70,7 @@ class Search(Table):
     angle_dwell: Range | None = None
     """Range for the angle of each dwell; deg."""
     cam: Annotated[dict[str, Any], BeforeValidator(partial(free_numbers, Cam))] = Field(default_factory=dict)
-    """Other numbers of ``[cam]``, such as ``rpm``; a sweep varies them."""
+    """Other numbers of ``[cam]``, such as ``rpm``, which a sweep varies."""
     follower: Annotated[dict[str, Any], BeforeValidator(partial(free_numbers, Follower))] = Field(
         default_factory=dict
     )
@@ -80,11 +80,11 @@ class Search(Table):
     )
     """Numbers of ``[materials]``, likewise."""
     samples: Annotated[int, BeforeValidator(is_whole), Field(ge=1, le=MOST_SAMPLES)] | None = None
-    """How many designs a sweep draws for each law, in place of a grid; no unit."""
+    """How many designs a sweep draws for each law, in place of a grid."""
     sampler: Literal["sobol", "latin-hypercube"] = "sobol"
     """How they are drawn."""
     seed: Annotated[int, BeforeValidator(is_whole), Field(ge=0, le=MOST_SEED)] = 0
-    """Which of all such draws; no unit."""
+    """Which of all such draws."""
     minimise: Quantities = ()
     """Quantities that a Pareto front minimises."""
     maximise: Quantities = ()

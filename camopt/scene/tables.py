@@ -102,7 +102,7 @@ class Cam(Table):
     """The cam: form, sense of rotation, speed and size."""
 
     form: Literal["disc", "cylindrical"]
-    """A disc cam turns about an axis square to the motion; a cylindrical one carries a groove on its mantle."""
+    """A disc cam turns about an axis square to the motion, a cylindrical one carries a groove on its mantle."""
     rotation: Literal["ccw", "cw"] = "ccw"
     """Sense of rotation, as seen in pictures: ccw (anticlockwise) or cw."""
     rpm: Annotated[Number, BeforeValidator(_turns), Field(le=1e15)] | None = None
@@ -348,7 +348,7 @@ class OwnLaw(Table):
     end: Numbers | None = None
     """s, s′, s″, … of a polynomial at x = 1; no unit."""
     degree: Annotated[int, BeforeValidator(is_whole), Field(ge=DEGREES[0], le=DEGREES[-1])] | None = None
-    """Degree of a B-spline; no unit."""
+    """Degree of a B-spline."""
     knots: Numbers | None = None
     """Knots of a B-spline from 0 to 1, degree + 1 equal ones at each end; no unit."""
     coefficients: Numbers | None = None
@@ -362,7 +362,7 @@ class OwnLaw(Table):
     file: str | None = None
     """CSV file with the columns x and s, a path relative to the scene file."""
     rest: Literal["both", "start", "end", "none"] | None = None
-    """At which ends the law of a table starts from rest; both if not given."""
+    """At which ends the law of a table starts from rest, both if not given."""
     crossing: Number | None = None
     """Where the acceleration of a symmetric law crosses zero, in place of ½; no unit."""
     peaks: Annotated[tuple[Positive, Positive], BeforeValidator(_is_pair)] | None = None
@@ -497,7 +497,7 @@ class Synthesis(Table):
     peak_jerk: PeakAsked = None
     """Bound on its jerk; no unit."""
     rest: Annotated[int, BeforeValidator(is_whole), Field(ge=1, le=3)] = 2
-    """How many derivatives are zero beside a dwell; no unit."""
+    """How many derivatives are zero beside a dwell."""
     monotone: Switch = False
     """Whether rises never fall, and returns never rise."""
     symmetric: Switch = False
@@ -505,13 +505,13 @@ class Synthesis(Table):
     smooth: Annotated[Number, Field(ge=0, le=1)] = 0.0
     """Share of the objective that is given up for the least variation of the jerk; no unit."""
     points: Points = ()
-    """Points (cam angle, displacement) that the motion goes through; deg, and mm (oscillating deg)."""
+    """Points (cam angle, displacement) that the motion goes through; deg and mm, oscillating deg."""
     degree: Annotated[int, BeforeValidator(is_whole), Field(ge=4, le=9)] = 5
-    """Degree of the B-splines; no unit."""
+    """Degree of the B-splines."""
     pieces: Annotated[int, BeforeValidator(is_whole), Field(ge=2, le=200)] = 48
-    """Polynomial pieces of a stroke; no unit."""
+    """Polynomial pieces of a stroke."""
     continuity: Annotated[int, BeforeValidator(is_whole), Field(ge=2, le=8)] | None = None
-    """How many derivatives are continuous; one less than the degree if not given; no unit."""
+    """How many derivatives are continuous, one less than the degree if not given."""
 
 
 class Materials(Table):

@@ -1,0 +1,39 @@
+"""Markdown out of what the code says of itself."""
+
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from inspect import cleandoc
+
+
+def prose(docstring: str | None) -> str:
+    """A docstring as Markdown: what it indents is a formula already, and stars are stars."""
+    lines = cleandoc(docstring or "").splitlines()
+    return "\n".join(line if line.startswith("    ") else line.replace("*", r"\*") for line in lines)
+
+
+def entry(kind: str, names: Iterable[str], text: str) -> Iterator[str]:
+    """An object of the site under one or more names, with what is said of it."""
+    yield from ("", f"````{{{kind}}} {', '.join(names)}", text, "````", "")
+
+
+def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterator[str]:
+    """A table; bars within its cells are bars."""
+    yield ""
+    for row in (heads, ["---"] * len(heads), *rows):
+        yield f"| {' | '.join(cell.replace('|', '&#124;') for cell in row)} |"
+    yield ""
+
+
+def symbol(text: str) -> str:
+    """A symbol with its subscript."""
+    return re.sub(r"_(\w+)", r"{sub}`\1`", text)
+
+
+def digits(value: float) -> str:
+    """A number, short."""
+    return re.sub(r"e([+-])0*", lambda found: "e" + found[1].strip("+"), f"{value:g}").replace("-", "−")
+
+
+def code(names: Iterable[str]) -> str:
+    """Names as code, separated by commas."""
+    return ", ".join(f"`{name}`" for name in names)

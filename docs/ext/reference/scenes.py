@@ -1,0 +1,20 @@
+"""The scenes that come with camopt, each with its picture."""
+
+import tomllib
+from collections.abc import Iterator
+
+from camopt.drawing.small import small_cam
+from camopt.scene.scene import find_scene, shipped_scenes, shipped_toml
+
+
+def shipped() -> Iterator[str]:
+    """A card for each scene: its picture, what it is, and its text."""
+    yield "::::{grid} 1 2 3 3\n:gutter: 3\n"
+    for name in shipped_scenes():
+        text = shipped_toml(name)
+        scene = find_scene(name)
+        kind = f"{scene.cam.form} cam, {scene.follower.motion} {scene.follower.contact} follower"
+        yield from (f":::{{grid-item-card}} {name}", f"{tomllib.loads(text)['name']}: {kind}.", "")
+        yield from ("```{raw} html", f'<div class="small-cam">{small_cam(scene)}</div>', "```", "")
+        yield from ("```{dropdown} TOML", "~~~toml", text.rstrip(), "~~~", "```", ":::", "")
+    yield "::::"
