@@ -40,6 +40,7 @@ exclude_patterns = [
     "examples/**/*.ipynb",
     "examples/**/*.py",
     "examples/**/*.md5",
+    "sg_execution_times.rst",
     "**/sg_execution_times.rst",
 ]
 nitpicky = True
