@@ -77,6 +77,17 @@ def test_each_answer_is_that_of_the_library(name):
     assert len(quick["cam"]["panels"]) == len(proved["cam"]["panels"])
 
 
+def test_of_a_cam_that_cannot_be_put_together_nothing_else_is_said():
+    face = {"motion": "oscillating", "contact": "flat", "centre_distance": 80.0, "face_offset": 5.0}
+    scene = camopt.find_scene("oscillating-roller").replace(follower=face, limits={"face_reach": 90.0})
+    asked = asking({"motion.3.angle": 336.0}, moved="motion.3.angle")
+    for what in ("move", "settle"):
+        answer = answer_to(Session(scene, None), what, asked)
+        assert answer["cam"] == {"exists": False}
+        assert answer["lines"][0].text == "Not feasible: assembly."
+        assert [(row[0].text, row[4].text) for row in answer["limits"]["rows"]] == [("assembly", "broken")]
+
+
 def test_the_slider_of_a_number_goes_as_far_as_search_says_or_the_scene_allows():
     scene = camopt.find_scene("roller-1000rpm")
     found = {control.key: control for control in controls_of(scene)}

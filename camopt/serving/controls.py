@@ -86,9 +86,8 @@ def _motion(scene: Scene, values: Values, moved: str) -> list[dict[str, Any]]:
         row["angle"] = values.get(_angle(place), row["angle"])
         if law := values.get(LAW.get(row["segment"], ""), ""):
             row["law"] = law
-    angles = [row["angle"] for row in rows]
     others = [row for place, row in enumerate(rows, start=1) if _angle(place) != moved]
-    if moved.startswith("motion.") and all(isinstance(angle, (int, float)) for angle in angles):
+    if len(others) < len(rows) and all(isinstance(row["angle"], float) for row in rows):
         rest, taken = 360.0 - values[moved], sum(row["angle"] for row in others)
         for row in others if taken > 0.0 and 0.0 <= rest <= 360.0 else ():
             row["angle"] *= rest / taken
@@ -167,13 +166,11 @@ def _about(scene: Scene, key: str, value: float) -> tuple[float, float]:
     """A range about a number, as far as the scene allows: a third to three times, or both sides of 0."""
     both = value <= 0.0 or _allowed(scene, key, -value)
     width = 2.0 * abs(value) or NONE_YET
-    lows = [-width] if both else [value / share for share in SHARES]
-    highs = [width] if both else [value * share for share in SHARES]
     grid = round_length(width / GRID)
-    low = next((each for each in (ceil(x / grid) * grid for x in lows) if _allowed(scene, key, each)), value)
-    return low, next(
-        (each for each in (floor(x / grid) * grid for x in highs) if _allowed(scene, key, each)), value
-    )
+    lows = [ceil(x / grid) * grid for x in ([-width] if both else [value / share for share in SHARES])]
+    highs = [floor(x / grid) * grid for x in ([width] if both else [value * share for share in SHARES])]
+    low, high = (next((x for x in xs if _allowed(scene, key, x)), value) for xs in (lows, highs))
+    return low, high
 
 
 def _allowed(scene: Scene, key: str, value: float) -> bool:

@@ -36,7 +36,7 @@ from camopt.serving.controls import FOLDED, Control, controls_of, scene_with, va
 from camopt.serving.search import Search
 from camopt.verdicts.deciding import BROKEN, HELD, UNDECIDED
 from camopt.verdicts.evaluation import Evaluation, evaluate_design
-from camopt.verdicts.judging import judged
+from camopt.verdicts.judging import ASSEMBLY, judged
 
 Answer = dict[str, Any]
 BALLS_UNTIL = 0.01  # seconds for what rounding hides, while a control moves
@@ -178,20 +178,20 @@ def _quick_line(sketch: Sketch, sheet: Sheet) -> Cell:
 
 
 def _quick_sheet(sketch: Sketch) -> Sheet:
-    """The limits as double precision sees them: those asked last are open where another one is broken."""
-    values, problem = sketch.values, sketch.problem
-    broken = [name for name in str(values["violated"]).split(",") if name]
-    sure = values["status"] != UNDECIDED
-    names = [limit.name for limit in problem.limits]
-    verdicts = {
-        limit.name: BROKEN
-        if limit.name in broken and sure
-        else HELD
-        if sure and not (limit.last and broken)
-        else UNDECIDED
-        for limit in problem.limits
-    } | {name: BROKEN for name in broken if name not in names}
-    return verdicts_sheet(_evaluation(sketch), problem, verdicts, dict.fromkeys(verdicts, UNPROVED))
+    """The limits as double precision sees them."""
+    verdicts = _quick_verdicts(sketch)
+    return verdicts_sheet(_evaluation(sketch), sketch.problem, verdicts, dict.fromkeys(verdicts, UNPROVED))
+
+
+def _quick_verdicts(sketch: Sketch) -> dict[str, str]:
+    """The verdict on each limit; those that are asked last are open where another one is broken."""
+    limits, broken = sketch.problem.limits, str(sketch.values["violated"]).split(",")
+    if ASSEMBLY in broken:
+        return {ASSEMBLY: BROKEN}
+    if sketch.values["status"] == UNDECIDED:
+        return {limit.name: UNDECIDED for limit in limits}
+    others = UNDECIDED if any(broken) else HELD
+    return {limit.name: BROKEN if limit.name in broken else others if limit.last else HELD for limit in limits}
 
 
 ASKED: dict[str, Callable[[Session, Mapping[str, Any]], Answer]] = {
