@@ -146,7 +146,7 @@ def _laws(problem: Problem) -> Iterator[Control]:
 def _angles(scene: Scene) -> Iterator[Control]:
     if 1 < len(scene.motion) <= MOST_ANGLES:
         for place, segment in enumerate(scene.motion, start=1):
-            label = f"{place}. {segment.segment}"
+            label = f"{place}. {segment.segment.replace('-', ' ')}"
             yield Control(_angle(place), ANGLES, label, "deg", segment.angle, 0.0, 360.0, 1.0)
 
 
