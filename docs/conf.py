@@ -105,7 +105,7 @@ html_theme_options = {
     "navigation_with_keys": True,
     "header_links_before_dropdown": 6,
 }
-html_sidebars = {"index": []}
+html_sidebars = {page: [] for page in ("index", "architecture", "nomenclature", "cheat-sheet", "changelog")}
 html_show_sourcelink = False
 html_copy_source = False
 html_domain_indices = False

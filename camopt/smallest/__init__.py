@@ -1,1 +1,1 @@
-"""Searching the design space: the lazy space, the sweep with its Pareto set, and the exact smallest radius."""
+"""The smallest cam: closed forms, cutting planes, branch and bound over sizes and angles, and what each bound costs."""

@@ -1,1 +1,1 @@
-"""Proofs in ball arithmetic: whether a design holds its limits at every cam angle, whatever rounding does."""
+"""Verdicts: whether designs hold their limits at every cam angle, in double precision and proved in ball arithmetic."""

@@ -44,7 +44,7 @@ def described(effect: str) -> Iterator[str]:
     file = module.__name__.replace(".", "/") + ".py"
     yield from (prose(module.__doc__), "")
     curves = sorted(
-        {*re.findall(r"mechanism\.(pressure|curvature|reach|outline|profile_radius)\b", source_of(file))}
+        {*re.findall(r"mechanism\.(pressure|curvature|reach|outline|profile_radius)\b(?! is)", source_of(file))}
     )
     if curves:
         words = [name.replace("_", " ") for name in curves]
@@ -69,7 +69,10 @@ def of_quantities(alike: list[Quantity]) -> Iterator[str]:
     first = alike[0]
     kind = {str: "text", bool: "true or false"}.get(first.kind, "no unit")
     units = ", ".join(dict.fromkeys(q.unit for q in alike if q.unit)) or kind
-    facts = [f"{symbol(first.symbol)}, **{units}**." if first.symbol else f"**{units}**.", prose(first.sentence)]
+    facts = [
+        f"{symbol(first.symbol)}, **{units}**." if first.symbol else f"**{units}**.",
+        symbol(prose(first.sentence)),
+    ]
     needs = sorted({key for q in alike for key in keys.missing().get(q.name, ())})
     if needs:
         facts.append(f"Needs {', '.join(key_link(key) for key in needs)}.")
@@ -99,7 +102,7 @@ def symbols() -> Iterator[str]:
         for name, alike in groupby(here, lambda q: q.symbol):
             found = [*alike]
             units = ", ".join(dict.fromkeys(q.unit for q in found if q.unit)) or "–"
-            meaning = " ".join(dict.fromkeys(q.sentence for q in found))
+            meaning = symbol(" ".join(dict.fromkeys(q.sentence for q in found)))
             rows.append((symbol(name), units, meaning, f"{{quantity}}`{found[0].name}`"))
         if rows:
             yield from ("", f"### {effect}")

@@ -25,8 +25,8 @@ def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterator[str]:
 
 
 def symbol(text: str) -> str:
-    """A symbol with its subscript."""
-    return re.sub(r"_(\w+)", r"{sub}`\1`", text)
+    """A symbol, or a sentence with symbols of one letter, with subscripts."""
+    return re.sub(r"(?<!\w)(\w)_(\w+)", r"\1{sub}`\2`", text)
 
 
 def digits(value: float) -> str:
