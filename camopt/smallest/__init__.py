@@ -1,1 +1,1 @@
-"""The smallest cam: closed forms, cutting planes, branch and bound over sizes and angles, and what each bound costs."""
+"""The smallest cam: closed forms, cutting planes, branch and bound over sizes and angles, prices of bounds."""
