@@ -114,7 +114,7 @@ def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SE
 
     References
     ----------
-    R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, ch. 8 and 11.
+    Moore, Kearfott and Cloud, Introduction to Interval Analysis, ch. 8 and 11.
 
     Examples
     --------
