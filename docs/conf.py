@@ -74,6 +74,7 @@ sphinx_gallery_conf = {
     "copyfile_regex": r"",
     "ignore_repr_types": "matplotlib|Sheet|list|tuple",
     "thumbnail_size": (480, 336),
+    "parallel": True,
     "show_memory": False,
     "show_signature": False,
     "min_reported_time": 3,
