@@ -37,7 +37,7 @@ def checked_suffix(path: str | os.PathLike[str], key: str, known: tuple[str, ...
     """The suffix of a path in lower case; BadInput unless it is one of the known."""
     suffix = Path(path).suffix.lower()
     if suffix not in known:
-        listed = f"{', '.join(known[:-1])} or {known[-1]}"
+        listed = " or ".join(filter(None, (", ".join(known[:-1]), known[-1])))
         raise BadInput([Mistake("camopt", key, os.fspath(path), f"a file that ends in {listed}")])
     return suffix
 

@@ -223,16 +223,14 @@ DOT = """() => {
 
 def test_a_click_in_the_scatter_draws_the_cam_of_that_row(browser, swept):
     folder, path = swept
-    table = camopt.load(folder / "designs.parquet")
     with watched_page(browser) as page:
         opened(page, path)
         x, y = page.evaluate(DOT)
         box = box_of(page, "#scatter")
         page.mouse.click(box["x"] + x, box["y"] + y)
         sizes = page.evaluate("camopt.rows.cam(camopt.rows.chosen.at(-1)).sizes")
-        number = int(page.locator("#stage figcaption").nth(1).text_content().split()[-1])
-        front = page.evaluate("camopt.rows.text(camopt.rows.column('front'), camopt.rows.chosen.at(-1))")
-        known = camopt.load(folder / "pareto.parquet").loc[number] if front == "yes" else table.loc[number]
+        _, number, _, file = page.locator("#stage figcaption").nth(1).text_content().split()
+        known = camopt.load(folder / file).loc[int(number)]
         assert sizes["size"] == pytest.approx(known.base_radius_mm)
         assert sizes["offset"] == pytest.approx(known.offset_mm)
 

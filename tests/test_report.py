@@ -137,6 +137,34 @@ def test_cams_and_tables_are_not_mixed(swept, tmp_path):
         camopt.report(["two-pauses", swept[1]], tmp_path / "page.html")
 
 
+def test_a_table_without_a_design_is_refused_and_one_design_is_a_cam(tmp_path):
+    scene = camopt.find_scene("roller-1000rpm")
+    none = scene.replace(search={"base_radius": [20, 30], "law": ["cycloidal"]})
+    camopt.sweep(none, out=tmp_path / "none")
+    with pytest.raises(camopt.BadInput, match="a table with a design in it"):
+        camopt.report(tmp_path / "none", tmp_path / "page.html")
+    camopt.sweep(scene.replace(search={"base_radius": [90], "law": ["cycloidal"]}), out=tmp_path / "one")
+    (cam,) = data_of(camopt.report(tmp_path / "one", tmp_path / "page.html"))["cams"]
+    assert cam["sizes"]["size"] == 90.0
+
+
+def test_a_table_says_which_designs_are_not_feasible(tmp_path):
+    scene = camopt.find_scene("roller-1000rpm").replace(search={"base_radius": [30, 60, 90], "law": ["cycloidal"]})
+    camopt.sweep(scene, out=tmp_path / "all", keep="all")
+    page = camopt.report(tmp_path / "all", tmp_path / "page.html")
+    columns = {column["name"]: column for column in data_of(page)["columns"]}
+    assert columns["feasible"]["words"] == ["no", "yes"]
+    assert "pressure_angle" in columns["violated"]["words"][-1]
+    assert "of those here feasible" in page.read_text(encoding="utf-8")
+
+
+def test_the_headline_names_what_the_table_says_is_broken(tmp_path):
+    scene = camopt.find_scene("roller-1000rpm").replace(**{"cam.base_radius": 25})
+    text = camopt.report(scene, tmp_path / "page.html").read_text(encoding="utf-8")
+    broken = [name for name, verdict in camopt.certify(scene).items() if verdict == "broken"]
+    assert f"Not feasible: {', '.join(broken).replace('_', ' ')}." in text
+
+
 def test_a_folder_without_a_result_is_refused(tmp_path):
     (tmp_path / "empty").mkdir()
     with pytest.raises(camopt.BadInput, match=r"pareto\.parquet"):

@@ -140,10 +140,15 @@ def target_at(target: str, row: int | None, changes: dict[str, tuple[str, Any]])
     """What a page shows: a scene, changed as asked; a folder or a whole table as it is."""
     from camopt.mistakes import BadInput, Mistake
 
+    if row is not None and Path(target).is_dir():
+        why = f"belongs to a table; {target} is a folder: name one of the tables in it"
+        raise BadInput([Mistake("camopt", "--row", row, why, bare=True)])
+    if row is None and Path(target).exists() and Path(target).suffix not in ("", ".toml", ".parquet"):
+        return target  # which says what it takes
     if row is not None or not (Path(target).is_dir() or target.endswith(".parquet")):
         return changed(scene_at(target, row), changes)
     for option, value in changes.values():
-        why = f"belongs to a scene; {target} is a result"
+        why = f"belongs to a scene; {target} is a result, whose numbers stay as they are"
         raise BadInput([Mistake("camopt", option, value, why, bare=True)])
     return target
 
@@ -181,7 +186,7 @@ def measured_cam(
 
 def row_option(command: Callable[..., Any]) -> Callable[..., Any]:
     """The option that says which row of a table is the scene."""
-    return click.option("--row", type=int, help="If SCENE is a table: number of the row, from 0.")(command)
+    return click.option("--row", type=int, help="If a table is given: number of the row, from 0.")(command)
 
 
 def scene_options(command: Callable[..., Any]) -> Callable[..., Any]:

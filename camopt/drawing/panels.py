@@ -151,10 +151,11 @@ def _pressure(picture: Picture) -> Panel:
 def _mark_pitch_point(panel: Panel, exact: dict[str, Any]) -> None:
     """The pitch point takes the place of the peak it is; in a dwell it is a peak of its own."""
     largest, at = exact["pressure_angle_max_deg"], exact["pressure_angle_max_at_deg"]
-    for peak in panel.peaks:
-        if abs(peak.value) >= largest * (1 - SAME):
-            peak.angle, peak.text, peak.colour = at, f"pitch point {peak.text}", REFERENCE
-            return
+    alike = [peak for peak in panel.peaks if abs(peak.value) >= largest * (1 - SAME)]
+    if alike:
+        peak = min(alike, key=lambda peak: abs((peak.angle - at + 180.0) % 360.0 - 180.0))
+        peak.angle, peak.text, peak.colour = at, f"pitch point {peak.text}", REFERENCE
+        return
     every = np.concatenate(panel.values)
     value = float(every[np.argmax(np.abs(every))])
     panel.peaks.append(Peak(at, value, f"pitch point {four_digits(np.copysign(largest, value))}°", REFERENCE))

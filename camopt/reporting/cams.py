@@ -16,14 +16,13 @@ from camopt.reporting.sections import (
     Sheet,
     effects_sheet,
     given_sheet,
-    is_held,
     limits_sheet,
     motion_sheet,
     quantities_sheet,
     verdict_line,
 )
 from camopt.scene.scene import Scene
-from camopt.verdicts.evaluation import Evaluation, evaluate_design
+from camopt.verdicts.evaluation import evaluate_design
 
 
 @dataclass(frozen=True)
@@ -58,7 +57,9 @@ def cams_page(cams: Sequence[Shown], title: str = "", told: Sequence[str] = (), 
     pictures = [Picture(problem) for problem in problems]
     words = [words_of(picture) for picture in pictures]
     head = [*([] if several else words[0]), *told]
-    lines = [*_verdicts(found, limits, labels), *(Cell(text) for text in head)]
+    lines = [*_verdicts(cams, limits, labels), *(Cell(text) for text in head)]
+    if any(picture.undercut for picture in pictures):
+        lines.append(Cell(UNDERCUT))
     titled = [replace(s, title=f"{label}: limits") for label, s in zip(labels, limits, strict=True)]
     sections = [
         Section("Quantities", [quantities_sheet(found, labels if several else ["value"])], open=several),
@@ -77,11 +78,14 @@ def cams_page(cams: Sequence[Shown], title: str = "", told: Sequence[str] = (), 
     )
 
 
-def _verdicts(found: list[Evaluation], limits: list[Sheet], labels: list[str]) -> list[Cell]:
-    lines = [verdict_line(each, is_held(sheet)) for each, sheet in zip(found, limits, strict=True)]
+UNDERCUT = "The follower is drawn on the profile in theory; what is thin of it is cut away."
+
+
+def _verdicts(cams: Sequence[Shown], limits: list[Sheet], labels: list[str]) -> list[Cell]:
+    lines = [verdict_line(sheet, shown.scene) for shown, sheet in zip(cams, limits, strict=True)]
     if len(lines) == 1:
         return lines
-    return [Cell(f"{label}: {line.text}", line.kind) for label, line in zip(labels, lines, strict=True)]
+    return [Cell(f"{label} — {line.text}", line.kind) for label, line in zip(labels, lines, strict=True)]
 
 
 def words_of(picture: Picture) -> list[str]:
@@ -108,7 +112,7 @@ def _titled(prefix: str, title: str) -> str:
 def _files(cams: Sequence[Shown], several: bool) -> tuple[list[Any], str]:
     files, reasons = [], []
     for place, shown in enumerate(cams, start=1):
-        stem = re.sub(r"[^\w-]+", "-", shown.scene.name, flags=re.ASCII).strip("-")[:40] or "cam"
+        stem = re.sub(r"[^\w-]+", "-", shown.scene.name).strip("-")[:40] or "cam"
         found, why = downloads_of(shown.scene, f"{stem}-{place}" if several else stem)
         files += found
         reasons += [why] if why else []

@@ -19,7 +19,7 @@ from camopt.synthesis.compare import compared
 from camopt.synthesis.files import FRONTIER, KNOWN, SCENE, SUMMARY
 from camopt.synthesis.synthesised import Synthesised
 from camopt.synthesis.told import bound_in_words
-from camopt.tables.designs import OPTIMUM, Design
+from camopt.tables.designs import OPTIMUM, Design, scene_of
 from camopt.verdicts.evaluation import Evaluation
 
 MOST_CAMS = 4  # side by side
@@ -72,7 +72,8 @@ def _page(found: list[Shown | Result]) -> str:
         raise BadInput([Mistake("camopt", "what", len(cams), f"at most {MOST_CAMS} cams side by side")])
     if results:
         return results_page(_told_apart(results))
-    title = " beside ".join(dict.fromkeys(cam.scene.name for cam in cams))
+    first, *others = dict.fromkeys(cam.scene.name for cam in cams)
+    title = first + (f" beside {others[0]}" if len(others) == 1 else f" and {len(others)} others" if others else "")
     return cams_page(_told_apart(cams), title, [cam.told for cam in cams if cam.told])
 
 
@@ -139,14 +140,23 @@ def _of_a_path(what: str | os.PathLike[str]) -> Iterable[Shown | Result]:
     if path.is_dir():
         return _of_a_folder(path)
     if path.suffix == ".parquet":
-        return [_table(path)]
+        return _of_a_table(path)
+    if path.suffix not in ("", ".toml") and path.exists():
+        raise BadInput([Mistake("camopt", "what", str(what), "a scene (.toml), a table (.parquet) or a folder")])
     return _of_a_scene(find_scene(what))
 
 
-def _table(path: Path) -> Result:
+def _of_a_table(path: Path) -> Iterable[Shown | Result]:
+    """A table of designs; of one design its cam."""
     from camopt.tables.table import load
 
-    return of_frame(path.name, load(path))
+    frame = load(path)
+    if frame.empty:
+        why = "a table with a design in it; sweep --keep all keeps those that are not feasible"
+        raise BadInput([Mistake("camopt", "table", str(path), why)])
+    if len(frame) == 1:
+        return _of_a_scene(scene_of(frame, frame.index[0]))
+    return [of_frame(path.name, frame)]
 
 
 def _of_a_folder(folder: Path) -> Iterable[Shown | Result]:
@@ -154,11 +164,12 @@ def _of_a_folder(folder: Path) -> Iterable[Shown | Result]:
     from camopt.tables.table import load
 
     pareto, designs = folder / PARETO, folder / DESIGNS
-    if pareto.exists():
-        front = load(pareto)
-        return [of_frame(folder.name, load(designs), front) if designs.exists() else of_frame(folder.name, front)]
-    if (folder / FRONTIER).exists():
-        return [of_frame(folder.name, load(folder / FRONTIER))]
+    if pareto.exists() and designs.exists():
+        frame = load(designs)
+        return _of_a_table(designs) if len(frame) < 2 else [of_frame(folder.name, frame, load(pareto))]
+    for table in (pareto, folder / FRONTIER):
+        if table.exists():
+            return _of_a_table(table)
     if (folder / SCENE).exists():
         return list(_of_a_synthesis(folder))
     scenes = sorted(folder.glob(OPTIMUM))

@@ -34,7 +34,9 @@ MOST_AXES = 8
 KEYS = ("law_rise", "law_return", "angles_deg", "scene")
 """Columns that decide the motion of a row."""
 ROW, RESULT, FRONT = "row", "result", "front"
-UNSHOWN = {"scene", "relative_half_width", "violated", "feasible", "prime_radius_mm"}
+TABLES = {True: "pareto.parquet", False: "designs.parquet"}
+"""The files of a folder, for rows that are on the front, and the others."""
+UNSHOWN = {"scene", "relative_half_width", "prime_radius_mm"}
 
 
 @dataclass(frozen=True)
@@ -118,6 +120,7 @@ def results_page(results: Sequence[Result]) -> str:
         "parallel": axes[:MOST_AXES],
         "colour": _colour(columns),
         "first": _first(frame, results[0], axes[0]),
+        "files": [TABLES[True], TABLES[False]] if FRONT in frame else [""],
     }
     return rendered(
         "results",
@@ -137,13 +140,19 @@ def _told(result: Result) -> list[str]:
     swept = result.frame.attrs.get("sweep")
     words = f"{result.name}: {of:,} designs" + (f" of {swept['designs']:,} that were swept" if swept else "")
     thinned = f"; the page has {here:,} of them, evenly taken" if here < of else ""
+    if "feasible" in result.frame:
+        words += f", {_share(result.frame['feasible'].to_numpy(dtype=bool))} feasible"
     lines = [words + (f"{thinned}, and all of the Pareto front" if thinned and FRONT in result.frame else thinned)]
     front = result.frame.attrs.get("front")
     if front:
-        lines.append(
-            f"Pareto front: {front['points']:,} designs, hypervolume {front['hypervolume']:.6g} as a share"
-        )
+        many = "design" if front["points"] == 1 else "designs"
+        lines.append(f"Pareto front: {front['points']:,} {many}, hypervolume {front['hypervolume']:.6g} as a share")
     return [*lines, *_bound(result)]
+
+
+def _share(which: BoolArray) -> str:
+    """How many of some designs: all, none, or a number."""
+    return "all" if which.all() else f"{np.sum(which):,} of those here" if which.any() else "none"
 
 
 def _bound(result: Result) -> list[str]:
@@ -232,7 +241,8 @@ def _title(name: str, unit: str, twice: Collection[str]) -> str:
     if twice and name == "law_rise":
         return "law"
     words = heading(name, unit).split("\n")
-    return f"{' '.join(words[:-1])}, {unit}" if unit else " ".join(words)
+    name = " ".join(words[:-1] if unit else words)
+    return f"{name}, {unit}" if unit and unit != name else name or unit
 
 
 def _plain_column(values: "pd.Series[Any]") -> "pd.Series[Any]":
@@ -274,7 +284,7 @@ def _first(frame: "pd.DataFrame", result: Result, objective: str) -> list[int]:
     if knee:
         same = np.logical_and.reduce([frame[name] == knee[name] for name in result.objectives if name in knee])
         beside = _least(values, same)
-    return [row for row in dict.fromkeys((beside, best)) if row is not None]
+    return [row for row in dict.fromkeys((beside, best)) if row is not None] or [0]
 
 
 def _least(values: FloatArray, among: BoolArray) -> int | None:

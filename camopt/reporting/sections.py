@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from math import isfinite
 from typing import Any, NamedTuple
 
-from camopt.problem.limits import SELF_CROSSING, Limit
+from camopt.problem.limits import Limit
 from camopt.problem.problem import Problem, resolve
 from camopt.quantities import NUMBERS, QUANTITIES, number_quantity
 from camopt.scene.scene import Scene
@@ -13,7 +13,7 @@ from camopt.studies.called import what_runs
 from camopt.tables.cells import number
 from camopt.tables.columns import bounds_of, is_nothing
 from camopt.verdicts.certify import CONDITIONS, certify
-from camopt.verdicts.deciding import HELD
+from camopt.verdicts.deciding import BROKEN, HELD, UNDECIDED
 from camopt.verdicts.evaluation import Evaluation
 from camopt.verdicts.exact_section import is_integrated
 
@@ -66,11 +66,13 @@ def verdicts_sheet(
         limit, how = limits.get(name), proofs[name]
         for bound, reached, margin in _reached(limit, found):
             texts = [Cell(bound, NUMBER), Cell(reached, NUMBER), Cell(margin, NUMBER)]
-            rows.append([Cell(_words(name)), *texts, Cell(verdict, verdict), Cell(how)])
-    heads = [Cell("limit"), *(Cell(text, NUMBER) for text in ("bound", "reached", "margin"))]
+            rows.append([Cell(_words(name)), Cell(verdict, verdict), *texts, Cell(how, "how")])
+    heads = [Cell("limit"), Cell("verdict"), *(Cell(text, NUMBER) for text in ("bound", "reached", "margin"))]
     used = dict.fromkeys(row[-1].text for row in rows)
     note = "; ".join(f"{how}: {PROOFS[how]}" for how in used)
-    return Sheet("Limits, at every cam angle", [*heads, Cell("verdict"), Cell("proved by")], rows, note)
+    if found.scene.follower.motion == "oscillating":
+        note += ". Whether the cam meets the arm or its pivot is not checked"
+    return Sheet("Limits, at every cam angle", [*heads, Cell("proved by")], rows, note)
 
 
 def _words(name: str) -> str:
@@ -87,9 +89,13 @@ def _proof(limit: Limit | None) -> str:
 
 def _reached(limit: Limit | None, found: Evaluation) -> Iterator[tuple[str, str, str]]:
     """Bound, value and margin of each quantity that a limit bounds, in words; a margin below 0 is exceeded."""
+    if limit is not None and limit.key == SHAFT and CLEARANCE in found:
+        bore, clear = signed(limit.bound), found[CLEARANCE]
+        yield f"≥ {bore} mm", f"{signed(limit.bound + 2 * clear)} mm", f"{signed(2 * clear)} mm"
+        return
     shown = [] if limit is None else [name for name in limit.shown if name in found]
     if limit is None or not shown:
-        yield ("none allowed" if limit is None or limit.name == SELF_CROSSING else f"{limit.bound:g} mm"), "", ""
+        yield "none allowed", "", ""
         return
     for name in shown:
         unit, value = QUANTITIES[name].unit, found[name]
@@ -97,6 +103,9 @@ def _reached(limit: Limit | None, found: Evaluation) -> Iterator[tuple[str, str,
         margin = side * (limit.bound - (abs(value) if side > 0.0 else value))
         words = f"{limit.relation} {limit.bound:g} {unit}".replace("-", "−").strip()
         yield words, _with_unit(value, unit), _with_unit(float(f"{margin:.3g}"), unit)
+
+
+SHAFT, CLEARANCE = "cam.shaft_diameter", "shaft_clearance_mm"
 
 
 def _with_unit(value: float, unit: str) -> str:
@@ -108,12 +117,22 @@ def signed(value: Any) -> str:
     return number(value).replace("-", "−") if isinstance(value, float) else number(value)
 
 
-def verdict_line(found: Evaluation, held: bool) -> Cell:
+def verdict_line(sheet: Sheet, scene: Scene) -> Cell:
     """The verdict on a design in one sentence."""
-    if held:
-        return Cell("Feasible: every limit is proved to be held at every cam angle.", "verdict held")
-    broken = str(found["violated"]).replace("_", " ").replace(",", ", ") if "violated" in found else ""
-    return Cell(f"Not feasible: {broken or 'a limit is undecided'}.", "verdict broken")
+    names = {verdict: ", ".join(dict.fromkeys(_verdicts_of(sheet, verdict))) for verdict in (BROKEN, UNDECIDED)}
+    if names[BROKEN]:
+        return Cell(f"Not feasible: {names[BROKEN]}.", "verdict broken")
+    if names[UNDECIDED]:
+        return Cell(f"Not proved to be feasible; undecided: {names[UNDECIDED]}.", "verdict undecided")
+    if not scene.to_dict().get("limits"):
+        return Cell("The scene gives no limits; what every cam must hold is proved to be held.", "verdict held")
+    return Cell("Feasible: every limit is proved to be held at every cam angle.", "verdict held")
+
+
+def _verdicts_of(sheet: Sheet, verdict: str) -> Iterator[str]:
+    """The limits of a sheet that have a verdict."""
+    place = [head.text for head in sheet.heads].index("verdict")
+    return (row[0].text for row in sheet.rows if row[place].text == verdict)
 
 
 def is_held(sheet: Sheet) -> bool:
@@ -135,7 +154,7 @@ def quantities_sheet(found: Iterable[Evaluation], labels: Iterable[str]) -> Shee
             *(Cell(signed(each[name]).replace(",", ", ") if name in each else "", NUMBER) for each in found),
             Cell(QUANTITIES[name].unit),
             Cell(bounds.get(name, "")),
-            Cell(_meaning(name, found)),
+            Cell(_meaning(name, found), "about"),
         ]
         for name in names
     ]
@@ -154,11 +173,16 @@ def _meaning(name: str, found: Iterable[Evaluation]) -> str:
 
 
 def motion_sheet(scene: Scene) -> Sheet:
-    """The segments of the motion."""
-    segments = scene.to_dict().get("motion", [])
-    keys = list(dict.fromkeys(key for segment in segments for key in segment))
-    rows = [[Cell(_said(segment.get(key, ""))) for key in keys] for segment in segments]
-    return Sheet("Motion, segment by segment (angles in deg)", [Cell(key) for key in keys], rows)
+    """The segments of the motion, or the arcs and lines of the profile."""
+    data = scene.to_dict()
+    unit = "deg" if scene.follower.motion == "oscillating" else "mm"
+    title = f"Motion, segment by segment (angles in deg, lifts in {unit})"
+    if "motion" not in data:
+        title = "Profile, arc by arc (lengths in mm)"
+    parts = data.get("motion") or data.get("profile", [])
+    keys = list(dict.fromkeys(key for part in parts for key in part))
+    rows = [[Cell(_said(part.get(key, ""))) for key in keys] for part in parts]
+    return Sheet(title, [Cell(key) for key in keys], rows)
 
 
 def given_sheet(scene: Scene) -> Sheet:

@@ -118,7 +118,7 @@ class Session:
             Section("Quantities", [quantities_sheet([found], ["value"])]),
             *about(Shown(scene.name, scene), problem),
         ]
-        return self._shown(picture, [verdict_line(found, is_held(sheet))], sheet, sections)
+        return self._shown(picture, [verdict_line(sheet, scene)], sheet, sections)
 
     def _shown(self, picture: Picture, lines: list[Cell], sheet: Sheet, sections: list[Section]) -> Answer:
         return {
@@ -173,7 +173,7 @@ def _evaluation(sketch: Sketch) -> Evaluation:
 def _quick_line(sketch: Sketch, sheet: Sheet) -> Cell:
     """The verdict in a sentence, as long as it is not proved."""
     if not is_held(sheet):
-        return verdict_line(_evaluation(sketch), held=False)
+        return verdict_line(sheet, sketch.problem.scene)
     return Cell("Feasible in double precision. The proof follows where the controls rest.", "verdict held")
 
 

@@ -13,6 +13,7 @@ class CamView {
     this.size = Math.max(...pitch.map(([x, y]) => Math.hypot(x, y)), 1e-9);
     if (isGrooved(cam)) this.size = Math.max(cam.motion.lift * (cam.sizes.arm_length || 1), 3 * cam.sizes.roller_radius);
     this.around = 2 * Math.PI * cam.sizes.size;
+    this.reach = 0.3 * this.size + (cam.contact === "spherical" ? 0 : cam.sizes.roller_radius); // of the normal
     this.svg = svgElement(figure, "svg", { class: "cam", role: "img", "aria-label": label, preserveAspectRatio: "xMidYMid meet" });
     this.plane = svgElement(this.svg, "g", { transform: "scale(1 -1)" });
     this.body = svgElement(this.plane, "g", { class: "body" });
@@ -93,7 +94,8 @@ class CamView {
     const every = this.curves.flatMap((each) => [...each.profile, ...each.pitch]);
     const outer = 1.02 * Math.max(...every.map(([a, b]) => Math.hypot(a, b)));
     const reach = isFlat(cam) ? this.drawFace([x, y]) : this.drawTip([x, y]);
-    const points = [[-outer, -outer], [outer, outer], ...reach];
+    const lines = this.pivot ? this.reach : this.reach + cam.motion.lift; // normal and direction, at the highest
+    const points = [[-outer, -outer], [outer, outer], [x, y + lines], ...reach];
     const [xs, ys] = [points.map(([a]) => a), points.map(([, b]) => b)];
     return [Math.min(...xs), Math.min(...ys), Math.max(...xs), Math.max(...ys)];
   }
@@ -221,7 +223,7 @@ class CamView {
     this.body.setAttribute("transform", isGrooved(cam) ? `translate(${-angle * cam.sizes.size} 0)` : `rotate(${cam.sense * degrees})`);
     const swing = (-y * 180) / Math.PI * (isGrooved(cam) ? cam.sense : 1);
     this.follower.setAttribute("transform", this.pivot ? `rotate(${swing} ${this.pivot[0]} ${this.pivot[1]})` : `translate(0 ${y})`);
-    const radius = cam.sizes.roller_radius, reach = 0.3 * this.size + radius;
+    const radius = cam.sizes.roller_radius, { reach } = this;
     const [px, py] = [x - radius * across, up - radius * along];
     this.point.setAttribute("cx", px);
     this.point.setAttribute("cy", py);

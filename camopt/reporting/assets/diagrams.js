@@ -161,12 +161,19 @@ class Diagram {
       if (value === null) continue;
       const [x, y] = [this.x(angle), this.y(value)];
       svgElement(this.svg, "circle", { cx: x, cy: y, r: 2.5, class: `peak series-${place}` });
-      const half = 3.4 * text.length, middle = Math.min(Math.max(x, LEFT + half), this.width - RIGHT - half);
-      const high = value >= 0 ? Math.max(y - 6, TOP + 9) : Math.min(y + 15, HEIGHT - BOTTOM - 3);
-      if (written.some(([a, b, h]) => Math.abs(a - middle) < h + half && Math.abs(b - high) < 12)) continue;
-      written.push([middle, high, half]);
-      svgElement(this.svg, "text", { x: middle, y: high, class: `value middle series-${place}` }).textContent = text;
+      const half = 3.4 * text.length, found = this.placeFor(x, y, half, value >= 0, written);
+      if (!found) continue;
+      written.push([...found, half]);
+      svgElement(this.svg, "text", { x: found[0], y: found[1], class: `value middle series-${place}` }).textContent = text;
     }
+  }
+
+  /** Where a text beside a peak lies on no other: outwards, inwards, to the right, to the left. */
+  placeFor(x, y, half, up, written) {
+    const [above, below] = [Math.max(y - 6, TOP + 9), Math.min(y + 15, HEIGHT - BOTTOM - 3)], outwards = up ? above : below;
+    const across = (at) => Math.min(Math.max(at, LEFT + half), this.width - RIGHT - half);
+    const places = [[x, outwards], [x, up ? below : above], [x + half + 8, outwards], [x - half - 8, outwards], [x + half + 8, y + 4], [x - half - 8, y + 4]];
+    return places.map(([a, b]) => [across(a), b]).find(([a, b]) => !written.some(([c, d, h]) => Math.abs(a - c) < h + half && Math.abs(b - d) < 12));
   }
 
   /** Move the cursor to a cam angle in deg, and say the values there. */
@@ -178,7 +185,8 @@ class Diagram {
     this.cursor.setAttribute("x2", x);
     this.series.forEach((each, k) => {
       const value = valueAt(each.motion.pieces, each.panel.values, angle);
-      this.readouts[k].textContent = value === null ? "–" : fourDigits(value * this.factor);
+      const nothing = Math.abs(value) < 1e-6 * (this.range[1] - this.range[0]); // what rounding leaves of 0
+      this.readouts[k].textContent = value === null ? "–" : fourDigits(nothing ? 0 : value * this.factor);
       this.dots[k].setAttribute("visibility", value === null ? "hidden" : "visible");
       this.dots[k].setAttribute("cx", x);
       this.dots[k].setAttribute("cy", this.y(Math.min(Math.max(value || 0, this.range[0]), this.range[1])));

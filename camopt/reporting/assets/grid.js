@@ -36,8 +36,13 @@ class Grid {
     }
     const ends = ["least", "most"].map((end) => htmlElement(cell, "input", { type: "text", inputmode: "decimal", size: 6, placeholder: end, "aria-label": `${end} ${column.title}` }));
     const read = () => {
-      const [low, high] = ends.map(({ value }) => (value.trim() === "" ? NaN : Number(value.replace("−", "-").replace(",", "."))));
-      ends.forEach((end) => end.setAttribute("aria-invalid", String(end.value.trim() !== "" && Number.isNaN(Number(end.value.replace("−", "-").replace(",", "."))))));
+      const [low, high] = ends.map(({ value }) => readNumber(value));
+      const wrong = (end) => end.value.trim() !== "" && Number.isNaN(readNumber(end.value));
+      for (const end of ends) {
+        end.setAttribute("aria-invalid", String(wrong(end)));
+        end.title = wrong(end) ? "a number" : "";
+      }
+      if (ends.some(wrong)) return;
       rows.filter(column.name, Number.isNaN(low) && Number.isNaN(high) ? null : [Number.isNaN(low) ? -Infinity : low, Number.isNaN(high) ? Infinity : high]);
     };
     for (const end of ends) end.addEventListener("change", read);
@@ -91,7 +96,8 @@ class Grid {
   }
 
   key(event) {
-    const step = { ArrowDown: 1, ArrowUp: -1, PageDown: SEEN, PageUp: -SEEN }[event.key];
+    const last = this.order.length;
+    const step = { Home: -last, End: last, ArrowDown: 1, ArrowUp: -1, PageDown: SEEN, PageUp: -SEEN }[event.key];
     if (step) {
       this.focused = Math.min(Math.max(this.focused + step, 0), this.order.length - 1);
       const top = this.focused * ROW;

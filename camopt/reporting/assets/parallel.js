@@ -1,6 +1,6 @@
 // Parallel coordinates: an axis for each column, a line for each design; drag along an axis to filter.
 
-const AXIS = 84; // px: an axis with its title needs so much
+const AXIS = 104; // px: an axis with its title needs so much
 const MOST_LINES = 2500; // no eye tells more apart; the front is always whole
 
 class Parallel {
@@ -16,7 +16,7 @@ class Parallel {
     this.canvas.addEventListener("pointerup", (event) => this.brushing && this.brush(event, true));
   }
 
-  x(k) { return 50 + (k / Math.max(this.axes.length - 1, 1)) * (this.width - 100); }
+  x(k) { return 60 + (k / Math.max(this.axes.length - 1, 1)) * (this.width - 120); }
 
   y(axis, value) {
     const range = axis.high - axis.low || 1;
@@ -43,18 +43,20 @@ class Parallel {
   }
 
   drawLines(pen, colours) {
-    const { rows } = this, front = rows.column("front"), series = rows.column(rows.colour);
+    const { rows } = this, front = rows.column("front");
     const all = rows.passing, step = Math.max(1, Math.ceil(all.length / MOST_LINES)), drawn = new Set();
     for (let k = 0; k < all.length; k += step) drawn.add(all[k]);
     if (front) for (const row of all) if (front.values[row]) drawn.add(row);
     pen.lineWidth = 0.8;
     pen.globalAlpha = Math.min(1, Math.max(0.08, 60 / drawn.size));
-    for (const row of drawn) this.line(pen, row, colours[SERIES[(series ? series.values[row] : 0) % SERIES.length]]);
+    for (const row of drawn) this.line(pen, row, rows.paint(row, colours));
     pen.globalAlpha = 1;
     pen.lineWidth = 2.5;
     rows.chosen.forEach((row, k) => this.line(pen, row, colours[k === rows.chosen.length - 1 ? "second" : "first"]));
     const passing = `${all.length.toLocaleString("en")} of ${rows.count.toLocaleString("en")} designs pass the filters`;
-    this.note.textContent = drawn.size < all.length ? `${passing}; ${drawn.size.toLocaleString("en")} of them are drawn as lines.` : `${passing}.`;
+    const lines = drawn.size < all.length ? `; ${drawn.size.toLocaleString("en")} of them are drawn as lines` : "";
+    const axes = this.axes.length < this.every.length ? `; there is room for ${this.axes.length} of ${this.every.length} axes` : "";
+    this.note.textContent = `${passing}${lines}${axes}.`;
   }
 
   line(pen, row, colour) {

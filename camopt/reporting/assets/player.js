@@ -83,9 +83,9 @@ function showCams(player, stage, diagrams, cams, labels, words = [], room = []) 
   const there = cams.filter((cam) => cam.exists);
   const views = cams.map((cam, place) => {
     const figure = htmlElement(stage, "figure", { class: `series-${place}` });
-    if (cams.length > 1) {
+    if (cams.length > 1 || !diagrams) {
       htmlElement(figure, "figcaption", {}, labels[place]);
-      for (const line of words[place] || []) htmlElement(figure, "small", {}, line);
+      for (const line of words[place] || []) htmlElement(figure, "small", line.startsWith("not ") ? { class: "alarm" } : {}, line);
     }
     if (!cam.exists) { htmlElement(figure, "p", { class: "alarm" }, "This mechanism cannot be put together."); return null; }
     const view = new CamView(figure, cam, `${labels[place]}: the cam under its follower, to scale`);
@@ -98,9 +98,25 @@ function showCams(player, stage, diagrams, cams, labels, words = [], room = []) 
     view.frame(box);
     player.follow((angle) => view.turn(angle));
   }
+  drawLegend(stage);
   if (!diagrams) return box;
   diagrams.replaceChildren();
   for (const diagram of drawDiagrams(diagrams, there, (angle) => { player.stop(); player.go(angle); }))
     player.follow((angle) => diagram.show(angle));
   return box;
+}
+
+/** What the lines of the pictures mean: those that are drawn. */
+const MEANINGS = [
+  [".profile.rise", "rise", "rise"], [".profile.return", "return", "return"], [".profile.dwell", "dwell", "dwell"], [".profile.move", "rise", "move"],
+  [".pitch-curve", "pitch", "pitch curve"], [".base-circle", "thin", "base circle"], [".prime-circle", "thin dashed", "prime circle"],
+  [".pitch-point", "mark", "ring: pitch point"], [".profile.thin", "thin", "thin profile: cut away"], [".normal", "normal", "common normal at the contact"],
+  [".direction:not([d=''])", "direction", "direction of motion; the angle between these two is the pressure angle"],
+];
+
+function drawLegend(stage) {
+  const list = document.getElementById("legend");
+  if (!list) return;
+  list.replaceChildren();
+  for (const [selector, kind, words] of MEANINGS) if (stage.querySelector(selector)) htmlElement(list, "li", { class: kind }, words);
 }

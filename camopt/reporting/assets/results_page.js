@@ -6,6 +6,7 @@ async function showResultsPage(data) {
   const motions = JSON.parse(new TextDecoder().decode(await unpacked(data.motions)));
   const motionOf = new Uint16Array(await unpacked(data.motion_of));
   rows.colour = data.colour;
+  rows.files = data.files;
   rows.cam = (row) => camOfRow(rows, data.results, motions[motionOf[row]], row);
   const player = new Player(find("player"));
   const scatter = new Scatter(find("scatter"), rows, data.axes);
@@ -28,6 +29,8 @@ async function showResultsPage(data) {
 /** Which colour is what. */
 function showColours(list, rows) {
   const column = rows.column(rows.colour);
+  if (rows.column("feasible")?.words.includes("no")) htmlElement(list, "li", { class: "grey" }, "not feasible");
+  if (rows.column("front")) htmlElement(list, "li", { class: "large" }, "large: on the Pareto front");
   if (column) column.words.forEach((word, k) => htmlElement(list, "li", { class: SERIES[k % SERIES.length] }, `${column.title}: ${word || "(none)"}`));
 }
 
@@ -36,16 +39,18 @@ function camOfRow(rows, results, motion, row) {
   const result = results[rows.column("result")?.values[row] ?? 0], sizes = { ...result.sizes };
   for (const [size, name] of Object.entries(result.columns)) sizes[size] = rows.column(name).values[row];
   const steepest = rows.column("pressure_angle_max_deg")?.values[row];
-  return motion ? { ...result.kind, ...motion, sizes, steepest } : null;
+  const broken = rows.column("violated"), undercut = !!broken && /undercut|self_crossing/.test(broken.words[broken.values[row]]);
+  return motion ? { ...result.kind, ...motion, sizes, steepest, undercut } : null;
 }
 
 function showChosen(rows, player, find) {
   const cams = rows.chosen.map(rows.cam);
-  const labels = rows.chosen.map((row) => `Row ${rows.column("row")?.values[row] ?? row}`);
+  const labels = rows.chosen.map((row) => rows.called(row)), broken = rows.column("violated");
+  const words = rows.chosen.map((row) => (rows.feasible(row) ? [] : [`not feasible${broken ? `: ${rows.text(broken, row).replaceAll("_", " ").replaceAll(",", ", ")}` : ""}`]));
   find("chosen-note").textContent = cams.includes(null)
     ? "A motion that only this row has is not in the page: camopt report TABLE --row N draws it." : "";
-  const there = cams.map((cam, k) => [cam, labels[k]]).filter(([cam]) => cam);
-  showCams(player, find("stage"), null, there.map(([cam]) => cam), there.map(([, label]) => label));
+  const there = [...cams.keys()].filter((k) => cams[k]), of = (list) => there.map((k) => list[k]);
+  showCams(player, find("stage"), null, of(cams), of(labels), of(words));
   player.go(player.angle);
   showDifferences(find("differences"), rows, labels);
 }

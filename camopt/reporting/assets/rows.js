@@ -18,6 +18,7 @@ class Rows {
   text(column, row) {
     const value = column.values[row];
     if (column.words) return column.words[value];
+    if (Number.isInteger(value)) return String(value).replace("-", "−");
     return Number.isNaN(value) ? "" : Number.isFinite(value) ? String(Number(value.toPrecision(6))).replace("-", "−") : fourDigits(value);
   }
 
@@ -39,7 +40,7 @@ class Rows {
       const { values, words } = this.column(name);
       if (words) for (let row = 0; row < this.count; row++) this.mask[row] &= what.has(values[row]) ? 1 : 0;
       else {
-        const [low, high] = what;
+        const [low, high] = [loosened(what[0], -1), loosened(what[1], 1)];
         for (let row = 0; row < this.count; row++) this.mask[row] &= values[row] >= low && values[row] <= high ? 1 : 0;
       }
     }
@@ -50,6 +51,25 @@ class Rows {
     this.tell("filter");
   }
 
+  /** What a row is called: its number in the file that `--row` takes. */
+  called(row) {
+    const front = this.column("front"), file = this.files[front && !front.values[row] ? 1 : 0] ?? this.files[0];
+    const where = file || this.column("result")?.words[this.column("result").values[row]];
+    return `Row ${this.column("row").values[row]}${where ? ` of ${where}` : ""}`;
+  }
+
+  /** Whether a design is feasible; of a table that does not say, it is. */
+  feasible(row) {
+    const column = this.column("feasible");
+    return !column || column.words[column.values[row]] !== "no";
+  }
+
+  /** The colour of a row: that of its series, or grey if it is not feasible. */
+  paint(row, colours) {
+    const series = this.column(this.colour);
+    return this.feasible(row) ? colours[SERIES[(series ? series.values[row] : 0) % SERIES.length]] : colours.muted;
+  }
+
   choose(row) {
     if (this.chosen.at(-1) !== row) this.chosen = [...this.chosen.slice(-1), row];
     this.tell("choice");
@@ -58,6 +78,16 @@ class Rows {
   listen(listener) { this.listeners.push(listener); }
 
   tell(what) { for (const listener of this.listeners) listener(what); }
+}
+
+/** A bound as it was read, in six digits: what is shown as this number passes. */
+const loosened = (value, side) => value + side * 6e-7 * (Number.isFinite(value) ? Math.abs(value) : 0);
+
+/** A number as people write it, with either sign for decimals, or commas between thousands; NaN if it is none. */
+function readNumber(text) {
+  const plain = text.trim().replace("−", "-");
+  if (!plain) return NaN;
+  return Number(/^-?\d{1,3}(,\d{3})+(\.\d*)?$/.test(plain) ? plain.replaceAll(",", "") : plain.replace(",", "."));
 }
 
 /** Bytes from base64, inflated. */
@@ -96,4 +126,4 @@ function palette() {
   return found;
 }
 
-const SERIES = ["first", "second", "third", "fourth", "mark", "good", "dwell"];
+const SERIES = ["first", "second", "third", "fourth", "fifth", "sixth", "seventh"];

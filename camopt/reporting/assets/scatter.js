@@ -55,14 +55,15 @@ class Scatter {
     const small = rows.count > 5000 ? 1.5 : 4;
     pen.fillStyle = colours.faint;
     if (rows.passing.length < rows.count) for (let row = 0; row < rows.count; row++) if (!rows.mask[row]) dot(row, small);
-    const groups = series ? series.words.length : 1;
-    for (let group = 0; group < groups; group++) {
-      pen.fillStyle = colours[SERIES[group % SERIES.length]];
-      pen.globalAlpha = rows.count > 5000 ? 0.35 : 0.9;
-      for (const row of rows.passing) if (!series || series.values[row] === group) dot(row, small);
-      pen.globalAlpha = 1;
-      if (front) for (const row of rows.passing) if (front.values[row] && (!series || series.values[row] === group)) dot(row, 5);
+    const layers = [[(row) => !rows.feasible(row), small, true], [(row) => rows.feasible(row), small], [(row) => front?.values[row], 5]];
+    for (const [among, size, grey] of layers) {
+      pen.globalAlpha = size === small && rows.count > 5000 ? 0.35 : 0.9;
+      for (let group = 0; group < (series ? series.words.length : 1); group++) {
+        pen.fillStyle = grey ? colours.muted : colours[SERIES[group % SERIES.length]];
+        for (const row of rows.passing) if ((!series || series.values[row] === group) && among(row)) dot(row, size);
+      }
     }
+    pen.globalAlpha = 1;
     this.drawOver();
   }
 
