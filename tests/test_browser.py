@@ -265,7 +265,7 @@ def test_a_page_prints_as_a_document(browser, folder):
         opened(page, camopt.report("two-pauses", folder / "print.html"))
         with pymupdf.open(stream=page.pdf(prefer_css_page_size=True), filetype="pdf") as printed:
             text = "".join(sheet.get_text() for sheet in printed)
-            assert 1 <= len(printed) <= 4
+            assert 1 <= len(printed) <= 6
             assert printed[0].rect.width == pytest.approx(595, abs=2)
     assert "Two equal pauses" in text
     assert "Pressure angle" in text

@@ -143,13 +143,15 @@ def test_a_table_without_a_design_is_refused_and_one_design_is_a_cam(tmp_path):
     camopt.sweep(none, out=tmp_path / "none")
     with pytest.raises(camopt.BadInput, match="a table with a design in it"):
         camopt.report(tmp_path / "none", tmp_path / "page.html")
-    camopt.sweep(scene.replace(search={"base_radius": [90], "law": ["cycloidal"]}), out=tmp_path / "one")
+    camopt.sweep(scene.replace(search={"base_radius": [140], "law": ["cycloidal"]}), out=tmp_path / "one")
     (cam,) = data_of(camopt.report(tmp_path / "one", tmp_path / "page.html"))["cams"]
-    assert cam["sizes"]["size"] == 90.0
+    assert cam["sizes"]["size"] == 140.0
 
 
 def test_a_table_says_which_designs_are_not_feasible(tmp_path):
-    scene = camopt.find_scene("roller-1000rpm").replace(search={"base_radius": [30, 60, 90], "law": ["cycloidal"]})
+    scene = camopt.find_scene("roller-1000rpm").replace(
+        search={"base_radius": [30, 120, 140], "law": ["cycloidal"]}
+    )
     camopt.sweep(scene, out=tmp_path / "all", keep="all")
     page = camopt.report(tmp_path / "all", tmp_path / "page.html")
     columns = {column["name"]: column for column in data_of(page)["columns"]}

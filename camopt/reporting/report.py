@@ -152,7 +152,7 @@ def _of_a_table(path: Path) -> Iterable[Shown | Result]:
 
     frame = load(path)
     if frame.empty:
-        why = "a table with a design in it; sweep --keep all keeps those that are not feasible"
+        why = "a table with a design in it; no design was feasible, and others were not kept"
         raise BadInput([Mistake("camopt", "table", str(path), why)])
     if len(frame) == 1:
         return _of_a_scene(scene_of(frame, frame.index[0]))

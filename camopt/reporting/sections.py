@@ -125,7 +125,7 @@ def verdict_line(sheet: Sheet, scene: Scene) -> Cell:
     if names[UNDECIDED]:
         return Cell(f"Not proved to be feasible; undecided: {names[UNDECIDED]}.", "verdict undecided")
     if not scene.to_dict().get("limits"):
-        return Cell("The scene gives no limits; what every cam must hold is proved to be held.", "verdict held")
+        return Cell("Feasible: the scene gives no limits, and what every cam must hold is proved.", "verdict held")
     return Cell("Feasible: every limit is proved to be held at every cam angle.", "verdict held")
 
 
