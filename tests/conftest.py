@@ -20,8 +20,8 @@ def _alone(monkeypatch):
 
 @pytest.fixture(scope="session", autouse=True)
 def _compiled_for_many():
-    """Tests share what is compiled: it pays for fewer designs, and after fewer seconds of one at a time."""
+    """Tests share what is compiled: it pays for fewer designs, but for a design at a time after more seconds."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(compile, "FEW", 48)
-        patch.setattr(compile, "PAYS", 2.0)
+        patch.setattr(compile, "PAYS", 10.0)
         yield

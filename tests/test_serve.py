@@ -384,7 +384,14 @@ def test_a_search_is_called_off():
 def command(*arguments, folder, **environment):
     line = [sys.executable, "-m", "camopt", "serve", *arguments]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    return subprocess.Popen(line, cwd=folder, env={**os.environ, **environment}, **pipes)
+    return subprocess.Popen(
+        line, cwd=folder, env={**os.environ, **environment}, preexec_fn=heed_interrupts, **pipes
+    )
+
+
+def heed_interrupts():
+    """What runs in the background has its children ignore Ctrl-C."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 def test_the_command_prints_the_address_and_ends_well(tmp_path):

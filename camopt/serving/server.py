@@ -14,12 +14,11 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from math import inf
 from pathlib import Path
 from threading import Lock
 from typing import Any, ClassVar
 
-from camopt.kernels import compile
+from camopt.kernels.plainly import without_compiler
 from camopt.mistakes import BadInput, Mistake
 from camopt.problem.problem import resolve_design
 from camopt.scene.scene import Scene
@@ -101,7 +100,7 @@ def serving(scene: Scene, folder: Path, port: int = 0, told: Callable[[str], Non
     resolve_design(scene)
     if not folder.is_dir():
         raise BadInput([Mistake("camopt", "folder", str(folder), "a folder that is there")])
-    compile.IMPORT = compile.PAYS = inf  # plain formulas take milliseconds; a slider would wait for a compiler
+    without_compiler()  # a slider would wait for it
     return Server(Session(scene, folder), port, told)
 
 

@@ -1,0 +1,10 @@
+"""Formulas as they are, for a program in which nobody should wait for a compiler."""
+
+from math import inf
+
+from camopt.kernels import compile
+
+
+def without_compiler() -> None:
+    """Compile no kernel from here on: plain formulas take milliseconds a design, a compiler seconds."""
+    compile.IMPORT = compile.PAYS = inf
