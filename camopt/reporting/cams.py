@@ -44,10 +44,10 @@ class Section:
     open: bool = False
 
 
-def cams_page(cams: Sequence[Shown], title: str = "", told: Sequence[str] = (), more: Sequence[Sheet] = ()) -> str:
+def cams_page(cams: Sequence[Shown], title: str = "", told: Sequence[str] = ()) -> str:
     """The page of some cams: of one with its name as title, of several side by side at one scale.
 
-    ``told`` are sentences for the head of the page, ``more`` tables beside the limits.
+    ``told`` are sentences for the head of the page.
     """
     problems = [resolve_design(shown.scene) for shown in cams]
     found = [evaluate_design(problem) for problem in problems]
@@ -62,7 +62,7 @@ def cams_page(cams: Sequence[Shown], title: str = "", told: Sequence[str] = (), 
         lines.append(Cell(UNDERCUT))
     titled = [replace(s, title=f"{label}: limits") for label, s in zip(labels, limits, strict=True)]
     sections = [
-        Section("Quantities", [quantities_sheet(found, labels if several else ["value"])], open=several),
+        Section("Quantities", [quantities_sheet(found, problems, labels if several else ["value"])], open=several),
         *(each for shown, p in zip(cams, problems, strict=True) for each in about(shown, p, several=several)),
     ]
     files, why = _files(cams, several)
@@ -71,7 +71,7 @@ def cams_page(cams: Sequence[Shown], title: str = "", told: Sequence[str] = (), 
         title or cams[0].scene.name,
         {"cams": [cam_of(picture) for picture in pictures], "labels": labels, "words": words},
         lines=[*lines, *([Cell(f"No files for machines: the cam {why}.", "alarm")] if why else [])],
-        tables=[*(titled if several else limits), *more],
+        tables=titled if several else limits,
         sections=sections,
         downloads=files,
         several=several,
@@ -106,7 +106,7 @@ def about(shown: Shown, problem: Problem, *, several: bool = False) -> list[Sect
 
 
 def _titled(prefix: str, title: str) -> str:
-    return f"{prefix}{title[0].lower()}{title[1:]}" if prefix and not title.isupper() else title
+    return f"{prefix}{title[0].lower()}{title[1:]}" if prefix else title
 
 
 def _files(cams: Sequence[Shown], several: bool) -> tuple[list[Any], str]:

@@ -12,7 +12,7 @@ from camopt.files import check_writable, checked_suffix, path_of, read_bytes, te
 from camopt.front.sweep import Sweep
 from camopt.mistakes import BadInput, Mistake
 from camopt.reporting.cams import Shown, cams_page
-from camopt.reporting.results import Result, of_frame, results_page
+from camopt.reporting.results import DESIGNS, PARETO, Result, of_frame, results_page
 from camopt.scene.scene import Scene, find_scene
 from camopt.smallest.optimise import Optimum
 from camopt.synthesis.compare import compared
@@ -23,7 +23,6 @@ from camopt.tables.designs import OPTIMUM, Design, scene_of
 from camopt.verdicts.evaluation import Evaluation
 
 MOST_CAMS = 4  # side by side
-DESIGNS, PARETO = "designs.parquet", "pareto.parquet"
 
 
 def report(what: Any, path: str | os.PathLike[str]) -> Path:
@@ -32,8 +31,8 @@ def report(what: Any, path: str | os.PathLike[str]) -> Path:
     Parameters
     ----------
     what : Scene, Design, result, str, os.PathLike or list
-        A scene, a design or another result, the folder or table (Parquet) that a command wrote, or a list of
-        such: up to four cams side by side, or several tables of designs.
+        A scene, a design, what ``optimise``, ``sweep`` or ``synthesise`` gives, the folder or table (Parquet)
+        that a command wrote, or a list of such: up to four cams side by side, or several tables of designs.
     path : str or os.PathLike
         The file, which ends in .html.
 

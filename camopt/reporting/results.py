@@ -14,7 +14,7 @@ from camopt.mechanisms import FIELDS
 from camopt.mechanisms.design import BoolArray
 from camopt.mistakes import BadInput, Mistake
 from camopt.numerics import FloatArray
-from camopt.problem.problem import Problem, resolve_design, size_keys
+from camopt.problem.problem import resolve_design, size_keys
 from camopt.quantities import QUANTITIES
 from camopt.reporting.cam import kind_of, motion_of, plain
 from camopt.reporting.cams import Section
@@ -34,7 +34,7 @@ MOST_AXES = 8
 KEYS = ("law_rise", "law_return", "angles_deg", "scene")
 """Columns that decide the motion of a row."""
 ROW, RESULT, FRONT = "row", "result", "front"
-TABLES = {True: "pareto.parquet", False: "designs.parquet"}
+PARETO, DESIGNS = "pareto.parquet", "designs.parquet"
 """The files of a folder, for rows that are on the front, and the others."""
 UNSHOWN = {"scene", "relative_half_width", "prime_radius_mm"}
 
@@ -120,7 +120,7 @@ def results_page(results: Sequence[Result]) -> str:
         "parallel": axes[:MOST_AXES],
         "colour": _colour(columns),
         "first": _first(frame, results[0], axes[0]),
-        "files": [TABLES[True], TABLES[False]] if FRONT in frame else [""],
+        "files": [PARETO, DESIGNS] if FRONT in frame else [""],
     }
     return rendered(
         "results",
@@ -196,17 +196,17 @@ def _motion(searched: Scene, row: Mapping[str, Any]) -> Any:
 
 def _kind(result: Result, frame: "pd.DataFrame") -> dict[str, Any]:
     """What decides the shape of the cams of a result: formulas, sizes that stay, and the columns of the others."""
-    problem = _any_problem(result)
+    problem = resolve_design(scene_of_row(result.scene, _known(result.frame.iloc[:1].to_dict("records")[0])))
+    sizes = {name: plain(values[0]) for name, values in problem.design.sizes.items()}
+    own = {"pitch_point": None, "undercut": False, "left": None, "exists": True}
+    return {"kind": {**kind_of(problem), **own}, "sizes": sizes, "columns": _size_columns(result, frame)}
+
+
+def _size_columns(result: Result, frame: "pd.DataFrame") -> dict[str, str]:
+    """The columns that sizes of a design are in, by field of Designs."""
     fields = {FIELDS[key.partition(".")[2]]: key.partition(".")[2] for key in size_keys(result.scene)}
     names = {field: f"{name if field == 'size' else field}_mm" for field, name in fields.items()}
-    sizes = {name: plain(values[0]) for name, values in problem.design.sizes.items()}
-    there = {field: name for field, name in names.items() if name in frame}
-    own = {"pitch_point": None, "undercut": False, "left": None, "exists": True}
-    return {"kind": {**kind_of(problem), **own}, "sizes": sizes, "columns": there}
-
-
-def _any_problem(result: Result) -> Problem:
-    return resolve_design(scene_of_row(result.scene, _known(result.frame.iloc[:1].to_dict("records")[0])))
+    return {field: name for field, name in names.items() if name in frame}
 
 
 def _known(row: Mapping[Any, Any]) -> dict[str, Any]:
@@ -220,7 +220,7 @@ def _columns(frame: "pd.DataFrame", results: Sequence[Result]) -> tuple[list[dic
     found: list[dict[str, Any]] = []
     same = []
     twice = {"law_return"} if "law_return" in frame and frame["law_return"].equals(frame["law_rise"]) else set()
-    sized = {name for result in results for name in _kind(result, frame)["columns"].values()}
+    sized = {name for result in results for name in _size_columns(result, frame).values()}
     for name in frame.columns:
         if name in UNSHOWN | twice:
             continue

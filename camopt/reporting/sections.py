@@ -6,14 +6,14 @@ from math import isfinite
 from typing import Any, NamedTuple
 
 from camopt.problem.limits import Limit
-from camopt.problem.problem import Problem, resolve
+from camopt.problem.problem import Problem
 from camopt.quantities import NUMBERS, QUANTITIES, number_quantity
 from camopt.scene.scene import Scene
 from camopt.studies.called import what_runs
 from camopt.tables.cells import number
 from camopt.tables.columns import bounds_of, is_nothing
-from camopt.verdicts.certify import CONDITIONS, certify
-from camopt.verdicts.deciding import BROKEN, HELD, UNDECIDED
+from camopt.verdicts.certify import CONDITIONS, certify_problem
+from camopt.verdicts.deciding import BROKEN, UNDECIDED
 from camopt.verdicts.evaluation import Evaluation
 from camopt.verdicts.exact_section import is_integrated
 
@@ -51,7 +51,7 @@ PROOFS = {
 def limits_sheet(found: Evaluation, problem: Problem) -> Sheet:
     """Each limit: its bound, the value reached, the margin, whether it is held, and how that was proved."""
     limits = {limit.name: limit for limit in problem.limits}
-    verdicts = certify(found.scene)
+    verdicts = certify_problem(problem)
     proofs = {name: BALLS if name == CONDITIONS else _proof(limits.get(name)) for name in verdicts}
     return verdicts_sheet(found, problem, verdicts, proofs)
 
@@ -119,33 +119,31 @@ def signed(value: Any) -> str:
 
 def verdict_line(sheet: Sheet, scene: Scene) -> Cell:
     """The verdict on a design in one sentence."""
-    names = {verdict: ", ".join(dict.fromkeys(_verdicts_of(sheet, verdict))) for verdict in (BROKEN, UNDECIDED)}
-    if names[BROKEN]:
-        return Cell(f"Not feasible: {names[BROKEN]}.", "verdict broken")
-    if names[UNDECIDED]:
-        return Cell(f"Not proved to be feasible; undecided: {names[UNDECIDED]}.", "verdict undecided")
+    broken, undecided = (", ".join(_limits_that_are(verdict, sheet)) for verdict in (BROKEN, UNDECIDED))
+    if broken:
+        return Cell(f"Not feasible: {broken}.", "verdict broken")
+    if undecided:
+        return Cell(f"Not proved to be feasible; undecided: {undecided}.", "verdict undecided")
     if not scene.to_dict().get("limits"):
         return Cell("Feasible: the scene gives no limits, and what every cam must hold is proved.", "verdict held")
     return Cell("Feasible: every limit is proved to be held at every cam angle.", "verdict held")
 
 
-def _verdicts_of(sheet: Sheet, verdict: str) -> Iterator[str]:
-    """The limits of a sheet that have a verdict."""
+def _limits_that_are(verdict: str, sheet: Sheet) -> Iterable[str]:
+    """The limits of a sheet that have a verdict, each once."""
     place = [head.text for head in sheet.heads].index("verdict")
-    return (row[0].text for row in sheet.rows if row[place].text == verdict)
+    return dict.fromkeys(row[0].text for row in sheet.rows if row[place].text == verdict)
 
 
 def is_held(sheet: Sheet) -> bool:
     """Whether every limit of a sheet is held."""
-    place = [head.text for head in sheet.heads].index("verdict")
-    return all(row[place].text == HELD for row in sheet.rows)
+    return not any(_limits_that_are(verdict, sheet) for verdict in (BROKEN, UNDECIDED))
 
 
-def quantities_sheet(found: Iterable[Evaluation], labels: Iterable[str]) -> Sheet:
+def quantities_sheet(found: list[Evaluation], problems: Iterable[Problem], labels: Iterable[str]) -> Sheet:
     """Every quantity of some designs side by side, with unit, limit and meaning."""
-    found = list(found)
     names = dict.fromkeys(name for each in found for name in each if not is_nothing(each.scene, name, [each]))
-    bounds = bounds_of_all(found)
+    bounds = _common_bounds(problems)
     heads = [Cell("quantity"), Cell("symbol"), *(Cell(label, NUMBER) for label in labels)]
     rows = [
         [
@@ -161,9 +159,9 @@ def quantities_sheet(found: Iterable[Evaluation], labels: Iterable[str]) -> Shee
     return Sheet("Every quantity that the scene calls for", [*heads, Cell("unit"), Cell("limit"), Cell("")], rows)
 
 
-def bounds_of_all(found: Iterable[Evaluation]) -> dict[str, str]:
+def _common_bounds(problems: Iterable[Problem]) -> dict[str, str]:
     """What limits ask of quantities, where all designs are asked the same."""
-    each = [bounds_of(resolve(one.scene)) for one in found]
+    each = [bounds_of(problem) for problem in problems]
     return {name: bound for name, bound in each[0].items() if all(other.get(name) == bound for other in each)}
 
 

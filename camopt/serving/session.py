@@ -115,7 +115,7 @@ class Session:
         found, picture = evaluate_design(problem), Picture(problem)
         sheet = limits_sheet(found, problem)
         sections = [
-            Section("Quantities", [quantities_sheet([found], ["value"])]),
+            Section("Quantities", [quantities_sheet([found], [problem], ["value"])]),
             *about(Shown(scene.name, scene), problem),
         ]
         return self._shown(picture, [verdict_line(sheet, scene)], sheet, sections)

@@ -204,7 +204,11 @@ def certify(scene: Scene) -> dict[str, str]:
     >>> verdicts["pressure_angle"], verdicts["undercut"]
     ('broken', 'held')
     """
-    problem = resolve_design(scene)
+    return certify_problem(resolve_design(scene))
+
+
+def certify_problem(problem: Problem) -> dict[str, str]:
+    """As ``certify``, for a scene already resolved."""
     asked = conditions_verdict(problem.programme, motion_of(problem.programme))
     return certify_design(problem, problem.design) | ({} if asked is None else {CONDITIONS: asked})
 

@@ -46,7 +46,7 @@ function camOfRow(rows, results, motion, row) {
 function showChosen(rows, player, find) {
   const cams = rows.chosen.map(rows.cam);
   const labels = rows.chosen.map((row) => rows.called(row)), broken = rows.column("violated");
-  const words = rows.chosen.map((row) => (rows.feasible(row) ? [] : [`not feasible${broken ? `: ${rows.text(broken, row).replaceAll("_", " ").replaceAll(",", ", ")}` : ""}`]));
+  const words = rows.chosen.map((row) => (rows.feasible[row] ? [] : [`not feasible${broken ? `: ${rows.text(broken, row).replaceAll("_", " ").replaceAll(",", ", ")}` : ""}`]));
   find("chosen-note").textContent = cams.includes(null)
     ? "A motion that only this row has is not in the page: camopt report TABLE --row N draws it." : "";
   const there = [...cams.keys()].filter((k) => cams[k]), of = (list) => there.map((k) => list[k]);

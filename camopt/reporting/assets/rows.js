@@ -7,6 +7,8 @@ class Rows {
     this.filters = new Map(); // by column: [low, high], or a Set of places of words
     this.chosen = []; // the last at the end
     this.listeners = [];
+    const told = this.column("feasible"); // a table that does not say has feasible designs
+    this.feasible = Uint8Array.from({ length: count }, (_, row) => (told && told.words[told.values[row]] === "no" ? 0 : 1));
     this.passing = Uint32Array.from({ length: count }, (_, row) => row);
     this.mask = new Uint8Array(count).fill(1);
   }
@@ -58,16 +60,10 @@ class Rows {
     return `Row ${this.column("row").values[row]}${where ? ` of ${where}` : ""}`;
   }
 
-  /** Whether a design is feasible; of a table that does not say, it is. */
-  feasible(row) {
-    const column = this.column("feasible");
-    return !column || column.words[column.values[row]] !== "no";
-  }
-
   /** The colour of a row: that of its series, or grey if it is not feasible. */
   paint(row, colours) {
     const series = this.column(this.colour);
-    return this.feasible(row) ? colours[SERIES[(series ? series.values[row] : 0) % SERIES.length]] : colours.muted;
+    return this.feasible[row] ? colours[SERIES[(series ? series.values[row] : 0) % SERIES.length]] : colours.muted;
   }
 
   choose(row) {

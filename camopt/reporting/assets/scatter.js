@@ -55,7 +55,7 @@ class Scatter {
     const small = rows.count > 5000 ? 1.5 : 4;
     pen.fillStyle = colours.faint;
     if (rows.passing.length < rows.count) for (let row = 0; row < rows.count; row++) if (!rows.mask[row]) dot(row, small);
-    const layers = [[(row) => !rows.feasible(row), small, true], [(row) => rows.feasible(row), small], [(row) => front?.values[row], 5]];
+    const layers = [[(row) => !rows.feasible[row], small, true], [(row) => rows.feasible[row], small], [(row) => front?.values[row], 5]];
     for (const [among, size, grey] of layers) {
       pen.globalAlpha = size === small && rows.count > 5000 ? 0.35 : 0.9;
       for (let group = 0; group < (series ? series.words.length : 1); group++) {
