@@ -12,13 +12,14 @@ from support.depth import times
 from camopt import Scene, evaluate, find_scene, load, sweep
 from camopt.effects import Case, offered
 from camopt.front import front_search, shared_curves
+from camopt.front.blocks import Blocks
 from camopt.front.box_bounds import Bounds, all_bounded, is_bounded
 from camopt.front.dominance import Dominators
 from camopt.front.front_search import FrontSearch
 from camopt.front.grid_boxes import Grid
 from camopt.front.pareto import LARGEST, signs
 from camopt.front.pareto import objectives as objectives_of
-from camopt.front.streaming import streamed
+from camopt.front.streaming import gathered, in_order
 from camopt.front.sweep import column_names, with_objectives
 from camopt.problem.limits import LOADS
 from camopt.problem.problem import resolve
@@ -107,12 +108,18 @@ def limits_of(cam, rng):
     return limits
 
 
+def streamed(space, names, size, write):
+    """What is seen of a space that is swept block by block."""
+    blocks = Blocks(space, names, size=size)
+    return gathered(space, in_order(blocks.batch, range(len(blocks)), 2), size, write, lambda done, total: None)
+
+
 def both(scene, few, together=50):
     """The front by a full sweep and that by boxes, and what the search knows of its work."""
     problem = with_objectives(resolve(scene))
     assert all_bounded(problem)
     space, names = space_of(problem), column_names(problem)
-    full = streamed(space, names, "pareto", 1, 32768, None, lambda rows: None)
+    full = streamed(space, names, 32768, lambda rows: None)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(front_search, "FEW", few)
         patch.setattr(front_search, "TOGETHER", together)
@@ -152,7 +159,7 @@ def test_curves_that_designs_share_change_no_bit(contact, seed, block):
             patch.setattr(shared_curves, "AT_ONCE", at_once)
             patch.setattr(shared_curves, "WORTH", worth)
             shared = shared_curves.curve_numbers(space) is not None
-            found = streamed(space, names, "feasible", 2, block, None, rows.append)
+            found = streamed(space, names, block, rows.append)
         tables.append((shared, found.existing, found.effort, found.reached, joined(rows)))
     (shared, *counts, rows), (alone, *others, expected) = tables
     assert (shared, alone) == (True, False)

@@ -250,7 +250,7 @@ def test_the_first_block_of_a_sweep_is_worked_on_where_an_interrupt_ends_it():
     """While it compiled kernels in a thread of its own, an interrupt was answered after all of them."""
     space, threads = space_of(resolve(find_scene("roller-1000rpm"))), []
     work = lambda block: threads.append(current_thread()) or block  # noqa: E731
-    found = in_order(space.blocks(40_000), work, 2)
+    found = in_order(work, space.blocks(40_000), 2)
     assert list(found) == list(space.blocks(40_000))
     assert threads[0] is main_thread()
     assert main_thread() not in threads[1:]

@@ -40,6 +40,15 @@ def ranked(rows: Rows, search: Search) -> Rows:
     return rows.take(np.lexsort(objectives(rows, search).T[::-1])) if rows.count else rows
 
 
+def best_of_laws(rows: Rows, search: Search) -> Rows:
+    """The first row of each pair of laws when sorted by the objectives in turn, the best law first."""
+    rows = ranked(rows, search)
+    first: dict[tuple[str, str], int] = {}
+    for i, laws in enumerate(zip(rows.column("law_rise"), rows.column("law_return"), strict=True)):
+        first.setdefault(laws, i)
+    return rows.take(np.array([*first.values()], dtype=int))
+
+
 def non_dominated(rows: Rows, search: Search) -> Rows:
     """The rows that no other row betters in one objective without losing in another, in their order.
 

@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 
 from camopt.files import result_folder, write_text
+from camopt.front.blocks import BLOCK, Blocks
 from camopt.front.box_bounds import all_bounded
 from camopt.front.front_search import FrontSearch
-from camopt.front.pareto import Front, front_of, ranked, thinned
+from camopt.front.pareto import Front, best_of_laws, front_of, thinned
 from camopt.front.refine import refined
-from camopt.front.streaming import streamed
+from camopt.front.streaming import gathered, in_order
 from camopt.mechanisms import Designs
 from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.problem.problem import VERDICT, Problem, exactly, resolve
@@ -30,7 +31,6 @@ from camopt.tables.designs import ByLaw, Design
 from camopt.tables.table import TableWriter, schema, table_file
 from camopt.verdicts.judging import Effort, by_excess, judged, least_excess, weighed
 
-BLOCK = 32768  # designs: Python's share is small, and memory stays bounded
 FRONT_ONLY = "front-only"
 KEPT = ("pareto", "feasible", "all", FRONT_ONLY)
 """Which designs a sweep can write to its table of designs; with the last one it finds the front and no more."""
@@ -172,8 +172,11 @@ def sweep(
         if keep == FRONT_ONLY and not search.samples and all(map(all_bounded, space.problems)):
             seen = FrontSearch(space, names, count, progress).run()
         else:
-            kept = tables["designs"].append if tables and keep in ("feasible", "all") else _nowhere
-            seen = streamed(space, names, keep, count, block, progress, kept)
+            kept = bool(tables) and keep in ("feasible", "all")
+            blocks = Blocks(space, names, every=keep == "all", kept=kept, size=block)
+            batches = in_order(blocks.batch, range(len(blocks)), count)
+            write = tables["designs"].append if kept else _nowhere
+            seen = gathered(space, batches, block, write, progress or _silent)
         rows, grid = _fronts(space, seen.front, progress)
         front = front_of(rows, search, grid if search.refine else None)
         front = front and replace(front, knee=Design(front.knee, problem.scene))
@@ -207,6 +210,10 @@ def sweep(
 
 def _nowhere(rows: Rows) -> None:
     """Rows of which no table is written."""
+
+
+def _silent(done: int, total: int) -> None:
+    """Progress that nobody asked for."""
 
 
 def _fronts(space: Space, found: Rows, progress: Progress | None) -> tuple[Rows, Rows]:
@@ -260,15 +267,12 @@ def column_names(problem: Problem) -> tuple[str, ...]:
 
 
 def best_of_each_law(space: Space, rows: Rows) -> dict[str, Design]:
-    """The first row of each pair of laws when sorted by the objectives in turn, the best law first."""
-    rows, scene = ranked(rows, space.problem.scene.search), space.problem.scene
-    first: dict[str, int] = {}
-    for i, row in enumerate(rows.records()):
-        first.setdefault(joined_laws(row["law_rise"], row["law_return"]), i)
-    best = to_compare(space, rows.take(np.array(list(first.values()), dtype=int))).records()
+    """The best row of each pair of laws as a design, the best law first."""
+    scene = space.problem.scene
+    best = to_compare(space, best_of_laws(rows, scene.search)).records()
     return ByLaw(
-        (laws, Design({**row, "held_by": held_by(space, row)}, scene))
-        for laws, row in zip(first, best, strict=True)
+        (joined_laws(row["law_rise"], row["law_return"]), Design({**row, "held_by": held_by(space, row)}, scene))
+        for row in best
     )
 
 

@@ -1,0 +1,144 @@
+"""A space of designs cut into blocks, each of which any thread, process or machine can evaluate on its own."""
+
+from bisect import bisect_right
+from collections.abc import Sequence
+from dataclasses import dataclass
+from threading import Lock
+from weakref import WeakValueDictionary
+
+import numpy as np
+
+from camopt.front.pareto import best_of_laws, non_dominated
+from camopt.front.shared_curves import SharedCurves, curve_numbers
+from camopt.problem.problem import Problem
+from camopt.problem.rows import Rows, joined
+from camopt.problem.space import Space
+from camopt.scene.search import Search
+from camopt.verdicts.judging import Effort, settled
+from camopt.verdicts.screening import screened, screened_beyond_pitch
+
+BLOCK = 32768  # designs: Python's share is small, and memory stays bounded
+
+
+@dataclass(frozen=True)
+class Batch:
+    """What some blocks gave that follow each other."""
+
+    first: int
+    """The number of the first of the blocks."""
+    last: int
+    """The number after that of the last one."""
+    designs: int
+    existing: int
+    """Designs that can be assembled."""
+    feasible: int
+    effort: Effort
+    reached: float
+    """The largest relative half-width of an enclosure of any row."""
+    kept: Rows
+    """Rows for the table of designs; none where there is no such table."""
+    front: Rows
+    """Rows that may be on the Pareto front."""
+    best: Rows
+    """Rows with the best feasible one of each law."""
+
+
+def merged(batches: Sequence[Batch], search: Search) -> Batch:
+    """One batch for several that follow each other."""
+    if len(batches) == 1:
+        return batches[0]
+    effort = Effort()
+    for batch in batches:
+        effort = effort.plus(batch.effort)
+    return Batch(
+        first=batches[0].first,
+        last=batches[-1].last,
+        designs=sum(batch.designs for batch in batches),
+        existing=sum(batch.existing for batch in batches),
+        feasible=sum(batch.feasible for batch in batches),
+        effort=effort,
+        reached=max(batch.reached for batch in batches),
+        kept=joined(batch.kept for batch in batches),
+        front=non_dominated(joined(batch.front for batch in batches), search),
+        best=best_of_laws(joined(batch.best for batch in batches), search),
+    )
+
+
+class Blocks:
+    """The blocks of a space, by number in the order of the space; each has designs of one problem."""
+
+    def __init__(
+        self, space: Space, names: tuple[str, ...], every: bool = False, kept: bool = True, size: int = BLOCK
+    ) -> None:
+        """Cut a space.
+
+        Parameters
+        ----------
+        space : Space
+            The designs.
+        names : tuple of str
+            The columns of rows.
+        every : bool, default False
+            Whether rows are wanted of all designs that can be assembled, and not of feasible ones alone.
+        kept : bool, default True
+            Whether batches keep rows for the table of designs.
+        size : int, default 32768
+            The most designs of a block.
+        """
+        self.space, self.size = space, size
+        self._names, self._every, self._kept = frozenset(names), every, kept
+        self._parts = list(space.parts())
+        counts = [-(-(stop - start) // size) for _, start, stop in self._parts]
+        self._ends = np.cumsum(counts).tolist()
+        self._numbers = None if every else curve_numbers(space)
+        self._curves: WeakValueDictionary[int, SharedCurves] = WeakValueDictionary()
+        self._latest: SharedCurves | None = None  # keeps those of the motion that is worked on
+        self._one_at_a_time = Lock()
+
+    def __len__(self) -> int:
+        return int(self._ends[-1]) if self._ends else 0
+
+    def batch(self, number: int) -> Batch:
+        """Evaluate one block."""
+        part = bisect_right(self._ends, number)
+        problem, start, stop = self._parts[part]
+        first = start + self.size * (number - (self._ends[part - 1] if part else 0))
+        last = min(first + self.size, stop)
+        existing, evaluated, effort = self._evaluated(part, problem, first, last)
+        feasible = evaluated.take(evaluated.column("feasible").astype(bool))
+        front = non_dominated(feasible, problem.scene.search)
+        return Batch(
+            first=number,
+            last=number + 1,
+            designs=last - first,
+            existing=existing,
+            feasible=feasible.count,
+            effort=effort,
+            reached=float(np.max(evaluated.columns["relative_half_width"], initial=0.0)),
+            kept=evaluated if self._kept else evaluated.take(np.arange(0)),
+            front=front,
+            best=best_of_laws(front, problem.scene.search),
+        )
+
+    def _evaluated(self, part: int, problem: Problem, first: int, last: int) -> tuple[int, Rows, Effort]:
+        """Of designs first … last − 1: how many can be assembled, the rows of those that are wanted, the effort."""
+        if self._numbers is not None:
+            existing, candidates = self._curves_of(part, problem).candidates(first, last)
+            evaluated, _, effort = screened_beyond_pitch(candidates, self._names)
+            return existing, evaluated, effort
+        designs = self.space.designs(np.arange(first, last))
+        designs = designs.take(problem.setup.mechanism.exists(designs, problem.programme))
+        if self._every:
+            return len(designs), *settled(problem, designs, self._names)
+        evaluated, _, effort = screened(problem, designs, self._names)
+        return len(designs), evaluated, effort
+
+    def _curves_of(self, part: int, problem: Problem) -> SharedCurves:
+        """The pitch curves of a motion, which live while a thread uses them or until those of another are made."""
+        assert self._numbers is not None
+        with self._one_at_a_time:
+            curves = self._curves.get(part)
+            if curves is None:
+                curves = SharedCurves(self.space, problem, self._numbers, self._names)
+                self._curves[part] = self._latest = curves
+            return curves
