@@ -2,9 +2,10 @@
 
 import json
 import os
-from collections.abc import Hashable
+from collections.abc import Hashable, Iterator
+from contextlib import contextmanager
 from hashlib import sha256
-from typing import Any
+from typing import Any, BinaryIO
 
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -55,19 +56,45 @@ def read_table(path: str | os.PathLike[str]) -> pa.Table:
         If there is no such file, or it cannot be read.
     """
     with regular_file(path) as file:
-        try:
-            parquet = pq.ParquetFile(file, page_checksum_verification=True)
-            why = _oddity(parquet.schema_arrow)  # before the data, of which odd types may be
-            if not why:
-                table = parquet.read()
-                why = _oddity(table.schema)
-            if not why:
-                return table
-        except (pa.ArrowException, ValueError, OSError, MemoryError) as trouble:
-            if isinstance(trouble, OSError) and trouble.errno:
-                raise
-            why = f"this is none, or damaged: {str(trouble).splitlines()[0]}" if str(trouble) else "this is none"
-    raise no_table(path, why)
+        return TableFile(path, file).read()
+
+
+class TableFile:
+    """A table that camopt wrote, open to be read whole or by columns; errors are those of ``read_table``."""
+
+    def __init__(self, path: str | os.PathLike[str], file: BinaryIO) -> None:
+        self._path = path
+        with _refused(path):
+            self._parquet = pq.ParquetFile(file, page_checksum_verification=True)
+            self.layout: pa.Schema = self._parquet.schema_arrow
+            self.count: int = self._parquet.metadata.num_rows
+        self._check(self.layout)  # before the data, of which odd types may be
+
+    def read(self, columns: list[str] | None = None) -> pa.Table:
+        """Some columns, or all."""
+        with _refused(self._path):
+            table = self._parquet.read(columns)
+        if columns is None:
+            self._check(table.schema)
+        return table
+
+    def _check(self, layout: pa.Schema) -> None:
+        with _refused(self._path):
+            why = _oddity(layout)
+        if why:
+            raise no_table(self._path, why)
+
+
+@contextmanager
+def _refused(path: str | os.PathLike[str]) -> Iterator[None]:
+    """What Arrow says of a file that is no table, or damaged, as BadInput."""
+    try:
+        yield
+    except (pa.ArrowException, ValueError, OSError, MemoryError) as trouble:
+        if isinstance(trouble, OSError) and trouble.errno:
+            raise
+        why = f"this is none, or damaged: {str(trouble).splitlines()[0]}" if str(trouble) else "this is none"
+        raise no_table(path, why) from None
 
 
 def no_table(path: str | os.PathLike[str], why: str) -> BadInput:
