@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from camopt.measured.fit import fit
     from camopt.measured.fitted import Fitted
     from camopt.measured.profile import MeasuredProfile
-    from camopt.mistakes import BadInput, UnknownName, Unmet, Unsolved
+    from camopt.mistakes import BadInput, Stopped, UnknownName, Unmet, Unsolved
     from camopt.motion import LAWS
     from camopt.points.points import cam_points
     from camopt.quantities import QUANTITIES
@@ -60,6 +60,7 @@ _HOMES = {
     "Price": "smallest.prices",
     "QUANTITIES": "quantities",
     "Scene": "scene.scene",
+    "Stopped": "mistakes",
     "Sweep": "front.sweep",
     "Synthesised": "synthesis.synthesise",
     "UnknownName": "mistakes",
@@ -106,6 +107,7 @@ __all__ = [
     "Optimum",
     "Price",
     "Scene",
+    "Stopped",
     "Sweep",
     "Synthesised",
     "UnknownName",

@@ -1,4 +1,4 @@
-"""Errors: mistakes of a user, each one line; limits that cannot be met; a solver that fails."""
+"""Errors: mistakes of a user, each one line; limits that cannot be met; a solver that fails; stopped work."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -99,6 +99,19 @@ class Unsolved(ArithmeticError):
     ...     found = camopt.synthesise(coarse)
     ... except camopt.Unsolved as error:
     ...     print(f"try other [synthesis] pieces: {error}")
+    """
+
+
+class Stopped(Exception):
+    """The ``progress`` of a caller returned False, which ends the work; the message says what is kept, if any.
+
+    Examples
+    --------
+    >>> try:
+    ...     camopt.optimise(camopt.find_scene("roller-1000rpm"), progress=lambda done, total: False)
+    ... except camopt.Stopped as error:
+    ...     print(error)
+    stopped by the caller
     """
 
 

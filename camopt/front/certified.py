@@ -17,7 +17,7 @@ from camopt.problem.settings import problems_of
 from camopt.problem.space import Space
 from camopt.quantities import QUANTITIES
 from camopt.scene.tables import LONGEST, SHORTEST
-from camopt.smallest.result import Progress
+from camopt.smallest.result import Progress, report_progress
 from camopt.tables.sealed import no_table, read_table, scene_in, write_table
 from camopt.tables.table import schema
 from camopt.verdicts.certify import certify_design, summary
@@ -35,6 +35,8 @@ def certify_table(path: str | os.PathLike[str], progress: Progress | None = None
     BadInput
         If the file is no table of a sweep: other columns than its scene asks for, other types, numbers or laws
         that are none of a design, or damage.
+    Stopped
+        If ``progress``, called with (rows done, rows in all), returned False; the table stays as it was.
     OSError
         If there is no such file, or it cannot be read or written.
     """
@@ -51,8 +53,7 @@ def certify_table(path: str | os.PathLike[str], progress: Progress | None = None
         for row, number in enumerate(index):
             verdicts[number] = summary(certify_design(each, designs.take(np.array([row]))))
             done += 1
-            if progress:
-                progress(done, table.num_rows)
+            report_progress(progress, done, table.num_rows)
     if "" in verdicts:
         raise no_table(path, "this has laws that its scene does not have")
     field = schema((COLUMN,), "").field(COLUMN)

@@ -24,7 +24,7 @@ from camopt.front.pareto import Archive, non_dominated, objectives, signs
 from camopt.front.streaming import Seen
 from camopt.problem.rows import Rows
 from camopt.problem.space import Space
-from camopt.smallest.result import Progress
+from camopt.smallest.result import Progress, report_progress
 from camopt.verdicts.judging import Effort
 from camopt.verdicts.screening import screened
 
@@ -109,10 +109,9 @@ class FrontSearch:
             self.waiting.append(self.halved(boxes.take(~few)))
         if not self.waiting or sum(int(part.counts.sum()) for part in self.small) > PENDING:
             self.finish(chained_boxes(self.small))
-        if self.progress:
-            done = self.boxes + self.finished
-            halvings = (np.log2(np.maximum(part.counts / FEW, 2.0)).sum() for part in self.waiting)
-            self.progress(done, done + int(sum(halvings)) + sum(map(len, self.small)))
+        done = self.boxes + self.finished
+        halvings = (np.log2(np.maximum(part.counts / FEW, 2.0)).sum() for part in self.waiting)
+        report_progress(self.progress, done, done + int(sum(halvings)) + sum(map(len, self.small)))
 
     def kept(self, boxes: GridBoxes, left: Any) -> GridBoxes:
         """Those of some boxes that are not dropped."""

@@ -24,7 +24,7 @@ from camopt.problem.rows import Rows, joined
 from camopt.problem.space import Space, boxes_of
 from camopt.quantities import QUANTITIES
 from camopt.smallest.optimise import SECONDS
-from camopt.smallest.result import Progress
+from camopt.smallest.result import Progress, report_progress
 from camopt.smallest.smallest import smallest
 from camopt.verdicts.judging import judged
 
@@ -57,8 +57,7 @@ def refined(space: Space, grid: Rows, progress: Progress | None = None) -> Rows:
             block = slice(first, first + BLOCK)
             yield polished(pattern, designs.take(block), ceilings[block])
             done = min(done + BLOCK, total)
-            if progress:
-                progress(done, total)
+            report_progress(progress, done, total)
 
     for each, index, designs in groups:
         pattern = PatternSearch(exactly(each), free, objective)

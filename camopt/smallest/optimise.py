@@ -22,7 +22,7 @@ from camopt.shown import Shown
 from camopt.smallest.closed_form import negligible
 from camopt.smallest.multipliers import BINDS
 from camopt.smallest.reasons import reason
-from camopt.smallest.result import GAP, Progress, Smallest, feasible
+from camopt.smallest.result import GAP, Progress, Smallest, feasible, report_progress
 from camopt.smallest.smallest import smallest
 from camopt.smallest.smallest_turn import smallest_of_turns
 from camopt.smallest.turns import SegmentAngles
@@ -96,7 +96,7 @@ def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SE
     scene : Scene
         Limits, and in ``[search]`` the laws to try and what is free.
     progress : callable, optional
-        Called with (laws done, laws in all).
+        Called with (laws done, laws in all); False from it ends the search.
     seconds : float, default 60
         Time for the search, shared between the laws. If it runs out, the answer is the smallest cam found so far,
         with ``proved`` False and its gap.
@@ -111,6 +111,8 @@ def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SE
     BadInput
         If nothing limits the size from below, so that there is no smallest cam; if ``[search]`` varies numbers that
         are no sizes.
+    Stopped
+        If ``progress`` returned False.
 
     References
     ----------
@@ -132,8 +134,7 @@ def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SE
     obstacles: dict[str, str] = {}
     out_of_time, programmes = False, laws_of(problem)
     for done, (programme, pair) in enumerate(programmes.items()):
-        if progress:
-            progress(done, len(programmes))
+        report_progress(progress, done, len(programmes))
         laws = joined_laws(programme.law_names(RISE), programme.law_names(RETURN))
         until = share(end, len(programmes) - done)
         turns = SegmentAngles(problem, pair, until=until)

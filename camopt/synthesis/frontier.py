@@ -22,7 +22,7 @@ from camopt.problem.problem import resolve
 from camopt.scene.scene import Scene
 from camopt.scene.tables import TERMS
 from camopt.shown import Shown
-from camopt.smallest.result import Progress
+from camopt.smallest.result import Progress, report_progress
 from camopt.synthesis import residual
 from camopt.synthesis.axis_minimiser import AxisMinimiser, FrontierCam
 from camopt.synthesis.cams import known_laws, known_row
@@ -122,7 +122,7 @@ def frontier(
     workers : int, optional
         Number of processes; one per core by default.
     progress : callable, optional
-        Called with (points done, points in all).
+        Called with (points done, points in all); False from it ends the work.
 
     Returns
     -------
@@ -135,6 +135,8 @@ def frontier(
         For other axes, or a scene that ``synthesise`` does not take.
     Unmet
         If no free law meets all limits.
+    Stopped
+        If ``progress`` returned False.
 
     References
     ----------
@@ -159,8 +161,7 @@ def frontier(
     tasks = [Task(axes[0], value, starts, bounded=True) for value in values]
     for done, found in enumerate(_in_parallel(scene, axes, tasks, workers), start=1):
         rows += [found.row] if found else []
-        if progress:
-            progress(done, len(values))
+        report_progress(progress, done, len(values))
     known = [known_row(demand, cam) for cam in known_laws(scene).values()]
     bounds = {t: bound_of(replace(demand, objective={t: 1.0})) for t in axes if t in TERMS}
     least = {axis: (min(row[axis] for row in (ends[axis, axis].row, *rows)), bounds.get(axis)) for axis in axes}

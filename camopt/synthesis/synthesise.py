@@ -20,7 +20,7 @@ from camopt.numerics import FloatArray
 from camopt.numerics.irreducible import irreducible
 from camopt.problem.problem import resolve
 from camopt.scene.scene import Scene
-from camopt.smallest.result import Progress
+from camopt.smallest.result import Progress, report_progress
 from camopt.synthesis import residual
 from camopt.synthesis.cams import (
     cam_for,
@@ -56,7 +56,7 @@ def synthesise(scene: Scene, progress: Progress | None = None) -> Synthesised:
     scene : Scene
         The limits, the ranges of sizes, and ``[synthesis]``.
     progress : callable, optional
-        Called with (starting points done, starting points in all).
+        Called with (starting points done, starting points in all); False from it ends the search.
 
     Returns
     -------
@@ -71,6 +71,8 @@ def synthesise(scene: Scene, progress: Progress | None = None) -> Synthesised:
         If no new law meets all limits.
     Unsolved
         If the convex solver fails.
+    Stopped
+        If ``progress`` returned False.
 
     References
     ----------
@@ -87,7 +89,7 @@ def synthesise(scene: Scene, progress: Progress | None = None) -> Synthesised:
     some = [demand for demand, bound in zip(demands, bounds, strict=True) if bound != inf]
     if not some:
         raise _unmet(demands[0])
-    best, _ = best_of(some, progress or (lambda done, most: None))
+    best, _ = best_of(some, partial(report_progress, progress))
     known = [bound for bound in bounds if bound is not None]
     right = len(known) == len(bounds) and min(known) <= best.objective  # or else a solver erred
     return replace(best, bound=min(known) if right else None)
@@ -116,6 +118,7 @@ def best_of(demands: Sequence[Demand], advance: Progress) -> tuple[Synthesised, 
 
 def _best(demand: Demand, advance: Progress) -> tuple[Synthesised, Iterate]:
     """The best free laws of a demand, and their cam."""
+    advance(0, 1)  # as far as is known: where the convex optimum is a cam, nothing starts from other laws
     ceilings = ceilings_of(demand)
     for first in range(len(MARGINS)):
         model, start, least = solved(demand, MARGINS[first:])

@@ -15,6 +15,7 @@ from camopt.numerics.extremes import Precision, extremes
 from camopt.problem.problem import EXACT, Problem, resolve
 from camopt.problem.settings import problems_of
 from camopt.scene.scene import Scene
+from camopt.smallest.result import Progress, report_progress
 from camopt.studies.accuracy.methods import METHODS, Method, enclosed
 from camopt.studies.accuracy.radius import bracketed, reference_radius, smallest_radii
 from camopt.studies.accuracy.reference import ALIKE, reference
@@ -28,7 +29,7 @@ SMALLEST = "smallest radius"
 Result = TypeVar("Result")
 
 
-def measure(scene: Scene, progress: Callable[[int, int], None] | None = None) -> list[dict[str, Any]]:
+def measure(scene: Scene, progress: Progress | None = None) -> list[dict[str, Any]]:
     """One row for each quantity and method: cost, error, and how it judges designs at the edge of their limit.
 
     Over the laws that ``[search]`` names, or else the scene's own. ``ns_per_design`` is their mean, all else their
@@ -39,8 +40,7 @@ def measure(scene: Scene, progress: Callable[[int, int], None] | None = None) ->
     """
     problems, found = problems_of(resolve(scene)), []
     for done, problem in enumerate(problems):
-        if progress:
-            progress(done, len(problems))
+        report_progress(progress, done, len(problems))
         designs, table, sized = designs_of(problem), problem.programme.table, False
         for subject in subjects_of(problem):
             f = subject.make(designs, problem.programme)
