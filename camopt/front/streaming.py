@@ -41,7 +41,7 @@ def gathered(
     batches: Iterable[Batch],
     block: int,
     write: Callable[[Rows], None],
-    progress: Callable[[int, int], None],
+    progress: Callable[[int, int], bool | None],
 ) -> Seen:
     """What batches give together that cover a space in its order. ``write`` takes the rows that they keep.
 
