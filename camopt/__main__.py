@@ -2,15 +2,19 @@
 
 import sys
 
+from camopt.cli.interrupts import code, interrupts
+
 
 def main() -> int:
     """Run a command; the exit code. An interrupt is told as one from the first import on."""
-    try:
-        from camopt.cli.main import main as run
-    except KeyboardInterrupt:
-        print("camopt: interrupted, nothing written", file=sys.stderr)
-        return 130
-    return run()
+    with interrupts():
+        try:
+            from camopt.cli.main import main as run
+
+            return run()
+        except KeyboardInterrupt:
+            print("camopt: interrupted", file=sys.stderr)
+            return code()
 
 
 if __name__ == "__main__":

@@ -9,7 +9,7 @@ import pytest
 
 from camopt.cli import exits
 from camopt.cli.main import camopt, main
-from camopt.mistakes import BadInput, Mistake, printable
+from camopt.mistakes import BadInput, Mistake, Stopped, printable
 from camopt.tables.cells import heading
 
 ESCAPE = "\x1b[31mred\x1b[0m\nsecond line\u202e"
@@ -100,7 +100,8 @@ def test_the_traceback_of_a_fault_is_there_for_those_who_ask(ends, monkeypatch):
 @pytest.mark.parametrize(
     ("end", "code"),
     [
-        (KeyboardInterrupt(), exits.INTERRUPTED),
+        (KeyboardInterrupt(), 130),
+        (Stopped(), 130),
         (BrokenPipeError(32, "Broken pipe"), exits.READER_GONE),
         (PermissionError(13, "Permission denied", "here"), exits.FILE_TROUBLE),
         (MemoryError(), exits.FILE_TROUBLE),
@@ -201,4 +202,4 @@ def test_an_interrupt_of_an_import_is_told_as_one():
         "sys.exit(main())\n"
     )
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
-    assert (run.returncode, run.stdout, run.stderr) == (130, "", "camopt: interrupted, nothing written\n")
+    assert (run.returncode, run.stdout, run.stderr) == (130, "", "camopt: interrupted\n")

@@ -1,10 +1,15 @@
-"""Work that is stopped from outside: by the ``progress`` of a caller."""
+"""Work that is stopped from outside: by the ``progress`` of a caller, by signals."""
 
 import inspect
+import signal
+import subprocess
+import sys
+from contextlib import contextmanager
 
 import pytest
 
 import camopt
+from camopt.cli.main import main
 from camopt.front.certified import certify_table
 from camopt.studies.accuracy import measure
 
@@ -59,3 +64,89 @@ def test_false_stops_at_once(name, folder):
 @pytest.mark.parametrize("answer", [None, 0, True, []])
 def test_no_other_answer_stops(answer):
     assert camopt.optimise(COARSE, lambda done, total: answer).best is not None
+
+
+# --------------------------------------------------------------------------- signals
+
+SIGNALS = {"SIGINT": 130, "SIGTERM": 143, "SIGHUP": 129}
+WAITING = """
+import signal, sys, time
+from camopt.cli import interrupts
+from camopt.cli.main import camopt
+from camopt.__main__ import main
+interrupts.ONCE = {once}
+def work(context):
+    try:
+        print("begun", flush=True)
+        time.sleep(30)
+    finally:
+        print("ending", flush=True)
+        time.sleep({ending})
+camopt.invoke = work
+sys.exit(main())
+"""
+
+
+@contextmanager
+def waiting(ignored=(), once=60.0, ending=0.0):
+    """A command that has begun and waits for a signal."""
+
+    def dispositions():
+        for name in SIGNALS:
+            signal.signal(signal.Signals[name], signal.SIG_IGN if name in ignored else signal.SIG_DFL)
+
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    line = [sys.executable, "-c", WAITING.format(once=once, ending=ending), "laws"]
+    with subprocess.Popen(line, preexec_fn=dispositions, **pipes) as running:
+        try:
+            assert running.stdout.readline() == "begun\n"
+            yield running
+        finally:
+            running.kill()
+
+
+@pytest.mark.parametrize("name", SIGNALS)
+def test_a_signal_ends_a_command_in_order(name):
+    with waiting() as running:
+        running.send_signal(signal.Signals[name])
+        out, err = running.communicate(timeout=20)
+        assert (running.returncode, out, err.strip()) == (SIGNALS[name], "ending\n", "camopt: interrupted")
+
+
+@pytest.mark.parametrize("name", SIGNALS)
+def test_a_signal_that_was_ignored_stays_ignored(name):
+    with waiting(ignored=[name]) as running:
+        running.send_signal(signal.Signals[name])
+        with pytest.raises(subprocess.TimeoutExpired):
+            running.wait(timeout=0.3)
+
+
+def test_signals_that_come_together_are_one():
+    with waiting(ending=0.3) as running:
+        for name in ("SIGHUP", "SIGTERM", "SIGHUP"):
+            running.send_signal(signal.Signals[name])
+        running.stdout.readline()
+        running.send_signal(signal.SIGINT)
+        _, err = running.communicate(timeout=20)
+        assert running.returncode in SIGNALS.values()  # the system may deliver them in another order
+        assert err.strip() == "camopt: interrupted"
+
+
+@pytest.mark.parametrize("name", SIGNALS)
+def test_a_second_signal_kills_what_does_not_end(name):
+    with waiting(once=0.0, ending=30.0) as running:
+        running.send_signal(signal.SIGTERM)
+        assert running.stdout.readline() == "ending\n"
+        running.send_signal(signal.Signals[name])
+        _, err = running.communicate(timeout=20)
+        assert (running.returncode, err) == (-signal.Signals[name], "")
+
+
+@pytest.mark.parametrize("end", [KeyboardInterrupt("half is kept in x"), camopt.Stopped("half is kept in x")])
+def test_an_interrupt_may_say_what_is_kept(end, capsys, monkeypatch):
+    def command(context):
+        raise end
+
+    monkeypatch.setattr("camopt.cli.main.camopt.invoke", command)
+    assert main(["laws"]) == 130
+    assert capsys.readouterr().err.strip() == "camopt: half is kept in x"

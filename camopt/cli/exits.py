@@ -10,8 +10,10 @@ from traceback import extract_tb, print_exception
 
 import click
 
+from camopt.cli import interrupts
+
 NOTHING_FEASIBLE, BAD_INPUT, FILE_TROUBLE, NOT_REACHED = 1, 2, 3, 4
-INTERNAL, INTERRUPTED, READER_GONE = 70, 130, 141  # the numbers of sysexits.h and of shells
+INTERNAL, READER_GONE = 70, 141  # the numbers of sysexits.h and of shells
 DEBUG = "CAMOPT_DEBUG"
 
 
@@ -59,17 +61,17 @@ def _let_go() -> None:
 
 def _code_of(end: BaseException) -> int:
     """The exit code for what ended a command, which is told."""
-    from camopt.mistakes import BadInput, Unmet, Unsolved
+    from camopt.mistakes import BadInput, Stopped, Unmet, Unsolved
 
     match end:
         case SystemExit():  # click and rich end with 1 when the reader of a pipe is gone, and with nothing else
             return READER_GONE if end.code == 1 else int(end.code or 0)
         case BrokenPipeError():
             return READER_GONE
-        case click.Abort() if isinstance(end.__context__, EOFError):
-            return _internal(end.__context__)
-        case KeyboardInterrupt() | click.Abort():
-            return _told("interrupted, nothing written", INTERRUPTED)
+        case click.Abort() if end.__cause__:
+            return _code_of(end.__cause__)
+        case KeyboardInterrupt() | click.Abort() | Stopped():
+            return _told(str(end) or "interrupted", interrupts.code())
         case click.ClickException():
             context = getattr(end, "ctx", None)
             command = context.command_path if context else "camopt"
