@@ -3,14 +3,21 @@
 import os
 import re
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
-from errno import EISDIR
+from contextlib import ExitStack, contextmanager, suppress
+from errno import EBADF, EINVAL, EISDIR, ENOSYS, ENOTSUP, EROFS
+from glob import escape
 from pathlib import Path
-from stat import S_ISREG
+from stat import S_IMODE, S_ISREG
 from tempfile import TemporaryFile
+from time import time
 from typing import BinaryIO
 
 from camopt.mistakes import BadInput, Mistake
+
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None  # type: ignore[assignment]
 
 LARGEST_TEXT = 1 << 24
 NO_TEXT = {
@@ -20,6 +27,10 @@ NO_TEXT = {
     b"\xff\xfe": "text in UTF-16; save it in UTF-8",
     b"\xfe\xff": "text in UTF-16; save it in UTF-8",
 }
+PARTIAL = ".partial"
+UNSYNCED = {EBADF, EINVAL, ENOSYS, ENOTSUP, EROFS}
+"""What file systems say that cannot sync."""
+FORGOTTEN = 24 * 3600.0  # seconds
 ADDRESS = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+://")
 
 
@@ -106,26 +117,121 @@ def _check_folder(folder: Path, named: str | os.PathLike[str]) -> None:
 def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
     """A temporary path beside ``path``, which takes its name if the block ends well, and goes if not.
 
+    The file is on disk before it gets its name. The mode of an earlier file stays; so does a link, which then leads
+    to the new file. Temporary files of runs that died are removed.
+
     Raises
     ------
     OSError
-        With ``path`` in it, if the file cannot be written or a folder has its name.
+        With ``path`` in it, if the file cannot be written, or a folder or a device has its name.
     """
     path = Path(path)
-    partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
-    try:
-        if path.is_dir():
-            raise IsADirectoryError(EISDIR, os.strerror(EISDIR))
+    target = target_of(path)
+    partial = target.with_name(f".{target.name}.{random_name()}{PARTIAL}")
+    with naming(path, partial), ExitStack() as stack:
+        check_replaceable(target)
+        _remove_orphans(target)
+        stack.callback(_remove, partial)
+        descriptor = os.open(partial, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666)
+        if lock(descriptor) is None:  # Windows renames no open files
+            os.close(descriptor)
+        else:
+            stack.callback(os.close, descriptor)
         yield partial
-        os.replace(partial, path)
+        keep_mode(target, partial)
+        synced(partial)
+        os.replace(partial, target)
+        synced(target.parent)
+
+
+@contextmanager
+def naming(path: Path, *temporary: Path) -> Iterator[None]:
+    """An OSError that names a temporary file, or no file, names the one that is meant; others stay."""
+    try:
+        yield
     except OSError as trouble:
-        if trouble.filename is not None and str(trouble.filename) != str(partial):
+        if trouble.filename is not None and Path(os.fsdecode(trouble.filename)) not in temporary:
             raise  # of another file, which the block writes as well
         reason = os.strerror(trouble.errno) if trouble.errno else str(trouble)
         raise OSError(trouble.errno or 0, reason, os.fspath(path)) from None
+
+
+def random_name() -> str:
+    """A name that no other process chooses, on this machine or another one."""
+    return os.urandom(8).hex()
+
+
+def target_of(path: Path) -> Path:
+    """The file to replace: the one that a link leads to, or the path itself."""
+    return Path(os.path.realpath(path)) if path.is_symlink() else path
+
+
+def check_replaceable(target: Path) -> None:
+    """An OSError if something else than a file is there: a folder, a pipe, a device."""
+    if target.is_dir():
+        raise IsADirectoryError(EISDIR, os.strerror(EISDIR))
+    if target.exists() and not target.is_file():
+        raise OSError(EINVAL, os.strerror(EINVAL))
+
+
+def keep_mode(old: Path, new: Path) -> None:
+    """Give a new file the mode of the one that it replaces, where there is one, and where there are modes."""
+    with suppress(OSError):
+        new.chmod(S_IMODE(old.stat().st_mode))
+
+
+def synced(path: Path) -> None:
+    """Wait until a file, or the names in a folder, are on disk, where the file system can do that.
+
+    Raises
+    ------
+    OSError
+        If the disk is full, or fails.
+    """
+    folder = path.is_dir()
+    if folder and os.name == "nt":  # Windows opens no folders, and writes names through
+        return
+    descriptor = os.open(path, os.O_RDWR if os.name == "nt" else os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    except OSError as trouble:
+        if trouble.errno not in UNSYNCED:
+            raise
     finally:
-        with suppress(OSError):
-            partial.unlink(missing_ok=True)
+        os.close(descriptor)
+
+
+def lock(descriptor: int) -> bool | None:
+    """Lock an open file until it is closed or the process ends: False if another one has it, None without locks."""
+    if fcntl is None:
+        return None
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    except OSError:
+        return None
+    return True
+
+
+def forgotten(path: Path) -> bool:
+    """Whether nobody has written to a file or a folder for so long that nobody will, where there are no locks."""
+    return time() - path.lstat().st_mtime > FORGOTTEN
+
+
+def _remove_orphans(target: Path) -> None:
+    """Remove temporary files of a target whose writers died."""
+    with suppress(OSError):
+        for partial in target.parent.glob(f".{escape(target.name)}.*{PARTIAL}"):
+            with suppress(OSError), partial.open("rb") as file:
+                held = lock(file.fileno())
+                if held or (held is None and forgotten(partial)):
+                    partial.unlink()
+
+
+def _remove(partial: Path) -> None:
+    with suppress(OSError):
+        partial.unlink(missing_ok=True)
 
 
 @contextmanager

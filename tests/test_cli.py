@@ -160,8 +160,9 @@ def test_sweep_counts_writes_and_gives_the_best(run_json):
     assert found["nearest_miss"] is None
     assert found["best"] == found["by_law"]["harmonic"]
     assert found["best"]["feasible"] is True
-    assert sorted(Path(file).as_posix() for file in found["files"]) == files_here()
-    assert files_here() == ["there/designs.parquet", "there/pareto.parquet", "there/scene.toml"]
+    files = ["there/designs.parquet", "there/pareto.parquet", "there/scene.toml"]
+    assert sorted(Path(file).as_posix() for file in found["files"]) == files
+    assert files_here() == sorted([*files, "there/manifest.json"])
     assert len(pd.read_parquet("there/designs.parquet")) == found["feasible"]
     front = camopt.load("there/pareto.parquet")
     assert len(front) == found["pareto"]

@@ -184,6 +184,7 @@ def test_a_tilde_is_the_home_folder(monkeypatch, tmp_path, capsys):
     assert main([*WORK, "--out=~/cams", "--quiet"]) == 0
     assert sorted(path.name for path in (tmp_path / "cams").iterdir()) == [
         "designs.parquet",
+        "manifest.json",
         "pareto.parquet",
         "scene.toml",
     ]

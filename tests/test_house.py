@@ -15,7 +15,7 @@ from camopt.scene.tables import Limits
 
 PACKAGE = Path(camopt.__file__).parent
 ROOMS = (
-    *("mistakes", "version", "files", "quantities", "shown"),
+    *("mistakes", "version", "files", "manifest", "publishing", "quantities", "shown"),
     *("kernels", "numerics", "motion", "mechanisms", "effects", "scene", "problem", "verdicts", "tables"),
     *("smallest", "front", "synthesis", "measured", "contour", "drawing", "sheet", "points"),
     *("exporting", "studies", "reporting", "serving", "cli"),

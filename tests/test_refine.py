@@ -12,6 +12,7 @@ from camopt.front import pattern_search, refine
 from camopt.front.certified import certify_table
 from camopt.front.pareto import objectives, signs
 from camopt.front.pattern_search import PatternSearch, by_closed_form, by_search
+from camopt.manifest import MANIFEST
 from camopt.numerics.clock import now
 from camopt.problem.problem import exactly, resolve
 from camopt.problem.rows import Rows
@@ -269,7 +270,7 @@ def test_nothing_feasible_leaves_an_empty_front(tmp_path):
 def test_a_sweep_that_is_not_to_refine_writes_what_it_always_did(tmp_path):
     result = sweep(ROLLER.replace(**{"search.refine": None}), tmp_path)
     assert [file.name for file in result.files] == ["designs.parquet", "pareto.parquet", "scene.toml"]
-    assert sorted(file.name for file in tmp_path.iterdir()) == sorted(file.name for file in result.files)
+    assert sorted(file.name for file in tmp_path.iterdir()) == sorted([*(f.name for f in result.files), MANIFEST])
     table = load(tmp_path / "pareto.parquet")
     assert "refined" not in table
     assert table.attrs["front"] == result.front.to_dict()

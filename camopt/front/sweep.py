@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from camopt.files import result_folder, write_text
+from camopt.files import write_text
 from camopt.front.blocks import BLOCK, Blocks
 from camopt.front.box_bounds import all_bounded
 from camopt.front.front_search import FrontSearch
@@ -21,6 +21,7 @@ from camopt.problem.problem import VERDICT, Problem, exactly, resolve
 from camopt.problem.rows import Rows, joined
 from camopt.problem.sample import searched_space
 from camopt.problem.space import Space
+from camopt.publishing import Unit, published
 from camopt.quantities import QUANTITIES, motion_quantity
 from camopt.scene.scene import Scene
 from camopt.shown import Shown
@@ -32,6 +33,8 @@ from camopt.tables.table import TableWriter, schema, table_file
 from camopt.verdicts.judging import Effort, by_excess, judged, least_excess, weighed
 
 FRONT_ONLY = "front-only"
+SCENE = "scene.toml"
+MAY_WRITE = ("pareto.parquet", "pareto-grid.parquet", "designs.parquet", SCENE)
 KEPT = ("pareto", "feasible", "all", FRONT_ONLY)
 """Which designs a sweep can write to its table of designs; with the last one it finds the front and no more."""
 
@@ -149,7 +152,7 @@ def sweep(
         If the space cannot be swept: a range without a step, an objective that the mechanism has not, more than
         10,000 combinations of numbers that are no sizes; for another ``keep``.
     OSError
-        If a file cannot be written.
+        If a file cannot be written, or another run writes to the folder.
 
     References
     ----------
@@ -168,7 +171,8 @@ def sweep(
     space = searched_space(problem)
     search, names, count = problem.scene.search, column_names(problem), workers or os.cpu_count() or 1
     with ExitStack() as stack:
-        tables = {} if out is None else _tables(stack, Path(out), problem, keep)
+        unit = out and stack.enter_context(published(out, "sweep", MAY_WRITE))
+        tables = _tables(stack, unit, problem, keep) if unit else {}
         if keep == FRONT_ONLY and not search.samples and all(map(all_bounded, space.problems)):
             seen = FrontSearch(space, names, count, progress).run()
         else:
@@ -180,7 +184,7 @@ def sweep(
         rows, grid = _fronts(space, seen.front, progress)
         front = front_of(rows, search, grid if search.refine else None)
         front = front and replace(front, knee=Design(front.knee, problem.scene))
-        if tables:
+        if unit:
             about = {"designs": len(space), "evaluated": seen.evaluated, "decided_by_boxes": seen.decided}
             tables["pareto"].describe("camopt_sweep", to_json(about))
             if front:
@@ -188,7 +192,7 @@ def sweep(
             for table, found in (("pareto", rows), ("pareto-grid", grid), ("designs", grid)):
                 if table in tables and (table != "designs" or keep == "pareto"):
                     tables[table].append(found)
-            write_text(Path(out or "") / "scene.toml", problem.scene.to_toml())
+            write_text(unit.path(SCENE), problem.scene.to_toml())
     return Sweep(
         scene=problem.scene,
         designs=len(space),
@@ -197,7 +201,7 @@ def sweep(
         effort=seen.effort,
         reached=seen.reached,
         pareto=rows.count,
-        files=tuple(Path(out or "") / name for name in ((*map(file_name, tables), "scene.toml") if tables else ())),
+        files=tuple(unit.folder / name for name in (*map(file_name, tables), SCENE)) if unit else (),
         best=best_of_each_law(space, seen.best),
         nearest_miss=nearest_miss_of_space(space, block) if seen.feasible == 0 else None,
         front=front,
@@ -230,15 +234,14 @@ def file_name(table: str) -> str:
     return f"{table}.parquet"
 
 
-def _tables(stack: ExitStack, folder: Path, problem: Problem, keep: str) -> dict[str, TableWriter]:
+def _tables(stack: ExitStack, unit: Unit, problem: Problem, keep: str) -> dict[str, TableWriter]:
     """The tables of a sweep by name, open until the stack is left."""
-    stack.enter_context(result_folder(folder))
     names, scene, refine = column_names(problem), problem.scene.to_toml(), problem.scene.search.refine
     columns = {} if keep == FRONT_ONLY else {"designs": names}
     columns |= {"pareto": (*names, "refined") if refine else names}
     columns |= {"pareto-grid": names} if refine else {}
     return {
-        table: stack.enter_context(table_file(folder / file_name(table), schema(kept, scene)))
+        table: stack.enter_context(table_file(unit.path(file_name(table)), schema(kept, scene)))
         for table, kept in columns.items()
     }
 

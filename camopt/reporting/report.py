@@ -10,6 +10,7 @@ from typing import Any
 
 from camopt.files import check_writable, checked_suffix, path_of, read_bytes, text_of, write_text
 from camopt.front.sweep import Sweep
+from camopt.manifest import settled_path, settled_paths
 from camopt.mistakes import BadInput, Mistake
 from camopt.reporting.cams import Shown, cams_page
 from camopt.reporting.results import DESIGNS, PARETO, Result, of_frame, results_page
@@ -162,16 +163,16 @@ def _of_a_folder(folder: Path) -> Iterable[Shown | Result]:
     """The result that a command left in a folder."""
     from camopt.tables.table import load
 
-    pareto, designs = folder / PARETO, folder / DESIGNS
+    pareto, designs = settled_path(folder / PARETO), settled_path(folder / DESIGNS)
     if pareto.exists() and designs.exists():
         frame = load(designs)
         return _of_a_table(designs) if len(frame) < 2 else [of_frame(folder.name, frame, load(pareto))]
-    for table in (pareto, folder / FRONTIER):
+    for table in (pareto, settled_path(folder / FRONTIER)):
         if table.exists():
             return _of_a_table(table)
-    if (folder / SCENE).exists():
+    if settled_path(folder / SCENE).exists():
         return list(_of_a_synthesis(folder))
-    scenes = sorted(folder.glob(OPTIMUM))
+    scenes = settled_paths(folder, OPTIMUM)
     if scenes:
         return _smallest([Shown(path.stem.removeprefix("optimum-"), Scene.from_toml(path)) for path in scenes])
     why = f"a folder that a command wrote: with {PARETO}, {FRONTIER}, {SCENE} or {OPTIMUM}"
@@ -180,8 +181,8 @@ def _of_a_folder(folder: Path) -> Iterable[Shown | Result]:
 
 def _of_a_synthesis(folder: Path) -> Iterable[Shown]:
     """The smallest cam of the best known law, and that of the new laws."""
-    summary = _summary(folder / SUMMARY)
-    if (folder / KNOWN).exists():
+    summary = _summary(settled_path(folder / SUMMARY))
+    if settled_path(folder / KNOWN).exists():
         yield Shown(f"known law: {summary.get('known_law')}", Scene.from_toml(folder / KNOWN))
     yield Shown("new laws", Scene.from_toml(folder / SCENE), str(summary.get("told", "")))
 

@@ -16,6 +16,7 @@ import tomli_w
 from pydantic import BaseModel, BeforeValidator, Field, PrivateAttr, ValidationError
 
 from camopt.files import read_bytes
+from camopt.manifest import settled_path
 from camopt.mistakes import BadInput, Mistake, nearest, printable
 from camopt.scene.checks import check
 from camopt.scene.complaints import mistakes_of
@@ -190,7 +191,7 @@ class Scene(Shown, Table):
             If there is no such file, or it cannot be read.
         """
         name = os.fsdecode(path)
-        data = parsed(read_bytes(path), name)
+        data = parsed(read_bytes(settled_path(name)), name)
         scene = cls.__new__(cls)
         scene._fill({"name": printable(Path(name).stem), **data}, name, Path(name).parent)
         return scene
@@ -313,7 +314,7 @@ def find_scene(name: str | os.PathLike[str]) -> Scene:
     if word in shipped_scenes():
         return Scene.from_dict(tomllib.loads(shipped_toml(word)), word)
     path = Path(word)
-    if path.is_file():
+    if settled_path(path).is_file():
         return Scene.from_toml(word)
     if word and path.exists():
         why = "a TOML file or a shipped scene; this is a folder, pipe or device"

@@ -11,6 +11,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from camopt.files import regular_file, whole_file
+from camopt.manifest import settled_path
 from camopt.mistakes import BadInput, Mistake
 from camopt.scene.scene import Scene
 
@@ -55,7 +56,7 @@ def read_table(path: str | os.PathLike[str]) -> pa.Table:
     OSError
         If there is no such file, or it cannot be read.
     """
-    with regular_file(path) as file:
+    with regular_file(settled_path(path)) as file:
         return TableFile(path, file).read()
 
 

@@ -1,0 +1,164 @@
+"""The manifest of a folder: which files the result of each command has, with digests.
+
+A command publishes its files by writing the manifest, and then gives them their names. If it dies in between, the
+manifest is right, and the files wait for their names in a folder of their own under ``.camopt``.
+"""
+
+import json
+import os
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass, field, replace
+from fnmatch import fnmatchcase
+from hashlib import sha256
+from pathlib import Path
+from typing import Any, TypeVar
+
+from camopt.files import read_bytes
+from camopt.mistakes import BadInput, Mistake
+from camopt.version import VERSION
+
+PathLike = TypeVar("PathLike", bound=str | os.PathLike[str])
+
+MANIFEST = "manifest.json"
+WORK = ".camopt"
+"""The folder, inside that of a result, for what is not finished."""
+MARK = b'"camopt"'
+RUN, DIGEST, NAME = (re.compile(text) for text in (r"[0-9a-f]{16}", r"[0-9a-f]{64}", r"[^./\\\0][^/\\\0]*"))
+
+
+@dataclass(frozen=True)
+class Fact:
+    """What a manifest says of a file."""
+
+    sha256: str
+    bytes: int
+
+
+@dataclass(frozen=True)
+class Result:
+    """The result of one command."""
+
+    run: str
+    """What tells it from other results: runs with the same files are the same."""
+    files: Mapping[str, Fact]
+    """By name; a result with nothing found has none."""
+    replaces: tuple[str, ...] = ()
+    """Names of files that go: earlier results had them, and this one has not."""
+
+    def waiting(self, folder: Path, name: str = "") -> Path:
+        """Where a file waits for its name."""
+        return folder / WORK / self.run / name
+
+
+@dataclass(frozen=True)
+class Manifest:
+    """All results in a folder, by command, and the version of camopt that wrote the last one."""
+
+    results: Mapping[str, Result] = field(default_factory=dict)
+    camopt: str = VERSION
+
+    def with_result(self, command: str, result: Result) -> "Manifest":
+        """The manifest with another result of a command, which takes over names of files that others have."""
+
+        def without(other: Result) -> Result:
+            return replace(other, files={name: f for name, f in other.files.items() if name not in result.files})
+
+        others = {each: without(other) for each, other in self.results.items()}
+        return Manifest({**others, command: result})
+
+    def others(self, command: str) -> set[str]:
+        """Names of files of other commands."""
+        return {name for each, result in self.results.items() if each != command for name in result.files}
+
+    def to_json(self) -> str:
+        """The text of the file, with a digest of itself."""
+        about = {
+            "camopt": self.camopt,
+            "results": {name: asdict(self.results[name]) for name in sorted(self.results)},
+        }
+        return json.dumps({**about, "digest": _digest(about)}, indent=1) + "\n"
+
+
+class Damaged(BadInput):
+    """A manifest that camopt wrote, and not in these bytes."""
+
+
+def run_of(command: str, files: Mapping[str, Fact]) -> str:
+    """The run of a command that wrote some files."""
+    named = sorted((name, fact.sha256) for name, fact in files.items())
+    return sha256(repr((command, named)).encode()).hexdigest()[:16]
+
+
+def _digest(about: dict[str, Any]) -> str:
+    return sha256(json.dumps(about, sort_keys=True).encode()).hexdigest()
+
+
+def manifest_of(folder: str | os.PathLike[str]) -> Manifest | None:
+    """What the manifest of a folder says; None if there is none.
+
+    Raises
+    ------
+    Damaged
+        If it is not as it was written.
+    BadInput
+        If it is another program's.
+    OSError
+        If it cannot be read.
+    """
+    path = Path(folder) / MANIFEST
+    try:
+        data = read_bytes(path)
+    except FileNotFoundError:
+        return None
+    try:
+        about = json.loads(data)
+        digest = about.pop("digest")
+        results = {str(command): _result(**facts) for command, facts in about["results"].items()}
+        if digest != _digest(about):
+            raise ValueError
+        return Manifest(results, str(about["camopt"]))
+    except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
+        kind, what = (Damaged, "this is damaged") if MARK in data else (BadInput, "this is another program's")
+        raise kind([Mistake("camopt", "file", str(path), f"the manifest that camopt wrote; {what}")]) from None
+
+
+def _result(run: Any, files: Any, replaces: Any) -> Result:
+    """A result as it was written: its names are of files in its folder. ValueError or TypeError if it is odd."""
+    facts = {name: Fact(**fact) for name, fact in files.items()}
+    names = RUN.fullmatch(run) and all(NAME.fullmatch(name) for name in (*facts, *replaces))
+    if not names or not all(DIGEST.fullmatch(f.sha256) and type(f.bytes) is int for f in facts.values()):
+        raise ValueError
+    return Result(run, facts, tuple(replaces))
+
+
+def settled_path(path: PathLike) -> PathLike | Path:
+    """The file to read for a path: the one that waits for that name, if a command died before it gave it.
+
+    Where the manifest is damaged, the path itself.
+    """
+    folder, name = Path(path).parent, Path(path).name
+    if os.path.isdir(folder / WORK):
+        for result in _unplaced(folder):
+            waiting = result.waiting(folder, name)
+            if waiting.exists() or name in result.replaces:
+                return waiting
+    return path
+
+
+def settled_paths(folder: Path, pattern: str) -> list[Path]:
+    """The files of a folder whose names match a pattern, sorted by name, as ``settled_path`` finds them."""
+    names = {path.name for path in folder.glob(pattern)}
+    names |= {name for result in _unplaced(folder) for name in result.files if fnmatchcase(name, pattern)}
+    return [path for path in (settled_path(folder / name) for name in sorted(names)) if path.exists()]
+
+
+def _unplaced(folder: Path) -> Iterator[Result]:
+    """Results whose files have not all got their names."""
+    try:
+        manifest = manifest_of(folder)
+    except (BadInput, OSError):
+        return
+    for result in manifest.results.values() if manifest else ():
+        if result.waiting(folder).is_dir():
+            yield result

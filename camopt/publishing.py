@@ -1,0 +1,286 @@
+"""Results of several files, published by one rename; a folder is written by one run at a time.
+
+A run writes its files to a folder of its own, ``.camopt/…``. At its end they are synced, and the new manifest
+replaces the old one: from then on the new result is valid, as a whole. Then the files of the earlier result are
+removed, and the new ones get their names. If the run dies before the manifest is replaced, the earlier result
+stays, and the next run removes what was left. If it dies after that, the next run gives the files their names, and
+until then readers find them by ``settled_path``.
+"""
+
+import os
+import platform
+import shutil
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import dataclass
+from errno import EAGAIN, ENOTDIR, EXDEV
+from fnmatch import fnmatchcase
+from hashlib import file_digest
+from pathlib import Path
+
+from camopt.files import (
+    check_replaceable,
+    forgotten,
+    keep_mode,
+    lock,
+    naming,
+    random_name,
+    synced,
+    target_of,
+    whole_file,
+)
+from camopt.manifest import MANIFEST, WORK, Damaged, Fact, Manifest, Result, manifest_of, run_of
+
+LOCK = "lock"
+JOURNAL = ".journal"
+
+
+@dataclass
+class Unit:
+    """Files that are published together.
+
+    Attributes
+    ----------
+    folder : pathlib.Path
+        Where they will be.
+    work : pathlib.Path
+        The folder inside it for what is not finished.
+    staging : pathlib.Path
+        Where they are written.
+    command : str
+        What writes them.
+    may_write : tuple of str
+        Names, or patterns of names.
+    """
+
+    folder: Path
+    work: Path
+    staging: Path
+    command: str
+    may_write: tuple[str, ...]
+
+    @property
+    def journal(self) -> Path:
+        """Where the command may keep what it has done: it stays if the command fails, and is removed if not."""
+        return self.work / f"{self.command}{JOURNAL}"
+
+    def path(self, name: str) -> Path:
+        """Where a file is written."""
+        if not any(fnmatchcase(name, known) for known in self.may_write):
+            raise KeyError(f"{name} is none of {', '.join(self.may_write)}")
+        return self.staging / name
+
+    def files(self) -> list[Path]:
+        """The files written so far, under the names that they will have."""
+        return sorted(self.folder / path.name for path in self.staging.iterdir())
+
+
+@contextmanager
+def published(folder: str | os.PathLike[str], command: str, may_write: tuple[str, ...]) -> Iterator[Unit]:
+    """A result of several files in a folder: it replaces the earlier one if the block ends well.
+
+    Parameters
+    ----------
+    folder : str or os.PathLike
+        It is made if there is none, and goes again if nothing is in it at the end.
+    command : str
+        Whose earlier result is replaced; results of other commands stay.
+    may_write : tuple of str
+        Names, or patterns such as ``optimum-*.toml``. Files with such a name (not those that only match a pattern)
+        are taken for an earlier result where there is no manifest.
+
+    Raises
+    ------
+    OSError
+        If a file cannot be written, or another run has the folder.
+    BadInput
+        If a file of another program has the name of the manifest.
+    """
+    folder = Path(folder)
+    with _made(folder) as made, _held(folder) as (work, alone):
+        _settle(folder, work, alone)
+        unit = Unit(folder, work, work / random_name(), command, may_write)
+        try:
+            unit.staging.mkdir()
+            yield unit
+            _commit(unit, made)
+        except BaseException as end:
+            with suppress(OSError):
+                _settle(folder, work, alone)
+                _remove(unit.staging)
+            if isinstance(end, OSError):
+                _raise_of_result(end, unit)
+            raise
+        _remove(unit.journal)
+        _settle(folder, work, alone)
+        _remove(unit.staging)
+
+
+def _raise_of_result(trouble: OSError, unit: Unit) -> None:
+    """Say which file of the result cannot be written; where it was being written is nobody's concern."""
+    if isinstance(trouble.filename, str) and Path(trouble.filename).is_relative_to(unit.work):
+        name = Path(trouble.filename).name
+        named = unit.folder / name if any(fnmatchcase(name, known) for known in unit.may_write) else unit.folder
+        raise OSError(trouble.errno or 0, trouble.strerror, os.fspath(named)) from None
+
+
+@contextmanager
+def _made(folder: Path) -> Iterator[list[Path]]:
+    """The folder and those above it that had to be made; they go again if nothing is in them at the end."""
+    made = [each for each in (folder, *folder.parents) if not each.exists()]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        yield made
+    finally:
+        with suppress(OSError):  # there is something in it
+            for each in made:
+                each.rmdir()
+
+
+@contextmanager
+def _held(folder: Path) -> Iterator[tuple[Path, bool]]:
+    """The folder for what is not finished, held by this process; and whether no other one can have it.
+
+    The lock is that of the open file, which the system lets go when the process dies. The file goes at the end, so
+    one that was opened just before and got the lock just after has no name any more: then again.
+    """
+    work = folder / WORK
+    path = work / LOCK
+    with ExitStack() as stack:
+        while True:
+            descriptor = _opened(folder, work, path)
+            held = lock(descriptor)
+            if held is False:
+                _refuse(descriptor, folder)
+            if held is None or _same(descriptor, path):
+                break
+            os.close(descriptor)
+        with suppress(OSError):  # for a message only
+            os.ftruncate(descriptor, 0)
+            os.write(descriptor, f"process {os.getpid()} on {platform.node()}".encode())
+        if held:
+            stack.callback(os.close, descriptor)
+        else:  # Windows removes no open files
+            os.close(descriptor)
+        stack.callback(_let_go, work, path)
+        yield work, bool(held)
+
+
+def _opened(folder: Path, work: Path, path: Path) -> int:
+    """The file of the lock, made if there is none."""
+    while True:
+        with naming(folder, work, path), suppress(FileExistsError):
+            work.mkdir()
+        if work.is_symlink() or not work.is_dir():
+            raise NotADirectoryError(ENOTDIR, os.strerror(ENOTDIR), os.fspath(work))
+        with naming(folder, work, path), suppress(FileNotFoundError):  # another run has just removed the folder
+            return os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
+
+
+def _same(descriptor: int, path: Path) -> bool:
+    """Whether an open file is still the one of that name."""
+    try:
+        return os.path.samestat(os.fstat(descriptor), path.stat())
+    except FileNotFoundError:
+        return False
+
+
+def _refuse(descriptor: int, folder: Path) -> None:
+    with os.fdopen(descriptor, errors="replace") as file:
+        holder = file.read(200) or "another process"
+    raise BlockingIOError(EAGAIN, f"another run writes to this folder ({holder})", os.fspath(folder))
+
+
+def _let_go(work: Path, path: Path) -> None:
+    """Remove the lock, and the folder if there is no journal in it."""
+    with suppress(OSError):
+        path.unlink()
+        work.rmdir()
+
+
+def _settle(folder: Path, work: Path, alone: bool) -> None:
+    """Give the files of published results their names, and remove what dead runs left; journals stay."""
+    manifest = _manifest(folder)
+    commands = {result.run: command for command, result in manifest.results.items()}
+    for left in sorted(work.iterdir()):
+        if left.name == LOCK or left.suffix == JOURNAL:
+            continue
+        if left.name in commands:
+            _place(folder, left, manifest, commands[left.name])
+        elif alone or forgotten(left):
+            _remove(left)
+
+
+def _manifest(folder: Path) -> Manifest:
+    """The manifest of a folder; a new one if there is none, or it is damaged. That of another program stays."""
+    try:
+        return manifest_of(folder) or Manifest()
+    except Damaged:
+        return Manifest()
+
+
+def _commit(unit: Unit, made: list[Path]) -> None:
+    """Publish what was written: sync it, and give the manifest its name."""
+    folder, staged = unit.folder, sorted(unit.staging.iterdir())
+    for file in staged:
+        target = target_of(folder / file.name)
+        with naming(folder / file.name, target):
+            check_replaceable(target)
+            keep_mode(target, file)
+            synced(file)
+    old = _manifest(folder)
+    earlier = old.results.get(unit.command, Result("", {})).files
+    exact = {name for name in unit.may_write if "*" not in name}
+    gone = {*earlier, *exact} - old.others(unit.command)
+    if not staged and unit.command not in old.results and not any((folder / name).is_file() for name in gone):
+        return  # there is nothing, and there was nothing
+    files = {file.name: _fact(file) for file in staged}
+    result = Result(run_of(unit.command, files), files, tuple(sorted(gone - {*files})))
+    synced(unit.staging)
+    unit.staging = unit.staging.rename(result.waiting(folder))
+    written = unit.work / MANIFEST
+    written.write_text(old.with_result(unit.command, result).to_json(), encoding="utf-8")
+    keep_mode(folder / MANIFEST, written)
+    for path in (written, unit.work, folder, *(each.parent for each in made)):
+        synced(path)
+    os.replace(written, folder / MANIFEST)
+    synced(folder)
+
+
+def _fact(path: Path) -> Fact:
+    with path.open("rb") as file:
+        return Fact(file_digest(file, "sha256").hexdigest(), os.fstat(file.fileno()).st_size)
+
+
+def _place(folder: Path, staging: Path, manifest: Manifest, command: str) -> None:
+    """Give files their names, after those of the earlier result are gone: no two results are ever side by side."""
+    result, others = manifest.results[command], manifest.others(command)
+    waiting = [name for name in result.files if (staging / name).exists()]
+    old = [folder / name for name in result.replaces if name not in others]
+    for path in (*old, *(target_of(folder / name) for name in waiting)):
+        if not path.is_dir():
+            path.unlink(missing_ok=True)
+    for name in waiting:
+        _rename(staging / name, folder / name)
+    synced(folder)
+    _remove(staging)
+
+
+def _rename(staged: Path, path: Path) -> None:
+    """Give a file its name; on another disk, where a link may lead, as a copy."""
+    try:
+        os.replace(staged, target_of(path))
+    except OSError as trouble:
+        if trouble.errno != EXDEV:
+            raise
+        with whole_file(path) as partial:
+            shutil.copyfile(staged, partial)
+        staged.unlink()
+
+
+def _remove(path: Path) -> None:
+    """Remove a file or a folder with all that is in it, if there is one."""
+    if path.is_dir() and not path.is_symlink():
+        shutil.rmtree(path)
+    else:
+        path.unlink(missing_ok=True)

@@ -1,0 +1,256 @@
+"""Results of several files: published as one, by one run at a time, with nothing left over."""
+
+import json
+import os
+import subprocess
+import sys
+from hashlib import sha256
+from pathlib import Path
+
+import pytest
+
+from camopt import BadInput
+from camopt.files import whole_file, write_text
+from camopt.manifest import MANIFEST, WORK, Damaged, manifest_of, settled_path, settled_paths
+from camopt.publishing import published
+
+MAY_WRITE = ("a.txt", "b.txt", "c.txt")
+
+
+def publish(folder, texts, command="sweep", may_write=MAY_WRITE, then=lambda unit: None):
+    with published(folder, command, may_write) as unit:
+        for name, text in texts.items():
+            write_text(unit.path(name), text)
+        then(unit)
+
+
+def failing(unit):
+    raise RuntimeError
+
+
+def seen(folder):
+    """What a reader sees: the text of each file of the folder, by name."""
+    return {path.name: path.read_text() for path in folder.iterdir() if path.name not in (MANIFEST, WORK)}
+
+
+def names(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+def test_files_get_their_names_and_the_manifest_names_them(tmp_path):
+    publish(tmp_path / "out", {"a.txt": "one", "b.txt": "two"})
+    assert names(tmp_path / "out") == ["a.txt", "b.txt", MANIFEST]
+    files = manifest_of(tmp_path / "out").results["sweep"].files
+    assert {name: (fact.sha256, fact.bytes) for name, fact in files.items()} == {
+        name: (sha256(text.encode()).hexdigest(), 3) for name, text in (("a.txt", "one"), ("b.txt", "two"))
+    }
+
+
+def test_a_result_replaces_the_earlier_one_as_a_whole(tmp_path):
+    publish(tmp_path, {"a.txt": "1", "b.txt": "1"})
+    publish(tmp_path, {"b.txt": "2", "c.txt": "2"})
+    assert seen(tmp_path) == {"b.txt": "2", "c.txt": "2"}
+    publish(tmp_path, {})
+    assert seen(tmp_path) == {}
+    assert manifest_of(tmp_path).results["sweep"].files == {}
+
+
+def test_an_earlier_result_without_a_manifest_is_replaced_too(tmp_path):
+    (tmp_path / "a.txt").write_text("old")
+    (tmp_path / "mine.txt").write_text("mine")
+    publish(tmp_path, {"b.txt": "2"})
+    assert seen(tmp_path) == {"b.txt": "2", "mine.txt": "mine"}
+
+
+def test_names_by_pattern_go_only_if_an_earlier_result_had_them(tmp_path):
+    (tmp_path / "cam-mine.txt").write_text("mine")
+    publish(tmp_path, {"cam-1.txt": "1"}, may_write=("cam-*.txt",))
+    publish(tmp_path, {"cam-2.txt": "2"}, may_write=("cam-*.txt",))
+    assert seen(tmp_path) == {"cam-2.txt": "2", "cam-mine.txt": "mine"}
+
+
+def test_results_of_other_commands_stay(tmp_path):
+    publish(tmp_path, {"a.txt": "1", "c.txt": "1"})
+    publish(tmp_path, {"d.txt": "2", "c.txt": "2"}, "frontier", ("c.txt", "d.txt"))
+    assert seen(tmp_path) == {"a.txt": "1", "c.txt": "2", "d.txt": "2"}
+    assert {c: [*r.files] for c, r in manifest_of(tmp_path).results.items()} == {
+        "sweep": ["a.txt"],
+        "frontier": ["c.txt", "d.txt"],
+    }
+    publish(tmp_path, {"a.txt": "3"})
+    assert seen(tmp_path) == {"a.txt": "3", "c.txt": "2", "d.txt": "2"}
+
+
+def test_a_run_that_fails_leaves_the_earlier_result_and_nothing_else(tmp_path):
+    for old in ({}, {"a.txt": "1"}):
+        folder = tmp_path / f"out-{len(old)}"
+        if old:
+            publish(folder, old)
+        before = names(folder) if old else None
+        with pytest.raises(RuntimeError):
+            publish(folder, {"a.txt": "2"}, then=failing)
+        assert (names(folder) if folder.exists() else None) == before
+        assert not old or seen(folder) == old
+
+
+def test_the_same_files_have_the_same_manifest(tmp_path):
+    texts = {"a.txt": "1", "b.txt": "2"}
+    publish(tmp_path / "one", texts)
+    publish(tmp_path / "two", {"c.txt": "1"})
+    publish(tmp_path / "two", texts)
+    assert (tmp_path / "one" / MANIFEST).read_bytes() == (tmp_path / "two" / MANIFEST).read_bytes()
+
+
+def test_a_run_with_nothing_leaves_no_folder(tmp_path):
+    publish(tmp_path / "deep" / "out", {})
+    assert names(tmp_path) == []
+
+
+def test_the_second_of_two_runs_is_told_of_the_first(tmp_path):
+    with published(tmp_path, "sweep", MAY_WRITE):
+        with pytest.raises(BlockingIOError, match=f"process {os.getpid()} on ") as caught:
+            publish(tmp_path, {"a.txt": "2"})
+        assert caught.value.filename == str(tmp_path)
+    publish(tmp_path, {"a.txt": "3"})
+    assert seen(tmp_path) == {"a.txt": "3"}
+
+
+DIES = """
+import os, sys
+from pathlib import Path
+from camopt.publishing import published
+with published(sys.argv[1], "sweep", ("a.txt",)) as unit:
+    unit.path("a.txt").write_text("lost")
+    unit.journal.write_text("kept")
+    os._exit(9)
+"""
+
+
+def test_a_lock_and_files_of_a_dead_run_go_but_not_its_journal(tmp_path):
+    assert subprocess.run([sys.executable, "-c", DIES, str(tmp_path)], check=False).returncode == 9
+    assert len(names(tmp_path / WORK)) == 3
+    publish(tmp_path, {"d.txt": "1"}, "frontier", ("d.txt",))
+    assert names(tmp_path / WORK) == ["sweep.journal"]
+    with published(tmp_path, "sweep", MAY_WRITE) as unit:
+        assert unit.journal.read_text() == "kept"
+        write_text(unit.path("a.txt"), "2")
+    assert (names(tmp_path), seen(tmp_path)) == (["a.txt", "d.txt", MANIFEST], {"a.txt": "2", "d.txt": "1"})
+
+
+@pytest.mark.parametrize("placed", range(3))
+def test_files_that_wait_for_their_names_are_read_and_get_them(tmp_path, placed):
+    """As after a death in the middle of giving names."""
+    publish(tmp_path, {"a.txt": "2", "b.txt": "2"})
+    result = manifest_of(tmp_path).results["sweep"]
+    result.waiting(tmp_path).mkdir(parents=True)
+    for name in list(result.files)[placed:]:
+        (tmp_path / name).rename(result.waiting(tmp_path, name))
+    (tmp_path / "c.txt").write_text("old")
+    assert [settled_path(tmp_path / name).read_text() for name in ("a.txt", "b.txt")] == ["2", "2"]
+    assert not settled_path(tmp_path / "c.txt").exists()
+    assert [path.name for path in settled_paths(tmp_path, "*.txt")] == ["a.txt", "b.txt"]
+    with pytest.raises(RuntimeError):
+        publish(tmp_path, {}, "frontier", then=failing)
+    assert seen(tmp_path) == {"a.txt": "2", "b.txt": "2"}
+    assert names(tmp_path) == ["a.txt", "b.txt", MANIFEST]
+
+
+def test_modes_and_links_stay(tmp_path):
+    (tmp_path / "far").mkdir()
+    (tmp_path / "far" / "real.txt").write_text("old")
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "a.txt").symlink_to(tmp_path / "far" / "real.txt")
+    (tmp_path / "out" / "b.txt").write_text("old")
+    (tmp_path / "out" / "b.txt").chmod(0o640)
+    publish(tmp_path / "out", {"a.txt": "new", "b.txt": "new"})
+    assert (tmp_path / "out" / "a.txt").is_symlink()
+    assert (tmp_path / "far" / "real.txt").read_text() == "new"
+    assert (tmp_path / "out" / "b.txt").stat().st_mode & 0o777 == 0o640
+    write_text(tmp_path / "out" / "a.txt", "newer")
+    assert (tmp_path / "far" / "real.txt").read_text() == "newer"
+    assert names(tmp_path / "far") == ["real.txt"]
+
+
+def test_new_files_have_the_mode_that_the_user_wants(tmp_path):
+    old = os.umask(0o027)
+    try:
+        publish(tmp_path, {"a.txt": "1"})
+        write_text(tmp_path / "single.txt", "1")
+    finally:
+        os.umask(old)
+    assert {path.stat().st_mode & 0o777 for path in tmp_path.glob("*.txt")} == {0o640}
+
+
+def test_the_manifest_of_another_program_is_never_replaced(tmp_path):
+    (tmp_path / MANIFEST).write_text('{"name": "a web page"}')
+    with pytest.raises(BadInput, match="another program's"):
+        publish(tmp_path, {"a.txt": "1"})
+    assert names(tmp_path) == [MANIFEST]
+
+
+def test_a_damaged_manifest_is_told_and_replaced(tmp_path):
+    publish(tmp_path, {"a.txt": "1"})
+    whole = (tmp_path / MANIFEST).read_text()
+    for damaged in (whole.replace("a.txt", "b.txt"), whole[:-9], whole.replace('"bytes": 1', '"bytes": 2')):
+        (tmp_path / MANIFEST).write_text(damaged)
+        with pytest.raises(Damaged, match="damaged"):
+            manifest_of(tmp_path)
+        publish(tmp_path, {"a.txt": "1"})
+        assert (tmp_path / MANIFEST).read_text() == whole
+
+
+@pytest.mark.parametrize("name", ["../a.txt", "/etc/passwd", ".", "..", "a\\b", ".camopt", ""])
+def test_a_manifest_names_no_files_elsewhere(tmp_path, name):
+    publish(tmp_path, {"a.txt": "1"})
+    about = json.loads((tmp_path / MANIFEST).read_text())
+    del about["digest"]
+    about["results"]["sweep"]["replaces"] = [name]
+    digest = sha256(json.dumps(about, sort_keys=True).encode()).hexdigest()
+    (tmp_path / MANIFEST).write_text(json.dumps({**about, "digest": digest}))
+    with pytest.raises(Damaged):
+        manifest_of(tmp_path)
+
+
+def test_an_odd_work_folder_is_not_emptied(tmp_path):
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "file").write_text("mine")
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / WORK).symlink_to(tmp_path / "mine")
+    with pytest.raises(NotADirectoryError):
+        publish(tmp_path / "out", {"a.txt": "1"})
+    assert names(tmp_path / "mine") == ["file"]
+
+
+def test_trouble_names_the_file_of_the_result(tmp_path):
+    (tmp_path / "a.txt").mkdir()
+    with pytest.raises(IsADirectoryError) as caught:
+        publish(tmp_path, {"a.txt": "1"})
+    assert caught.value.filename == str(tmp_path / "a.txt")
+    assert names(tmp_path) == ["a.txt"]
+    with pytest.raises(FileNotFoundError) as caught:
+        publish(tmp_path, {}, then=lambda unit: write_text(unit.path("b.txt").with_name("none") / "b.txt", "1"))
+    assert caught.value.filename == str(tmp_path / "b.txt")
+
+
+def test_partial_files_of_dead_runs_go_and_those_of_others_stay(tmp_path):
+    (tmp_path / ".a.txt.0011223344556677.partial").write_text("dead")
+    (tmp_path / ".b.txt.0011223344556677.partial").write_text("of another file")
+    with whole_file(tmp_path / "a.txt") as first, whole_file(tmp_path / "a.txt") as second:
+        assert first != second
+        first.write_text("1")
+        second.write_text("2")
+    assert (tmp_path / "a.txt").read_text() == "1"  # the outer one ends last
+    assert names(tmp_path) == [".b.txt.0011223344556677.partial", "a.txt"]
+
+
+@pytest.mark.parametrize("place", ["pipe", "device"])
+def test_a_file_replaces_no_pipe_and_no_device(tmp_path, place):
+    path = tmp_path / place
+    if place == "pipe":
+        os.mkfifo(path)
+    else:
+        path.symlink_to("/dev/null")
+    with pytest.raises(OSError, match="Invalid argument"):
+        write_text(path, "1")
+    assert names(tmp_path) == [place]
+    assert Path("/dev/null").is_char_device()
