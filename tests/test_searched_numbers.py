@@ -254,8 +254,7 @@ def test_numbers_that_nothing_uses_are_named():
 def test_a_table_with_numbers_that_no_scene_has_is_refused(value, tmp_path):
     sweep(VALVE.replace(**{"search.base_radius": [80]}), tmp_path)
     path = tmp_path / "designs.parquet"
-    changed = hostile.resealed(hostile.with_first(read_table(path), "preload_N", value))
-    path.write_bytes(hostile.in_bytes(changed))
+    path.write_bytes(hostile.in_bytes(hostile.with_first(read_table(path), "preload_N", value), seal=True))
     with pytest.raises(BadInput, match="its column preload_N has values that"):
         certify_table(path)
 

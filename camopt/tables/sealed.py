@@ -1,10 +1,9 @@
-"""Tables with a digest of their columns and metadata, by which those that camopt wrote are known again."""
+"""Tables with a seal, by which those that camopt wrote are known again, and known to be whole."""
 
 import json
 import os
 from collections.abc import Hashable, Iterator
 from contextlib import contextmanager
-from hashlib import sha256
 from typing import Any, BinaryIO
 
 import pyarrow as pa
@@ -14,45 +13,29 @@ from camopt.files import regular_file, whole_file
 from camopt.manifest import settled_path
 from camopt.mistakes import BadInput, Mistake
 from camopt.scene.scene import Scene
+from camopt.tables.damage import TROUBLE, fault, raise_if_of_the_disk
+from camopt.tables.seal import Seal, footer_of, sealed, without_seal
 
 TYPES = {float: pa.float64(), bool: pa.bool_(), str: pa.string()}
 COLUMN_TYPES = (*TYPES.values(), pa.int64(), pa.null(), pa.list_(pa.string()))
-DIGEST, SCENE = b"camopt_digest", b"camopt_scene"
-
-
-def sealed(layout: pa.Schema) -> pa.Schema:
-    """A schema with the digest of its columns and metadata in its metadata."""
-    return layout.with_metadata({**(layout.metadata or {}), DIGEST: _digest(layout)})
-
-
-def _digest(layout: pa.Schema) -> bytes:
-    """Fingerprint of the columns (name, type, unit …) and of all metadata but the digest itself."""
-
-    def own(metadata: dict[bytes, bytes] | None) -> list[tuple[bytes, bytes]]:
-        pairs = (metadata or {}).items()
-        return sorted((key, value) for key, value in pairs if key != DIGEST and not key.startswith(b"PARQUET:"))
-
-    columns = [(field.name, str(field.type), field.nullable, own(field.metadata)) for field in layout]
-    return sha256(repr((columns, own(layout.metadata))).encode()).hexdigest().encode()
+SCENE = b"camopt_scene"
 
 
 def write_table(table: pa.Table, path: str | os.PathLike[str]) -> None:
-    """Write a table with its digest, whole or not at all."""
-    table = table.replace_schema_metadata(sealed(table.schema).metadata)
-    with whole_file(path) as partial, partial.open("wb") as file:
-        options = {"compression": "zstd", "write_page_checksum": True}
-        pq.write_table(
-            table, file, use_compliant_nested_type=False, **options
-        )  # the items of lists keep their name
+    """Write a table with its seal, whole or not at all."""
+    with whole_file(path) as partial, partial.open("w+b") as file:
+        plain = {"use_compliant_nested_type": False}  # the items of lists keep their name
+        with sealed(file, table.schema, **plain) as add:
+            add(table)
 
 
 def read_table(path: str | os.PathLike[str]) -> pa.Table:
-    """A table that camopt wrote: whole, with the digest of its schema, and checksums of its pages.
+    """A table that camopt wrote, each byte as it was written.
 
     Raises
     ------
     BadInput
-        If the file is something else, or damaged.
+        If the file is something else, or damaged; it says where.
     OSError
         If there is no such file, or it cannot be read.
     """
@@ -66,35 +49,32 @@ class TableFile:
     def __init__(self, path: str | os.PathLike[str], file: BinaryIO) -> None:
         self._path = path
         with _refused(path):
-            self._parquet = pq.ParquetFile(file, page_checksum_verification=True)
-            self.layout: pa.Schema = self._parquet.schema_arrow
+            if why := fault(file):
+                raise no_table(path, f"this is {why}")
+            self._parquet = pq.ParquetFile(file)
+            self.layout: pa.Schema = without_seal(self._parquet.schema_arrow)
             self.count: int = self._parquet.metadata.num_rows
-        self._check(self.layout)  # before the data, of which odd types may be
+            self.row_digest: str = Seal.of(footer_of(file)[1]).rows
+            if why := _oddity(self.layout):  # before the data, of which odd types may be
+                raise no_table(path, why)
 
     def read(self, columns: list[str] | None = None) -> pa.Table:
         """Some columns, or all."""
         with _refused(self._path):
             table = self._parquet.read(columns)
-        if columns is None:
-            self._check(table.schema)
-        return table
-
-    def _check(self, layout: pa.Schema) -> None:
-        with _refused(self._path):
-            why = _oddity(layout)
-        if why:
-            raise no_table(self._path, why)
+            return table.replace_schema_metadata(without_seal(table.schema).metadata)
 
 
 @contextmanager
 def _refused(path: str | os.PathLike[str]) -> Iterator[None]:
-    """What Arrow says of a file that is no table, or damaged, as BadInput."""
+    """What Arrow says of a file that is no table, as BadInput."""
     try:
         yield
-    except (pa.ArrowException, ValueError, OSError, MemoryError) as trouble:
-        if isinstance(trouble, OSError) and trouble.errno:
-            raise
-        why = f"this is none, or damaged: {str(trouble).splitlines()[0]}" if str(trouble) else "this is none"
+    except BadInput:
+        raise
+    except TROUBLE as trouble:
+        raise_if_of_the_disk(trouble)
+        why = f"this is none: {str(trouble).splitlines()[0]}" if str(trouble) else "this is none"
         raise no_table(path, why) from None
 
 
@@ -106,11 +86,6 @@ def no_table(path: str | os.PathLike[str], why: str) -> BadInput:
 
 def _oddity(layout: pa.Schema) -> str:
     """What is odd about the schema of a table; empty if nothing is."""
-    metadata = layout.metadata or {}
-    if DIGEST not in metadata:
-        return "this has no digest of its metadata"
-    if metadata[DIGEST] != _digest(layout):
-        return "the columns or metadata of this are not those that were written"
     for field in layout:
         if field.type not in COLUMN_TYPES:
             return f"its column {field.name!r} has the type {field.type}"

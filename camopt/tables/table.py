@@ -1,4 +1,4 @@
-"""Tables on disk: Parquet with units, symbols, scene, version and a digest in its metadata; pandas at the door."""
+"""Tables on disk: Parquet with units, symbols, scene and version in its metadata, sealed; pandas at the door."""
 
 import os
 from collections.abc import Callable, Iterator
@@ -8,18 +8,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.parquet as pq
 
 from camopt.files import whole_file
 from camopt.problem.rows import Rows
 from camopt.quantities import QUANTITIES
-from camopt.tables.sealed import TYPES, about, read_table, sealed
+from camopt.tables.seal import ROWS_IN_GROUP, sealed
+from camopt.tables.sealed import TYPES, about, read_table
 from camopt.version import VERSION
 
 if TYPE_CHECKING:
     import pandas as pd
-
-ROWS_IN_GROUP = 1 << 17
 
 
 def schema(names: tuple[str, ...], scene: str) -> pa.Schema:
@@ -66,17 +64,11 @@ def table_file(path: Path, layout: pa.Schema) -> Iterator["TableWriter"]:
     options = {
         "use_dictionary": [name for name in layout.names if name in repeats],
         "use_byte_stream_split": [name for name in floats if name not in repeats],
-        "compression": "zstd",
         "compression_level": 1,
-        "write_page_checksum": True,
     }
     with whole_file(path) as partial, ExitStack() as stack:
-        file = stack.enter_context(partial.open("wb"))  # a folder that takes no files is found out at once
-
-        def opened(layout: pa.Schema) -> pq.ParquetWriter:
-            return stack.enter_context(pq.ParquetWriter(file, sealed(layout), **options))
-
-        writer = TableWriter(opened, layout)
+        file = stack.enter_context(partial.open("w+b"))  # a folder that takes no files is found out at once
+        writer = TableWriter(lambda layout: stack.enter_context(sealed(file, layout, **options)), layout)
         yield writer
         writer.finish()
 
@@ -84,9 +76,9 @@ def table_file(path: Path, layout: pa.Schema) -> Iterator["TableWriter"]:
 class TableWriter:
     """Collects rows and writes them in groups of a fixed size, so that files do not depend on the batches."""
 
-    def __init__(self, opened: Callable[[pa.Schema], pq.ParquetWriter], layout: pa.Schema) -> None:
+    def __init__(self, opened: Callable[[pa.Schema], Callable[[pa.Table], None]], layout: pa.Schema) -> None:
         self._opened, self._layout = opened, layout
-        self._parquet: pq.ParquetWriter | None = None
+        self._add: Callable[[pa.Table], None] | None = None
         self._pending: list[pa.Table] = []
         self._waiting = 0
 
@@ -109,13 +101,13 @@ class TableWriter:
 
     def finish(self) -> None:
         """Write the rows that fill no group."""
-        if self._pending or self._parquet is None:
+        if self._pending or self._add is None:
             self._write(pa.concat_tables(self._pending or [self._layout.empty_table()]))
 
     def _write(self, table: pa.Table) -> None:
-        if self._parquet is None:
-            self._parquet = self._opened(self._layout)
-        self._parquet.write_table(table, row_group_size=ROWS_IN_GROUP)
+        if self._add is None:
+            self._add = self._opened(self._layout)
+        self._add(table)
 
 
 def load(path: str | os.PathLike[str]) -> "pd.DataFrame":
@@ -138,8 +130,8 @@ def load(path: str | os.PathLike[str]) -> "pd.DataFrame":
     Raises
     ------
     BadInput
-        If the file is no table of camopt's, or damaged: a digest of schema and metadata and checksums of pages are
-        verified.
+        If the file is no table of camopt's, or damaged: a digest of all its bytes is verified, and the message
+        says where they differ.
     OSError
         If there is no such file, or it cannot be read.
 

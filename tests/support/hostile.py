@@ -2,26 +2,30 @@
 
 import io
 from collections.abc import Callable, Iterator
+from hashlib import sha256
 from itertools import product
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from camopt.tables.sealed import DIGEST, SCENE, sealed
+from camopt.tables.seal import BLANK, FOOTER, PAGES, ROWS, close_seal
+from camopt.tables.sealed import SCENE
 
 Change = Callable[[pa.Table], pa.Table]
 
 
-def in_bytes(table: pa.Table) -> bytes:
+def in_bytes(table: pa.Table, seal: bool = False) -> bytes:
+    """A table as another program saves it; or with the digests that it should have, by someone who knows how."""
     sink = io.BytesIO()
-    pq.write_table(table, sink, compression="zstd", write_page_checksum=True)
+    with pq.ParquetWriter(sink, table.schema, compression="zstd", write_page_checksum=True) as parquet:
+        parquet.write_table(table)
+        if seal:
+            pages = sha256(sink.getvalue()).hexdigest()
+            parquet.add_key_value_metadata({ROWS: BLANK, PAGES: pages, FOOTER: BLANK})
+    if seal:
+        close_seal(sink)
     return sink.getvalue()
-
-
-def resealed(table: pa.Table) -> pa.Table:
-    """With the digest that it should have, as someone would write who knows how."""
-    return table.replace_schema_metadata(sealed(table.schema).metadata)
 
 
 def with_column(table: pa.Table, name: str, column: pa.Array, nullable: bool = False) -> pa.Table:
@@ -111,16 +115,16 @@ def changes(table: pa.Table) -> Iterator[tuple[str, Change]]:
     for version in (None, b"0.0.1", b"99", b"\xff"):
         yield f"version {version!r}", lambda t, v=version: with_metadata(t, b"camopt_version", v)
     yield "pandas metadata of nothing", lambda t: with_metadata(t, b"pandas", b"{")
-    yield "a digest of nothing", lambda t: with_metadata(t, DIGEST, b"0" * 64)
+    for key in (ROWS, PAGES, FOOTER):
+        yield f"a {key} of nothing", lambda t, k=key: with_metadata(t, k.encode(), BLANK.encode())
     yield "no metadata", lambda t: t.replace_schema_metadata(None)
 
 
 def tables(table: pa.Table) -> Iterator[tuple[str, Callable[[], bytes]]]:
-    """Hostile tables by name, each as a function that makes its bytes; with a wrong and with the right digest."""
+    """Hostile tables by name, each as a function that makes its bytes; without and with a seal."""
     for (what, change), seal in product(changes(table), (False, True)):
-        dress = resealed if seal else lambda t: t
-        yield f"{what}{', resealed' if seal else ''}", lambda c=change, d=dress: in_bytes(d(c(table)))
-    whole = in_bytes(table)
+        yield f"{what}{', sealed' if seal else ''}", lambda c=change, s=seal: in_bytes(c(table), s)
+    whole = in_bytes(table, seal=True)
     for share in np.linspace(0.0, 0.999, 24):
         yield f"cut after {share:.1%}", lambda s=share: whole[: int(s * len(whole))]
     for number, place in enumerate(np.linspace(0, len(whole) - 1, 160).astype(int)):
