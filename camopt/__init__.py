@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from camopt.drawing.frontier import plot_frontier
     from camopt.drawing.spectrum import plot_spectrum
     from camopt.drawing.synthesis import plot_synthesis
+    from camopt.engines import cluster
     from camopt.exporting.export import export
     from camopt.exporting.exported import Exported
     from camopt.front.designs import evaluate_designs
@@ -69,6 +70,7 @@ _HOMES = {
     "animate": "drawing.animation",
     "cam_points": "points.points",
     "certify": "verdicts.certify",
+    "cluster": "engines",
     "evaluate": "verdicts.evaluation",
     "evaluate_designs": "front.designs",
     "export": "exporting.export",
@@ -117,6 +119,7 @@ __all__ = [
     "animate",
     "cam_points",
     "certify",
+    "cluster",
     "evaluate",
     "evaluate_designs",
     "export",

@@ -15,8 +15,8 @@ from camopt.scene.tables import Limits
 
 PACKAGE = Path(camopt.__file__).parent
 ROOMS = (
-    *("mistakes", "version", "files", "manifest", "publishing", "quantities", "shown"),
-    *("kernels", "numerics", "motion", "mechanisms", "effects", "scene", "problem", "verdicts", "tables"),
+    *("mistakes", "version", "files", "manifest", "publishing", "quantities", "shown", "kernels", "engines"),
+    *("numerics", "motion", "mechanisms", "effects", "scene", "problem", "verdicts", "tables"),
     *("smallest", "front", "synthesis", "measured", "contour", "drawing", "sheet", "points"),
     *("exporting", "studies", "reporting", "serving", "cli"),
 )
@@ -42,6 +42,8 @@ HEAVY = {
 }
 """Packages that take long to import: functions that need them may import them."""
 LATE = {
+    ("engines", "engines.dask_cluster"): "it imports Dask",
+    ("engines.dask_worker", "kernels.dispatchers"): "it imports numba",
     ("kernels.compile", "kernels.dispatchers"): "it imports numba",
     ("kernels.by_address", "kernels.dispatchers"): "it imports numba",
     ("shown", "drawing.notebook"): "a page is made of all results, which show themselves by it",

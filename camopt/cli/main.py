@@ -25,6 +25,7 @@ from camopt.cli.options import (
     row_option,
     scene_at,
     scene_options,
+    scheduler_option,
     target_at,
 )
 from camopt.exporting.endings import ENDINGS
@@ -236,7 +237,17 @@ def synthesise(scene: Any, as_json: bool, quiet: bool, out: Path, picture: Path 
     "--out", type=Place(), default="camopt-out", show_default=True, help="Folder for the table and the picture."
 )
 @click.option("--workers", type=click.IntRange(1), help="Number of processes; one per core by default.")
-def frontier(scene: Any, as_json: bool, quiet: bool, axes: str, points: int, out: Path, workers: int | None) -> int:
+@scheduler_option
+def frontier(
+    scene: Any,
+    as_json: bool,
+    quiet: bool,
+    axes: str,
+    points: int,
+    out: Path,
+    workers: int | None,
+    engine: Any,
+) -> int:
     """Show the trade-off between size and acceleration, or other terms and loads, with new motion laws."""
     from camopt.cli import reports, terminal
     from camopt.drawing.frontier import plot_frontier
@@ -246,7 +257,7 @@ def frontier(scene: Any, as_json: bool, quiet: bool, axes: str, points: int, out
 
     with result_folder(out), terminal.progress(quiet, "points") as advance:
         with keys_as_options():
-            found = run(scene, [axis.strip() for axis in axes.split(",")], points, workers, advance)
+            found = run(scene, [axis.strip() for axis in axes.split(",")], points, workers, advance, engine)
         table, picture = write_frontier(found, out), out / "frontier.png"
         plot_frontier(found, picture)
     reports.show_frontier(found, as_json)

@@ -119,6 +119,25 @@ def outputs_option(command: Callable[..., Any]) -> Callable[..., Any]:
     )(command)
 
 
+def scheduler_option(command: Callable[..., Any]) -> Callable[..., Any]:
+    """The option that says whose workers to use; the command gets the engine, None for this process and its own."""
+
+    @wraps(command)
+    def with_engine(scheduler: str | None, workers: int | None, **options: Any) -> Any:
+        if scheduler is None:
+            return command(engine=None, workers=workers, **options)
+        from camopt.engines import cluster
+
+        with keys_as_options(), cluster(scheduler, workers) as engine:
+            return command(engine=engine, workers=None, **options)
+
+    return click.option(
+        "--scheduler",
+        metavar="ADDRESS|local",
+        help="Use the workers of a Dask cluster (tcp://HOST:PORT), or of one that is started on this machine.",
+    )(with_engine)
+
+
 def scene_at(target: str, row: int | None) -> Any:
     """The scene of a file or of a shipped name; of a table, that of one of its rows."""
     from camopt.mistakes import BadInput, Mistake

@@ -97,7 +97,7 @@ def solve(problem: Any) -> str:
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Solution may be inaccurate")
         try:
-            problem.solve(solver=cp.CLARABEL)
+            problem.solve(solver=cp.CLARABEL, warm_start=False)  # or digits depend on what was solved before
         except cp.SolverError:
             return str(cp.SOLVER_ERROR)
     return str(problem.status)

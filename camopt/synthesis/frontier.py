@@ -7,7 +7,8 @@ worker and solved for all values; each of its solutions becomes a cam, as in ``s
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations, permutations, product
+from functools import partial
+from itertools import chain, combinations, permutations, product
 from math import inf
 from os import cpu_count
 from typing import Any, NamedTuple
@@ -15,6 +16,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.effects import lacking, offered
+from camopt.engines import Engine
+from camopt.engines.processes import Processes
 from camopt.mistakes import BadInput, Mistake, Unmet, nearest
 from camopt.numerics import FloatArray
 from camopt.problem.limits import load_quantity
@@ -106,6 +109,7 @@ def frontier(
     points: int = 24,
     workers: int | None = None,
     progress: Progress | None = None,
+    engine: Engine | None = None,
 ) -> Frontier:
     """Compute the trade-off between two or three axes with new motion laws.
 
@@ -123,6 +127,8 @@ def frontier(
         Number of processes; one per core by default.
     progress : callable, optional
         Called with (points done, points in all); False from it ends the work.
+    engine : Engine, optional
+        What works on the points in place of processes of this machine: a ``cluster``.
 
     Returns
     -------
@@ -151,7 +157,8 @@ def frontier(
     """
     scene, axes = _checked(scene, axes)
     demand = demand_of(resolve(scene), {axis: 1.0 for axis in axes if axis in TERMS})
-    ends = _ends(scene, axes, workers)
+    engine = engine or Processes(workers or cpu_count() or 1)
+    ends = _ends(scene, axes, engine)
     starts = tuple(
         _between(ends[a, a].laws, ends[b, b].laws, share) for a, b in combinations(axes, 2) for share in SHARES
     )
@@ -159,7 +166,7 @@ def frontier(
     values = [dict(zip(axes[1:], map(float, pick), strict=True)) for pick in product(*grids)]
     rows = []
     tasks = [Task(axes[0], value, starts, bounded=True) for value in values]
-    for done, found in enumerate(_in_parallel(scene, axes, tasks, workers), start=1):
+    for done, found in enumerate(_found(scene, axes, tasks, engine), start=1):
         rows += [found.row] if found else []
         report_progress(progress, done, len(values))
     known = [known_row(demand, cam) for cam in known_laws(scene).values()]
@@ -204,13 +211,13 @@ FrontierEnds = dict[tuple[str, str], FrontierCam]
 """The cams at the ends, by (axis, other): of the least of an axis, and then of another with the axis held there."""
 
 
-def _ends(scene: Scene, axes: tuple[str, ...], workers: int | None) -> FrontierEnds:
+def _ends(scene: Scene, axes: tuple[str, ...], engine: Engine) -> FrontierEnds:
     """The cams that have the least of each axis: of terms first, for how large a cam may be with a load."""
     found: FrontierEnds = {}
     room: dict[str, float] = {}
     for some in ([axis for axis in axes if axis in TERMS], [axis for axis in axes if axis not in TERMS]):
         tasks = [Task(axis, {} if axis in TERMS else room) for axis in some]
-        for axis, end in zip(some, _in_parallel(scene, axes, tasks, workers), strict=True):
+        for axis, end in zip(some, _found(scene, axes, tasks, engine), strict=True):
             if end is None:
                 raise Unmet("no free law with so many pieces holds all limits; try more (synthesis.pieces)")
             found[axis, axis] = end
@@ -220,7 +227,7 @@ def _ends(scene: Scene, axes: tuple[str, ...], workers: int | None) -> FrontierE
     for axis, other in pairs:
         held = {axis: _widened(found[axis, axis], axis)}
         tasks.append(Task(other, held if other in TERMS else room | held, (found[axis, axis].laws,)))
-    for (axis, other), end in zip(pairs, _in_parallel(scene, axes, tasks, workers), strict=True):
+    for (axis, other), end in zip(pairs, _found(scene, axes, tasks, engine), strict=True):
         found[axis, other] = end or found[axis, axis]
     return found
 
@@ -273,30 +280,28 @@ class Task(NamedTuple):
     bounded: bool = False
 
 
-def _in_parallel(
-    scene: Scene, axes: tuple[str, ...], tasks: Sequence[Task], workers: int | None
+def _found(
+    scene: Scene, axes: tuple[str, ...], tasks: Sequence[Task], engine: Engine
 ) -> Iterator[FrontierCam | None]:
-    """What is found for each task, in order, by several processes if there are tasks for them."""
-
-    from joblib import Parallel, delayed
-
-    count = max(1, min(workers or cpu_count() or 1, len(tasks)))
-    yield from Parallel(n_jobs=count, return_as="generator", batch_size=1)(
-        delayed(_run)(scene.to_toml(), axes, task) for task in tasks
-    )
+    """What is found for each task, in order."""
+    return chain.from_iterable(engine.in_order(partial(_run, scene.to_toml(), axes), tasks))
 
 
 _BUILT: dict[Any, AxisMinimiser] = {}
 """What a process keeps: the programme of its last task."""
 
 
-def _run(toml: str, axes: tuple[str, ...], task: Task) -> FrontierCam | None:
+def _run(toml: str, axes: tuple[str, ...], tasks: Sequence[Task]) -> list[FrontierCam | None]:
+    """What is found for some tasks."""
+    return [_programme(toml, axes, task).at(task.value, task.starts, task.bounded) for task in tasks]
 
+
+def _programme(toml: str, axes: tuple[str, ...], task: Task) -> AxisMinimiser:
     key = toml, axes, task.first, tuple(task.value)
     if key not in _BUILT:
         _BUILT.clear()
         _BUILT[key] = AxisMinimiser(Scene.from_dict(tomllib.loads(toml)), axes, task.first, tuple(task.value))
-    return _BUILT[key].at(task.value, task.starts, task.bounded)
+    return _BUILT[key]
 
 
 def _front(rows: list[dict[str, Any]], axes: Sequence[str]) -> list[dict[str, Any]]:

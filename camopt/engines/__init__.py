@@ -1,0 +1,85 @@
+"""Engines: where many independent items are worked on: threads or processes of this machine, or a Dask cluster.
+
+An engine gives work a few items that follow each other, on whatever of its workers is free, and yields what comes
+of them in the order of the items, never far ahead of the reader. Results do not depend on the engine.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import Protocol, TypeVar
+
+from camopt.mistakes import BadInput, Mistake
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+LOCAL = "local"
+
+
+class Engine(Protocol):
+    """What works on items in parallel."""
+
+    def in_order(
+        self, work: Callable[[Sequence[Item]], Result], items: Sequence[Item], sample: Sequence[Item] = ()
+    ) -> Iterator[Result]:
+        """What work gives for all items, some at a time, in their order.
+
+        Parameters
+        ----------
+        work : callable
+            Takes a few items that follow each other. Where workers are processes it is pickled, once for each.
+        items : sequence
+            The items.
+        sample : sequence
+            A few items that call for all kernels. Workers of a cluster do them before they are ready.
+        """
+        ...
+
+
+@contextmanager
+def cluster(scheduler: str = LOCAL, workers: int | None = None) -> Iterator[Engine]:
+    """Connect to a Dask cluster, an engine for ``sweep`` and ``frontier`` within the block.
+
+    Workers may join later, and die. Each needs the same camopt, numpy and scipy as this machine; it is ready when a
+    sample of the work has given the same bytes as here.
+
+    Parameters
+    ----------
+    scheduler : str, default "local"
+        The address of a Dask scheduler, such as "tcp://host:8786". "local" starts a cluster of processes on this
+        machine, which ends with the block; a script that does so needs ``if __name__ == "__main__":``.
+    workers : int, optional
+        Processes of a local cluster; one per core by default.
+
+    Yields
+    ------
+    Engine
+        For the argument ``engine`` of other functions.
+
+    Raises
+    ------
+    BadInput
+        If Dask is not installed, for another ``scheduler``, or if a worker is unlike this machine.
+    OSError
+        If no scheduler answers, or it has no workers; if one task ends all workers that try it.
+
+    References
+    ----------
+    M. Rocklin, Dask: parallel computation with blocked algorithms and task scheduling, SciPy (2015).
+
+    Examples
+    --------
+    >>> coarse = camopt.find_scene("roller-1000rpm").replace(**{"synthesis.pieces": 12})
+    >>> with camopt.cluster("local", workers=1) as engine:
+    ...     found = camopt.frontier(coarse, points=2, engine=engine)
+    >>> [round(row["size"], 1) for row in found.rows]
+    [30.6]
+    """
+    try:
+        from camopt.engines.dask_cluster import connected
+    except ModuleNotFoundError as missing:
+        if missing.name not in ("dask", "distributed"):
+            raise
+        why = 'needs Dask; pip install "camopt[cluster]" adds it'
+        raise BadInput([Mistake("camopt", "scheduler", scheduler, why, bare=True)]) from None
+    with connected(scheduler, workers) as engine:
+        yield engine

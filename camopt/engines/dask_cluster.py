@@ -1,0 +1,262 @@
+"""A Dask cluster: workers on many machines, which may join late and die.
+
+Work travels once to each worker, which is ready when it has done a sample of it (``dask_worker``). A task is a few
+items, a second or two of work, and what travels back is their pickled result. A task whose workers die is given to
+others.
+
+Source: distributed, ``Scheduler._remove_worker``: a task is given up after ``allowed-failures`` dead workers.
+"""
+
+import pickle
+import re
+import signal
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import dataclass, field, replace
+from logging import CRITICAL
+from math import ceil
+from os import cpu_count
+from tempfile import TemporaryDirectory
+from time import monotonic
+from typing import Any, Generic
+from uuid import uuid4
+
+from distributed import Client, Future, KilledWorker, LocalCluster, as_completed
+from distributed.comm.core import CommClosedError
+from distributed.utils import silence_logging_cmgr
+from distributed.versions import VersionMismatchWarning
+
+from camopt.engines import LOCAL, Item, Result
+from camopt.engines.dask_worker import Ready, digest, run, unlike
+from camopt.mistakes import BadInput, Mistake
+
+SECONDS = 2.0  # of work in a task: little is lost with a worker, and the scheduler has little to do
+BYTES = 1 << 26  # of a result, at most about
+AHEAD = 4  # tasks for each thread that the reader has not had yet
+SHARES = 2  # tasks for each thread of what is left, at least, so that all end together
+TRIES = 3  # for a task, each of which ends with as many dead workers as the scheduler allows
+COUNTED = 5.0  # seconds after which workers are counted again
+CONNECTED, JOINED = 20.0, 60.0  # seconds to wait for a scheduler, and for its first worker
+SILENT = CRITICAL + 1
+ADDRESS = re.compile(r"([a-z]+://)?[^\s/]+:\d+")
+
+
+@dataclass
+class Pace:
+    """How many items a task has, by the seconds and bytes that an item took so far."""
+
+    seconds: float
+    bytes: float = 0.0
+
+    def learn(self, items: int, seconds: float, size: int) -> None:
+        """Take in what a task was like: the latest ones count most."""
+        self.seconds += (seconds / items - self.seconds) / 2.0
+        self.bytes += (size / items - self.bytes) / 2.0
+
+    def items(self, left: int, threads: int) -> int:
+        """The number of items of the next task, of those that are left."""
+        by_time, by_size = SECONDS / max(self.seconds, 1e-6), BYTES / max(self.bytes, 1.0)
+        return max(1, int(min(by_time, by_size, ceil(left / (SHARES * threads)))))
+
+
+@dataclass(frozen=True)
+class Task:
+    """Some items that workers were given."""
+
+    number: int
+    first: int
+    last: int
+    tries: int = 1
+
+
+@dataclass(frozen=True)
+class Cluster:
+    """The workers of a scheduler, those that join later among them."""
+
+    client: Client
+    address: str
+
+    def in_order(
+        self, work: Callable[[Sequence[Item]], Result], items: Sequence[Item], sample: Sequence[Item] = ()
+    ) -> Iterator[Result]:
+        """What work gives for some items at a time, as ``Engine`` says.
+
+        Raises
+        ------
+        BadInput
+            If a worker is unlike this machine.
+        ConnectionError
+            If the scheduler is gone, or has no workers.
+        ChildProcessError
+            If a task ends every worker that has it.
+        """
+        if not items:
+            return
+        start = monotonic()
+        expected = digest(work(sample)) if sample else ""
+        pace = Pace((monotonic() - start) / max(len(sample), 1))
+        ready = Ready(f"camopt-{uuid4().hex}", work, sample, expected)
+        try:
+            self._prepare(ready)
+            yield from Run[Item, Result](self, ready.name, items, pace).results()
+        finally:
+            if self.client.status == "running":
+                with suppress(OSError, ValueError):
+                    self.client.unregister_worker_plugin(ready.name)
+
+    def _prepare(self, ready: Ready) -> None:
+        """Have all workers made ready, and those that join later before they take a task."""
+        try:
+            self.client.wait_for_workers(1, timeout=JOINED)
+        except TimeoutError:
+            raise ConnectionError(f"the Dask scheduler at {self.address} has no workers") from None
+        for attempt in range(1, TRIES + 1):
+            try:
+                self.client.register_plugin(ready)
+                return
+            except ImportError as trouble:
+                raise unlike(self.address, f"it cannot import {trouble.name}") from None
+            except OSError:  # a worker died
+                if attempt == TRIES:
+                    raise
+
+    def gone(self) -> ConnectionError:
+        """What to say when the scheduler does not answer."""
+        return ConnectionError(f"the Dask scheduler at {self.address} is gone")
+
+
+@dataclass
+class Run(Generic[Item, Result]):
+    """Items on their way through a cluster."""
+
+    cluster: Cluster
+    name: str
+    items: Sequence[Item]
+    pace: Pace
+    running: dict[Future[Any], Task] = field(default_factory=dict)
+    done: dict[int, bytes] = field(default_factory=dict)
+    """Pickled results by number of their task, which wait for those before them."""
+    tasks: int = 0
+    """Given to workers so far, and what they have of the items:"""
+    given: int = 0
+    threads: int = 1
+    counted: float = -COUNTED
+
+    def results(self) -> Iterator[Result]:
+        """The results of tasks, in order."""
+        self.completed = as_completed(loop=self.cluster.client.loop, with_results=True, raise_errors=False)
+        following = 0
+        try:
+            while self._filled():
+                for future, result in self.completed.next_batch():
+                    self._take(future, result)
+                while following in self.done:
+                    yield pickle.loads(self.done.pop(following))
+                    following += 1
+        finally:
+            if self.running and self.cluster.client.status == "running":
+                with suppress(OSError):
+                    self.cluster.client.cancel(list(self.running))
+
+    def _filled(self) -> bool:
+        """Whether tasks are running, once all were given that workers can soon take."""
+        client = self.cluster.client
+        if monotonic() - self.counted > COUNTED:
+            self.threads, self.counted = max(1, sum(client.nthreads().values())), monotonic()
+        while self.given < len(self.items) and len(self.running) + len(self.done) < AHEAD * self.threads:
+            last = self.given + self.pace.items(len(self.items) - self.given, self.threads)
+            self._give(Task(self.tasks, self.given, last))
+            self.tasks, self.given = self.tasks + 1, last
+        return bool(self.running)
+
+    def _give(self, task: Task) -> None:
+        items, key = self.items[task.first : task.last], f"{self.name}-{task.number}-{task.tries}"
+        future = self.cluster.client.submit(run, self.name, items, key=key, pure=False, priority=task.tries)
+        self.running[future] = task
+        self.completed.add(future)
+
+    def _take(self, future: Future[Any], result: Any) -> None:
+        """Keep the result of a task, or see what became of it."""
+        task = self.running.pop(future)
+        if future.status == "finished":
+            seconds, self.done[task.number] = result
+            self.pace.learn(task.last - task.first, seconds, len(self.done[task.number]))
+        elif future.status != "error":
+            raise self.cluster.gone()
+        elif not isinstance(result[1], KilledWorker):
+            raise result[1].with_traceback(result[2])
+        elif task.tries == TRIES:
+            why = "all workers died that tried one task: they may lack memory; the cluster's logs say more"
+            raise ChildProcessError(why)
+        else:
+            self._give(replace(task, tries=task.tries + 1))
+
+
+@contextmanager
+def connected(scheduler: str, workers: int | None) -> Iterator[Cluster]:
+    """The cluster of a scheduler, or one of processes of this machine that lives as long as the block."""
+    mistakes = []
+    if scheduler != LOCAL and not ADDRESS.fullmatch(scheduler):
+        allowed = f'the address of a Dask scheduler, such as tcp://host:8786, or "{LOCAL}"'
+        mistakes.append(Mistake("camopt", "scheduler", scheduler, allowed))
+    if scheduler != LOCAL and workers is not None:
+        why = f'belongs to the scheduler "{LOCAL}"; a cluster has the workers that it has'
+        mistakes.append(Mistake("camopt", "workers", workers, why, bare=True))
+    if mistakes:
+        raise BadInput(mistakes)
+    with _quiet(), ExitStack() as stack:
+        local = scheduler == LOCAL
+        address = stack.enter_context(_processes(workers or cpu_count() or 1)) if local else scheduler
+        found = Cluster(stack.enter_context(_client(address)), scheduler)
+        try:
+            yield found
+        except CommClosedError:
+            raise found.gone() from None
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """What goes on between Dask's parts is no news for a user of camopt."""
+    with silence_logging_cmgr(SILENT), silence_logging_cmgr(SILENT, "distributed.client"):
+        yield
+
+
+def _client(address: str) -> Client:
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", VersionMismatchWarning)  # what matters of it is compared by workers
+            return Client(address, timeout=CONNECTED, set_as_default=False, name="camopt")
+    except OSError:
+        raise ConnectionError(f"no Dask scheduler answers at {address}") from None
+
+
+@contextmanager
+def _processes(count: int) -> Iterator[str]:
+    """The address of a scheduler in this process with workers that are processes, and end with it."""
+    with TemporaryDirectory(prefix="camopt-", ignore_cleanup_errors=True) as folder:
+        with _no_interrupts():  # of threads that begin here, and of processes that begin in these
+            made = LocalCluster(
+                n_workers=0,
+                threads_per_worker=1,
+                dashboard_address=None,
+                silence_logs=SILENT,
+                local_directory=folder,
+                memory_limit=1.0 / count,
+            )
+        with made:
+            made.scale(count)
+            yield made.scheduler_address
+
+
+@contextmanager
+def _no_interrupts() -> Iterator[None]:
+    """Interrupts wait until the end of the block, where a system can make them."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)

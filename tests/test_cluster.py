@@ -1,0 +1,160 @@
+"""A Dask cluster of processes: results as those of threads, whatever happens to workers and to the scheduler."""
+
+import os
+import signal
+import sys
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+from socket import socket
+
+import numpy as np
+import pytest
+
+from camopt.cli import exits
+from camopt.cli.main import main
+from camopt.engines import cluster, dask_cluster, dask_worker
+from camopt.engines.dask_cluster import BYTES, SECONDS, Pace
+from camopt.mistakes import BadInput
+
+
+@pytest.fixture(scope="module")
+def engine():
+    """Two workers that are processes of this machine."""
+    with cluster("local", 2) as engine:
+        yield engine
+
+
+def sines(items: Sequence[int]) -> list[float]:
+    """What differs in its last bit as soon as something is not as here."""
+    return np.sin(np.array(items, dtype=float)).tolist()
+
+
+def sines_or_death(folder: Path, deadly: Sequence[int], items: Sequence[int]) -> list[float]:
+    """The same, but some items kill the worker that has them first."""
+    for item in {*items} & {*deadly}:
+        try:
+            (folder / str(item)).touch(exist_ok=False)
+        except FileExistsError:
+            continue
+        os.kill(os.getpid(), signal.SIGKILL)
+    return sines(items)
+
+
+def death(items: Sequence[int]) -> None:
+    """What no worker survives."""
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def fault(items: Sequence[int]) -> None:
+    raise ZeroDivisionError(f"of item {items[0]}")
+
+
+def process_of_a_sample(items: Sequence[int]) -> int:
+    """Another number in each process."""
+    return os.getpid()
+
+
+def flat(parts):
+    return [value for part in parts for value in part]
+
+
+def test_results_come_in_order_and_are_those_of_this_process(engine):
+    items = range(1000)
+    assert flat(engine.in_order(sines, items, sample=items[:3])) == sines(items)
+
+
+def test_without_items_there_is_nothing_to_do(engine):
+    assert list(engine.in_order(sines, [])) == []
+
+
+def test_a_worker_that_is_killed_costs_no_result(engine, tmp_path):
+    items, deadly = range(60), [5, 33]
+    work = partial(sines_or_death, tmp_path, deadly)
+    assert flat(engine.in_order(work, items)) == sines(items)
+    assert {int(path.name) for path in tmp_path.iterdir()} == {*deadly}
+
+
+def test_what_fails_in_a_worker_fails_here(engine):
+    with pytest.raises(ZeroDivisionError, match="of item"):
+        list(engine.in_order(fault, range(3)))
+
+
+def test_a_worker_that_computes_other_digits_is_refused(engine):
+    with pytest.raises(BadInput, match="other last digits"):
+        list(engine.in_order(process_of_a_sample, range(3), sample=[0]))
+
+
+def test_a_worker_with_other_software_is_refused(engine, monkeypatch):
+    here = dask_worker.installed()
+    monkeypatch.setattr(dask_worker, "installed", lambda: {**here, "kernels": "others"})
+    with pytest.raises(BadInput, match=f"its kernels is {here['kernels']}, and here it is others"):
+        list(engine.in_order(sines, range(3)))
+
+
+def test_a_task_that_ends_every_worker_is_given_up(engine, monkeypatch):
+    engine.client.run_on_scheduler(lambda dask_scheduler: setattr(dask_scheduler, "allowed_failures", 0))
+    monkeypatch.setattr(dask_cluster, "TRIES", 2)
+    with pytest.raises(ChildProcessError, match="all workers died that tried one task"):
+        list(engine.in_order(death, range(1)))
+
+
+def test_a_reader_that_stops_leaves_nothing_behind(engine):
+    found = engine.in_order(sines, range(10_000))
+    next(found)
+    found.close()
+    assert flat(engine.in_order(sines, range(10))) == sines(range(10))
+    plugins = engine.client.run_on_scheduler(lambda dask_scheduler: [*dask_scheduler.worker_plugins])
+    assert not [name for name in plugins if name.startswith("camopt")]
+
+
+@pytest.mark.parametrize(
+    ("pace", "left", "threads", "items"),
+    [
+        (Pace(SECONDS / 10.0), 10_000, 2, 10),
+        (Pace(10.0 * SECONDS), 10_000, 2, 1),
+        (Pace(0.0), 10_000, 2, 2500),  # guided self-scheduling: a share of what is left
+        (Pace(0.0), 3, 2, 1),
+        (Pace(0.0, BYTES / 5.0), 10_000, 2, 5),
+    ],
+)
+def test_a_task_has_items_for_a_second_or_two(pace, left, threads, items):
+    assert pace.items(left, threads) == items
+
+
+def test_the_pace_is_learnt_from_tasks():
+    pace = Pace(100.0)
+    for _ in range(40):
+        pace.learn(4, 2.0, 1000)
+    assert (pace.seconds, pace.bytes) == (pytest.approx(0.5), pytest.approx(250.0))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("nowhere",), "scheduler = 'nowhere': must be the address of a Dask scheduler"),
+        (("tcp://",), "scheduler = 'tcp://': must be the address"),
+        (("tcp://10.0.0.1:8786", 4), 'workers = 4: belongs to the scheduler "local"'),
+    ],
+)
+def test_what_is_no_cluster_is_refused(arguments, message):
+    with pytest.raises(BadInput, match=message), cluster(*arguments):
+        pass
+
+
+def test_without_dask_a_line_says_what_to_install(monkeypatch, capsys, tmp_path):
+    monkeypatch.delitem(sys.modules, "camopt.engines.dask_cluster")
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    assert main(["frontier", "--scheduler", "local", "--out", str(tmp_path / "out")]) == exits.BAD_INPUT
+    told = "camopt: --scheduler = 'local': needs Dask; pip install \"camopt[cluster]\" adds it\n"
+    assert capsys.readouterr().err == told
+    assert not [*tmp_path.iterdir()]
+
+
+def test_a_scheduler_that_does_not_answer_is_told_in_a_line(monkeypatch, capsys, tmp_path):
+    monkeypatch.setattr(dask_cluster, "CONNECTED", 0.2)
+    with socket() as taken:  # nobody listens there
+        taken.bind(("127.0.0.1", 0))
+        address = f"tcp://127.0.0.1:{taken.getsockname()[1]}"
+        assert main(["frontier", "--scheduler", address, "--out", str(tmp_path / "out")]) == exits.FILE_TROUBLE
+    assert capsys.readouterr().err == f"camopt: no Dask scheduler answers at {address}\n"
