@@ -2,8 +2,9 @@
 
 A question is a ``Scene`` (``find_scene``, ``Scene.from_toml``, ``Scene.from_dict``). ``evaluate`` computes one
 design, ``optimise`` finds the smallest, ``sweep`` evaluates a grid, ``synthesise`` and ``frontier`` compute new
-motion laws, ``fit`` finds the motion of a measured cam, ``certify`` proves limits, ``plot`` draws, and ``animate``
-shows the cam turning. ``QUANTITIES`` lists what can be reported, ``LAWS`` the motion laws.
+motion laws, ``fit`` finds the motion of a measured cam, ``certify`` proves limits, ``check`` finds damaged files,
+``plot`` draws, and ``animate`` shows the cam turning. ``QUANTITIES`` lists what can be reported, ``LAWS`` the
+motion laws.
 
 Names are imported when they are first used, so that ``import camopt`` takes no time.
 """
@@ -14,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 from camopt.version import VERSION as __version__  # noqa: N811
 
 if TYPE_CHECKING:
+    from camopt.checking import Checked, check
     from camopt.drawing.accuracy import plot_accuracy
     from camopt.drawing.animation import Animation, animate
     from camopt.drawing.figures import plot
@@ -50,6 +52,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "Animation": "drawing.animation",
     "BadInput": "mistakes",
+    "Checked": "checking",
     "Design": "tables.designs",
     "Evaluation": "verdicts.evaluation",
     "Exported": "exporting.exported",
@@ -70,6 +73,7 @@ _HOMES = {
     "animate": "drawing.animation",
     "cam_points": "points.points",
     "certify": "verdicts.certify",
+    "check": "checking",
     "cluster": "engines",
     "evaluate": "verdicts.evaluation",
     "evaluate_designs": "front.designs",
@@ -100,6 +104,7 @@ __all__ = [
     "QUANTITIES",
     "Animation",
     "BadInput",
+    "Checked",
     "Design",
     "Evaluation",
     "Exported",
@@ -119,6 +124,7 @@ __all__ = [
     "animate",
     "cam_points",
     "certify",
+    "check",
     "cluster",
     "evaluate",
     "evaluate_designs",

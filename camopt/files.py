@@ -6,11 +6,11 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from errno import EBADF, EINVAL, EISDIR, ENOSYS, ENOTSUP, EROFS
 from glob import escape
+from io import BufferedReader
 from pathlib import Path
 from stat import S_IMODE, S_ISREG
 from tempfile import TemporaryFile
 from time import time
-from typing import BinaryIO
 
 from camopt.mistakes import BadInput, Mistake
 
@@ -54,7 +54,7 @@ def checked_suffix(path: str | os.PathLike[str], key: str, known: tuple[str, ...
 
 
 @contextmanager
-def regular_file(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
+def regular_file(path: str | os.PathLike[str]) -> Iterator[BufferedReader]:
     """A file to read, if it has an end and can be searched: no pipe, no device.
 
     Raises

@@ -23,7 +23,7 @@ PathLike = TypeVar("PathLike", bound=str | os.PathLike[str])
 MANIFEST = "manifest.json"
 WORK = ".camopt"
 """The folder, inside that of a result, for what is not finished."""
-MARK = b'"camopt"'
+MARKS = b'"camopt"', b'"results"', b'"digest"'
 RUN, DIGEST, NAME = (re.compile(text) for text in (r"[0-9a-f]{16}", r"[0-9a-f]{64}", r"[^./\\\0][^/\\\0]*"))
 
 
@@ -66,6 +66,11 @@ class Manifest:
 
         others = {each: without(other) for each, other in self.results.items()}
         return Manifest({**others, command: result})
+
+    @property
+    def files(self) -> dict[str, Fact]:
+        """The files of all results, by name."""
+        return {name: fact for result in self.results.values() for name, fact in result.files.items()}
 
     def others(self, command: str) -> set[str]:
         """Names of files of other commands."""
@@ -113,13 +118,14 @@ def manifest_of(folder: str | os.PathLike[str]) -> Manifest | None:
         return None
     try:
         about = json.loads(data)
-        digest = about.pop("digest")
         results = {str(command): _result(**facts) for command, facts in about["results"].items()}
-        if digest != _digest(about):
+        manifest = Manifest(results, str(about["camopt"]))
+        if manifest.to_json().encode() != data:
             raise ValueError
-        return Manifest(results, str(about["camopt"]))
+        return manifest
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
-        kind, what = (Damaged, "this is damaged") if MARK in data else (BadInput, "this is another program's")
+        ours = sum(mark in data for mark in MARKS) > 1  # one of them may be damaged
+        kind, what = (Damaged, "this is damaged") if ours else (BadInput, "this is another program's")
         raise kind([Mistake("camopt", "file", str(path), f"the manifest that camopt wrote; {what}")]) from None
 
 

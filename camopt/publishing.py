@@ -239,7 +239,7 @@ def _commit(unit: Unit, made: list[Path]) -> None:
     synced(unit.staging)
     unit.staging = unit.staging.rename(result.waiting(folder))
     written = unit.work / MANIFEST
-    written.write_text(old.with_result(unit.command, result).to_json(), encoding="utf-8")
+    written.write_text(old.with_result(unit.command, result).to_json(), encoding="utf-8", newline="\n")
     keep_mode(folder / MANIFEST, written)
     for path in (written, unit.work, folder, *(each.parent for each in made)):
         synced(path)

@@ -56,7 +56,7 @@ def test_a_public_name_is_described_by_the_rules(name):
 @pytest.mark.parametrize("name", FUNCTIONS)
 def test_a_function_says_what_it_takes_and_raises(name):
     given = [
-        f"{'**' if each.kind is each.VAR_KEYWORD else ''}{each.name}"
+        f"{ {each.VAR_POSITIONAL: '*', each.VAR_KEYWORD: '**'}.get(each.kind, '') }{each.name}"
         for each in inspect.signature(inspect.unwrap(getattr(camopt, name))).parameters.values()
     ]
     told = sections(name)

@@ -18,7 +18,7 @@ ROOMS = (
     *("mistakes", "version", "files", "manifest", "publishing", "quantities", "shown", "kernels", "engines"),
     *("numerics", "motion", "mechanisms", "effects", "scene", "problem", "verdicts", "tables"),
     *("smallest", "front", "synthesis", "measured", "contour", "drawing", "sheet", "points"),
-    *("exporting", "studies", "reporting", "serving", "cli"),
+    *("exporting", "studies", "checking", "reporting", "serving", "cli"),
 )
 """Folders and modules of the package in the order of the data: each imports from itself and those before it."""
 DOORS = {"__init__", "__main__"}
@@ -59,6 +59,7 @@ LATE = {
     ("studies.spectrum", "drawing.spectrum"): "it imports matplotlib",
     ("studies.accuracy.table", "drawing.accuracy"): "it imports matplotlib",
     ("reporting.report", "tables.table"): "it imports pyarrow",
+    ("checking", "tables.damage"): "it imports pyarrow",
 }
 """Imports of the package's own modules inside functions, and why. Commands import what they run."""
 

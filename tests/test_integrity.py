@@ -50,7 +50,8 @@ START = footer_of(io.BytesIO(WHOLE))[0]
 
 
 def said(data):
-    return fault(io.BytesIO(data))
+    found = fault(io.BytesIO(data))
+    return found.told if found else ""
 
 
 # --------------------------------------------------------------------------------------------------- the file

@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from camopt.cli.exits import NOT_REACHED, NOTHING_FEASIBLE, run, say
+from camopt.cli.exits import BAD_INPUT, FILE_TROUBLE, NOT_REACHED, NOTHING_FEASIBLE, run, say
 from camopt.cli.options import (
     Axis,
     FreeNumber,
@@ -515,6 +515,27 @@ def certify(target: str, as_json: bool, quiet: bool, row: int | None, **override
         reports.show_verdicts(found, as_json)
         verdicts = set(found.values())
     return NOTHING_FEASIBLE if "broken" in verdicts else NOT_REACHED if "undecided" in verdicts else 0
+
+
+@camopt.command()
+@click.argument("files", nargs=-1, required=True, metavar="FILE...", type=Place())
+@output_options
+def check(files: tuple[Path, ...], as_json: bool, quiet: bool) -> int:
+    """Check whether files are as camopt wrote them, bit for bit; of those that are not, say where.
+
+    FILE is a table, any other file of a result, or a folder. Tables have digests of their own; other files of a
+    result are known by manifest.json beside them, and so are files that are missing, or of another run.
+
+    Ends with 3 if a file is damaged, changed or missing; else with 2 if there is nothing to check one by.
+    """
+    from camopt.checking import check as run
+    from camopt.cli import reports, terminal
+
+    with terminal.progress(quiet, ""):
+        found = run(*files)
+    reports.show_checked(found, as_json)
+    states = {each.state for each in found}
+    return FILE_TROUBLE if states - {"whole", "unknown"} else BAD_INPUT if "unknown" in states else 0
 
 
 @camopt.command()

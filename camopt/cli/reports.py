@@ -10,7 +10,7 @@ from rich.table import Table
 from rich.tree import Tree
 
 from camopt.cli.terminal import print_json, room_across, show, table_of
-from camopt.mistakes import BadInput, Mistake, nearest
+from camopt.mistakes import BadInput, Mistake, nearest, printable
 from camopt.motion import LAWS
 from camopt.motion.law import pair_of
 from camopt.problem.problem import Problem, resolve
@@ -20,6 +20,7 @@ from camopt.tables.cells import number
 from camopt.tables.columns import bounds_of, columns_of, is_nothing, joined_laws, laws_shown, sizes_shown, with_law
 
 if TYPE_CHECKING:  # a report imports what it shows from the command that made it
+    from camopt.checking import Checked
     from camopt.exporting.exported import Exported
     from camopt.front.sweep import Sweep
     from camopt.scene.scene import Scene
@@ -368,6 +369,14 @@ def show_verdicts(verdicts: dict[str, str], as_json: bool) -> None:
         return print_json(verdicts)
     records = [{"limit": name, "verdict": verdict} for name, verdict in verdicts.items()]
     return show(table_of("At every cam angle", records, ["limit", "verdict"]))
+
+
+def show_checked(found: "Iterable[Checked]", as_json: bool) -> None:
+    """What is known of each file, one a line."""
+    if as_json:
+        files = [{**asdict(each), "file": str(each.file)} for each in found]
+        return print_json({"whole": all(each.is_whole for each in found), "files": files})
+    return show("\n".join(printable(f"{each.file}: {each.told}") for each in found))
 
 
 def show_counts(counts: dict[str, int], as_json: bool) -> None:

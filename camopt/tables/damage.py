@@ -4,12 +4,13 @@ import os
 from base64 import b64decode
 from collections.abc import Iterator
 from hashlib import sha256
-from typing import BinaryIO
+from typing import BinaryIO, NamedTuple
 
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from camopt.tables.seal import END, FOOTER, KEYS, Seal, footer_of
+from camopt.tables.row_digest import RowDigest
+from camopt.tables.seal import END, FOOTER, KEYS, Seal, footer_of, without_seal
 
 MAGIC = b"PAR1"
 LEAST = len(MAGIC) + END  # bytes of a Parquet file
@@ -17,8 +18,17 @@ AT_ONCE = 1 << 22  # bytes
 MOST_NAMED = 3  # damaged places
 
 
-def fault(file: BinaryIO) -> str:
-    """What is wrong with a file that should be a sealed table, and where, as in "it is …"; empty if it is whole.
+class Fault(NamedTuple):
+    """What keeps a file from being a sealed table that is whole."""
+
+    told: str
+    """What it is instead, and where."""
+    damaged: bool = True
+    """False where nothing tells that camopt wrote it."""
+
+
+def fault(file: BinaryIO) -> Fault | None:
+    """What is wrong with a file that should be a sealed table; None if each byte is as it was written.
 
     The file is read once, in parts; a damaged one again, column by column, for the checksums of its pages.
     """
@@ -27,30 +37,31 @@ def fault(file: BinaryIO) -> str:
     head = file.read(len(MAGIC))
     file.seek(max(size - len(MAGIC), 0))
     tail = file.read()
-    if size < LEAST:
-        return f"cut short after {size:,} bytes" if MAGIC.startswith(head) else "no Parquet file"
-    if MAGIC not in (head, tail):
-        return "no Parquet file"
+    if size < LEAST and MAGIC.startswith(head):
+        return Fault(f"cut short after {size:,} bytes")
+    if size < LEAST or MAGIC not in (head, tail):
+        return Fault("no Parquet file", damaged=False)
     if head != MAGIC:
-        return "damaged in its first 4 bytes"
+        return Fault("damaged in its first 4 bytes")
     if tail != MAGIC:
-        return f"cut short after {size:,} bytes, or damaged there"
+        return Fault(f"cut short after {size:,} bytes, or damaged there")
     try:
         start, footer = footer_of(file)
     except ValueError:
-        return f"damaged in its last {END} bytes"
+        return Fault(f"damaged in its last {END} bytes")
     try:
         seal = Seal.of(footer)
         in_order = seal.digest_of(footer) == seal.footer
     except KeyError:
         in_order = False
     if not in_order:
-        return _by_another_program(file, footer) or f"damaged in its footer, bytes {start:,} to {size - 1:,}"
-    return "" if _digest(file, start) == seal.pages else f"damaged in {_listed(damaged_pages(file))}"
+        other = _by_another_program(file, footer)
+        return other or Fault(f"damaged in its footer, bytes {start:,} to {size - 1:,}")
+    return None if _digest(file, start) == seal.pages else Fault(f"damaged in {_listed(damaged_pages(file))}")
 
 
-def _by_another_program(file: BinaryIO, footer: bytes) -> str:
-    """What to say of a table that another program saved; empty if it is one of camopt's, damaged.
+def _by_another_program(file: BinaryIO, footer: bytes) -> Fault | None:
+    """What to say of a table that another program saved; None if it is one of camopt's, damaged.
 
     It has no seal, or that of the table it was made of: Arrow takes it for a part of the schema then.
     """
@@ -60,12 +71,14 @@ def _by_another_program(file: BinaryIO, footer: bytes) -> str:
         arrow = b64decode(metadata.get(b"ARROW:schema", b""))
     except TROUBLE as trouble:
         raise_if_of_the_disk(trouble)
-        return ""
+        return None
     if any(key.encode() in footer for key in KEYS) and FOOTER.encode() not in arrow:
-        return ""
+        return None
     other = "pandas" if b"pandas" in metadata else about.created_by
     go_on = "go on from the table that the command wrote, and choose rows of it afterwards"
-    return f"not as camopt saved it: another program ({other}) did, or an older camopt; {go_on}"
+    return Fault(
+        f"not as camopt saved it: another program ({other}) did, or an older camopt; {go_on}", damaged=False
+    )
 
 
 def _digest(file: BinaryIO, size: int) -> str:
@@ -108,3 +121,20 @@ def _listed(places: Iterator[str]) -> str:
     named = [*places] or ["the header of a page, though all columns can be read"]
     more = f", and {len(named) - MOST_NAMED:,} more places" if len(named) > MOST_NAMED else ""
     return "; ".join(named[:MOST_NAMED]) + more
+
+
+def rows_of(file: BinaryIO) -> tuple[int, str] | None:
+    """Of a table without a fault the number of rows and their digest; None if it is not that of the rows in it.
+
+    They are read a group at a time.
+    """
+    try:
+        parquet = pq.ParquetFile(file)
+        digest = RowDigest(without_seal(parquet.schema_arrow))
+        for group in range(parquet.num_row_groups):
+            digest.update(parquet.read_row_group(group))
+    except (*TROUBLE, TypeError) as trouble:  # sealed by another hand
+        raise_if_of_the_disk(trouble)
+        return None
+    rows = Seal.of(footer_of(file)[1]).rows
+    return (parquet.metadata.num_rows, rows) if digest.hexdigest() == rows else None

@@ -49,8 +49,8 @@ class TableFile:
     def __init__(self, path: str | os.PathLike[str], file: BinaryIO) -> None:
         self._path = path
         with _refused(path):
-            if why := fault(file):
-                raise no_table(path, f"this is {why}")
+            if found := fault(file):
+                raise no_table(path, f"this is {found.told}")
             self._parquet = pq.ParquetFile(file)
             self.layout: pa.Schema = without_seal(self._parquet.schema_arrow)
             self.count: int = self._parquet.metadata.num_rows

@@ -1,0 +1,164 @@
+"""Whether files are as camopt wrote them: tables by their seal, every file of a result by its manifest."""
+
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from hashlib import file_digest
+from io import BufferedReader
+from pathlib import Path
+from typing import Literal
+
+from camopt.files import regular_file
+from camopt.manifest import MANIFEST, Damaged, Fact, Manifest, manifest_of, settled_path
+from camopt.mistakes import BadInput, Mistake
+
+State = Literal["whole", "damaged", "changed", "missing", "unreadable", "unknown"]
+TABLE, MAGIC = ".parquet", b"PAR1"
+
+
+@dataclass(frozen=True)
+class Checked:
+    """What is known of a file.
+
+    Attributes
+    ----------
+    file : pathlib.Path
+        The file.
+    state : str
+        "whole": each byte is as it was written. "damaged": it is not, and a part of it is named. "changed": it is
+        not the file that was written, by another hand or by damage. "missing", "unreadable": so it is. "unknown":
+        nothing tells what was written, so this is not "whole".
+    told : str
+        The same in words, with the place of the damage.
+    rows : int or None
+        Of a table that is whole.
+    row_digest : str
+        Of a table that is whole, the digest of its rows: tables with the same rows have the same.
+
+    Examples
+    --------
+    >>> scene = camopt.find_scene("two-pauses").replace(**{"search.base_radius": [60, 80]})
+    >>> swept = camopt.sweep(scene, out="results")
+    >>> [(each.file.name, each.state) for each in camopt.check("results/designs.parquet", "results/scene.toml")]
+    [('designs.parquet', 'whole'), ('scene.toml', 'whole')]
+    """
+
+    file: Path
+    state: State
+    told: str
+    rows: int | None = None
+    row_digest: str = ""
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether each byte is as it was written."""
+        return self.state == "whole"
+
+
+def check(*files: str | os.PathLike[str]) -> tuple[Checked, ...]:
+    """Check whether files are as camopt wrote them, bit for bit.
+
+    A table is known by the digests in its footer, wherever it is. Any other file of a result is known by
+    ``manifest.json`` beside it, and so are files that are missing, or of another run. All files are checked,
+    whatever is found in the first ones. They are read in parts: memory does not grow with them.
+
+    Parameters
+    ----------
+    *files : str or os.PathLike
+        Files, and folders of results: all files in a folder, not in those inside it.
+
+    Returns
+    -------
+    tuple of Checked
+        One for each file.
+
+    Raises
+    ------
+    BadInput
+        If no file is given.
+
+    Examples
+    --------
+    >>> scene = camopt.find_scene("two-pauses").replace(**{"search.base_radius": [60, 80]})
+    >>> swept = camopt.sweep(scene, out="results")
+    >>> all(each.is_whole for each in camopt.check("results"))
+    True
+    """
+    if not files:
+        raise BadInput([Mistake("camopt", "files", None, "at least one file or folder")])
+    return tuple(checked for path in map(Path, files) for checked in _each(path))
+
+
+def _each(path: Path) -> Iterator[Checked]:
+    """A file, or the manifest of a folder and all files that are in it, or should be."""
+    folder = path if path.is_dir() else path.parent
+    about, manifest = _manifest(folder)
+    named = manifest.files if manifest else {}
+    if not path.is_dir():
+        yield about if about and path.name == MANIFEST else _file(path, named.get(path.name))
+        return
+    try:
+        there = {each.name for each in path.iterdir() if each.is_file() and not each.name.startswith(".")}
+    except OSError as trouble:
+        yield Checked(path, "unreadable", trouble.strerror or str(trouble))
+        return
+    names = sorted({*there, *named} - {MANIFEST})
+    if about:
+        yield about
+    elif not names:
+        yield Checked(path, "unknown", "a folder with no files in it")
+    yield from (_file(path / name, named.get(name)) for name in names)
+
+
+def _manifest(folder: Path) -> tuple[Checked | None, Manifest | None]:
+    """The manifest of a folder, and what is known of it; neither where there is none."""
+    path = folder / MANIFEST
+    try:
+        manifest = manifest_of(folder)
+    except Damaged:
+        return Checked(path, "damaged", "damaged, so that it does not tell which files belong to it"), None
+    except BadInput:
+        return Checked(path, "unknown", "of another program: nothing to check it by"), None
+    except OSError as trouble:
+        return Checked(path, "unreadable", trouble.strerror or str(trouble)), None
+    return (Checked(path, "whole", "whole"), manifest) if manifest else (None, None)
+
+
+def _file(path: Path, fact: Fact | None) -> Checked:
+    """A file, by its own digests and by what the manifest says of it."""
+    try:
+        with regular_file(settled_path(path)) as file:
+            own = _by_itself(path, file)
+            return own if own.state == "damaged" or fact is None else _by_manifest(own, file, fact)
+    except FileNotFoundError:
+        return Checked(path, "missing", f"missing, though {MANIFEST} names it" if fact else "no such file")
+    except BadInput:
+        return Checked(path, "unknown", "no regular file: nothing to check it by")
+    except OSError as trouble:
+        return Checked(path, "unreadable", trouble.strerror or str(trouble))
+
+
+def _by_itself(path: Path, file: BufferedReader) -> Checked:
+    """What a file says of itself: tables do."""
+    if path.suffix.lower() != TABLE and file.read(len(MAGIC)) != MAGIC:
+        return Checked(path, "unknown", "nothing to check it by")
+    from camopt.tables.damage import fault, rows_of
+
+    if found := fault(file):
+        return Checked(path, "damaged" if found.damaged else "unknown", found.told)
+    if not (table := rows_of(file)):
+        return Checked(path, "damaged", "damaged before it was written: its rows are not those of its digest")
+    rows, digest = table
+    return Checked(path, "whole", f"whole, {rows:,} row{'s' * (rows != 1)}", rows, digest)
+
+
+def _by_manifest(own: Checked, file: BufferedReader, fact: Fact) -> Checked:
+    """What the manifest says of a file, after what it says of itself."""
+    size = file.seek(0, os.SEEK_END)
+    file.seek(0)
+    if size == fact.bytes and file_digest(file, "sha256").hexdigest() == fact.sha256:
+        return own if own.is_whole else Checked(own.file, "whole", "whole")
+    if own.is_whole:
+        return Checked(own.file, "changed", f"whole, but not the table that {MANIFEST} names: it is of another run")
+    sizes = "" if size == fact.bytes else f": {size:,} bytes, where {fact.bytes:,} were written"
+    return Checked(own.file, "changed", f"changed or damaged since it was written{sizes}")

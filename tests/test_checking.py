@@ -1,0 +1,178 @@
+"""``camopt check``: each file of a result is whole, or it is said what it is instead; no file is left out."""
+
+import json
+import os
+import shutil
+
+import numpy as np
+import pytest
+from support import hostile
+from test_json import not_plain
+
+import camopt
+from camopt import BadInput, check, find_scene, sweep
+from camopt.cli.exits import BAD_INPUT, FILE_TROUBLE
+from camopt.cli.main import main
+from camopt.manifest import manifest_of
+from camopt.tables.sealed import read_table, write_table
+
+SEARCH = {"search.offset": [10], "search.roller_radius": [5], "search.law": ["harmonic", "cycloidal"]}
+FILES = ("designs.parquet", "manifest.json", "pareto.parquet", "scene.toml")
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """A result, and one of another run."""
+    folder = tmp_path_factory.mktemp("made")
+    for name, sizes in (("one", [60, 100]), ("other", [70, 110])):
+        sweep(find_scene("roller-1000rpm").replace(**SEARCH, **{"search.base_radius": sizes}), folder / name, "all")
+    return folder
+
+
+@pytest.fixture
+def result(made, tmp_path):
+    return shutil.copytree(made / "one", tmp_path / "one")
+
+
+def states(*files):
+    return {each.file.name: each.state for each in check(*files)}
+
+
+WHOLE = dict.fromkeys(FILES, "whole")
+
+
+def test_a_result_is_whole(result):
+    found = check(result)
+    assert {each.file.name: each.state for each in found} == WHOLE
+    assert all(each.is_whole for each in found)
+    rows = {each.file.name: each.rows for each in found if each.row_digest}
+    front = len(camopt.load(result / "pareto.parquet"))
+    assert rows == {"designs.parquet": 4, "pareto.parquet": front}
+
+
+@pytest.mark.parametrize("name", FILES)
+@pytest.mark.parametrize("trials", [120, pytest.param(20_000, marks=pytest.mark.long)], ids=["some", "many"])
+def test_a_flipped_bit_in_any_file_is_found(result, name, trials):
+    whole = (result / name).read_bytes()
+    bits = 8 * len(whole)
+    places = {
+        *np.linspace(0, bits - 1, min(trials, bits)).astype(int).tolist(),
+        *range(32),
+        *range(bits - 96, bits),
+    }
+    for bit in sorted(places):
+        (result / name).write_bytes(hostile.flipped(whole, bit))
+        (found,) = check(result / name)
+        expected = "changed" if name == "scene.toml" else "damaged"
+        assert (found.state, found.is_whole) == (expected, False), (bit, found)
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_a_file_cut_short_is_found(result, name):
+    whole = (result / name).read_bytes()
+    for length in {*np.linspace(0, len(whole) - 1, 60).astype(int).tolist(), *range(16), len(whole) - 1}:
+        (result / name).write_bytes(whole[:length])
+        assert check(result / name)[0].state != "whole", length
+
+
+def test_files_that_are_missing_or_of_another_run_are_told(made, result):
+    (result / "scene.toml").unlink()
+    shutil.copy(made / "other" / "designs.parquet", result)
+    assert states(result) == {**WHOLE, "scene.toml": "missing", "designs.parquet": "changed"}
+    told = {each.file.name: each.told for each in check(result)}
+    assert told["designs.parquet"] == "whole, but not the table that manifest.json names: it is of another run"
+    assert told["scene.toml"] == "missing, though manifest.json names it"
+
+
+def test_what_nothing_is_known_of_is_not_whole(result, tmp_path):
+    (result / "notes.txt").write_text("mine", encoding="utf-8")
+    assert states(result) == {**WHOLE, "notes.txt": "unknown"}
+    for path in (result / "notes.txt", tmp_path / "empty", os.devnull):
+        (tmp_path / "empty").mkdir(exist_ok=True)
+        assert main(["check", str(path)]) == BAD_INPUT
+    os.mkfifo(tmp_path / "pipe")
+    assert states(tmp_path / "pipe") == {"pipe": "unknown"}
+    with pytest.raises(BadInput, match="at least one file"):
+        check()
+
+
+def test_a_table_is_whole_without_a_manifest(result, made):
+    (result / "manifest.json").unlink()
+    assert states(result) == {"designs.parquet": "whole", "pareto.parquet": "whole", "scene.toml": "unknown"}
+    (result / "manifest.json").write_text("{}", encoding="utf-8")
+    assert states(result)["manifest.json"] == "unknown"
+
+
+def test_tables_with_the_same_rows_have_the_same_digest(result, tmp_path):
+    table = read_table(result / "designs.parquet")
+    write_table(table.replace_schema_metadata(None), tmp_path / "packed.parquet")
+    write_table(table.slice(1), tmp_path / "fewer.parquet")
+    first, packed, fewer = check(
+        result / "designs.parquet", tmp_path / "packed.parquet", tmp_path / "fewer.parquet"
+    )
+    assert first.row_digest == packed.row_digest != fewer.row_digest
+
+
+def test_all_files_are_checked_after_a_bad_one(result, tmp_path, capsys):
+    (result / "pareto.parquet").write_bytes((result / "pareto.parquet").read_bytes()[:-1])
+    paths = [tmp_path / "nowhere", result / "pareto.parquet", result / "designs.parquet"]
+    assert main(["check", *map(str, paths)]) == FILE_TROUBLE
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.partition(": ")[0] for line in lines] == [str(path) for path in paths]
+    assert lines[0].endswith(": no such file")
+    assert ": cut short after " in lines[1]
+    assert lines[2].endswith(": whole, 4 rows")
+
+
+def test_the_exit_code_says_the_worst(result, capsys):
+    assert main(["check", str(result)]) == 0
+    (result / "notes.txt").write_text("mine", encoding="utf-8")
+    assert main(["check", str(result)]) == BAD_INPUT
+    (result / "scene.toml").write_text("name = 'x'\n", encoding="utf-8")
+    assert main(["check", str(result), "--json"]) == FILE_TROUBLE
+    out = capsys.readouterr().out
+    assert not json.loads(out[out.index("{") :])["whole"]
+
+
+def test_the_json_document_is_plain(result, monkeypatch):
+    found = []
+    monkeypatch.setattr("camopt.cli.reports.print_json", found.append)
+    assert main(["check", str(result), "--json"]) == 0
+    (document,) = found
+    assert not not_plain(document)
+    assert document["whole"]
+    assert [each["file"] for each in document["files"]] == [
+        str(result / name) for name in sorted(FILES, key=lambda n: n != "manifest.json")
+    ]
+
+
+def test_no_hostile_table_is_whole(made, tmp_path):
+    """Without a seal, with one of another hand, and damaged."""
+    table, path = read_table(made / "one" / "designs.parquet"), tmp_path / "t.parquet"
+    for what, bytes_of in hostile.tables(table):
+        path.write_bytes(bytes_of())
+        assert check(path)[0].state in ("damaged", "unknown"), what
+
+
+def test_a_disk_that_fails_is_told(result, monkeypatch):
+    def failing(path):
+        raise OSError(5, "Input/output error", os.fspath(path))
+
+    monkeypatch.setattr("camopt.checking.regular_file", failing)
+    assert states(result) == {**dict.fromkeys(FILES, "unreadable"), "manifest.json": "whole"}
+    assert main(["check", str(result)]) == FILE_TROUBLE
+
+
+def test_names_with_escapes_are_told_in_a_line(tmp_path, capsys):
+    path = tmp_path / "[red]\x1b[31m\nname.parquet"
+    path.write_bytes(b"PAR1")
+    assert main(["check", str(path)]) == FILE_TROUBLE
+    out = capsys.readouterr().out
+    assert out.count("\n") == 1
+    assert "\x1b" not in out
+    assert "[red]" in out
+
+
+def test_a_manifest_names_each_file_of_a_result(result):
+    assert {*manifest_of(result).files} == {*FILES} - {"manifest.json"}
+    assert camopt.check is check
