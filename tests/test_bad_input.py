@@ -2,6 +2,7 @@
 
 import io
 import os
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -9,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import camopt
-from camopt import BadInput, Scene, find_scene, shipped_scenes, sweep
+from camopt import BadInput, Scene, evaluate, find_scene, shipped_scenes, sweep
 from camopt.cli.main import main
 from camopt.scene.oddities import oddities
 from camopt.scene.text import DEEPEST, parsed
@@ -212,3 +213,32 @@ def test_python_names_the_same_things(tmp_path):
     for call in (camopt.find_scene, camopt.load):
         with pytest.raises((BadInput, OSError)):
             call(tmp_path)
+
+
+@pytest.mark.parametrize("name", shipped_scenes())
+def test_a_law_that_is_not_there_is_told_in_every_turn(name):
+    data = find_scene(name).to_dict()
+    named = [(k, row) for k, row in enumerate(data.get("motion", ()), start=1) if row.get("law")]
+    for _, row in named:
+        row["law"] = "cycloydal"
+    if named:
+        with pytest.raises(BadInput) as error:
+            Scene.from_dict(data)
+        assert {f"motion.{k}.law" for k, _ in named} <= {mistake.key for mistake in error.value.mistakes}
+
+
+def numbers_in(data):
+    """All places of a number, as (table, its key there)."""
+    for key, value in data.items() if isinstance(data, dict) else enumerate(data) if isinstance(data, list) else ():
+        yield from [(data, key)] if isinstance(value, float | int) else numbers_in(value)
+
+
+@pytest.mark.parametrize("value", [1e300, -1e300, 5e-324, 10**400])
+@pytest.mark.parametrize("name", shipped_scenes())
+def test_a_number_of_any_size_is_a_mistake_at_most(name, value):
+    data = find_scene(name).to_dict()
+    for table, last in numbers_in(data):
+        before, table[last] = table[last], value
+        with suppress(BadInput):
+            assert evaluate(Scene.from_dict(data))
+        table[last] = before

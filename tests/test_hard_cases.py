@@ -233,14 +233,15 @@ def test_angles_that_close_only_after_rounding():
     assert evaluate(cam(*turn))["velocity_max_rise_mm_per_rad"] == pytest.approx(10 * 1.875 / radians(3 * third))
 
 
-def test_dwells_of_no_length_are_nothing():
+@pytest.mark.parametrize("length", [0, 5e-324, 1e-100, 1e-14])
+def test_dwells_of_no_length_are_nothing(length):
     plain = evaluate(cam(("rise", 180, 10, "cycloidal"), ("return", 180, 10, "cycloidal")))
     padded = evaluate(
         cam(
             ("rise", 180, 10, "cycloidal"),
-            ("dwell", 0, 0, None),
+            ("dwell", length, 0, None),
             ("return", 180, 10, "cycloidal"),
-            ("dwell", 0, 0, None),
+            ("dwell", length, 0, None),
         )
     )
     assert dict(plain) == dict(padded)

@@ -16,14 +16,13 @@ the Scotch yoke that move as the follower does while it is on one arc. The formu
 Source: Norton, Design of Machinery, ch. 4 (position analysis of linkages); Rothbart, Cam Design Handbook, ch. 3.
 """
 
-from cmath import phase
 from dataclasses import dataclass
 from math import acos, asin, cos, nan, pi, sin, sqrt
 from typing import ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
-from camopt.motion.profile import Joint
+from camopt.motion.profile import Joint, phase
 from camopt.numerics.taylor import Taylor, angle_of, direction
 
 

@@ -11,9 +11,8 @@ elements meet where both have one normal and one point:
 Source: Rothbart, Cam Design Handbook, ch. 3 (circular-arc and tangent cams); the relations are the loops closed.
 """
 
-from cmath import phase
 from collections.abc import Sequence
-from math import pi, sqrt
+from math import atan2, pi, sqrt
 from typing import NamedTuple
 
 CLOSE = 1e-9  # of the radii: what touches but for rounding, touches
@@ -87,6 +86,11 @@ class Part(NamedTuple):
         """Whether the arc has this normal, but for rounding."""
         turned = abs(_turn(self.start.normal, normal, self.sweep > 0.0))
         return turned <= abs(self.sweep) + CLOSE or turned >= 2 * pi - CLOSE
+
+
+def phase(z: complex) -> float:
+    """The angle of a complex number, rad; that of ``cmath`` takes one that rounds to 0 for a fault."""
+    return atan2(z.imag, z.real)
 
 
 def _height(point: complex, normal: complex) -> float:

@@ -4,7 +4,6 @@ Velocity is continuous where elements meet, for they are tangent; acceleration j
 starts where the follower comes on the first element, or, on an eccentric, where it is lowest.
 """
 
-from cmath import phase
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import ceil, cos, degrees, floor, inf, pi, radians
@@ -15,7 +14,7 @@ from numpy.typing import ArrayLike
 from camopt.motion.contact import Contact, Stand
 from camopt.motion.law import ByOrder
 from camopt.motion.load import ExternalLoad
-from camopt.motion.profile import Joint, Part, Unfit, least_radius
+from camopt.motion.profile import Joint, Part, Unfit, least_radius, phase
 from camopt.motion.programme import Programme
 from camopt.motion.stroke import Given, Stroke
 from camopt.motion.table import DWELL, TURN

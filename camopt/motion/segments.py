@@ -13,6 +13,7 @@ MOVE, CONSTANT_VELOCITY = "move", "constant-velocity"
 KINDS = {"rise": RISE, "return": RETURN, "dwell": DWELL, MOVE: TURN, CONSTANT_VELOCITY: TURN}
 SIGNS = {"rise": 1.0, "return": -1.0, "dwell": 0.0, MOVE: 1.0, CONSTANT_VELOCITY: 1.0}
 """Of the lift of a segment: which way it goes."""
+NOTHING = 1e-12  # deg: a shorter dwell is the rounding of the other angles
 SAME = 1e-9  # displacements nearer than this share of a stroke are the same but for rounding
 
 
@@ -73,7 +74,7 @@ def strokes_of(
     strokes: list[Stroke] = []
     turned, y = 0.0, start * Given(0.0, 0.0, angular).unit
     for segment, change in zip(segments, changes(segments), strict=True):
-        if segment.angle == 0.0:
+        if segment.angle < NOTHING:
             continue
         through = tuple(_counted(each, start) for each in segment.through)
         segment = segment._replace(wanted=(_from(start, segment.between), *segment.wanted), through=through)

@@ -1,7 +1,7 @@
 """The plain mapping of a scene, in which anything may be wrong: its values by key, its numbers, its segments."""
 
-from collections.abc import Mapping
-from math import isfinite
+from collections.abc import Collection, Mapping
+from math import isfinite, nan
 from numbers import Real
 from typing import Any
 
@@ -26,6 +26,15 @@ def length(data: Mapping[str, Any], key: str) -> float | None:
     """A size, mm; None where it is missing or wrong."""
     size = number(at(data, key))
     return size if size and size > 0.0 else None
+
+
+def without(data: Any, keys: Collection[str], key: str = "") -> Any:
+    """With the numbers of some keys as none: those that are refused, for they may be of any size."""
+    if isinstance(data, Mapping):
+        return {name: without(value, keys, f"{key}{name}.") for name, value in data.items()}
+    if isinstance(data, list):
+        return [without(value, keys, f"{key}{place}.") for place, value in enumerate(data, start=1)]
+    return nan if isinstance(data, Real) and key[:-1] in keys else data
 
 
 def segments(data: Mapping[str, Any]) -> list[Mapping[str, Any]]:

@@ -29,11 +29,19 @@ def check_moves(
     """Every fault of what is asked of moves, if segments and laws are faultless by themselves."""
     faults = list(_conditions(rows))
     yield from faults
-    if faults or any(check_laws(data)):
+    if faults or not has_laws(data, given):
         return
     if any(segment.law for segment in given if segment.segment == MOVE):
         yield from _laws_of_moves(data, given)
     yield from _contradictions(data, given)
+
+
+def has_laws(data: Mapping[str, Any], given: Sequence[Segment]) -> bool:
+    """Whether all laws that segments name are there, and the scene's own are faultless."""
+    names = [segment.law for segment in given if segment.law is not None]
+    return all(isinstance(name, str) and name in {**LAWS, **own_laws(data)} for name in names) and not any(
+        check_laws(data)
+    )
 
 
 def turn_as_given(data: Mapping[str, Any], given: Sequence[Segment]) -> Programme:

@@ -21,6 +21,7 @@ from camopt.mistakes import BadInput, Mistake, nearest, printable
 from camopt.scene.checks import check
 from camopt.scene.complaints import mistakes_of
 from camopt.scene.load import read_load
+from camopt.scene.mapping import without
 from camopt.scene.own_laws import read_files
 from camopt.scene.part import Part, resolved
 from camopt.scene.profile import read_profile
@@ -162,7 +163,8 @@ class Scene(Shown, Table):
         except ValidationError as error:
             found = mistakes_of(error, Scene, "", file)
         keys = {mistake.key for mistake in found}
-        found += [Mistake(file, *fault, bare=True) for fault in (*unread, *check(tables)) if fault[0] not in keys]
+        faults = (*unread, *check(without(tables, keys) if keys else tables))
+        found += [Mistake(file, *fault, bare=True) for fault in faults if fault[0] not in keys]
         if found:
             raise BadInput(found)
         self._file = file

@@ -15,8 +15,8 @@ from camopt.motion.segments import CONSTANT_VELOCITY, MOVE, Segment, changes, en
 from camopt.quantities import DERIVATIVES
 from camopt.scene.law_forms import CLOSE, Fault
 from camopt.scene.mapping import at, number, segments
-from camopt.scene.moves import check_moves, turn_as_given
-from camopt.scene.own_laws import FAR, check_laws, is_of_moves, law_names, laws_of_moves, own_laws
+from camopt.scene.moves import check_moves, has_laws, turn_as_given
+from camopt.scene.own_laws import FAR, is_of_moves, law_names, laws_of_moves, own_laws
 from camopt.scene.segments import after_each, segments_of, starts_itself
 
 LEAST = {"angle": 1e-6, "lift": 1e-9}  # of a rise or return, deg and mm or deg
@@ -65,7 +65,7 @@ def highest_of(data: Mapping[str, Any]) -> float | None:
         return None
     ends, laws = ends_of(given), own_laws(data)
     beyond = any(isinstance(law, Mapping) and law.get("overshoot") is True for law in laws.values())
-    if (beyond or any(segment.segment == MOVE for segment in given)) and not any(check_laws(data)):
+    if (beyond or any(segment.segment == MOVE for segment in given)) and has_laws(data, given):
         try:
             return turn_as_given(data, given).lift
         except Contradiction:  # which is said

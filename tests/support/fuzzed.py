@@ -1,0 +1,339 @@
+"""Scenes that went wrong: the shipped ones with keys, values, types, structure and bytes changed at random.
+
+The same number gives the same case. A case runs in this process, through the door of the command line.
+"""
+
+import io
+import re
+import signal
+import tomllib
+from collections.abc import Callable, Iterator
+from contextlib import chdir, contextmanager, redirect_stderr, redirect_stdout, suppress
+from pathlib import Path
+from random import Random
+from tempfile import TemporaryDirectory
+from typing import Any, NamedTuple
+
+import tomli_w
+
+from camopt.cli import exits
+from camopt.cli.main import main
+from camopt.quantities import QUANTITIES
+from camopt.scene.scene import Scene, shipped_scenes, shipped_toml
+
+SCHEMA = Scene.model_json_schema()
+TEXTS = {name: shipped_toml(name) for name in shipped_scenes()}
+COMMANDS = {
+    "evaluate": (300, ("--json",)),
+    "evaluate in tables": (280, ()),
+    "certify": (150, ("--json",)),
+    "sweep": (120, ("--samples", "3", "--json", "--out", "out")),
+    "optimise": (60, ("--seconds", "0.3", "--json")),
+    "export": (60, ("out.svg", "--json")),
+    "effects": (5, ("--json",)),
+    "report": (10, ("--out", "out.html")),
+    "evaluate with points": (15, ("--points", "out.csv")),
+}
+"""Shares of the commands, in thousandths, and their arguments after the scene."""
+MACHINE = {
+    "materials": {"cam": "steel", "follower": "steel", "face_width": 10.0, "viscosity": 0.01, "roughness": 0.4},
+    "part": {"thickness": 12.0, "bore": 10.0},
+}
+DYNAMICS = {
+    "translating": {"mass": 0.5, "spring_rate": 5.0, "preload": 60.0, "natural_frequency": 200.0, "lash": 0.1},
+    "oscillating": {"inertia": 0.01, "spring_rate": 5.0, "preload": 60.0, "natural_frequency": 200.0},
+}
+"""What asks for loads, stresses and a drawing."""
+NUMBERS = (0, 0.0, -0.0, 1, -1, 360, 1e-12, 5e-324, 1e9, 1e300, 2**62, -(2**62), float("nan"), float("inf"))
+STRINGS = (
+    *("", " ", "x", "size", "none", "1", "true", "a" * 3000, "\n", "\t", "\0", "../..", "/dev/zero", "/dev/stdin"),
+    *("[bold]x[/bold]", "[/]", "\x1b[31mred", "\u202egnirts", "<script>alert(1)</script>", "%s{0}$x`", "µ°∞🙂é"),
+    *("harmonic+cycloidal", "search.base_radius", "nowhere.csv", "s3://b/t", "-x", "[[cam]]", "\ud7ff\uffff"),
+)
+NAN = re.compile(r"(?<![A-Za-z])nan(?![A-Za-z])", re.IGNORECASE)
+LONGEST_LINE = 6000  # of a message
+
+
+class Hang(BaseException):
+    """A case takes longer than it may."""
+
+
+class Outcome(NamedTuple):
+    command: str
+    code: int
+    faults: tuple[str, ...]
+    out: str
+    err: str
+
+
+# --------------------------------------------------------------------------- what goes wrong
+
+
+def case(number: int) -> tuple[str, bytes]:
+    """A command and the text of a scene."""
+    random = Random(number)
+    (command,) = random.choices(list(COMMANDS), [share for share, _ in COMMANDS.values()])
+    data: Any = tomllib.loads(TEXTS[random.choice(list(TEXTS))])
+    if command == "sweep":
+        sizes = [key for key in ("base_radius", "mean_radius") if key in data["cam"]]
+        ranges = {key: {"start": data["cam"][key], "stop": 2 * data["cam"][key]} for key in sizes}
+        data["search"] = ranges | data.get("search", {})
+    if random.random() < 0.4:
+        data |= {key: dict(table) for key, table in MACHINE.items()}
+        data["follower"] |= {"dynamics": dict(DYNAMICS[data["follower"]["motion"]])}
+        data["cam"].setdefault("rpm", 300.0)
+    if random.random() < 0.3:
+        data["outputs"] = random.sample(list(QUANTITIES), random.choice((1, 1, 2)))
+    for _ in range(random.choice((0, 1, 1, 1, 1, 1, 1, 2, 2, 3, 5))):
+        with suppress(LookupError, TypeError, AttributeError, OverflowError, ValueError):  # it cannot be done here
+            random.choices(list(CHANGES), list(CHANGES.values()))[0](data, random)
+    if random.random() < 0.7:
+        with suppress(LookupError, TypeError, AttributeError):
+            _close(data["motion"])
+    try:
+        text = tomli_w.dumps(data).encode()
+    except (TypeError, ValueError, UnicodeEncodeError, RecursionError, AttributeError):  # no TOML can say it
+        text = TEXTS["roller-1000rpm"].encode()
+    return command, damaged(text, random) if random.random() < 0.1 else text
+
+
+def _close(motion: Any) -> None:
+    """Let the angles add up to a turn, and the lifts to none, or most cases would end there."""
+    motion[-1]["angle"] += 360.0 - sum(each["angle"] for each in motion)
+    rises, returns = ([each for each in motion if each["segment"] == way] for way in ("rise", "return"))
+    returns[-1]["lift"] += sum(each["lift"] for each in rises) - sum(each["lift"] for each in returns)
+
+
+def places(data: Any) -> list[tuple[Any, Any]]:
+    """All values as (table or list, key)."""
+    pairs = list(data.items() if isinstance(data, dict) else enumerate(data) if isinstance(data, list) else ())
+    return [(data, key) for key, _ in pairs] + [place for _, value in pairs for place in places(value)]
+
+
+def nudge(data: Any, random: Random) -> None:
+    """A number a little larger or smaller, which is often still a cam."""
+    table, key = random.choice([(t, k) for t, k in places(data) if isinstance(t[k], (int, float))])
+    table[key] = table[key] * random.choice((random.uniform(0.5, 1.5), 1 + 1e-12, random.uniform(0.98, 1.02)))
+
+
+def scale(data: Any, random: Random) -> None:
+    """A number of another size or sign."""
+    table, key = random.choice([(t, k) for t, k in places(data) if isinstance(t[k], (int, float))])
+    table[key] = table[key] * random.choice((-1, 1, 1)) * 10.0 ** random.uniform(-9, 9)
+
+
+def number(data: Any, random: Random) -> None:
+    table, key = random.choice([(t, k) for t, k in places(data) if isinstance(t[k], (int, float))])
+    table[key] = random.choice(NUMBERS)
+
+
+def string(data: Any, random: Random) -> None:
+    """Another text: one that is known in some place, or one that is meant to hurt."""
+    table, key = random.choice([(t, k) for t, k in places(data) if isinstance(t[k], str)])
+    table[key] = random.choice([*WORDS, *STRINGS])
+
+
+def kind(data: Any, random: Random) -> None:
+    """A value of another type."""
+    table, key = random.choice(places(data))
+    table[key] = random.choice(
+        [True, 1, 1.5, "x", [], {}, [[]], [{}], {"a": 1}, [1, "a"], tomllib.loads("a = 1979-05-27")["a"]]
+    )
+
+
+def drop(data: Any, random: Random) -> None:
+    table, key = random.choice(places(data))
+    del table[key]
+
+
+def rename(data: Any, random: Random) -> None:
+    table, key = random.choice([(t, k) for t, k in places(data) if isinstance(t, dict)])
+    table[random.choice([key + "s", key[:-1], key.upper(), *STRINGS, *WORDS])] = table.pop(key)
+
+
+def rearrange(data: Any, random: Random) -> None:
+    """A list in another order, or some of it once more."""
+    lists = [t[k] for t, k in places(data) if isinstance(t[k], list)]
+    found = random.choice(lists)
+    random.choice(
+        [
+            found.reverse,
+            lambda: random.shuffle(found),
+            lambda: found.append(random.choice(found)),
+            lambda: found.extend(found * random.choice((1, 9, 300))),
+            found.clear,
+        ]
+    )()
+
+
+def graft(data: Any, random: Random) -> None:
+    """A part of another scene."""
+    other = tomllib.loads(TEXTS[random.choice(list(TEXTS))])
+    key = random.choice(list(other))
+    data[key] = other[key] if not isinstance(other[key], dict) else {**data.get(key, {}), **other[key]}
+
+
+def deepen(data: Any, random: Random) -> None:
+    """A value inside tables or lists."""
+    table, key = random.choice(places(data))
+    for _ in range(random.choice((1, 2, 200))):
+        table[key] = random.choice(([table[key]], {"a": table[key]}))
+
+
+def known(data: Any, random: Random) -> None:
+    """A key that the scene did not have, with a value of its type."""
+    table, properties = data, SCHEMA["properties"]
+    while True:
+        key = random.choice(list(properties))
+        below = _table(properties[key])
+        if below is None or not isinstance(table.setdefault(key, {}), dict):
+            table[key] = _value(properties[key], random)
+            return
+        table, properties = table[key], below["properties"]
+
+
+def several(data: Any, random: Random) -> None:
+    """Some keys that the scene did not have, as of a machine with loads."""
+    for _ in range(random.randint(2, 8)):
+        known(data, random)
+
+
+CHANGES: dict[Callable[[Any, Random], None], int] = {
+    nudge: 90,
+    known: 30,
+    scale: 15,
+    number: 12,
+    string: 12,
+    graft: 10,
+    several: 10,
+    drop: 10,
+    rearrange: 8,
+    kind: 8,
+    rename: 5,
+    deepen: 2,
+}
+
+
+def _resolved(schema: dict[str, Any]) -> list[dict[str, Any]]:
+    """What a part of the schema may be."""
+    if "$ref" in schema:
+        return _resolved(SCHEMA["$defs"][schema["$ref"].rpartition("/")[2]])
+    return [each for some in schema["anyOf"] for each in _resolved(some)] if "anyOf" in schema else [schema]
+
+
+def _table(schema: dict[str, Any]) -> dict[str, Any] | None:
+    return next((each for each in _resolved(schema) if each.get("properties")), None)
+
+
+def _value(schema: dict[str, Any], random: Random, depth: int = 0) -> Any:
+    """A value that the schema allows, or almost."""
+    chosen = random.choice([each for each in _resolved(schema) if each.get("type") != "null"])
+    if "enum" in chosen or "const" in chosen:
+        return random.choice(chosen.get("enum") or [chosen["const"]])
+    match chosen.get("type"):
+        case "number":
+            return round(10.0 ** random.uniform(-3, 4), random.randint(0, 6)) * random.choice((1, 1, 1, -1))
+        case "integer":
+            return random.choice((0, 1, 2, 3, 5, 12, 100))
+        case "boolean":
+            return random.random() < 0.5
+        case "array":
+            return [
+                _value(chosen.get("items", {}), random, depth + 1) for _ in range(random.choice((0, 1, 1, 1, 2, 5)))
+            ]
+        case "object" if depth < 4:
+            properties = chosen.get("properties", {})
+            needed = set(chosen.get("required", ()))
+            keys = [key for key in properties if key in needed or random.random() < 0.3]
+            return {key: _value(properties[key], random, depth + 1) for key in keys}
+    return random.choice(WORDS)
+
+
+def _words(schema: Any) -> Iterator[str]:
+    if isinstance(schema, dict):
+        yield from schema.get("properties", {})
+        yield from (word for word in schema.get("enum", ()) if isinstance(word, str))
+        for value in schema.values():
+            yield from _words(value)
+    elif isinstance(schema, list):
+        for value in schema:
+            yield from _words(value)
+
+
+WORDS = sorted(
+    {
+        *_words(SCHEMA),
+        *QUANTITIES,
+        *(t[k] for text in TEXTS.values() for t, k in places(tomllib.loads(text)) if isinstance(t[k], str)),
+    }
+)
+
+
+def damaged(text: bytes, random: Random) -> bytes:
+    """With some bytes others, gone, or twice."""
+    data = bytearray(text)
+    for _ in range(random.choice((1, 1, 3, 30))):
+        first = random.randrange(len(data) + 1)
+        last = min(len(data), first + random.choice((0, 1, 1, 2, 9, 200)))
+        new = random.choice(
+            (b"", random.randbytes(last - first), bytes(data[first:last]) * 2, b"\xff", b"\n", b'"')
+        )
+        data[first:last] = new
+    return bytes(data)
+
+
+# --------------------------------------------------------------------------- what comes of it
+
+
+@contextmanager
+def at_most(seconds: float) -> Iterator[None]:
+    """Seconds of the processor, after which a case is a hang."""
+
+    def ring(*_: Any) -> None:
+        raise Hang
+
+    before = signal.signal(signal.SIGPROF, ring)
+    signal.setitimer(signal.ITIMER_PROF, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0)
+        signal.signal(signal.SIGPROF, before)
+
+
+def outcome(command: str, text: bytes, seconds: float) -> Outcome:
+    """Run a command on a scene, in a folder of its own, and judge how it ends."""
+    out, err = io.StringIO(), io.StringIO()
+    name, _, _ = command.partition(" ")
+    _, arguments = COMMANDS[command]
+    with TemporaryDirectory() as folder, chdir(folder):
+        scene = Path("scene.toml")
+        scene.write_bytes(text)
+        try:
+            with redirect_stdout(out), redirect_stderr(err), at_most(seconds):
+                code = main([name, str(scene), *arguments])
+        except Hang:
+            code = -1
+        left = [each for each in Path().rglob("*") if each.is_file() and each != scene]
+        faults = tuple(_faults(code, out.getvalue(), err.getvalue(), left))
+    return Outcome(command, code, faults, out.getvalue(), err.getvalue())
+
+
+def _faults(code: int, out: str, err: str, left: list[Path]) -> Iterator[str]:
+    if code == -1 or "Hang" in err:
+        yield "hang"
+    elif code not in (0, exits.NOTHING_FEASIBLE, exits.BAD_INPUT, exits.NOT_REACHED):
+        yield f"exit code {code}"
+    if "Traceback" in out + err or "Warning:" in err:
+        yield "traceback"
+    if NAN.search(out.replace('"nan', "")):
+        yield "NaN"
+    if code == exits.BAD_INPUT and (left or out):
+        yield f"bad input, and written: {left}"
+    if code == exits.BAD_INPUT and not err.strip():
+        yield "no message"
+    if any(len(line) > LONGEST_LINE or not line.isprintable() for line in err.splitlines()):
+        yield "a message that is no printable line"
+    for each in left:
+        if each.suffix in (".csv", ".html", ".svg") and NAN.search(each.read_text(encoding="utf-8")):
+            yield f"NaN in {each}"

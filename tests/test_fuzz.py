@@ -1,0 +1,23 @@
+"""Scenes that went wrong at random: each is answered or refused in a line. ``benchmarks/fuzz.py`` tries 100,000."""
+
+import pytest
+from support.fuzzed import case, outcome
+
+SECONDS = 60.0  # of the processor; the slowest of 100,000 takes a tenth of it
+FEW, MANY = 60, 3000
+
+
+def tried(numbers):
+    outcomes = {number: outcome(*case(number), SECONDS) for number in numbers}
+    assert {number: (each.faults, each.err[-500:]) for number, each in outcomes.items() if each.faults} == {}
+    return outcomes.values()
+
+
+def test_some_scenes():
+    codes = [each.code for each in tried(range(10**6, 10**6 + FEW))]
+    assert min(codes.count(0), codes.count(2)) > FEW / 10  # they are neither all cams nor all refused
+
+
+@pytest.mark.long
+def test_many_scenes():
+    tried(range(2 * 10**6, 2 * 10**6 + MANY))
