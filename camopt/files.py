@@ -1,4 +1,4 @@
-"""Paths settled before the work, files that appear only when whole, folders that stay only with a result inside."""
+"""Paths settled before the work; files that appear only when they are whole, and on disk."""
 
 import os
 import re
@@ -127,7 +127,7 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
     """
     path = Path(path)
     target = target_of(path)
-    partial = target.with_name(f".{target.name}.{random_name()}{PARTIAL}")
+    partial = partial_of(target)
     with naming(path, partial), ExitStack() as stack:
         check_replaceable(target)
         _remove_orphans(target)
@@ -159,6 +159,11 @@ def naming(path: Path, *temporary: Path) -> Iterator[None]:
 def random_name() -> str:
     """A name that no other process chooses, on this machine or another one."""
     return os.urandom(8).hex()
+
+
+def partial_of(path: Path) -> Path:
+    """A temporary name beside a path."""
+    return path.with_name(f".{path.name}.{random_name()}{PARTIAL}")
 
 
 def target_of(path: Path) -> Path:
@@ -232,27 +237,6 @@ def _remove_orphans(target: Path) -> None:
 def _remove(partial: Path) -> None:
     with suppress(OSError):
         partial.unlink(missing_ok=True)
-
-
-@contextmanager
-def result_folder(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """A folder that takes files, made if there is none; what was made goes again if the block leaves it empty.
-
-    Raises
-    ------
-    OSError
-        If it cannot be made, or takes no files.
-    """
-    path = Path(path)
-    made = [folder for folder in (path, *path.parents) if not folder.exists()]
-    try:
-        path.mkdir(parents=True, exist_ok=True)
-        _check_folder(path, path)
-        yield path
-    finally:
-        with suppress(OSError):  # there is something in it
-            for folder in made:
-                folder.rmdir()
 
 
 def write_text(path: Path, text: str) -> None:

@@ -159,12 +159,20 @@ def settled_paths(folder: Path, pattern: str) -> list[Path]:
     return [path for path in (settled_path(folder / name) for name in sorted(names)) if path.exists()]
 
 
+def command_of(path: Path) -> str | None:
+    """The command whose result has a file, as far as a manifest says so."""
+    results = _known(path.parent).results
+    return next((command for command, result in results.items() if path.name in result.files), None)
+
+
 def _unplaced(folder: Path) -> Iterator[Result]:
     """Results whose files have not all got their names."""
+    return (result for result in _known(folder).results.values() if result.waiting(folder).is_dir())
+
+
+def _known(folder: Path) -> Manifest:
+    """What the manifest of a folder says, if there is one that can be read."""
     try:
-        manifest = manifest_of(folder)
+        return manifest_of(folder) or Manifest()
     except (BadInput, OSError):
-        return
-    for result in manifest.results.values() if manifest else ():
-        if result.waiting(folder).is_dir():
-            yield result
+        return Manifest()

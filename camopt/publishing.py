@@ -29,7 +29,7 @@ from camopt.files import (
     target_of,
     whole_file,
 )
-from camopt.manifest import MANIFEST, WORK, Damaged, Fact, Manifest, Result, manifest_of, run_of
+from camopt.manifest import MANIFEST, WORK, Damaged, Fact, Manifest, Result, command_of, manifest_of, run_of
 
 LOCK = "lock"
 JOURNAL = ".journal"
@@ -51,6 +51,10 @@ class Unit:
         What writes them.
     may_write : tuple of str
         Names, or patterns of names.
+    revises : bool
+        Whether other files of the result stay.
+    files : tuple of pathlib.Path
+        What was published; nothing before the end.
     """
 
     folder: Path
@@ -58,6 +62,8 @@ class Unit:
     staging: Path
     command: str
     may_write: tuple[str, ...]
+    revises: bool = False
+    files: tuple[Path, ...] = ()
 
     @property
     def journal(self) -> Path:
@@ -70,13 +76,11 @@ class Unit:
             raise KeyError(f"{name} is none of {', '.join(self.may_write)}")
         return self.staging / name
 
-    def files(self) -> list[Path]:
-        """The files written so far, under the names that they will have."""
-        return sorted(self.folder / path.name for path in self.staging.iterdir())
-
 
 @contextmanager
-def published(folder: str | os.PathLike[str], command: str, may_write: tuple[str, ...]) -> Iterator[Unit]:
+def published(
+    folder: str | os.PathLike[str], command: str, may_write: tuple[str, ...], *, revises: bool = False
+) -> Iterator[Unit]:
     """A result of several files in a folder: it replaces the earlier one if the block ends well.
 
     Parameters
@@ -88,6 +92,8 @@ def published(folder: str | os.PathLike[str], command: str, may_write: tuple[str
     may_write : tuple of str
         Names, or patterns such as ``optimum-*.toml``. Files with such a name (not those that only match a pattern)
         are taken for an earlier result where there is no manifest.
+    revises : bool, default False
+        Whether files of the earlier result that the block does not write stay.
 
     Raises
     ------
@@ -99,7 +105,7 @@ def published(folder: str | os.PathLike[str], command: str, may_write: tuple[str
     folder = Path(folder)
     with _made(folder) as made, _held(folder) as (work, alone):
         _settle(folder, work, alone)
-        unit = Unit(folder, work, work / random_name(), command, may_write)
+        unit = Unit(folder, work, work / random_name(), command, may_write, revises)
         try:
             unit.staging.mkdir()
             yield unit
@@ -111,9 +117,28 @@ def published(folder: str | os.PathLike[str], command: str, may_write: tuple[str
             if isinstance(end, OSError):
                 _raise_of_result(end, unit)
             raise
-        _remove(unit.journal)
+        if not revises:
+            _remove(unit.journal)
         _settle(folder, work, alone)
         _remove(unit.staging)
+
+
+@contextmanager
+def revised(path: str | os.PathLike[str]) -> Iterator[Path]:
+    """Where to write a file anew: as a part of the result that has it, or the path itself if none has.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be written, or another run writes to the folder.
+    """
+    path = Path(path)
+    command = command_of(path)
+    if command is None:
+        yield path
+    else:
+        with published(path.parent, command, (path.name,), revises=True) as unit:
+            yield unit.path(path.name)
 
 
 def _raise_of_result(trouble: OSError, unit: Unit) -> None:
@@ -231,10 +256,11 @@ def _commit(unit: Unit, made: list[Path]) -> None:
     old = _manifest(folder)
     earlier = old.results.get(unit.command, Result("", {})).files
     exact = {name for name in unit.may_write if "*" not in name}
-    gone = {*earlier, *exact} - old.others(unit.command)
+    gone = set() if unit.revises else {*earlier, *exact} - old.others(unit.command)
     if not staged and unit.command not in old.results and not any((folder / name).is_file() for name in gone):
         return  # there is nothing, and there was nothing
-    files = {file.name: _fact(file) for file in staged}
+    kept = earlier if unit.revises else {}
+    files = {**kept, **{file.name: _fact(file) for file in staged}}
     result = Result(run_of(unit.command, files), files, tuple(sorted(gone - {*files})))
     synced(unit.staging)
     unit.staging = unit.staging.rename(result.waiting(folder))
@@ -245,6 +271,7 @@ def _commit(unit: Unit, made: list[Path]) -> None:
         synced(path)
     os.replace(written, folder / MANIFEST)
     synced(folder)
+    unit.files = tuple(folder / file.name for file in staged)
 
 
 def _fact(path: Path) -> Fact:

@@ -12,7 +12,7 @@ import pytest
 from camopt import BadInput
 from camopt.files import whole_file, write_text
 from camopt.manifest import MANIFEST, WORK, Damaged, manifest_of, settled_path, settled_paths
-from camopt.publishing import published
+from camopt.publishing import published, revised
 
 MAY_WRITE = ("a.txt", "b.txt", "c.txt")
 
@@ -118,7 +118,7 @@ def test_the_second_of_two_runs_is_told_of_the_first(tmp_path):
 DIES = """
 import os, sys
 from pathlib import Path
-from camopt.publishing import published
+from camopt.publishing import published, revised
 with published(sys.argv[1], "sweep", ("a.txt",)) as unit:
     unit.path("a.txt").write_text("lost")
     unit.journal.write_text("kept")
@@ -254,3 +254,23 @@ def test_a_file_replaces_no_pipe_and_no_device(tmp_path, place):
         write_text(path, "1")
     assert names(tmp_path) == [place]
     assert Path("/dev/null").is_char_device()
+
+
+def test_a_file_is_written_anew_as_a_part_of_the_result_that_has_it(tmp_path):
+    publish(tmp_path, {"a.txt": "1", "b.txt": "1"})
+    with published(tmp_path, "sweep", MAY_WRITE, revises=True) as unit:
+        unit.journal.write_text("of a sweep to go on with")
+        publish_in_vain = revised(tmp_path / "a.txt")
+        with pytest.raises(BlockingIOError):
+            publish_in_vain.__enter__()
+    with revised(tmp_path / "a.txt") as place:
+        write_text(place, "22")
+    assert seen(tmp_path) == {"a.txt": "22", "b.txt": "1"}
+    assert {name: fact.bytes for name, fact in manifest_of(tmp_path).results["sweep"].files.items()} == {
+        "a.txt": 2,
+        "b.txt": 1,
+    }
+    assert names(tmp_path / WORK) == ["sweep.journal"]
+    with revised(tmp_path / "other.txt") as place:
+        write_text(place, "3")
+    assert seen(tmp_path) == {"a.txt": "22", "b.txt": "1", "other.txt": "3"}

@@ -157,23 +157,25 @@ NO_TIME = 1e-3  # seconds: where none are left, bounds have prices, and nothing 
 def optimise(scene: Any, as_json: bool, quiet: bool, out: Path | None, seconds: float) -> int:
     """Find the smallest cam of each motion law that meets every limit."""
     from camopt.cli import reports, terminal
-    from camopt.files import result_folder
     from camopt.numerics.clock import now
+    from camopt.publishing import published
     from camopt.smallest.optimise import optimise as run
     from camopt.smallest.prices import prices
     from camopt.tables.designs import OPTIMUM, write_scenes
 
     if out:
         check_folder(scene, out, OPTIMUM)
-    with result_folder(out) if out else nullcontext(), terminal.progress(quiet, "laws") as advance:
+    writing = published(out, "optimise", (OPTIMUM,)) if out else nullcontext()
+    with writing as unit, terminal.progress(quiet, "laws") as advance:
         end = now() + seconds
         result = run(scene, advance, seconds)
-        files = write_scenes(result.by_law, out) if out and result.by_law else []
+        if unit:
+            write_scenes(result.by_law, unit.staging)
         costs = prices(result, max(end - now(), NO_TIME))
     reports.show_optimum(result, costs, as_json)
     if not quiet:
         terminal.say_unused(scene)
-        terminal.say_written(files)
+        terminal.say_written(unit.files if unit else ())
     return _reached(scene, result.best["relative_half_width"]) if result.best else NOTHING_FEASIBLE
 
 
@@ -193,26 +195,26 @@ def optimise(scene: Any, as_json: bool, quiet: bool, out: Path | None, seconds: 
 def synthesise(scene: Any, as_json: bool, quiet: bool, out: Path, picture: Path | None) -> int:
     """Compute new motion laws (B-splines) that allow the smallest cam."""
     from camopt.cli import reports, terminal
-    from camopt.files import result_folder
+    from camopt.publishing import published
     from camopt.synthesis.compare import compared
-    from camopt.synthesis.files import SCENE, write_comparison, write_laws
+    from camopt.synthesis.files import SCENE, SYNTHESIS, write_comparison, write_laws
     from camopt.synthesis.prices import synthesis_prices
     from camopt.synthesis.synthesise import synthesise as run
 
     check_folder(scene, out, SCENE)
-    with result_folder(out), terminal.progress(quiet, "starts") as advance:
+    with published(out, "synthesise", SYNTHESIS) as unit, terminal.progress(quiet, "starts") as advance:
         result = run(scene, advance)
         known = compared(scene)
-        files = [*write_laws(result, out), *write_comparison(result, known, out)]
+        write_laws(result, unit.staging)
+        write_comparison(result, known, unit.staging)
         costs = synthesis_prices(result)
     if picture:
         from camopt.drawing.synthesis import plot_synthesis
 
         plot_synthesis(result, picture, known)
-        files.append(picture)
     reports.show_synthesis(result, known, costs, as_json)
     if not quiet:
-        terminal.say_written(files)
+        terminal.say_written([*unit.files, *filter(None, [picture])])
     return _reached(scene, result.design["relative_half_width"])
 
 
@@ -251,18 +253,18 @@ def frontier(
     """Show the trade-off between size and acceleration, or other terms and loads, with new motion laws."""
     from camopt.cli import reports, terminal
     from camopt.drawing.frontier import plot_frontier
-    from camopt.files import result_folder
-    from camopt.synthesis.files import write_frontier
+    from camopt.publishing import published
+    from camopt.synthesis.files import FRONTIER, PICTURE, write_frontier
     from camopt.synthesis.frontier import frontier as run
 
-    with result_folder(out), terminal.progress(quiet, "points") as advance:
+    with published(out, "frontier", (FRONTIER, PICTURE)) as unit, terminal.progress(quiet, "points") as advance:
         with keys_as_options():
             found = run(scene, [axis.strip() for axis in axes.split(",")], points, workers, advance, engine)
-        table, picture = write_frontier(found, out), out / "frontier.png"
-        plot_frontier(found, picture)
+        write_frontier(found, unit.staging)
+        plot_frontier(found, unit.path(PICTURE))
     reports.show_frontier(found, as_json)
     if not quiet:
-        terminal.say_written([table, picture])
+        terminal.say_written(unit.files)
     return 0 if found.rows else NOTHING_FEASIBLE
 
 
@@ -433,15 +435,15 @@ def serve(scene: Any, as_json: bool, quiet: bool, port: int, folder: Path | None
 def accuracy(scene: Any, as_json: bool, quiet: bool, out: Path) -> int:
     """Measure how much time accuracy costs, as a table and a picture."""
     from camopt.cli import reports, terminal
-    from camopt.files import result_folder
-    from camopt.studies.accuracy import measure, write_accuracy
+    from camopt.publishing import published
+    from camopt.studies.accuracy import ACCURACY, measure, write_accuracy
 
-    with result_folder(out), terminal.progress(quiet, "laws") as advance:
+    with published(out, "accuracy", ACCURACY) as unit, terminal.progress(quiet, "laws") as advance:
         rows = measure(scene, advance)
-        files = write_accuracy(rows, scene, out)
+        write_accuracy(rows, scene, unit.staging)
     reports.show_accuracy(rows, scene, as_json)
     if not quiet:
-        terminal.say_written(files)
+        terminal.say_written(unit.files)
     return 0
 
 
@@ -462,16 +464,16 @@ def effects(scene: Any, as_json: bool, quiet: bool, spectrum: bool, out: Path) -
     from camopt.cli import reports, terminal
 
     if spectrum:
-        from camopt.files import result_folder
+        from camopt.publishing import published
+        from camopt.studies.spectrum import SPECTRUM, write_spectrum
         from camopt.studies.spectrum import spectrum as spectra
-        from camopt.studies.spectrum import write_spectrum
 
-        with result_folder(out):
+        with published(out, "effects", SPECTRUM) as unit:
             rows = spectra(scene)
-            files = write_spectrum(rows, out)
+            write_spectrum(rows, unit.staging)
         reports.show_spectrum(rows, as_json)
         if not quiet:
-            terminal.say_written(files)
+            terminal.say_written(unit.files)
         return 0
     from camopt.studies.cost_report import cost_report
 

@@ -15,6 +15,7 @@ from camopt.problem.problem import Problem, resolve
 from camopt.problem.rows import Rows
 from camopt.problem.settings import problems_of
 from camopt.problem.space import Space
+from camopt.publishing import revised
 from camopt.quantities import QUANTITIES
 from camopt.scene.tables import LONGEST, SHORTEST
 from camopt.smallest.result import Progress, report_progress
@@ -38,7 +39,7 @@ def certify_table(path: str | os.PathLike[str], progress: Progress | None = None
     Stopped
         If ``progress``, called with (rows done, rows in all), returned False; the table stays as it was.
     OSError
-        If there is no such file, or it cannot be read or written.
+        If there is no such file, it cannot be read or written, or another run writes to its folder.
     """
     table = read_table(path)
     if COLUMN in table.column_names:
@@ -48,17 +49,24 @@ def certify_table(path: str | os.PathLike[str], progress: Progress | None = None
         raise no_table(path, why)
     rows = Rows({name: table[name].to_numpy() for name in table.column_names}, table.num_rows)
     space = Space(problem, problems_of(problem), {})
-    verdicts, done = np.full(table.num_rows, "", dtype=object), 0
+    with revised(path) as place:
+        verdicts = _verdicts(space, rows, progress)
+        if "" in verdicts:
+            raise no_table(path, "this has laws that its scene does not have")
+        field = schema((COLUMN,), "").field(COLUMN)
+        write_table(table.append_column(field, pa.array(verdicts, type=pa.string())), place)
+    return Counter(verdicts)
+
+
+def _verdicts(space: Space, rows: Rows, progress: Progress | None) -> list[str]:
+    """The verdict on each row; empty where its laws are none of the space."""
+    verdicts, done = [""] * rows.count, 0
     for each, index, designs in space.designs_of(rows):
         for row, number in enumerate(index):
             verdicts[number] = summary(certify_design(each, designs.take(np.array([row]))))
             done += 1
-            report_progress(progress, done, table.num_rows)
-    if "" in verdicts:
-        raise no_table(path, "this has laws that its scene does not have")
-    field = schema((COLUMN,), "").field(COLUMN)
-    write_table(table.append_column(field, pa.array(verdicts.tolist(), type=pa.string())), path)
-    return Counter(verdicts.tolist())
+            report_progress(progress, done, rows.count)
+    return verdicts
 
 
 def _oddities(table: pa.Table, problem: Problem) -> Iterator[str]:

@@ -90,7 +90,7 @@ class KernelCache(NullCache):
             return
         key = self._key(sig, data.codegen)
         file = self._file(key)
-        partial = file.with_name(f"{file.name}.{os.getpid()}.partial")
+        partial = file.with_name(f"{file.name}.{os.urandom(8).hex()}.partial")
         with suppress(OSError):
             try:
                 partial.write_bytes(checked(pickled((key, data._reduce()))))

@@ -33,6 +33,7 @@ from camopt.version import VERSION
 if TYPE_CHECKING:
     from camopt.scene.scene import Scene
 
+SPECTRUM = ("spectrum.parquet", "spectrum.svg")
 DRAWN = ("cycloidal", "modified-sine", "modified-trapezoid", "harmonic", "poly345", "poly4567")
 RATIOS = np.linspace(0.1, 10.0, 397)  # every whole number and quarter among them
 ALLOWED = (1e-3, 1e4)
@@ -170,7 +171,7 @@ def spectrum(scene: "Scene") -> "Rows":
 
 
 def write_spectrum(rows: "Rows", folder: str | os.PathLike[str]) -> tuple[Path, Path]:
-    """Write ``spectrum.parquet`` and ``studies.spectrum.svg`` into a folder, which is made; the two paths.
+    """Write the table and its picture into a folder, which is made; the two paths.
 
     Raises
     ------
@@ -188,7 +189,7 @@ def write_spectrum(rows: "Rows", folder: str | os.PathLike[str]) -> tuple[Path, 
         about = {"unit": column.unit, "symbol": column.symbol, "description": column.sentence}
         fields.append(pa.field(name, TYPES[column.kind], nullable=False, metadata=about))
     layout = pa.schema(fields, metadata={"camopt_version": VERSION})
-    table, picture = Path(folder) / "spectrum.parquet", Path(folder) / "spectrum.svg"
+    table, picture = (Path(folder) / name for name in SPECTRUM)
     table.parent.mkdir(parents=True, exist_ok=True)
     write_table(to_table(rows, layout), table)
     laws = rows.column("law")

@@ -17,8 +17,8 @@ from camopt.synthesis.units import unit_of
 from camopt.tables.sealed import write_table
 from camopt.version import VERSION
 
-SCENE, LAWS, FRONTIER = "synthesised.toml", "laws.csv", "frontier.parquet"
-KNOWN, SUMMARY = "known.toml", "synthesis.json"
+SCENE, LAWS, KNOWN, SUMMARY = SYNTHESIS = "synthesised.toml", "laws.csv", "known.toml", "synthesis.json"
+FRONTIER, PICTURE = "frontier.parquet", "frontier.png"
 POINTS = 361
 
 

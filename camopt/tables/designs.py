@@ -7,7 +7,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, overload
 
-from camopt.files import result_folder, write_text
+from camopt.files import write_text
 from camopt.mechanisms import FIELDS
 from camopt.mistakes import BadInput, Mistake, UnknownName, nearest
 from camopt.motion import LAWS
@@ -160,12 +160,10 @@ OPTIMUM = "optimum-*.toml"
 
 
 def write_scenes(designs: Mapping[str, Design], folder: str | os.PathLike[str]) -> list[Path]:
-    """Write the scene of each design, by its laws, as a TOML file; the files."""
-
+    """Write the scene of each design, by its laws, as a TOML file into a folder; the files."""
     files = []
-    with result_folder(folder) as out:
-        for laws, design in designs.items():
-            name = re.sub(r"[^\w.+-]+", "-", laws)
-            files.append(out / OPTIMUM.replace("*", name))
-            write_text(files[-1], design.scene.to_toml())
+    for laws, design in designs.items():
+        name = re.sub(r"[^\w.+-]+", "-", laws)
+        files.append(Path(folder) / OPTIMUM.replace("*", name))
+        write_text(files[-1], design.scene.to_toml())
     return files

@@ -23,6 +23,7 @@ from camopt.studies.accuracy.subjects import DESIGNS, REFERENCED, Subject, desig
 from camopt.tables.sealed import write_table
 from camopt.version import VERSION
 
+ACCURACY = ("accuracy.parquet", "accuracy.png", "accuracy.svg")
 RUNS = 3
 NEAR = 1e-9  # relative: how far beyond its limit a design is put, to see whether it is accepted
 SMALLEST = "smallest radius"
@@ -167,13 +168,14 @@ def _timed(run: Callable[[], Result]) -> tuple[Result, float]:
 
 
 def write_accuracy(rows: list[dict[str, Any]], scene: Scene, folder: str | os.PathLike[str]) -> list[Path]:
-    """Write ``accuracy.parquet``, ``.png`` and ``.svg`` to a folder."""
+    """Write the table and its pictures to a folder; the files."""
     from camopt.drawing.accuracy import plot_accuracy
 
     out = Path(folder)
     out.mkdir(parents=True, exist_ok=True)
     about = {"camopt_version": VERSION, "camopt_scene": scene.to_toml()}
-    write_table(pa.Table.from_pylist(rows, metadata=about), out / "accuracy.parquet")
-    for suffix in ("png", "svg"):
-        plot_accuracy(rows, scene.name, out / f"accuracy.{suffix}")
-    return [out / f"accuracy.{suffix}" for suffix in ("parquet", "png", "svg")]
+    table, *pictures = files = [out / name for name in ACCURACY]
+    write_table(pa.Table.from_pylist(rows, metadata=about), table)
+    for picture in pictures:
+        plot_accuracy(rows, scene.name, picture)
+    return files
