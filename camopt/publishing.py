@@ -68,13 +68,18 @@ class Unit:
     @property
     def journal(self) -> Path:
         """Where the command may keep what it has done: it stays if the command fails, and is removed if not."""
-        return self.work / f"{self.command}{JOURNAL}"
+        return journal_path(self.folder, self.command)
 
     def path(self, name: str) -> Path:
         """Where a file is written."""
         if not any(fnmatchcase(name, known) for known in self.may_write):
             raise KeyError(f"{name} is none of {', '.join(self.may_write)}")
         return self.staging / name
+
+
+def journal_path(folder: Path, command: str) -> Path:
+    """Where a command keeps what it has done of a result in a folder."""
+    return folder / WORK / f"{command}{JOURNAL}"
 
 
 @contextmanager

@@ -12,6 +12,7 @@ from support.depth import times
 from camopt import Scene, evaluate, find_scene, load, sweep
 from camopt.effects import Case, offered
 from camopt.front import front_search, shared_curves
+from camopt.front.asked import column_names, with_objectives
 from camopt.front.blocks import Blocks
 from camopt.front.box_bounds import Bounds, all_bounded, is_bounded
 from camopt.front.dominance import Dominators
@@ -20,7 +21,6 @@ from camopt.front.grid_boxes import Grid
 from camopt.front.pareto import LARGEST, signs
 from camopt.front.pareto import objectives as objectives_of
 from camopt.front.streaming import gathered, in_order
-from camopt.front.sweep import column_names, with_objectives
 from camopt.problem.limits import LOADS
 from camopt.problem.problem import resolve
 from camopt.problem.rows import joined

@@ -12,6 +12,7 @@ from camopt.cli.options import (
     Axis,
     FreeNumber,
     Place,
+    Share,
     changed,
     check_file,
     check_folder,
@@ -101,6 +102,14 @@ def _reached(scene: Any, half_width: float) -> int:
     "(normalised to 0 to 1).",
 )
 @click.option("--workers", type=click.IntRange(1), help="Number of threads; one per core by default.")
+@click.option(
+    "--resume",
+    is_flag=True,
+    help="Go on with the interrupted sweep in the folder, whatever it was asked. The same command does so anyway.",
+)
+@click.option(
+    "--part", type=Share(), help="Evaluate one of N equal parts, on any machine; `camopt merge` puts them together."
+)
 def sweep(
     scene: Any,
     as_json: bool,
@@ -108,16 +117,45 @@ def sweep(
     out: Path,
     keep: str,
     workers: int | None,
-    law: tuple[str, ...],
-    thin: float | None,
-    refine: bool,
-    vary: tuple[tuple[str, Any], ...],
-    **axes: Any,
+    resume: bool,
+    part: tuple[int, int] | None,
+    **asked: Any,
 ) -> int:
-    """Evaluate every design of a grid, or a sample; write the feasible ones and the Pareto front as tables."""
+    """Evaluate every design of a grid, or a sample; write the feasible ones and the Pareto front as tables.
+
+    An interrupted sweep keeps what it has done: the same command goes on from there.
+    """
     from camopt.cli import reports, terminal
+    from camopt.cli.resumed import resumed
+    from camopt.front.parts import sweep_part
     from camopt.front.sweep import sweep as run
 
+    scene = changed(scene, _searched(**asked))
+    if resume:
+        scene, keep = resumed(scene, keep, out, part)
+    check_folder(scene, out)
+    tell = None if quiet else terminal.say_note
+    with terminal.progress(quiet, "boxes of designs" if keep == "front-only" else "designs") as advance:
+        if part:
+            share = sweep_part(scene, part, out, keep, workers, advance, tell=tell)
+        else:
+            whole = run(scene, out, keep, workers, advance, tell=tell)
+    if part:
+        reports.show_part(share, as_json)
+    else:
+        reports.show_sweep(whole, as_json)
+    if not quiet:
+        terminal.say_unused(scene)
+        terminal.say_written([share.file] if part else whole.files)
+    if part:
+        return 0
+    return _reached(scene, whole.reached) if whole.pareto else NOTHING_FEASIBLE
+
+
+def _searched(
+    law: tuple[str, ...], thin: float | None, refine: bool, vary: tuple[tuple[str, Any], ...], **axes: Any
+) -> dict[str, tuple[str, Any]]:
+    """What options change in [search]: keys, each with its option and value."""
     changes = {f"search.{key}": (option_of(key), value) for key, value in axes.items() if value is not None}
     changes |= {f"search.{key}": (f"--vary {key}", axis) for key, axis in vary}
     if law:
@@ -127,15 +165,27 @@ def sweep(
         changes |= {"search.thin": ("--thin", thin)}
     if refine:
         changes |= {"search.refine": ("--refine", True)}
-    scene = changed(scene, changes)
-    check_folder(scene, out)
-    with terminal.progress(quiet, "boxes of designs" if keep == "front-only" else "designs") as advance:
-        result = run(scene, out, keep, workers, advance)
+    return changes
+
+
+@camopt.command()
+@click.argument("parts", nargs=-1, required=True, metavar="FOLDER...")
+@output_options
+@click.option("--out", type=Place(), default="camopt-out", show_default=True, help="Folder for the tables.")
+def merge(parts: tuple[str, ...], as_json: bool, quiet: bool, out: Path) -> int:
+    """Put the parts of a sweep together: the tables that one run would have written.
+
+    FOLDERs hold what `camopt sweep --part` wrote, in them or in folders inside them.
+    """
+    from camopt.cli import reports, terminal
+    from camopt.front.parts import merge as run
+
+    with terminal.progress(quiet, "designs") as advance, keys_as_options():
+        result = run(parts, out, advance)
     reports.show_sweep(result, as_json)
     if not quiet:
-        terminal.say_unused(scene)
         terminal.say_written(result.files)
-    return _reached(scene, result.reached) if result.pareto else NOTHING_FEASIBLE
+    return _reached(result.scene, result.reached) if result.pareto else NOTHING_FEASIBLE
 
 
 NO_TIME = 1e-3  # seconds: where none are left, bounds have prices, and nothing is sought without them

@@ -236,6 +236,18 @@ class Axis(click.ParamType):  # type: ignore[type-arg]  # generic from click 8.4
         return dict(zip(("start", "stop", "step"), numbers, strict=False))
 
 
+class Share(click.ParamType):  # type: ignore[type-arg]
+    """PART/PARTS, such as 3/100."""
+
+    name = "I/N"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[int, int]:
+        part, slash, parts = value.partition("/")
+        if not (slash and part.isdecimal() and parts.isdecimal()):
+            self.fail(f"{value!r} is not the number of a part and that of all parts, such as 3/100", param, ctx)
+        return int(part), int(parts)
+
+
 class FreeNumber(click.ParamType):  # type: ignore[type-arg]
     """A key of [search] with its axis: KEY=START:STOP:STEP, and as an axis else."""
 

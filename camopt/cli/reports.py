@@ -22,6 +22,7 @@ from camopt.tables.columns import bounds_of, columns_of, is_nothing, joined_laws
 if TYPE_CHECKING:  # a report imports what it shows from the command that made it
     from camopt.checking import Checked
     from camopt.exporting.exported import Exported
+    from camopt.front.parts import SweepPart
     from camopt.front.sweep import Sweep
     from camopt.scene.scene import Scene
     from camopt.smallest.optimise import Optimum
@@ -114,6 +115,28 @@ def show_sweep(result: "Sweep", as_json: bool) -> None:
         show(f"No design can be assembled: {result.obstacle}.")
     else:
         show("No feasible design. A sweep with another --keep shows the nearest miss.")
+    return None
+
+
+def show_part(result: "SweepPart", as_json: bool) -> None:
+    """Counts of a part of a sweep."""
+    if as_json:
+        return print_json(
+            {
+                "scene": result.scene.name,
+                "part": result.part,
+                "parts": result.parts,
+                "designs": result.designs,
+                "impossible": result.impossible,
+                "feasible": result.feasible,
+                "undecided": result.effort.undecided,
+                "looked_at_again": result.effort.again,
+                "decided_in_balls": result.effort.balls - result.effort.undecided,
+                "files": [str(result.file)],
+            }
+        )
+    where = f"part {result.part} of {result.parts}"
+    show(f"{result.scene.name}, {where}: {result.designs:,} designs, {result.feasible:,} feasible")
     return None
 
 

@@ -140,7 +140,12 @@ def say_unused(scene: Any) -> None:
 def say_notes(sentences: Iterable[str]) -> None:
     """What a reader should know of a result, on standard error."""
     for sentence in sentences:
-        say(f"camopt: {sentence}")
+        say_note(sentence)
+
+
+def say_note(sentence: str) -> None:
+    """Something to know before the work, on standard error."""
+    say(f"camopt: {sentence}")
 
 
 def say_written(files: Iterable[Any]) -> None:

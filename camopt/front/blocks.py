@@ -98,12 +98,24 @@ class Blocks:
     def __len__(self) -> int:
         return int(self._ends[-1]) if self._ends else 0
 
+    def _designs(self, number: int) -> tuple[int, int, int]:
+        """The part of the space that a block is of, and which designs of that problem it has: from, to."""
+        part = bisect_right(self._ends, number)
+        _, start, stop = self._parts[part]
+        first = start + self.size * (number - (self._ends[part - 1] if part else 0))
+        return part, first, min(first + self.size, stop)
+
+    def designs_before(self, number: int) -> int:
+        """How many designs the blocks before one have together."""
+        if number >= len(self):
+            return len(self.space)
+        part, first, _ = self._designs(number)
+        return sum(stop - start for _, start, stop in self._parts[:part]) + first - self._parts[part][1]
+
     def batch(self, number: int) -> Batch:
         """Evaluate one block."""
-        part = bisect_right(self._ends, number)
-        problem, start, stop = self._parts[part]
-        first = start + self.size * (number - (self._ends[part - 1] if part else 0))
-        last = min(first + self.size, stop)
+        part, first, last = self._designs(number)
+        problem, *_ = self._parts[part]
         existing, evaluated, effort = self._evaluated(part, problem, first, last)
         feasible = evaluated.take(evaluated.column("feasible").astype(bool))
         front = non_dominated(feasible, problem.scene.search)

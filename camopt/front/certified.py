@@ -8,7 +8,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.compute as pc
 
-from camopt.front.sweep import column_names
+from camopt.front.asked import column_names
 from camopt.mechanisms import SIZES
 from camopt.mistakes import BadInput
 from camopt.problem.problem import Problem, resolve

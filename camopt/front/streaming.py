@@ -6,10 +6,12 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from itertools import islice
 from typing import NamedTuple, TypeVar
 
+from camopt.front.asked import Asked
 from camopt.front.blocks import Batch
 from camopt.front.pareto import Archive, best_of_laws
 from camopt.problem.rows import Rows, joined
 from camopt.problem.space import Space
+from camopt.smallest.result import Progress, report_progress
 from camopt.verdicts.judging import Effort
 
 Item = TypeVar("Item")
@@ -41,7 +43,7 @@ def gathered(
     batches: Iterable[Batch],
     block: int,
     write: Callable[[Rows], None],
-    progress: Callable[[int, int], bool | None],
+    progress: Progress | None = None,
 ) -> Seen:
     """What batches give together that cover a space in its order. ``write`` takes the rows that they keep.
 
@@ -59,9 +61,18 @@ def gathered(
         archive.add(batch.front)
         best = batch.best if best is None else best_of_laws(joined([best, batch.best]), search)
         write(batch.kept)
-        progress(designs, total)
+        report_progress(progress, designs, total)
     assert best is not None
     return Seen(archive.front(), best, effort, reached, designs, existing, feasible)
+
+
+Engine = Callable[[Asked, range], Iterator[Batch]]
+"""What evaluates the blocks of some numbers and gives their batches in order."""
+
+
+def threads(workers: int) -> Engine:
+    """A few threads of this process."""
+    return lambda asked, numbers: in_order(asked.blocks.batch, numbers, workers)
 
 
 def in_order(work: Callable[[Item], Result], items: Iterable[Item], workers: int) -> Iterator[Result]:

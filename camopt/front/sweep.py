@@ -1,6 +1,7 @@
 """The sweep: every design of a space through the kernels, block by block, and its Pareto set."""
 
 import os
+from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -9,20 +10,20 @@ from typing import Any
 import numpy as np
 
 from camopt.files import write_text
-from camopt.front.blocks import BLOCK, Blocks
-from camopt.front.box_bounds import all_bounded
+from camopt.front.asked import FRONT_ONLY, TABLED, Asked, asked_of, column_names
+from camopt.front.blocks import BLOCK
+from camopt.front.estimate import check_room, estimated
 from camopt.front.front_search import FrontSearch
+from camopt.front.journal import Journal, Tell, going_on, journal_at
 from camopt.front.pareto import Front, best_of_laws, front_of, thinned
 from camopt.front.refine import refined
-from camopt.front.streaming import gathered, in_order
+from camopt.front.streaming import Engine, Seen, gathered, threads
 from camopt.mechanisms import Designs
-from camopt.mistakes import BadInput, Mistake, nearest
-from camopt.problem.problem import VERDICT, Problem, exactly, resolve
+from camopt.problem.problem import Problem, exactly
 from camopt.problem.rows import Rows, joined
-from camopt.problem.sample import searched_space
 from camopt.problem.space import Space
 from camopt.publishing import Unit, published
-from camopt.quantities import QUANTITIES, motion_quantity
+from camopt.quantities import QUANTITIES
 from camopt.scene.scene import Scene
 from camopt.shown import Shown
 from camopt.smallest.result import Progress
@@ -32,11 +33,8 @@ from camopt.tables.designs import ByLaw, Design
 from camopt.tables.table import TableWriter, schema, table_file
 from camopt.verdicts.judging import Effort, by_excess, judged, least_excess, weighed
 
-FRONT_ONLY = "front-only"
 SCENE = "scene.toml"
 MAY_WRITE = ("pareto.parquet", "pareto-grid.parquet", "designs.parquet", SCENE)
-KEPT = ("pareto", "feasible", "all", FRONT_ONLY)
-"""Which designs a sweep can write to its table of designs; with the last one it finds the front and no more."""
 
 
 @dataclass(frozen=True)
@@ -118,6 +116,8 @@ def sweep(
     workers: int | None = None,
     progress: Progress | None = None,
     block: int = BLOCK,
+    engine: Engine | None = None,
+    tell: Tell | None = None,
 ) -> Sweep:
     """Evaluate every design of the grid or the sample that a scene's ``[search]`` asks for; find the Pareto front.
 
@@ -140,6 +140,11 @@ def sweep(
         there will be).
     block : int, default 32768
         Designs evaluated together, which bounds the memory.
+    engine : callable, optional
+        What evaluates the blocks in place of threads of this process.
+    tell : callable, optional
+        Called with sentences that a user should know: of a long sweep, how long it may take and how much room on
+        the disk; and whether it goes on where an interrupted one ended.
 
     Returns
     -------
@@ -152,7 +157,7 @@ def sweep(
         If the space cannot be swept: a range without a step, an objective that the mechanism has not, more than
         10,000 combinations of numbers that are no sizes; for another ``keep``.
     OSError
-        If a file cannot be written, or another run writes to the folder.
+        If a file cannot be written, there is no room for what is kept, or another run writes to the folder.
 
     References
     ----------
@@ -165,36 +170,53 @@ def sweep(
     >>> swept.designs, swept.feasible
     (9, 0)
     """
-    if keep not in KEPT:
-        raise BadInput([Mistake("camopt", "keep", keep, f"a choice of designs; {nearest(str(keep), KEPT)}")])
-    problem = with_objectives(resolve(scene))
-    space = searched_space(problem)
-    search, names, count = problem.scene.search, column_names(problem), workers or os.cpu_count() or 1
+    asked = asked_of(scene, keep if out is not None or keep != "feasible" else "pareto", block)
+    count = workers or os.cpu_count() or 1
+    run = engine or threads(count)
+    if asked.by_boxes:
+        search = FrontSearch(asked.space, asked.names, count, progress)
+        return result_of(asked, out, lambda unit, write: search.run(), progress)
+
+    def searched(unit: Unit | None, write: Write) -> Seen:
+        if unit is None:
+            return gathered(asked.space, run(asked, asked.numbers()), block, write, progress)
+        with journal_at(unit.journal, asked, tell=tell) as journal:
+            foresee(journal, count, tell)
+            return gathered(asked.space, going_on(journal, run, tell), block, write, progress)
+
+    return result_of(asked, out, searched, progress)
+
+
+Write = Callable[[Rows], None]
+"""What takes rows for the table of designs."""
+
+
+def result_of(
+    asked: Asked,
+    out: str | os.PathLike[str] | None,
+    search: Callable[[Unit | None, Write], Seen],
+    progress: Progress | None,
+) -> Sweep:
+    """The result of a search, written to a folder if there is one."""
+    scene, space = asked.scene, asked.space
     with ExitStack() as stack:
-        unit = out and stack.enter_context(published(out, "sweep", MAY_WRITE))
-        tables = _tables(stack, unit, problem, keep) if unit else {}
-        if keep == FRONT_ONLY and not search.samples and all(map(all_bounded, space.problems)):
-            seen = FrontSearch(space, names, count, progress).run()
-        else:
-            kept = bool(tables) and keep in ("feasible", "all")
-            blocks = Blocks(space, names, every=keep == "all", kept=kept, size=block)
-            batches = in_order(blocks.batch, range(len(blocks)), count)
-            write = tables["designs"].append if kept else _nowhere
-            seen = gathered(space, batches, block, write, progress or _silent)
+        unit = None if out is None else stack.enter_context(published(out, "sweep", MAY_WRITE))
+        tables = _tables(stack, unit, asked) if unit else {}
+        seen = search(unit, tables["designs"].append if tables and asked.keep in TABLED else _nowhere)
         rows, grid = _fronts(space, seen.front, progress)
-        front = front_of(rows, search, grid if search.refine else None)
-        front = front and replace(front, knee=Design(front.knee, problem.scene))
+        front = front_of(rows, scene.search, grid if scene.search.refine else None)
+        front = front and replace(front, knee=Design(front.knee, scene))
         if unit:
             about = {"designs": len(space), "evaluated": seen.evaluated, "decided_by_boxes": seen.decided}
             tables["pareto"].describe("camopt_sweep", to_json(about))
             if front:
                 tables["pareto"].describe("camopt_front", to_json(front.to_dict()))
             for table, found in (("pareto", rows), ("pareto-grid", grid), ("designs", grid)):
-                if table in tables and (table != "designs" or keep == "pareto"):
+                if table in tables and (table != "designs" or asked.keep == "pareto"):
                     tables[table].append(found)
-            write_text(unit.path(SCENE), problem.scene.to_toml())
+            write_text(unit.path(SCENE), scene.to_toml())
     return Sweep(
-        scene=problem.scene,
+        scene=scene,
         designs=len(space),
         impossible=None if seen.existing is None else len(space) - seen.existing,
         feasible=seen.feasible,
@@ -203,21 +225,30 @@ def sweep(
         pareto=rows.count,
         files=tuple(unit.folder / name for name in (*map(file_name, tables), SCENE)) if unit else (),
         best=best_of_each_law(space, seen.best),
-        nearest_miss=nearest_miss_of_space(space, block) if seen.feasible == 0 else None,
+        nearest_miss=nearest_miss_of_space(space, asked.block) if seen.feasible == 0 else None,
         front=front,
-        obstacle="" if seen.existing != 0 else problem.setup.mechanism.assembly,
+        obstacle="" if seen.existing != 0 else asked.problem.setup.mechanism.assembly,
         evaluated=seen.evaluated,
         boxes=seen.boxes,
         decided_by_boxes=seen.decided,
     )
 
 
+def foresee(journal: Journal, workers: int, tell: Tell | None) -> None:
+    """Tell what a long sweep will take; an OSError if there is no room for it.
+
+    Where a journal is, it was told already, and the room that it takes is not free any more.
+    """
+    if not journal.path.exists():
+        estimate = estimated(journal.asked, journal.numbers, workers, journal.path.parent)
+        if estimate and tell:
+            tell(str(estimate))
+        if estimate:
+            check_room(estimate, journal.path.parents[1])
+
+
 def _nowhere(rows: Rows) -> None:
     """Rows of which no table is written."""
-
-
-def _silent(done: int, total: int) -> None:
-    """Progress that nobody asked for."""
 
 
 def _fronts(space: Space, found: Rows, progress: Progress | None) -> tuple[Rows, Rows]:
@@ -234,39 +265,16 @@ def file_name(table: str) -> str:
     return f"{table}.parquet"
 
 
-def _tables(stack: ExitStack, unit: Unit, problem: Problem, keep: str) -> dict[str, TableWriter]:
+def _tables(stack: ExitStack, unit: Unit, asked: Asked) -> dict[str, TableWriter]:
     """The tables of a sweep by name, open until the stack is left."""
-    names, scene, refine = column_names(problem), problem.scene.to_toml(), problem.scene.search.refine
-    columns = {} if keep == FRONT_ONLY else {"designs": names}
+    names, scene, refine = asked.names, asked.scene.to_toml(), asked.scene.search.refine
+    columns = {} if asked.keep == FRONT_ONLY else {"designs": names}
     columns |= {"pareto": (*names, "refined") if refine else names}
     columns |= {"pareto-grid": names} if refine else {}
     return {
         table: stack.enter_context(table_file(unit.path(file_name(table)), schema(kept, scene)))
         for table, kept in columns.items()
     }
-
-
-def with_objectives(problem: Problem) -> Problem:
-    """The problem with objectives: the scene's, or else size, peak acceleration and pressure angle.
-
-    A flat face is square to its motion, or its pressure angle all but given: it is no objective there.
-    """
-    search, setup = problem.scene.search, problem.setup
-    if not (search.minimise or search.maximise):
-        timed = setup.omega is not None
-        acceleration = motion_quantity("acceleration", "", angular=setup.angular, timed=timed)
-        names = [problem.size_name, acceleration]
-        names += [] if setup.mechanism.curvature is None else ["pressure_angle_max_deg"]
-        return replace(problem, scene=problem.scene.replace(**{"search.minimise": names}))
-    return problem
-
-
-def column_names(problem: Problem) -> tuple[str, ...]:
-    """The columns of a sweep: sizes, what limits and objectives need, named outputs, and the verdict."""
-    numbers = {name for name in problem.needed if QUANTITIES[name].kind is float}  # the verdict tells the rest
-    outputs = problem.named if problem.scene.outputs else frozenset()
-    names = problem.sizes | numbers | outputs | set(VERDICT)
-    return tuple(name for name in QUANTITIES if name in names)
 
 
 def best_of_each_law(space: Space, rows: Rows) -> dict[str, Design]:
@@ -280,7 +288,11 @@ def best_of_each_law(space: Space, rows: Rows) -> dict[str, Design]:
 
 
 def to_compare(space: Space, rows: Rows) -> Rows:
-    """Rows that people compare, with the digits that ``evaluate`` gives: equal designs have equal rows."""
+    """Rows that people compare, with the digits that ``evaluate`` gives: equal designs have equal rows.
+
+    Columns are in the order of the quantities, wherever the rows come from.
+    """
+    rows = replace(rows, columns={name: rows.columns[name] for name in QUANTITIES if name in rows.columns})
     parts, places = [rows.take(np.arange(0))], []
     for problem, index, designs in space.designs_of(rows):
         for first in range(0, index.size, BLOCK):

@@ -1,0 +1,37 @@
+"""What ``--resume`` goes on with."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+from click.core import ParameterSource
+
+BESIDE = {"out", "resume", "part", "workers", "scheduler", "quiet", "as_json"}
+"""Options that do not ask for another sweep."""
+
+
+def resumed(scene: Any, keep: str, out: Path, part: tuple[int, int] | None) -> tuple[Any, str]:
+    """The scene of the interrupted sweep in a folder, and which designs it keeps.
+
+    BadInput if there is none, or if options ask for something else than it was asked.
+    """
+    from camopt.front.asked import asked_again, asked_of
+    from camopt.front.journal import interrupted
+    from camopt.front.parts import COMMAND, folder_of
+    from camopt.mistakes import BadInput, Mistake
+
+    folder, command = (out / folder_of(*part), COMMAND) if part else (out, "sweep")
+    question = interrupted(folder, command)
+    if question is None:
+        why = "needs an interrupted sweep, and there is none in this folder"
+        raise BadInput([Mistake("camopt", "--resume", str(folder), why, bare=True)])
+    context = click.get_current_context()
+    sources = {name: context.get_parameter_source(name) for name in context.params}
+    if any(source is ParameterSource.COMMANDLINE for name, source in sources.items() if name not in BESIDE):
+        other = asked_of(scene, keep).question(*(part or (1, 1))).other_than(question)
+        if other:
+            why = (
+                f"goes on with the sweep in {folder}, which has another {', '.join(other)}; it starts anew without"
+            )
+            raise BadInput([Mistake("camopt", "--resume", None, why, bare=True)])
+    return asked_again(question).scene, question.keep

@@ -1,0 +1,151 @@
+"""What a sweep is asked: a problem with objectives, its space of designs, and which of them to keep."""
+
+import json
+import tomllib
+from dataclasses import asdict, dataclass, fields, replace
+from functools import cached_property
+from typing import Any
+
+from camopt.front.blocks import BLOCK, Blocks
+from camopt.front.box_bounds import all_bounded
+from camopt.mistakes import BadInput, Mistake, nearest
+from camopt.problem.problem import VERDICT, Problem, resolve
+from camopt.problem.sample import searched_space
+from camopt.problem.space import Space
+from camopt.quantities import QUANTITIES, motion_quantity
+from camopt.scene.scene import Scene
+from camopt.version import VERSION
+
+FRONT_ONLY = "front-only"
+TABLED = ("feasible", "all")
+KEPT = ("pareto", *TABLED, FRONT_ONLY)
+"""Which designs a sweep can write to its table of designs; with the last one it finds the front and no more."""
+
+
+@dataclass(frozen=True)
+class Question:
+    """A sweep, or a part of one, in words that other machines and later runs understand.
+
+    To equal questions blocks give equal rows.
+    """
+
+    scene: str
+    """TOML, with objectives."""
+    keep: str
+    block: int
+    """The most designs of a block."""
+    version: str
+    """Of camopt and its kernels."""
+    part: int = 1
+    parts: int = 1
+
+    def encoded(self) -> bytes:
+        """The question as JSON."""
+        return json.dumps(asdict(self)).encode()
+
+    @classmethod
+    def decoded(cls, data: bytes) -> "Question":
+        """A question from JSON; a ValueError if it is none."""
+        found = json.loads(data)
+        if not isinstance(found, dict) or set(found) != {field.name for field in fields(cls)}:
+            raise ValueError("no question of a sweep")
+        return cls(**found)
+
+    def other_than(self, other: "Question") -> list[str]:
+        """What another question has other than this one: keys of the scene, and names of the rest."""
+        ours, theirs = (_keys(tomllib.loads(question.scene)) for question in (self, other))
+        keys = [key for key in {**ours, **theirs} if ours.get(key) != theirs.get(key)]
+        rest = ("keep", "block", "version", "part", "parts")
+        return keys + [name for name in rest if getattr(self, name) != getattr(other, name)]
+
+    @property
+    def whole(self) -> "Question":
+        """The question of which this one is a part."""
+        return replace(self, part=1, parts=1)
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A sweep to be run."""
+
+    problem: Problem
+    """With objectives."""
+    space: Space
+    keep: str
+    block: int = BLOCK
+
+    @property
+    def scene(self) -> Scene:
+        return self.problem.scene
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """The columns of rows."""
+        return column_names(self.problem)
+
+    @property
+    def by_boxes(self) -> bool:
+        """Whether boxes of designs are decided together: the front alone is wanted, and objectives allow it."""
+        return (
+            self.keep == FRONT_ONLY and not self.scene.search.samples and all(map(all_bounded, self.space.problems))
+        )
+
+    @cached_property
+    def blocks(self) -> Blocks:
+        """The blocks of the space."""
+        return Blocks(self.space, self.names, self.keep == "all", self.keep in TABLED, self.block)
+
+    def question(self, part: int = 1, parts: int = 1) -> Question:
+        """The question, or that of one of several equal parts."""
+        from camopt.kernels.dispatchers import CACHE_FOLDER
+
+        version = f"{VERSION} {CACHE_FOLDER.name}"
+        return Question(self.scene.to_toml(), self.keep, self.block, version, part, parts)
+
+    def numbers(self, part: int = 1, parts: int = 1) -> range:
+        """The blocks of one of several equal parts: consecutive ones."""
+        return range(len(self.blocks) * (part - 1) // parts, len(self.blocks) * part // parts)
+
+
+def _keys(data: Any, key: str = "") -> dict[str, Any]:
+    """The values of nested mappings by dotted key."""
+    if not isinstance(data, dict):
+        return {key: data}
+    parts = (_keys(value, f"{key}.{name}" if key else name) for name, value in data.items())
+    return {key: value for part in parts for key, value in part.items()}
+
+
+def asked_of(scene: Scene, keep: str, block: int = BLOCK) -> Asked:
+    """What a sweep of a scene is asked. Errors are those of ``sweep``."""
+    if keep not in KEPT:
+        raise BadInput([Mistake("camopt", "keep", keep, f"a choice of designs; {nearest(str(keep), KEPT)}")])
+    problem = with_objectives(resolve(scene))
+    return Asked(problem, searched_space(problem), keep, block)
+
+
+def asked_again(question: Question) -> Asked:
+    """What a question asks, on another machine or in a later run."""
+    return asked_of(Scene.embedded(question.scene, "sweep"), question.keep, question.block)
+
+
+def with_objectives(problem: Problem) -> Problem:
+    """The problem with objectives: the scene's, or else size, peak acceleration and pressure angle.
+
+    A flat face is square to its motion, or its pressure angle all but given: it is no objective there.
+    """
+    search, setup = problem.scene.search, problem.setup
+    if not (search.minimise or search.maximise):
+        timed = setup.omega is not None
+        acceleration = motion_quantity("acceleration", "", angular=setup.angular, timed=timed)
+        names = [problem.size_name, acceleration]
+        names += [] if setup.mechanism.curvature is None else ["pressure_angle_max_deg"]
+        return replace(problem, scene=problem.scene.replace(**{"search.minimise": names}))
+    return problem
+
+
+def column_names(problem: Problem) -> tuple[str, ...]:
+    """The columns of a sweep: sizes, what limits and objectives need, named outputs, and the verdict."""
+    numbers = {name for name in problem.needed if QUANTITIES[name].kind is float}  # the verdict tells the rest
+    outputs = problem.named if problem.scene.outputs else frozenset()
+    names = problem.sizes | numbers | outputs | set(VERDICT)
+    return tuple(name for name in QUANTITIES if name in names)

@@ -1,0 +1,82 @@
+"""How long a sweep will take and how much room on the disk, from a few of its blocks."""
+
+import os
+import shutil
+from datetime import timedelta
+from errno import ENOSPC
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from camopt.front.asked import TABLED, Asked
+from camopt.front.journal import encoded
+from camopt.front.streaming import in_order
+from camopt.numerics.clock import now
+
+MANY = 512  # blocks: a sweep of fewer has ended before anyone wonders
+EACH = 4  # blocks of the sample, a thread
+TABLE_AND_JOURNAL = 2  # what is kept is in both until the end
+
+
+class Estimate(NamedTuple):
+    """What a sweep will take, about."""
+
+    designs: int
+    seconds: float
+    table: float
+    """Bytes of what is kept."""
+    free: float
+    """Bytes that are free on the disk."""
+
+    @property
+    def needed(self) -> float:
+        """Bytes on the disk while it runs."""
+        return TABLE_AND_JOURNAL * self.table
+
+    def __str__(self) -> str:
+        time = f"{self.designs:,} designs take about {in_words(self.seconds)}"
+        if not self.table:
+            return time
+        return (
+            f"{time} and {size_in_words(self.needed)} on the disk, of which {size_in_words(self.table)} remain; "
+            f"{size_in_words(self.free)} are free"
+        )
+
+
+def estimated(asked: Asked, numbers: range, workers: int, folder: Path) -> Estimate | None:
+    """An estimate for blocks of a sweep, from some of them; None for few.
+
+    Neighbours of those that are timed come first: they find what a motion has to be known for.
+    """
+    if len(numbers) < MANY:
+        return None
+    places = np.linspace(0, len(numbers) - 2, EACH * workers + 2).astype(int)[1:-1]
+    before, timed = ([numbers[place + step] for place in places.tolist()] for step in (0, 1))
+    for _ in in_order(asked.blocks.batch, before, workers):
+        pass
+    start = now()
+    batches = [*in_order(asked.blocks.batch, timed, workers)]
+    share = len(numbers) / len(timed)
+    kept = sum(len(encoded(batch, asked.names)) for batch in batches) if asked.keep in TABLED else 0
+    designs = asked.blocks.designs_before(numbers.stop) - asked.blocks.designs_before(numbers.start)
+    return Estimate(designs, share * (now() - start), share * kept, shutil.disk_usage(folder).free)
+
+
+def check_room(estimate: Estimate, folder: Path) -> None:
+    """An OSError if what a sweep keeps finds no room, before hours of work."""
+    if estimate.needed > estimate.free:
+        room = f"{size_in_words(estimate.needed)} are needed and {size_in_words(estimate.free)} are free"
+        why = f"{os.strerror(ENOSPC)}: about {room}; to keep the Pareto front alone takes next to nothing"
+        raise OSError(ENOSPC, why, os.fspath(folder))
+
+
+def in_words(seconds: float) -> str:
+    """A time as h:mm:ss."""
+    return str(timedelta(seconds=round(seconds)))
+
+
+def size_in_words(size: float) -> str:
+    """Bytes as people say them."""
+    power = min(max(len(f"{size:.0f}") - 1, 0) // 3, 4)
+    return f"{size / 1000**power:.3g} {('B', 'kB', 'MB', 'GB', 'TB')[power]}"

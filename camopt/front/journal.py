@@ -1,0 +1,308 @@
+"""The journal of a sweep: what finished blocks gave, on disk, so that nothing that was evaluated is lost.
+
+A journal starts with the question that was asked. Records follow, each some blocks that follow those of the record
+before, with its length and digest: what a death cut short, or a flipped bit changed, is known, and evaluated anew.
+A part of a sweep is a journal that is whole.
+"""
+
+import json
+import os
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import contextmanager, suppress
+from hashlib import sha256
+from pathlib import Path
+from struct import Struct
+from typing import Any, BinaryIO
+
+import numpy as np
+import pyarrow as pa
+
+from camopt.files import synced
+from camopt.front.asked import Asked, Question
+from camopt.front.blocks import Batch, merged
+from camopt.front.streaming import Engine
+from camopt.mistakes import Stopped
+from camopt.numerics.clock import now
+from camopt.problem.rows import Rows
+from camopt.publishing import journal_path
+from camopt.tables.table import schema, to_table
+from camopt.verdicts.judging import Effort
+
+MAGIC = b"camopt journal 1\n"
+SECONDS = 1.0  # between records: less is lost at most, and a sweep that is shorter writes none
+HEAD = Struct("<Q32s")  # length and digest of a record
+MOST = 1 << 34  # bytes of a record; a longer one is none
+END = b"end"
+TABLES = ("kept", "front", "best")
+
+
+class Journal:
+    """A journal that is read up to where it is whole, and then written on.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        The file; a new one if there is none.
+    asked : Asked
+        What is asked now.
+    question : Question
+        The same in words. A journal of another question is replaced.
+
+    Attributes
+    ----------
+    done : int
+        The number after that of the last block that is on disk.
+    trouble : OSError or None
+        Why no more could be written. A sweep goes on without it; what was written is kept.
+    """
+
+    def __init__(self, path: Path, asked: Asked, question: Question) -> None:
+        self.path, self.asked, self.question = path, asked, question
+        self.numbers = asked.numbers(question.part, question.parts)
+        self.done = self.numbers.start
+        self.trouble: OSError | None = None
+        self._whole = 0  # bytes
+        self._pending: list[Batch] = []
+        self._since = now()
+        self._thread = ThreadPoolExecutor(1)
+        self._writing: Future[None] | None = None
+
+    def replayed(self) -> Iterator[Batch]:
+        """The batches of a journal of the same question, in order, up to where it is whole."""
+        with suppress(FileNotFoundError), self.path.open("rb") as file:
+            for batch, end in batches_of(file, self.question, self.numbers):
+                self.done, self._whole = batch.last, end
+                yield batch
+        self._since = now()
+
+    def add(self, batch: Batch) -> None:
+        """Add what follows. It is written within a second or so, beside the work."""
+        if self.trouble:
+            return
+        self._pending.append(batch)
+        if now() - self._since >= SECONDS:
+            self._write_pending()
+            self._since = now()
+
+    def close(self) -> None:
+        """Write what is pending."""
+        self._write_pending()
+        self._wait()
+        self._thread.shutdown()
+
+    def finish(self, path: Path) -> None:
+        """Write the rest and the end, and give the file a name: it is a whole part of a sweep.
+
+        Raises
+        ------
+        OSError
+            If it could not be written.
+        """
+        self.close()
+        if self.trouble:
+            raise self.trouble
+        self._append(END)
+        os.replace(self.path, path)
+
+    @property
+    def kept(self) -> str:
+        """What is kept, in words; empty if nothing is."""
+        kept = self.done > self.numbers.start
+        return f"{self.progress} are done and kept; the same command goes on from there" if kept else ""
+
+    @property
+    def progress(self) -> str:
+        """How many designs are done, in words."""
+        places = (self.numbers.start, self.done, self.numbers.stop)
+        before, done, after = map(self.asked.blocks.designs_before, places)
+        return f"{done - before:,} of {after - before:,} designs"
+
+    def _write_pending(self) -> None:
+        """Have what is pending written once the record before is: no more than two wait in memory."""
+        self._wait()
+        some, self._pending = self._pending, []
+        if some and not self.trouble:
+            batch = merged(some, self.asked.scene.search)
+            self._writing = self._thread.submit(self._write, batch)
+
+    def _wait(self) -> None:
+        if self._writing is None:
+            return
+        try:
+            self._writing.result()
+        except OSError as trouble:
+            self.trouble = trouble
+        self._writing = None
+
+    def _write(self, batch: Batch) -> None:
+        self._append(encoded(batch, self.asked.names))
+        self.done = batch.last
+
+    def _append(self, payload: bytes) -> None:
+        """Write a record behind the last whole one; in a new file behind the question."""
+        with self.path.open("r+b" if self._whole else "wb") as file:
+            file.seek(self._whole)
+            file.truncate()
+            if not self._whole:
+                file.write(MAGIC + packed(self.question.encoded()))
+            file.write(packed(payload))
+            file.flush()
+            synced(self.path)
+            self._whole = file.tell()
+
+
+Tell = Callable[[str], None]
+"""What takes sentences that a user should know before the work."""
+
+
+@contextmanager
+def journal_at(
+    path: Path, asked: Asked, part: int = 1, parts: int = 1, tell: Tell | None = None
+) -> Iterator[Journal]:
+    """The journal of a sweep or of a part of one, closed in the end. ``tell`` is told if another one was there.
+
+    Who stops it is told what is kept; so is who reads the notes of another error.
+    """
+    journal = Journal(path, asked, asked.question(part, parts))
+    found = question_of(path)
+    if tell and found and found != journal.question:
+        other = ", ".join(found.other_than(journal.question))
+        tell(f"an interrupted sweep was here, of another question ({other}); this one starts anew")
+    try:
+        yield journal
+    except BaseException as end:
+        journal.close()
+        if journal.kept and isinstance(end, (KeyboardInterrupt, Stopped)):
+            end.args = (f"{end if end.args else 'interrupted'}; {journal.kept}",)
+        elif journal.kept:
+            end.add_note(journal.kept)
+        raise
+    finally:
+        journal.close()
+
+
+def going_on(journal: Journal, engine: Engine, tell: Tell | None = None) -> Iterator[Batch]:
+    """The batches of a journal, and those that follow, which it takes. ``tell`` is told how many there were."""
+    yield from journal.replayed()
+    if tell and journal.done > journal.numbers.start:
+        tell(f"going on where an interrupted sweep ended: {journal.progress} are done")
+    for batch in engine(journal.asked, range(journal.done, journal.numbers.stop)):
+        journal.add(batch)
+        yield batch
+
+
+def packed(payload: bytes) -> bytes:
+    """A record: length, digest, payload."""
+    return HEAD.pack(len(payload), sha256(payload).digest()) + payload
+
+
+def records(file: BinaryIO) -> Iterator[tuple[bytes, int]]:
+    """The records of a journal, each with where it ends, up to where it is whole."""
+    if file.read(len(MAGIC)) != MAGIC:
+        return
+    while len(head := file.read(HEAD.size)) == HEAD.size:
+        length, digest = HEAD.unpack(head)
+        payload = file.read(length) if length <= MOST else b""
+        if len(payload) != length or sha256(payload).digest() != digest:
+            return
+        yield payload, file.tell()
+
+
+def interrupted(folder: Path, command: str) -> Question | None:
+    """The question of an interrupted sweep of a folder; None if there is none."""
+    return question_of(journal_path(folder, command))
+
+
+def question_of(path: Path) -> Question | None:
+    """The question of a journal; None if there is none, or it is damaged.
+
+    Raises
+    ------
+    OSError
+        If the file cannot be read.
+    """
+    with suppress(FileNotFoundError, ValueError, TypeError), path.open("rb") as file:
+        for payload, _ in records(file):
+            return Question.decoded(payload)
+    return None
+
+
+def batches_of(file: BinaryIO, question: Question, numbers: range) -> Iterator[tuple[Batch, int]]:
+    """The batches of a journal, each with where it ends; none if it is of another question."""
+    found, expected = records(file), numbers.start
+    for payload, _ in found:
+        if payload != question.encoded():
+            return
+        break
+    for payload, end in found:
+        if payload == END:
+            return
+        batch = decoded(payload)
+        if batch.first != expected or batch.last > numbers.stop:
+            return
+        expected = batch.last
+        yield batch, end
+
+
+class Broken(ValueError):
+    """A part of a sweep is damaged; the message says where."""
+
+
+def whole_batches(path: Path, question: Question, numbers: range) -> Iterator[Batch]:
+    """The batches of a part of a sweep.
+
+    Raises
+    ------
+    Broken
+        If it is not as it was written; after the batches before that place.
+    """
+    done, whole = numbers.start, len(MAGIC + packed(question.encoded()))
+    with path.open("rb") as file:
+        for batch, end in batches_of(file, question, numbers):
+            done, whole = batch.last, end
+            yield batch
+        file.seek(whole)
+        last = file.read()
+    if done != numbers.stop or last != packed(END):
+        raise Broken(f"this is damaged, or cut short, after {whole:,} bytes")
+
+
+def encoded(batch: Batch, names: tuple[str, ...]) -> bytes:
+    """A batch as bytes: numbers as JSON, then its rows as tables of Arrow."""
+    layout = schema(names, "")
+    tables = [_table_bytes(to_table(getattr(batch, name), layout)) for name in TABLES]
+    numbers = {name: value for name, value in vars(batch).items() if name not in TABLES}
+    head = json.dumps([numbers, [*map(len, tables)]]).encode()
+    return b"".join([len(head).to_bytes(4, "little"), head, *tables])
+
+
+def decoded(payload: bytes) -> Batch:
+    """A batch from its bytes."""
+    start = 4 + int.from_bytes(payload[:4], "little")
+    numbers, lengths = json.loads(payload[4:start])
+    rows: dict[str, Any] = {}
+    for name, length in zip(TABLES, lengths, strict=True):
+        rows[name] = _rows(pa.ipc.open_stream(payload[start : start + length]).read_all())
+        start += length
+    return Batch(**{**numbers, "effort": Effort(*numbers["effort"])}, **rows)
+
+
+def _table_bytes(table: pa.Table) -> bytes:
+    sink = pa.BufferOutputStream()
+    options = pa.ipc.IpcWriteOptions(compression="zstd")
+    with pa.ipc.new_stream(sink, table.schema.remove_metadata(), options=options) as stream:
+        stream.write_table(table.replace_schema_metadata(None))
+    return bytes(sink.getvalue())
+
+
+def _rows(table: pa.Table) -> Rows:
+    return Rows({name: _column(table[name]) for name in table.column_names}, table.num_rows)
+
+
+def _column(column: pa.ChunkedArray) -> Any:
+    if column.type != pa.string():
+        return column.to_numpy()
+    coded = column.combine_chunks().dictionary_encode()
+    words = np.array(coded.dictionary.to_pylist() or [""], dtype=str)
+    return words[coded.indices.to_numpy()]

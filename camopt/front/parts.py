@@ -1,0 +1,255 @@
+"""Parts of a sweep, evaluated on as many machines as there are, and put together again."""
+
+import os
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from camopt.front.asked import Asked, Question, asked_again, asked_of
+from camopt.front.blocks import Batch
+from camopt.front.journal import Broken, Tell, going_on, journal_at, question_of, whole_batches
+from camopt.front.streaming import Engine, Seen, gathered, threads
+from camopt.front.sweep import Sweep, Write, foresee, result_of
+from camopt.manifest import settled_paths
+from camopt.mistakes import BadInput, Mistake
+from camopt.publishing import Unit, published
+from camopt.scene.scene import Scene
+from camopt.shown import Shown
+from camopt.smallest.result import Progress
+from camopt.verdicts.judging import Effort
+
+COMMAND = "part"
+ENDING = ".sweep"
+MOST_PARTS = 100_000
+MOST_NAMED = 20  # parts that a message names
+
+
+@dataclass(frozen=True)
+class SweepPart(Shown):
+    """What one part of a sweep gave.
+
+    Attributes
+    ----------
+    scene : Scene
+        What was asked.
+    part, parts : int
+        Which part it is, from 1, and of how many.
+    designs : int
+        Designs of the part.
+    impossible : int
+        Designs that cannot be assembled.
+    feasible : int
+        Feasible designs.
+    effort : Effort
+        Designs that were looked at again.
+    file : pathlib.Path
+        What ``merge`` reads.
+
+    Examples
+    --------
+    >>> search = {"base_radius": [60, 90, 120], "law": ["cycloidal"]}
+    >>> scene = camopt.find_scene("roller-1000rpm").replace(search=search)
+    >>> found = camopt.sweep_part(scene, (1, 1), out="parts")
+    >>> found.designs, found.feasible
+    (3, 1)
+    """
+
+    scene: Scene
+    part: int
+    parts: int
+    designs: int
+    impossible: int
+    feasible: int
+    effort: Effort
+    file: Path = field(repr=False)
+
+    def __repr__(self) -> str:
+        return f"<Part {self.part} of {self.parts} of a sweep of {self.scene.name}: {self.designs:,} designs>"
+
+
+def sweep_part(
+    scene: Scene,
+    part: tuple[int, int],
+    out: str | os.PathLike[str],
+    keep: str = "feasible",
+    workers: int | None = None,
+    progress: Progress | None = None,
+    engine: Engine | None = None,
+    tell: Tell | None = None,
+) -> SweepPart:
+    """Evaluate one of several equal parts of a sweep; ``merge`` puts them together.
+
+    Parts need nothing of each other: each may run on a machine of its own, at any time.
+
+    Parameters
+    ----------
+    scene : Scene
+        As for ``sweep``.
+    part : tuple of two int
+        Which part, from 1, and of how many: (3, 100).
+    out : str or os.PathLike
+        Folder of the parts; this one gets a folder inside it, such as ``part-3-of-100``.
+    keep, workers, progress, engine, tell
+        As for ``sweep``. Boxes of designs that are decided together have no parts.
+
+    Returns
+    -------
+    SweepPart
+        Counts, and the file.
+
+    Raises
+    ------
+    BadInput
+        As ``sweep``; for a part that does not exist.
+    OSError
+        If a file cannot be written, or another run writes to the same part.
+
+    Examples
+    --------
+    >>> search = {"base_radius": [60, 90, 120], "law": ["cycloidal"]}
+    >>> scene = camopt.find_scene("roller-1000rpm").replace(search=search)
+    >>> parts = [camopt.sweep_part(scene, (number, 2), out="parts") for number in (1, 2)]
+    >>> camopt.merge(["parts"]).designs
+    3
+    """
+    asked, count = asked_of(scene, keep), workers or os.cpu_count() or 1
+    _check(asked, *part)
+    folder, name = Path(out) / folder_of(*part), f"{folder_of(*part)}{ENDING}"
+    with published(folder, COMMAND, (name,)) as unit, journal_at(unit.journal, asked, *part, tell) as journal:
+        foresee(journal, count, tell)
+        batches = going_on(journal, engine or threads(count), tell)
+        seen = gathered(asked.space, batches, asked.block, lambda rows: None, progress)
+        journal.finish(unit.path(name))
+    existing, feasible = seen.existing or 0, seen.feasible or 0
+    impossible = seen.evaluated - existing
+    return SweepPart(asked.scene, *part, seen.evaluated, impossible, feasible, seen.effort, folder / name)
+
+
+def folder_of(part: int, parts: int) -> str:
+    """The name of the folder of a part."""
+    return f"part-{part}-of-{parts}"
+
+
+def _check(asked: Asked, part: int, parts: int) -> None:
+    """BadInput if there is no such part."""
+    mistakes = []
+    if not 1 <= parts <= MOST_PARTS:
+        mistakes.append(Mistake("camopt", "parts", parts, f"a number of parts from 1 to {MOST_PARTS:,}"))
+    elif not 1 <= part <= parts:
+        mistakes.append(Mistake("camopt", "part", part, f"the number of a part, from 1 to {parts:,}"))
+    if asked.by_boxes:
+        why = "decides boxes of the whole space together, which have no parts; pareto gives the same front"
+        mistakes.append(Mistake("camopt", "keep", asked.keep, why, bare=True))
+    if mistakes:
+        raise BadInput(mistakes)
+
+
+def merge(
+    parts: Sequence[str | os.PathLike[str]],
+    out: str | os.PathLike[str] | None = None,
+    progress: Progress | None = None,
+) -> Sweep:
+    """Put the parts of a sweep together: the same result, and files byte for byte, as of one run.
+
+    Parameters
+    ----------
+    parts : sequence of str or os.PathLike
+        Folders with parts in them, or in folders inside them; or the files of parts. All parts of one sweep.
+    out : str or os.PathLike, optional
+        Folder for the tables, as for ``sweep``; None writes nothing.
+    progress : callable, optional
+        Called with (designs done, designs in all).
+
+    Returns
+    -------
+    Sweep
+        As of one run.
+
+    Raises
+    ------
+    BadInput
+        If a part is missing, damaged, there twice, or of another sweep or version of camopt.
+    OSError
+        If a file cannot be read or written.
+
+    Examples
+    --------
+    >>> search = {"base_radius": [60, 90, 120], "law": ["cycloidal"]}
+    >>> scene = camopt.find_scene("roller-1000rpm").replace(search=search)
+    >>> parts = [camopt.sweep_part(scene, (number, 2), out="parts") for number in (1, 2)]
+    >>> merged = camopt.merge(["parts"], out="results")
+    >>> [file.name for file in merged.files]
+    ['designs.parquet', 'pareto.parquet', 'scene.toml']
+    """
+    questions = {path: _question(path) for path in _files(parts)}
+    asked = _checked(questions)
+    in_order = sorted(questions, key=lambda path: questions[path].part)
+
+    def batches() -> Iterator[Batch]:
+        for path in in_order:
+            question = questions[path]
+            try:
+                yield from whole_batches(path, question, asked.numbers(question.part, question.parts))
+            except Broken as why:
+                raise _no_part(path, str(why)) from None
+
+    def searched(unit: Unit | None, write: Write) -> Seen:
+        return gathered(asked.space, batches(), asked.block, write, progress)
+
+    return result_of(asked, out, searched, progress)
+
+
+def _files(parts: Iterable[str | os.PathLike[str]]) -> list[Path]:
+    """The files of parts in some folders, in folders inside them, or named."""
+    found: dict[Path, None] = {}
+    for place in map(Path, parts):
+        if not place.is_dir():
+            found[place] = None
+            continue
+        folders = [place, *sorted(each for each in place.iterdir() if each.is_dir())]
+        files = [file for folder in folders for file in settled_paths(folder, f"*{ENDING}")]
+        if not files:
+            raise BadInput([Mistake("camopt", "part", str(place), "a folder with parts of a sweep; this has none")])
+        found |= dict.fromkeys(files)
+    return [*found]
+
+
+def _question(path: Path) -> Question:
+    question = question_of(path)
+    if question is None:
+        raise _no_part(path, "this is none, or damaged at its beginning")
+    return question
+
+
+def _no_part(path: Path, why: str) -> BadInput:
+    return BadInput([Mistake("camopt", "part", str(path), f"a whole part of a sweep; {why}")])
+
+
+def _checked(questions: dict[Path, Question]) -> Asked:
+    """What parts together ask; BadInput if they are not all the parts of one sweep."""
+    first, mistakes = next(iter(questions)), []
+    whole, parts = questions[first].whole, questions[first].parts
+    for path, question in questions.items():
+        if question.whole != whole or question.parts != parts:
+            other = [name for name in question.other_than(questions[first]) if name != "part"]
+            why = f"a part of the sweep that {first} is of; it has another {', '.join(other)}"
+            mistakes.append(Mistake("camopt", "part", str(path), why))
+    if mistakes:
+        raise BadInput(mistakes)
+    by_part: dict[int, list[Path]] = {}
+    for path, question in questions.items():
+        by_part.setdefault(question.part, []).append(path)
+    for twice in (paths for paths in by_part.values() if len(paths) > 1):
+        why = f"another part than {twice[0]}"
+        mistakes += [Mistake("camopt", "part", str(path), why) for path in twice[1:]]
+    if missing := [part for part in range(1, parts + 1) if part not in by_part]:
+        listed = ", ".join(map(str, missing[:MOST_NAMED])) + (" …" if len(missing) > MOST_NAMED else "")
+        why = f"complete: of {parts} parts there is no part {listed}"
+        mistakes.append(Mistake("camopt", "parts", None, why))
+    asked = asked_again(whole)
+    if asked.question().version != whole.version:
+        why = f"of this version of camopt and its kernels ({asked.question().version}), not {whole.version}"
+        mistakes.append(Mistake("camopt", "parts", None, why))
+    if mistakes:
+        raise BadInput(mistakes)
+    return asked
