@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from camopt.exporting.export import export
     from camopt.exporting.exported import Exported
     from camopt.front.designs import evaluate_designs
+    from camopt.front.parts import SweepPart, merge, sweep_part
     from camopt.front.sweep import Sweep, sweep
     from camopt.measured.fit import fit
     from camopt.measured.fitted import Fitted
@@ -66,6 +67,7 @@ _HOMES = {
     "Scene": "scene.scene",
     "Stopped": "mistakes",
     "Sweep": "front.sweep",
+    "SweepPart": "front.parts",
     "Synthesised": "synthesis.synthesise",
     "UnknownName": "mistakes",
     "Unmet": "mistakes",
@@ -82,6 +84,7 @@ _HOMES = {
     "fit": "measured.fit",
     "frontier": "synthesis.frontier",
     "load": "tables.table",
+    "merge": "front.parts",
     "optimise": "smallest.optimise",
     "plot": "drawing.figures",
     "plot_accuracy": "drawing.accuracy",
@@ -95,6 +98,7 @@ _HOMES = {
     "scene_of": "tables.designs",
     "shipped_scenes": "scene.scene",
     "sweep": "front.sweep",
+    "sweep_part": "front.parts",
     "synthesis_prices": "synthesis.prices",
     "synthesise": "synthesis.synthesise",
 }
@@ -116,6 +120,7 @@ __all__ = [
     "Scene",
     "Stopped",
     "Sweep",
+    "SweepPart",
     "Synthesised",
     "UnknownName",
     "Unmet",
@@ -133,6 +138,7 @@ __all__ = [
     "fit",
     "frontier",
     "load",
+    "merge",
     "optimise",
     "plot",
     "plot_accuracy",
@@ -146,6 +152,7 @@ __all__ = [
     "scene_of",
     "shipped_scenes",
     "sweep",
+    "sweep_part",
     "synthesis_prices",
     "synthesise",
 ]

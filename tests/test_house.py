@@ -52,6 +52,7 @@ LATE = {
     ("verdicts.judging", "verdicts.certify"): "balls are for what rounding leaves open",
     ("verdicts.judging", "verdicts.deciding"): "balls are for what rounding leaves open",
     ("tables.designs", "tables.table"): "it imports pyarrow",
+    ("front.asked", "kernels.dispatchers"): "it imports numba",
     ("points.points", "tables.sealed"): "it imports pyarrow",
     ("points.points", "tables.workbook"): "it imports XlsxWriter",
     ("studies.spectrum", "tables.sealed"): "it imports pyarrow",

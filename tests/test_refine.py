@@ -274,16 +274,3 @@ def test_a_sweep_that_is_not_to_refine_writes_what_it_always_did(tmp_path):
     table = load(tmp_path / "pareto.parquet")
     assert "refined" not in table
     assert table.attrs["front"] == result.front.to_dict()
-
-
-def test_an_interrupted_refinement_leaves_no_files(tmp_path):
-    calls = []
-
-    def stop(done, total):
-        calls.append(total)
-        if len(set(calls)) == 2:
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        sweep(ROLLER, tmp_path, progress=stop)
-    assert list(tmp_path.iterdir()) == []

@@ -191,18 +191,6 @@ def test_values_that_differ_are_split_by_bytes_and_those_that_repeat_are_in_dict
     assert encodings["pressure_angle_max_deg"] == {"BYTE_STREAM_SPLIT", "RLE"}
 
 
-def test_an_interrupted_sweep_leaves_no_files_and_no_new_folder(scene, tmp_path):
-    def stop(done, total):
-        raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        sweep(scene, tmp_path, progress=stop)
-    assert list(tmp_path.iterdir()) == []  # a folder that was there stays
-    with pytest.raises(KeyboardInterrupt):
-        sweep(scene, tmp_path / "new" / "deep", progress=stop)
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_nothing_feasible_names_the_nearest_miss(scene):
     result = sweep(scene.replace(**{"limits.pressure_angle": 5, "limits.pressure_angle_return": 5}))
     assert result.feasible == 0

@@ -117,6 +117,7 @@ class Blocks:
         part, first, last = self._designs(number)
         problem, *_ = self._parts[part]
         existing, evaluated, effort = self._evaluated(part, problem, first, last)
+        evaluated = evaluated.only(self._names)
         feasible = evaluated.take(evaluated.column("feasible").astype(bool))
         front = non_dominated(feasible, problem.scene.search)
         return Batch(

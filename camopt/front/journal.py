@@ -85,9 +85,13 @@ class Journal:
             self._write_pending()
             self._since = now()
 
-    def close(self) -> None:
-        """Write what is pending."""
+    def write_all(self) -> None:
+        """Write what is pending, now."""
         self._write_pending()
+        self._wait()
+
+    def close(self) -> None:
+        """Write no more."""
         self._wait()
         self._thread.shutdown()
 
@@ -99,7 +103,7 @@ class Journal:
         OSError
             If it could not be written.
         """
-        self.close()
+        self.write_all()
         if self.trouble:
             raise self.trouble
         self._append(END)
@@ -172,7 +176,7 @@ def journal_at(
     try:
         yield journal
     except BaseException as end:
-        journal.close()
+        journal.write_all()
         if journal.kept and isinstance(end, (KeyboardInterrupt, Stopped)):
             end.args = (f"{end if end.args else 'interrupted'}; {journal.kept}",)
         elif journal.kept:

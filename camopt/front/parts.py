@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -89,8 +90,16 @@ def sweep_part(
         Which part, from 1, and of how many: (3, 100).
     out : str or os.PathLike
         Folder of the parts; this one gets a folder inside it, such as ``part-3-of-100``.
-    keep, workers, progress, engine, tell
+    keep : str, default "feasible"
         As for ``sweep``. Boxes of designs that are decided together have no parts.
+    workers : int, optional
+        Threads; None takes one a core.
+    progress : callable, optional
+        Called with (designs done, designs of the whole sweep).
+    engine : callable, optional
+        What evaluates the blocks in place of threads of this process.
+    tell : callable, optional
+        As for ``sweep``.
 
     Returns
     -------
@@ -193,7 +202,7 @@ def merge(
             except Broken as why:
                 raise _no_part(path, str(why)) from None
 
-    def searched(unit: Unit | None, write: Write) -> Seen:
+    def searched(stack: ExitStack, unit: Unit | None, write: Write) -> Seen:
         return gathered(asked.space, batches(), asked.block, write, progress)
 
     return result_of(asked, out, searched, progress)

@@ -14,6 +14,7 @@ from camopt.problem.space import Space
 from camopt.smallest.result import Progress, report_progress
 from camopt.verdicts.judging import Effort
 
+NONE = Rows({}, 0)  # where there are no blocks
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
@@ -50,7 +51,7 @@ def gathered(
     ``progress`` is called with (designs done, designs in all). Rows are the same however the space was cut.
     """
     designs, existing, feasible, effort, reached = 0, 0, 0, Effort(), 0.0
-    search, total, best = space.problem.scene.search, len(space), None
+    search, total, best = space.problem.scene.search, len(space), NONE
     archive = Archive(search, block)
     for batch in batches:
         designs += batch.designs
@@ -59,11 +60,11 @@ def gathered(
         effort = effort.plus(batch.effort)
         reached = max(reached, batch.reached)
         archive.add(batch.front)
-        best = batch.best if best is None else best_of_laws(joined([best, batch.best]), search)
+        best = batch.best if best is NONE else best_of_laws(joined([best, batch.best]), search)
         write(batch.kept)
         report_progress(progress, designs, total)
-    assert best is not None
-    return Seen(archive.front(), best, effort, reached, designs, existing, feasible)
+    front = NONE if best is NONE else archive.front()
+    return Seen(front, best, effort, reached, designs, existing, feasible)
 
 
 Engine = Callable[[Asked, range], Iterator[Batch]]

@@ -175,14 +175,14 @@ def sweep(
     run = engine or threads(count)
     if asked.by_boxes:
         search = FrontSearch(asked.space, asked.names, count, progress)
-        return result_of(asked, out, lambda unit, write: search.run(), progress)
+        return result_of(asked, out, lambda stack, unit, write: search.run(), progress)
 
-    def searched(unit: Unit | None, write: Write) -> Seen:
+    def searched(stack: ExitStack, unit: Unit | None, write: Write) -> Seen:
         if unit is None:
             return gathered(asked.space, run(asked, asked.numbers()), block, write, progress)
-        with journal_at(unit.journal, asked, tell=tell) as journal:
-            foresee(journal, count, tell)
-            return gathered(asked.space, going_on(journal, run, tell), block, write, progress)
+        journal = stack.enter_context(journal_at(unit.journal, asked, tell=tell))
+        foresee(journal, count, tell)
+        return gathered(asked.space, going_on(journal, run, tell), block, write, progress)
 
     return result_of(asked, out, searched, progress)
 
@@ -194,15 +194,15 @@ Write = Callable[[Rows], None]
 def result_of(
     asked: Asked,
     out: str | os.PathLike[str] | None,
-    search: Callable[[Unit | None, Write], Seen],
+    search: Callable[[ExitStack, Unit | None, Write], Seen],
     progress: Progress | None,
 ) -> Sweep:
-    """The result of a search, written to a folder if there is one."""
+    """The result of a search, written to a folder if there is one; what the search opens stays so until the end."""
     scene, space = asked.scene, asked.space
     with ExitStack() as stack:
         unit = None if out is None else stack.enter_context(published(out, "sweep", MAY_WRITE))
         tables = _tables(stack, unit, asked) if unit else {}
-        seen = search(unit, tables["designs"].append if tables and asked.keep in TABLED else _nowhere)
+        seen = search(stack, unit, tables["designs"].append if tables and asked.keep in TABLED else _nowhere)
         rows, grid = _fronts(space, seen.front, progress)
         front = front_of(rows, scene.search, grid if scene.search.refine else None)
         front = front and replace(front, knee=Design(front.knee, scene))

@@ -69,9 +69,16 @@ class Rows:
 def joined(parts: Iterable[Rows]) -> Rows:
     """Rows put one after the other; all must have the same columns."""
     parts = list(parts)
-    names = parts[0].columns
-    columns = {name: np.concatenate([part.column(name) for part in parts]) for name in names}
+    columns = {name: _one_after_the_other(name, parts) for name in parts[0].columns}
     return Rows(columns, sum(part.count for part in parts))
+
+
+def _one_after_the_other(name: str, parts: list[Rows]) -> Any:
+    """A column of several parts; where all of them have the same single value, that."""
+    values = [part.columns[name] for part in parts]
+    if not any(map(np.ndim, values)) and all(value == values[0] for value in values):
+        return values[0]
+    return np.concatenate([part.column(name) for part in parts])
 
 
 def finite(record: dict[str, Any]) -> dict[str, Any]:

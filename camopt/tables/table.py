@@ -38,6 +38,8 @@ def to_table(rows: Rows, layout: pa.Schema) -> pa.Table:
 def _array(value: Any, rows: int, kind: pa.DataType) -> pa.Array:
     """A column as an arrow array, from its bytes: ``pa.array`` and ``pa.scalar`` would import pandas, at 0.3 s."""
     if kind == pa.string():
+        if np.ndim(value) and rows and np.all(value == value[0]):
+            value = value[0]
         texts = [text.encode() for text in (value.tolist() if np.ndim(value) else [str(value)])]
         lengths = np.broadcast_to(np.array([*map(len, texts)], dtype=np.int32), (rows,))
         ends, repeats = np.concatenate([[0], np.cumsum(lengths)]).astype(np.int32), 1 if np.ndim(value) else rows

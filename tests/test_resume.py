@@ -1,0 +1,432 @@
+"""Interrupted sweeps that go on, parts of a sweep, and what they are put together to."""
+
+import json
+import signal
+import subprocess
+import sys
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import camopt
+from camopt.cli.main import main
+from camopt.front import estimate, journal
+from camopt.front.asked import asked_of
+from camopt.front.blocks import merged
+from camopt.front.estimate import Estimate, check_room, estimated, size_in_words
+from camopt.front.journal import decoded, encoded, interrupted
+from camopt.front.sweep import sweep
+from camopt.mistakes import BadInput, Stopped
+
+LAWS = ["harmonic", "cycloidal"]
+SEARCH = {"base_radius": {"start": 30, "stop": 149, "step": 1}, "offset": {"start": 0, "stop": 18, "step": 2}}
+SCENE = camopt.find_scene("roller-1000rpm").replace(search=SEARCH | {"law": LAWS})
+BLOCK = 100  # of 2,400 designs
+
+
+def run(out, **asked):
+    return sweep(SCENE, out, block=BLOCK, workers=2, **asked)
+
+
+def stopped(at):
+    """A caller that stops a sweep after so many designs."""
+    return lambda done, total: done < at
+
+
+@pytest.fixture
+def at_once(monkeypatch):
+    """A journal that gets each block by itself."""
+    monkeypatch.setattr(journal, "SECONDS", 0.0)
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """What one run writes, by the designs that it keeps: files by name."""
+
+    def files(keep):
+        return {file.name: file.read_bytes() for file in run(tmp_path_factory.mktemp(keep), keep=keep).files}
+
+    return {keep: files(keep) for keep in ("feasible", "all", "pareto")}
+
+
+def files_in(folder):
+    return {file.name: file.read_bytes() for file in folder.iterdir() if file.name != "manifest.json"}
+
+
+@pytest.mark.parametrize("keep", ["feasible", "all", "pareto"])
+def test_an_interrupted_sweep_goes_on_where_it_ended(keep, tmp_path, whole, at_once):
+    told, seen = [], []
+    with pytest.raises(Stopped, match=r"1,[0-9]00 of 2,400 designs are done and kept; the same command goes on"):
+        run(tmp_path, keep=keep, progress=stopped(1200))
+    assert [each.name for each in tmp_path.iterdir()] == [".camopt"]
+    run(tmp_path, keep=keep, tell=told.append, progress=lambda done, total: seen.append(done))
+    assert len(told) == 1
+    assert told[0].startswith("going on where an interrupted sweep ended: 1,")
+    assert seen == [*range(BLOCK, 2401, BLOCK)]
+    assert files_in(tmp_path) == whole[keep]
+    assert not (tmp_path / ".camopt").exists()
+
+
+def test_what_is_kept_is_not_evaluated_again(tmp_path, at_once, monkeypatch):
+    with pytest.raises(Stopped):
+        run(tmp_path, progress=stopped(1200))
+    asked = asked_of(SCENE, "feasible", BLOCK)
+    with journal.journal_at(tmp_path / ".camopt" / "sweep.journal", asked) as kept:
+        done = [batch.last for batch in kept.replayed()]
+    evaluated = []
+    monkeypatch.setattr(
+        "camopt.front.sweep.threads",
+        lambda workers: lambda asked, numbers: (evaluated.append(n) or asked.blocks.batch(n) for n in numbers),
+    )
+    run(tmp_path)
+    assert done[-1] >= 12
+    assert evaluated == [*range(done[-1], 24)]
+
+
+@pytest.mark.parametrize("interrupt", [KeyboardInterrupt, Stopped])
+def test_who_stops_a_sweep_is_told_what_is_kept(interrupt, tmp_path):
+    def stop(done, total):
+        if done == 300:
+            raise interrupt
+
+    with pytest.raises(interrupt, match="interrupted; 300 of 2,400 designs are done and kept"):
+        run(tmp_path, progress=stop)
+
+
+def test_another_error_has_a_note_of_what_is_kept(tmp_path, monkeypatch):
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("camopt.front.sweep._fronts", full)
+    with pytest.raises(OSError, match="No space") as trouble:
+        run(tmp_path)
+    assert trouble.value.__notes__ == [
+        "2,400 of 2,400 designs are done and kept; the same command goes on from there"
+    ]
+
+
+def test_an_interrupted_refinement_evaluates_no_block_again(tmp_path):
+    refined = SCENE.replace(**{"search.refine": True, "search.law": ["cycloidal"]})
+
+    def stop(done, total):
+        if total != 1200:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt, match="1,200 of 1,200"):
+        sweep(refined, tmp_path, progress=stop)
+    told = []
+    sweep(refined, tmp_path, tell=told.append)
+    assert told == ["going on where an interrupted sweep ended: 1,200 of 1,200 designs are done"]
+
+
+def test_a_sweep_that_is_shorter_than_a_record_writes_no_journal(tmp_path, monkeypatch):
+    monkeypatch.setattr(journal.Journal, "_append", None)
+    run(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("change", "named"),
+    [
+        ({"limits.pressure_angle": 25.0}, "limits.pressure_angle"),
+        ({"search.law": ["cycloidal", "harmonic"]}, "search.law"),
+        ({"cam.rpm": 900}, "cam.rpm"),
+    ],
+)
+def test_another_question_starts_anew_and_says_so(change, named, tmp_path, at_once):
+    with pytest.raises(Stopped):
+        run(tmp_path, progress=stopped(1200))
+    told, other = [], SCENE.replace(**change)
+    sweep(other, tmp_path, block=BLOCK, tell=told.append)
+    assert told == [f"an interrupted sweep was here, of another question ({named}); this one starts anew"]
+    sweep(other, tmp_path / "fresh", block=BLOCK)
+    assert {**files_in(tmp_path / "fresh")}.items() <= {
+        name: (tmp_path / name).read_bytes() for name in ("pareto.parquet", "designs.parquet", "scene.toml")
+    }.items()
+
+
+def test_an_older_result_stays_until_there_is_a_new_one(tmp_path, whole, at_once):
+    run(tmp_path)
+    with pytest.raises(Stopped):
+        sweep(SCENE.replace(**{"cam.rpm": 900}), tmp_path, block=BLOCK, progress=stopped(1200))
+    kept = {name: (tmp_path / name).read_bytes() for name in whole["feasible"]}
+    assert kept == whole["feasible"]
+
+
+@pytest.fixture(scope="module")
+def kept_journal(tmp_path_factory):
+    """The journal of a sweep that was stopped, and where its records end."""
+    folder = tmp_path_factory.mktemp("journal")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(journal, "SECONDS", 0.0)
+        with pytest.raises(Stopped):
+            run(folder, progress=stopped(600))
+    data = (folder / ".camopt" / "sweep.journal").read_bytes()
+    with (folder / ".camopt" / "sweep.journal").open("rb") as file:
+        ends = [end for _, end in journal.records(file)]
+    return data, ends
+
+
+def read(path, data):
+    path.write_bytes(data)
+    asked = asked_of(SCENE, "feasible", BLOCK)
+    with journal.journal_at(path, asked) as kept:
+        return [*kept.replayed()]
+
+
+@given(cut=st.floats(0.0, 1.0))
+def test_a_journal_that_is_cut_short_is_whole_up_to_there(cut, kept_journal, tmp_path_factory):
+    data, ends = kept_journal
+    length = int(cut * len(data))
+    found = read(tmp_path_factory.mktemp("cut") / "journal", data[:length])
+    whole = sum(end <= length for end in ends) - 1
+    assert len(found) == max(whole, 0)
+    assert all(a.last == b.first for a, b in pairwise(found))
+
+
+@given(place=st.floats(0.0, 1.0, exclude_max=True), bit=st.integers(0, 7))
+def test_a_flipped_bit_ends_a_journal_before_it(place, bit, kept_journal, tmp_path_factory):
+    data, ends = kept_journal
+    where = int(place * len(data))
+    changed = bytearray(data)
+    changed[where] ^= 1 << bit
+    found = read(tmp_path_factory.mktemp("flip") / "journal", bytes(changed))
+    assert len(found) == max(sum(end <= where for end in ends) - 1, 0)
+
+
+@pytest.mark.parametrize(
+    "data", [b"", b"PAR1", b"camopt journal 1\n", b"camopt journal 1\n" + bytes(100), os.urandom(1000)]
+)
+def test_what_is_no_journal_is_as_none(data, tmp_path, whole):
+    (tmp_path / ".camopt").mkdir()
+    (tmp_path / ".camopt" / "sweep.journal").write_bytes(data)
+    assert interrupted(tmp_path, "sweep") is None
+    run(tmp_path)
+    assert files_in(tmp_path) == whole["feasible"]
+
+
+def test_a_batch_is_the_same_from_its_bytes():
+    asked = asked_of(SCENE.replace(**{"limits.pressure_angle": None}), "all", BLOCK)
+    batch = merged([asked.blocks.batch(n) for n in (11, 12)], asked.scene.search)  # of two laws
+    again = decoded(encoded(batch, asked.names))
+    for name in ("first", "last", "designs", "existing", "feasible", "effort", "reached"):
+        assert getattr(again, name) == getattr(batch, name)
+    for name in ("kept", "front", "best"):
+        ours, theirs = getattr(batch, name), getattr(again, name)
+        assert ours.count == theirs.count
+        for column in asked.names:
+            assert np.array_equal(ours.column(column), theirs.column(column)), column
+
+
+def test_a_journal_that_cannot_be_written_does_not_end_the_sweep(tmp_path, whole, at_once, monkeypatch):
+    append, calls = journal.Journal._append, []
+
+    def third_fails(self, payload):
+        calls.append(len(payload))
+        if len(calls) > 2:
+            raise OSError(28, "No space left on device")
+        append(self, payload)
+
+    monkeypatch.setattr(journal.Journal, "_append", third_fails)
+    run(tmp_path)
+    assert files_in(tmp_path) == whole["feasible"]
+    assert len(calls) == 3
+
+
+# -------------------------------------------------------------------------------------------------- many machines
+
+
+@pytest.mark.parametrize("parts", [1, 3, 40])
+@pytest.mark.parametrize("keep", ["feasible", "pareto"])
+def test_parts_are_merged_to_what_one_run_writes(parts, keep, tmp_path, whole):
+    counts = [camopt.sweep_part(SCENE, (part, parts), tmp_path / "parts", keep) for part in range(1, parts + 1)]
+    assert sum(part.designs for part in counts) == 2400
+    result = camopt.merge([tmp_path / "parts"], tmp_path / "merged")
+    assert files_in(tmp_path / "merged") == whole[keep]
+    assert result.feasible == sum(part.feasible for part in counts)
+
+
+def test_parts_may_lie_anywhere(tmp_path, whole):
+    one = camopt.sweep_part(SCENE, (1, 2), tmp_path / "here")
+    two = camopt.sweep_part(SCENE, (2, 2), tmp_path / "there")
+    camopt.merge([two.file, one.file.parent], tmp_path / "merged")
+    assert files_in(tmp_path / "merged") == whole["feasible"]
+
+
+def test_an_interrupted_part_goes_on(tmp_path, at_once, monkeypatch):
+    monkeypatch.setattr("camopt.front.asked.BLOCK", BLOCK)
+    monkeypatch.setattr("camopt.front.parts.asked_of", lambda scene, keep: asked_of(scene, keep, BLOCK))
+    told = []
+    with pytest.raises(Stopped, match=r"[67]00 of 1,200 designs are done"):
+        camopt.sweep_part(SCENE, (2, 2), tmp_path, progress=stopped(600))
+    found = camopt.sweep_part(SCENE, (2, 2), tmp_path, tell=told.append)
+    assert found.designs == 1200
+    assert len(told) == 1
+
+
+def test_parts_that_do_not_belong_together(tmp_path):
+    for part in (1, 2, 4):
+        camopt.sweep_part(SCENE, (part, 4), tmp_path / "parts")
+    with pytest.raises(BadInput, match=r"parts: must be complete: of 4 parts there is no part 3"):
+        camopt.merge([tmp_path / "parts"], tmp_path / "out")
+    again = camopt.sweep_part(SCENE, (1, 4), tmp_path / "again")
+    with pytest.raises(BadInput, match=r"part-1-of-4.sweep: must be another part than "):
+        camopt.merge([tmp_path / "parts", again.file], tmp_path / "out")
+    other = camopt.sweep_part(SCENE.replace(**{"cam.rpm": 900}), (3, 4), tmp_path / "other", "pareto")
+    with pytest.raises(BadInput, match=r"is of; it has another cam.rpm, keep"):
+        camopt.merge([tmp_path / "parts", other.file], tmp_path / "out")
+    with pytest.raises(BadInput, match="must be a folder with parts of a sweep; this has none"):
+        camopt.merge([tmp_path], tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+@given(place=st.floats(0.0, 1.0, exclude_max=True), bit=st.integers(0, 7))
+def test_a_damaged_part_is_refused(place, bit, tmp_path_factory):
+    folder = tmp_path_factory.getbasetemp() / "damaged-part"
+    if not folder.exists():
+        camopt.sweep_part(SCENE, (1, 1), folder)
+    data = bytearray((folder / "part-1-of-1" / "part-1-of-1.sweep").read_bytes())
+    data[int(place * len(data))] ^= 1 << bit
+    file = tmp_path_factory.mktemp("part") / "part-1-of-1.sweep"
+    file.write_bytes(data)
+    with pytest.raises(BadInput, match=r"must be a whole part of a sweep; this is (none, or )?damaged"):
+        camopt.merge([file], file.parent / "out")
+    assert not (file.parent / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("part", "message"),
+    [
+        ((0, 3), "part = 0: must be the number of a part, from 1 to 3"),
+        ((4, 3), "part = 4: must be the number of a part, from 1 to 3"),
+        ((1, 0), "parts = 0: must be a number of parts from 1 to 100,000"),
+    ],
+)
+def test_a_part_that_does_not_exist(part, message, tmp_path):
+    with pytest.raises(BadInput, match=message):
+        camopt.sweep_part(SCENE, part, tmp_path)
+
+
+def test_boxes_that_are_decided_together_have_no_parts(tmp_path):
+    with pytest.raises(BadInput, match="keep = 'front-only': decides boxes of the whole space together"):
+        camopt.sweep_part(SCENE, (1, 2), tmp_path, "front-only")
+
+
+# ------------------------------------------------------------------------------------------------------- foreseen
+
+
+def test_a_long_sweep_is_foreseen(tmp_path, monkeypatch):
+    monkeypatch.setattr(estimate, "MANY", 8)
+    asked = asked_of(SCENE, "feasible", BLOCK)
+    found = estimated(asked, asked.numbers(), 2, tmp_path)
+    run(tmp_path)
+    table = (tmp_path / "designs.parquet").stat().st_size
+    assert found.designs == 2400
+    assert 0.0 < found.seconds < 600.0
+    assert 0.1 * table < found.table < 10.0 * table  # small files are mostly not rows
+    assert estimated(asked, asked.numbers(1, 4), 2, tmp_path) is None
+    assert estimated(asked_of(SCENE, "pareto", BLOCK), asked.numbers(), 2, tmp_path).table == 0
+
+
+def test_the_time_and_the_room_are_told_first(tmp_path, monkeypatch):
+    monkeypatch.setattr(estimate, "MANY", 8)
+    told = []
+    run(tmp_path, tell=told.append)
+    assert len(told) == 1
+    assert told[0].startswith("2,400 designs take about 0:00:0")
+    assert told[0].endswith("are free")
+
+
+def test_a_sweep_without_room_does_not_start(tmp_path):
+    with pytest.raises(OSError, match="about 144 GB are needed and 63 GB are free; to keep the Pareto front alone"):
+        check_room(Estimate(3_300_000_000, 3300.0, 72e9, 63e9), tmp_path)
+    check_room(Estimate(3_300_000_000, 3300.0, 30e9, 63e9), tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("size", "words"), [(0.0, "0 B"), (999.0, "999 B"), (12_300.0, "12.3 kB"), (72e9, "72 GB"), (5e16, "5e+04 TB")]
+)
+def test_sizes_in_words(size, words):
+    assert size_in_words(size) == words
+
+
+# ------------------------------------------------------------------------------------------------ the command line
+
+
+@pytest.fixture
+def command(capsys, monkeypatch, tmp_path):
+    """Run a command in an empty folder: exit code, standard output, standard error."""
+    monkeypatch.chdir(tmp_path)
+
+    def call(*arguments):
+        code = main([*map(str, arguments)])
+        return code, *capsys.readouterr()
+
+    return call
+
+
+def interrupt(out):
+    with pytest.raises(Stopped):
+        sweep(SCENE, out, progress=stopped(1))
+
+
+def test_resume_takes_the_question_from_the_folder(tmp_path, command, whole):
+    interrupt(tmp_path / "camopt-out")
+    code, _, err = command("sweep", "--resume")
+    assert code == 0
+    assert "camopt: going on where an interrupted sweep ended: 1,200 of 2,400 designs are done" in err
+    assert files_in(tmp_path / "camopt-out") == whole["feasible"]
+    assert command("sweep", "--resume") == (
+        2, "", "camopt: --resume = 'camopt-out': needs an interrupted sweep, and there is none in this folder\n"
+    )  # fmt: skip
+
+
+def test_resume_refuses_another_question(tmp_path, command):
+    interrupt(tmp_path / "out")
+    code, out, err = command("sweep", "roller-1000rpm", "--resume", "--out", "out", "--rpm", "900")
+    assert (code, out) == (2, "")
+    assert err.startswith("camopt: --resume: goes on with the sweep in out, which has another cam.rpm, search.")
+    assert interrupted(tmp_path / "out", "sweep")
+
+
+def test_parts_on_the_command_line(tmp_path, command, whole):
+    (tmp_path / "own.toml").write_text(SCENE.to_toml())
+    for part in (1, 2):
+        code, out, err = command("sweep", "own.toml", "--part", f"{part}/2", "--out", "parts")
+        assert code == 0
+        assert out.startswith(f"1000 rpm roller cam, part {part} of 2: 1,200 designs, ")
+        assert f"wrote parts/part-{part}-of-2/part-{part}-of-2.sweep" in err
+    code, out, _ = command("merge", "parts", "--out", "merged", "--json")
+    assert code == 0
+    assert json.loads(out)["designs"] == 2400
+    assert files_in(tmp_path / "merged") == whole["feasible"]
+    code, out, _ = command("sweep", "own.toml", "--part", "1/2", "--out", "again", "--json")
+    assert json.loads(out)["part"] == 1
+
+
+@pytest.mark.parametrize("part", ["3", "a/b", "/", "-1/3", "1/"])
+def test_what_is_no_part(part, command):
+    code, _, err = command("sweep", "--part", part)
+    assert code == 2
+    assert "is not the number of a part and that of all parts, such as 3/100" in err
+    assert command("sweep", "--part", "4/3")[2] == "camopt: --part = 4: must be the number of a part, from 1 to 3\n"
+
+
+def test_a_killed_sweep_goes_on(tmp_path):
+    """As it happens: the process dies at once, in the middle, and the same command is given again."""
+    (tmp_path / "own.toml").write_text(SCENE.to_toml())
+    dying = (
+        "import os, sys; from camopt.front import journal; from camopt.front.sweep import sweep; import camopt;"
+        "journal.SECONDS = 0.0; scene = camopt.find_scene('own.toml');"
+        "sweep(scene, 'out', block=100, progress=lambda done, total: done < 1500 or os.kill(os.getpid(), 9))"
+    )
+    died = subprocess.run([sys.executable, "-c", dying], cwd=tmp_path, check=False, capture_output=True)
+    assert died.returncode == -signal.SIGKILL
+    told = []
+    sweep(camopt.find_scene(tmp_path / "own.toml"), tmp_path / "out", block=BLOCK, tell=told.append)
+    assert told[0].startswith("going on where an interrupted sweep ended: 1,")
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {
+        "designs.parquet", "pareto.parquet", "scene.toml", "manifest.json"
+    }  # fmt: skip
