@@ -153,7 +153,15 @@ def naming(path: Path, *temporary: Path) -> Iterator[None]:
         if trouble.filename is not None and Path(os.fsdecode(trouble.filename)) not in temporary:
             raise  # of another file, which the block writes as well
         reason = os.strerror(trouble.errno) if trouble.errno else str(trouble)
-        raise OSError(trouble.errno or 0, reason, os.fspath(path)) from None
+        raise named(trouble, reason, path) from None
+
+
+def named(trouble: OSError, reason: str, path: Path) -> OSError:
+    """The same error, of another file, with its notes."""
+    found = OSError(trouble.errno or 0, reason, os.fspath(path))
+    for note in getattr(trouble, "__notes__", ()):
+        found.add_note(note)
+    return found
 
 
 def random_name() -> str:

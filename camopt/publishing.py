@@ -23,6 +23,7 @@ from camopt.files import (
     forgotten,
     keep_mode,
     lock,
+    named,
     naming,
     random_name,
     synced,
@@ -150,8 +151,8 @@ def _raise_of_result(trouble: OSError, unit: Unit) -> None:
     """Say which file of the result cannot be written; where it was being written is nobody's concern."""
     if isinstance(trouble.filename, str) and Path(trouble.filename).is_relative_to(unit.work):
         name = Path(trouble.filename).name
-        named = unit.folder / name if any(fnmatchcase(name, known) for known in unit.may_write) else unit.folder
-        raise OSError(trouble.errno or 0, trouble.strerror, os.fspath(named)) from None
+        meant = unit.folder / name if any(fnmatchcase(name, known) for known in unit.may_write) else unit.folder
+        raise named(trouble, trouble.strerror or str(trouble), meant) from None
 
 
 @contextmanager

@@ -196,9 +196,10 @@ def test_a_flipped_bit_ends_a_journal_before_it(place, bit, kept_journal, tmp_pa
     assert len(found) == max(sum(end <= where for end in ends) - 1, 0)
 
 
-@pytest.mark.parametrize(
-    "data", [b"", b"PAR1", b"camopt journal 1\n", b"camopt journal 1\n" + bytes(100), os.urandom(1000)]
-)
+NO_JOURNALS = [b"", b"PAR1", b"camopt journal 1\n", b"camopt journal 1\n" + bytes(100), bytes(range(256)) * 9]
+
+
+@pytest.mark.parametrize("data", NO_JOURNALS)
 def test_what_is_no_journal_is_as_none(data, tmp_path, whole):
     (tmp_path / ".camopt").mkdir()
     (tmp_path / ".camopt" / "sweep.journal").write_bytes(data)
@@ -272,7 +273,7 @@ def test_parts_that_do_not_belong_together(tmp_path):
     with pytest.raises(BadInput, match=r"parts: must be complete: of 4 parts there is no part 3"):
         camopt.merge([tmp_path / "parts"], tmp_path / "out")
     again = camopt.sweep_part(SCENE, (1, 4), tmp_path / "again")
-    with pytest.raises(BadInput, match=r"part-1-of-4.sweep: must be another part than "):
+    with pytest.raises(BadInput, match=r"must be another part than "):
         camopt.merge([tmp_path / "parts", again.file], tmp_path / "out")
     other = camopt.sweep_part(SCENE.replace(**{"cam.rpm": 900}), (3, 4), tmp_path / "other", "pareto")
     with pytest.raises(BadInput, match=r"is of; it has another cam.rpm, keep"):

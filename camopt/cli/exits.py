@@ -25,7 +25,10 @@ def run(command: Callable[[], int]) -> int:
         sys.stdout.flush()
         return code
     except BaseException as end:
-        return _code_of(end)
+        code = _code_of(end)
+        for note in getattr(end, "__notes__", ()):
+            say(f"camopt: {note}")
+        return code
     finally:
         _let_go()
 

@@ -135,7 +135,8 @@ def sweep(
         scene, keep = resumed(scene, keep, out, part)
     check_folder(scene, out)
     tell = None if quiet else terminal.say_note
-    with terminal.progress(quiet, "boxes of designs" if keep == "front-only" else "designs") as advance:
+    unit = "boxes of designs" if keep == "front-only" else "designs"
+    with terminal.progress(quiet, unit) as advance, keys_as_options():
         if part:
             share = sweep_part(scene, part, out, keep, workers, advance, tell=tell)
         else:
@@ -180,7 +181,7 @@ def merge(parts: tuple[str, ...], as_json: bool, quiet: bool, out: Path) -> int:
     from camopt.cli import reports, terminal
     from camopt.front.parts import merge as run
 
-    with terminal.progress(quiet, "designs") as advance, keys_as_options():
+    with terminal.progress(quiet, "designs") as advance:
         result = run(parts, out, advance)
     reports.show_sweep(result, as_json)
     if not quiet:
