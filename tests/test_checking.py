@@ -13,6 +13,7 @@ import camopt
 from camopt import BadInput, check, find_scene, sweep
 from camopt.cli.exits import BAD_INPUT, FILE_TROUBLE
 from camopt.cli.main import main
+from camopt.front.certified import certify_table
 from camopt.manifest import manifest_of
 from camopt.tables.sealed import read_table, write_table
 
@@ -82,6 +83,22 @@ def test_files_that_are_missing_or_of_another_run_are_told(made, result):
     told = {each.file.name: each.told for each in check(result)}
     assert told["designs.parquet"] == "whole, but not the table that manifest.json names: it is of another run"
     assert told["scene.toml"] == "missing, though manifest.json names it"
+
+
+def test_a_table_that_is_certified_stays_a_part_of_its_result(made, result):
+    before = read_table(result / "designs.parquet")
+    assert certify_table(result / "designs.parquet").total() == before.num_rows
+    assert states(result) == WHOLE
+    assert sorted(os.listdir(result)) == sorted(FILES)
+    assert read_table(result / "designs.parquet").drop_columns(["proof"]).equals(before)
+    shutil.copy(made / "other" / "manifest.json", result)  # and where the manifest is that of another run
+    certify_table(result / "designs.parquet")
+    assert states(result)["designs.parquet"] == "whole"
+    for text in ("{}", "", '{"camopt": "0.1.0", "results"'):
+        (result / "manifest.json").write_text(text, encoding="utf-8")
+        certify_table(result / "designs.parquet")
+        assert (result / "manifest.json").read_text(encoding="utf-8") == text
+        assert states(result)["designs.parquet"] == "whole"
 
 
 def test_what_nothing_is_known_of_is_not_whole(result, tmp_path):
