@@ -1,4 +1,4 @@
-"""Whether files are as camopt wrote them: tables by their seal, every file of a result by its manifest."""
+"""Whether files are as camopt wrote them: tables and parts of sweeps by their own digests, others by a manifest."""
 
 import os
 from collections.abc import Iterator
@@ -13,7 +13,9 @@ from camopt.manifest import MANIFEST, Damaged, Fact, Manifest, manifest_of, sett
 from camopt.mistakes import BadInput, Mistake
 
 State = Literal["whole", "damaged", "changed", "missing", "unreadable", "unknown"]
-TABLE, MAGIC = ".parquet", b"PAR1"
+TABLE, PART = b"PAR1", b"camopt journal"
+"""How files start that have digests of their own."""
+NOTHING = "nothing to check it by"
 
 
 @dataclass(frozen=True)
@@ -58,9 +60,9 @@ class Checked:
 def check(*files: str | os.PathLike[str]) -> tuple[Checked, ...]:
     """Check whether files are as camopt wrote them, bit for bit.
 
-    A table is known by the digests in its footer, wherever it is. Any other file of a result is known by
-    ``manifest.json`` beside it, and so are files that are missing, or of another run. All files are checked,
-    whatever is found in the first ones. They are read in parts: memory does not grow with them.
+    A table is known by the digests in its footer, wherever it is, and so is a part of a sweep. Any other file of a
+    result is known by ``manifest.json`` beside it, and so are files that are missing, or of another run. All files
+    are checked, whatever is found in the first ones. They are read in parts: memory does not grow with them.
 
     Parameters
     ----------
@@ -118,7 +120,7 @@ def _manifest(folder: Path) -> tuple[Checked | None, Manifest | None]:
     except Damaged:
         return Checked(path, "damaged", "damaged, so that it does not tell which files belong to it"), None
     except BadInput:
-        return Checked(path, "unknown", "of another program: nothing to check it by"), None
+        return Checked(path, "unknown", f"of another program: {NOTHING}"), None
     except OSError as trouble:
         return Checked(path, "unreadable", trouble.strerror or str(trouble)), None
     return (Checked(path, "whole", "whole"), manifest) if manifest else (None, None)
@@ -133,15 +135,22 @@ def _file(path: Path, fact: Fact | None) -> Checked:
     except FileNotFoundError:
         return Checked(path, "missing", f"missing, though {MANIFEST} names it" if fact else "no such file")
     except BadInput:
-        return Checked(path, "unknown", "no regular file: nothing to check it by")
+        return Checked(path, "unknown", f"no regular file: {NOTHING}")
     except OSError as trouble:
         return Checked(path, "unreadable", trouble.strerror or str(trouble))
 
 
 def _by_itself(path: Path, file: BufferedReader) -> Checked:
-    """What a file says of itself: tables do."""
-    if path.suffix.lower() != TABLE and file.read(len(MAGIC)) != MAGIC:
-        return Checked(path, "unknown", "nothing to check it by")
+    """What a file says of itself: tables and parts of sweeps do, under whatever name."""
+    head, suffix = file.read(max(map(len, (TABLE, PART)))), path.suffix.lower()
+    if suffix == ".parquet" or head.startswith(TABLE):
+        return _table(path, file)
+    if suffix == ".sweep" or head.startswith(PART):
+        return _part(path, file)
+    return Checked(path, "unknown", NOTHING)
+
+
+def _table(path: Path, file: BufferedReader) -> Checked:
     from camopt.tables.damage import fault, rows_of
 
     if found := fault(file):
@@ -152,6 +161,14 @@ def _by_itself(path: Path, file: BufferedReader) -> Checked:
     return Checked(path, "whole", f"whole, {rows:,} row{'s' * (rows != 1)}", rows, digest)
 
 
+def _part(path: Path, file: BufferedReader) -> Checked:
+    from camopt.front.journal import whole_until
+
+    whole, finished = whole_until(file)
+    told = "whole" if finished else f"damaged, or cut short, after {whole:,} bytes"
+    return Checked(path, "whole" if finished else "damaged", told)
+
+
 def _by_manifest(own: Checked, file: BufferedReader, fact: Fact) -> Checked:
     """What the manifest says of a file, after what it says of itself."""
     size = file.seek(0, os.SEEK_END)
@@ -159,6 +176,7 @@ def _by_manifest(own: Checked, file: BufferedReader, fact: Fact) -> Checked:
     if size == fact.bytes and file_digest(file, "sha256").hexdigest() == fact.sha256:
         return own if own.is_whole else Checked(own.file, "whole", "whole")
     if own.is_whole:
-        return Checked(own.file, "changed", f"whole, but not the table that {MANIFEST} names: it is of another run")
+        return Checked(own.file, "changed", f"whole, but not the one that {MANIFEST} names: it is of another run")
     sizes = "" if size == fact.bytes else f": {size:,} bytes, where {fact.bytes:,} were written"
-    return Checked(own.file, "changed", f"changed or damaged since it was written{sizes}")
+    told = f"changed or damaged since it was written{sizes}" if own.told == NOTHING else own.told
+    return Checked(own.file, "changed", told)

@@ -14,6 +14,7 @@ from camopt import BadInput, check, find_scene, sweep
 from camopt.cli.exits import BAD_INPUT, FILE_TROUBLE
 from camopt.cli.main import main
 from camopt.front.certified import certify_table
+from camopt.front.journal import MAGIC as JOURNAL
 from camopt.manifest import manifest_of
 from camopt.tables.sealed import read_table, write_table
 
@@ -81,7 +82,7 @@ def test_files_that_are_missing_or_of_another_run_are_told(made, result):
     shutil.copy(made / "other" / "designs.parquet", result)
     assert states(result) == {**WHOLE, "scene.toml": "missing", "designs.parquet": "changed"}
     told = {each.file.name: each.told for each in check(result)}
-    assert told["designs.parquet"] == "whole, but not the table that manifest.json names: it is of another run"
+    assert told["designs.parquet"] == "whole, but not the one that manifest.json names: it is of another run"
     assert told["scene.toml"] == "missing, though manifest.json names it"
 
 
@@ -128,6 +129,35 @@ def test_tables_with_the_same_rows_have_the_same_digest(result, tmp_path):
         result / "designs.parquet", tmp_path / "packed.parquet", tmp_path / "fewer.parquet"
     )
     assert first.row_digest == packed.row_digest != fewer.row_digest
+
+
+@pytest.fixture(scope="module")
+def part(tmp_path_factory):
+    scene = find_scene("roller-1000rpm").replace(**SEARCH, **{"search.base_radius": [60, 100]})
+    return camopt.sweep_part(scene, (1, 2), tmp_path_factory.mktemp("part")).file
+
+
+def test_a_part_of_a_sweep_is_known_wherever_it_is(part, tmp_path):
+    whole = part.read_bytes()
+    for name in ("part.sweep", "renamed"):
+        shutil.copy(part, tmp_path / name)
+        assert states(tmp_path / name) == {name: "whole"}
+    copy = tmp_path / "part.sweep"
+    for bit in {*np.linspace(0, 8 * len(whole) - 1, 300).astype(int).tolist(), *range(0, 8 * 150, 3)}:
+        copy.write_bytes(hostile.flipped(whole, bit))
+        assert check(copy)[0].state == "damaged", bit
+    for length in {*np.linspace(0, len(whole) - 1, 100).astype(int).tolist(), *range(60), len(whole) - 1}:
+        copy.write_bytes(whole[:length])
+        assert check(copy)[0].state == "damaged", length
+    copy.write_bytes(whole + b"\0")
+    assert check(copy)[0].told == f"damaged, or cut short, after {len(whole):,} bytes"
+
+
+def test_a_record_says_how_long_it_is_and_no_memory_is_taken_for_that(part, tmp_path):
+    whole = part.read_bytes()
+    for place in range(len(JOURNAL), len(JOURNAL) + 8):
+        (tmp_path / "long.sweep").write_bytes(hostile.flipped(whole, 8 * place + 7))
+        assert check(tmp_path / "long.sweep")[0].told == f"damaged, or cut short, after {len(JOURNAL)} bytes"
 
 
 def test_all_files_are_checked_after_a_bad_one(result, tmp_path, capsys):

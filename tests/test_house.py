@@ -61,6 +61,7 @@ LATE = {
     ("studies.accuracy.table", "drawing.accuracy"): "it imports matplotlib",
     ("reporting.report", "tables.table"): "it imports pyarrow",
     ("checking", "tables.damage"): "it imports pyarrow",
+    ("checking", "front.journal"): "it imports pyarrow",
 }
 """Imports of the package's own modules inside functions, and why. Commands import what they run."""
 

@@ -576,8 +576,9 @@ def certify(target: str, as_json: bool, quiet: bool, row: int | None, **override
 def check(files: tuple[Path, ...], as_json: bool, quiet: bool) -> int:
     """Check whether files are as camopt wrote them, bit for bit; of those that are not, say where.
 
-    FILE is a table, any other file of a result, or a folder. Tables have digests of their own; other files of a
-    result are known by manifest.json beside them, and so are files that are missing, or of another run.
+    FILE is a table, any other file of a result, or a folder. Tables and parts of sweeps have digests of their own;
+    other files of a result are known by manifest.json beside them, and so are files that are missing, or of another
+    run.
 
     Ends with 3 if a file is damaged, changed or missing; else with 2 if there is nothing to check one by.
     """

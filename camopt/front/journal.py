@@ -33,6 +33,7 @@ MAGIC = b"camopt journal 1\n"
 SECONDS = 1.0  # between records: less is lost at most, and a sweep that is shorter writes none
 HEAD = Struct("<Q32s")  # length and digest of a record
 MOST = 1 << 34  # bytes of a record; a longer one is none
+AT_ONCE = 1 << 22  # bytes
 END = b"end"
 TABLES = ("kept", "front", "best")
 
@@ -211,6 +212,22 @@ def records(file: BinaryIO) -> Iterator[tuple[bytes, int]]:
         if len(payload) != length or sha256(payload).digest() != digest:
             return
         yield payload, file.tell()
+
+
+def whole_until(file: BinaryIO) -> tuple[int, bool]:
+    """Up to where a journal is whole, and whether that is its end; of records of any length, in bounded memory."""
+    file.seek(0)
+    whole, digest = len(MAGIC) if file.read(len(MAGIC)) == MAGIC else 0, b""
+    while whole and len(head := file.read(HEAD.size)) == HEAD.size:
+        length, digest = HEAD.unpack(head)
+        found = sha256()
+        while length and (data := file.read(min(length, AT_ONCE))):
+            found.update(data)
+            length -= len(data)
+        if length or found.digest() != digest:
+            break
+        whole = file.tell()
+    return whole, digest == sha256(END).digest() and whole == file.seek(0, os.SEEK_END)
 
 
 def interrupted(folder: Path, command: str) -> Question | None:
