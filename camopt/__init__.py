@@ -16,6 +16,7 @@ from camopt.version import VERSION as __version__  # noqa: N811
 
 if TYPE_CHECKING:
     from camopt.checking import Checked, check
+    from camopt.comparing.compare import Compared, compare
     from camopt.drawing.accuracy import plot_accuracy
     from camopt.drawing.animation import Animation, animate
     from camopt.drawing.figures import plot
@@ -54,6 +55,7 @@ _HOMES = {
     "Animation": "drawing.animation",
     "BadInput": "mistakes",
     "Checked": "checking",
+    "Compared": "comparing.compare",
     "Design": "tables.designs",
     "Evaluation": "verdicts.evaluation",
     "Exported": "exporting.exported",
@@ -77,6 +79,7 @@ _HOMES = {
     "certify": "verdicts.certify",
     "check": "checking",
     "cluster": "engines",
+    "compare": "comparing.compare",
     "evaluate": "verdicts.evaluation",
     "evaluate_designs": "front.designs",
     "export": "exporting.export",
@@ -109,6 +112,7 @@ __all__ = [
     "Animation",
     "BadInput",
     "Checked",
+    "Compared",
     "Design",
     "Evaluation",
     "Exported",
@@ -131,6 +135,7 @@ __all__ = [
     "certify",
     "check",
     "cluster",
+    "compare",
     "evaluate",
     "evaluate_designs",
     "export",

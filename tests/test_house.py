@@ -17,7 +17,7 @@ PACKAGE = Path(camopt.__file__).parent
 ROOMS = (
     *("mistakes", "version", "files", "manifest", "publishing", "quantities", "shown", "kernels", "engines"),
     *("numerics", "motion", "mechanisms", "effects", "scene", "problem", "verdicts", "tables"),
-    *("smallest", "front", "synthesis", "measured", "contour", "drawing", "sheet", "points"),
+    *("smallest", "front", "synthesis", "measured", "contour", "comparing", "drawing", "sheet", "points"),
     *("exporting", "studies", "checking", "reporting", "serving", "cli"),
 )
 """Folders and modules of the package in the order of the data: each imports from itself and those before it."""

@@ -18,6 +18,7 @@ COMMANDS = {
     "spectrum": ["effects", "two-pauses", "--spectrum"],
     "laws": ["laws"],
     "scenes": ["scenes"],
+    "compare": ["compare", "SCENE", "two-pauses"],
     "scene": ["scenes", "two-pauses"],
 }
 
@@ -35,7 +36,8 @@ def not_plain(value, where="document"):
 @pytest.mark.parametrize("name", COMMANDS)
 def test_a_json_document_has_plain_values_alone(name, tmp_path, monkeypatch):
     found = []
-    monkeypatch.setattr("camopt.cli.reports.print_json", found.append)
+    for module in ("reports", "compare_report"):
+        monkeypatch.setattr(f"camopt.cli.{module}.print_json", found.append)
     monkeypatch.chdir(tmp_path)
     (tmp_path / "freed.toml").write_text(FREE["curvature binds"].to_toml(), encoding="utf-8")
     words = {"SCENE": "roller-1000rpm", "FREED": "freed.toml"}

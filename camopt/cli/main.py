@@ -593,6 +593,31 @@ def check(files: tuple[Path, ...], as_json: bool, quiet: bool) -> int:
 
 
 @camopt.command()
+@click.argument("a", metavar="A")
+@click.argument("b", metavar="B")
+@click.option("--out", type=Place(".parquet", ".csv"), help="Table of the designs that differ: Parquet, CSV.")
+@output_options
+def compare(a: str, b: str, as_json: bool, quiet: bool, out: Path | None) -> int:
+    """Compare two results: which designs came, went or changed, how the fronts differ, which settings differ.
+
+    A and B are folders that a command wrote, tables of designs, or scenes; a scene beside a table is compared with
+    the scene in it. The exit code is 0 whether or not they differ; --json says it under "same".
+    """
+    from camopt.cli import terminal
+    from camopt.cli.compare_report import show_compared
+    from camopt.comparing.compare import compare as run
+
+    if out:
+        for own in (a, b):
+            check_file(own, out)
+    result = run(a, b, out)
+    show_compared(result, as_json)
+    if out and not quiet:
+        terminal.say_written([out])
+    return 0
+
+
+@camopt.command()
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option("--scene", "target", help="Scene whose cam, follower and limits to take; its motion is replaced.")
 @click.option("--base-radius", type=float, help="Base radius of the cam, mm; of lifts, needed without --scene.")

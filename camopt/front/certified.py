@@ -44,7 +44,7 @@ def certify_table(path: str | os.PathLike[str], progress: Progress | None = None
     table = read_table(path)
     if COLUMN in table.column_names:
         table = table.drop_columns([COLUMN])
-    problem = resolve(scene_in(table, path))
+    problem = resolve(scene_in(table.schema, path))
     for why in _oddities(table, problem):
         raise no_table(path, why)
     rows = Rows({name: table[name].to_numpy() for name in table.column_names}, table.num_rows)

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from camopt.mechanisms.design import BoolArray
 from camopt.numerics import FloatArray
 from camopt.problem.rows import Columns, Rows, finite, joined
 from camopt.scene.search import Search
@@ -54,11 +55,14 @@ def non_dominated(rows: Rows, search: Search) -> Rows:
 
     Rows equal in all objectives are all kept: they are other designs.
     """
-    if not rows.count:
-        return rows
+    return rows.take(undominated(objectives(rows, search))) if rows.count else rows
+
+
+def undominated(costs: FloatArray) -> BoolArray:
+    """Which costs (rows, objectives) no others better; of equal ones all."""
     import moocore
 
-    return rows.take(moocore.is_nondominated(np.nan_to_num(objectives(rows, search)), keep_weakly=True))
+    return np.asarray(moocore.is_nondominated(np.nan_to_num(costs), keep_weakly=True))
 
 
 class Archive:

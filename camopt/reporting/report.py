@@ -13,14 +13,14 @@ from camopt.front.sweep import Sweep
 from camopt.manifest import settled_path, settled_paths
 from camopt.mistakes import BadInput, Mistake
 from camopt.reporting.cams import Shown, cams_page
-from camopt.reporting.results import DESIGNS, PARETO, Result, of_frame, results_page
+from camopt.reporting.results import Result, of_frame, results_page
 from camopt.scene.scene import Scene, find_scene
 from camopt.smallest.optimise import Optimum
 from camopt.synthesis.compare import compared
 from camopt.synthesis.files import FRONTIER, KNOWN, SCENE, SUMMARY
 from camopt.synthesis.synthesised import Synthesised
 from camopt.synthesis.told import bound_in_words
-from camopt.tables.designs import OPTIMUM, Design, scene_of
+from camopt.tables.designs import DESIGNS, OPTIMUM, PARETO, Design, scene_of
 from camopt.verdicts.evaluation import Evaluation
 
 MOST_CAMS = 4  # side by side

@@ -22,7 +22,8 @@ from camopt.reporting.page import packed, rendered
 from camopt.reporting.sections import Cell, Sheet, signed
 from camopt.scene.scene import Scene
 from camopt.tables.cells import heading
-from camopt.tables.designs import scene_of_row
+from camopt.tables.columns import axes_of
+from camopt.tables.designs import DESIGNS, PARETO, scene_of_row
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -34,8 +35,6 @@ MOST_AXES = 8
 KEYS = ("law_rise", "law_return", "angles_deg", "scene")
 """Columns that decide the motion of a row."""
 ROW, RESULT, FRONT = "row", "result", "front"
-PARETO, DESIGNS = "pareto.parquet", "designs.parquet"
-"""The files of a folder, for rows that are on the front, and the others."""
 UNSHOWN = {"scene", "relative_half_width", "prime_radius_mm"}
 
 
@@ -61,11 +60,8 @@ class Result:
     @property
     def objectives(self) -> list[str]:
         """What was minimised or maximised, as columns; of a frontier its axes."""
-        names = list(self.frame.columns)
-        if "bound" in names:
-            return names[names.index("free") + 1 : names.index("bound")]
-        search = self.scene.search
-        return [name for name in (*search.minimise, *search.maximise) if name in names]
+        names, search = list(self.frame.columns), self.scene.search
+        return axes_of(names) or [name for name in (*search.minimise, *search.maximise) if name in names]
 
 
 SIZES = ("base_radius_mm", "mean_radius_mm")

@@ -4,6 +4,7 @@ import csv
 import json
 import os
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,6 +17,9 @@ from camopt.synthesis.told import bound_in_words
 from camopt.synthesis.units import unit_of
 from camopt.tables.sealed import write_table
 from camopt.version import VERSION
+
+if TYPE_CHECKING:
+    import pyarrow as pa
 
 SCENE, LAWS, KNOWN, SUMMARY = SYNTHESIS = "synthesised.toml", "laws.csv", "known.toml", "synthesis.json"
 FRONTIER, PICTURE = "frontier.parquet", "frontier.png"
@@ -55,15 +59,20 @@ def write_comparison(result: Synthesised, known: Comparison, folder: str | os.Pa
 
 
 def write_frontier(found: Frontier, folder: str | os.PathLike[str]) -> Path:
-    """Write ``frontier.parquet``; the file.
+    """Write ``frontier.parquet``; the file."""
+    out = Path(folder)
+    out.mkdir(parents=True, exist_ok=True)
+    write_table(frontier_table(found), out / FRONTIER)
+    return out / FRONTIER
 
-    The table has the free laws, each with its scene, and the known laws, whose ``bound`` and ``scene`` are null.
+
+def frontier_table(found: Frontier) -> "pa.Table":
+    """The free laws, each with its scene, and the known laws, whose ``bound`` and ``scene`` are null, as a table.
+
     Its metadata name the axes along which the front is of local optima (``camopt_local``).
     """
     import pyarrow as pa
 
-    out = Path(folder)
-    out.mkdir(parents=True, exist_ok=True)
     rows = [{"free": True, **row} for row in found.rows] + [{"free": False, **row} for row in found.known]
     names = dict.fromkeys(("free", *found.axes, "bound", "law_rise", "law_return", *(n for r in rows for n in r)))
     columns = {name: [row.get(name) for row in rows] for name in names if name != "scene"}
@@ -74,10 +83,7 @@ def write_frontier(found: Frontier, folder: str | os.PathLike[str]) -> Path:
         "camopt_scene": found.scene.to_toml(),
         "camopt_local": ",".join(found.local),
     }
-    layout = pa.schema(fields, metadata=about)
-    table = pa.table([pa.array(v) for v in columns.values()], schema=layout)
-    write_table(table, out / FRONTIER)
-    return out / FRONTIER
+    return pa.table([pa.array(v) for v in columns.values()], schema=pa.schema(fields, metadata=about))
 
 
 def _about(name: str, found: Frontier) -> dict[str, str]:

@@ -1,6 +1,6 @@
 """Which quantities a table of designs shows, and the limits that it sets beside them."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from camopt.problem.problem import Problem
@@ -64,6 +64,13 @@ def joined_laws(rise: str, fall: str) -> str:
 def with_law(rows: Iterable[Row]) -> list[dict[str, Any]]:
     """Rows with the column ``law``."""
     return [{"law": row["law_rise"], **row} for row in rows]
+
+
+def axes_of(names: Sequence[str]) -> list[str]:
+    """The columns of a frontier that are its axes; none of another table."""
+    if not {"free", "bound"} <= {*names}:
+        return []
+    return list(names[names.index("free") + 1 : names.index("bound")])
 
 
 def is_nothing(scene: Scene, name: str, rows: Iterable[Row]) -> bool:

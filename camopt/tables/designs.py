@@ -138,15 +138,8 @@ def scene_of_row(searched: Scene, row: Mapping[str, Any]) -> Scene:
 
 def chosen(scene: Scene, row: Mapping[str, Any]) -> Scene:
     """The scene with the sizes, other numbers, laws and angles of a row; what the row does not have stays."""
-    changes: dict[str, Any] = {}
-    for key in size_keys(scene):
-        field = FIELDS[name := key.partition(".")[2]]
-        column = f"{name if field == 'size' else field}_mm"
-        if column in row:
-            changes[key] = row[column] + 0.0  # no −0
-    angular = scene.follower.motion == "oscillating"
-    columns = {key: number_quantity(key, angular=angular) for key in scene.search.numbers}
-    changes |= {key: row[column] for key, column in columns.items() if column in row}
+    columns = {key: column_of(scene, key) for key in (*size_keys(scene), *scene.search.numbers)}
+    changes: dict[str, Any] = {key: row[column] + 0.0 for key, column in columns.items() if column in row}  # no −0
     known, motion = {*LAWS, *scene.laws}, scene.to_dict()["motion"]
     for number, segment in enumerate(motion):
         law = row.get(f"law_{segment['segment']}")
@@ -155,6 +148,16 @@ def chosen(scene: Scene, row: Mapping[str, Any]) -> Scene:
     return scene.replace(**changes, motion=motion)
 
 
+def column_of(scene: Scene, key: str) -> str:
+    """The column in which tables have a size, or another number that ``[search]`` takes, by its key."""
+    if key not in size_keys(scene):
+        return number_quantity(key, angular=scene.follower.motion == "oscillating")
+    field = FIELDS[name := key.partition(".")[2]]
+    return f"{name if field == 'size' else field}_mm"
+
+
+PARETO, DESIGNS = "pareto.parquet", "designs.parquet"
+"""The files of a sweep: of its front, and of all designs that it keeps."""
 OPTIMUM = "optimum-*.toml"
 """The files of ``write_scenes``."""
 

@@ -96,9 +96,9 @@ def _oddity(layout: pa.Schema) -> str:
     return ""
 
 
-def scene_in(table: pa.Table, path: str | os.PathLike[str]) -> Scene:
-    """The scene that a table was made of; BadInput if it has none, or one with mistakes."""
-    text = (table.schema.metadata or {}).get(SCENE)
+def scene_in(layout: pa.Schema, path: str | os.PathLike[str]) -> Scene:
+    """The scene that a table was made of, in its metadata; BadInput if it has none, or one with mistakes."""
+    text = (layout.metadata or {}).get(SCENE)
     if not text:
         raise no_table(path, "this has no scene in it")
     try:

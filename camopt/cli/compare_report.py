@@ -1,0 +1,117 @@
+"""What `camopt compare` prints: settings, designs and fronts of two results."""
+
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any
+
+from camopt.cli.terminal import print_json, show, table_of
+from camopt.tables.cells import number
+from camopt.tables.columns import LAWS, laws_shown, with_law
+
+if TYPE_CHECKING:
+    from camopt.comparing.compare import Compared, ComparedTables
+    from camopt.comparing.fronts import Fronts, FrontSide
+
+LONGEST = 60  # characters of a value
+NOT_SET = "—"
+
+
+def show_compared(result: "Compared", as_json: bool) -> None:
+    """What differs, or that nothing does."""
+    if as_json:
+        return print_json(result.to_dict())
+    show(f"A: {result.a}", f"B: {result.b}")
+    if result.same:
+        show("They are the same: designs, quantities and settings." if result.tables else "They are the same.")
+    if result.tables and result.versions[0] != result.versions[1]:
+        show(f"Written by camopt {result.versions[0]} (A) and {result.versions[1]} (B).")
+    for name, only in (("A", result.only_in_a), ("B", result.only_in_b)):
+        if only:
+            show(f"Only in {name}: {', '.join(only)}")
+    for names, keys in result.settings.items():
+        rows = [{"key": key, "A": _short(mine), "B": _short(other)} for key, (mine, other) in keys.items()]
+        show("", table_of(f"Settings that differ ({names})", rows, ["key", "A", "B"]))
+    for name, table in result.tables.items():
+        show("", *_designs(name, table))
+        show(*_fronts(table))
+    return None
+
+
+def _short(value: Any) -> str:
+    """A value of a scene in a cell."""
+    if value is None:
+        return NOT_SET
+    text = ", ".join(map(number, value)) if isinstance(value, list) else number(value)
+    return text if len(text) <= LONGEST else f"{text[:LONGEST]}…"
+
+
+def _designs(name: str, table: "ComparedTables") -> Iterator[Any]:
+    """How many designs came, went and changed; the quantities that did; the best of those that came and went."""
+    of_a, of_b = table.designs
+    yield f"{name}: {of_a:,} designs in A, {of_b:,} in B"
+    if table.same:
+        yield "The same designs, with the same quantities."
+        return
+    moved = f"{table.went.size:,} went (only in A), {table.came.size:,} came (only in B)"
+    beyond = f", {table.beyond:,} of them beyond the tolerance" if len(table.changed) else ""
+    yield f"{moved}, {len(table.changed):,} changed{beyond}"
+    for side, columns in (("A", table.columns_in_a), ("B", table.columns_in_b)):
+        if columns:
+            yield f"Columns only in {side}: {', '.join(columns)}"
+    if table.quantities:
+        rows = [
+            {
+                "quantity": quantity,
+                "designs": change.designs,
+                "beyond tolerance": change.beyond,
+                "largest change": "" if change.largest is None else float(f"{change.largest:.2g}"),
+                "A": _short(change.a),
+                "B": _short(change.b),
+            }
+            for quantity, change in table.quantities.items()
+        ]
+        yield ""
+        yield table_of("Quantities that changed: the largest relative change, and where it is", rows, [*rows[0]])
+    for kind, count in (("went", table.went.size), ("came", table.came.size)):
+        if rows := table.first[kind]:
+            title = f"Designs that {kind}" + (f": {len(rows)} of {count:,}" if count > len(rows) else "")
+            yield ""
+            numbers = [name for name in rows[0] if name not in ("row", *LAWS)]
+            yield table_of(title, with_law(rows), ["row", *laws_shown(rows), *numbers])
+
+
+def _fronts(table: "ComparedTables") -> Iterator[Any]:
+    """How the fronts differ, or why that cannot be said."""
+    a, b = table.objectives
+    if table.fronts and table.fronts.same:
+        yield table.fronts.told
+    elif table.fronts:
+        yield ""
+        yield table_of("The fronts, by the ideal and the nadir of both", _front_rows(table.fronts), ["", "A", "B"])
+        yield table.fronts.told
+    elif a != b:
+        yield f"The fronts cannot be compared: A has the objectives {_aims(a)}; B {_aims(b)}."
+
+
+def _aims(objectives: dict[str, str]) -> str:
+    return ", ".join(f"{aim} {name}" for name, aim in objectives.items()) or "none"
+
+
+def _front_rows(fronts: "Fronts") -> list[dict[str, Any]]:
+    """A line for each figure of both fronts."""
+    words: dict[str, Callable[[FrontSide], str]] = {
+        "points": lambda side: f"{side.points:,}",
+        "hypervolume, as a share": lambda side: f"{'' if side.exact else 'about '}{side.hypervolume:.6g}",
+        "points that the other dominates": lambda side: _share(side.dominated, side.points),
+        "points that the other has too": lambda side: _share(side.shared, side.points),
+        "behind the other, in the mean (IGD⁺)": lambda side: _distance(side.behind_mean),
+        "behind the other, at most (ε)": lambda side: _distance(side.behind_most),
+    }
+    return [{"": word, "A": text(fronts.a), "B": text(fronts.b)} for word, text in words.items()]
+
+
+def _share(count: int, of: int) -> str:
+    return f"{count:,} ({count / of:.1%})" if of else "0"
+
+
+def _distance(value: float | None) -> str:
+    return NOT_SET if value is None else f"{value:.3g}".replace("-", "−")

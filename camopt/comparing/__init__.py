@@ -1,0 +1,1 @@
+"""Two results side by side: designs that came, went or changed, fronts, settings."""

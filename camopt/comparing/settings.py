@@ -1,0 +1,32 @@
+"""Settings of two scenes, key by key."""
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from camopt.scene.scene import Scene
+
+Difference = tuple[Any, Any]
+"""What A and B have; None for what is not set."""
+
+
+def differing(a: Scene, b: Scene) -> dict[str, Difference]:
+    """The keys in which two scenes differ, such as ``limits.pressure_angle`` and ``motion.1.angle``.
+
+    Segments are counted from 1. A key that one scene leaves at its default is there with the default.
+    """
+    set_keys = dict.fromkeys(key for scene in (a, b) for key, _ in _flat(scene.to_dict()))
+    one, other = (dict(_flat(scene.model_dump(mode="json"))) for scene in (a, b))
+    pairs = {key: (one.get(key), other.get(key)) for key in set_keys}
+    return {key: (mine, others) for key, (mine, others) in pairs.items() if mine != others}
+
+
+def _flat(value: Any, key: str = "") -> Iterator[tuple[str, Any]]:
+    """The values of nested tables by dotted key; a list of plain values is one value."""
+    tables = isinstance(value, list) and any(isinstance(each, Mapping) for each in value)
+    if tables:
+        value = {str(place): each for place, each in enumerate(value, start=1)}
+    if not isinstance(value, Mapping):
+        yield key, value
+        return
+    for name, each in value.items():
+        yield from _flat(each, f"{key}.{name}" if key else str(name))

@@ -1,0 +1,116 @@
+"""What is compared: the scenes and the tables of designs of a result, by name."""
+
+import os
+from contextlib import ExitStack
+from dataclasses import dataclass
+from functools import singledispatch
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+
+from camopt.comparing.design_table import DesignTable, is_of_designs
+from camopt.files import path_of, regular_file
+from camopt.front.sweep import Sweep
+from camopt.manifest import settled_path, settled_paths
+from camopt.mistakes import BadInput, Mistake
+from camopt.scene.scene import Scene, find_scene
+from camopt.synthesis.files import KNOWN, SCENE, frontier_table
+from camopt.synthesis.frontier import Frontier
+from camopt.tables.designs import OPTIMUM
+from camopt.tables.sealed import SCENE as SCENE_OF_TABLE
+from camopt.tables.sealed import TableFile, no_table, scene_in
+
+SCENES = ("scene.toml", SCENE, KNOWN, OPTIMUM)
+"""The scenes in the folders that commands write."""
+ONE_SCENE, ONE_TABLE = "scene", "table"
+"""The names of those that are not in a folder."""
+
+
+@dataclass(frozen=True)
+class Side:
+    """One of two results."""
+
+    name: str
+    scenes: dict[str, Scene]
+    """Also those in the tables."""
+    tables: dict[str, DesignTable]
+
+
+@singledispatch
+def side_of(what: Any, stack: ExitStack) -> Side:
+    """The scenes and tables of a result; its files are open until the stack is left."""
+    frame = getattr(what, "attrs", None)
+    if frame is None:
+        allowed = "a path, a scene, a table of camopt, or what sweep or frontier gives"
+        raise BadInput([Mistake("camopt", "result", type(what).__name__, allowed)])
+    table = pa.Table.from_pandas(what, preserve_index=False)
+    return _of_a_table("table", table.replace_schema_metadata({SCENE_OF_TABLE: str(frame.get("scene", ""))}))
+
+
+def _of_a_table(name: str, table: pa.Table) -> Side:
+    return _alone(_checked(name, table.schema, table.num_rows, table.select))
+
+
+def _alone(table: DesignTable) -> Side:
+    return Side(table.name, {ONE_SCENE: table.scene}, {ONE_TABLE: table})
+
+
+def _checked(name: str, layout: pa.Schema, count: int, read: Any) -> DesignTable:
+    """A table of designs; BadInput if it is another."""
+    if not is_of_designs(layout):
+        raise no_table(name, "this is not one of designs, with their laws and the scene that was searched")
+    return DesignTable(name, scene_in(layout, name), layout, count, read)
+
+
+@side_of.register
+def _of_a_scene(what: Scene, stack: ExitStack) -> Side:
+    return Side(what.name, {ONE_SCENE: what}, {})
+
+
+@side_of.register
+def _of_a_frontier(what: Frontier, stack: ExitStack) -> Side:
+    return _of_a_table(f"frontier of {what.scene.name}", frontier_table(what))
+
+
+@side_of.register
+def _of_a_sweep(what: Sweep, stack: ExitStack) -> Side:
+    if not what.files:
+        raise BadInput([Mistake("camopt", "result", None, "a sweep that wrote its tables: give it a folder, out")])
+    return _of_a_folder(what.files[0].parent, stack)
+
+
+@side_of.register(str)
+@side_of.register(os.PathLike)
+def _of_a_path(what: str | os.PathLike[str], stack: ExitStack) -> Side:
+    try:
+        path = path_of(what)
+    except ValueError as trouble:
+        raise BadInput([Mistake("camopt", "result", os.fspath(what), str(trouble))]) from None
+    if path.is_dir():
+        return _of_a_folder(path, stack)
+    if path.suffix == ".parquet":
+        file = _opened(path, stack)
+        return _alone(_checked(str(path), file.layout, file.count, file.read))
+    scene = find_scene(what)
+    return Side(str(what), {ONE_SCENE: scene}, {})
+
+
+def _opened(path: Path, stack: ExitStack) -> TableFile:
+    return TableFile(path, stack.enter_context(regular_file(settled_path(path))))
+
+
+def _of_a_folder(folder: Path, stack: ExitStack) -> Side:
+    """The tables of designs and the scenes in a folder."""
+    files = {path.name: _opened(path, stack) for path in settled_paths(folder, "*.parquet")}
+    tables = {
+        name: _checked(str(folder / name), file.layout, file.count, file.read)
+        for name, file in files.items()
+        if is_of_designs(file.layout)
+    }
+    scenes = {name: table.scene for name, table in tables.items()}
+    scenes |= {path.name: Scene.from_toml(path) for names in SCENES for path in settled_paths(folder, names)}
+    if not scenes:
+        why = "a folder with scenes or tables of designs that a command wrote"
+        raise BadInput([Mistake("camopt", "result", str(folder), why)])
+    return Side(str(folder), scenes, tables)
