@@ -56,11 +56,15 @@ def _alone(table: DesignTable) -> Side:
     return Side(table.name, {ONE_SCENE: table.scene}, {ONE_TABLE: table})
 
 
-def _checked(name: str, layout: pa.Schema, count: int, read: Any) -> DesignTable:
+def _checked(name: str, layout: pa.Schema, count: int, read: Any, digest: str = "") -> DesignTable:
     """A table of designs; BadInput if it is another."""
     if not is_of_designs(layout):
         raise no_table(name, "this is not one of designs, with their laws and the scene that was searched")
-    return DesignTable(name, scene_in(layout, name), layout, count, read)
+    return DesignTable(name, scene_in(layout, name), layout, count, read, digest)
+
+
+def _of_a_file(name: str, file: TableFile) -> DesignTable:
+    return _checked(name, file.layout, file.count, file.read, file.row_digest)
 
 
 @side_of.register
@@ -90,8 +94,7 @@ def _of_a_path(what: str | os.PathLike[str], stack: ExitStack) -> Side:
     if path.is_dir():
         return _of_a_folder(path, stack)
     if path.suffix == ".parquet":
-        file = _opened(path, stack)
-        return _alone(_checked(str(path), file.layout, file.count, file.read))
+        return _alone(_of_a_file(str(path), _opened(path, stack)))
     scene = find_scene(what)
     return Side(str(what), {ONE_SCENE: scene}, {})
 
@@ -104,9 +107,7 @@ def _of_a_folder(folder: Path, stack: ExitStack) -> Side:
     """The tables of designs and the scenes in a folder."""
     files = {path.name: _opened(path, stack) for path in settled_paths(folder, "*.parquet")}
     tables = {
-        name: _checked(str(folder / name), file.layout, file.count, file.read)
-        for name, file in files.items()
-        if is_of_designs(file.layout)
+        name: _of_a_file(str(folder / name), file) for name, file in files.items() if is_of_designs(file.layout)
     }
     scenes = {name: table.scene for name, table in tables.items()}
     scenes |= {path.name: Scene.from_toml(path) for names in SCENES for path in settled_paths(folder, names)}
