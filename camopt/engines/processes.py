@@ -1,23 +1,108 @@
-"""Processes of this machine: for work that is mostly Python."""
+"""Processes of this machine: for work that is mostly Python.
 
+Each reads its work from a pipe. It ends when that is closed, as it is when the process that holds its other end is
+gone, however that came to pass: none outlives the process that started it.
+"""
+
+import os
+import pickle
+import sys
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import contextmanager
+from subprocess import PIPE, Popen
+from threading import Lock, local
+from typing import Any
 
 from camopt.engines import Item, Result
 
+TRIES = 2  # for an item, each of which ends with a dead process
+ALONE = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+"""What tells libraries how many threads they may have: those of a process share its part of the machine."""
+PROGRAM = """
+import pickle, sys
+sys.path[:] = pickle.load(sys.stdin.buffer)
+from camopt.engines.process_worker import serve
+serve()
+"""
 
-@dataclass(frozen=True)
+
 class Processes:
-    """A number of processes, each of which works on one item at a time; they are as many as there are items."""
+    """A number of processes, each of which works on one item at a time. A thread waits for each."""
 
-    count: int
+    def __init__(self, count: int) -> None:
+        self.count, self._own, self._lock = count, local(), Lock()
+        self._threads, self._started, self._ended = ThreadPoolExecutor(count), list[Popen[bytes]](), False
 
     def in_order(
         self, work: Callable[[Sequence[Item]], Result], items: Sequence[Item], sample: Sequence[Item] = ()
     ) -> Iterator[Result]:
-        """What work gives for each item, as ``Engine`` says."""
-        from joblib import Parallel, delayed
+        """What work gives for each item, as ``Engine`` says. One item, or one process, is this process's own."""
+        if min(self.count, len(items)) <= 1:
+            yield from (work((item,)) for item in items)
+            return
+        running: list[Future[Result]] = [self._threads.submit(self._done, work, item) for item in items]
+        for future in running:
+            yield future.result()
 
-        count = max(1, min(self.count, len(items)))
-        parallel = Parallel(n_jobs=count, return_as="generator", batch_size=1)
-        yield from parallel(delayed(work)((item,)) for item in items)
+    def end(self) -> None:
+        """End all processes, whatever they are at."""
+        with self._lock:
+            self._ended = True
+        for process in self._started:
+            process.kill()
+        self._threads.shutdown(cancel_futures=True)
+        for process in self._started:
+            process.communicate()
+
+    def _done(self, work: Callable[[Sequence[Item]], Result], item: Item) -> Result:
+        """What the process of this thread makes of an item, or another one if it ends."""
+        for _ in range(TRIES):
+            process = self._process()
+            try:
+                send(process.stdin, (work, (item,)))
+                result, error = pickle.load(process.stdout)  # type: ignore[arg-type]
+            except (EOFError, OSError, pickle.UnpicklingError):
+                process.kill()
+                self._own.process = None
+                continue
+            if error:
+                raise error
+            return result  # type: ignore[no-any-return]
+        how = f"its end had the code {process.wait()}"
+        raise OSError(f"a process was ended from outside, for want of memory perhaps, {TRIES} times; {how}")
+
+    def _process(self) -> Popen[bytes]:
+        """The process of this thread."""
+        if getattr(self._own, "process", None) is None:
+            threads = str(max(1, (os.cpu_count() or 1) // self.count))
+            environment = dict.fromkeys(ALONE, threads) | os.environ
+            with self._lock:
+                if self._ended:
+                    raise RuntimeError("the processes have ended")
+                self._own.process = Popen(
+                    [sys.executable, "-c", PROGRAM],
+                    stdin=PIPE,
+                    stdout=PIPE,
+                    env=environment,
+                    start_new_session=True,  # an interrupt from a terminal is for the process that started it
+                )
+                self._started.append(self._own.process)
+            send(self._own.process.stdin, sys.path)
+        return self._own.process  # type: ignore[no-any-return]
+
+
+def send(pipe: Any, what: Any) -> None:
+    """Write to another process."""
+    pickle.dump(what, pipe)
+    pipe.flush()
+
+
+@contextmanager
+def processes(count: int) -> Iterator[Processes]:
+    """An engine of so many processes, which end with the block."""
+    engine = Processes(count)
+    try:
+        yield engine
+    finally:
+        engine.end()

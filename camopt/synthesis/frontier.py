@@ -6,6 +6,7 @@ worker and solved for all values; each of its solutions becomes a cam, as in ``s
 
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import chain, combinations, permutations, product
@@ -17,7 +18,7 @@ import numpy as np
 
 from camopt.effects import lacking, offered
 from camopt.engines import Engine
-from camopt.engines.processes import Processes
+from camopt.engines.processes import processes
 from camopt.mistakes import BadInput, Mistake, Unmet, nearest
 from camopt.numerics import FloatArray
 from camopt.problem.limits import load_quantity
@@ -157,23 +158,35 @@ def frontier(
     """
     scene, axes = _checked(scene, axes)
     demand = demand_of(resolve(scene), {axis: 1.0 for axis in axes if axis in TERMS})
-    engine = engine or Processes(workers or cpu_count() or 1)
-    ends = _ends(scene, axes, engine)
-    starts = tuple(
-        _between(ends[a, a].laws, ends[b, b].laws, share) for a, b in combinations(axes, 2) for share in SHARES
-    )
-    grids = [_grid(*_range(ends, axis), points) for axis in axes[1:]]
-    values = [dict(zip(axes[1:], map(float, pick), strict=True)) for pick in product(*grids)]
-    rows = []
-    tasks = [Task(axes[0], value, starts, bounded=True) for value in values]
-    for done, found in enumerate(_found(scene, axes, tasks, engine), start=1):
-        rows += [found.row] if found else []
-        report_progress(progress, done, len(values))
+    with nullcontext(engine) if engine else processes(workers or cpu_count() or 1) as used:
+        ends = _ends(scene, axes, used)
+        rows = list(_rows(scene, axes, ends, points, used, progress))
     known = [known_row(demand, cam) for cam in known_laws(scene).values()]
     bounds = {t: bound_of(replace(demand, objective={t: 1.0})) for t in axes if t in TERMS}
     least = {axis: (min(row[axis] for row in (ends[axis, axis].row, *rows)), bounds.get(axis)) for axis in axes}
     front = [Design(row, scene) for row in _front(rows, axes)]
     return Frontier(scene, axes, front, known, least, _local(ends, rows, axes))
+
+
+def _rows(
+    scene: Scene,
+    axes: tuple[str, ...],
+    ends: "FrontierEnds",
+    points: int,
+    engine: Engine,
+    progress: Progress | None,
+) -> Iterator[dict[str, Any]]:
+    """The cams of the least of the first axis, with the others at values between their ends."""
+    starts = tuple(
+        _between(ends[a, a].laws, ends[b, b].laws, share) for a, b in combinations(axes, 2) for share in SHARES
+    )
+    grids = [_grid(*_range(ends, axis), points) for axis in axes[1:]]
+    values = [dict(zip(axes[1:], map(float, pick), strict=True)) for pick in product(*grids)]
+    tasks = [Task(axes[0], value, starts, bounded=True) for value in values]
+    for done, found in enumerate(_found(scene, axes, tasks, engine), start=1):
+        if found:
+            yield found.row
+        report_progress(progress, done, len(values))
 
 
 def _local(ends: "FrontierEnds", rows: Sequence[dict[str, Any]], axes: tuple[str, ...]) -> tuple[str, ...]:
