@@ -17,6 +17,7 @@ from typing import Any, BinaryIO
 
 import numpy as np
 import pyarrow as pa
+import pyarrow.parquet as pq
 
 from camopt.files import synced
 from camopt.front.asked import Asked, Question
@@ -26,7 +27,7 @@ from camopt.mistakes import Stopped
 from camopt.numerics.clock import now
 from camopt.problem.rows import Rows
 from camopt.publishing import journal_path
-from camopt.tables.table import schema, to_table
+from camopt.tables.table import parquet_options, schema, to_table
 from camopt.verdicts.judging import Effort
 
 MAGIC = b"camopt journal 1\n"
@@ -290,7 +291,7 @@ def whole_batches(path: Path, question: Question, numbers: range) -> Iterator[Ba
 
 
 def encoded(batch: Batch, names: tuple[str, ...]) -> bytes:
-    """A batch as bytes: numbers as JSON, then its rows as tables of Arrow."""
+    """A batch as bytes: numbers as JSON, then its rows as Parquet."""
     layout = schema(names, "")
     tables = [_table_bytes(to_table(getattr(batch, name), layout)) for name in TABLES]
     numbers = {name: value for name, value in vars(batch).items() if name not in TABLES}
@@ -304,16 +305,15 @@ def decoded(payload: bytes) -> Batch:
     numbers, lengths = json.loads(payload[4:start])
     rows: dict[str, Any] = {}
     for name, length in zip(TABLES, lengths, strict=True):
-        rows[name] = _rows(pa.ipc.open_stream(payload[start : start + length]).read_all())
+        rows[name] = _rows(pq.read_table(pa.BufferReader(payload[start : start + length])))
         start += length
     return Batch(**{**numbers, "effort": Effort(*numbers["effort"])}, **rows)
 
 
 def _table_bytes(table: pa.Table) -> bytes:
     sink = pa.BufferOutputStream()
-    options = pa.ipc.IpcWriteOptions(compression="zstd")
-    with pa.ipc.new_stream(sink, table.schema.remove_metadata(), options=options) as stream:
-        stream.write_table(table.replace_schema_metadata(None))
+    plain = table.replace_schema_metadata(None)
+    pq.write_table(plain, sink, compression="zstd", **parquet_options(plain.schema))
     return bytes(sink.getvalue())
 
 

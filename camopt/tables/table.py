@@ -37,16 +37,14 @@ def to_table(rows: Rows, layout: pa.Schema) -> pa.Table:
 
 def _array(value: Any, rows: int, kind: pa.DataType) -> pa.Array:
     """A column as an arrow array, from its bytes: ``pa.array`` and ``pa.scalar`` would import pandas, at 0.3 s."""
-    if kind == pa.string():
-        if np.ndim(value) and rows and np.all(value == value[0]):
-            value = value[0]
-        texts = [text.encode() for text in (value.tolist() if np.ndim(value) else [str(value)])]
-        lengths = np.broadcast_to(np.array([*map(len, texts)], dtype=np.int32), (rows,))
-        ends, repeats = np.concatenate([[0], np.cumsum(lengths)]).astype(np.int32), 1 if np.ndim(value) else rows
-        return pa.Array.from_buffers(
-            kind, rows, [None, pa.py_buffer(ends), pa.py_buffer(b"".join(texts) * repeats)]
-        )
     value = np.broadcast_to(value, (rows,))
+    if kind == pa.string():
+        starts = np.flatnonzero(np.concatenate([[rows > 0], value[1:] != value[:-1]]))  # of rows with one text
+        texts, repeats = [text.encode() for text in value[starts].tolist()], np.diff(starts, append=rows)
+        lengths = np.repeat(np.array([0, *map(len, texts)]), [1, *repeats])
+        ends = np.cumsum(lengths, dtype=np.int32)
+        data = b"".join(text * count for text, count in zip(texts, repeats.tolist(), strict=True))
+        return pa.Array.from_buffers(kind, rows, [None, pa.py_buffer(ends), pa.py_buffer(data)])
     if kind == pa.bool_():
         bits = np.packbits(value, bitorder="little")
         return pa.Array.from_buffers(kind, rows, [None, pa.py_buffer(bits)])
@@ -54,23 +52,29 @@ def _array(value: Any, rows: int, kind: pa.DataType) -> pa.Array:
     return pa.Array.from_buffers(kind, rows, [None, pa.py_buffer(values)])
 
 
-@contextmanager
-def table_file(path: Path, layout: pa.Schema) -> Iterator["TableWriter"]:
-    """A Parquet file that grows by batches and takes its final name only when whole.
+def parquet_options(layout: pa.Schema) -> dict[str, Any]:
+    """Options of Parquet by which rows of designs take little room, and little time.
 
     Values that repeat go by a dictionary. Others are split by bytes (BYTE_STREAM_SPLIT): the leading bytes of
     doubles are much the same from row to row, and compress well.
     """
     repeats = {q.name for q in QUANTITIES.values() if q.effect in ("sizes", "motion") or q.kind is not float}
     floats = [field.name for field in layout if pa.types.is_floating(field.type)]
-    options = {
+    return {
         "use_dictionary": [name for name in layout.names if name in repeats],
         "use_byte_stream_split": [name for name in floats if name not in repeats],
         "compression_level": 1,
     }
+
+
+@contextmanager
+def table_file(path: Path, layout: pa.Schema) -> Iterator["TableWriter"]:
+    """A Parquet file that grows by batches and takes its final name only when whole."""
     with whole_file(path) as partial, ExitStack() as stack:
         file = stack.enter_context(partial.open("w+b"))  # a folder that takes no files is found out at once
-        writer = TableWriter(lambda layout: stack.enter_context(sealed(file, layout, **options)), layout)
+        writer = TableWriter(
+            lambda layout: stack.enter_context(sealed(file, layout, **parquet_options(layout))), layout
+        )
         yield writer
         writer.finish()
 
