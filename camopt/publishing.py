@@ -110,12 +110,16 @@ def published(
     """
     folder = Path(folder)
     with _made(folder) as made, _held(folder) as (work, alone):
-        _settle(folder, work, alone)
         unit = Unit(folder, work, work / random_name(), command, may_write, revises)
         try:
+            _settle(folder, work, alone)
             unit.staging.mkdir()
             yield unit
             _commit(unit, made)
+            if not revises:
+                _remove(unit.journal)
+            _settle(folder, work, alone)
+            _remove(unit.staging)
         except BaseException as end:
             with suppress(OSError):
                 _settle(folder, work, alone)
@@ -123,10 +127,6 @@ def published(
             if isinstance(end, OSError):
                 _raise_of_result(end, unit)
             raise
-        if not revises:
-            _remove(unit.journal)
-        _settle(folder, work, alone)
-        _remove(unit.staging)
 
 
 @contextmanager

@@ -1,0 +1,227 @@
+"""Faults of a file system: a call that fails, a process that is killed before one, a power cut after one.
+
+Calls are those of Python on files of one folder: open, write, fsync, rename, unlink, mkdir, rmdir, chmod, truncate.
+"""
+
+import builtins
+import io
+import os
+import signal
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from errno import EIO, ENOSPC
+from functools import partial
+from itertools import combinations
+from pathlib import Path
+from typing import Any, NamedTuple
+from unittest.mock import patch
+
+PATHS = ("open", "replace", "rename", "unlink", "remove", "mkdir", "rmdir", "chmod")
+DESCRIPTORS = ("write", "fsync", "ftruncate")
+GROWING = {"open for writing", "write", "fsync", "mkdir"}
+"""Calls that a full disk fails."""
+FAULTS = ("killed", "EIO", "ENOSPC", "full")
+"""What happens at a call: the process is killed; the call fails; it and all later ones that need room fail."""
+
+Told = Callable[[str, Any], None]
+
+
+@contextmanager
+def watched(folder: Path, before: Told, after: Told = lambda *_: None) -> Iterator[None]:
+    """``before`` is told of each call on files in a folder, with its first argument, and ``after`` when it is done.
+
+    Nothing is synced, which takes long.
+    """
+    known: set[int] = set()
+    real = {name: getattr(os, name) for name in (*PATHS, *DESCRIPTORS)} | {"fsync": lambda descriptor: None}
+    real_open = io.open
+
+    def mine(path: Any, dir_fd: int | None = None) -> bool:
+        return dir_fd in known or Path(os.path.abspath(os.fsdecode(path))).is_relative_to(folder)
+
+    def by_path(name: str, path: Any, *others: Any, **options: Any) -> Any:
+        if not mine(path, options.get("dir_fd")):
+            return real[name](path, *others, **options)
+        creates = name == "open" and others[0] & os.O_CREAT
+        before("open for writing" if creates else name, path)
+        result = real[name](path, *others, **options)
+        if name == "open":
+            known.add(result)
+        after(name, path)
+        return result
+
+    def by_descriptor(name: str, descriptor: int, *others: Any) -> Any:
+        if descriptor not in known:
+            return real[name](descriptor, *others)
+        before(name, descriptor)
+        result = real[name](descriptor, *others)
+        after(name, descriptor)
+        return result
+
+    class Raw(io.FileIO):
+        def write(self, data: Any) -> int:
+            before("write", self.fileno())
+            return super().write(data)
+
+    def opened(
+        file: Any, mode: str = "r", buffering: int = -1, encoding: Any = None, *others: Any, **options: Any
+    ) -> Any:
+        if isinstance(file, int) or not mine(file):
+            return real_open(file, mode, buffering, encoding, *others, **options)
+        if not {*mode} & {*"wax+"}:
+            before("open", file)
+            return real_open(file, mode, buffering, encoding, *others, **options)
+        before("open for writing", file)
+        raw = Raw(file, mode.replace("b", "").replace("t", ""))
+        binary = io.BufferedRandom(raw) if "+" in mode else io.BufferedWriter(raw)
+        after("open", file)
+        return binary if "b" in mode else io.TextIOWrapper(binary, encoding, *others, **options)
+
+    calls = {name: partial(by_path, name) for name in PATHS} | {n: partial(by_descriptor, n) for n in DESCRIPTORS}
+    with patch.multiple(os, **calls), patch.object(io, "open", opened), patch.object(builtins, "open", opened):
+        yield
+
+
+def calls_of(folder: Path, work: Callable[[], Any]) -> list[str]:
+    """The calls of some work on files in a folder."""
+    calls: list[str] = []
+    with watched(folder, lambda call, _: calls.append(call)):
+        work()
+    return calls
+
+
+class End(NamedTuple):
+    """How work ended with a fault: "done", "failed" or "killed", and the message."""
+
+    how: str
+    message: str
+
+
+def ended(folder: Path, work: Callable[[], Any], number: int, fault: str) -> End:
+    """Do some work with a fault at one of its calls on files in a folder."""
+    if fault == "killed":
+        return _killed(folder, work, number)
+    try:
+        _work_with_fault(folder, work, number, fault)
+    except OSError as end:
+        return End("failed", f"{type(end).__name__}: {end}")
+    return End("done", "")
+
+
+def _killed(folder: Path, work: Callable[[], Any], number: int) -> End:
+    """Do some work in a process of its own, which is killed before a call."""
+    child = os.fork()
+    if not child:
+        try:
+            _work_with_fault(folder, work, number, "killed")
+        finally:
+            os._exit(1)
+    _, status = os.waitpid(child, 0)
+    return End("killed" if os.WIFSIGNALED(status) else "done", "")
+
+
+def _work_with_fault(folder: Path, work: Callable[[], Any], number: int, fault: str) -> None:
+    count = 0
+
+    def before(call: str, what: Any) -> None:
+        nonlocal count
+        here, full = count == number, fault == "full" and count >= number and call in GROWING
+        count += 1
+        if here and fault == "killed":
+            os.kill(os.getpid(), signal.SIGKILL)
+        if full or (here and fault in ("EIO", "ENOSPC")):
+            code = EIO if fault == "EIO" else ENOSPC
+            raise OSError(code, os.strerror(code), *([] if isinstance(what, int) else [os.fspath(what)]))
+
+    with watched(folder, before):
+        work()
+
+
+Tree = dict[str, bytes | None]
+"""What is in a folder by relative path; folders have no content."""
+
+
+def tree_of(folder: Path) -> Tree:
+    """A folder as it is."""
+    paths = sorted(folder.rglob("*")) if folder.is_dir() else []
+    return {str(path.relative_to(folder)): None if path.is_dir() else path.read_bytes() for path in paths}
+
+
+def make(folder: Path, tree: Tree) -> None:
+    """A folder with nothing else in it than a tree."""
+    for path in sorted(folder.rglob("*"), reverse=True):
+        path.rmdir() if path.is_dir() else path.unlink()
+    folder.mkdir(exist_ok=True)
+    for name, content in sorted(tree.items()):
+        if content is None:
+            (folder / name).mkdir()
+        else:
+            (folder / name).write_bytes(content)
+
+
+class Disk:
+    """What of a folder is on the disk for sure: contents of files, and names in folders, as of their last sync."""
+
+    def __init__(self, root: Path) -> None:
+        self.root = root
+        self._ids: dict[int, int] = {}
+        self._count = 0
+        self.contents: dict[int, bytes] = {}
+        self.names: dict[int, dict[str, int]] = {}
+        self.now: dict[int, dict[str, int] | None] = {}
+        """Of each folder the names in it; None of each file."""
+        self._look()
+        for path in (root, *root.rglob("*")):
+            self._sync(path)
+
+    def after(self, call: str, what: Any) -> None:
+        """Look at what a call has done."""
+        self._look()
+        if call == "fsync":
+            self._sync(Path(f"/proc/self/fd/{what}").resolve())
+
+    def _id(self, path: Path) -> int:
+        inode = path.stat().st_ino
+        if inode not in self._ids:
+            self._ids[inode] = self._count
+            self._count += 1
+        return self._ids[inode]
+
+    def _look(self) -> None:
+        paths = [self.root, *self.root.rglob("*")]
+        inodes = {path.stat().st_ino for path in paths}
+        self._ids = {inode: number for inode, number in self._ids.items() if inode in inodes}  # or used again
+        self.now = {
+            self._id(path): {each.name: self._id(each) for each in path.iterdir()} if path.is_dir() else None
+            for path in paths
+        }
+        self.top = self._id(self.root)
+
+    def _sync(self, path: Path) -> None:
+        number, names = self._id(path), self.now[self._id(path)]
+        if names is None:
+            self.contents[number] = path.read_bytes()
+        else:
+            self.names[number] = names
+
+    def after_power_cuts(self) -> Iterator[Tree]:
+        """What a power cut may leave: the names in each folder as of its last sync, or as they are now."""
+        folders = [number for number, names in self.now.items() if names is not None]
+        changed = [number for number in folders if self.now[number] != self.names.get(number, {})]
+        whole = [dict(self._below(self.top, "", {*late})) for late in ((), changed)]
+        kept = {*whole[0].values()} & {*whole[1].values()}
+        for count in range(len(changed) + 1):
+            for late in combinations(changed, count):
+                found = dict(self._below(self.top, "", {*late}))
+                if kept <= {*found.values()}:  # or half of a rename were done
+                    yield {name: self._content(number) for name, number in found.items()}
+
+    def _below(self, number: int, prefix: str, late: set[int]) -> Iterator[tuple[str, int]]:
+        """Numbers by relative path, with the names of now in some folders, and else as of the last sync."""
+        for name, each in ((self.now if number in late else self.names).get(number) or {}).items():
+            yield f"{prefix}{name}", each
+            yield from self._below(each, f"{prefix}{name}/", late)
+
+    def _content(self, number: int) -> bytes | None:
+        folder = number in self.names or self.now.get(number) is not None
+        return None if folder else self.contents.get(number, b"")

@@ -1,0 +1,163 @@
+"""Whatever fails, and whenever a run is killed: the older result or the new one is there, whole, and nothing stays.
+
+The faults are those of ``support.faults``, at each call on files.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import pytest
+from support.depth import is_deep
+from support.faults import FAULTS, Disk, Tree, calls_of, ended, make, tree_of, watched
+
+from camopt import find_scene, sweep
+from camopt.files import write_text
+from camopt.front.certified import certify_table
+from camopt.manifest import settled_path
+from camopt.publishing import published
+
+SCENE = find_scene("roller-1000rpm")
+SMALL = SCENE.replace(search={"base_radius": [60, 70], "offset": [0], "law": ["harmonic"]})
+OLDER = SCENE.replace(search={"base_radius": [60, 65], "offset": [0], "law": ["harmonic"]})
+TABLES = ("pareto.parquet", "pareto-grid.parquet", "designs.parquet", "scene.toml")
+TEXTS = ("a.txt", "b.txt", "c.txt")
+
+
+def publish(folder: Path, text: str, names: tuple[str, ...]) -> None:
+    with published(folder, "sweep", TEXTS) as unit:
+        unit.journal.write_text("half of it")
+        for name in names:
+            write_text(unit.path(name), f"{text} {name}")
+
+
+def others(folder: Path) -> None:
+    """Results of another command, which stay."""
+    with published(folder, "frontier", ("frontier.txt",)) as unit:
+        write_text(unit.path("frontier.txt"), "frontier")
+
+
+def older_sweep(folder: Path) -> None:
+    sweep(OLDER, folder, workers=1)
+    others(folder)
+    (folder / "pareto-grid.parquet").write_bytes(b"of an older camopt")
+
+
+def older_texts(folder: Path) -> None:
+    publish(folder, "older", ("a.txt", "b.txt"))
+    others(folder)
+
+
+@dataclass(frozen=True)
+class Case:
+    """Some work on a folder, the files that it may write, and what is there before it."""
+
+    work: Callable[[Path], object]
+    names: tuple[str, ...]
+    older: Callable[[Path], object] | None = None
+
+
+CASES = {
+    "texts": Case(partial(publish, text="new", names=("b.txt", "c.txt")), TEXTS),
+    "texts over older ones": Case(partial(publish, text="new", names=("b.txt", "c.txt")), TEXTS, older_texts),
+    "nothing over older texts": Case(partial(publish, text="new", names=()), TEXTS, older_texts),
+    "a single file": Case(lambda folder: write_text(folder / "a.txt", "new"), TEXTS, older_texts),
+    "sweep": Case(partial(sweep, SMALL, workers=1), TABLES),
+    "sweep over an older one": Case(partial(sweep, SMALL, workers=1), TABLES, older_sweep),
+    "certify": Case(
+        lambda folder: certify_table(folder / "pareto.parquet"), TABLES, partial(sweep, SMALL, workers=1)
+    ),
+}
+SLOW = {"sweep", "sweep over an older one", "certify"}
+WHOLE = "texts over older ones"
+SAMPLE = 5  # points of the other cases in each run
+
+
+class Bench:
+    """A folder in which a case is tried again and again."""
+
+    def __init__(self, case: Case, root: Path) -> None:
+        self.case, self.root, self.folder = case, root, root / "out"
+        self.work = partial(case.work, self.folder)
+        if case.older:
+            case.older(self.folder)
+        self.before = tree_of(root)
+        self.calls = self.rerun()
+        self.after = tree_of(root)
+        self.older, self.newer = self.seen(self.before), self.seen(self.after)
+
+    def seen(self, tree: Tree | None = None) -> dict[str, bytes]:
+        """What camopt reads of the files of a result, in a tree or in the folder as it is."""
+        if tree is not None:
+            make(self.root, tree)
+        paths = {name: settled_path(self.folder / name) for name in (*self.case.names, "frontier.txt")}
+        return {name: path.read_bytes() for name, path in paths.items() if path.exists()}
+
+    def plain(self) -> dict[str, bytes]:
+        """What other programs read."""
+        paths = (self.folder / name for name in self.case.names)
+        return {path.name: path.read_bytes() for path in paths if path.exists()}
+
+    def rerun(self) -> list[str]:
+        """Do the work without a fault; its calls on files."""
+        return calls_of(self.root, self.work)
+
+    def check(self) -> None:
+        """All of one result, and no two side by side."""
+        assert self.seen() in (self.older, self.newer)
+        plain = self.plain().items()
+        assert plain <= self.older.items() or plain <= self.newer.items()
+
+
+@pytest.fixture(scope="module")
+def benches(tmp_path_factory):
+    made: dict[str, Bench] = {}
+
+    def bench(name: str) -> Bench:
+        if name not in made:
+            made[name] = Bench(CASES[name], tmp_path_factory.mktemp("faults"))
+        return made[name]
+
+    return bench
+
+
+def points(name: str, count: int) -> range:
+    """The calls at which faults are tried: all, or some spread evenly."""
+    return range(0, count, 1 if is_deep() or name == WHOLE else max(count // SAMPLE, 1))
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+@pytest.mark.parametrize("name", CASES)
+def test_one_result_is_whole_after_a_fault_and_the_next_run_gives_the_same_bytes(benches, name, fault):
+    bench = benches(name)
+    for number in points(name, len(bench.calls)):
+        make(bench.root, bench.before)
+        how, message = ended(bench.root, bench.work, number, fault)
+        assert how == "killed" if fault == "killed" else how in ("done", "failed"), (number, message)
+        assert how != "failed" or ("Error" in message and ".camopt" not in message), (number, message)
+        bench.check()
+        assert how != "done" or bench.seen() == bench.newer
+        bench.rerun()
+        assert tree_of(bench.root) == bench.after
+
+
+@pytest.mark.parametrize("name", sorted({*CASES} - SLOW))
+def test_one_result_is_whole_after_a_power_cut(benches, name):
+    bench = benches(name)
+    make(bench.root, bench.before)
+    disk, cuts = Disk(bench.root), []
+
+    def after(call, what):
+        disk.after(call, what)
+        cuts.extend(disk.after_power_cuts())
+
+    with watched(bench.root, lambda *_: None, after):
+        bench.work()
+    last = [*disk.after_power_cuts()]
+    for tree in cuts:
+        make(bench.root, tree)
+        bench.check()
+    for tree in last:
+        assert bench.seen(tree) == bench.newer
+    assert len(cuts) > len(bench.calls)
