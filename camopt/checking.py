@@ -67,7 +67,7 @@ def check(*files: str | os.PathLike[str]) -> tuple[Checked, ...]:
     Parameters
     ----------
     *files : str or os.PathLike
-        Files, and folders of results: all files in a folder, not in those inside it.
+        Files, and folders: all files in them and in folders inside them, but for hidden ones.
 
     Returns
     -------
@@ -92,24 +92,32 @@ def check(*files: str | os.PathLike[str]) -> tuple[Checked, ...]:
 
 
 def _each(path: Path) -> Iterator[Checked]:
-    """A file, or the manifest of a folder and all files that are in it, or should be."""
-    folder = path if path.is_dir() else path.parent
-    about, manifest = _manifest(folder)
-    named = manifest.files if manifest else {}
+    """A file, or all files in a folder and those inside it."""
     if not path.is_dir():
-        yield about if about and path.name == MANIFEST else _file(path, named.get(path.name))
+        about, manifest = _manifest(path.parent)
+        fact = manifest.files.get(path.name) if manifest else None
+        yield about if about and path.name == MANIFEST else _file(path, fact)
         return
-    try:
-        there = {each.name for each in path.iterdir() if each.is_file() and not each.name.startswith(".")}
-    except OSError as trouble:
-        yield Checked(path, "unreadable", trouble.strerror or str(trouble))
-        return
-    names = sorted({*there, *named} - {MANIFEST})
+    closed: list[OSError] = []
+    found = 0
+    for folder, inner, names in os.walk(path, onerror=closed.append):
+        inner[:] = sorted(name for name in inner if not name.startswith("."))
+        for checked in _folder(Path(folder), names):
+            found += 1
+            yield checked
+    yield from (_unreadable(Path(each.filename), each) for each in closed)
+    if not found and not closed:
+        yield Checked(path, "unknown", "a folder with no files in it")
+
+
+def _folder(folder: Path, names: list[str]) -> Iterator[Checked]:
+    """The manifest of a folder, and all files that are in it, or should be."""
+    about, manifest = _manifest(folder)
     if about:
         yield about
-    elif not names:
-        yield Checked(path, "unknown", "a folder with no files in it")
-    yield from (_file(path / name, named.get(name)) for name in names)
+    named = manifest.files if manifest else {}
+    there = {name for name in names if not name.startswith(".")}
+    yield from (_file(folder / name, named.get(name)) for name in sorted({*there, *named} - {MANIFEST}))
 
 
 def _manifest(folder: Path) -> tuple[Checked | None, Manifest | None]:
@@ -122,7 +130,7 @@ def _manifest(folder: Path) -> tuple[Checked | None, Manifest | None]:
     except BadInput:
         return Checked(path, "unknown", f"of another program: {NOTHING}"), None
     except OSError as trouble:
-        return Checked(path, "unreadable", trouble.strerror or str(trouble)), None
+        return _unreadable(path, trouble), None
     return (Checked(path, "whole", "whole"), manifest) if manifest else (None, None)
 
 
@@ -137,7 +145,11 @@ def _file(path: Path, fact: Fact | None) -> Checked:
     except BadInput:
         return Checked(path, "unknown", f"no regular file: {NOTHING}")
     except OSError as trouble:
-        return Checked(path, "unreadable", trouble.strerror or str(trouble))
+        return _unreadable(path, trouble)
+
+
+def _unreadable(path: Path, trouble: OSError) -> Checked:
+    return Checked(path, "unreadable", trouble.strerror or str(trouble))
 
 
 def _by_itself(path: Path, file: BufferedReader) -> Checked:

@@ -114,6 +114,28 @@ def test_what_nothing_is_known_of_is_not_whole(result, tmp_path):
         check()
 
 
+def test_folders_inside_a_folder_are_checked_and_hidden_ones_are_not(made, result, tmp_path):
+    shutil.copytree(made / "other", result / "inner" / "other")
+    (result / ".camopt").mkdir()
+    (result / ".camopt" / "left").write_text("x", encoding="utf-8")
+    (result / "inner" / "again").symlink_to(result)
+    found = check(tmp_path)
+    assert [each.file.name for each in found] == ["manifest.json", *sorted({*FILES} - {"manifest.json"})] * 2
+    assert all(each.is_whole for each in found)
+    (result / "inner" / "other" / "pareto.parquet").unlink()
+    assert [each.told for each in check(tmp_path) if not each.is_whole] == [
+        "missing, though manifest.json names it"
+    ]
+
+
+def test_a_folder_that_cannot_be_read_is_told(result, monkeypatch):
+    def refusing(path):
+        raise PermissionError(13, "Permission denied", os.fspath(path))
+
+    monkeypatch.setattr("os.scandir", refusing)
+    assert [(each.file, each.state) for each in check(result)] == [(result, "unreadable")]
+
+
 def test_a_table_is_whole_without_a_manifest(result, made):
     (result / "manifest.json").unlink()
     assert states(result) == {"designs.parquet": "whole", "pareto.parquet": "whole", "scene.toml": "unknown"}
