@@ -13,7 +13,6 @@ import pytest
 import camopt
 from camopt import Scene, find_scene, shipped_scenes
 from camopt.cli.main import main
-from camopt.cli.terminal import time_left
 from camopt.motion import LAWS
 
 WORKED = json.loads((Path(__file__).parent / "data" / "worked-examples.json").read_text())
@@ -185,14 +184,6 @@ def test_a_sweep_of_the_front_alone_tells_what_boxes_decided(run, run_json, tmp_
     code, out, _ = run(*front_only, "--max-pressure", "1")
     assert code == 1
     assert "No feasible design" in out
-
-
-@pytest.mark.parametrize(
-    ("seconds", "done", "total", "shown"),
-    [(0.5, 0, 10, ""), (3.0, 1, 21, "0:01:00 left"), (2.0, 4, 4, "0:00:00 left"), (10.0, 1, 1000, "2:46:30 left")],
-)
-def test_the_time_left_is_that_of_the_rate_so_far(seconds, done, total, shown):
-    assert time_left(seconds, done, total) == shown
 
 
 def test_the_scene_of_a_sweep_makes_the_same_sweep(run_json):

@@ -3,7 +3,6 @@
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext
-from datetime import timedelta
 from typing import Any
 
 from rich.box import SIMPLE_HEAD
@@ -12,6 +11,7 @@ from rich.table import Table
 from rich.tree import Tree
 
 from camopt.cli.exits import say
+from camopt.cli.pace import Lines, Pace, rate_of, time_left
 from camopt.tables.cells import heading, number, to_json
 
 Advance = Callable[[int, int], None]
@@ -19,7 +19,7 @@ Advance = Callable[[int, int], None]
 
 @contextmanager
 def progress(quiet: bool, unit: str) -> Iterator[Advance]:
-    """A progress bar on standard error if that is a terminal, and a message if kernels are compiled."""
+    """On standard error how far the work is, by a bar if that is a terminal, and if kernels are compiled."""
     from camopt.kernels.compiling import announced
 
     console = Console(stderr=True, quiet=quiet)
@@ -27,29 +27,34 @@ def progress(quiet: bool, unit: str) -> Iterator[Advance]:
     def tell() -> None:
         console.print("camopt: compiling kernels, this first time only …", style="dim")
 
-    shown = unit and not quiet and sys.stderr.isatty()
-    with announced(tell), _bar(console, unit) if shown else nullcontext(lambda done, total: None) as advance:
+    with announced(tell), nullcontext(_nothing) if quiet or not unit else _shown(console, unit) as advance:
         yield advance
 
 
+def _nothing(done: int, total: int) -> None:
+    """Show nothing."""
+
+
 @contextmanager
-def _bar(console: Console, unit: str) -> Iterator[Advance]:
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+def _shown(console: Console, unit: str) -> Iterator[Advance]:
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskProgressColumn, TextColumn
 
     from camopt.numerics.clock import now
 
-    columns = (TextColumn(unit), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[left]}", style="cyan"))
-    start = now()
+    if not sys.stderr.isatty():
+        yield Lines(unit, now, say)
+        return
+    pace = Pace(now)
+    told = (TextColumn("{task.fields[rate]}"), TextColumn("{task.fields[left]}", style="cyan"))
+    columns = (TextColumn(unit), BarColumn(), MofNCompleteColumn(), TaskProgressColumn(), *told)
     with Progress(*columns, console=console, transient=True) as bar:
-        task = bar.add_task(unit, total=None, left="")
-        yield lambda done, total: bar.update(
-            task, completed=done, total=total, left=time_left(now() - start, done, total)
-        )
+        task = bar.add_task(unit, total=None, rate="", left="")
 
+        def advance(done: int, total: int) -> None:
+            rate, left = pace(done, total)
+            bar.update(task, completed=done, total=total, rate=rate_of(rate, unit), left=time_left(left))
 
-def time_left(seconds: float, done: int, total: int) -> str:
-    """The time left at the mean rate of the seconds so far, as h:mm:ss. The total may change."""
-    return f"{timedelta(seconds=round(seconds * (total - done) / done))} left" if done else ""
+        yield advance
 
 
 def print_json(document: Any) -> None:
