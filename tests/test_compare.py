@@ -20,6 +20,7 @@ from camopt.comparing.compare import FEW, compare
 from camopt.comparing.fronts import compared_fronts
 from camopt.comparing.settings import differing
 from camopt.front.pareto import REFERENCE, undominated
+from camopt.synthesis.files import write_frontier
 from camopt.tables.sealed import read_table, write_table
 
 SCENE = find_scene("roller-1000rpm")
@@ -70,6 +71,7 @@ def differ(x, y, by=0.0):
     return x != y and (inf in (abs(x), abs(y)) or abs(x - y) > by * (abs(x) + abs(y)))
 
 
+@settings(max_examples=times(40, deep=400))
 @given(TABLES, TABLES)
 def test_designs_come_go_and_change_as_a_dictionary_of_them_says(a, b):
     table = compare(a, b).tables["table"]
@@ -118,6 +120,7 @@ def without(document, *names):
     return {key: without(value, *names) for key, value in document.items() if key not in names}
 
 
+@settings(max_examples=times(40, deep=400))
 @given(TABLES, TABLES)
 def test_the_other_way_round_it_is_mirrored(a, b):
     one, other = (json.loads(json.dumps(compare(*pair).to_dict(), allow_nan=False)) for pair in ((a, b), (b, a)))
@@ -133,6 +136,7 @@ def test_the_other_way_round_it_is_mirrored(a, b):
         assert told[0].translate(str.maketrans("AB", "BA")) == told[1]
 
 
+@settings(max_examples=times(40, deep=400))
 @given(TABLES, st.randoms(use_true_random=False))
 def test_a_table_is_the_same_as_itself_in_any_order(frame, random):
     frame = frame.drop_duplicates(KEY)
@@ -355,10 +359,12 @@ def test_a_searched_number_is_that_of_the_scene_where_it_is_no_column(tmp_path):
     assert rpm[table.came].tolist() == [500.0] * (table.designs[1] - table.designs[0])
 
 
-def test_frontiers_are_the_same_where_their_motions_are():
+def test_frontiers_are_the_same_where_their_motions_are(tmp_path):
     coarse = SCENE.replace(**{"synthesis.pieces": 12})
     found = camopt.frontier(coarse, points=2, workers=1)
-    assert compare(found, found).same
+    path = write_frontier(found, tmp_path)
+    assert compare(found, path).same
+    assert compare(camopt.load(path), path).same
     fewer = Frontier(found.scene, found.axes, found.rows, found.known[1:], found.least, found.local)
     table = compare(found, fewer).tables["table"]
     assert (table.went.tolist(), table.came.size, len(table.changed)) == ([len(found.rows)], 0, 0)
@@ -477,3 +483,25 @@ def test_a_sweep_that_wrote_nothing_and_what_is_no_result_are_refused():
     for odd in (sweep(SCENE.replace(**SEARCH)), 3):
         with pytest.raises(BadInput, match="camopt: result"):
             compare(SCENE, odd)
+
+
+def test_a_hostile_table_is_compared_or_refused(folders, tmp_path):
+    path, whole = tmp_path / "t.parquet", folders[1] / "designs.parquet"
+    ends = Counter()
+    for number, (_, made) in enumerate(hostile.tables(read_table(folders[0] / "designs.parquet"))):
+        path.write_bytes(made())
+        try:
+            found = compare(path, (whole, path)[number % 2], tmp_path / "rows.csv")
+            json.dumps(found.to_dict(), allow_nan=False)
+            ends["compared"] += 1
+        except (BadInput, OSError) as trouble:
+            ends["refused"] += "\n" not in str(trouble)
+    assert ends.total() == number + 1
+    assert min(ends.values()) > 20
+
+
+def test_a_column_that_has_two_types_is_refused(folders):
+    frame = camopt.load(folders[0] / "designs.parquet")
+    for odd in (frame.assign(note=1), frame.assign(base_radius_mm="large")):
+        with pytest.raises(BadInput, match="camopt: table"):
+            compare(frame.assign(note="a"), odd)

@@ -8,6 +8,7 @@ from math import isinf, isnan
 from typing import Any
 
 import numpy as np
+import pyarrow as pa
 from numpy.typing import NDArray
 
 from camopt.comparing.design_table import DesignTable
@@ -18,6 +19,7 @@ from camopt.comparing.settings import Difference, differing
 from camopt.comparing.sides import Side, side_of
 from camopt.mistakes import BadInput, Mistake
 from camopt.tables.designs import DESIGNS, PARETO
+from camopt.tables.sealed import no_table
 
 FEW = 5
 """Designs of each kind that are shown."""
@@ -198,6 +200,8 @@ def compare(a: Any, b: Any, out: str | os.PathLike[str] | None = None) -> Compar
             why = f"a result with something that the other has too; there are {_listed(one)}, and {_listed(other)}"
             raise BadInput([Mistake("camopt", "result", other.name, why)])
         pairs = {name: (one.tables[name], other.tables[name]) for name in one.tables if name in other.tables}
+        for pair in pairs.values():
+            _check_types(*pair)
         found = {name: matched(*pair) for name, pair in pairs.items()}
         fronts = {name for name in pairs if name != DESIGNS or PARETO not in pairs}
         tables = {name: _compared(*pair, found[name], name in fronts) for name, pair in pairs.items()}
@@ -213,6 +217,14 @@ def compare(a: Any, b: Any, out: str | os.PathLike[str] | None = None) -> Compar
             tuple(name for name in other.scenes if name not in one.scenes),
             (_versions(one), _versions(other)),
         )
+
+
+def _check_types(a: DesignTable, b: DesignTable) -> None:
+    """BadInput where a column of both has other types; one without a value has any."""
+    for name in a.names:
+        kinds = {side.layout.field(name).type for side in (a, b) if name in side.names} - {pa.null()}
+        if len(kinds) > 1:
+            raise no_table(b.name, f"its column {name} has another type than in {a.name}")
 
 
 def _listed(side: Side) -> str:

@@ -14,7 +14,7 @@ from camopt.quantities import NUMBERS, QUANTITIES
 from camopt.scene.scene import Scene
 from camopt.tables.columns import DERIVED, axes_of
 from camopt.tables.designs import column_of
-from camopt.tables.sealed import SCENE, about
+from camopt.tables.sealed import SCENE, TYPES, about
 
 LAW, OWN_SCENE, FREE = "law_rise", "scene", "free"
 """Columns: one that every table of designs has; two that a frontier has."""
@@ -69,7 +69,8 @@ class DesignTable:
         """The objectives, and what turns each into a cost; of a frontier its axes."""
         axes = axes_of(self.names)
         found = dict.fromkeys(axes, 1.0) if axes else signs(self.scene.search)
-        return found if {*found} <= {*self.names} else {}
+        numbers = {field.name for field in self.layout if pa.types.is_floating(field.type)}
+        return found if {*found} <= numbers else {}
 
     def front(self) -> FloatArray:
         """The costs (points, objectives) of the feasible designs that no other betters."""
@@ -84,6 +85,13 @@ class DesignTable:
         if name not in self.names:
             return np.ones(self.count, dtype=bool)
         return np.asarray(self.column(name).to_numpy(zero_copy_only=False), dtype=bool)
+
+
+def type_of(field: pa.Field) -> pa.DataType:
+    """The type that a column has in tables of designs: a quantity its own, others theirs."""
+    if field.name in QUANTITIES and not pa.types.is_null(field.type):
+        return TYPES[QUANTITIES[field.name].kind]
+    return pa.string() if pa.types.is_large_string(field.type) else field.type
 
 
 def is_of_designs(layout: pa.Schema) -> bool:

@@ -53,10 +53,8 @@ def _parts(
         ("before", a, changed[:, 0]),
         ("after", b, changed[:, 1]),
     ):
-        origin = pa.table([[change] * rows.size, [name] * rows.size, rows.astype(np.int64)], schema=ORIGIN)
-        taken = table.read(table.names).take(pa.array(rows)).replace_schema_metadata(None)
-        layout = [
-            *ORIGIN,
-            *(field.with_nullable(True) for field in taken.schema),
-        ]  # another table may lack a column
-        yield pa.table([*origin.columns, *taken.columns], schema=pa.schema(layout))
+        if rows.size:
+            origin = [pa.repeat(change, rows.size), pa.repeat(name, rows.size), pa.array(rows.astype(np.int64))]
+            taken = [table.column(each).take(pa.array(rows)) for each in table.names]
+            layout = [field.with_nullable(True) for field in table.layout]  # another table may lack a column
+            yield pa.table([*origin, *taken], schema=pa.schema([*ORIGIN, *layout]))

@@ -9,7 +9,7 @@ from typing import Any
 
 import pyarrow as pa
 
-from camopt.comparing.design_table import DesignTable, is_of_designs
+from camopt.comparing.design_table import DesignTable, is_of_designs, type_of
 from camopt.files import path_of, regular_file
 from camopt.front.sweep import Sweep
 from camopt.manifest import settled_path, settled_paths
@@ -44,7 +44,11 @@ def side_of(what: Any, stack: ExitStack) -> Side:
     if frame is None:
         allowed = "a path, a scene, a table of camopt, or what sweep or frontier gives"
         raise BadInput([Mistake("camopt", "result", type(what).__name__, allowed)])
-    table = pa.Table.from_pandas(what, preserve_index=False)
+    try:
+        table = pa.Table.from_pandas(what, preserve_index=False)
+        table = table.cast(pa.schema([field.with_type(type_of(field)) for field in table.schema]))
+    except (pa.ArrowException, ValueError) as trouble:
+        raise no_table("table", f"this is none: {str(trouble).splitlines()[0]}") from None
     return _of_a_table("table", table.replace_schema_metadata({SCENE_OF_TABLE: str(frame.get("scene", ""))}))
 
 
@@ -60,6 +64,11 @@ def _checked(name: str, layout: pa.Schema, count: int, read: Any, digest: str = 
     """A table of designs; BadInput if it is another."""
     if not is_of_designs(layout):
         raise no_table(name, "this is not one of designs, with their laws and the scene that was searched")
+    for field in layout:
+        if layout.names.count(field.name) > 1:
+            raise no_table(name, f"this has the column {field.name} twice")
+        if field.type != type_of(field):
+            raise no_table(name, f"its column {field.name} has not the type {type_of(field)}")
     return DesignTable(name, scene_in(layout, name), layout, count, read, digest)
 
 
