@@ -214,6 +214,12 @@ def test_another_value_is_another_digest(name, row):
         assert (digest_of(table) == digest_of(TABLE)) == (repr(value) == repr(values[row]))
 
 
+@pytest.mark.parametrize("kind", [pa.float32(), pa.large_string(), pa.dictionary(pa.int32(), pa.string())])
+def test_columns_that_no_table_has_have_no_digest(kind):
+    with pytest.raises(TypeError, match="no columns of type"):
+        digest_of(pa.table({"odd": pa.nulls(3, kind)}))
+
+
 def test_rows_in_another_order_have_another_digest():
     assert digest_of(TABLE.take([1, 0, 2, 3])) != digest_of(TABLE)
 

@@ -33,7 +33,6 @@ from camopt.verdicts.judging import Effort
 MAGIC = b"camopt journal 1\n"
 SECONDS = 1.0  # between records: less is lost at most, and a sweep that is shorter writes none
 HEAD = Struct("<Q32s")  # length and digest of a record
-MOST = 1 << 34  # bytes of a record; a longer one is none
 AT_ONCE = 1 << 22  # bytes
 END = b"end"
 TABLES = ("kept", "front", "best")
@@ -205,11 +204,13 @@ def packed(payload: bytes) -> bytes:
 
 def records(file: BinaryIO) -> Iterator[tuple[bytes, int]]:
     """The records of a journal, each with where it ends, up to where it is whole."""
+    size = file.seek(0, os.SEEK_END)
+    file.seek(0)
     if file.read(len(MAGIC)) != MAGIC:
         return
     while len(head := file.read(HEAD.size)) == HEAD.size:
         length, digest = HEAD.unpack(head)
-        payload = file.read(length) if length <= MOST else b""
+        payload = file.read(length) if length <= size - file.tell() else b""
         if len(payload) != length or sha256(payload).digest() != digest:
             return
         yield payload, file.tell()
