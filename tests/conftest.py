@@ -1,5 +1,7 @@
 """What holds for all tests: how deep they look at random (``support.depth``), and when kernels are compiled."""
 
+import gc
+
 import pytest
 from hypothesis import settings
 
@@ -10,6 +12,13 @@ settings.register_profile("deep", deadline=None, max_examples=1000, print_blob=T
 settings.load_profile("ci")  # before --hypothesis-profile is read
 
 IN_USE = compile.FEW
+
+
+def pytest_collection_finish():
+    """What is imported stays: garbage is looked for among what tests make alone, and not as often."""
+    gc.collect()
+    gc.freeze()
+    gc.set_threshold(10_000, 20, 20)
 
 
 @pytest.fixture

@@ -305,18 +305,22 @@ def span(programme: Programme, weights: tuple[float, ...], kinds: int, load: flo
     found = _derivatives(programme, len(weights), kinds)
     if found is None:
         return inf, -inf
-    series, slope, ends, slopes = (np.tensordot((*weights, load), each, 1) for each in found)
-    turning = np.flatnonzero((slopes.min(axis=0) < 0) & (slopes.max(axis=0) > 0))
-    inside = [v for k in turning for v in _stationary_values(series[:, k], slope[:, k])]
-    return min([float(ends.min()), *inside]), max([float(ends.max()), *inside])
+    factors = np.array((*weights, load))
+    series, slope, ends, slopes, bounds = (_summed(factors, terms) for terms in found)
+    low, high = bounds.min(axis=0), bounds.max(axis=0)
+    least, largest, rounding = float(ends.min()), float(ends.max()), BEYOND * max(-low.min(), high.max())
+    turning = (slopes.min(axis=0) < 0) & (slopes.max(axis=0) > 0)  # the others have no extreme inside,
+    beyond = (low < least + rounding) | (high > largest - rounding)  # or none that exceeds an end
+    inside = [v for k in np.flatnonzero(turning & beyond) for v in _stationary_values(series[:, k], slope[:, k])]
+    return min([least, *inside]), max([largest, *inside])
 
 
 @lru_cache(maxsize=256)
 def _derivatives(programme: Programme, orders: int, kinds: int) -> tuple[FloatArray, ...] | None:
-    """Of y, y', y'' … and the load on the panels of some kinds: coefficients, slopes', ends, and bounds of slopes.
+    """Of y, y', y'' … and the load on the panels of some kinds: coefficients, slopes', ends, and bounds of both.
 
-    Each is (orders + 1, …, panels). Bounds are Bernstein coefficients: where they are of one sign, a slope has no
-    root.
+    Each is (orders + 1, …, panels), but for ends, (orders + 1, panels, 2). Bounds are Bernstein coefficients, those
+    of slopes first: where they are of one sign, a slope has no root.
     """
     table = programme.table
     chosen = programme.panels_of(kinds)
@@ -327,9 +331,14 @@ def _derivatives(programme: Programme, orders: int, kinds: int) -> tuple[FloatAr
     for order in range(orders):
         series[order, : len(y) - order] = polynomial.polyder(y, order) / h**order
     series[orders, :2] = load_series(table)[:, chosen]
-    slope = np.stack([polynomial.polyder(each) for each in series])
-    ends = np.stack([polynomial.polyval(np.array([-1.0, 1.0]), each) for each in series])
-    return series, slope, ends, bernstein(slope.shape[1] - 1) @ slope
+    slope = series[:, 1:] * np.arange(1.0, len(y))[:, None]
+    ends = polynomial.polyval(np.array([-1.0, 1.0]), np.moveaxis(series, 1, 0))
+    return series, slope, ends, bernstein(len(y) - 2) @ slope, bernstein(len(y) - 1) @ series
+
+
+def _summed(factors: FloatArray, terms: FloatArray) -> FloatArray:
+    """The sum of terms (orders + 1, …), each times its factor: tensordot takes longer to begin than to compute."""
+    return np.asarray(np.dot(factors, terms.reshape(len(factors), -1))).reshape(terms.shape[1:])
 
 
 def _stationary_values(series: FloatArray, slope: FloatArray) -> list[float]:
