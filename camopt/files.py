@@ -132,11 +132,9 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
         check_replaceable(target)
         _remove_orphans(target)
         stack.callback(_remove, partial)
-        descriptor = os.open(partial, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666)
-        if lock(descriptor) is None:  # Windows renames no open files
-            os.close(descriptor)
-        else:
-            stack.callback(os.close, descriptor)
+        file = stack.enter_context(partial.open("xb"))
+        if lock(file.fileno()) is None:  # Windows renames no open files
+            file.close()
         yield partial
         keep_mode(target, partial)
         synced(partial)

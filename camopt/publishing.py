@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from errno import EAGAIN, ENOTDIR, EXDEV
 from fnmatch import fnmatchcase
 from hashlib import file_digest
+from io import FileIO
 from pathlib import Path
 
 from camopt.files import (
@@ -179,25 +180,23 @@ def _held(folder: Path) -> Iterator[tuple[Path, bool]]:
     path = work / LOCK
     with ExitStack() as stack:
         while True:
-            descriptor = _opened(folder, work, path)
-            held = lock(descriptor)
+            file = stack.enter_context(_opened(folder, work, path))
+            held = lock(file.fileno())
             if held is False:
-                _refuse(descriptor, folder)
-            if held is None or _same(descriptor, path):
+                _refuse(file, folder)
+            if held is None or _same(file, path):
                 break
-            os.close(descriptor)
+            file.close()
         with suppress(OSError):  # for a message only
-            os.ftruncate(descriptor, 0)
-            os.write(descriptor, f"process {os.getpid()} on {platform.node()}".encode())
-        if held:
-            stack.callback(os.close, descriptor)
-        else:  # Windows removes no open files
-            os.close(descriptor)
+            file.truncate(0)
+            file.write(f"process {os.getpid()} on {platform.node()}".encode())
+        if held is None:  # Windows removes no open files
+            file.close()
         stack.callback(_let_go, work, path)
         yield work, bool(held)
 
 
-def _opened(folder: Path, work: Path, path: Path) -> int:
+def _opened(folder: Path, work: Path, path: Path) -> FileIO:
     """The file of the lock, made if there is none."""
     while True:
         with naming(folder, work, path), suppress(FileExistsError):
@@ -205,20 +204,20 @@ def _opened(folder: Path, work: Path, path: Path) -> int:
         if work.is_symlink() or not work.is_dir():
             raise NotADirectoryError(ENOTDIR, os.strerror(ENOTDIR), os.fspath(work))
         with naming(folder, work, path), suppress(FileNotFoundError):  # another run has just removed the folder
-            return os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
+            return path.open("a+b", buffering=0)
 
 
-def _same(descriptor: int, path: Path) -> bool:
+def _same(file: FileIO, path: Path) -> bool:
     """Whether an open file is still the one of that name."""
     try:
-        return os.path.samestat(os.fstat(descriptor), path.stat())
+        return os.path.samestat(os.fstat(file.fileno()), path.stat())
     except FileNotFoundError:
         return False
 
 
-def _refuse(descriptor: int, folder: Path) -> None:
-    with os.fdopen(descriptor, errors="replace") as file:
-        holder = file.read(200) or "another process"
+def _refuse(file: FileIO, folder: Path) -> None:
+    file.seek(0)
+    holder = file.read(200).decode(errors="replace") or "another process"
     raise BlockingIOError(EAGAIN, f"another run writes to this folder ({holder})", os.fspath(folder))
 
 

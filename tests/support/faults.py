@@ -17,11 +17,11 @@ from typing import Any, NamedTuple
 from unittest.mock import patch
 
 PATHS = ("open", "replace", "rename", "unlink", "remove", "mkdir", "rmdir", "chmod")
-DESCRIPTORS = ("write", "fsync", "ftruncate")
+DESCRIPTORS = ("write", "fsync")
 GROWING = {"open for writing", "write", "fsync", "mkdir"}
 """Calls that a full disk fails."""
-FAULTS = ("killed", "EIO", "ENOSPC", "full")
-"""What happens at a call: the process is killed; the call fails; it and all later ones that need room fail."""
+FAULTS = ("killed", "interrupted", "EIO", "ENOSPC", "full")
+"""A call ends the process, or is interrupted, or fails; or from it on all fail that need room on the disk."""
 
 Told = Callable[[str, Any], None]
 
@@ -63,6 +63,10 @@ def watched(folder: Path, before: Told, after: Told = lambda *_: None) -> Iterat
             before("write", self.fileno())
             return super().write(data)
 
+        def truncate(self, size: int | None = None) -> int:
+            before("ftruncate", self.fileno())
+            return super().truncate(size)
+
     def opened(
         file: Any, mode: str = "r", buffering: int = -1, encoding: Any = None, *others: Any, **options: Any
     ) -> Any:
@@ -73,7 +77,7 @@ def watched(folder: Path, before: Told, after: Told = lambda *_: None) -> Iterat
             return real_open(file, mode, buffering, encoding, *others, **options)
         before("open for writing", file)
         raw = Raw(file, mode.replace("b", "").replace("t", ""))
-        binary = io.BufferedRandom(raw) if "+" in mode else io.BufferedWriter(raw)
+        binary = raw if buffering == 0 else io.BufferedRandom(raw) if "+" in mode else io.BufferedWriter(raw)
         after("open", file)
         return binary if "b" in mode else io.TextIOWrapper(binary, encoding, *others, **options)
 
@@ -103,7 +107,7 @@ def ended(folder: Path, work: Callable[[], Any], number: int, fault: str) -> End
         return _killed(folder, work, number)
     try:
         _work_with_fault(folder, work, number, fault)
-    except OSError as end:
+    except (OSError, KeyboardInterrupt) as end:
         return End("failed", f"{type(end).__name__}: {end}")
     return End("done", "")
 
@@ -129,6 +133,8 @@ def _work_with_fault(folder: Path, work: Callable[[], Any], number: int, fault: 
         count += 1
         if here and fault == "killed":
             os.kill(os.getpid(), signal.SIGKILL)
+        if here and fault == "interrupted":
+            raise KeyboardInterrupt
         if full or (here and fault in ("EIO", "ENOSPC")):
             code = EIO if fault == "EIO" else ENOSPC
             raise OSError(code, os.strerror(code), *([] if isinstance(what, int) else [os.fspath(what)]))
