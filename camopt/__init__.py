@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from camopt.comparing.compare import Compared, compare
     from camopt.drawing.accuracy import plot_accuracy
     from camopt.drawing.animation import Animation, animate
+    from camopt.drawing.compared import plot_compared
     from camopt.drawing.figures import plot
     from camopt.drawing.fit import plot_fit
     from camopt.drawing.frontier import plot_frontier
@@ -91,6 +92,7 @@ _HOMES = {
     "optimise": "smallest.optimise",
     "plot": "drawing.figures",
     "plot_accuracy": "drawing.accuracy",
+    "plot_compared": "drawing.compared",
     "plot_fit": "drawing.fit",
     "plot_frontier": "drawing.frontier",
     "plot_spectrum": "drawing.spectrum",
@@ -147,6 +149,7 @@ __all__ = [
     "optimise",
     "plot",
     "plot_accuracy",
+    "plot_compared",
     "plot_fit",
     "plot_frontier",
     "plot_spectrum",

@@ -596,8 +596,9 @@ def check(files: tuple[Path, ...], as_json: bool, quiet: bool) -> int:
 @click.argument("a", metavar="A")
 @click.argument("b", metavar="B")
 @click.option("--out", type=Place(".parquet", ".csv"), help="Table of the designs that differ: Parquet, CSV.")
+@click.option("--plot", "picture", type=Place(*PICTURES), help="Draw the fronts: PNG, SVG, PDF.")
 @output_options
-def compare(a: str, b: str, as_json: bool, quiet: bool, out: Path | None) -> int:
+def compare(a: str, b: str, as_json: bool, quiet: bool, out: Path | None, picture: Path | None) -> int:
     """Compare two results: which designs came, went or changed, how the fronts differ, which settings differ.
 
     A and B are folders that a command wrote, tables of designs, or scenes; a scene beside a table is compared with
@@ -611,9 +612,13 @@ def compare(a: str, b: str, as_json: bool, quiet: bool, out: Path | None) -> int
         for own in (a, b):
             check_file(own, out)
     result = run(a, b, out)
+    if picture:
+        from camopt.drawing.compared import plot_compared
+
+        plot_compared(result, picture)
     show_compared(result, as_json)
-    if out and not quiet:
-        terminal.say_written([out])
+    if not quiet:
+        terminal.say_written([file for file in (out, picture) if file])
     return 0
 
 

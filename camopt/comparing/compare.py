@@ -47,6 +47,8 @@ class ComparedTables:
     """Columns that A has not."""
     objectives: tuple[dict[str, str], dict[str, str]]
     """What A and B minimise and maximise."""
+    units: dict[str, str]
+    """The units of the objectives of A."""
     fronts: Fronts | None
     """The fronts; None where the objectives differ, or another table of the folder has the front."""
     first: dict[str, list[dict[str, Any]]]
@@ -262,6 +264,7 @@ def _compared(a: DesignTable, b: DesignTable, pairs: Matching, of_front: bool) -
         columns_in_a=tuple(name for name in a.names if name not in b.names),
         columns_in_b=tuple(name for name in b.names if name not in a.names),
         objectives=(_in_words(a), _in_words(b)),
+        units={name: a.units[name] for name in a.objectives},
         fronts=compared_fronts(a.front(), b.front()) if comparable else None,
         first={"went": _first(a, pairs.went), "came": _first(b, pairs.came)},
     )

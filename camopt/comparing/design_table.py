@@ -43,6 +43,11 @@ class DesignTable:
         """The version of camopt that wrote it."""
         return str(about(self.layout)["version"])
 
+    @property
+    def units(self) -> dict[str, str]:
+        """The units of its columns."""
+        return {name: str(unit) for name, unit in about(self.layout)["units"].items()}
+
     def column(self, name: str) -> pa.Array:
         """One column."""
         return self.read([name]).column(name).combine_chunks()

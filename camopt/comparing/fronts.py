@@ -39,12 +39,14 @@ class FrontSide:
         return self.points - self.dominated - self.shared
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Fronts:
     """Two fronts of the same objectives."""
 
     a: FrontSide
     b: FrontSide
+    costs: tuple[FloatArray, FloatArray]
+    """Of each front, (points, objectives)."""
 
     @property
     def same(self) -> bool:
@@ -85,6 +87,7 @@ def compared_fronts(a: FloatArray, b: FloatArray) -> Fronts:
     return Fronts(
         _side(a, b, one, other, int(np.sum(~kept[: len(a)]))),
         _side(b, a, other, one, int(np.sum(~kept[len(a) :]))),
+        (a, b),
     )
 
 

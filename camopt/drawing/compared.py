@@ -1,0 +1,105 @@
+"""The picture of two Pareto fronts: which points are on both, and which on one alone."""
+
+from itertools import combinations
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from camopt.comparing.compare import Compared, ComparedTables
+from camopt.drawing.canvas import Target, canvas, saving
+from camopt.drawing.style import MUTED, PAGE_TITLE, SERIES, dress
+from camopt.mechanisms.design import BoolArray
+from camopt.mistakes import BadInput, Mistake
+from camopt.numerics import FloatArray
+from camopt.tables.cells import heading
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+MOST_PANELS = 3  # side by side: all pairs of three objectives
+WIDE, HIGH = 4.6, 4.4  # inches: of a panel
+
+
+@saving
+def plot_compared(found: Compared, path: Target = None) -> "Figure":
+    """Draw the Pareto fronts of two results, a row of panels for each table: each pair of objectives that vary.
+
+    Parameters
+    ----------
+    found : Compared
+        What ``compare`` gives.
+    path : str or os.PathLike, optional
+        A PNG, SVG or PDF file to write as well.
+
+    Examples
+    --------
+    >>> search = {"base_radius": [120, 125, 130], "offset": [20], "law": ["cycloidal", "poly345"]}
+    >>> before = camopt.sweep(camopt.find_scene("roller-1000rpm").replace(search=search), out="before")
+    >>> after = camopt.sweep(before.scene.replace(**{"search.base_radius": [124, 130]}), out="after")
+    >>> figure = camopt.plot_compared(camopt.compare(before, after), "fronts.png")
+    """
+    rows = {name: table for name, table in found.tables.items() if table.fronts and _pairs(table)}
+    if not rows:
+        why = "results with fronts of the same two objectives or more, which vary"
+        raise BadInput([Mistake("camopt", "found", repr(found), why)])
+    many = max(len(_pairs(table)) for table in rows.values())
+    with canvas(path, (max(many, 2) * WIDE, len(rows) * HIGH), layout="constrained") as figure:
+        title = f"Pareto fronts: {found.a} (A) and {found.b} (B)"
+        figure.suptitle(title, x=0.01, ha="left", fontsize=PAGE_TITLE, fontweight="bold")
+        for panels, (name, table) in zip(
+            figure.subplots(len(rows), many, squeeze=False), rows.items(), strict=True
+        ):
+            pairs = _pairs(table)
+            for axes in panels[len(pairs) :]:
+                axes.set_axis_off()
+            for axes, pair in zip(panels, pairs, strict=False):
+                _draw(axes, table, pair)
+            panels[0].set_title(name, loc="left")
+        drawn = [axes.get_legend_handles_labels() for axes in figure.axes]
+        once = {label: handle for handles, labels in drawn for handle, label in zip(handles, labels, strict=True)}
+        figure.legend(once.values(), once.keys(), loc="outside lower center", ncols=3)
+    return figure
+
+
+def _values(table: ComparedTables) -> tuple[FloatArray, FloatArray]:
+    """The objectives of the points of both fronts."""
+    assert table.fronts is not None
+    signs = np.array([1.0 if aim == "minimise" else -1.0 for aim in table.objectives[0].values()])
+    a, b = table.fronts.costs
+    return a * signs, b * signs
+
+
+def _pairs(table: ComparedTables) -> list[tuple[int, int]]:
+    """The pairs of objectives that differ from point to point."""
+    every = np.concatenate(_values(table))
+    varied = [k for k, column in enumerate(every.T) if np.unique(column[np.isfinite(column)]).size > 1]
+    return list(combinations(varied, 2))[:MOST_PANELS]
+
+
+def _draw(axes: Any, table: ComparedTables, pair: tuple[int, int]) -> None:
+    """The fronts in two objectives: points of both once, those of A and B alone in their colours and marks."""
+    a, b = _values(table)
+    in_both = _which_of(a, b)
+    for points, label, look in (
+        (a[in_both], "on both fronts", {"color": MUTED, "marker": ".", "s": 16}),
+        (a[~in_both], "on A's alone", {"facecolor": "none", "edgecolor": SERIES[0], "marker": "o", "s": 22}),
+        (b[~_which_of(b, a)], "on B's alone", {"color": SERIES[1], "marker": "x", "s": 18, "lw": 1.0}),
+    ):
+        if len(points):
+            axes.scatter(points[:, pair[0]], points[:, pair[1]], label=label, zorder=3, **look)
+    names = [*table.objectives[0]]
+    across, up = (_label(names[k], table.units[names[k]]) for k in pair)
+    axes.set(xlabel=across, ylabel=up)
+    dress(axes)
+
+
+def _which_of(points: FloatArray, others: FloatArray) -> BoolArray:
+    """Which points are among others."""
+    known = {tuple(each) for each in others.tolist()}
+    return np.array([tuple(each) in known for each in points.tolist()], dtype=bool)
+
+
+def _label(name: str, unit: str) -> str:
+    """What an axis shows, with its unit."""
+    words = heading(name, unit).split("\n")
+    return f"{' '.join(words[:-1])}, {unit}" if unit else " ".join(words)
