@@ -93,7 +93,7 @@ def check(*files: str | os.PathLike[str]) -> tuple[Checked, ...]:
 
 def _each(path: Path) -> Iterator[Checked]:
     """A file, or all files in a folder and those inside it."""
-    if not path.is_dir():
+    if not os.path.isdir(path):
         about, manifest = _manifest(path.parent)
         fact = manifest.files.get(path.name) if manifest else None
         yield about if about and path.name == MANIFEST else _file(path, fact)

@@ -6,7 +6,10 @@ import shutil
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 from support import hostile
+from support.depth import times
 from test_json import not_plain
 
 import camopt
@@ -110,6 +113,7 @@ def test_what_nothing_is_known_of_is_not_whole(result, tmp_path):
         assert main(["check", str(path)]) == BAD_INPUT
     os.mkfifo(tmp_path / "pipe")
     assert states(tmp_path / "pipe") == {"pipe": "unknown"}
+    assert [each.state for each in check("a\0b", "x" * 5000)] == ["unknown", "unreadable"]
     with pytest.raises(BadInput, match="at least one file"):
         check()
 
@@ -221,6 +225,31 @@ def test_no_hostile_table_is_whole(made, tmp_path):
     for what, bytes_of in hostile.tables(table):
         path.write_bytes(bytes_of())
         assert check(path)[0].state in ("damaged", "unknown"), what
+
+
+JSON = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5),
+    lambda inner: (
+        st.lists(inner, max_size=3)
+        | st.dictionaries(st.sampled_from(["camopt", "results", "files", "run", "sha256", "x"]), inner, max_size=4)
+    ),
+    max_leaves=12,
+)
+
+
+@settings(max_examples=times(60, deep=2000), suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(
+    name=st.sampled_from(["a.parquet", "a.sweep", "a.toml", "manifest.json"]),
+    start=st.sampled_from([b"", b"PAR1", JOURNAL, b'{"camopt": "1", "results": ']),
+    content=st.binary(max_size=80) | JSON.map(lambda value: json.dumps(value).encode()),
+    end=st.sampled_from([b"", b"}", b"PAR1", b"\x10\0\0\0PAR1"]),
+)
+def test_what_camopt_did_not_write_is_never_whole(tmp_path, name, start, content, end):
+    folder = tmp_path / "any"
+    folder.mkdir(exist_ok=True)
+    (folder / name).write_bytes(start + content + end)
+    assert not [each for each in check(folder, folder / name) if each.is_whole]
+    (folder / name).unlink()
 
 
 def test_a_disk_that_fails_is_told(result, monkeypatch):

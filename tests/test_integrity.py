@@ -19,7 +19,7 @@ from camopt.cli.exits import BAD_INPUT
 from camopt.cli.main import main
 from camopt.tables.damage import fault
 from camopt.tables.row_digest import RowDigest
-from camopt.tables.seal import KEYS, ROWS_IN_GROUP, footer_of, sealed
+from camopt.tables.seal import KEYS, LONGEST_FOOTER, ROWS_IN_GROUP, footer_of, sealed
 from camopt.tables.sealed import TableFile, read_table, write_table
 
 COLUMNS = {
@@ -102,6 +102,15 @@ def test_lost_blocks_are_found(start, lost, filled):
     gone = WHOLE[start : start + lost]
     damaged = WHOLE[:start] + b"\0" * (len(gone) * filled) + WHOLE[start + lost :]
     assert (damaged == WHOLE) == (said(damaged) == "")
+
+
+def test_no_memory_is_taken_for_a_footer_that_is_too_long(tmp_path):
+    with (tmp_path / "t.parquet").open("w+b") as file:  # it has holes, so that it takes no room on disk
+        file.write(WHOLE[:START])
+        file.truncate(LONGEST_FOOTER + 4096)
+        file.seek(0, io.SEEK_END)
+        file.write((LONGEST_FOOTER + 1).to_bytes(4, "little") + b"PAR1")
+        assert fault(file).told == "damaged in its last 8 bytes"
 
 
 def test_what_follows_a_table_is_found():

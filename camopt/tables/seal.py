@@ -22,6 +22,7 @@ from camopt.tables.row_digest import RowDigest
 KEYS = ROWS, PAGES, FOOTER = "camopt_rows", "camopt_pages", "camopt_footer"
 BLANK = "0" * 64
 ROWS_IN_GROUP = 1 << 17
+LONGEST_FOOTER = 1 << 28  # bytes: those of a table of a terabyte
 END = 8
 """Bytes at the end of a Parquet file: the length of the footer, and PAR1."""
 
@@ -86,11 +87,12 @@ def footer_of(file: BinaryIO) -> tuple[int, bytes]:
     Raises
     ------
     ValueError
-        If it would start before the file.
+        If it would start before the file, or would be longer than any that camopt writes.
     """
-    size = file.seek(-END, os.SEEK_END) + END
-    start = size - END - int.from_bytes(file.read(4), "little")
-    if start < 0:
+    length_at = file.seek(-END, os.SEEK_END)
+    length = int.from_bytes(file.read(4), "little")
+    start = length_at - length
+    if start < 0 or length > LONGEST_FOOTER:
         raise ValueError("no footer is so long")
     file.seek(start)
     return start, file.read()
