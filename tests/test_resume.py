@@ -8,12 +8,12 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import camopt
 from camopt.cli.main import main
-from camopt.front import estimate, journal
+from camopt.front import checkpoint, estimate, journal
 from camopt.front.asked import asked_of
 from camopt.front.blocks import merged
 from camopt.front.estimate import Estimate, check_room, estimated, size_in_words
@@ -234,6 +234,55 @@ def test_a_journal_that_cannot_be_written_does_not_end_the_sweep(tmp_path, whole
     run(tmp_path)
     assert files_in(tmp_path) == whole["feasible"]
     assert len(calls) == 3
+
+
+# --------------------------------------------------------------------------------------------- boxes of designs
+
+BOXED = SCENE.replace(
+    **{"search.base_radius.step": 0.1, "search.minimise": ["base_radius_mm", "pressure_angle_max_deg"]}
+)
+
+
+@pytest.fixture(scope="module")
+def front_only(tmp_path_factory):
+    """What one search by boxes writes, and how many boxes it has after each step."""
+    folder, boxes = tmp_path_factory.mktemp("boxes"), []
+    result = sweep(BOXED, folder, "front-only", progress=lambda done, total: boxes.append(done))
+    assert len(boxes) > 3
+    assert result.decided_by_boxes
+    return files_in(folder), boxes
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
+def test_an_interrupted_search_by_boxes_goes_on(share, tmp_path, front_only, monkeypatch):
+    monkeypatch.setattr(checkpoint, "SECONDS", 0.0)
+    files, boxes = front_only
+    at, told, seen = boxes[1 + round(share * (len(boxes) - 2))], [], []
+    with pytest.raises(Stopped, match=r"[0-9,]+ boxes of designs are decided and kept; the same command goes on"):
+        sweep(BOXED, tmp_path, "front-only", progress=stopped(at))
+    sweep(BOXED, tmp_path, "front-only", tell=told.append, progress=lambda done, total: seen.append(done))
+    before = boxes[boxes.index(at) - 1]
+    assert told == [f"going on where an interrupted sweep ended: {before:,} boxes of designs are decided and kept"]
+    assert seen == boxes[boxes.index(at) :]
+    assert files_in(tmp_path) == files
+
+
+@given(place=st.floats(0.0, 1.0, exclude_max=True), bit=st.integers(0, 7))
+@settings(max_examples=20)
+def test_a_flipped_bit_starts_a_search_by_boxes_anew(place, bit, front_only, tmp_path_factory):
+    folder, (files, boxes) = tmp_path_factory.mktemp("flip"), front_only
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(checkpoint, "SECONDS", 0.0)
+        with pytest.raises(Stopped):
+            sweep(BOXED, folder, "front-only", progress=stopped(boxes[2]))
+    path = folder / ".camopt" / "sweep.journal"
+    data = bytearray(path.read_bytes())
+    data[int(place * len(data))] ^= 1 << bit
+    path.write_bytes(data)
+    seen = []
+    sweep(BOXED, folder, "front-only", progress=lambda done, total: seen.append(done))
+    assert seen == boxes
+    assert files_in(folder) == files
 
 
 # -------------------------------------------------------------------------------------------------- many machines

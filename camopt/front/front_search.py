@@ -72,15 +72,23 @@ class FrontSearch:
     """Designs in boxes that were dropped."""
     effort: Effort = field(default_factory=Effort)
     reached: float = 0.0
+    started: bool = False
+    """Whether there were boxes to begin with."""
 
-    def run(self) -> Seen:
-        """The front, its rows in the order of the space."""
+    def __post_init__(self) -> None:
         self.grid, self.search = Grid(self.space), self.space.problem.scene.search
-        self.archive, self.pool = Archive(self.search, BLOCK), ThreadPoolExecutor(self.workers)
+        self.archive = Archive(self.search, BLOCK)
+
+    def run(self, after_step: Callable[["FrontSearch"], None] | None = None) -> Seen:
+        """The front, its rows in the order of the space. What is called after each step may keep the state."""
+        self.pool = ThreadPoolExecutor(self.workers)
         try:
-            self.start()
+            if not self.started:
+                self.start()
             while self.waiting:
                 self.step()
+                if after_step:
+                    after_step(self)
         finally:
             self.pool.shutdown(cancel_futures=True)
         rows = self.archive.front()
@@ -96,6 +104,7 @@ class FrontSearch:
             boxes = boxes.halved(np.argmax(boxes.high - boxes.low, axis=1))
         self.evaluate(boxes.motion[:0], boxes.motion[:0])  # a front without rows has columns
         self.waiting.append(boxes)
+        self.started = True
 
     def step(self) -> None:
         """Halve the boxes that were made last, some at a time, and evaluate small ones."""

@@ -114,7 +114,7 @@ class Journal:
     def kept(self) -> str:
         """What is kept, in words; empty if nothing is."""
         kept = self.done > self.numbers.start
-        return f"{self.progress} are done and kept; the same command goes on from there" if kept else ""
+        return f"{self.progress} are done and kept" if kept else ""
 
     @property
     def progress(self) -> str:
@@ -165,26 +165,41 @@ Tell = Callable[[str], None]
 def journal_at(
     path: Path, asked: Asked, part: int = 1, parts: int = 1, tell: Tell | None = None
 ) -> Iterator[Journal]:
-    """The journal of a sweep or of a part of one, closed in the end. ``tell`` is told if another one was there.
-
-    Who stops it is told what is kept; so is who reads the notes of another error.
-    """
+    """The journal of a sweep or of a part of one, closed in the end. ``tell`` is told if another one was there."""
     journal = Journal(path, asked, asked.question(part, parts))
-    found = question_of(path)
-    if tell and found and found != journal.question:
-        other = ", ".join(found.other_than(journal.question))
-        tell(f"an interrupted sweep was here, of another question ({other}); this one starts anew")
-    try:
-        yield journal
-    except BaseException as end:
+    say_of_another(path, journal.question, tell)
+
+    def kept() -> str:
         journal.write_all()
-        if journal.kept and isinstance(end, (KeyboardInterrupt, Stopped)):
-            end.args = (f"{end if end.args else 'interrupted'}; {journal.kept}",)
-        elif journal.kept:
-            end.add_note(journal.kept)
-        raise
+        return journal.kept
+
+    try:
+        with what_is_kept(kept):
+            yield journal
     finally:
         journal.close()
+
+
+def say_of_another(path: Path, question: Question, tell: Tell | None) -> None:
+    """Say so if there is a journal of another question."""
+    found = question_of(path)
+    if tell and found and found != question:
+        other = ", ".join(found.other_than(question))
+        tell(f"an interrupted sweep was here, of another question ({other}); this one starts anew")
+
+
+@contextmanager
+def what_is_kept(kept: Callable[[], str]) -> Iterator[None]:
+    """Who stops a sweep is told what is kept of it; so is who reads the notes of another error."""
+    try:
+        yield
+    except BaseException as end:
+        told = kept() and f"{kept()}; the same command goes on from there"
+        if told and isinstance(end, (KeyboardInterrupt, Stopped)):
+            end.args = (f"{end if end.args else 'interrupted'}; {told}",)
+        elif told:
+            end.add_note(told)
+        raise
 
 
 def going_on(journal: Journal, engine: Engine, tell: Tell | None = None) -> Iterator[Batch]:

@@ -12,6 +12,7 @@ import numpy as np
 from camopt.files import write_text
 from camopt.front.asked import FRONT_ONLY, TABLED, Asked, asked_of, column_names
 from camopt.front.blocks import BLOCK
+from camopt.front.checkpoint import checkpoint_at
 from camopt.front.estimate import check_room, estimated
 from camopt.front.front_search import FrontSearch
 from camopt.front.journal import Journal, Tell, going_on, journal_at
@@ -175,7 +176,15 @@ def sweep(
     run = engine or threads(count)
     if asked.by_boxes:
         search = FrontSearch(asked.space, asked.names, count, progress)
-        return result_of(asked, out, lambda stack, unit, write: search.run(), progress)
+
+        def found(stack: ExitStack, unit: Unit | None, write: Write) -> Seen:
+            if unit is None:
+                return search.run()
+            checkpoint = stack.enter_context(checkpoint_at(unit.journal, asked, tell))
+            checkpoint.restore(search, tell)
+            return search.run(checkpoint.offer)
+
+        return result_of(asked, out, found, progress)
 
     def searched(stack: ExitStack, unit: Unit | None, write: Write) -> Seen:
         if unit is None:

@@ -1,0 +1,94 @@
+"""The state of a search by boxes, kept now and then, so that a search that ends early goes on from there."""
+
+import io
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from camopt.files import whole_file
+from camopt.front.asked import Asked, Question
+from camopt.front.front_search import FrontSearch
+from camopt.front.grid_boxes import GridBoxes
+from camopt.front.journal import MAGIC, Tell, packed, records, say_of_another, what_is_kept
+from camopt.numerics.clock import now
+from camopt.problem.rows import Rows
+from camopt.verdicts.judging import Effort
+
+SECONDS = 10.0  # between states: a search that is shorter keeps none
+BOXES = ("waiting", "small")
+NUMBERS = ("started", "boxes", "finished", "evaluated", "decided", "reached")
+
+
+class Checkpoint:
+    """The last state of a search in a file that begins as a journal does: with the question."""
+
+    def __init__(self, path: Path, question: Question) -> None:
+        self.path, self.question = path, question
+        self.kept = ""
+        """What is kept, in words; empty if nothing is."""
+        self._since = now()
+
+    def restore(self, search: FrontSearch, tell: Tell | None = None) -> None:
+        """Give a search the state that was kept for the same question, if there is one; ``tell`` is told."""
+        with suppress(FileNotFoundError), self.path.open("rb") as file:
+            payloads = [payload for payload, _ in records(file)]
+            if len(payloads) == 2 and payloads[0] == self.question.encoded():
+                set_state(search, payloads[1])
+                self.kept = kept_of(search)
+                if tell:
+                    tell(f"going on where an interrupted sweep ended: {self.kept}")
+
+    def offer(self, search: FrontSearch) -> None:
+        """Keep the state if the last one is old. A disk that takes none does not end the search."""
+        if now() - self._since >= SECONDS:
+            with suppress(OSError), whole_file(self.path) as partial:
+                partial.write_bytes(MAGIC + packed(self.question.encoded()) + packed(state_of(search)))
+                self.kept = kept_of(search)
+            self._since = now()
+
+
+@contextmanager
+def checkpoint_at(path: Path, asked: Asked, tell: Tell | None = None) -> Iterator[Checkpoint]:
+    """The checkpoint of a search; who stops it is told what is kept. ``tell`` is told if another one was there."""
+    checkpoint = Checkpoint(path, asked.question())
+    say_of_another(path, checkpoint.question, tell)
+    with what_is_kept(lambda: checkpoint.kept):
+        yield checkpoint
+
+
+def kept_of(search: FrontSearch) -> str:
+    """How far a search is, in words."""
+    return f"{search.boxes + search.finished:,} boxes of designs are decided and kept"
+
+
+def state_of(search: FrontSearch) -> bytes:
+    """The state of a search between two steps, as arrays of NumPy."""
+    rows = search.archive.front()
+    arrays: dict[str, Any] = {f"row {name}": rows.column(name) for name in rows.columns}
+    for name in BOXES:
+        parts: list[GridBoxes] = getattr(search, name)
+        arrays |= {f"{name} {i} {key}": value for i, part in enumerate(parts) for key, value in vars(part).items()}
+    numbers = {name: getattr(search, name) for name in NUMBERS} | {"effort": search.effort}
+    counts = {name: len(getattr(search, name)) for name in BOXES} | {"rows": rows.count}
+    file = io.BytesIO()
+    np.savez(file, numbers=np.array(json.dumps([numbers, counts])), **arrays)
+    return file.getvalue()
+
+
+def set_state(search: FrontSearch, data: bytes) -> None:
+    """Give a search the state of another."""
+    with np.load(io.BytesIO(data)) as arrays:
+        numbers, counts = json.loads(str(arrays["numbers"]))
+        columns = {key.removeprefix("row "): arrays[key] for key in arrays.files if key.startswith("row ")}
+        for name in BOXES:
+            keys = [f"{name} {i}" for i in range(counts[name])]
+            fields = GridBoxes.__dataclass_fields__
+            setattr(search, name, [GridBoxes(*(arrays[f"{key} {field}"] for field in fields)) for key in keys])
+    for name in NUMBERS:
+        setattr(search, name, numbers[name])
+    search.effort = Effort(*numbers["effort"])
+    search.archive.add(Rows(columns, counts["rows"]))
