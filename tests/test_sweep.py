@@ -197,6 +197,15 @@ def test_nothing_feasible_names_the_nearest_miss(scene):
     assert result.nearest_miss["violated"] == "pressure_angle,pressure_angle_return"
 
 
+def test_the_nearest_miss_of_many_designs_is_that_of_some_blocks(scene, monkeypatch):
+    hopeless = scene.replace(**{"limits.pressure_angle": 5, "limits.pressure_angle_return": 5})
+    exact = sweep(hopeless, block=50)
+    monkeypatch.setattr("camopt.front.sweep.MOST_LOOKED_AT", exact.designs // 2)
+    some = sweep(hopeless, block=50)
+    assert some.nearest_miss["violated"] == exact.nearest_miss["violated"]
+    assert some.nearest_miss["pressure_angle_max_deg"] >= exact.nearest_miss["pressure_angle_max_deg"]
+
+
 def test_other_objectives_and_a_maximised_one(scene, tmp_path):
     chosen = {
         "search.minimise": ["base_radius_mm", "jerk_max_m_s3"],
