@@ -388,8 +388,8 @@ def test_designs_that_differ_are_written_with_where_they_come_from(folders, tmp_
     more = np.asarray(tables[0]["pressure_angle_max_deg"]) + 1.0
     place = tables[0].column_names.index("pressure_angle_max_deg")
     changed = tables[0].set_column(place, tables[0].schema.field(place), [more])
-    write_table(changed, tmp_path / "changed.parquet")
-    for other, out in ((folders[1] / "designs.parquet", "moved"), (tmp_path / "changed.parquet", "changed")):
+    write_table(changed, tmp_path / "other.parquet")
+    for other, out in ((folders[1] / "designs.parquet", "moved"), (tmp_path / "other.parquet", "changed")):
         found = compare(folders[0] / "designs.parquet", other, tmp_path / f"{out}{suffix}").tables["table"]
         rows = camopt.load if suffix == ".parquet" else pd.read_csv
         written = rows(tmp_path / f"{out}{suffix}")
@@ -462,6 +462,7 @@ def test_the_document_is_what_the_library_gives(folders, told):
         (["FOLDER", "SPECTRUM"], "not one of designs"),
         (["FOLDER", "DAMAGED"], "damaged"),
         (["FOLDER", "FOLDER", "--out", "rows.txt"], ".parquet or .csv"),
+        (["FOLDER", "FOLDER", "--out", "FOLDER/pareto.parquet"], "another file: this one is compared"),
         (["FOLDER", "https://example.org/pareto.parquet"], "not an address"),
     ],
 )

@@ -608,10 +608,8 @@ def compare(a: str, b: str, as_json: bool, quiet: bool, out: Path | None, pictur
     from camopt.cli.compare_report import show_compared
     from camopt.comparing.compare import compare as run
 
-    if out:
-        for own in (a, b):
-            check_file(own, out)
-    result = run(a, b, out)
+    with keys_as_options():
+        result = run(a, b, out)
     if picture:
         from camopt.drawing.compared import plot_compared
 

@@ -197,6 +197,9 @@ def compare(a: Any, b: Any, out: str | os.PathLike[str] | None = None) -> Compar
     place = None if out is None else checked_place(out)
     with ExitStack() as stack:
         one, other = (side_of(each, stack) for each in (a, b))
+        files = [file for file in (*one.files, *other.files) if file.exists()]
+        if place and place.exists() and any(map(place.samefile, files)):
+            raise BadInput([Mistake("camopt", "out", str(place), "another file: this one is compared")])
         names = [name for name in one.scenes if name in other.scenes]
         if not names:
             why = f"a result with something that the other has too; there are {_listed(one)}, and {_listed(other)}"

@@ -35,6 +35,8 @@ class Side:
     scenes: dict[str, Scene]
     """Also those in the tables."""
     tables: dict[str, DesignTable]
+    files: tuple[Path, ...] = ()
+    """Those of the tables."""
 
 
 @singledispatch
@@ -56,8 +58,8 @@ def _of_a_table(name: str, table: pa.Table) -> Side:
     return _alone(_checked(name, table.schema, table.num_rows, table.select))
 
 
-def _alone(table: DesignTable) -> Side:
-    return Side(table.name, {ONE_SCENE: table.scene}, {ONE_TABLE: table})
+def _alone(table: DesignTable, *files: Path) -> Side:
+    return Side(table.name, {ONE_SCENE: table.scene}, {ONE_TABLE: table}, files)
 
 
 def _checked(name: str, layout: pa.Schema, count: int, read: Any, digest: str = "") -> DesignTable:
@@ -103,7 +105,7 @@ def _of_a_path(what: str | os.PathLike[str], stack: ExitStack) -> Side:
     if path.is_dir():
         return _of_a_folder(path, stack)
     if path.suffix == ".parquet":
-        return _alone(_of_a_file(str(path), _opened(path, stack)))
+        return _alone(_of_a_file(str(path), _opened(path, stack)), path)
     scene = find_scene(what)
     return Side(str(what), {ONE_SCENE: scene}, {})
 
@@ -123,4 +125,4 @@ def _of_a_folder(folder: Path, stack: ExitStack) -> Side:
     if not scenes:
         why = "a folder with scenes or tables of designs that a command wrote"
         raise BadInput([Mistake("camopt", "result", str(folder), why)])
-    return Side(str(folder), scenes, tables)
+    return Side(str(folder), scenes, tables, tuple(folder / name for name in tables))
