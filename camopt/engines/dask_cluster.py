@@ -11,11 +11,13 @@ import pickle
 import re
 import signal
 import warnings
+from asyncio import gather
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field, replace
-from logging import CRITICAL
+from logging import CRITICAL, getLogger
 from math import ceil
+from multiprocessing import resource_tracker
 from os import cpu_count
 from tempfile import TemporaryDirectory
 from time import monotonic
@@ -24,7 +26,7 @@ from uuid import uuid4
 
 from distributed import Client, Future, KilledWorker, LocalCluster, as_completed
 from distributed.comm.core import CommClosedError
-from distributed.utils import silence_logging_cmgr
+from distributed.gc import disable_gc_diagnosis
 from distributed.versions import VersionMismatchWarning
 
 from camopt.engines import LOCAL, Item, Result
@@ -38,6 +40,8 @@ SHARES = 2  # tasks for each thread of what is left, at least, so that all end t
 TRIES = 3  # for a task, each of which ends with as many dead workers as the scheduler allows
 COUNTED = 5.0  # seconds after which workers are counted again
 CONNECTED, JOINED = 20.0, 60.0  # seconds to wait for a scheduler, and for its first worker
+LEFT = 0.5  # seconds for a worker to end by itself
+LOGGERS = ("distributed", "distributed.client", "distributed.gc", "tornado.application", "asyncio")
 SILENT = CRITICAL + 1
 ADDRESS = re.compile(r"([a-z]+://)?[^\s/]+:\d+")
 
@@ -209,6 +213,7 @@ def connected(scheduler: str, workers: int | None) -> Iterator[Cluster]:
         local = scheduler == LOCAL
         address = stack.enter_context(_processes(workers or cpu_count() or 1)) if local else scheduler
         found = Cluster(stack.enter_context(_client(address)), scheduler)
+        disable_gc_diagnosis(force=True)  # an interrupt within it would be lost
         try:
             yield found
         except CommClosedError:
@@ -218,8 +223,14 @@ def connected(scheduler: str, workers: int | None) -> Iterator[Cluster]:
 @contextmanager
 def _quiet() -> Iterator[None]:
     """What goes on between Dask's parts is no news for a user of camopt."""
-    with silence_logging_cmgr(SILENT), silence_logging_cmgr(SILENT, "distributed.client"):
+    levels = {name: getLogger(name).level for name in LOGGERS}
+    try:
+        for name in levels:
+            getLogger(name).setLevel(SILENT)
         yield
+    finally:
+        for name, level in levels.items():
+            getLogger(name).setLevel(level)
 
 
 def _client(address: str) -> Client:
@@ -246,7 +257,15 @@ def _processes(count: int) -> Iterator[str]:
             )
         with made:
             made.scale(count)
-            yield made.scheduler_address
+            try:
+                yield made.scheduler_address
+            finally:
+                made.sync(_end, [*made.workers.values()])
+
+
+async def _end(workers: list[Any]) -> None:
+    """End worker processes, with what they are at: nobody waits for it any more."""
+    await gather(*(worker.close(timeout=LEFT) for worker in workers), return_exceptions=True)
 
 
 @contextmanager
@@ -255,6 +274,7 @@ def _no_interrupts() -> Iterator[None]:
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
+    resource_tracker.ensure_running()  # which would let them in again
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
