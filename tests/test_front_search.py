@@ -20,7 +20,7 @@ from camopt.front.front_search import FrontSearch
 from camopt.front.grid_boxes import Grid
 from camopt.front.pareto import LARGEST, signs
 from camopt.front.pareto import objectives as objectives_of
-from camopt.front.streaming import gathered, in_order
+from camopt.front.streaming import gathered
 from camopt.problem.limits import LOADS
 from camopt.problem.problem import resolve
 from camopt.problem.rows import joined
@@ -111,7 +111,7 @@ def limits_of(cam, rng):
 def streamed(space, names, size, write):
     """What is seen of a space that is swept block by block."""
     blocks = Blocks(space, names, size=size)
-    return gathered(space, in_order(blocks.batch, range(len(blocks)), 2), size, write, lambda done, total: None)
+    return gathered(space, map(blocks.batch, range(len(blocks))), size, write, lambda done, total: None)
 
 
 def both(scene, few, together=50):

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 import camopt
 from camopt.cli.main import main
+from camopt.engines.threads import Threads
 from camopt.front import checkpoint, estimate, journal
 from camopt.front.asked import asked_of
 from camopt.front.blocks import merged
@@ -370,14 +371,14 @@ def test_boxes_that_are_decided_together_have_no_parts(tmp_path):
 def test_a_long_sweep_is_foreseen(tmp_path, monkeypatch):
     monkeypatch.setattr(estimate, "MANY", 8)
     asked = asked_of(SCENE, "feasible", BLOCK)
-    found = estimated(asked, asked.numbers(), 2, tmp_path)
+    found = estimated(asked, asked.numbers(), Threads(2), 2, tmp_path)
     run(tmp_path)
     table = (tmp_path / "designs.parquet").stat().st_size
     assert found.designs == 2400
     assert 0.0 < found.seconds < 600.0
     assert 0.1 * table < found.table < 10.0 * table  # small files are mostly not rows
-    assert estimated(asked, asked.numbers(1, 4), 2, tmp_path) is None
-    assert estimated(asked_of(SCENE, "pareto", BLOCK), asked.numbers(), 2, tmp_path).table == 0
+    assert estimated(asked, asked.numbers(1, 4), Threads(2), 2, tmp_path) is None
+    assert estimated(asked_of(SCENE, "pareto", BLOCK), asked.numbers(), Threads(2), 2, tmp_path).table == 0
 
 
 def test_the_time_and_the_room_are_told_first(tmp_path, monkeypatch):

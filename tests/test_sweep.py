@@ -10,7 +10,7 @@ import pytest
 from support.depth import covering
 
 from camopt import QUANTITIES, BadInput, Scene, evaluate, find_scene, load, optimise, sweep
-from camopt.front.streaming import in_order
+from camopt.engines.threads import Threads
 from camopt.problem.problem import resolve
 from camopt.problem.space import space_of
 
@@ -246,8 +246,8 @@ def test_rise_and_return_laws_vary_on_their_own(scene):
 def test_the_first_block_of_a_sweep_is_worked_on_where_an_interrupt_ends_it():
     """While it compiled kernels in a thread of its own, an interrupt was answered after all of them."""
     space, threads = space_of(resolve(find_scene("roller-1000rpm"))), []
-    work = lambda block: threads.append(current_thread()) or block  # noqa: E731
-    found = in_order(work, space.blocks(40_000), 2)
+    work = lambda blocks: threads.append(current_thread()) or blocks[0]  # noqa: E731
+    found = Threads(2).in_order(work, [*space.blocks(40_000)])
     assert list(found) == list(space.blocks(40_000))
     assert threads[0] is main_thread()
     assert main_thread() not in threads[1:]

@@ -110,6 +110,7 @@ def _reached(scene: Any, half_width: float) -> int:
 @click.option(
     "--part", type=Share(), help="Evaluate one of N equal parts, on any machine; `camopt merge` puts them together."
 )
+@scheduler_option
 def sweep(
     scene: Any,
     as_json: bool,
@@ -119,6 +120,7 @@ def sweep(
     workers: int | None,
     resume: bool,
     part: tuple[int, int] | None,
+    engine: Any,
     **asked: Any,
 ) -> int:
     """Evaluate every design of a grid, or a sample; write the feasible ones and the Pareto front as tables.
@@ -138,9 +140,9 @@ def sweep(
     unit = "boxes of designs" if keep == "front-only" else "designs"
     with terminal.progress(quiet, unit) as advance, keys_as_options():
         if part:
-            share = sweep_part(scene, part, out, keep, workers, advance, tell=tell)
+            share = sweep_part(scene, part, out, keep, workers, advance, engine=engine, tell=tell)
         else:
-            whole = run(scene, out, keep, workers, advance, tell=tell)
+            whole = run(scene, out, keep, workers, advance, engine=engine, tell=tell)
     if part:
         reports.show_part(share, as_json)
     else:
@@ -483,14 +485,18 @@ def serve(scene: Any, as_json: bool, quiet: bool, port: int, folder: Path | None
 @click.option(
     "--out", type=Place(), default="camopt-out", show_default=True, help="Folder for the table and the pictures."
 )
-def accuracy(scene: Any, as_json: bool, quiet: bool, out: Path) -> int:
+@click.option("--workers", type=click.IntRange(1), help="Number of processes of --scheduler local.")
+@scheduler_option
+def accuracy(scene: Any, as_json: bool, quiet: bool, out: Path, workers: int | None, engine: Any) -> int:
     """Measure how much time accuracy costs, as a table and a picture."""
     from camopt.cli import reports, terminal
     from camopt.publishing import published
     from camopt.studies.accuracy import ACCURACY, measure, write_accuracy
 
+    if engine is None:
+        refuse_without("--scheduler", {"workers": workers})
     with published(out, "accuracy", ACCURACY) as unit, terminal.progress(quiet, "laws") as advance:
-        rows = measure(scene, advance)
+        rows = measure(scene, advance, engine)
         write_accuracy(rows, scene, unit.staging)
     reports.show_accuracy(rows, scene, as_json)
     if not quiet:

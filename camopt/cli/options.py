@@ -31,7 +31,7 @@ ARGUMENTS = ("file", "scene")
 
 def option_of(name: str) -> str:
     """How a user writes an option."""
-    return f"--{name.replace('_', '-')}"
+    return name if name.startswith("--") else f"--{name.replace('_', '-')}"
 
 
 @contextmanager

@@ -18,6 +18,11 @@ LOCAL = "local"
 class Engine(Protocol):
     """What works on items in parallel."""
 
+    @property
+    def workers(self) -> int:
+        """How many items are worked on at a time, as far as is known now."""
+        ...
+
     def in_order(
         self, work: Callable[[Sequence[Item]], Result], items: Sequence[Item], sample: Sequence[Item] = ()
     ) -> Iterator[Result]:

@@ -81,6 +81,12 @@ class Cluster:
     client: Client
     address: str
 
+    @property
+    def workers(self) -> int:
+        """The threads of all workers that are there now; at least one, who will come."""
+        threads: dict[str, int] = self.client.nthreads()
+        return max(1, sum(threads.values()))
+
     def in_order(
         self, work: Callable[[Sequence[Item]], Result], items: Sequence[Item], sample: Sequence[Item] = ()
     ) -> Iterator[Result]:
@@ -165,9 +171,8 @@ class Run(Generic[Item, Result]):
 
     def _filled(self) -> bool:
         """Whether tasks are running, once all were given that workers can soon take."""
-        client = self.cluster.client
         if monotonic() - self.counted > COUNTED:
-            self.threads, self.counted = max(1, sum(client.nthreads().values())), monotonic()
+            self.threads, self.counted = self.cluster.workers, monotonic()
         while self.given < len(self.items) and len(self.running) + len(self.done) < AHEAD * self.threads:
             last = self.given + self.pace.items(len(self.items) - self.given, self.threads)
             self._give(Task(self.tasks, self.given, last))

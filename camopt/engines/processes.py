@@ -30,15 +30,15 @@ serve()
 class Processes:
     """A number of processes, each of which works on one item at a time. A thread waits for each."""
 
-    def __init__(self, count: int) -> None:
-        self.count, self._own, self._lock = count, local(), Lock()
-        self._threads, self._started, self._ended = ThreadPoolExecutor(count), list[Popen[bytes]](), False
+    def __init__(self, workers: int) -> None:
+        self.workers, self._own, self._lock = workers, local(), Lock()
+        self._threads, self._started, self._ended = ThreadPoolExecutor(workers), list[Popen[bytes]](), False
 
     def in_order(
         self, work: Callable[[Sequence[Item]], Result], items: Sequence[Item], sample: Sequence[Item] = ()
     ) -> Iterator[Result]:
         """What work gives for each item, as ``Engine`` says. One item, or one process, is this process's own."""
-        if min(self.count, len(items)) <= 1:
+        if min(self.workers, len(items)) <= 1:
             yield from (work((item,)) for item in items)
             return
         running: list[Future[Result]] = [self._threads.submit(self._done, work, item) for item in items]
@@ -75,7 +75,7 @@ class Processes:
     def _process(self) -> Popen[bytes]:
         """The process of this thread."""
         if getattr(self._own, "process", None) is None:
-            threads = str(max(1, (os.cpu_count() or 1) // self.count))
+            threads = str(max(1, (os.cpu_count() or 1) // self.workers))
             environment = dict.fromkeys(ALONE, threads) | os.environ
             with self._lock:
                 if self._ended:

@@ -2,11 +2,15 @@
 
 import json
 import tomllib
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from functools import cached_property
 from typing import Any
 
-from camopt.front.blocks import BLOCK, Blocks
+import numpy as np
+
+from camopt.engines import Engine
+from camopt.front.blocks import BLOCK, Batch, Blocks, merged
 from camopt.front.box_bounds import all_bounded
 from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.problem.problem import VERDICT, Problem, resolve
@@ -17,6 +21,7 @@ from camopt.scene.scene import Scene
 from camopt.version import VERSION
 
 FRONT_ONLY = "front-only"
+SAMPLE = 3  # blocks all over the space, which call for all kernels
 TABLED = ("feasible", "all")
 KEPT = ("pareto", *TABLED, FRONT_ONLY)
 """Which designs a sweep can write to its table of designs; with the last one it finds the front and no more."""
@@ -101,6 +106,19 @@ class Asked:
 
         version = f"{VERSION} {CACHE_FOLDER.name}"
         return Question(self.scene.to_toml(), self.keep, self.block, version, part, parts)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """To another process go the question and nothing else."""
+        return asked_again, (self.question(),)
+
+    def evaluated(self, numbers: Sequence[int]) -> Batch:
+        """What blocks that follow each other give."""
+        return merged([self.blocks.batch(number) for number in numbers], self.scene.search)
+
+    def batches(self, numbers: range, engine: Engine) -> Iterator[Batch]:
+        """What blocks give on an engine, some at a time, in order."""
+        sample = np.unique(np.linspace(0, len(self.blocks) - 1, SAMPLE, dtype=int)).tolist()
+        return engine.in_order(self.evaluated, numbers, sample)
 
     def numbers(self, part: int = 1, parts: int = 1) -> range:
         """The blocks of one of several equal parts: consecutive ones."""

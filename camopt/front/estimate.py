@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from camopt.engines.threads import Threads
 from camopt.front.asked import TABLED, Asked
 from camopt.front.journal import encoded
-from camopt.front.streaming import in_order
 from camopt.numerics.clock import now
 
 MANY = 512  # blocks: a sweep of fewer has ended before anyone wonders
@@ -44,23 +44,24 @@ class Estimate(NamedTuple):
         )
 
 
-def estimated(asked: Asked, numbers: range, workers: int, folder: Path) -> Estimate | None:
-    """An estimate for blocks of a sweep, from some of them; None for few.
+def estimated(asked: Asked, numbers: range, own: Threads, workers: int, folder: Path) -> Estimate | None:
+    """An estimate for blocks of a sweep by some workers, from some of them on a few threads; None for few.
 
     Neighbours of those that are timed come first: they find what a motion has to be known for.
     """
     if len(numbers) < MANY:
         return None
-    places = np.linspace(0, len(numbers) - 2, EACH * workers + 2).astype(int)[1:-1]
+    places = np.linspace(0, len(numbers) - 2, EACH * own.workers + 2).astype(int)[1:-1]
     before, timed = ([numbers[place + step] for place in places.tolist()] for step in (0, 1))
-    for _ in in_order(asked.blocks.batch, before, workers):
+    for _ in own.in_order(asked.evaluated, before):
         pass
     start = now()
-    batches = [*in_order(asked.blocks.batch, timed, workers)]
+    batches = [*own.in_order(asked.evaluated, timed)]
+    seconds = (now() - start) * own.workers / workers
     share = len(numbers) / len(timed)
     kept = sum(len(encoded(batch, asked.names)) for batch in batches) if asked.keep in TABLED else 0
     designs = asked.blocks.designs_before(numbers.stop) - asked.blocks.designs_before(numbers.start)
-    return Estimate(designs, share * (now() - start), share * kept, shutil.disk_usage(folder).free)
+    return Estimate(designs, share * seconds, share * kept, shutil.disk_usage(folder).free)
 
 
 def check_room(estimate: Estimate, folder: Path) -> None:

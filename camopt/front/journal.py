@@ -19,10 +19,10 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from camopt.engines import Engine
 from camopt.files import synced
 from camopt.front.asked import Asked, Question
 from camopt.front.blocks import Batch, merged
-from camopt.front.streaming import Engine
 from camopt.mistakes import Stopped
 from camopt.numerics.clock import now
 from camopt.problem.rows import Rows
@@ -207,7 +207,7 @@ def going_on(journal: Journal, engine: Engine, tell: Tell | None = None) -> Iter
     yield from journal.replayed()
     if tell and journal.done > journal.numbers.start:
         tell(f"going on where an interrupted sweep ended: {journal.progress} are done")
-    for batch in engine(journal.asked, range(journal.done, journal.numbers.stop)):
+    for batch in journal.asked.batches(range(journal.done, journal.numbers.stop), engine):
         journal.add(batch)
         yield batch
 

@@ -6,10 +6,12 @@ from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from camopt.engines import Engine
+from camopt.engines.threads import Threads
 from camopt.front.asked import Asked, Question, asked_again, asked_of
 from camopt.front.blocks import Batch
 from camopt.front.journal import Broken, Tell, going_on, journal_at, question_of, whole_batches
-from camopt.front.streaming import Engine, Seen, gathered, threads
+from camopt.front.streaming import Seen, gathered
 from camopt.front.sweep import Sweep, Write, foresee, result_of
 from camopt.manifest import settled_paths
 from camopt.mistakes import BadInput, Mistake
@@ -96,8 +98,8 @@ def sweep_part(
         Threads; None takes one a core.
     progress : callable, optional
         Called with (designs done, designs of the whole sweep).
-    engine : callable, optional
-        What evaluates the blocks in place of threads of this process.
+    engine : Engine, optional
+        As for ``sweep``.
     tell : callable, optional
         As for ``sweep``.
 
@@ -121,12 +123,12 @@ def sweep_part(
     >>> camopt.merge(["parts"]).designs
     3
     """
-    asked, count = asked_of(scene, keep), workers or os.cpu_count() or 1
+    asked, own = asked_of(scene, keep), Threads(workers or os.cpu_count() or 1)
     _check(asked, *part)
     folder, name = Path(out) / folder_of(*part), f"{folder_of(*part)}{ENDING}"
     with published(folder, COMMAND, (name,)) as unit, journal_at(unit.journal, asked, *part, tell) as journal:
-        foresee(journal, count, tell)
-        batches = going_on(journal, engine or threads(count), tell)
+        foresee(journal, own, engine or own, tell)
+        batches = going_on(journal, engine or own, tell)
         seen = gathered(asked.space, batches, asked.block, lambda rows: None, progress)
         journal.finish(unit.path(name))
     existing, feasible = seen.existing or 0, seen.feasible or 0

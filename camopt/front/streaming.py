@@ -1,12 +1,8 @@
 """Every design of a space through the kernels, block by block: what is seen of them is gathered in their order."""
 
-from collections import deque
-from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import Future, ThreadPoolExecutor
-from itertools import islice
-from typing import NamedTuple, TypeVar
+from collections.abc import Callable, Iterable
+from typing import NamedTuple
 
-from camopt.front.asked import Asked
 from camopt.front.blocks import Batch
 from camopt.front.pareto import Archive, best_of_laws
 from camopt.problem.rows import Rows, joined
@@ -15,8 +11,6 @@ from camopt.smallest.result import Progress, report_progress
 from camopt.verdicts.judging import Effort
 
 NONE = Rows({}, 0)  # where there are no blocks
-Item = TypeVar("Item")
-Result = TypeVar("Result")
 
 
 class Seen(NamedTuple):
@@ -65,32 +59,3 @@ def gathered(
         report_progress(progress, designs, total)
     front = NONE if best is NONE else archive.front()
     return Seen(front, best, effort, reached, designs, existing, feasible)
-
-
-Engine = Callable[[Asked, range], Iterator[Batch]]
-"""What evaluates the blocks of some numbers and gives their batches in order."""
-
-
-def threads(workers: int) -> Engine:
-    """A few threads of this process."""
-    return lambda asked, numbers: in_order(asked.blocks.batch, numbers, workers)
-
-
-def in_order(work: Callable[[Item], Result], items: Iterable[Item], workers: int) -> Iterator[Result]:
-    """What work gives for items, in their order, by a few threads that are never far ahead of the reader.
-
-    The first comes from this thread, so that an interrupt ends it while it compiles kernels.
-    """
-    waiting = iter(items)
-    yield from map(work, islice(waiting, 1))
-    with ThreadPoolExecutor(workers) as pool:
-        running: deque[Future[Result]] = deque()
-        try:
-            for item in islice(waiting, workers + 1):
-                running.append(pool.submit(work, item))
-            while running:
-                yield running.popleft().result()
-                for item in islice(waiting, 1):
-                    running.append(pool.submit(work, item))
-        finally:
-            pool.shutdown(cancel_futures=True)

@@ -10,6 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from camopt.engines import Engine
+from camopt.engines.threads import Threads
 from camopt.files import write_text
 from camopt.front.asked import FRONT_ONLY, TABLED, Asked, asked_of, column_names
 from camopt.front.blocks import BLOCK
@@ -19,8 +21,9 @@ from camopt.front.front_search import FrontSearch
 from camopt.front.journal import Journal, Tell, going_on, journal_at
 from camopt.front.pareto import Front, best_of_laws, front_of, thinned
 from camopt.front.refine import refined
-from camopt.front.streaming import Engine, Seen, gathered, threads
+from camopt.front.streaming import Seen, gathered
 from camopt.mechanisms import Designs
+from camopt.mistakes import BadInput, Mistake
 from camopt.problem.problem import Problem, exactly
 from camopt.problem.rows import Rows, joined
 from camopt.problem.space import Space
@@ -145,8 +148,8 @@ def sweep(
         there will be).
     block : int, default 32768
         Designs evaluated together, which bounds the memory.
-    engine : callable, optional
-        What evaluates the blocks in place of threads of this process.
+    engine : Engine, optional
+        What evaluates the blocks in place of threads of this process: a ``cluster``. Rows are the same.
     tell : callable, optional
         Called with sentences that a user should know: of a long sweep, how long it may take and how much room on
         the disk; and whether it goes on where an interrupted one ended.
@@ -176,10 +179,12 @@ def sweep(
     (9, 0)
     """
     asked = asked_of(scene, keep if out is not None or keep != "feasible" else "pareto", block)
-    count = workers or os.cpu_count() or 1
-    run = engine or threads(count)
+    own = Threads(workers or os.cpu_count() or 1)
     if asked.by_boxes:
-        search = FrontSearch(asked.space, asked.names, count, progress)
+        if engine:
+            why = "decides boxes of designs on this machine alone; pareto gives the same front"
+            raise BadInput([Mistake("camopt", "keep", keep, why, bare=True)])
+        search = FrontSearch(asked.space, asked.names, own.workers, progress)
 
         def found(stack: ExitStack, unit: Unit | None, write: Write) -> Seen:
             if unit is None:
@@ -192,10 +197,10 @@ def sweep(
 
     def searched(stack: ExitStack, unit: Unit | None, write: Write) -> Seen:
         if unit is None:
-            return gathered(asked.space, run(asked, asked.numbers()), block, write, progress)
+            return gathered(asked.space, asked.batches(asked.numbers(), engine or own), block, write, progress)
         journal = stack.enter_context(journal_at(unit.journal, asked, tell=tell))
-        foresee(journal, count, tell)
-        return gathered(asked.space, going_on(journal, run, tell), block, write, progress)
+        foresee(journal, own, engine or own, tell)
+        return gathered(asked.space, going_on(journal, engine or own, tell), block, write, progress)
 
     return result_of(asked, out, searched, progress)
 
@@ -247,13 +252,13 @@ def result_of(
     )
 
 
-def foresee(journal: Journal, workers: int, tell: Tell | None) -> None:
-    """Tell what a long sweep will take; an OSError if there is no room for it.
+def foresee(journal: Journal, own: Threads, engine: Engine, tell: Tell | None) -> None:
+    """Tell what a long sweep will take; an OSError if there is no room for it. Threads of this process time it.
 
     Where a journal is, it was told already, and the room that it takes is not free any more.
     """
     if not journal.path.exists():
-        estimate = estimated(journal.asked, journal.numbers, workers, journal.path.parent)
+        estimate = estimated(journal.asked, journal.numbers, own, engine.workers, journal.path.parent)
         if estimate and tell:
             tell(str(estimate))
         if estimate:

@@ -1,7 +1,10 @@
 """The table of costs and errors: one row for each quantity and method."""
 
 import os
-from collections.abc import Callable
+import tomllib
+from collections.abc import Callable, Sequence
+from functools import partial
+from itertools import chain
 from pathlib import Path
 from time import perf_counter
 from typing import Any, TypeVar
@@ -9,6 +12,8 @@ from typing import Any, TypeVar
 import numpy as np
 import pyarrow as pa
 
+from camopt.engines import Engine
+from camopt.engines.threads import Threads
 from camopt.mechanisms import Designs
 from camopt.numerics import FloatArray
 from camopt.numerics.extremes import Precision, extremes
@@ -30,28 +35,42 @@ SMALLEST = "smallest radius"
 Result = TypeVar("Result")
 
 
-def measure(scene: Scene, progress: Progress | None = None) -> list[dict[str, Any]]:
+def measure(scene: Scene, progress: Progress | None = None, engine: Engine | None = None) -> list[dict[str, Any]]:
     """One row for each quantity and method: cost, error, and how it judges designs at the edge of their limit.
 
     Over the laws that ``[search]`` names, or else the scene's own. ``ns_per_design`` is their mean, all else their
     worst: ``error_max`` and ``error_median`` (relative, against balls); ``achieved`` (largest half-width of an
     enclosure); ``false_accept``: the share of designs, each put 1e-9 beyond its limit, that the method calls
     feasible; ``undecided``: the share it leaves open. The smallest radius is that of the first quantity that
-    the size of the cam decides.
+    the size of the cam decides. Laws are measured one after the other, or each on a worker of an engine.
     """
-    problems, found = problems_of(resolve(scene)), []
-    for done, problem in enumerate(problems):
-        report_progress(progress, done, len(problems))
-        designs, table, sized = designs_of(problem), problem.programme.table, False
-        for subject in subjects_of(problem):
-            f = subject.make(designs, problem.programme)
-            exact, where, _ = extremes(f, len(designs), table, subject.questions, Precision(EXACT, 1e-9))
-            truth = subject.answer(exact)
-            if np.all(np.abs(truth) > 0.0):  # a flat face that translates has no pressure angle
-                found += _extremes(subject, problem, designs, truth, where)
-                rows = [] if sized else _radii(subject, problem, designs, truth, where)
-                found, sized = found + rows, sized or bool(rows)
+    found, count = [], len(problems_of(resolve(scene)))
+    measured = (engine or Threads(1)).in_order(partial(_measured, scene.to_toml()), range(count))
+    for done, rows in enumerate(chain.from_iterable(measured), start=1):
+        found += rows
+        report_progress(progress, done, count)
     return _worst(found)
+
+
+def _measured(scene: str, numbers: Sequence[int]) -> list[list[dict[str, Any]]]:
+    """The rows of some of the programmes of a scene."""
+    problems = problems_of(resolve(Scene.from_dict(tomllib.loads(scene))))
+    return [_of_programme(problems[number]) for number in numbers]
+
+
+def _of_programme(problem: Problem) -> list[dict[str, Any]]:
+    """The rows of one programme."""
+    found: list[dict[str, Any]] = []
+    designs, table, sized = designs_of(problem), problem.programme.table, False
+    for subject in subjects_of(problem):
+        f = subject.make(designs, problem.programme)
+        exact, where, _ = extremes(f, len(designs), table, subject.questions, Precision(EXACT, 1e-9))
+        truth = subject.answer(exact)
+        if np.all(np.abs(truth) > 0.0):  # a flat face that translates has no pressure angle
+            found += _extremes(subject, problem, designs, truth, where)
+            rows = [] if sized else _radii(subject, problem, designs, truth, where)
+            found, sized = found + rows, sized or bool(rows)
+    return found
 
 
 def _extremes(

@@ -1,0 +1,37 @@
+"""Threads of this process: for kernels, which let others run beside them."""
+
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
+from itertools import islice
+
+from camopt.engines import Item, Result
+
+
+@dataclass(frozen=True)
+class Threads:
+    """A number of threads, each of which works on one item at a time."""
+
+    workers: int
+
+    def in_order(
+        self, work: Callable[[Sequence[Item]], Result], items: Sequence[Item], sample: Sequence[Item] = ()
+    ) -> Iterator[Result]:
+        """What work gives for each item, as ``Engine`` says.
+
+        The first comes from this thread, so that an interrupt ends it while it compiles kernels.
+        """
+        waiting = ((item,) for item in items)
+        yield from map(work, islice(waiting, 1))
+        with ThreadPoolExecutor(self.workers) as pool:
+            running: deque[Future[Result]] = deque()
+            try:
+                for some in islice(waiting, self.workers + 1):
+                    running.append(pool.submit(work, some))
+                while running:
+                    yield running.popleft().result()
+                    for some in islice(waiting, 1):
+                        running.append(pool.submit(work, some))
+            finally:
+                pool.shutdown(cancel_futures=True)
