@@ -1,6 +1,11 @@
 """Fronts decided by boxes of designs against those of the full sweep, row for row and bit for bit."""
 
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from functools import cache
+from threading import Barrier, BrokenBarrierError
+from time import sleep
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,6 +16,7 @@ from support.depth import times
 
 from camopt import Scene, evaluate, find_scene, load, sweep
 from camopt.effects import Case, offered
+from camopt.engines.threads import Threads
 from camopt.front import front_search, shared_curves
 from camopt.front.asked import column_names, with_objectives
 from camopt.front.blocks import Blocks
@@ -20,6 +26,7 @@ from camopt.front.front_search import FrontSearch
 from camopt.front.grid_boxes import Grid
 from camopt.front.pareto import LARGEST, signs
 from camopt.front.pareto import objectives as objectives_of
+from camopt.front.shared_curves import SharedCurves, curve_numbers
 from camopt.front.streaming import gathered
 from camopt.problem.limits import LOADS
 from camopt.problem.problem import resolve
@@ -111,7 +118,8 @@ def limits_of(cam, rng):
 def streamed(space, names, size, write):
     """What is seen of a space that is swept block by block."""
     blocks = Blocks(space, names, size=size)
-    return gathered(space, map(blocks.batch, range(len(blocks))), size, write, lambda done, total: None)
+    batches = Threads(2).in_order(lambda numbers: blocks.batch(*numbers), range(len(blocks)))
+    return gathered(space, batches, size, write, lambda done, total: None)
 
 
 def both(scene, few, together=50):
@@ -165,6 +173,33 @@ def test_curves_that_designs_share_change_no_bit(contact, seed, block):
     assert (shared, alone) == (True, False)
     assert counts == others
     same_rows(expected, rows)
+
+
+def test_no_curve_is_lost_where_threads_begin_a_motion_together(monkeypatch):
+    """Each made columns for the motion, and what the other had written in its own was gone."""
+    scene = find_scene("roller-1000rpm")
+    search = {"base_radius": [144.0, 145.0, 146.0, 160.0], "roller_radius": [14.0, 15.0, 16.0, 17.0]}
+    problem = with_objectives(resolve(scene.replace(search=search)))
+    monkeypatch.setattr(shared_curves, "AT_ONCE", 3)
+    monkeypatch.setattr(shared_curves, "WORTH", 1.0)
+    space, names = space_of(problem), column_names(problem)
+    curves = SharedCurves(space, problem, curve_numbers(space), frozenset(names))
+    together = Barrier(2)
+
+    def late(count):
+        """Both threads are here before either goes on, and one writes before the other does."""
+        with suppress(BrokenBarrierError):
+            sleep(0.05 * together.wait(10.0))
+        return np.zeros(count)
+
+    alone = SharedCurves(space, problem, curve_numbers(space), frozenset(names))
+    expected = [alone.candidates(first, first + 4)[1].rows for first in (0, 12)]
+    assert all(rows.count for rows in expected)
+    with pytest.MonkeyPatch.context() as patch, ThreadPoolExecutor(2) as pool:
+        patch.setattr(shared_curves, "np", SimpleNamespace(**{**vars(np), "zeros": late}))
+        list(pool.map(lambda first: curves.candidates(first, first + 4), (0, 12)))
+    for first, rows in zip((0, 12), expected, strict=True):
+        same_rows(rows, curves.candidates(first, first + 4)[1].rows)
 
 
 @pytest.mark.parametrize("contact", CONTACTS)

@@ -113,9 +113,7 @@ class SharedCurves:
         self._exists[curves], self._possible[where], self._held[where] = exists, True, found.held
         for kept, columns in ((self._columns, found.rows.columns), (self._outward, found.rows.outward)):
             for name, values in columns.items():
-                if name not in kept:
-                    kept[name] = np.zeros(len(self._numbers))
-                kept[name][where] = values
+                kept.setdefault(name, np.zeros(len(self._numbers)))[where] = values  # one, whoever comes first
         self._half_width[where], self._pending = found.rows.half_width, found.pending
         self._known[part] = True
 
