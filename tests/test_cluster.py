@@ -11,10 +11,12 @@ from socket import socket
 import numpy as np
 import pytest
 
+import camopt
 from camopt.cli import exits
 from camopt.cli.main import main
 from camopt.engines import cluster, dask_cluster, dask_worker
 from camopt.engines.dask_cluster import BYTES, SECONDS, Pace
+from camopt.front import journal
 from camopt.mistakes import BadInput
 
 
@@ -55,6 +57,16 @@ def process_of_a_sample(items: Sequence[int]) -> int:
     return os.getpid()
 
 
+def allow_failures(engine, number):
+    """Set how many workers may die of a task until it is given up; the number before."""
+
+    def change(dask_scheduler):
+        before, dask_scheduler.allowed_failures = dask_scheduler.allowed_failures, number
+        return before
+
+    return engine.client.run_on_scheduler(change)
+
+
 def flat(parts):
     return [value for part in parts for value in part]
 
@@ -93,10 +105,11 @@ def test_a_worker_with_other_software_is_refused(engine, monkeypatch):
 
 
 def test_a_task_that_ends_every_worker_is_given_up(engine, monkeypatch):
-    engine.client.run_on_scheduler(lambda dask_scheduler: setattr(dask_scheduler, "allowed_failures", 0))
     monkeypatch.setattr(dask_cluster, "TRIES", 2)
+    patient = allow_failures(engine, 0)
     with pytest.raises(ChildProcessError, match="all workers died that tried one task"):
         list(engine.in_order(death, range(1)))
+    allow_failures(engine, patient)
 
 
 def test_a_reader_that_stops_leaves_nothing_behind(engine):
@@ -106,6 +119,54 @@ def test_a_reader_that_stops_leaves_nothing_behind(engine):
     assert flat(engine.in_order(sines, range(10))) == sines(range(10))
     plugins = engine.client.run_on_scheduler(lambda dask_scheduler: [*dask_scheduler.worker_plugins])
     assert not [name for name in plugins if name.startswith("camopt")]
+
+
+SCENE = camopt.find_scene("roller-1000rpm").replace(
+    search={
+        "base_radius": {"start": 30, "stop": 149, "step": 1},
+        "offset": {"start": 0, "stop": 18, "step": 2},
+        "law": ["harmonic", "cycloidal"],
+    }
+)
+
+
+def files(swept):
+    return {file.name: file.read_bytes() for file in swept.files}
+
+
+@pytest.mark.parametrize("keep", ["feasible", "all", "pareto"])
+def test_a_sweep_writes_the_files_of_one_thread_though_a_worker_is_killed(engine, keep, tmp_path):
+    victims = list(engine.client.run(os.getpid).values())[:1]
+
+    def kill(done, total):
+        while victims:
+            os.kill(victims.pop(), signal.SIGKILL)
+
+    one = camopt.sweep(SCENE, tmp_path / "one", keep, workers=1)
+    many = camopt.sweep(SCENE, tmp_path / "many", keep, progress=kill, block=100, engine=engine)
+    assert not victims
+    assert files(many) == files(one)
+    assert {**vars(many), "files": ()} == {**vars(one), "files": ()}
+
+
+def test_a_sweep_that_is_stopped_goes_on_without_the_cluster_and_with_it(engine, tmp_path, monkeypatch):
+    monkeypatch.setattr(journal, "SECONDS", 0.0)
+    one = camopt.sweep(SCENE, tmp_path / "one", block=100, workers=1)
+    for share, used in ((0.3, engine), (0.6, None)):
+        with pytest.raises(camopt.Stopped):
+            camopt.sweep(
+                SCENE,
+                tmp_path / "two",
+                progress=lambda done, total, share=share: done < share * total,
+                block=100,
+                engine=used,
+            )
+    assert files(camopt.sweep(SCENE, tmp_path / "two", block=100, engine=engine)) == files(one)
+
+
+def test_boxes_of_designs_stay_on_this_machine(engine):
+    with pytest.raises(BadInput, match="keep = 'front-only': decides boxes of designs on this machine alone"):
+        camopt.sweep(SCENE, keep="front-only", engine=engine)
 
 
 @pytest.mark.parametrize(

@@ -71,18 +71,20 @@ def test_an_interrupted_sweep_goes_on_where_it_ended(keep, tmp_path, whole, at_o
     assert not (tmp_path / ".camopt").exists()
 
 
-def test_what_is_kept_is_not_evaluated_again(tmp_path, at_once, monkeypatch):
+def test_what_is_kept_is_not_evaluated_again(tmp_path, at_once):
     with pytest.raises(Stopped):
         run(tmp_path, progress=stopped(1200))
     asked = asked_of(SCENE, "feasible", BLOCK)
     with journal.journal_at(tmp_path / ".camopt" / "sweep.journal", asked) as kept:
         done = [batch.last for batch in kept.replayed()]
     evaluated = []
-    monkeypatch.setattr(
-        "camopt.front.sweep.threads",
-        lambda workers: lambda asked, numbers: (evaluated.append(n) or asked.blocks.batch(n) for n in numbers),
-    )
-    run(tmp_path)
+
+    class Noted(Threads):
+        def in_order(self, work, items, sample=()):
+            evaluated.extend(items)
+            return Threads.in_order(self, work, items, sample)
+
+    run(tmp_path, engine=Noted(1))
     assert done[-1] >= 12
     assert evaluated == [*range(done[-1], 24)]
 
