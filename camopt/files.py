@@ -207,7 +207,7 @@ def synced(path: Path) -> None:
         os.fsync(descriptor)
     except OSError as trouble:
         if trouble.errno not in UNSYNCED:
-            raise
+            raise OSError(trouble.errno, trouble.strerror, os.fspath(path)) from None
     finally:
         os.close(descriptor)
 

@@ -10,7 +10,7 @@ until then readers find them by ``settled_path``.
 import os
 import platform
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from errno import EAGAIN, ENOTDIR, EXDEV
@@ -179,6 +179,7 @@ def _held(folder: Path) -> Iterator[tuple[Path, bool]]:
     work = folder / WORK
     path = work / LOCK
     with ExitStack() as stack:
+        stack.callback(_quietly, work.rmdir)  # if there is no journal in it
         while True:
             file = stack.enter_context(_opened(folder, work, path))
             held = lock(file.fileno())
@@ -187,12 +188,12 @@ def _held(folder: Path) -> Iterator[tuple[Path, bool]]:
             if held is None or _same(file, path):
                 break
             file.close()
-        with suppress(OSError):  # for a message only
-            file.truncate(0)
-            file.write(f"process {os.getpid()} on {platform.node()}".encode())
         if held is None:  # Windows removes no open files
             file.close()
-        stack.callback(_let_go, work, path)
+        stack.callback(_quietly, path.unlink)
+        if held:
+            _quietly(file.truncate, 0)
+            _quietly(file.write, f"process {os.getpid()} on {platform.node()}".encode())
         yield work, bool(held)
 
 
@@ -221,11 +222,10 @@ def _refuse(file: FileIO, folder: Path) -> None:
     raise BlockingIOError(EAGAIN, f"another run writes to this folder ({holder})", os.fspath(folder))
 
 
-def _let_go(work: Path, path: Path) -> None:
-    """Remove the lock, and the folder if there is no journal in it."""
+def _quietly(call: Callable[..., object], *arguments: object) -> None:
+    """Try something that the result does not need."""
     with suppress(OSError):
-        path.unlink()
-        work.rmdir()
+        call(*arguments)
 
 
 def _settle(folder: Path, work: Path, alone: bool) -> None:

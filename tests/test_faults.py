@@ -22,6 +22,7 @@ from camopt.publishing import published
 SCENE = find_scene("roller-1000rpm")
 SMALL = SCENE.replace(search={"base_radius": [60, 70], "offset": [0], "law": ["harmonic"]})
 LARGER = SMALL.replace(**{"search.base_radius": [60, 62, 65, 70]})
+TWO_LAWS = LARGER.replace(**{"search.law": ["harmonic", "cycloidal"]})
 OLDER = SCENE.replace(search={"base_radius": [60, 65], "offset": [0], "law": ["harmonic"]})
 TABLES = ("pareto.parquet", "pareto-grid.parquet", "designs.parquet", "scene.toml")
 TEXTS = ("a.txt", "b.txt", "c.txt")
@@ -33,9 +34,9 @@ def in_blocks(folder: Path, tell: Callable[[str], None] | None = None) -> None:
         sweep(LARGER, folder, workers=1, block=1, tell=tell)
 
 
-def a_part(folder: Path) -> None:
+def a_part(folder: Path, tell: Callable[[str], None] | None = None) -> None:
     with patch("camopt.front.journal.SECONDS", 0.0):
-        sweep_part(LARGER, (1, 2), folder, workers=1)
+        sweep_part(TWO_LAWS, (1, 2), folder, workers=1, tell=tell)
 
 
 def publish(folder: Path, text: str, names: tuple[str, ...]) -> None:
@@ -79,7 +80,7 @@ CASES = {
     "sweep": Case(partial(sweep, SMALL, workers=1), TABLES),
     "sweep over an older one": Case(partial(sweep, SMALL, workers=1), TABLES, older_sweep),
     "a sweep with a journal": Case(in_blocks, TABLES, older_sweep),
-    "a part of a sweep": Case(a_part, ("part-1-of-2/part-1-of-2.part",)),
+    "a part of a sweep": Case(a_part, ("part-1-of-2/part-1-of-2.sweep",)),
     "certify": Case(
         lambda folder: certify_table(folder / "pareto.parquet"), TABLES, partial(sweep, SMALL, workers=1)
     ),
@@ -101,6 +102,7 @@ class Bench:
         self.calls = self.rerun()
         self.after = tree_of(root)
         self.older, self.newer = self.seen(self.before), self.seen(self.after)
+        assert self.older != self.newer
 
     def seen(self, tree: Tree | None = None) -> dict[str, bytes]:
         """What camopt reads of the files of a result, in a tree or in the folder as it is."""
@@ -111,8 +113,8 @@ class Bench:
 
     def plain(self) -> dict[str, bytes]:
         """What other programs read."""
-        paths = (self.folder / name for name in self.case.names)
-        return {path.name: path.read_bytes() for path in paths if path.exists()}
+        paths = {name: self.folder / name for name in self.case.names}
+        return {name: path.read_bytes() for name, path in paths.items() if path.exists()}
 
     def rerun(self) -> list[str]:
         """Do the work without a fault; its calls on files."""
@@ -178,11 +180,14 @@ def test_one_result_is_whole_after_a_power_cut(benches, name):
         assert tree_of(bench.root) == bench.after
 
 
-def test_a_sweep_that_was_killed_goes_on_where_it_was(benches):
-    bench, told = benches("a sweep with a journal"), []
-    make(bench.root, bench.before)
-    last = bench.calls.index("rename")  # of the folder with what is to be published
-    ended(bench.root, bench.work, last, "killed")
-    in_blocks(bench.folder, told.append)
-    assert told == ["going on where an interrupted sweep ended: 4 of 4 designs are done"]
-    assert tree_of(bench.root) == bench.after
+@pytest.mark.parametrize(("name", "work"), [("a sweep with a journal", in_blocks), ("a part of a sweep", a_part)])
+def test_a_sweep_that_was_killed_while_it_was_published_goes_on_where_it_was(benches, name, work):
+    bench, told = benches(name), []
+    staged = bench.calls.index("rename")
+    published = bench.calls.index("replace", staged)
+    for number in (staged, published, published + 1):
+        make(bench.root, bench.before)
+        ended(bench.root, bench.work, number, "killed")
+        work(bench.folder, told.append)
+        assert told.pop() == "going on where an interrupted sweep ended: 4 of 4 designs are done"
+        assert tree_of(bench.root) == bench.after

@@ -12,6 +12,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from hashlib import sha256
 from pathlib import Path
+from shutil import copyfile
 from struct import Struct
 from typing import Any, BinaryIO
 
@@ -20,7 +21,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from camopt.engines import Engine
-from camopt.files import synced
+from camopt.files import synced, whole_file
 from camopt.front.asked import Asked, Question
 from camopt.front.blocks import Batch, merged
 from camopt.mistakes import Stopped
@@ -68,6 +69,7 @@ class Journal:
         self._since = now()
         self._thread = ThreadPoolExecutor(1)
         self._writing: Future[None] | None = None
+        _separate(path)
 
     def replayed(self) -> Iterator[Batch]:
         """The batches of a journal of the same question, in order, up to where it is whole."""
@@ -108,7 +110,10 @@ class Journal:
         if self.trouble:
             raise self.trouble
         self._append(END)
-        os.replace(self.path, path)
+        try:
+            os.link(self.path, path)  # the journal stays until the part is published
+        except OSError:  # no links here
+            copyfile(self.path, path)
 
     @property
     def kept(self) -> str:
@@ -155,6 +160,14 @@ class Journal:
             file.flush()
             synced(self.path)
             self._whole = file.tell()
+
+
+def _separate(path: Path) -> None:
+    """Give a journal a file of its own, if a death left it as a part that is published, and stays as it is."""
+    with suppress(FileNotFoundError):
+        if path.stat().st_nlink > 1:
+            with whole_file(path) as partial:
+                copyfile(path, partial)
 
 
 Tell = Callable[[str], None]

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 from unittest.mock import patch
 
-PATHS = ("open", "replace", "rename", "unlink", "remove", "mkdir", "rmdir", "chmod")
+PATHS = ("open", "replace", "rename", "link", "unlink", "remove", "mkdir", "rmdir", "chmod")
 DESCRIPTORS = ("write", "fsync")
 GROWING = {"open for writing", "write", "fsync", "mkdir"}
 """Calls that a full disk fails."""
