@@ -38,9 +38,7 @@ from camopt.tables.designs import ByLaw, Design
 from camopt.tables.table import TableWriter, schema, table_file
 from camopt.verdicts.judging import Effort, by_excess, judged, least_excess, weighed
 
-MOST_LOOKED_AT = (
-    1 << 22
-)  # designs for the nearest miss: a long sweep without any result does not take twice as long
+MOST_LOOKED_AT = 1 << 22  # designs for the nearest miss: to find nothing does not take twice as long
 SCENE = "scene.toml"
 MAY_WRITE = ("pareto.parquet", "pareto-grid.parquet", "designs.parquet", SCENE)
 
