@@ -105,10 +105,15 @@ def test_the_traceback_of_a_fault_is_there_for_those_who_ask(ends, monkeypatch):
         (BrokenPipeError(32, "Broken pipe"), exits.READER_GONE),
         (PermissionError(13, "Permission denied", "here"), exits.FILE_TROUBLE),
         (MemoryError(), exits.FILE_TROUBLE),
+        (OSError(), exits.FILE_TROUBLE),
+        (OSError("no library\nas said on a page"), exits.FILE_TROUBLE),
+        (ImportError("failed to map segment", path="/x/numpy.so"), exits.FILE_TROUBLE),
+        (ImportError("cannot import name"), exits.INTERNAL),
     ],
 )
 def test_each_end_has_its_code(ends, end, code):
-    assert ends(end)[0] == code
+    found, err = ends(end)
+    assert (found, err.strip().count("\n")) == (code, 0)
 
 
 def test_no_code_means_two_things():
@@ -204,3 +209,9 @@ def test_an_interrupt_of_an_import_is_told_as_one():
     )
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
     assert (run.returncode, run.stdout, run.stderr) == (130, "", "camopt: interrupted\n")
+
+
+def test_a_home_that_takes_nothing_is_no_trouble():
+    nowhere = dict.fromkeys(("HOME", "XDG_CACHE_HOME", "XDG_CONFIG_HOME"), "/proc/nothing")
+    code, _, err = shell("camopt evaluate two-pauses --plot c.png", **nowhere, NUMBA_DISABLE_JIT="1")
+    assert (code, err) == (0, "wrote c.png\n")

@@ -80,7 +80,7 @@ def test_one_process_is_this_one(count, items):
 def test_an_exception_is_that_of_the_work(engine):
     with pytest.raises(BadInput, match="here: key = 3: must be another") as error:
         list(engine.in_order(bad, [3, 4]))
-    assert "test_processes.py" in error.value.__notes__[0]
+    assert "test_processes.py" in str(error.value.__cause__)
     with pytest.raises(RuntimeError, match="Odd: can be no pickle"):
         list(engine.in_order(odd, [3, 4]))
 

@@ -5,6 +5,7 @@ import sys
 from collections.abc import Callable
 from contextlib import suppress
 from io import TextIOWrapper
+from logging import CRITICAL, getLogger
 from pathlib import Path
 from traceback import extract_tb, print_exception
 
@@ -15,11 +16,13 @@ from camopt.cli import interrupts
 NOTHING_FEASIBLE, BAD_INPUT, FILE_TROUBLE, NOT_REACHED = 1, 2, 3, 4
 INTERNAL, READER_GONE = 70, 141  # the numbers of sysexits.h and of shells
 DEBUG = "CAMOPT_DEBUG"
+LIBRARIES = (".so", ".pyd", ".dylib")
 
 
 def run(command: Callable[[], int]) -> int:
     """Run a command to its exit code. Whatever ends it is told in a line, never as a traceback."""
     _open_streams()
+    getLogger("matplotlib").setLevel(CRITICAL)  # it tells of folders that it would keep fonts in
     try:
         code = command()
         sys.stdout.flush()
@@ -88,10 +91,19 @@ def _code_of(end: BaseException) -> int:
             return _told(str(end), NOT_REACHED)
         case MemoryError():
             return _told("out of memory", FILE_TROUBLE)
+        case ImportError() if (end.path or "").endswith(LIBRARIES):  # it is damaged, or memory has no room for it
+            return _told(_line_of(end), FILE_TROUBLE)
+        case ImportError() if isinstance(end.__cause__, ImportError):  # numpy tells a page about it
+            return _code_of(end.__cause__)
         case OSError():
             where = f"{os.fsdecode(end.filename)}: " if isinstance(end.filename, (str, bytes)) else ""
-            return _told(f"{where}{end.strerror or end}", FILE_TROUBLE)
+            return _told(f"{where}{end.strerror or _line_of(end)}", FILE_TROUBLE)
     return _internal(end)
+
+
+def _line_of(end: BaseException) -> str:
+    """What an exception says, or the first line of it."""
+    return (str(end) or type(end).__name__).splitlines()[0]
 
 
 def _told(text: str, code: int) -> int:

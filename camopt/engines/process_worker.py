@@ -25,7 +25,6 @@ def serve() -> None:
         try:
             found = pickle.dumps((work(items), None))
         except Exception as error:
-            error.add_note(format_exc())
             found = _told(error)
         results.write(found)
         results.flush()
@@ -34,10 +33,10 @@ def serve() -> None:
 def _told(error: Exception) -> bytes:
     """An exception for the other process; if it cannot be pickled, another one that says the same."""
     try:
-        said = pickle.dumps((None, error))
+        said = pickle.dumps((None, (error, format_exc())))
         pickle.loads(said)
     except Exception:
-        said = pickle.dumps((None, RuntimeError(f"{type(error).__name__}: {error}")))
+        said = pickle.dumps((None, (RuntimeError(f"{type(error).__name__}: {error}"), "")))
     return said
 
 

@@ -67,7 +67,7 @@ class Processes:
                 self._own.process = None
                 continue
             if error:
-                raise error
+                raise error[0] from RuntimeError(error[1])  # where it was, as text
             return result  # type: ignore[no-any-return]
         how = f"its end had the code {process.wait()}"
         raise OSError(f"a process was ended from outside, for want of memory perhaps, {TRIES} times; {how}")
