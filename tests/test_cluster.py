@@ -15,7 +15,7 @@ import camopt
 from camopt.cli import exits
 from camopt.cli.main import main
 from camopt.engines import cluster, dask_cluster, dask_worker
-from camopt.engines.dask_cluster import BYTES, SECONDS, Pace
+from camopt.engines.dask_cluster import BYTES, RATE, SECONDS, Pace
 from camopt.front import journal
 from camopt.mistakes import BadInput
 
@@ -174,6 +174,12 @@ def test_boxes_of_designs_stay_on_this_machine(engine):
     [
         (Pace(SECONDS / 10.0), 10_000, 2, 10),
         (Pace(10.0 * SECONDS), 10_000, 2, 1),
+        (
+            Pace(SECONDS / 10.0),
+            10**9,
+            int(5 * SECONDS * RATE),
+            50,
+        ),  # so many workers that the scheduler has to be spared
         (Pace(0.0), 10_000, 2, 2500),  # guided self-scheduling: a share of what is left
         (Pace(0.0), 3, 2, 1),
         (Pace(0.0, BYTES / 5.0), 10_000, 2, 5),

@@ -73,11 +73,12 @@ def cluster(scheduler: str = LOCAL, workers: int | None = None) -> Iterator[Engi
 
     Examples
     --------
-    >>> coarse = camopt.find_scene("roller-1000rpm").replace(**{"synthesis.pieces": 12})
+    >>> search = {"base_radius": [60, 90, 120], "law": ["cycloidal"]}
+    >>> scene = camopt.find_scene("roller-1000rpm").replace(search=search)
     >>> with camopt.cluster("local", workers=1) as engine:
-    ...     found = camopt.frontier(coarse, points=2, engine=engine)
-    >>> [round(row["size"], 1) for row in found.rows]
-    [30.6]
+    ...     swept = camopt.sweep(scene, engine=engine)
+    >>> swept.designs, swept.feasible
+    (3, 1)
     """
     try:
         from camopt.engines.dask_cluster import connected

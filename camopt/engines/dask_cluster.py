@@ -33,7 +33,8 @@ from camopt.engines import LOCAL, Item, Result
 from camopt.engines.dask_worker import Ready, digest, run, unlike
 from camopt.mistakes import BadInput, Mistake
 
-SECONDS = 2.0  # of work in a task: little is lost with a worker, and the scheduler has little to do
+SECONDS = 2.0  # of work in a task: little is lost with a worker
+RATE = 200.0  # tasks a second of all workers, at most: the scheduler can do some times as many
 BYTES = 1 << 26  # of a result, at most about
 AHEAD = 4  # tasks for each thread that the reader has not had yet
 SHARES = 2  # tasks for each thread of what is left, at least, so that all end together
@@ -60,7 +61,8 @@ class Pace:
 
     def items(self, left: int, threads: int) -> int:
         """The number of items of the next task, of those that are left."""
-        by_time, by_size = SECONDS / max(self.seconds, 1e-6), BYTES / max(self.bytes, 1.0)
+        by_time = max(SECONDS, threads / RATE) / max(self.seconds, 1e-6)
+        by_size = BYTES / max(self.bytes, 1.0)
         return max(1, int(min(by_time, by_size, ceil(left / (SHARES * threads)))))
 
 
