@@ -28,13 +28,14 @@ TOLERANCE = SCENE.accuracy.tolerance
 KEY = ["law_rise", "law_return", "base_radius_mm", "roller_radius_mm", "offset_mm"]
 OBJECTIVES = ["base_radius_mm", "acceleration_max_m_s2", "pressure_angle_max_deg"]
 SMALL = st.sampled_from([0.0, -0.0, 10.0, 20.0])
-VALUE = st.sampled_from([1.0, 1.0 + 1e-15, 1.0 + 3e-9, 2.0, inf])
+VALUE = st.sampled_from([1.0, 1.0 + 1e-15, 1.0 + 1.5e-9, 1.0 + 3e-9, 2.0, inf])
 ROW = st.fixed_dictionaries(
     {
         "law_rise": st.sampled_from(["cycloidal", "poly345"]),
         "law_return": st.just("cycloidal"),
         "base_radius_mm": st.sampled_from([50.0, 60.0]),
         "roller_radius_mm": st.just(5.0),
+        "prime_radius_mm": st.sampled_from([55.0, 65.0]),
         "offset_mm": SMALL,
         "acceleration_max_m_s2": VALUE,
         "pressure_angle_max_deg": VALUE,
