@@ -292,6 +292,7 @@ def _place(folder: Path, staging: Path, manifest: Manifest, command: str) -> Non
     for path in (*old, *(target_of(folder / name) for name in waiting)):
         if not path.is_dir():
             path.unlink(missing_ok=True)
+    synced(folder)
     for name in waiting:
         _rename(staging / name, folder / name)
     synced(folder)

@@ -211,22 +211,30 @@ class Disk:
             self.names[number] = names
 
     def after_power_cuts(self) -> Iterator[Tree]:
-        """What a power cut may leave: the names in each folder as of its last sync, or as they are now."""
-        folders = [number for number, names in self.now.items() if names is not None]
-        changed = [number for number in folders if self.now[number] != self.names.get(number, {})]
-        whole = [dict(self._below(self.top, "", {*late})) for late in ((), changed)]
-        kept = {*whole[0].values()} & {*whole[1].values()}
+        """What a power cut may leave: any names that changed since the last sync; of a rename both, or none."""
+        names = {number: names for number, names in self.now.items() if names is not None}
+        changed = [
+            (number, name)
+            for number, today in names.items()
+            for name in sorted({*today, *self.names.get(number, {})})
+            if today.get(name) != self.names.get(number, {}).get(name)
+        ]
+        none, every = dict(self._below(self.top, "", set())), dict(self._below(self.top, "", {*changed}))
+        kept = {*none.values()} & {*every.values()}
         for count in range(len(changed) + 1):
             for late in combinations(changed, count):
                 found = dict(self._below(self.top, "", {*late}))
-                if kept <= {*found.values()}:  # or half of a rename were done
+                if kept <= {*found.values()}:
                     yield {name: self._content(number) for name, number in found.items()}
 
-    def _below(self, number: int, prefix: str, late: set[int]) -> Iterator[tuple[str, int]]:
-        """Numbers by relative path, with the names of now in some folders, and else as of the last sync."""
-        for name, each in ((self.now if number in late else self.names).get(number) or {}).items():
-            yield f"{prefix}{name}", each
-            yield from self._below(each, f"{prefix}{name}/", late)
+    def _below(self, number: int, prefix: str, late: set[tuple[int, str]]) -> Iterator[tuple[str, int]]:
+        """Numbers by relative path: as of now for some names in folders, and else as of the last sync."""
+        synced, today = self.names.get(number, {}), self.now.get(number) or {}
+        for name in sorted({*synced, *today}):
+            each = (today if (number, name) in late else synced).get(name)
+            if each is not None:
+                yield f"{prefix}{name}", each
+                yield from self._below(each, f"{prefix}{name}/", late)
 
     def _content(self, number: int) -> bytes | None:
         folder = number in self.names or self.now.get(number) is not None
