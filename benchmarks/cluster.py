@@ -23,8 +23,8 @@ from camopt.engines.dask_cluster import RATE, Pace
 from camopt.front.asked import asked_of
 
 KEEP = "pareto"
-EACH = 3.0  # seconds between the deaths of workers
-DRIVER = 15.0  # seconds after which the command is killed
+EACH = 6.0  # seconds between the deaths of workers
+DRIVER = 20.0  # seconds after which the command is killed
 DESIGNS, WORKERS = 1e12, 1000
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from socket import socket
 
 import numpy as np
+import psutil
 import pytest
 
 import camopt
@@ -169,6 +170,13 @@ def test_boxes_of_designs_stay_on_this_machine(engine):
         camopt.sweep(SCENE, keep="front-only", engine=engine)
 
 
+def test_a_local_cluster_is_for_this_machine_alone_and_may_be_one_of_several(engine):
+    with cluster("local", 1):
+        connections = [each for each in psutil.Process().net_connections() if each.status == psutil.CONN_LISTEN]
+    assert connections
+    assert {each.laddr.ip for each in connections} == {"127.0.0.1"}
+
+
 @pytest.mark.parametrize(
     ("pace", "left", "threads", "items"),
     [
@@ -224,4 +232,4 @@ def test_a_scheduler_that_does_not_answer_is_told_in_a_line(monkeypatch, capsys,
         taken.bind(("127.0.0.1", 0))
         address = f"tcp://127.0.0.1:{taken.getsockname()[1]}"
         assert main(["frontier", "--scheduler", address, "--out", str(tmp_path / "out")]) == exits.FILE_TROUBLE
-    assert capsys.readouterr().err == f"camopt: no Dask scheduler answers at {address}\n"
+    assert capsys.readouterr().err == f"camopt: {address}: no Dask scheduler answers\n"

@@ -15,6 +15,7 @@ from asyncio import gather
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field, replace
+from errno import ECHILD, ECONNREFUSED, ECONNRESET
 from logging import CRITICAL, getLogger
 from math import ceil
 from multiprocessing import resource_tracker
@@ -112,6 +113,8 @@ class Cluster:
         try:
             self._prepare(ready)
             yield from Run[Item, Result](self, ready.name, items, pace).results()
+        except CommClosedError:
+            raise self.gone() from None
         finally:
             if self.client.status == "running":
                 with suppress(OSError, ValueError):
@@ -122,20 +125,22 @@ class Cluster:
         try:
             self.client.wait_for_workers(1, timeout=JOINED)
         except TimeoutError:
-            raise ConnectionError(f"the Dask scheduler at {self.address} has no workers") from None
-        for attempt in range(1, TRIES + 1):
-            try:
-                self.client.register_plugin(ready)
-                return
-            except ImportError as trouble:
-                raise unlike(self.address, f"it cannot import {trouble.name}") from None
-            except OSError:  # a worker died
-                if attempt == TRIES:
-                    raise
+            raise self._trouble("the Dask scheduler has no workers") from None
+        try:
+            self.client.register_plugin(ready)
+        except ImportError as trouble:
+            raise unlike(self.address, f"it cannot import {trouble.name}") from None
+        except OSError:
+            if self.client.status != "running":
+                raise
+            # a worker died; those that live are being made ready
+
+    def _trouble(self, what: str) -> ConnectionError:
+        return ConnectionError(ECONNRESET, what, self.address)
 
     def gone(self) -> ConnectionError:
         """What to say when the scheduler does not answer."""
-        return ConnectionError(f"the Dask scheduler at {self.address} is gone")
+        return self._trouble("the Dask scheduler is gone")
 
 
 @dataclass
@@ -199,7 +204,7 @@ class Run(Generic[Item, Result]):
             raise result[1].with_traceback(result[2])
         elif task.tries == TRIES:
             why = "all workers died that tried one task: they may lack memory; the cluster's logs say more"
-            raise ChildProcessError(why)
+            raise ChildProcessError(ECHILD, why, self.cluster.address)
         else:
             self._give(replace(task, tries=task.tries + 1))
 
@@ -221,10 +226,7 @@ def connected(scheduler: str, workers: int | None) -> Iterator[Cluster]:
         address = stack.enter_context(_processes(workers or cpu_count() or 1)) if local else scheduler
         found = Cluster(stack.enter_context(_client(address)), scheduler)
         disable_gc_diagnosis(force=True)  # an interrupt within it would be lost
-        try:
-            yield found
-        except CommClosedError:
-            raise found.gone() from None
+        yield found
 
 
 @contextmanager
@@ -246,7 +248,7 @@ def _client(address: str) -> Client:
             warnings.simplefilter("ignore", VersionMismatchWarning)  # what matters of it is compared by workers
             return Client(address, timeout=CONNECTED, set_as_default=False, name="camopt")
     except OSError:
-        raise ConnectionError(f"no Dask scheduler answers at {address}") from None
+        raise ConnectionError(ECONNREFUSED, "no Dask scheduler answers", address) from None
 
 
 @contextmanager
@@ -258,6 +260,7 @@ def _processes(count: int) -> Iterator[str]:
                 n_workers=0,
                 threads_per_worker=1,
                 dashboard_address=None,
+                scheduler_kwargs={"dashboard_address": "127.0.0.1:0"},  # not a port that others may have
                 silence_logs=SILENT,
                 local_directory=folder,
                 memory_limit=1.0 / count,

@@ -5,12 +5,14 @@ tasks.
 """
 
 import pickle
+from _thread import LockType
 from collections.abc import Callable
+from threading import Lock
 from time import monotonic
 from typing import Any
 
 import numpy as np
-from distributed import WorkerPlugin, get_worker
+from distributed import Reschedule, WorkerPlugin, get_worker
 
 from camopt.mistakes import BadInput, Mistake
 from camopt.version import VERSION
@@ -53,36 +55,53 @@ class Ready(WorkerPlugin):
         The digest of what work gives for them.
     """
 
+    lock: LockType
+    """In a worker."""
+
     def __init__(self, name: str, work: Callable[[Any], Any], sample: Any, expected: str) -> None:
         self.name, self.pickled, self.expected = name, pickle.dumps((work, sample)), expected
-        self.here = installed()
+        self.here, self.address = installed(), ""
         self.work: Callable[[Any], Any] | None = None
         self.trouble: Exception | None = None
 
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state, lock=Lock())
+
     async def setup(self, worker: Any) -> None:
         """Prepare in the thread of tasks: the worker is heard of meanwhile."""
-        await worker.loop.asyncio_loop.run_in_executor(worker.executors["default"], self.prepare, worker.address)
+        self.address = worker.address
+        await worker.loop.asyncio_loop.run_in_executor(worker.executors["default"], self.prepared)
 
-    def prepare(self, address: str) -> None:
-        """Do the sample. What is wrong is kept too: of a worker that joins late, the first task tells it."""
-        try:
-            there = installed()
-            for name, version in self.here.items():
-                if there[name] != version:
-                    raise unlike(address, f"its {name} is {there[name]}, and here it is {version}")
-            self.work, sample = pickle.loads(self.pickled)
-            if sample and digest(self.work(sample)) != self.expected:
-                raise unlike(address, "there the same designs have other last digits")
-        except Exception as trouble:
-            self.trouble = trouble
-            raise
+    def prepared(self) -> Callable[[Any], Any]:
+        """The work, after the sample, which is done once. What is wrong is told to each that asks."""
+        with self.lock:
+            if self.work is None and self.trouble is None:
+                try:
+                    self.work = self._prepare()
+                except Exception as trouble:
+                    self.trouble = trouble
+        if self.work is None:
+            assert self.trouble
+            raise self.trouble
+        return self.work
+
+    def _prepare(self) -> Callable[[Any], Any]:
+        there = installed()
+        for name, version in self.here.items():
+            if there[name] != version:
+                raise unlike(self.address, f"its {name} is {there[name]}, and here it is {version}")
+        work, sample = pickle.loads(self.pickled)
+        if sample and digest(work(sample)) != self.expected:
+            raise unlike(self.address, "there the same designs have other last digits")
+        return work  # type: ignore[no-any-return]
 
 
 def run(name: str, items: Any) -> tuple[float, bytes]:
     """Work on some items, in a worker: seconds, and the pickled result."""
-    ready: Any = get_worker().plugins[name]
-    if ready.trouble:
-        raise ready.trouble
+    ready: Any = get_worker().plugins.get(name)
+    if ready is None:
+        raise Reschedule  # it will be here in a moment
+    work = ready.prepared()
     start = monotonic()
-    result = ready.work(items)
+    result = work(items)
     return monotonic() - start, pickle.dumps(result, protocol=pickle.HIGHEST_PROTOCOL)
