@@ -43,6 +43,7 @@ def lines(calls):
         (500, 10.0, 510, 600, "1 designs/s", "0:01:30 left"),  # the rest was kept by an earlier run
         (500, 10.0, 500, 600, "", ""),
         (0, 100.0, 1, 3, "", "0:03:20 left"),
+        (0, 1.0, 1, 2**62, "1 designs/s", "more than 1,000 years left"),
     ],
 )
 def test_rate_and_time_left_are_those_since_the_first_call(first, seconds, done, total, rate, left):

@@ -2,8 +2,9 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from datetime import timedelta
 from math import inf
+
+from camopt.tables.cells import duration
 
 QUIET, EVERY = 10.0, 30.0  # seconds before the first line, and between lines at most
 STEP = 0.1  # of all: what is done between lines, if it takes less
@@ -35,7 +36,7 @@ def rate_of(rate: float, unit: str) -> str:
 
 def time_left(seconds: float) -> str:
     """The time left as h:mm:ss, or nothing if it is not known."""
-    return f"{timedelta(seconds=round(seconds))} left" if seconds < inf else ""
+    return f"{duration(seconds)} left" if seconds < inf else ""
 
 
 @dataclass

@@ -2,7 +2,6 @@
 
 import os
 import shutil
-from datetime import timedelta
 from errno import ENOSPC
 from pathlib import Path
 from typing import NamedTuple
@@ -13,6 +12,7 @@ from camopt.engines.threads import Threads
 from camopt.front.asked import TABLED, Asked
 from camopt.front.journal import encoded
 from camopt.numerics.clock import now
+from camopt.tables.cells import duration
 
 MANY = 512  # blocks: a sweep of fewer has ended before anyone wonders
 EACH = 4  # blocks of the sample, a thread
@@ -35,7 +35,7 @@ class Estimate(NamedTuple):
         return TABLE_AND_JOURNAL * self.table
 
     def __str__(self) -> str:
-        time = f"{self.designs:,} designs take about {in_words(self.seconds)}"
+        time = f"{self.designs:,} designs take about {duration(self.seconds)}"
         if not self.table:
             return time
         return (
@@ -70,11 +70,6 @@ def check_room(estimate: Estimate, folder: Path) -> None:
         room = f"{size_in_words(estimate.needed)} are needed and {size_in_words(estimate.free)} are free"
         why = f"{os.strerror(ENOSPC)}: about {room}; to keep the Pareto front alone takes next to nothing"
         raise OSError(ENOSPC, why, os.fspath(folder))
-
-
-def in_words(seconds: float) -> str:
-    """A time as h:mm:ss."""
-    return str(timedelta(seconds=round(seconds)))
 
 
 def size_in_words(size: float) -> str:

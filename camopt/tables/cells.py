@@ -1,10 +1,13 @@
 """Numbers and headings as people read them in tables: on a terminal, in a notebook."""
 
 import json
+from datetime import timedelta
 from math import inf
 from typing import Any
 
 from camopt.quantities import QUANTITIES
+
+LONGEST = 1000 * 365.25 * 86400.0  # seconds: a longer time is no answer
 
 
 def number(value: Any) -> str:
@@ -12,6 +15,11 @@ def number(value: Any) -> str:
     if isinstance(value, bool) or not isinstance(value, float):
         return {True: "yes", False: "no"}.get(value, str(value)) if isinstance(value, bool) else str(value)
     return "∞" if value == inf else "−∞" if value == -inf else f"{value:.6g}"
+
+
+def duration(seconds: float) -> str:
+    """A time as h:mm:ss, with days before it."""
+    return str(timedelta(seconds=round(seconds))) if seconds < LONGEST else "more than 1,000 years"
 
 
 def heading(name: str, unit: str | None = None) -> str:
