@@ -136,8 +136,8 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
         if lock(file.fileno()) is None:  # Windows renames no open files
             file.close()
         yield partial
-        keep_mode(target, partial)
         synced(partial)
+        keep_mode(target, partial)
         os.replace(partial, target)
         synced(target.parent)
 
@@ -192,17 +192,17 @@ def keep_mode(old: Path, new: Path) -> None:
 
 
 def synced(path: Path) -> None:
-    """Wait until a file, or the names in a folder, are on disk, where the file system can do that.
+    """Wait until a file, or the names in a folder, are on disk, where the system can do that.
 
     Raises
     ------
     OSError
         If the disk is full, or fails.
     """
-    folder = path.is_dir()
-    if folder and os.name == "nt":  # Windows opens no folders, and writes names through
+    try:
+        descriptor = os.open(path, os.O_RDWR if os.name == "nt" else os.O_RDONLY)
+    except PermissionError:  # a folder that may be written to and not read; any folder of Windows
         return
-    descriptor = os.open(path, os.O_RDWR if os.name == "nt" else os.O_RDONLY)
     try:
         os.fsync(descriptor)
     except OSError as trouble:

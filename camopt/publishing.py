@@ -13,11 +13,12 @@ import shutil
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
-from errno import EAGAIN, ENOTDIR, EXDEV
+from errno import EAGAIN, ENOENT, ENOTDIR, EXDEV
 from fnmatch import fnmatchcase
 from hashlib import file_digest
 from io import FileIO
 from pathlib import Path
+from stat import S_ISDIR
 
 from camopt.files import (
     check_replaceable,
@@ -35,6 +36,8 @@ from camopt.manifest import MANIFEST, WORK, Damaged, Fact, Manifest, Result, com
 
 LOCK = "lock"
 JOURNAL = ".journal"
+TRIES = 100
+"""More often, other runs do not remove the folder of a lock while this one opens it."""
 
 
 @dataclass
@@ -199,13 +202,15 @@ def _held(folder: Path) -> Iterator[tuple[Path, bool]]:
 
 def _opened(folder: Path, work: Path, path: Path) -> FileIO:
     """The file of the lock, made if there is none."""
-    while True:
+    for _ in range(TRIES):
         with naming(folder, work, path), suppress(FileExistsError):
             work.mkdir()
-        if work.is_symlink() or not work.is_dir():
-            raise NotADirectoryError(ENOTDIR, os.strerror(ENOTDIR), os.fspath(work))
-        with naming(folder, work, path), suppress(FileNotFoundError):  # another run has just removed the folder
-            return path.open("a+b", buffering=0)
+        with suppress(FileNotFoundError):  # another run has just removed the folder
+            if not S_ISDIR(work.lstat().st_mode):
+                raise NotADirectoryError(ENOTDIR, os.strerror(ENOTDIR), os.fspath(work))
+            with naming(folder, work, path):
+                return path.open("a+b", buffering=0)
+    raise FileNotFoundError(ENOENT, os.strerror(ENOENT), os.fspath(path))
 
 
 def _same(file: FileIO, path: Path) -> bool:
@@ -251,32 +256,33 @@ def _manifest(folder: Path) -> Manifest:
 
 def _commit(unit: Unit, made: list[Path]) -> None:
     """Publish what was written: sync it, and give the manifest its name."""
-    folder, staged = unit.folder, sorted(unit.staging.iterdir())
-    for file in staged:
+    folder, staged = unit.folder, {}
+    for file in sorted(unit.staging.iterdir()):
         target = target_of(folder / file.name)
         with naming(folder / file.name, target):
             check_replaceable(target)
-            keep_mode(target, file)
-            synced(file)
+        synced(file)
+        staged[file.name] = _fact(file)
+        keep_mode(target, file)
     old = _manifest(folder)
     earlier = old.results.get(unit.command, Result("", {})).files
     exact = {name for name in unit.may_write if "*" not in name}
     gone = set() if unit.revises else {*earlier, *exact} - old.others(unit.command)
     if not staged and unit.command not in old.results and not any((folder / name).is_file() for name in gone):
         return  # there is nothing, and there was nothing
-    kept = earlier if unit.revises else {}
-    files = {**kept, **{file.name: _fact(file) for file in staged}}
+    files = {**(earlier if unit.revises else {}), **staged}
     result = Result(run_of(unit.command, files), files, tuple(sorted(gone - {*files})))
     synced(unit.staging)
     unit.staging = unit.staging.rename(result.waiting(folder))
     written = unit.work / MANIFEST
-    written.write_text(old.with_result(unit.command, result).to_json(), encoding="utf-8", newline="\n")
+    with naming(folder / MANIFEST, written):
+        written.write_text(old.with_result(unit.command, result).to_json(), encoding="utf-8", newline="\n")
     keep_mode(folder / MANIFEST, written)
     for path in (written, unit.work, folder, *(each.parent for each in made)):
         synced(path)
     os.replace(written, folder / MANIFEST)
     synced(folder)
-    unit.files = tuple(folder / file.name for file in staged)
+    unit.files = tuple(folder / name for name in staged)
 
 
 def _fact(path: Path) -> Fact:

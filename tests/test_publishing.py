@@ -4,10 +4,15 @@ import json
 import os
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
+from errno import EBADF, EINVAL, EIO, ENOSPC, ENOTSUP, EXDEV
 from hashlib import sha256
 from pathlib import Path
+from unittest.mock import patch
 
 import pytest
+from support.depth import times
 
 from camopt import BadInput
 from camopt.files import whole_file, write_text
@@ -274,3 +279,71 @@ def test_a_file_is_written_anew_as_a_part_of_the_result_that_has_it(tmp_path):
     with revised(tmp_path / "other.txt") as place:
         write_text(place, "3")
     assert seen(tmp_path) == {"a.txt": "22", "b.txt": "1", "other.txt": "3"}
+
+
+def test_a_folder_that_may_not_be_read_is_written_to(tmp_path):
+    with patch("os.open", side_effect=PermissionError):  # of what would be synced
+        write_text(tmp_path / "a.txt", "1")
+    assert names(tmp_path) == ["a.txt"]
+
+
+@pytest.mark.parametrize("trouble", [EINVAL, EBADF, ENOTSUP])
+def test_a_disk_that_cannot_sync_takes_results(tmp_path, trouble):
+    with patch("os.fsync", side_effect=OSError(trouble, "no")):
+        publish(tmp_path, {"a.txt": "1"})
+    assert seen(tmp_path) == {"a.txt": "1"}
+
+
+@pytest.mark.parametrize("trouble", [EIO, ENOSPC])
+def test_a_disk_that_fails_to_sync_takes_none(tmp_path, trouble):
+    publish(tmp_path, {"a.txt": "1"})
+    with pytest.raises(OSError, match="no") as caught, patch("os.fsync", side_effect=OSError(trouble, "no")):
+        publish(tmp_path, {"a.txt": "2"})
+    assert (caught.value.errno, caught.value.filename) == (trouble, str(tmp_path / "a.txt"))
+    assert seen(tmp_path) == {"a.txt": "1"}
+
+
+def test_without_locks_results_are_published_and_what_may_be_of_another_run_stays(tmp_path):
+    (tmp_path / WORK / "0011").mkdir(parents=True)
+    with patch("fcntl.flock", side_effect=OSError(ENOTSUP, "no locks")):
+        publish(tmp_path, {"a.txt": "1"})
+        assert (names(tmp_path / WORK), seen(tmp_path)) == (["0011"], {"a.txt": "1"})
+        os.utime(tmp_path / WORK / "0011", (0, 0))
+        publish(tmp_path, {"a.txt": "2"})
+    assert (names(tmp_path), seen(tmp_path)) == (["a.txt", MANIFEST], {"a.txt": "2"})
+
+
+def test_a_link_to_another_disk_is_followed_by_a_copy(tmp_path):
+    (tmp_path / "far.txt").write_text("old")
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "a.txt").symlink_to(tmp_path / "far.txt")
+    replace = os.replace
+
+    def on_one_disk(source, target):
+        if WORK in Path(source).parts and Path(target).name == "far.txt":
+            raise OSError(EXDEV, "another disk")
+        replace(source, target)
+
+    with patch("os.replace", on_one_disk):
+        publish(tmp_path / "out", {"a.txt": "new"})
+    assert (tmp_path / "far.txt").read_text() == "new"
+    assert names(tmp_path) == ["far.txt", "out"]
+    assert names(tmp_path / "out") == ["a.txt", MANIFEST]
+
+
+def test_runs_at_the_same_time_do_not_disturb_each_other(tmp_path):
+    def run(number):
+        with suppress(BlockingIOError):
+            publish(tmp_path, {"a.txt": str(number), "b.txt": str(number)})
+
+    with ThreadPoolExecutor(4) as pool:
+        list(pool.map(run, range(times(100, 1000))))
+    assert names(tmp_path) == ["a.txt", "b.txt", MANIFEST]
+    assert len({*seen(tmp_path).values()}) == 1
+
+
+def test_a_lock_that_leads_nowhere_is_an_error(tmp_path):
+    (tmp_path / WORK).mkdir()
+    (tmp_path / WORK / "lock").symlink_to(tmp_path / "none" / "lock")
+    with pytest.raises(FileNotFoundError):
+        publish(tmp_path, {"a.txt": "1"})
