@@ -132,7 +132,7 @@ def rows_of(file: BinaryIO) -> tuple[int, str] | None:
         parquet = pq.ParquetFile(file)
         digest = RowDigest(without_seal(parquet.schema_arrow))
         for group in range(parquet.num_row_groups):
-            digest.update(parquet.read_row_group(group))
+            digest.update(parquet.read_row_group(group, use_threads=False))  # as in ``sealed``
     except (*TROUBLE, TypeError) as trouble:  # sealed by another hand
         raise_if_of_the_disk(trouble)
         return None

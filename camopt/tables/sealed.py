@@ -61,7 +61,8 @@ class TableFile:
     def read(self, columns: list[str] | None = None) -> pa.Table:
         """Some columns, or all."""
         with _refused(self._path):
-            table = self._parquet.read(columns)
+            # threads that hold a file of Python abort a process that ends just then (apache/arrow#34314)
+            table = self._parquet.read(columns, use_threads=False)
             return table.replace_schema_metadata(without_seal(table.schema).metadata)
 
 
