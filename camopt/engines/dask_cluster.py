@@ -25,6 +25,7 @@ from time import monotonic
 from typing import Any, Generic
 from uuid import uuid4
 
+import dask
 from distributed import Client, Future, KilledWorker, LocalCluster, as_completed
 from distributed.comm.core import CommClosedError
 from distributed.gc import disable_gc_diagnosis
@@ -43,6 +44,8 @@ TRIES = 3  # for a task, each of which ends with as many dead workers as the sch
 COUNTED = 5.0  # seconds after which workers are counted again
 CONNECTED, JOINED = 20.0, 60.0  # seconds to wait for a scheduler, and for its first worker
 LEFT = 0.5  # seconds for a worker to end by itself
+TRIM = "distributed.nanny.pre-spawn-environ.MALLOC_TRIM_THRESHOLD_"
+"""What Dask has each worker give back to the system as soon as it is free, and take anew for the next block."""
 LOGGERS = ("distributed", "distributed.client", "distributed.gc", "tornado.application", "asyncio")
 SILENT = CRITICAL + 1
 ADDRESS = re.compile(r"([a-z]+://)?[^\s/]+:\d+")
@@ -254,7 +257,7 @@ def _client(address: str) -> Client:
 @contextmanager
 def _processes(count: int) -> Iterator[str]:
     """The address of a scheduler in this process with workers that are processes, and end with it."""
-    with TemporaryDirectory(prefix="camopt-", ignore_cleanup_errors=True) as folder:
+    with TemporaryDirectory(prefix="camopt-", ignore_cleanup_errors=True) as folder, dask.config.set({TRIM: None}):
         with _no_interrupts():  # of threads that begin here, and of processes that begin in these
             made = LocalCluster(
                 n_workers=0,
