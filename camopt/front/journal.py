@@ -21,7 +21,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from camopt.engines import Engine
-from camopt.files import synced, whole_file
+from camopt.files import regular_file, synced, whole_file
 from camopt.front.asked import Asked, Question
 from camopt.front.blocks import Batch, merged
 from camopt.mistakes import Stopped
@@ -273,7 +273,7 @@ def question_of(path: Path) -> Question | None:
     OSError
         If the file cannot be read.
     """
-    with suppress(FileNotFoundError, ValueError, TypeError), path.open("rb") as file:
+    with suppress(FileNotFoundError, ValueError, TypeError), regular_file(path) as file:
         for payload, _ in records(file):
             return Question.decoded(payload)
     return None
@@ -309,7 +309,7 @@ def whole_batches(path: Path, question: Question, numbers: range) -> Iterator[Ba
         If it is not as it was written; after the batches before that place.
     """
     done, whole = numbers.start, len(MAGIC + packed(question.encoded()))
-    with path.open("rb") as file:
+    with regular_file(path) as file:
         for batch, end in batches_of(file, question, numbers):
             done, whole = batch.last, end
             yield batch
