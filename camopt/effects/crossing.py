@@ -76,7 +76,8 @@ def surely_round(case: Case) -> BoolArray:
     """
     designs = case.designs
     record = case.setup.mechanism.pressure(designs, case.programme)
-    standing = [np.abs(curve(record, ..., y, 0.0, 0.0, 0.0)[0]) for y in case.programme.levels]
+    with np.errstate(divide="ignore", invalid="ignore"):  # arm and centres in line: no angle shows anything
+        standing = [np.abs(curve(record, ..., y, 0.0, 0.0, 0.0)[0]) for y in case.programme.levels]
     slant = np.radians(case.far("pressure_angle_max_deg")) + np.arctan(np.maximum(*standing))
     share = np.cos(np.minimum(slant, np.pi / 2)) - ROUNDING
     return np.asarray(designs.prime_radius * share > designs.roller_radius)
