@@ -27,7 +27,7 @@ WORK = {
     "optimise": lambda progress, _: camopt.optimise(COARSE, progress),
     "synthesise": lambda progress, _: camopt.synthesise(COARSE, progress),
     "frontier": lambda progress, _: camopt.frontier(COARSE, points=2, workers=1, progress=progress),
-    "sweep_part": lambda progress, folder: camopt.sweep_part(COARSE, (1, 2), folder / "p", progress=progress),
+    "sweep_part": lambda progress, folder: camopt.sweep_part(COARSE, (1, 2), folder.parent, progress=progress),
     "merge": lambda progress, folder: camopt.merge([folder / "parts"], progress=progress),
     "certify_table": lambda progress, folder: certify_table(folder / "designs.parquet", progress),
     "measure": lambda progress, _: measure(COARSE, progress),
