@@ -1,6 +1,7 @@
 """Interrupted sweeps that go on, parts of a sweep, and what they are put together to."""
 
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -95,7 +96,7 @@ def test_who_stops_a_sweep_is_told_what_is_kept(interrupt, tmp_path):
         if done == 300:
             raise interrupt
 
-    with pytest.raises(interrupt, match="interrupted; 300 of 2,400 designs are done and kept"):
+    with pytest.raises(interrupt, match=r"interrupted; 300 of 2,400 designs are done and kept"):
         run(tmp_path, progress=stop)
 
 
@@ -143,7 +144,7 @@ def test_another_question_starts_anew_and_says_so(change, named, tmp_path, at_on
         run(tmp_path, progress=stopped(1200))
     told, other = [], SCENE.replace(**change)
     sweep(other, tmp_path, block=BLOCK, tell=told.append)
-    assert told == [f"an interrupted sweep was here, of another question ({named}); this one starts anew"]
+    assert told == [f"an interrupted sweep was here that differs in {named}; this one starts anew and replaces it"]
     sweep(other, tmp_path / "fresh", block=BLOCK)
     assert {**files_in(tmp_path / "fresh")}.items() <= {
         name: (tmp_path / name).read_bytes() for name in ("pareto.parquet", "designs.parquet", "scene.toml")
@@ -319,20 +320,56 @@ def test_an_interrupted_part_goes_on(tmp_path, at_once, monkeypatch):
     assert len(told) == 1
 
 
-def test_parts_that_do_not_belong_together(tmp_path):
+def test_parts_are_of_equal_size(tmp_path):
+    counts = [camopt.sweep_part(SCENE, (part, 7), tmp_path).designs for part in range(1, 8)]
+    assert sum(counts) == 2400
+    assert max(counts) - min(counts) <= 2 * 2400 / (8 * 7)
+
+
+def test_all_that_keeps_parts_from_being_merged_is_named(tmp_path):
     for part in (1, 2, 4):
-        camopt.sweep_part(SCENE, (part, 4), tmp_path / "parts")
-    with pytest.raises(BadInput, match=r"parts: must be complete: of 4 parts there is no part 3"):
-        camopt.merge([tmp_path / "parts"], tmp_path / "out")
-    again = camopt.sweep_part(SCENE, (1, 4), tmp_path / "again")
-    with pytest.raises(BadInput, match=r"must be another part than "):
-        camopt.merge([tmp_path / "parts", again.file], tmp_path / "out")
-    other = camopt.sweep_part(SCENE.replace(**{"cam.rpm": 900}), (3, 4), tmp_path / "other", "pareto")
-    with pytest.raises(BadInput, match=r"is of; it has another cam.rpm, keep"):
-        camopt.merge([tmp_path / "parts", other.file], tmp_path / "out")
-    with pytest.raises(BadInput, match="must be a folder with parts of a sweep; this has none"):
-        camopt.merge([tmp_path], tmp_path / "out")
+        camopt.sweep_part(SCENE, (part, 5), tmp_path / "parts")
+    camopt.sweep_part(SCENE, (1, 5), tmp_path / "again")
+    camopt.sweep_part(SCENE.replace(**{"cam.rpm": 900}), (3, 5), tmp_path / "other", "pareto")
+    cut = tmp_path / "parts" / "part-2-of-5" / "part-2-of-5.sweep"
+    cut.write_bytes(cut.read_bytes()[:-1])
+    (tmp_path / "parts" / "odd.sweep").write_text("odd")
+    with pytest.raises(BadInput) as refused:
+        camopt.merge([tmp_path / name for name in ("parts", "again", "other")], tmp_path / "out")
+    told = [f"{mistake.key} {mistake.allowed}" for mistake in refused.value.mistakes]
+    assert len(told) == 5
+    assert told[0] == "part a whole part of a sweep; this is none, or damaged at its beginning"
+    assert told[1].startswith("part a whole part of a sweep; this is damaged, or cut short, after ")
+    assert told[2].endswith("; it differs in cam.rpm, keep")
+    assert told[3].startswith("part there more than once: ")
+    assert told[4] == "parts not complete: of 5 parts there is no part 3, 5"
     assert not (tmp_path / "out").exists()
+
+
+def test_places_without_parts(tmp_path):
+    with pytest.raises(BadInput, match="must be a folder with parts of a sweep; this has none"):
+        camopt.merge(tmp_path)
+    with pytest.raises(FileNotFoundError):
+        camopt.merge(tmp_path / "nowhere")
+
+
+def test_parts_are_not_merged_into_a_folder_with_another_interrupted_sweep(tmp_path, at_once, whole):
+    camopt.sweep_part(SCENE, (1, 1), tmp_path / "parts")
+    with pytest.raises(Stopped):
+        sweep(SCENE.replace(**{"cam.rpm": 900}), tmp_path / "out", block=BLOCK, progress=stopped(1200))
+    with pytest.raises(BadInput, match="must be another folder: an interrupted sweep is kept in this one"):
+        camopt.merge([tmp_path / "parts"], tmp_path / "out")
+    assert interrupted(tmp_path / "out", "sweep")
+    with pytest.raises(Stopped):
+        run(tmp_path / "same", progress=stopped(1200))
+    camopt.merge([tmp_path / "parts"], tmp_path / "same")
+    assert files_in(tmp_path / "same") == whole["feasible"]
+
+
+def test_an_interrupt_while_tables_are_finished_says_what_is_kept(tmp_path, monkeypatch, at_once):
+    monkeypatch.setattr("camopt.tables.table.TableWriter.finish", lambda self: os.kill(os.getpid(), signal.SIGINT))
+    with pytest.raises(KeyboardInterrupt, match=r"interrupted; 2,[0-9]00 of 2,400 designs are done and kept"):
+        run(tmp_path)
 
 
 @given(place=st.floats(0.0, 1.0, exclude_max=True), bit=st.integers(0, 7))
@@ -352,9 +389,10 @@ def test_a_damaged_part_is_refused(place, bit, tmp_path_factory):
 @pytest.mark.parametrize(
     ("part", "message"),
     [
-        ((0, 3), "part = 0: must be the number of a part, from 1 to 3"),
-        ((4, 3), "part = 4: must be the number of a part, from 1 to 3"),
-        ((1, 0), "parts = 0: must be a number of parts from 1 to 100,000"),
+        ((0, 3), r"part = \(0, 3\): must be the number of a part, from 1 to 3"),
+        ((4, 3), r"part = \(4, 3\): must be the number of a part, from 1 to 3"),
+        ((1, 0), r"part = \(1, 0\): must be one of at most 100,000 parts"),
+        ("1/3", "part = '1/3': must be two numbers, such as "),
     ],
 )
 def test_a_part_that_does_not_exist(part, message, tmp_path):
@@ -440,7 +478,10 @@ def test_resume_refuses_another_question(tmp_path, command):
     interrupt(tmp_path / "out")
     code, out, err = command("sweep", "roller-1000rpm", "--resume", "--out", "out", "--rpm", "900")
     assert (code, out) == (2, "")
-    assert err.startswith("camopt: --resume: goes on with the sweep in out, which has another cam.rpm, search.")
+    assert err.startswith("camopt: --resume: goes on with the sweep in out, which differs in cam.rpm, search.")
+    assert command("sweep", "--resume", "--out", "out", "--rpm", "900")[2] == (
+        "camopt: --resume: goes on with the sweep in out, which differs in cam.rpm\n"
+    )
     assert interrupted(tmp_path / "out", "sweep")
 
 
@@ -459,12 +500,11 @@ def test_parts_on_the_command_line(tmp_path, command, whole):
     assert json.loads(out)["part"] == 1
 
 
-@pytest.mark.parametrize("part", ["3", "a/b", "/", "-1/3", "1/"])
+@pytest.mark.parametrize("part", ["3", "a/b", "/", "-1/3", "1/", "0/3", "4/3"])
 def test_what_is_no_part(part, command):
     code, _, err = command("sweep", "--part", part)
     assert code == 2
     assert "is not the number of a part and that of all parts, such as 3/100" in err
-    assert command("sweep", "--part", "4/3")[2] == "camopt: --part = 4: must be the number of a part, from 1 to 3\n"
 
 
 def test_a_killed_sweep_goes_on(tmp_path):

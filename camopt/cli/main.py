@@ -136,7 +136,7 @@ def sweep(
     if resume:
         scene, keep = resumed(scene, keep, out, part)
     check_folder(scene, out)
-    tell = None if quiet else terminal.say_note
+    tell = terminal.say_lost if quiet else terminal.say_note
     unit = "boxes of designs" if keep == "front-only" else "designs"
     with terminal.progress(quiet, unit) as advance, keys_as_options():
         if part:

@@ -243,7 +243,8 @@ class Share(click.ParamType):  # type: ignore[type-arg]
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[int, int]:
         part, slash, parts = value.partition("/")
-        if not (slash and part.isdecimal() and parts.isdecimal()):
+        numbers = slash and part.isdecimal() and parts.isdecimal()
+        if not (numbers and 1 <= int(part) <= int(parts)):
             self.fail(f"{value!r} is not the number of a part and that of all parts, such as 3/100", param, ctx)
         return int(part), int(parts)
 

@@ -153,6 +153,14 @@ def say_note(sentence: str) -> None:
     say(f"camopt: {sentence}")
 
 
+def say_lost(sentence: str) -> None:
+    """Of what to know before the work only what is lost: whoever wants no messages wants this one."""
+    from camopt.front.journal import Lost
+
+    if isinstance(sentence, Lost):
+        say_note(sentence)
+
+
 def say_written(files: Iterable[Any]) -> None:
     """Name the files written, on standard error."""
     for file in files:

@@ -13,7 +13,7 @@ from camopt.files import whole_file
 from camopt.front.asked import Asked, Question
 from camopt.front.front_search import FrontSearch
 from camopt.front.grid_boxes import GridBoxes
-from camopt.front.journal import MAGIC, Tell, packed, records, say_of_another, what_is_kept
+from camopt.front.journal import MAGIC, Tell, packed, records, say_of_another
 from camopt.numerics.clock import now
 from camopt.problem.rows import Rows
 from camopt.verdicts.judging import Effort
@@ -53,11 +53,10 @@ class Checkpoint:
 
 @contextmanager
 def checkpoint_at(path: Path, asked: Asked, tell: Tell | None = None) -> Iterator[Checkpoint]:
-    """The checkpoint of a search; who stops it is told what is kept. ``tell`` is told if another one was there."""
+    """The checkpoint of a search. ``tell`` is told if there was one of another question."""
     checkpoint = Checkpoint(path, asked.question())
     say_of_another(path, checkpoint.question, tell)
-    with what_is_kept(lambda: checkpoint.kept):
-        yield checkpoint
+    yield checkpoint
 
 
 def kept_of(search: FrontSearch) -> str:

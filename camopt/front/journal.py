@@ -118,7 +118,7 @@ class Journal:
     @property
     def kept(self) -> str:
         """What is kept, in words; empty if nothing is."""
-        kept = self.done > self.numbers.start
+        kept = self.done > self.numbers.start and self.path.exists()
         return f"{self.progress} are done and kept" if kept else ""
 
     @property
@@ -174,6 +174,10 @@ Tell = Callable[[str], None]
 """What takes sentences that a user should know before the work."""
 
 
+class Lost(str):
+    """A sentence that tells of something that goes."""
+
+
 @contextmanager
 def journal_at(
     path: Path, asked: Asked, part: int = 1, parts: int = 1, tell: Tell | None = None
@@ -181,14 +185,11 @@ def journal_at(
     """The journal of a sweep or of a part of one, closed in the end. ``tell`` is told if another one was there."""
     journal = Journal(path, asked, asked.question(part, parts))
     say_of_another(path, journal.question, tell)
-
-    def kept() -> str:
-        journal.write_all()
-        return journal.kept
-
     try:
-        with what_is_kept(kept):
-            yield journal
+        yield journal
+    except BaseException:
+        journal.write_all()
+        raise
     finally:
         journal.close()
 
@@ -198,7 +199,7 @@ def say_of_another(path: Path, question: Question, tell: Tell | None) -> None:
     found = question_of(path)
     if tell and found and found != question:
         other = ", ".join(found.other_than(question))
-        tell(f"an interrupted sweep was here, of another question ({other}); this one starts anew")
+        tell(Lost(f"an interrupted sweep was here that differs in {other}; this one starts anew and replaces it"))
 
 
 @contextmanager
@@ -207,7 +208,7 @@ def what_is_kept(kept: Callable[[], str]) -> Iterator[None]:
     try:
         yield
     except BaseException as end:
-        told = kept() and f"{kept()}; the same command goes on from there"
+        told = (words := kept()) and f"{words}; the same command goes on from there"
         if told and isinstance(end, (KeyboardInterrupt, Stopped)):
             end.args = (f"{end if end.args else 'interrupted'}; {told}",)
         elif told:

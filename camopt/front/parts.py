@@ -3,19 +3,31 @@
 import os
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from camopt.engines import Engine
 from camopt.engines.threads import Threads
+from camopt.files import regular_file
 from camopt.front.asked import Asked, Question, asked_again, asked_of
 from camopt.front.blocks import Batch
-from camopt.front.journal import Broken, Tell, going_on, journal_at, question_of, whole_batches
+from camopt.front.journal import (
+    Broken,
+    Journal,
+    Tell,
+    going_on,
+    interrupted,
+    journal_at,
+    question_of,
+    what_is_kept,
+    whole_batches,
+    whole_until,
+)
 from camopt.front.streaming import Seen, gathered
-from camopt.front.sweep import Sweep, Write, foresee, result_of
+from camopt.front.sweep import Keeps, Sweep, Write, foresee, result_of
 from camopt.manifest import settled_paths
 from camopt.mistakes import BadInput, Mistake
-from camopt.publishing import Unit, published
+from camopt.publishing import published
 from camopt.scene.scene import Scene
 from camopt.shown import Shown
 from camopt.smallest.result import Progress
@@ -24,6 +36,7 @@ from camopt.verdicts.judging import Effort
 COMMAND = "part"
 ENDING = ".sweep"
 MOST_PARTS = 100_000
+BLOCKS_OF_A_PART = 8  # at least: parts are of equal size, but for one block
 MOST_NAMED = 20  # parts that a message names
 
 
@@ -123,10 +136,13 @@ def sweep_part(
     >>> camopt.merge(["parts"]).designs
     3
     """
-    asked, own = asked_of(scene, keep), Threads(workers or os.cpu_count() or 1)
-    _check(asked, *part)
+    asked, own = _part_of(asked_of(scene, keep), part), Threads(workers or os.cpu_count() or 1)
     folder, name = Path(out) / folder_of(*part), f"{folder_of(*part)}{ENDING}"
-    with published(folder, COMMAND, (name,)) as unit, journal_at(unit.journal, asked, *part, tell) as journal:
+    journal: Journal | None = None
+    with ExitStack() as stack:
+        stack.enter_context(what_is_kept(lambda: journal.kept if journal else ""))
+        unit = stack.enter_context(published(folder, COMMAND, (name,)))
+        journal = stack.enter_context(journal_at(unit.journal, asked, *part, tell))
         foresee(journal, own, engine or own, tell)
         batches = going_on(journal, engine or own, tell)
         seen = gathered(asked.space, batches, asked.block, lambda rows: None, progress)
@@ -141,22 +157,30 @@ def folder_of(part: int, parts: int) -> str:
     return f"part-{part}-of-{parts}"
 
 
-def _check(asked: Asked, part: int, parts: int) -> None:
-    """BadInput if there is no such part."""
+def _part_of(asked: Asked, part: tuple[int, int]) -> Asked:
+    """The sweep in blocks of which each part has some; BadInput if there is no such part.
+
+    Rows do not depend on the size of blocks.
+    """
     mistakes = []
+    if len(part) != 2 or not all(isinstance(number, int) for number in part):
+        why = "two numbers, such as (3, 100): which part, and of how many"
+        raise BadInput([Mistake("camopt", "part", part, why)])
+    number, parts = part
     if not 1 <= parts <= MOST_PARTS:
-        mistakes.append(Mistake("camopt", "parts", parts, f"a number of parts from 1 to {MOST_PARTS:,}"))
-    elif not 1 <= part <= parts:
+        mistakes.append(Mistake("camopt", "part", part, f"one of at most {MOST_PARTS:,} parts"))
+    elif not 1 <= number <= parts:
         mistakes.append(Mistake("camopt", "part", part, f"the number of a part, from 1 to {parts:,}"))
     if asked.by_boxes:
         why = "decides boxes of the whole space together, which have no parts; pareto gives the same front"
         mistakes.append(Mistake("camopt", "keep", asked.keep, why, bare=True))
     if mistakes:
         raise BadInput(mistakes)
+    return replace(asked, block=min(asked.block, max(len(asked.space) // (BLOCKS_OF_A_PART * parts), 1)))
 
 
 def merge(
-    parts: Sequence[str | os.PathLike[str]],
+    parts: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
     out: str | os.PathLike[str] | None = None,
     progress: Progress | None = None,
 ) -> Sweep:
@@ -164,7 +188,7 @@ def merge(
 
     Parameters
     ----------
-    parts : sequence of str or os.PathLike
+    parts : str, os.PathLike or a sequence of these
         Folders with parts in them, or in folders inside them; or the files of parts. All parts of one sweep.
     out : str or os.PathLike, optional
         Folder for the tables, as for ``sweep``; None writes nothing.
@@ -192,8 +216,11 @@ def merge(
     >>> [file.name for file in merged.files]
     ['designs.parquet', 'pareto.parquet', 'scene.toml']
     """
-    questions = {path: _question(path) for path in _files(parts)}
-    asked = _checked(questions)
+    places = [parts] if isinstance(parts, (str, os.PathLike)) else [*parts]
+    questions, damaged = _questions(_files(places))
+    asked = _checked(questions, damaged)
+    if out is not None:
+        _check_folder(Path(out), asked)
     in_order = sorted(questions, key=lambda path: questions[path].part)
 
     def batches() -> Iterator[Batch]:
@@ -202,18 +229,27 @@ def merge(
             try:
                 yield from whole_batches(path, question, asked.numbers(question.part, question.parts))
             except Broken as why:
-                raise _no_part(path, str(why)) from None
+                raise BadInput([_no_part(path, str(why))]) from None
 
-    def searched(stack: ExitStack, unit: Unit | None, write: Write) -> Seen:
+    def searched(kept: Keeps | None, write: Write) -> Seen:
         return gathered(asked.space, batches(), asked.block, write, progress)
 
     return result_of(asked, out, searched, progress)
 
 
-def _files(parts: Iterable[str | os.PathLike[str]]) -> list[Path]:
+def _check_folder(folder: Path, asked: Asked) -> None:
+    """BadInput if an interrupted sweep of another question is kept in a folder: it would go."""
+    found = interrupted(folder, "sweep")
+    if found and {*found.other_than(asked.question())} - {"block"}:
+        why = "another folder: an interrupted sweep is kept in this one, which would go"
+        raise BadInput([Mistake("camopt", "out", str(folder), why)])
+
+
+def _files(places: Iterable[str | os.PathLike[str]]) -> list[Path]:
     """The files of parts in some folders, in folders inside them, or named."""
     found: dict[Path, None] = {}
-    for place in map(Path, parts):
+    for place in map(Path, places):
+        place.stat()  # an OSError if there is none
         if not place.is_dir():
             found[place] = None
             continue
@@ -225,38 +261,47 @@ def _files(parts: Iterable[str | os.PathLike[str]]) -> list[Path]:
     return [*found]
 
 
-def _question(path: Path) -> Question:
-    question = question_of(path)
-    if question is None:
-        raise _no_part(path, "this is none, or damaged at its beginning")
-    return question
+def _questions(files: Iterable[Path]) -> tuple[dict[Path, Question], list[Mistake]]:
+    """The questions of files, and what is said of those that are no parts, or damaged."""
+    questions, mistakes = {}, []
+    for path in files:
+        with regular_file(path) as file:
+            whole, ended = whole_until(file)
+        if question := question_of(path):
+            questions[path] = question
+        if question is None:
+            mistakes.append(_no_part(path, "this is none, or damaged at its beginning"))
+        elif not ended:
+            mistakes.append(_no_part(path, f"this is damaged, or cut short, after {whole:,} bytes"))
+    return questions, mistakes
 
 
-def _no_part(path: Path, why: str) -> BadInput:
-    return BadInput([Mistake("camopt", "part", str(path), f"a whole part of a sweep; {why}")])
+def _no_part(path: Path, why: str) -> Mistake:
+    return Mistake("camopt", "part", str(path), f"a whole part of a sweep; {why}")
 
 
-def _checked(questions: dict[Path, Question]) -> Asked:
-    """What parts together ask; BadInput if they are not all the parts of one sweep."""
-    first, mistakes = next(iter(questions)), []
+def _checked(questions: dict[Path, Question], mistakes: list[Mistake]) -> Asked:
+    """What parts together ask; BadInput with all mistakes if they are not all the parts of one sweep."""
+    if not questions:
+        raise BadInput(mistakes or [Mistake("camopt", "part", None, "missing", bare=True)])
+    first = next(iter(questions))
     whole, parts = questions[first].whole, questions[first].parts
-    for path, question in questions.items():
-        if question.whole != whole or question.parts != parts:
-            other = [name for name in question.other_than(questions[first]) if name != "part"]
-            why = f"a part of the sweep that {first} is of; it has another {', '.join(other)}"
-            mistakes.append(Mistake("camopt", "part", str(path), why))
-    if mistakes:
-        raise BadInput(mistakes)
     by_part: dict[int, list[Path]] = {}
     for path, question in questions.items():
-        by_part.setdefault(question.part, []).append(path)
-    for twice in (paths for paths in by_part.values() if len(paths) > 1):
-        why = f"another part than {twice[0]}"
-        mistakes += [Mistake("camopt", "part", str(path), why) for path in twice[1:]]
+        if question.whole != whole or question.parts != parts:
+            other = ", ".join(name for name in question.other_than(questions[first]) if name != "part")
+            why = f"a part of the same sweep as {first}; it differs in {other}"
+            mistakes.append(Mistake("camopt", "part", str(path), why))
+        else:
+            by_part.setdefault(question.part, []).append(path)
+    for part, paths in by_part.items():
+        if len(paths) > 1:
+            why = f"there more than once: {', '.join(map(str, paths))}"
+            mistakes.append(Mistake("camopt", "part", part, why, bare=True))
     if missing := [part for part in range(1, parts + 1) if part not in by_part]:
         listed = ", ".join(map(str, missing[:MOST_NAMED])) + (" …" if len(missing) > MOST_NAMED else "")
-        why = f"complete: of {parts} parts there is no part {listed}"
-        mistakes.append(Mistake("camopt", "parts", None, why))
+        why = f"not complete: of {parts} parts there is no part {listed}"
+        mistakes.append(Mistake("camopt", "parts", None, why, bare=True))
     asked = asked_again(whole)
     if asked.question().version != whole.version:
         why = f"of this version of camopt and its kernels ({asked.question().version}), not {whole.version}"

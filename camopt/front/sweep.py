@@ -2,11 +2,11 @@
 
 import os
 from collections.abc import Callable
-from contextlib import ExitStack
+from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
@@ -15,10 +15,10 @@ from camopt.engines.threads import Threads
 from camopt.files import write_text
 from camopt.front.asked import FRONT_ONLY, TABLED, Asked, asked_of, column_names
 from camopt.front.blocks import BLOCK
-from camopt.front.checkpoint import checkpoint_at
+from camopt.front.checkpoint import Checkpoint, checkpoint_at
 from camopt.front.estimate import check_room, estimated
 from camopt.front.front_search import FrontSearch
-from camopt.front.journal import Journal, Tell, going_on, journal_at
+from camopt.front.journal import Journal, Tell, going_on, journal_at, what_is_kept
 from camopt.front.pareto import Front, best_of_laws, front_of, thinned
 from camopt.front.refine import refined
 from camopt.front.streaming import Seen, gathered
@@ -184,41 +184,54 @@ def sweep(
             raise BadInput([Mistake("camopt", "keep", keep, why, bare=True)])
         search = FrontSearch(asked.space, asked.names, own.workers, progress)
 
-        def found(stack: ExitStack, unit: Unit | None, write: Write) -> Seen:
-            if unit is None:
+        def found(checkpoint: Checkpoint | None, write: Write) -> Seen:
+            if checkpoint is None:
                 return search.run()
-            checkpoint = stack.enter_context(checkpoint_at(unit.journal, asked, tell))
             checkpoint.restore(search, tell)
             return search.run(checkpoint.offer)
 
-        return result_of(asked, out, found, progress)
+        return result_of(asked, out, found, progress, lambda path: checkpoint_at(path, asked, tell))
 
-    def searched(stack: ExitStack, unit: Unit | None, write: Write) -> Seen:
-        if unit is None:
+    def searched(journal: Journal | None, write: Write) -> Seen:
+        if journal is None:
             return gathered(asked.space, asked.batches(asked.numbers(), engine or own), block, write, progress)
-        journal = stack.enter_context(journal_at(unit.journal, asked, tell=tell))
         foresee(journal, own, engine or own, tell)
         return gathered(asked.space, going_on(journal, engine or own, tell), block, write, progress)
 
-    return result_of(asked, out, searched, progress)
+    return result_of(asked, out, searched, progress, lambda path: journal_at(path, asked, tell=tell))
 
 
 Write = Callable[[Rows], None]
 """What takes rows for the table of designs."""
 
 
+class Keeps(Protocol):
+    """What keeps something of a sweep that is stopped, and says so in words."""
+
+    @property
+    def kept(self) -> str: ...
+
+
+Keeper = TypeVar("Keeper", bound=Keeps)
+
+
 def result_of(
     asked: Asked,
     out: str | os.PathLike[str] | None,
-    search: Callable[[ExitStack, Unit | None, Write], Seen],
+    search: Callable[[Keeper | None, Write], Seen],
     progress: Progress | None,
+    keep: Callable[[Path], AbstractContextManager[Keeper]] | None = None,
 ) -> Sweep:
-    """The result of a search, written to a folder if there is one; what the search opens stays so until the end."""
-    scene, space = asked.scene, asked.space
-    with ExitStack() as stack:
+    """The result of a search, written to a folder if there is one.
+
+    There ``keep`` opens what keeps the work of the search, in a file, and stays open until the tables are whole.
+    """
+    scene, space, kept = asked.scene, asked.space, None
+    with what_is_kept(lambda: kept.kept if kept else ""), ExitStack() as stack:
         unit = None if out is None else stack.enter_context(published(out, "sweep", MAY_WRITE))
+        kept = stack.enter_context(keep(unit.journal)) if unit and keep else None
         tables = _tables(stack, unit, asked) if unit else {}
-        seen = search(stack, unit, tables["designs"].append if tables and asked.keep in TABLED else _nowhere)
+        seen = search(kept, tables["designs"].append if tables and asked.keep in TABLED else _nowhere)
         rows, grid = _fronts(space, seen.front, progress)
         front = front_of(rows, scene.search, grid if scene.search.refine else None)
         front = front and replace(front, knee=Design(front.knee, scene))
