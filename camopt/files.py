@@ -36,6 +36,8 @@ ADDRESS = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+://")
 
 def path_of(path: str | os.PathLike[str]) -> Path:
     """A path as users write it: ``~`` is the home folder. A ValueError completes the sentence "must be …"."""
+    if not os.fspath(path):
+        raise ValueError("a path; it is empty")
     if ADDRESS.match(os.fspath(path)):
         raise ValueError("a path on this machine, not an address")
     try:

@@ -86,7 +86,7 @@ class Manifest:
 
 
 class Damaged(BadInput):
-    """A manifest that camopt wrote, and not in these bytes."""
+    """A manifest that camopt wrote, and not in these bytes; also one that is empty, or no JSON."""
 
 
 def run_of(command: str, files: Mapping[str, Fact]) -> str:
@@ -107,7 +107,7 @@ def manifest_of(folder: str | os.PathLike[str]) -> Manifest | None:
     Damaged
         If it is not as it was written.
     BadInput
-        If it is another program's.
+        If it is another program's: JSON that camopt did not write.
     OSError
         If it cannot be read.
     """
@@ -124,9 +124,19 @@ def manifest_of(folder: str | os.PathLike[str]) -> Manifest | None:
             raise ValueError
         return manifest
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
-        ours = sum(mark in data for mark in MARKS) > 1  # one of them may be damaged
+        ours = sum(mark in data for mark in MARKS) > 1 or not _is_json(data)  # one of them may be damaged
         kind, what = (Damaged, "this is damaged") if ours else (BadInput, "this is another program's")
         raise kind([Mistake("camopt", "file", str(path), f"the manifest that camopt wrote; {what}")]) from None
+
+
+def _is_json(data: bytes) -> bool:
+    try:
+        json.loads(data)
+    except RecursionError:  # too deep for this one to tell
+        return True
+    except ValueError:
+        return False
+    return True
 
 
 def _result(run: Any, files: Any, replaces: Any) -> Result:

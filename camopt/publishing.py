@@ -33,6 +33,7 @@ from camopt.files import (
     whole_file,
 )
 from camopt.manifest import MANIFEST, WORK, Damaged, Fact, Manifest, Result, command_of, manifest_of, run_of
+from camopt.mistakes import BadInput, Mistake
 
 LOCK = "lock"
 JOURNAL = ".journal"
@@ -110,8 +111,10 @@ def published(
     OSError
         If a file cannot be written, or another run has the folder.
     BadInput
-        If a file of another program has the name of the manifest.
+        If a file of another program has the name of the manifest; for an empty ``folder``.
     """
+    if not os.fspath(folder):  # as the shell gives a variable that is not set; a Path would be the current folder
+        raise BadInput([Mistake("camopt", "out", "", "a folder; it is empty")])
     folder = Path(folder)
     with _made(folder) as made, _held(folder) as (work, alone):
         unit = Unit(folder, work, work / random_name(), command, may_write, revises)
@@ -164,7 +167,10 @@ def _made(folder: Path) -> Iterator[list[Path]]:
     """The folder and those above it that had to be made; they go again if nothing is in them at the end."""
     made = [each for each in (folder, *folder.parents) if not each.exists()]
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except FileExistsError as trouble:
+            raise named(trouble, "this is neither a folder nor a link to one", Path(trouble.filename)) from None
         yield made
     finally:
         with suppress(OSError):  # there is something in it

@@ -204,6 +204,43 @@ def test_a_damaged_manifest_is_told_and_replaced(tmp_path):
         assert (tmp_path / MANIFEST).read_text() == whole
 
 
+def test_a_manifest_that_is_no_json_is_damaged_wherever_it_is_cut(tmp_path):
+    publish(tmp_path, {"a.txt": "1"})
+    whole = (tmp_path / MANIFEST).read_bytes()
+    for damaged in (*(whole[:length] for length in range(len(whole))), bytes(len(whole)), b"\xff" * 9):
+        (tmp_path / MANIFEST).write_bytes(damaged)
+        with pytest.raises(Damaged, match="damaged"):
+            manifest_of(tmp_path)
+    publish(tmp_path, {"a.txt": "1"})
+    assert (tmp_path / MANIFEST).read_bytes() == whole
+
+
+@pytest.mark.parametrize("text", ["null", "[]", "{}", '{"camopt": 1}', "[" * 100_000])
+def test_json_that_camopt_did_not_write_is_of_another_program(tmp_path, text):
+    (tmp_path / MANIFEST).write_text(text)
+    with pytest.raises(BadInput, match="another program's") as caught:
+        manifest_of(tmp_path)
+    assert not isinstance(caught.value, Damaged)
+
+
+def test_what_is_no_folder_is_told_so(tmp_path):
+    (tmp_path / "file").write_text("mine")
+    (tmp_path / "link").symlink_to(tmp_path / "nowhere")
+    for name in ("file", "link", "link/deeper"):
+        with pytest.raises(OSError, match="neither a folder") as caught:
+            publish(tmp_path / name, {"a.txt": "1"})
+        assert caught.value.filename == str(tmp_path / name.split("/")[0])
+    assert names(tmp_path) == ["file", "link"]
+    assert (tmp_path / "file").read_text() == "mine"
+
+
+def test_no_folder_is_not_the_current_one(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(BadInput, match="empty"):
+        publish("", {"a.txt": "1"})
+    assert names(tmp_path) == []
+
+
 @pytest.mark.parametrize("name", ["../a.txt", "/etc/passwd", ".", "..", "a\\b", ".camopt", ""])
 def test_a_manifest_names_no_files_elsewhere(tmp_path, name):
     publish(tmp_path, {"a.txt": "1"})

@@ -24,8 +24,8 @@ Different = tuple[DesignTable, DesignTable, Matching, NDArray[np.intp]]
 
 def checked_place(path: str | os.PathLike[str]) -> Path:
     """The file to write; BadInput unless it is of a known kind, OSError if it cannot be written."""
+    checked_suffix(path, "out", (PARQUET, CSV))
     place = path_of(path)
-    checked_suffix(place, "out", (PARQUET, CSV))
     check_writable(place)
     return place
 

@@ -53,8 +53,8 @@ def report(what: Any, path: str | os.PathLike[str]) -> Path:
     --------
     >>> page = camopt.report(camopt.find_scene("two-pauses"), "cam.html")
     """
+    checked_suffix(path, "path", (".html",))
     place = path_of(path)
-    checked_suffix(place, "path", (".html",))
     check_writable(place)
     several = isinstance(what, (list, tuple))
     found = [each for one in (what if several else [what]) for each in shown_of(one)]
@@ -136,7 +136,10 @@ def _of_a_sweep(what: Sweep) -> Iterable[Shown | Result]:
 @shown_of.register(str)
 @shown_of.register(os.PathLike)
 def _of_a_path(what: str | os.PathLike[str]) -> Iterable[Shown | Result]:
-    path = path_of(what)
+    try:
+        path = path_of(what)
+    except ValueError as trouble:
+        raise BadInput([Mistake("camopt", "what", os.fspath(what), str(trouble))]) from None
     if path.is_dir():
         return _of_a_folder(path)
     if path.suffix == ".parquet":
