@@ -10,7 +10,7 @@ until then readers find them by ``settled_path``.
 import os
 import platform
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from errno import EAGAIN, ENOENT, ENOTDIR, EXDEV
@@ -37,6 +37,9 @@ from camopt.mistakes import BadInput, Mistake
 
 LOCK = "lock"
 JOURNAL = ".journal"
+TABLE = ".parquet"
+DATA = (TABLE, ".sweep")
+"""Endings of files that nobody edits: those that are not as they were written are damaged, and are replaced."""
 TRIES = 100
 """More often, other runs do not remove the folder of a lock while this one opens it."""
 
@@ -57,6 +60,8 @@ class Unit:
         What writes them.
     may_write : tuple of str
         Names, or patterns of names.
+    stale : tuple of str
+        Other names that earlier versions or runs of the command may have written.
     revises : bool
         Whether other files of the result stay.
     files : tuple of pathlib.Path
@@ -68,6 +73,7 @@ class Unit:
     staging: Path
     command: str
     may_write: tuple[str, ...]
+    stale: tuple[str, ...] = ()
     revises: bool = False
     files: tuple[Path, ...] = ()
 
@@ -90,9 +96,16 @@ def journal_path(folder: Path, command: str) -> Path:
 
 @contextmanager
 def published(
-    folder: str | os.PathLike[str], command: str, may_write: tuple[str, ...], *, revises: bool = False
+    folder: str | os.PathLike[str],
+    command: str,
+    may_write: tuple[str, ...],
+    *,
+    stale: tuple[str, ...] = (),
+    revises: bool = False,
 ) -> Iterator[Unit]:
     """A result of several files in a folder: it replaces the earlier one if the block ends well.
+
+    Tables of the user, and texts that were edited, stay; where they would be replaced, the result is refused.
 
     Parameters
     ----------
@@ -102,7 +115,9 @@ def published(
         Whose earlier result is replaced; results of other commands stay.
     may_write : tuple of str
         Names, or patterns such as ``optimum-*.toml``. Files with such a name (not those that only match a pattern)
-        are taken for an earlier result where there is no manifest.
+        are taken for an earlier result where there is no manifest, unless they are tables of another program.
+    stale : tuple of str, default ()
+        Names of files, taken for an earlier result likewise, that the block does not write.
     revises : bool, default False
         Whether files of the earlier result that the block does not write stay.
 
@@ -111,15 +126,17 @@ def published(
     OSError
         If a file cannot be written, or another run has the folder.
     BadInput
-        If a file of another program has the name of the manifest; for an empty ``folder``.
+        If a file of another program has the name of the manifest, or one of the user that of a file of the
+        result, or a file of the earlier result was edited; for an empty ``folder``.
     """
     if not os.fspath(folder):  # as the shell gives a variable that is not set; a Path would be the current folder
         raise BadInput([Mistake("camopt", "out", "", "a folder; it is empty")])
     folder = Path(folder)
     with _made(folder) as made, _held(folder) as (work, alone):
-        unit = Unit(folder, work, work / random_name(), command, may_write, revises)
+        unit = Unit(folder, work, work / random_name(), command, may_write, stale, revises)
         try:
             _settle(folder, work, alone)
+            _check_own(unit, _exact(may_write))
             unit.staging.mkdir()
             yield unit
             _commit(unit, made)
@@ -260,9 +277,54 @@ def _manifest(folder: Path) -> Manifest:
         return Manifest()
 
 
+def _exact(names: Iterable[str]) -> set[str]:
+    return {name for name in names if "*" not in name}
+
+
+def _check_own(unit: Unit, names: set[str]) -> None:
+    """BadInput if a file that would be replaced, or go with the earlier result, is of the user, or was edited."""
+    manifest = _manifest(unit.folder)
+    earlier = set() if unit.revises else {*_earlier(unit, manifest)}
+    why = "{}, and it would be replaced; choose another folder, or move the file"
+    found = ((unit.folder / name, _foreign(unit, manifest, name)) for name in sorted(names | earlier))
+    mistakes = [Mistake("camopt", "out", str(path), why.format(what), bare=True) for path, what in found if what]
+    if mistakes:
+        raise BadInput(mistakes)
+
+
+def _earlier(unit: Unit, manifest: Manifest) -> Mapping[str, Fact]:
+    """The files of the earlier result, as far as the manifest names them."""
+    return manifest.results.get(unit.command, Result("", {})).files
+
+
+def _foreign(unit: Unit, manifest: Manifest, name: str) -> str:
+    """What of a file is not camopt's, in words; empty if all is, or there is none.
+
+    Where no manifest names it, a table says of itself who wrote it. Other files do not: they are taken for those of
+    an older camopt, which wrote no manifest, until there is one of this command.
+    """
+    path, fact = unit.folder / name, manifest.files.get(name)
+    if not path.is_file():
+        return ""
+    if fact:
+        return "" if path.suffix in DATA or _fact(path) == fact else "this was edited since camopt wrote it"
+    own = _is_own(path) if path.suffix == TABLE else unit.command not in manifest.results
+    return "" if own else "camopt did not write this"
+
+
+def _is_own(path: Path) -> bool:
+    """Whether a table says of itself that camopt wrote it."""
+    from camopt.tables.sealed import is_own
+
+    with path.open("rb") as file:
+        return is_own(file)
+
+
 def _commit(unit: Unit, made: list[Path]) -> None:
     """Publish what was written: sync it, and give the manifest its name."""
     folder, staged = unit.folder, {}
+    # again: the work may have taken days, and names by pattern are known only now
+    _check_own(unit, {file.name for file in unit.staging.iterdir()})
     for file in sorted(unit.staging.iterdir()):
         target = target_of(folder / file.name)
         with naming(folder / file.name, target):
@@ -271,8 +333,8 @@ def _commit(unit: Unit, made: list[Path]) -> None:
         staged[file.name] = _fact(file)
         keep_mode(target, file)
     old = _manifest(folder)
-    earlier = old.results.get(unit.command, Result("", {})).files
-    exact = {name for name in unit.may_write if "*" not in name}
+    earlier = _earlier(unit, old)
+    exact = {name for name in _exact((*unit.may_write, *unit.stale)) if not _foreign(unit, old, name)}
     gone = set() if unit.revises else {*earlier, *exact} - old.others(unit.command)
     if not staged and unit.command not in old.results and not any((folder / name).is_file() for name in gone):
         return  # there is nothing, and there was nothing

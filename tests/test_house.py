@@ -15,8 +15,8 @@ from camopt.scene.tables import Limits
 
 PACKAGE = Path(camopt.__file__).parent
 ROOMS = (
-    *("mistakes", "version", "files", "manifest", "publishing", "quantities", "shown", "kernels", "engines"),
-    *("numerics", "motion", "mechanisms", "effects", "scene", "problem", "verdicts", "tables"),
+    *("mistakes", "version", "files", "manifest", "quantities", "shown", "kernels", "engines"),
+    *("numerics", "motion", "mechanisms", "effects", "scene", "problem", "verdicts", "tables", "publishing"),
     *("smallest", "front", "synthesis", "measured", "contour", "comparing", "drawing", "sheet", "points"),
     *("exporting", "studies", "checking", "reporting", "serving", "cli"),
 )
@@ -53,6 +53,7 @@ LATE = {
     ("verdicts.judging", "verdicts.deciding"): "balls are for what rounding leaves open",
     ("tables.designs", "tables.table"): "it imports pyarrow",
     ("front.asked", "kernels.dispatchers"): "it imports numba",
+    ("publishing", "tables.sealed"): "it imports pyarrow",
     ("points.points", "tables.sealed"): "it imports pyarrow",
     ("points.points", "tables.workbook"): "it imports XlsxWriter",
     ("studies.spectrum", "tables.sealed"): "it imports pyarrow",

@@ -11,13 +11,18 @@ from hashlib import sha256
 from pathlib import Path
 from unittest.mock import patch
 
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 from support.depth import times
 
 from camopt import BadInput
+from camopt.cli.exits import BAD_INPUT
+from camopt.cli.main import main
 from camopt.files import whole_file, write_text
 from camopt.manifest import MANIFEST, WORK, Damaged, manifest_of, settled_path, settled_paths
 from camopt.publishing import published, revised
+from camopt.tables.sealed import write_table
 
 MAY_WRITE = ("a.txt", "b.txt", "c.txt")
 
@@ -65,6 +70,109 @@ def test_an_earlier_result_without_a_manifest_is_replaced_too(tmp_path):
     (tmp_path / "mine.txt").write_text("mine")
     publish(tmp_path, {"b.txt": "2"})
     assert seen(tmp_path) == {"b.txt": "2", "mine.txt": "mine"}
+
+
+def own_table(path, **metadata):
+    """A table of the user; with a version in its metadata, that of a camopt that had no seals."""
+    pq.write_table(pa.table({"x": [1.0]}).replace_schema_metadata(metadata), path)
+
+
+def resaved(path):
+    write_table(pa.table({"x": [1.0]}), path)
+    pq.write_table(pq.read_table(path), path)
+
+
+TABLES = ("a.parquet", "b.parquet")
+FOREIGN = {
+    "text": lambda path: path.write_text("precious, and longer than the end of any table"),
+    "a word": lambda path: path.write_text("mine"),
+    "nothing": lambda path: path.write_text(""),
+    "a table": own_table,
+    "a table of camopt's, changed and saved by another program": resaved,
+}
+
+
+@pytest.mark.parametrize("of_a_run", [False, True], ids=["no manifest", "a manifest"])
+@pytest.mark.parametrize("kind", FOREIGN)
+def test_files_of_the_user_are_neither_replaced_nor_removed(tmp_path, kind, of_a_run):
+    if of_a_run:
+        publish(tmp_path, {"b.parquet": "1"}, may_write=TABLES)
+    FOREIGN[kind](tmp_path / "a.parquet")
+    before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    with pytest.raises(BadInput, match=r"a\.parquet.* camopt did not write"), published(tmp_path, "sweep", TABLES):
+        raise AssertionError("nothing is worked at before")
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
+    for text in "23":
+        with published(tmp_path, "sweep", ("b.parquet",), stale=TABLES) as unit:
+            write_text(unit.path("b.parquet"), text)
+        assert (tmp_path / "a.parquet").read_bytes() == before["a.parquet"]
+        assert (tmp_path / "b.parquet").read_text() == text
+        assert manifest_of(tmp_path).results["sweep"].replaces == ()
+
+
+OLD_TABLES = {
+    "sealed": lambda path: write_table(pa.table({"x": [1.0]}), path),
+    "older": lambda path: own_table(path, camopt_version="0.1"),
+}
+
+
+@pytest.mark.parametrize("kind", OLD_TABLES)
+def test_tables_that_camopt_wrote_go_without_a_manifest(tmp_path, kind):
+    for name in TABLES:
+        OLD_TABLES[kind](tmp_path / name)
+    publish(tmp_path, {"a.parquet": "new"}, may_write=TABLES)
+    assert seen(tmp_path) == {"a.parquet": "new"}
+
+
+def test_a_text_that_was_edited_is_neither_replaced_nor_removed(tmp_path):
+    publish(tmp_path, {"cam-1.txt": "1"}, may_write=("cam-*.txt",))
+    (tmp_path / "cam-1.txt").write_text("edited")
+    for may_write in (MAY_WRITE, ("cam-*.txt",)):
+        with pytest.raises(BadInput, match=r"cam-1\.txt.* edited"), published(tmp_path, "sweep", may_write):
+            raise AssertionError("nothing is worked at before")
+    (tmp_path / "cam-1.txt").rename(tmp_path / "cam-mine.txt")
+    publish(tmp_path, {"cam-2.txt": "2"}, may_write=("cam-*.txt",))
+    assert seen(tmp_path) == {"cam-2.txt": "2", "cam-mine.txt": "edited"}
+    with pytest.raises(BadInput, match=r"cam-mine\.txt.* did not write"):
+        publish(tmp_path, {"cam-mine.txt": "3"}, may_write=("cam-*.txt",))
+    assert seen(tmp_path) == {"cam-2.txt": "2", "cam-mine.txt": "edited"}
+
+
+def test_a_file_that_is_edited_during_the_work_is_not_replaced_and_the_work_is_kept(tmp_path):
+    def edit(unit):
+        unit.journal.write_text("done")
+        (tmp_path / "a.txt").write_text("edited")
+
+    publish(tmp_path, {"a.txt": "1"})
+    with pytest.raises(BadInput, match="edited"):
+        publish(tmp_path, {"a.txt": "2"}, then=edit)
+    assert seen(tmp_path) == {"a.txt": "edited"}
+    assert names(tmp_path / WORK) == ["sweep.journal"]
+
+
+def test_a_damaged_table_is_replaced(tmp_path):
+    publish(tmp_path, {"a.parquet": "1"}, may_write=TABLES)
+    (tmp_path / "a.parquet").write_text("")
+    publish(tmp_path, {"a.parquet": "2"}, may_write=TABLES)
+    assert seen(tmp_path) == {"a.parquet": "2"}
+
+
+def test_a_sweep_leaves_tables_of_the_user_alone(tmp_path, capsys):
+    """One that it would not write stays; one that it would is told before the work."""
+    asked = "--law cycloidal --base-radius 60:80:10 --offset 0 --roller-radius 20 --quiet"
+    command = ["sweep", *asked.split(), "--out", str(tmp_path)]
+    own = tmp_path / "pareto-grid.parquet"
+    own.write_text("precious")
+    for _ in range(2):
+        assert main(command) == 0
+        assert own.read_text() == "precious"
+    capsys.readouterr()
+    assert main([*command, "--refine"]) == BAD_INPUT
+    assert capsys.readouterr().err == (
+        f"camopt: --out = {str(own)!r}: camopt did not write this, and it would be replaced; "
+        "choose another folder, or move the file\n"
+    )
+    assert names(tmp_path) == ["designs.parquet", MANIFEST, "pareto-grid.parquet", "pareto.parquet", "scene.toml"]
 
 
 def test_names_by_pattern_go_only_if_an_earlier_result_had_them(tmp_path):

@@ -40,7 +40,8 @@ from camopt.verdicts.judging import Effort, by_excess, judged, least_excess, wei
 
 MOST_LOOKED_AT = 1 << 22  # designs for the nearest miss: to find nothing does not take twice as long
 SCENE = "scene.toml"
-MAY_WRITE = ("pareto.parquet", "pareto-grid.parquet", "designs.parquet", SCENE)
+FILES = ("pareto.parquet", "pareto-grid.parquet", "designs.parquet", SCENE)
+"""Names of files that sweeps write, each some of them."""
 
 
 @dataclass(frozen=True)
@@ -228,7 +229,7 @@ def result_of(
     """
     scene, space, kept = asked.scene, asked.space, None
     with what_is_kept(lambda: kept.kept if kept else ""), ExitStack() as stack:
-        unit = None if out is None else stack.enter_context(published(out, "sweep", MAY_WRITE))
+        unit = None if out is None else stack.enter_context(published(out, "sweep", files_of(asked), stale=FILES))
         kept = stack.enter_context(keep(unit.journal)) if unit and keep else None
         tables = _tables(stack, unit, asked) if unit else {}
         seen = search(kept, tables["designs"].append if tables and asked.keep in TABLED else _nowhere)
@@ -296,14 +297,24 @@ def file_name(table: str) -> str:
 
 def _tables(stack: ExitStack, unit: Unit, asked: Asked) -> dict[str, TableWriter]:
     """The tables of a sweep by name, open until the stack is left."""
-    names, scene, refine = asked.names, asked.scene.to_toml(), asked.scene.search.refine
-    columns = {} if asked.keep == FRONT_ONLY else {"designs": names}
-    columns |= {"pareto": (*names, "refined") if refine else names}
-    columns |= {"pareto-grid": names} if refine else {}
+    scene = asked.scene.to_toml()
     return {
         table: stack.enter_context(table_file(unit.path(file_name(table)), schema(kept, scene)))
-        for table, kept in columns.items()
+        for table, kept in _columns(asked).items()
     }
+
+
+def _columns(asked: Asked) -> dict[str, tuple[str, ...]]:
+    """The columns of the tables of a sweep, by table."""
+    names, refine = asked.names, asked.scene.search.refine
+    columns = {} if asked.keep == FRONT_ONLY else {"designs": names}
+    columns |= {"pareto": (*names, "refined") if refine else names}
+    return columns | ({"pareto-grid": names} if refine else {})
+
+
+def files_of(asked: Asked) -> tuple[str, ...]:
+    """The names of the files that a sweep writes."""
+    return (*map(file_name, _columns(asked)), SCENE)
 
 
 def best_of_each_law(space: Space, rows: Rows) -> dict[str, Design]:

@@ -4,6 +4,7 @@ import json
 import os
 from collections.abc import Hashable, Iterator
 from contextlib import contextmanager
+from errno import EINVAL
 from typing import Any, BinaryIO
 
 import pyarrow as pa
@@ -14,11 +15,11 @@ from camopt.manifest import settled_path
 from camopt.mistakes import BadInput, Mistake
 from camopt.scene.scene import Scene
 from camopt.tables.damage import TROUBLE, fault, raise_if_of_the_disk
-from camopt.tables.seal import Seal, footer_of, sealed, without_seal
+from camopt.tables.seal import FOOTER, Seal, footer_of, sealed, without_seal
 
 TYPES = {float: pa.float64(), bool: pa.bool_(), str: pa.string()}
 COLUMN_TYPES = (*TYPES.values(), pa.int64(), pa.null(), pa.list_(pa.string()))
-SCENE = b"camopt_scene"
+SCENE, VERSION_KEY = b"camopt_scene", b"camopt_version"
 
 
 def write_table(table: pa.Table, path: str | os.PathLike[str]) -> None:
@@ -77,6 +78,21 @@ def _refused(path: str | os.PathLike[str]) -> Iterator[None]:
         raise_if_of_the_disk(trouble)
         why = f"this is none: {str(trouble).splitlines()[0]}" if str(trouble) else "this is none"
         raise no_table(path, why) from None
+
+
+def is_own(file: BinaryIO) -> bool:
+    """Whether camopt wrote a table, as its footer says: the seal of it or, before there were seals, a version."""
+    try:
+        footer = footer_of(file)[1]
+    except (ValueError, OSError) as trouble:
+        if isinstance(trouble, OSError) and trouble.errno != EINVAL:  # it is shorter than any end of a table
+            raise
+        return False
+    try:
+        seal = Seal.of(footer)
+    except KeyError:
+        return FOOTER.encode() not in footer and VERSION_KEY in footer
+    return seal.digest_of(footer) == seal.footer
 
 
 def no_table(path: str | os.PathLike[str], why: str) -> BadInput:
