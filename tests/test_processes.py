@@ -104,7 +104,8 @@ def test_the_end_of_the_block_ends_what_they_are_at():
 
 
 STARTER = """
-import sys
+import signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)  # which who starts the tests may ignore
 sys.path.insert(0, {folder!r})
 from test_processes import slow, squares
 from camopt.engines.processes import processes
