@@ -1,7 +1,6 @@
 """Interrupted sweeps that go on, parts of a sweep, and what they are put together to."""
 
 import json
-import os
 import signal
 import subprocess
 import sys
@@ -382,7 +381,10 @@ def test_parts_are_not_merged_into_a_folder_with_another_interrupted_sweep(tmp_p
 
 
 def test_an_interrupt_while_tables_are_finished_says_what_is_kept(tmp_path, monkeypatch, at_once):
-    monkeypatch.setattr("camopt.tables.table.TableWriter.finish", lambda self: os.kill(os.getpid(), signal.SIGINT))
+    def interrupt(self):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("camopt.tables.table.TableWriter.finish", interrupt)
     with pytest.raises(KeyboardInterrupt, match=r"interrupted; 2,[0-9]00 of 2,400 designs are done and kept"):
         run(tmp_path)
 
