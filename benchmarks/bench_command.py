@@ -47,7 +47,7 @@ def bench_sweep(benchmark: BenchmarkFixture, tmp_path: Path) -> None:
     }
     against_numpy(benchmark, command)
     assert counts["designs"] > counts["feasible"] > counts["pareto"] > 0
-    assert set(files) == {"designs.parquet", "pareto.parquet", "scene.toml"}
+    assert set(files) == {"designs.parquet", "pareto.parquet", "scene.toml", "manifest.json"}
 
 
 def bench_help(benchmark: BenchmarkFixture) -> None:
