@@ -11,9 +11,10 @@ from typing import Literal
 from camopt.files import regular_file
 from camopt.manifest import MANIFEST, Damaged, Fact, Manifest, manifest_of, settled_path
 from camopt.mistakes import BadInput, Mistake
+from camopt.publishing import PART, TABLE
 
 State = Literal["whole", "damaged", "changed", "missing", "unreadable", "unknown"]
-TABLE, PART = b"PAR1", b"camopt journal"
+TABLE_START, PART_START = b"PAR1", b"camopt journal"
 """How files start that have digests of their own."""
 NOTHING = "nothing to check it by"
 
@@ -154,10 +155,10 @@ def _unreadable(path: Path, trouble: OSError) -> Checked:
 
 def _by_itself(path: Path, file: BufferedReader) -> Checked:
     """What a file says of itself: tables and parts of sweeps do, under whatever name."""
-    head, suffix = file.read(max(map(len, (TABLE, PART)))), path.suffix.lower()
-    if suffix == ".parquet" or head.startswith(TABLE):
+    head, suffix = file.read(max(map(len, (TABLE_START, PART_START)))), path.suffix.lower()
+    if suffix == TABLE or head.startswith(TABLE_START):
         return _table(path, file)
-    if suffix == ".sweep" or head.startswith(PART):
+    if suffix == PART or head.startswith(PART_START):
         return _part(path, file)
     return Checked(path, "unknown", NOTHING)
 
@@ -174,11 +175,10 @@ def _table(path: Path, file: BufferedReader) -> Checked:
 
 
 def _part(path: Path, file: BufferedReader) -> Checked:
-    from camopt.front.journal import whole_until
+    from camopt.front.journal import damage_of
 
-    whole, finished = whole_until(file)
-    told = "whole" if finished else f"damaged, or cut short, after {whole:,} bytes"
-    return Checked(path, "whole" if finished else "damaged", told)
+    damage = damage_of(file)
+    return Checked(path, "damaged" if damage else "whole", damage or "whole")
 
 
 def _by_manifest(own: Checked, file: BufferedReader, fact: Fact) -> Checked:

@@ -37,8 +37,9 @@ from camopt.mistakes import BadInput, Mistake
 
 LOCK = "lock"
 JOURNAL = ".journal"
-TABLE = ".parquet"
-DATA = (TABLE, ".sweep")
+TABLE, PART = ".parquet", ".sweep"
+"""Endings of tables, and of parts of a sweep."""
+DATA = (TABLE, PART)
 """Endings of files that nobody edits: those that are not as they were written are damaged, and are replaced."""
 TRIES = 100
 """More often, other runs do not remove the folder of a lock while this one opens it."""

@@ -8,9 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from camopt.engines import Engine
 from camopt.engines.threads import Threads
 from camopt.front.asked import TABLED, Asked
-from camopt.front.journal import encoded
+from camopt.front.journal import Journal, Tell, encoded
 from camopt.numerics.clock import now
 from camopt.tables.cells import duration
 
@@ -76,3 +77,16 @@ def size_in_words(size: float) -> str:
     """Bytes as people say them."""
     power = min(max(len(f"{size:.0f}") - 1, 0) // 3, 4)
     return f"{size / 1000**power:.3g} {('B', 'kB', 'MB', 'GB', 'TB')[power]}"
+
+
+def foresee(journal: Journal, own: Threads, engine: Engine, tell: Tell | None) -> None:
+    """Tell what a long sweep will take; an OSError if there is no room for it. Threads of this process time it.
+
+    Where a journal is, it was told already, and the room that it takes is not free any more.
+    """
+    if not journal.path.exists():
+        estimate = estimated(journal.asked, journal.numbers, own, engine.workers, journal.path.parent)
+        if estimate and tell:
+            tell(str(estimate))
+        if estimate:
+            check_room(estimate, journal.path.parents[1])

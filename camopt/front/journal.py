@@ -261,6 +261,17 @@ def whole_until(file: BinaryIO) -> tuple[int, bool]:
     return whole, digest == sha256(END).digest() and whole == file.seek(0, os.SEEK_END)
 
 
+def damage_of(file: BinaryIO) -> str:
+    """What keeps a file from being a whole part of a sweep, in words; empty if nothing does."""
+    whole, ended = whole_until(file)
+    return "" if ended else cut_after(whole)
+
+
+def cut_after(whole: int) -> str:
+    """What is said of a journal that is whole up to a byte and no further."""
+    return f"damaged, or cut short, after {whole:,} bytes"
+
+
 def interrupted(folder: Path, command: str) -> Question | None:
     """The question of an interrupted sweep of a folder; None if there is none."""
     return question_of(journal_path(folder, command))
@@ -317,7 +328,7 @@ def whole_batches(path: Path, question: Question, numbers: range) -> Iterator[Ba
         file.seek(whole)
         last = file.read()
     if done != numbers.stop or last != packed(END):
-        raise Broken(f"this is damaged, or cut short, after {whole:,} bytes")
+        raise Broken(f"this is {cut_after(whole)}")
 
 
 def encoded(batch: Batch, names: tuple[str, ...]) -> bytes:

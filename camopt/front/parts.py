@@ -11,30 +11,30 @@ from camopt.engines.threads import Threads
 from camopt.files import regular_file
 from camopt.front.asked import Asked, Question, asked_again, asked_of
 from camopt.front.blocks import Batch
+from camopt.front.estimate import foresee
 from camopt.front.journal import (
     Broken,
     Journal,
     Tell,
+    damage_of,
     going_on,
     interrupted,
     journal_at,
     question_of,
     what_is_kept,
     whole_batches,
-    whole_until,
 )
 from camopt.front.streaming import Seen, gathered
-from camopt.front.sweep import Keeps, Sweep, Write, foresee, result_of
+from camopt.front.sweep import Keeps, Sweep, Write, result_of
 from camopt.manifest import settled_paths
 from camopt.mistakes import BadInput, Mistake
-from camopt.publishing import published
+from camopt.publishing import PART, published
 from camopt.scene.scene import Scene
 from camopt.shown import Shown
 from camopt.smallest.result import Progress
 from camopt.verdicts.judging import Effort
 
 COMMAND = "part"
-ENDING = ".sweep"
 MOST_PARTS = 100_000
 BLOCKS_OF_A_PART = 8  # at least: parts are of equal size, but for one block
 MOST_NAMED = 20  # parts that a message names
@@ -137,7 +137,7 @@ def sweep_part(
     3
     """
     asked, own = _part_of(asked_of(scene, keep), part), Threads(workers or os.cpu_count() or 1)
-    folder, name = Path(out) / folder_of(*part), f"{folder_of(*part)}{ENDING}"
+    folder, name = Path(out) / folder_of(*part), f"{folder_of(*part)}{PART}"
     journal: Journal | None = None
     with ExitStack() as stack:
         stack.enter_context(what_is_kept(lambda: journal.kept if journal else ""))
@@ -254,7 +254,7 @@ def _files(places: Iterable[str | os.PathLike[str]]) -> list[Path]:
             found[place] = None
             continue
         folders = [place, *sorted(each for each in place.iterdir() if each.is_dir())]
-        files = [file for folder in folders for file in settled_paths(folder, f"*{ENDING}")]
+        files = [file for folder in folders for file in settled_paths(folder, f"*{PART}")]
         if not files:
             raise BadInput([Mistake("camopt", "part", str(place), "a folder with parts of a sweep; this has none")])
         found |= dict.fromkeys(files)
@@ -266,13 +266,13 @@ def _questions(files: Iterable[Path]) -> tuple[dict[Path, Question], list[Mistak
     questions, mistakes = {}, []
     for path in files:
         with regular_file(path) as file:
-            whole, ended = whole_until(file)
+            damage = damage_of(file)
         if question := question_of(path):
             questions[path] = question
         if question is None:
             mistakes.append(_no_part(path, "this is none, or damaged at its beginning"))
-        elif not ended:
-            mistakes.append(_no_part(path, f"this is damaged, or cut short, after {whole:,} bytes"))
+        elif damage:
+            mistakes.append(_no_part(path, f"this is {damage}"))
     return questions, mistakes
 
 

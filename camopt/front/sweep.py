@@ -16,7 +16,7 @@ from camopt.files import write_text
 from camopt.front.asked import FRONT_ONLY, TABLED, Asked, asked_of, column_names
 from camopt.front.blocks import BLOCK
 from camopt.front.checkpoint import Checkpoint, checkpoint_at
-from camopt.front.estimate import check_room, estimated
+from camopt.front.estimate import foresee
 from camopt.front.front_search import FrontSearch
 from camopt.front.journal import Journal, Tell, going_on, journal_at, what_is_kept
 from camopt.front.pareto import Front, best_of_laws, front_of, thinned
@@ -177,6 +177,7 @@ def sweep(
     >>> swept.designs, swept.feasible
     (9, 0)
     """
+    # without a table nobody reads its rows; the front is the same
     asked = asked_of(scene, keep if out is not None or keep != "feasible" else "pareto", block)
     own = Threads(workers or os.cpu_count() or 1)
     if asked.by_boxes:
@@ -262,19 +263,6 @@ def result_of(
         boxes=seen.boxes,
         decided_by_boxes=seen.decided,
     )
-
-
-def foresee(journal: Journal, own: Threads, engine: Engine, tell: Tell | None) -> None:
-    """Tell what a long sweep will take; an OSError if there is no room for it. Threads of this process time it.
-
-    Where a journal is, it was told already, and the room that it takes is not free any more.
-    """
-    if not journal.path.exists():
-        estimate = estimated(journal.asked, journal.numbers, own, engine.workers, journal.path.parent)
-        if estimate and tell:
-            tell(str(estimate))
-        if estimate:
-            check_room(estimate, journal.path.parents[1])
 
 
 def _nowhere(rows: Rows) -> None:
