@@ -3,13 +3,13 @@
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 from hashlib import file_digest
 from io import BufferedReader
 from pathlib import Path
 from typing import Literal
 
-from camopt.files import regular_file
-from camopt.manifest import MANIFEST, Damaged, Fact, Manifest, manifest_of, settled_path
+from camopt.manifest import MANIFEST, Damaged, Fact, Manifest, manifest_of, of_one_run, settled_file
 from camopt.mistakes import BadInput, Mistake
 from camopt.publishing import PART, TABLE
 
@@ -101,9 +101,9 @@ def _each(path: Path) -> Iterator[Checked]:
         return
     closed: list[OSError] = []
     found = 0
-    for folder, inner, names in os.walk(path, onerror=closed.append):
+    for folder, inner, _ in os.walk(path, onerror=closed.append):
         inner[:] = sorted(name for name in inner if not name.startswith("."))
-        for checked in _folder(Path(folder), names):
+        for checked in of_one_run(Path(folder), partial(_folder, Path(folder))):
             found += 1
             yield checked
     yield from (_unreadable(Path(each.filename), each) for each in closed)
@@ -111,14 +111,13 @@ def _each(path: Path) -> Iterator[Checked]:
         yield Checked(path, "unknown", "a folder with no files in it")
 
 
-def _folder(folder: Path, names: list[str]) -> Iterator[Checked]:
+def _folder(folder: Path) -> list[Checked]:
     """The manifest of a folder, and all files that are in it, or should be."""
     about, manifest = _manifest(folder)
-    if about:
-        yield about
     named = manifest.files if manifest else {}
-    there = {name for name in names if not name.startswith(".")}
-    yield from (_file(folder / name, named.get(name)) for name in sorted({*there, *named} - {MANIFEST}))
+    there = {each.name for each in os.scandir(folder) if not each.name.startswith(".") and not each.is_dir()}
+    files = [_file(folder / name, named.get(name)) for name in sorted({*there, *named} - {MANIFEST})]
+    return [about, *files] if about else files
 
 
 def _manifest(folder: Path) -> tuple[Checked | None, Manifest | None]:
@@ -138,7 +137,7 @@ def _manifest(folder: Path) -> tuple[Checked | None, Manifest | None]:
 def _file(path: Path, fact: Fact | None) -> Checked:
     """A file, by its own digests and by what the manifest says of it."""
     try:
-        with regular_file(settled_path(path)) as file:
+        with settled_file(path) as file:
             own = _by_itself(path, file)
             return own if own.state == "damaged" or fact is None else _by_manifest(own, file, fact)
     except FileNotFoundError:

@@ -7,22 +7,27 @@ manifest is right, and the files wait for their names in a folder of their own u
 import json
 import os
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import asdict, dataclass, field, replace
 from fnmatch import fnmatchcase
 from hashlib import sha256
+from io import BufferedReader
 from pathlib import Path
 from typing import Any, TypeVar
 
-from camopt.files import read_bytes
+from camopt.files import read_bytes, regular_file
 from camopt.mistakes import BadInput, Mistake
 from camopt.version import VERSION
 
 PathLike = TypeVar("PathLike", bound=str | os.PathLike[str])
+Found = TypeVar("Found")
 
 MANIFEST = "manifest.json"
 WORK = ".camopt"
 """The folder, inside that of a result, for what is not finished."""
+TRIES = 3
+"""To read what others publish meanwhile."""
 MARKS = b'"camopt"', b'"results"', b'"digest"'
 RUN, DIGEST, NAME = (re.compile(text) for text in (r"[0-9a-f]{16}", r"[0-9a-f]{64}", r"[^./\\\0][^/\\\0]*"))
 
@@ -167,6 +172,33 @@ def settled_paths(folder: Path, pattern: str) -> list[Path]:
     names = {path.name for path in folder.glob(pattern)}
     names |= {name for result in _unplaced(folder) for name in result.files if fnmatchcase(name, pattern)}
     return [path for path in (settled_path(folder / name) for name in sorted(names)) if path.exists()]
+
+
+@contextmanager
+def settled_file(path: str | os.PathLike[str]) -> Iterator[BufferedReader]:
+    """A file to read, which ``settled_path`` finds; errors are those of ``regular_file``."""
+    with ExitStack() as stack:
+        yield _tried(lambda: stack.enter_context(regular_file(settled_path(path))))
+
+
+def of_one_run(folder: Path, read: Callable[[], Found]) -> Found:
+    """What is read of several files of a folder: again, if another result was published meanwhile.
+
+    If that goes on and on, it is what was read last.
+    """
+    for _ in range(TRIES):
+        before, found = _known(folder), _tried(read)
+        if _known(folder) == before:
+            break
+    return found
+
+
+def _tried(read: Callable[[], Found]) -> Found:
+    """What is read, more than once if there is no such file: it may be given its name just now."""
+    for _ in range(TRIES):
+        with suppress(FileNotFoundError):
+            return read()
+    return read()
 
 
 def command_of(path: Path) -> str | None:

@@ -256,7 +256,7 @@ def test_a_disk_that_fails_is_told(result, monkeypatch):
     def failing(path):
         raise OSError(5, "Input/output error", os.fspath(path))
 
-    monkeypatch.setattr("camopt.checking.regular_file", failing)
+    monkeypatch.setattr("camopt.checking.settled_file", failing)
     assert states(result) == {**dict.fromkeys(FILES, "unreadable"), "manifest.json": "whole"}
     assert main(["check", str(result)]) == FILE_TROUBLE
 

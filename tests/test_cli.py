@@ -393,6 +393,11 @@ BAD_INPUT = [
     (["evaluate", "two-pauses", "--points", "curve.xyz"], "curve.xyz"),
     (["evaluate", "two-pauses", "--plot", "curve.xyz"], "curve.xyz"),
     (["evaluate", "two-pauses", "--points", "c.csv", "--cutter-radius", "-1"], "--cutter-radius = -1.0: must be above"),
+    (["frontier", "two-pauses", "--axes", "size"], "--axes = 'size': must be two or three different axes"),
+    (["frontier", "two-pauses", "--out", "new", "--scheduler", "x"], "--scheduler = 'x': must be the address of a Dask"),
+    (["export", "two-pauses", "cam.xyz"], "FILE = 'cam.xyz': must be a file that ends in"),
+    (["compare", "two-pauses", "two-pause"], "a folder that a command wrote, a table of designs, or a scene; did you"),
+    (["report", "two-pauses", "--out", "page.txt"], "--out = 'page.txt': must be a file that ends in .html"),
 ]  # fmt: skip
 
 

@@ -171,9 +171,15 @@ def test_boxes_of_designs_stay_on_this_machine(engine):
 
 
 def test_a_local_cluster_is_for_this_machine_alone_and_may_be_one_of_several(engine):
-    with cluster("local", 1):
+    with cluster("local", 1) as one:
         connections = [each for each in psutil.Process().net_connections() if each.status == psutil.CONN_LISTEN]
+        one.client.wait_for_workers(1)
+        assert one.workers == 1
     assert connections
+    with pytest.raises(ConnectionError, match="no longer connected"):
+        list(one.in_order(sines, range(3)))
+    with pytest.raises(ConnectionError, match="no longer connected"):
+        one.workers  # noqa: B018
     assert {each.laddr.ip for each in connections} == {"127.0.0.1"}
 
 

@@ -20,7 +20,16 @@ from camopt import BadInput
 from camopt.cli.exits import BAD_INPUT
 from camopt.cli.main import main
 from camopt.files import whole_file, write_text
-from camopt.manifest import MANIFEST, WORK, Damaged, manifest_of, settled_path, settled_paths
+from camopt.manifest import (
+    MANIFEST,
+    WORK,
+    Damaged,
+    manifest_of,
+    of_one_run,
+    settled_file,
+    settled_path,
+    settled_paths,
+)
 from camopt.publishing import published, revised
 from camopt.tables.sealed import write_table
 
@@ -266,6 +275,45 @@ def test_files_that_wait_for_their_names_are_read_and_get_them(tmp_path, placed)
         publish(tmp_path, {}, "frontier", then=failing)
     assert seen(tmp_path) == {"a.txt": "2", "b.txt": "2"}
     assert names(tmp_path) == ["a.txt", "b.txt", MANIFEST]
+
+
+def test_files_that_are_read_while_others_are_published_are_of_one_run(tmp_path):
+    publish(tmp_path, {"a.txt": "1", "b.txt": "1"})
+    runs = iter("23")
+
+    def read():
+        first = (tmp_path / "a.txt").read_text()
+        for run in runs:
+            publish(tmp_path, {"a.txt": run, "b.txt": run})
+            break
+        return first, (tmp_path / "b.txt").read_text()
+
+    assert of_one_run(tmp_path, read) == ("3", "3")
+
+
+def test_files_that_go_while_they_are_read_are_read_again(tmp_path):
+    publish(tmp_path, {"a.txt": "1", "b.txt": "1"})
+    runs = iter([{"b.txt": "2"}])
+
+    def read():
+        found = settled_paths(tmp_path, "*.txt")
+        for texts in runs:
+            publish(tmp_path, texts)
+        return [path.read_text() for path in found]
+
+    assert of_one_run(tmp_path, read) == ["2"]
+
+
+def test_a_file_that_gets_its_name_while_it_is_opened_is_read(tmp_path):
+    publish(tmp_path, {"a.txt": "1"})
+    found = iter([tmp_path / WORK / "run" / "a.txt"])  # where it waited a moment ago
+    with (
+        patch("camopt.manifest.settled_path", lambda path: next(found, path)),
+        settled_file(tmp_path / "a.txt") as file,
+    ):
+        assert file.read() == b"1"
+    with pytest.raises(FileNotFoundError), settled_file(tmp_path / "b.txt"):
+        pass
 
 
 def test_modes_and_links_stay(tmp_path):

@@ -10,6 +10,7 @@ import click
 from camopt.cli.exits import BAD_INPUT, FILE_TROUBLE, NOT_REACHED, NOTHING_FEASIBLE, run, say
 from camopt.cli.options import (
     Axis,
+    Command,
     FreeNumber,
     Place,
     Share,
@@ -17,7 +18,6 @@ from camopt.cli.options import (
     check_file,
     check_folder,
     given_overrides,
-    keys_as_options,
     option_of,
     output_options,
     outputs_option,
@@ -39,6 +39,8 @@ ANIMATIONS = (".gif", ".mp4", ".svg")
 
 class Aliased(click.Group):
     """A group that also takes the American spelling."""
+
+    command_class = Command
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         return super().get_command(
@@ -138,7 +140,7 @@ def sweep(
     check_folder(scene, out)
     tell = terminal.say_lost if quiet else terminal.say_note
     unit = "boxes of designs" if keep == "front-only" else "designs"
-    with terminal.progress(quiet, unit) as advance, keys_as_options():
+    with terminal.progress(quiet, unit) as advance:
         if part:
             share = sweep_part(scene, part, out, keep, workers, advance, engine=engine, tell=tell)
         else:
@@ -311,8 +313,7 @@ def frontier(
     from camopt.synthesis.frontier import frontier as run
 
     with published(out, "frontier", (FRONTIER, PICTURE)) as unit, terminal.progress(quiet, "points") as advance:
-        with keys_as_options():
-            found = run(scene, [axis.strip() for axis in axes.split(",")], points, workers, advance, engine)
+        found = run(scene, [axis.strip() for axis in axes.split(",")], points, workers, advance, engine)
         write_frontier(found, unit.staging)
         plot_frontier(found, unit.path(PICTURE))
     reports.show_frontier(found, as_json)
@@ -370,8 +371,7 @@ def evaluate(
     if points:
         from camopt.points.points import write_points
 
-        with keys_as_options():
-            write_points(scene, points, **spacing)
+        write_points(scene, points, **spacing)
     reports.show_evaluation(result, as_json)
     if not quiet:
         terminal.say_unused(scene)
@@ -405,7 +405,7 @@ def export(scene: Any, file: Path, as_json: bool, quiet: bool, **settings: Any) 
     from camopt.exporting.export import export as run
 
     check_file(scene.file, file, "FILE")
-    with keys_as_options(), terminal.progress(quiet, ""):
+    with terminal.progress(quiet, ""):
         result = run(scene, file, **{name: value for name, value in settings.items() if value is not None})
     reports.show_export(result, as_json)
     if not quiet:
@@ -463,8 +463,7 @@ def serve(scene: Any, as_json: bool, quiet: bool, port: int, folder: Path | None
     from camopt.serving.server import serving
 
     place = Path(scene.file).parent if Path(scene.file).is_file() else Path()
-    with keys_as_options():
-        server = serving(scene, folder or place, port, say)
+    server = serving(scene, folder or place, port, say)
     with server:
         if as_json:
             terminal.print_json({"address": server.address})
@@ -614,8 +613,7 @@ def compare(a: str, b: str, as_json: bool, quiet: bool, out: Path | None, pictur
     from camopt.cli.compare_report import show_compared
     from camopt.comparing.compare import compare as run
 
-    with keys_as_options():
-        result = run(a, b, out)
+    result = run(a, b, out)
     if picture:
         from camopt.drawing.compared import plot_compared
 
@@ -691,9 +689,8 @@ def fit(
         refuse_without("--profile", {"probe": probe})
     scene = measured_cam(target, rpm, base_radius, follower, roller_radius, profile)
     chosen = columns and [name.strip() for name in columns.split(",")]
-    with keys_as_options():
-        points = file if profile is None else MeasuredProfile(file, profile, probe or 0.0)
-        result = run(points, scene, columns=chosen, **reading)
+    points = file if profile is None else MeasuredProfile(file, profile, probe or 0.0)
+    result = run(points, scene, columns=chosen, **reading)
     write_text(out, result.scene.to_toml())
     if picture:
         from camopt.drawing.fit import plot_fit

@@ -1,7 +1,6 @@
 """Options of the command line: those that commands share, and what they change in a scene."""
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from functools import wraps
 from pathlib import Path
 from typing import Any
@@ -25,28 +24,36 @@ OVERRIDES = {
 }
 
 
-ARGUMENTS = ("file", "scene")
-"""Names of the library that a command takes without an option."""
-
-
 def option_of(name: str) -> str:
     """How a user writes an option."""
     return name if name.startswith("--") else f"--{name.replace('_', '-')}"
 
 
-@contextmanager
-def keys_as_options() -> Iterator[None]:
-    """The library names its arguments in messages; here they are options."""
-    from dataclasses import replace
+class Command(click.Command):
+    """A command whose mistakes name its options and arguments, where those of the library name parameters."""
 
-    from camopt.mistakes import BadInput
+    def invoke(self, ctx: click.Context) -> Any:
+        from dataclasses import replace
 
-    try:
-        yield
-    except BadInput as error:
-        options = [(m, m.key.upper() if m.key in ARGUMENTS else option_of(m.key)) for m in error.mistakes]
-        named = [replace(m, key=option) if m.file == "camopt" else m for m, option in options]
-        raise BadInput(named) from None
+        from camopt.mistakes import BadInput
+
+        try:
+            return super().invoke(ctx)
+        except BadInput as error:
+            written = {name: shown_name(given) for given in self.params for name in _names(given)}
+            raise BadInput(
+                replace(m, key=written.get(m.key, m.key)) if m.file == "camopt" else m for m in error.mistakes
+            ) from None
+
+
+def shown_name(given: click.Parameter) -> str:
+    """What a command's help calls something that it takes."""
+    return given.opts[0] if isinstance(given, click.Option) else given.human_readable_name.rstrip(".")
+
+
+def _names(given: click.Parameter) -> tuple[str | None, str]:
+    """What the library may call it: SCENE is a scene, even if the command's function has another name for it."""
+    return given.name, shown_name(given).lower()
 
 
 def refuse_without(option: str, others: dict[str, Any]) -> None:
@@ -128,7 +135,7 @@ def scheduler_option(command: Callable[..., Any]) -> Callable[..., Any]:
             return command(engine=None, workers=workers, **options)
         from camopt.engines import cluster
 
-        with keys_as_options(), cluster(scheduler, workers) as engine:
+        with cluster(scheduler, workers) as engine:
             return command(engine=engine, workers=None, **options)
 
     return click.option(
@@ -151,8 +158,7 @@ def scene_at(target: str, row: int | None) -> Any:
         raise BadInput([Mistake("camopt", "SCENE", target, "is a table: say which row with --row", bare=True)])
     if row is not None:
         raise BadInput([Mistake("camopt", "--row", row, f"belongs to a table; {target} is a scene", bare=True)])
-    with keys_as_options():
-        return find_scene(target)
+    return find_scene(target)
 
 
 def target_at(target: str, row: int | None, changes: dict[str, tuple[str, Any]]) -> Any:
@@ -277,7 +283,7 @@ class Place(click.ParamType):  # type: ignore[type-arg]
         except ValueError as trouble:
             self.fail(f"{value!r} must be {trouble}", param, ctx)
         if self.suffixes:
-            checked_suffix(path, param.opts[0] if param else "path", self.suffixes)
+            checked_suffix(path, shown_name(param) if param else "path", self.suffixes)
             check_writable(path)
         return path
 

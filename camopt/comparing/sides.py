@@ -3,18 +3,18 @@
 import os
 from contextlib import ExitStack
 from dataclasses import dataclass
-from functools import singledispatch
+from functools import partial, singledispatch
 from pathlib import Path
 from typing import Any
 
 import pyarrow as pa
 
 from camopt.comparing.design_table import DesignTable, is_of_designs, type_of
-from camopt.files import path_of, regular_file
+from camopt.files import path_of
 from camopt.front.sweep import Sweep
-from camopt.manifest import settled_path, settled_paths
-from camopt.mistakes import BadInput, Mistake
-from camopt.scene.scene import Scene, find_scene
+from camopt.manifest import of_one_run, settled_file, settled_path, settled_paths
+from camopt.mistakes import BadInput, Mistake, nearest
+from camopt.scene.scene import Scene, find_scene, shipped_scenes
 from camopt.synthesis.files import KNOWN, SCENE, frontier_table
 from camopt.synthesis.frontier import Frontier
 from camopt.tables.designs import OPTIMUM
@@ -106,16 +106,24 @@ def _of_a_path(what: str | os.PathLike[str], stack: ExitStack) -> Side:
         return _of_a_folder(path, stack)
     if path.suffix == ".parquet":
         return _alone(_of_a_file(str(path), _opened(path, stack)), path)
-    scene = find_scene(what)
-    return Side(str(what), {ONE_SCENE: scene}, {})
+    if not settled_path(path).exists() and str(what) not in shipped_scenes():
+        allowed = "a folder that a command wrote, a table of designs, or a scene"
+        raise BadInput(
+            [Mistake("camopt", "result", str(what), f"{allowed}; {nearest(str(what), shipped_scenes())}")]
+        )
+    return Side(str(what), {ONE_SCENE: find_scene(what)}, {})
 
 
 def _opened(path: Path, stack: ExitStack) -> TableFile:
-    return TableFile(path, stack.enter_context(regular_file(settled_path(path))))
+    return TableFile(path, stack.enter_context(settled_file(path)))
 
 
 def _of_a_folder(folder: Path, stack: ExitStack) -> Side:
-    """The tables of designs and the scenes in a folder."""
+    """The tables of designs and the scenes in a folder, of one run: later ones do not change open files."""
+    return of_one_run(folder, partial(_found_in, folder, stack))
+
+
+def _found_in(folder: Path, stack: ExitStack) -> Side:
     files = {path.name: _opened(path, stack) for path in settled_paths(folder, "*.parquet")}
     tables = {
         name: _of_a_file(str(folder / name), file) for name, file in files.items() if is_of_designs(file.layout)

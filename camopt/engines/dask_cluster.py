@@ -90,6 +90,7 @@ class Cluster:
     @property
     def workers(self) -> int:
         """The threads of all workers that are there now; at least one, who will come."""
+        self._check_connected()
         threads: dict[str, int] = self.client.nthreads()
         return max(1, sum(threads.values()))
 
@@ -109,6 +110,7 @@ class Cluster:
         """
         if not items:
             return
+        self._check_connected()
         start = monotonic()
         expected = digest(work(sample)) if sample else ""
         pace = Pace((monotonic() - start) / max(len(sample), 1))
@@ -138,12 +140,16 @@ class Cluster:
                 raise
             # a worker died; those that live are being made ready
 
+    def _check_connected(self) -> None:
+        if self.client.status != "running":
+            raise self.gone()
+
     def _trouble(self, what: str) -> ConnectionError:
         return ConnectionError(ECONNRESET, what, self.address)
 
     def gone(self) -> ConnectionError:
-        """What to say when the scheduler does not answer."""
-        return self._trouble("the Dask scheduler is gone")
+        """What to say when the scheduler does not answer, or the block of ``cluster`` has ended."""
+        return self._trouble("no longer connected to the Dask scheduler")
 
 
 @dataclass

@@ -163,7 +163,7 @@ def _part_of(asked: Asked, part: tuple[int, int]) -> Asked:
     Rows do not depend on the size of blocks.
     """
     mistakes = []
-    if len(part) != 2 or not all(isinstance(number, int) for number in part):
+    if not isinstance(part, (tuple, list)) or [*map(type, part)] != [int, int]:
         why = "two numbers, such as (3, 100): which part, and of how many"
         raise BadInput([Mistake("camopt", "part", part, why)])
     number, parts = part

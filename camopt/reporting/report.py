@@ -4,13 +4,13 @@ import json
 import os
 from collections.abc import Iterable
 from dataclasses import replace
-from functools import singledispatch
+from functools import partial, singledispatch
 from pathlib import Path
 from typing import Any
 
 from camopt.files import check_writable, checked_suffix, path_of, read_bytes, text_of, write_text
 from camopt.front.sweep import Sweep
-from camopt.manifest import settled_path, settled_paths
+from camopt.manifest import of_one_run, settled_path, settled_paths
 from camopt.mistakes import BadInput, Mistake
 from camopt.reporting.cams import Shown, cams_page
 from camopt.reporting.results import Result, of_frame, results_page
@@ -164,6 +164,10 @@ def _of_a_table(path: Path) -> Iterable[Shown | Result]:
 
 def _of_a_folder(folder: Path) -> Iterable[Shown | Result]:
     """The result that a command left in a folder."""
+    return of_one_run(folder, partial(_found_in, folder))
+
+
+def _found_in(folder: Path) -> Iterable[Shown | Result]:
     from camopt.tables.table import load
 
     pareto, designs = settled_path(folder / PARETO), settled_path(folder / DESIGNS)

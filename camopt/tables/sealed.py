@@ -10,8 +10,8 @@ from typing import Any, BinaryIO
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from camopt.files import regular_file, whole_file
-from camopt.manifest import settled_path
+from camopt.files import whole_file
+from camopt.manifest import settled_file
 from camopt.mistakes import BadInput, Mistake
 from camopt.scene.scene import Scene
 from camopt.tables.damage import TROUBLE, fault, raise_if_of_the_disk
@@ -40,7 +40,7 @@ def read_table(path: str | os.PathLike[str]) -> pa.Table:
     OSError
         If there is no such file, or it cannot be read.
     """
-    with regular_file(settled_path(path)) as file:
+    with settled_file(path) as file:
         return TableFile(path, file).read()
 
 
