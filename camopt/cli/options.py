@@ -52,8 +52,8 @@ def shown_name(given: click.Parameter) -> str:
 
 
 def _names(given: click.Parameter) -> tuple[str | None, str]:
-    """What the library may call it: SCENE is a scene, even if the command's function has another name for it."""
-    return given.name, shown_name(given).lower()
+    """What the library may call it: SCENE and --scene are a scene, whatever the command's function calls it."""
+    return given.name, shown_name(given).lower().removeprefix("--").replace("-", "_")
 
 
 def refuse_without(option: str, others: dict[str, Any]) -> None:
