@@ -7,6 +7,7 @@ least jerk of all moves that follow each other (``run``).
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -28,6 +29,11 @@ def joined(strokes: Sequence[Stroke]) -> tuple[Stroke, ...]:
     Contradiction
         If no motion meets all that is asked of moves that follow each other.
     """
+    return _joined(tuple(strokes))
+
+
+@lru_cache(maxsize=256)  # a scene is checked, then resolved, and both need it
+def _joined(strokes: tuple[Stroke, ...]) -> tuple[Stroke, ...]:
     found = list(strokes)
     for places in _runs(strokes):
         moves = [strokes[i] for i in places]
