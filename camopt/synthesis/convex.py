@@ -20,7 +20,8 @@ from camopt.motion.table import DWELL
 from camopt.synthesis import residual
 from camopt.synthesis.demand import ORDERS, Demand
 from camopt.synthesis.fixed_motion import FixedMotion
-from camopt.synthesis.stroke_motion import MakeMotion, Ranges, Sizes, StrokeMotion
+from camopt.synthesis.rows import Rows, negative, stacked
+from camopt.synthesis.stroke_motion import MakeMotion, Range, Ranges, Sizes, StrokeMotion
 
 SQUARES = {"acceleration_rms": 2, "jerk_rms": 3}
 
@@ -66,9 +67,9 @@ class Convex:
         """
         most = cp.Parameter()
         if self.demand.smooth:
-            ends = [each.end(3, last) for each in self.motions for last in (False, True)]
+            ends = [each.end(3, last) or [] for each in self.motions for last in (False, True)]
             joints = zip(ends[1::2], [*ends[2::2], ends[0]], strict=True)
-            jumps = cp.norm1(cp.hstack([after - before for before, after in joints]))
+            jumps = cp.norm1(stacked([[*after, *negative(before)] for before, after in joints]))
             jerk = jumps + sum(motion.variation() for motion in self.motions)
         else:
             jerk = cp.norm(cp.hstack([motion.square(3) for motion in self.motions]))
@@ -117,12 +118,17 @@ def convex(demand: Demand, make: MakeMotion, held: Mapping[str, Any] | None = No
         for number, stroke in enumerate(demand.strokes)
     ]
     terms = {name: _term(demand, name, sizes, motions, largest) for name in names}
-    limits = [each >= 0.0 for each in (sizes.height, *largest.values())]  # as attributes they take cvxpy longer
-    limits += [*_of_sizes(demand, sizes, motions), *_joints(demand, motions)]
-    limits += [limit for motion in motions for limit in motion.limits]
+    rows = Rows()
+    for each in (sizes.height, *largest.values()):  # as attributes they take cvxpy longer
+        rows.at_least((1.0, each))
+    reach = _of_sizes(demand, sizes, motions, rows)
+    _join(demand, motions, rows)
     for number, partner in enumerate(demand.mirror or ()):
-        limits += motions[number].mirrors(motions[partner]) if number <= partner else []
-    limits += [terms[name] <= bound for name, bound in held.items()]
+        if number <= partner:
+            motions[number].mirrors(motions[partner])
+    for motion in motions:
+        rows.add(motion.rows)
+    limits = [*rows.limits, *reach, *(terms[name] <= bound for name, bound in held.items())]
     if demand.residual is not None:
         limits.append(terms[residual.TERM] / demand.residual <= 1.0)
     unit = sum(weight * _order_of(demand, name) for name, weight in demand.objective.items()) or 1.0
@@ -132,47 +138,49 @@ def convex(demand: Demand, make: MakeMotion, held: Mapping[str, Any] | None = No
 
 def _ranges(demand: Demand, number: int, largest: Mapping[str, Any]) -> Ranges:
     """The ranges of a stroke's derivatives in units of the lift, its own and those over the turn."""
-    found: Ranges = {ORDERS[name]: [(-variable, variable)] for name, variable in largest.items()}
+    found: Ranges = {ORDERS[name]: [Range(-1.0, 1.0, variable)] for name, variable in largest.items()}
     for order, (low, high) in demand.ranges[number].items():
-        found.setdefault(order, []).append((low / demand.scale, high / demand.scale))
+        found.setdefault(order, []).append(Range(low / demand.scale, high / demand.scale))
     return found
 
 
-def _of_sizes(demand: Demand, sizes: Sizes, motions: list[StrokeMotion]) -> list[Any]:
-    """The intervals of the sizes; the size is that of the cam where the follower is lowest."""
-    unit, height = demand.length, sizes.height
+def _of_sizes(demand: Demand, sizes: Sizes, motions: list[StrokeMotion], rows: Rows) -> list[Any]:
+    """The intervals of the sizes, but for what is no row; the size is that where the follower is lowest."""
+    unit, height = demand.length, [(1.0, sizes.height)]
     if demand.dip is not None:
         number, x = demand.place(demand.dip)
-        height = sizes.height + motions[number].lowest(x) * demand.scale / unit
-    limits = [sizes.lead >= demand.lead[0] / unit, sizes.lead <= demand.lead[1] / unit]
-    reach = cp.norm(cp.hstack([sizes.lead, height])) if demand.traced else height
-    limits += [sizes.prime >= demand.prime[0] / unit, sizes.prime >= reach]
-    if demand.prime[1] < inf:
-        limits.append(sizes.prime <= demand.prime[1] / unit)
-    return limits
+        height += [(weight * (demand.scale / unit), lowest) for weight, lowest in motions[number].lowest(x)]
+    for size, (low, high) in ((sizes.lead, demand.lead), (sizes.prime, demand.prime)):
+        rows.at_least((1.0, size), (-low / unit, 1.0))
+        if high < inf:
+            rows.at_least((-1.0, size), (high / unit, 1.0))
+    if not demand.traced:
+        rows.at_least((1.0, sizes.prime), *negative(height))
+        return []
+    return [sizes.prime >= cp.norm(stacked([[(1.0, sizes.lead)], height]))]
 
 
-def _joints(demand: Demand, motions: list[StrokeMotion]) -> list[Any]:
-    """What holds where two strokes meet: at rest beside a dwell, or else as smooth as the demand says."""
-    limits = []
+def _join(demand: Demand, motions: list[StrokeMotion], rows: Rows) -> None:
+    """Hold together where two strokes meet: at rest beside a dwell, or else as smooth as the demand says."""
     for number, motion in enumerate(motions):
         before, stroke, last = motions[number - 1], demand.strokes[number], demand.strokes[number - 1]
         if not (stroke.is_free or last.is_free):
             continue
         if stroke.is_move or last.is_move:
-            limits += _equal(before, motion, 0)
+            _equal(before, motion, 0, rows)
         if DWELL in (stroke.kind, last.kind):
-            limits += [*motion.at_rest(demand.rest, False), *before.at_rest(demand.rest, True)]
+            motion.rests(demand.rest, False)
+            before.rests(demand.rest, True)
             continue
         for order in range(1, demand.continuity_at(last.end) + 1):
-            limits += _equal(before, motion, order)
-    return limits
+            _equal(before, motion, order, rows)
 
 
-def _equal(before: StrokeMotion, after: StrokeMotion, order: int) -> list[Any]:
+def _equal(before: StrokeMotion, after: StrokeMotion, order: int, rows: Rows) -> None:
     """Of two motions that meet, a derivative that goes on, if it is known."""
     end, start = before.end(order, True), after.end(order, False)
-    return [] if end is None or start is None else [end == start]
+    if end is not None and start is not None:
+        rows.zero(*end, *negative(start))
 
 
 def _order_of(demand: Demand, name: str) -> float:

@@ -9,6 +9,7 @@ from camopt.motion.stroke import Stroke
 from camopt.motion.table import DWELL, RETURN, RISE
 from camopt.numerics import FloatArray
 from camopt.synthesis.demand import Demand
+from camopt.synthesis.rows import Rows, Term
 from camopt.synthesis.stroke_motion import Ranges, Sizes
 
 
@@ -18,36 +19,38 @@ class FixedMotion:
     def __init__(self, demand: Demand, stroke: Stroke, ranges: Ranges, sizes: Sizes) -> None:
         self.low, self.change = stroke.low / demand.scale, (stroke.high - stroke.low) / demand.scale
         self.velocity = self.change / stroke.angle
-        self.rests = stroke.kind == DWELL
-        self.limits = [
-            limit for low, high in ranges.get(1, []) for limit in (self.velocity >= low, self.velocity <= high)
-        ]
-        kind = DWELL if self.rests else RISE if self.change > 0.0 else RETURN
+        self.rows = Rows()
+        for each in ranges.get(1, []):
+            self.rows.at_least((self.velocity, 1.0), (-each.low, each.unit))
+            self.rows.at_least((-self.velocity, 1.0), (each.high, each.unit))
+        kind = DWELL if stroke.kind == DWELL else RISE if self.change > 0.0 else RETURN
+        ends = self.low if kind == DWELL else np.array([self.low, self.low + self.change])
         for floor in demand.floors:
             if floor.kinds & kind:
-                sized = sizes.in_floor(floor, demand.scale)
-                along = floor.velocity * self.velocity + sized
-                ends = [self.low] if self.rests else [self.low, self.low + self.change]
-                self.limits += [floor.displacement * y + along >= 0 for y in ends]
+                along = floor.displacement * ends + floor.velocity * self.velocity
+                self.rows.at_least((along, 1.0), *sizes.in_floor(floor, demand.scale))
 
-    def end(self, order: int, last: bool) -> float:
+    def _at(self, order: int, last: bool) -> float:
         return (self.low + self.change * last, self.velocity, 0.0, 0.0)[order]
 
-    def at_rest(self, rest: int, last: bool) -> list[Any]:
-        return []
+    def end(self, order: int, last: bool) -> list[Term]:
+        return [(self._at(order, last), 1.0)]
 
-    def lowest(self, x: float) -> float:
-        return self.low + self.change * x
+    def rests(self, rest: int, last: bool) -> None:
+        """It does, or is no neighbour of a dwell that asks for it."""
+
+    def lowest(self, x: float) -> list[Term]:
+        return [(self.low + self.change * x, 1.0)]
 
     def at(self, x: FloatArray) -> list[Any]:
         rows = [self.low + self.change * x, np.full_like(x, self.velocity), *np.zeros((2, x.size))]
         return [cp.Constant(row) for row in rows]
 
     def samples(self, order: int) -> FloatArray:
-        return np.array([self.end(order, last) for last in (False, True)])
+        return np.array([self._at(order, last) for last in (False, True)])
 
-    def mirrors(self, other: Any) -> list[Any]:
-        return []
+    def mirrors(self, other: Any) -> None:
+        """A straight line mirrors another as it is."""
 
     def variation(self) -> Any:
         return cp.Constant(0.0)

@@ -17,16 +17,19 @@ node and on the mean over each panel, and one on y and y' alone as Grönwall's i
 optimum under it bounds every cam from below, and closes on the truth as h².
 """
 
+from collections.abc import Sequence
 from math import isfinite, sqrt
 from typing import Any
 
 import cvxpy as cp
 import numpy as np
+from scipy import sparse
 
 from camopt.motion.stroke import Stroke
 from camopt.numerics import FloatArray
 from camopt.synthesis.demand import Demand, LinearConstraint
-from camopt.synthesis.stroke_motion import Ranges, Sizes
+from camopt.synthesis.rows import Rows, Term, negative, stacked
+from camopt.synthesis.stroke_motion import Range, Ranges, Sizes
 
 CUBIC = 2.0 / (9.0 * sqrt(3.0))
 BESIDE = 0.25  # of a panel: the least length of one beside a condition
@@ -43,105 +46,124 @@ class RelaxedMotion:
         parts = [(each, part) for each in demand.conditions if (part := stroke.part(each)) is not None]
         x = _nodes(panels, {end for _, part in parts for end in part})
         self.h = np.diff(x)
+        self.each = sparse.eye_array(x.size, format="csr")
+        self.first, self.last = self.each[:-1], self.each[1:]
+        self.change, self.both = self.last - self.first, self.last + self.first
         self.y, self.v, self.a = (cp.Variable(x.size) for _ in range(3))
-        self.limits: list[Any] = [] if stroke.is_move else self._unit_stroke(stroke, demand.monotone)
+        self.rows = Rows()
+        if not stroke.is_move:
+            self._unit_stroke(stroke, demand.monotone)
         whole = slice(0, x.size)
         for order, every in ranges.items():
-            for low, high in every:
-                self._range(order, low, high, whole)
+            for each in every:
+                self._range(order, each, whole)
         for condition, (start, end) in parts:
             nodes = slice(int(np.abs(x - start).argmin()), int(np.abs(x - end).argmin()) + 1)
-            self._range(condition.order, condition.low / self.unit, condition.high / self.unit, nodes)
+            self._range(condition.order, Range(condition.low / self.unit, condition.high / self.unit), nodes)
         for floor in demand.floors:
             if floor.bears_on(stroke):
-                self._floor(floor, [(low * self.angle**2, high * self.angle**2) for low, high in ranges.get(2, [])])
+                self._floor(floor, [each.times(self.angle**2) for each in ranges.get(2, [])])
 
-    def _unit_stroke(self, stroke: Stroke, monotone: bool) -> list[Any]:
+    def _unit_stroke(self, stroke: Stroke, monotone: bool) -> None:
         """A rise or return goes from one end to the other, and not beyond."""
         start, end = stroke.low / self.unit, stroke.high / self.unit
-        limits = [self.y[0] == start, self.y[-1] == end, self.y >= min(start, end), self.y <= max(start, end)]
+        self.rows.zero((self.each[:1], self.y), (-start, 1.0))
+        self.rows.zero((self.each[-1:], self.y), (-end, 1.0))
+        self._between([(self.each, self.y)], Range(min(start, end), max(start, end)))
         if monotone:
             up = 1.0 if end > start else -1.0
-            limits += [up * self.v >= 0.0, up * cp.diff(self.y) >= 0.0]
-        return limits
+            self.rows.at_least((up * self.each, self.v))
+            self.rows.at_least((up * self.change, self.y))
 
-    def _range(self, order: int, low: Any, high: Any, nodes: slice) -> None:
+    def _range(self, order: int, limited: Range, nodes: slice) -> None:
         """What nodes have if a derivative by rad is within a range from the first of them to the last."""
-        low, high = low * self.angle**order, high * self.angle**order
-        y, v, a = (values[nodes] for values in (self.y, self.v, self.a))
-        h = self.h[nodes.start : nodes.stop - 1]
+        limited, panels = limited.times(self.angle**order), slice(nodes.start, nodes.stop - 1)
+        h, change = self.h[panels], self.change[panels]
         if order < 3:
-            self.limits += _between((y, v, a)[order], low, high)
+            self._between([(self.each[nodes], (self.y, self.v, self.a)[order])], limited)
         if not h.size:
             return
         if order == 1:
-            self.limits += _between(cp.multiply(1 / h, cp.diff(y)), low, high)
+            self._between([(_by(1 / h, change), self.y)], limited)
         elif order == 2:
-            self._chained(y, v, low, high, h)
+            self._chained(self.y, self.v, limited, panels)
         elif order == 3:
-            self._chained(v, a, low, high, h)
-            start = cp.multiply(h, v[:-1]) + cp.multiply(h**2 / 6, 2 * a[:-1] + a[1:])
-            reach = cp.multiply(CUBIC * h**3, (high - low) / 2)
-            self.limits += _within(cp.diff(y) - start, reach)
+            self._chained(self.v, self.a, limited, panels)
+            first, both = self.first[panels], self.both[panels]
+            off = [(change, self.y), (-_by(h, first), self.v), (-_by(h**2 / 6, first + both), self.a)]
+            self._within(off, [(CUBIC * h**3 * limited.half, limited.unit)])
 
-    def _chained(self, value: Any, slope: Any, low: Any, high: Any, h: FloatArray) -> None:
+    def _chained(self, value: Any, slope: Any, limited: Range, panels: slice) -> None:
         """What a value and its slope have at neighbouring nodes if the slope of the slope is within a range."""
-        middle, half = (low + high) / 2, (high - low) / 2
-        turned = cp.diff(slope) - cp.multiply(h, middle)
-        off = cp.multiply(1 / h, cp.diff(value)) - (slope[1:] + slope[:-1]) / 2
+        h, change = self.h[panels], self.change[panels]
         spent = cp.Variable(h.size)  # ≥ turned²/(4·half·h), a rotated cone
-        most = cp.multiply(4 * h, half)
-        self.limits += [
-            spent >= 0.0,
-            *_within(turned, cp.multiply(h, half)),
-            cp.SOC(spent + most, cp.vstack([2 * turned, spent - most])),
-            *_within(off, cp.multiply(h / 4, half) - spent),
-        ]
+        used = (sparse.eye_array(h.size, format="csr"), spent)
+        turned: list[Term] = [(change, slope), (-h * limited.middle, limited.unit)]
+        off: list[Term] = [(_by(1 / h, change), value), (-0.5 * self.both[panels], slope)]
+        self.rows.at_least(used)
+        self._within(turned, [(h * limited.half, limited.unit)])
+        self.rows.product([used], [(4 * h * limited.half, limited.unit)], turned)
+        self._within(off, [(h / 4 * limited.half, limited.unit), *negative([used])])
 
-    def _floor(self, floor: LinearConstraint, ranges: list[tuple[Any, Any]]) -> None:
+    def _floor(self, floor: LinearConstraint, ranges: list[Range]) -> None:
         """A linear limit at the nodes and over each panel; the ranges are those of a."""
         velocity, acceleration = floor.velocity / self.angle, floor.acceleration / self.angle**2
         sized = self.sizes.in_floor(floor, self.unit)
-        moving = floor.displacement * self.y + velocity * self.v
+        moving = [(floor.displacement * self.each, self.y), (velocity * self.each, self.v)]
         if acceleration == 0.0:
-            self.limits.append(moving + sized >= 0)
+            self.rows.at_least(*moving, *sized)
             if floor.displacement > 0.0 and velocity:
                 self._groenwall(floor.displacement, velocity, sized)
             return
-        self.limits.append(moving + acceleration * self.a + sized >= 0)
-        for low, high in ranges:
-            largest = (high - low) / 2 + abs((high + low) / 2) if isinstance(low, float) else high
-            mean = cp.multiply(self.h / 2, self.y[1:] + self.y[:-1])
-            off = cp.multiply(self.h**3 / 12, largest)  # by which the area under y may differ
-            self.limits.append(
-                floor.displacement * mean
-                + abs(floor.displacement) * off
-                + velocity * cp.diff(self.y)
-                + acceleration * cp.diff(self.v)
-                + cp.multiply(self.h, sized)
-                >= 0
+        self.rows.at_least(*moving, (acceleration * self.each, self.a), *sized)
+        for each in ranges:
+            largest = max(-each.low, each.high)
+            self.rows.at_least(
+                (floor.displacement * _by(self.h / 2, self.both), self.y),  # the mean
+                (abs(floor.displacement) * self.h**3 / 12 * largest, each.unit),  # by which the area may differ
+                (velocity * self.change, self.y),
+                (acceleration * self.change, self.v),
+                *((self.h * weight, size) for weight, size in sized),
             )
 
-    def _groenwall(self, displacement: float, velocity: float, sized: Any) -> None:
+    def _groenwall(self, displacement: float, velocity: float, sized: list[Term]) -> None:
         """With z = w₀·y + S and z ∓ w₁·y' ≥ 0, z grows by e^(w₀·h/w₁) at most, or falls by no more."""
-        z = displacement * self.y + sized
         decay = np.exp(-displacement / abs(velocity) * self.h)
-        later, sooner = (z[:-1], z[1:]) if velocity < 0.0 else (z[1:], z[:-1])
-        self.limits.append(later >= cp.multiply(decay, sooner))
+        later, sooner = (self.first, self.last) if velocity < 0.0 else (self.last, self.first)
+        grown = (displacement * (later - _by(decay, sooner)), self.y)
+        self.rows.at_least(grown, *(((1.0 - decay) * weight, size) for weight, size in sized))
 
-    def end(self, order: int, last: bool) -> Any:
+    def _within(self, values: Sequence[Term], most: Sequence[Term]) -> None:
+        """Hold magnitudes, without the variables that cvxpy would add for an absolute value."""
+        self.rows.at_least(*negative(values), *most)
+        self.rows.at_least(*values, *most)
+
+    def _between(self, values: Sequence[Term], limited: Range) -> None:
+        """Hold values within a range whose ends may be infinite."""
+        if limited.low == limited.high:
+            self.rows.zero(*values, (-limited.low, limited.unit))
+            return
+        if isfinite(limited.low):
+            self.rows.at_least(*values, (-limited.low, limited.unit))
+        if isfinite(limited.high):
+            self.rows.at_least(*negative(values), (limited.high, limited.unit))
+
+    def end(self, order: int, last: bool) -> list[Term] | None:
         values = {0: self.y, 1: self.v, 2: self.a}.get(order)
-        return None if values is None else values[-1 if last else 0] / self.angle**order
+        at = self.each[-1:] if last else self.each[:1]
+        return None if values is None else [(at / self.angle**order, values)]
 
-    def at_rest(self, rest: int, last: bool) -> list[Any]:
-        return [values[-1 if last else 0] == 0.0 for values in (self.v, self.a)[:rest]]
+    def rests(self, rest: int, last: bool) -> None:
+        at = self.each[-1:] if last else self.each[:1]
+        for values in (self.v, self.a)[:rest]:
+            self.rows.zero((at, values))
 
-    def lowest(self, x: float) -> Any:
+    def lowest(self, x: float) -> list[Term]:
         """Another motion may be lower elsewhere: its size has no bound."""
-        return cp.Variable()
+        return [(1.0, cp.Variable())]
 
-    def mirrors(self, other: Any) -> list[Any]:
-        return []
+    def mirrors(self, other: Any) -> None:
+        """The bound is one for all motions."""
 
     def variation(self) -> Any:
         return cp.Constant(0.0)
@@ -151,26 +173,18 @@ class RelaxedMotion:
 
     def square(self, order: int) -> Any:
         value, slope = {2: (self.y, self.v), 3: (self.v, self.a)}[order]
-        off = cp.diff(value) - cp.multiply(self.h / 2, slope[1:] + slope[:-1])
-        first = cp.multiply(1 / np.sqrt(self.h), cp.diff(slope))
-        parts = [first, cp.multiply(np.sqrt(12 / self.h**3), off)]
+        h, change, both = self.h, self.change, self.both
+        off = [(_by(np.sqrt(12 / h**3), change), value), (-_by(np.sqrt(3 / h), both), slope)]
+        parts: list[list[Term]] = [[(_by(1 / np.sqrt(h), change), slope)], off]
         if order == 3:
-            bent = cp.multiply(12 / self.h**2, cp.diff(self.y)) - cp.multiply(6 / self.h, self.v[1:] + self.v[:-1])
-            parts.append(cp.multiply(np.sqrt(5 / self.h), cp.diff(self.a) + bent))
-        return self.angle ** (0.5 - order) * cp.norm(cp.hstack(parts))
+            bent = [(_by(12 / h**2, change), self.y), (-_by(6 / h, both), self.v), (change, self.a)]
+            parts.append([(_by(np.sqrt(5 / h), matrix), values) for matrix, values in bent])
+        return self.angle ** (0.5 - order) * cp.norm(stacked(parts))
 
 
-def _within(values: Any, most: Any) -> list[Any]:
-    """The limits of their magnitudes, without the variables that cvxpy would add for an absolute value."""
-    return [values <= most, values >= -most]
-
-
-def _between(values: Any, low: Any, high: Any) -> list[Any]:
-    """The limits of values within a range whose ends may be infinite."""
-    if isinstance(low, float) and low == high:
-        return [values == low]
-    ends = ((values, low), (-values, -high))
-    return [value >= end for value, end in ends if isinstance(end, cp.Expression) or isfinite(end)]
+def _by(weights: FloatArray, matrix: Any) -> Any:
+    """The rows of a matrix, each times its weight."""
+    return sparse.diags_array(weights, format="csr") @ matrix
 
 
 def _nodes(panels: int, ends: set[float]) -> FloatArray:

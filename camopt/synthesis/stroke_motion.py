@@ -2,12 +2,34 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from camopt.motion.stroke import Stroke
 from camopt.synthesis.demand import Demand, LinearConstraint
+from camopt.synthesis.rows import Rows, Term
 
-Ranges = dict[int, list[tuple[Any, Any]]]
+
+class Range(NamedTuple):
+    """The ends of a range of a derivative, each possibly infinite, in a unit that may be a variable."""
+
+    low: float
+    high: float
+    unit: Any = 1.0
+
+    @property
+    def middle(self) -> float:
+        return (self.low + self.high) / 2.0
+
+    @property
+    def half(self) -> float:
+        """Half its width."""
+        return (self.high - self.low) / 2.0
+
+    def times(self, factor: float) -> "Range":
+        return Range(factor * self.low, factor * self.high, self.unit)
+
+
+Ranges = dict[int, list[Range]]
 """Ranges of a stroke's derivatives, by order; all of a list hold."""
 
 
@@ -19,28 +41,29 @@ class Sizes:
     height: Any
     prime: Any
 
-    def in_floor(self, floor: LinearConstraint, unit: float) -> Any:
+    def in_floor(self, floor: LinearConstraint, unit: float) -> list[Term]:
         """What sizes and constants add to a linear limit, whose lengths are in a unit."""
         parts = ((floor.lead, self.lead), (floor.height, self.height))
-        return sum((weight * size for weight, size in parts if weight), start=floor.constant / unit)
+        return [(floor.constant / unit, 1.0), *(part for part in parts if part[0])]
 
 
 class StrokeMotion(Protocol):
     """The motion of one stroke in units of the lift, by rad: its limits, and what others need of it."""
 
-    limits: list[Any]
+    rows: Rows
+    """Its limits."""
 
-    def end(self, order: int, last: bool) -> Any:
+    def end(self, order: int, last: bool) -> list[Term] | None:
         """y or a derivative at an end of the stroke, or None if it is not known there."""
 
-    def at_rest(self, rest: int, last: bool) -> list[Any]:
-        """What makes so many derivatives zero at an end, beside a dwell."""
+    def rests(self, rest: int, last: bool) -> None:
+        """Make so many derivatives zero at an end, beside a dwell."""
 
-    def lowest(self, x: float) -> Any:
+    def lowest(self, x: float) -> list[Term]:
         """y at x of the unit stroke, where the motion is lowest; of a bound, anything."""
 
-    def mirrors(self, other: Any) -> list[Any]:
-        """What makes another such motion its mirror image; nothing of a bound, which is one for all motions."""
+    def mirrors(self, other: Any) -> None:
+        """Make it the mirror image of another such motion; not a bound, which is one for all motions."""
 
     def variation(self) -> Any:
         """The variation of the jerk over the stroke, or no less than that."""
