@@ -32,7 +32,7 @@ from camopt.mistakes import BadInput
 from camopt.motion import LAWS
 from camopt.problem.limits import LOADS
 from camopt.problem.problem import resolve
-from camopt.verdicts.ball import Ball, between, precisely
+from camopt.verdicts.ball import TERMS, Ball, between, precisely
 from camopt.verdicts.certify import certify_design, certify_limits, in_balls, statements_of, summary
 from camopt.verdicts.deciding import FIRST_PARTS, decide
 from camopt.verdicts.exact_laws import EXACT, pieces_of
@@ -154,27 +154,32 @@ def test_an_optimum_is_proved_and_a_hair_smaller_is_refused(name):
 
 
 def test_a_proof_leaves_the_precision_of_flint_as_it_was():
-    """At 200 bits within, though other precisions come before; nothing is changed by an import, nor by an error."""
-    scene, verdicts = find_scene("two-pauses"), []
+    """At 200 bits within, though other precisions come before; nothing is changed by an import, nor by an error.
+
+    And so with the number of terms of a series.
+    """
+    scene, verdicts, terms = find_scene("two-pauses"), [], ctx.cap
     for bits in (30, 53, 300):
         with ctx.workprec(bits):
             verdicts.append(certify(scene))
-            assert ctx.prec == bits
-            assert precisely()(lambda: ctx.prec)() == 200
+            assert (ctx.prec, ctx.cap) == (bits, terms)
+            assert precisely()(lambda: (ctx.prec, ctx.cap))() == (200, TERMS)
             with pytest.raises(ZeroDivisionError):
                 precisely()(lambda: 1 / 0)()
-            assert ctx.prec == bits
+            assert (ctx.prec, ctx.cap) == (bits, terms)
     assert verdicts[0] == verdicts[1] == verdicts[2]
     modules = "camopt.verdicts.certify, camopt.front.certified, camopt.studies.accuracy.table, flint"
-    code = f"import {modules}; print(flint.ctx.prec)"
-    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "53\n"
+    code = f"import {modules}; print(flint.ctx.prec, flint.ctx.cap)"
+    assert (
+        subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "53 10\n"
+    )
 
 
 def test_proofs_in_threads_do_not_change_each_others_precision():
-    scene, before = find_scene("two-pauses"), ctx.prec
+    scene, before = find_scene("two-pauses"), (ctx.prec, ctx.cap)
     with ThreadPoolExecutor(4) as threads:
         verdicts = list(threads.map(certify, [scene] * 8))
-    assert ctx.prec == before
+    assert (ctx.prec, ctx.cap) == before
     assert all(each == verdicts[0] for each in verdicts)
 
 

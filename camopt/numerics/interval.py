@@ -37,6 +37,10 @@ def _subtract(a: "Interval", b: "Interval") -> "Interval":
 def _multiply(a: "Interval", b: "Interval") -> "Interval":
     if a is b:
         return _square(a)
+    if b.low is b.high:  # numbers
+        return _hull(a.low * b.low, a.high * b.low)
+    if a.low is a.high:
+        return _hull(a.low * b.low, a.low * b.high)
     return _hull(a.low * b.low, a.low * b.high, a.high * b.low, a.high * b.high)
 
 
@@ -138,7 +142,10 @@ KNOWN = (Interval, int, float, np.ndarray, np.generic)
 
 def as_interval(x: Any) -> Interval:
     """A number or array as intervals of no width."""
-    return x if isinstance(x, Interval) else Interval(np.asarray(x, dtype=float), np.asarray(x, dtype=float))
+    if isinstance(x, Interval):
+        return x
+    value = np.asarray(x, dtype=float)
+    return Interval(value, value)
 
 
 def chained(parts: Sequence[Interval]) -> Interval:

@@ -7,7 +7,9 @@ Source: Griewank and Walther, Evaluating Derivatives, ch. 13 (Taylor arithmetic)
 """
 
 from collections.abc import Callable, Sequence
+from functools import reduce
 from math import factorial
+from operator import add, mul
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -56,7 +58,7 @@ class Taylor:
         if not isinstance(other, Taylor):
             return Taylor([term * other for term in self.terms])
         a, b = self.terms, other.terms
-        return Taylor([sum(a[j] * b[k - j] for j in range(k + 1)) for k in range(min(len(a), len(b)))])
+        return Taylor([_sum_of_products(a[: k + 1], b[k::-1]) for k in range(min(len(a), len(b)))])
 
     __rmul__ = __mul__
 
@@ -65,16 +67,22 @@ class Taylor:
             return Taylor([term / other for term in self.terms])
         found: list[Any] = []
         for k, term in enumerate(self.terms[: len(other.terms)]):
-            found.append((term - sum(found[j] * other.terms[k - j] for j in range(k))) / other.terms[0])
+            left = term - _sum_of_products(found, other.terms[k:0:-1]) if k else term
+            found.append(left / other.terms[0])
         return Taylor(found)
 
     def root(self) -> "Taylor":
         """The square root."""
-        first, *rest = self.terms
-        found = [np.sqrt(first)]
-        for k, term in enumerate(rest, start=1):
-            found.append((term - sum(found[j] * found[k - j] for j in range(1, k))) / (found[0] * 2.0))
+        found = [np.sqrt(self.terms[0])]
+        for k, term in enumerate(self.terms[1:]):
+            left = term - _sum_of_products(found[1:], found[:0:-1]) if k else term
+            found.append(left / (found[0] * 2.0))
         return Taylor(found)
+
+
+def _sum_of_products(a: Sequence[Any], b: Sequence[Any]) -> Any:
+    """a₀·b₀ + a₁·b₁ + …, of at least one."""
+    return reduce(add, map(mul, a, b))
 
 
 class Direction(NamedTuple):
@@ -89,7 +97,7 @@ def direction(angle: Taylor) -> Direction:
     rates = angle.slope.terms
     cosine, sine = [np.cos(angle.terms[0])], [np.sin(angle.terms[0])]
     for k in range(1, len(angle.terms)):
-        c, s = (sum(each[j] * rates[k - 1 - j] for j in range(k)) / k for each in (cosine, sine))
+        c, s = (_sum_of_products(each, rates[k - 1 :: -1]) / k for each in (cosine, sine))
         cosine.append(-s)
         sine.append(c)
     return Direction(Taylor(cosine), Taylor(sine))

@@ -12,6 +12,7 @@ import numpy as np
 from flint import arb, ctx
 
 BITS = 200
+TERMS = 16  # of series at most
 TURNS = RLock()
 
 
@@ -19,10 +20,15 @@ TURNS = RLock()
 def precisely() -> Iterator[None]:
     """Ball arithmetic at ``BITS`` within, and after it at the precision of before; a decorator, too.
 
-    flint has one precision for the whole process, so that proofs in several threads wait for each other.
+    Series have up to ``TERMS`` terms. flint has one precision for the whole process, so that proofs in several
+    threads wait for each other.
     """
     with TURNS, ctx.workprec(BITS):
-        yield
+        before, ctx.cap = ctx.cap, TERMS
+        try:
+            yield
+        finally:
+            ctx.cap = before
 
 
 def _root(a: arb) -> arb:

@@ -7,11 +7,11 @@ check.
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from math import factorial, perm
 from typing import Any
 
-from flint import arb, fmpq, fmpq_mat, fmpq_poly
+from flint import arb, arb_poly, fmpq, fmpq_mat
 
 from camopt.motion.law import Law
 from camopt.motion.polynomial import PolynomialLaw
@@ -37,19 +37,28 @@ class Piece:
 
     def derivative(self, order: int, x: arb) -> arb:
         """A derivative of the unit stroke over a ball of x."""
-        d, total = x - self.start, arb(0)
-        for k in range(len(self.powers) - 1, order - 1, -1):
-            factor = 1
-            for j in range(order):
-                factor *= k - j
-            total = total * d + self.powers[k] * factor
-        for size, speed, phase in self.waves:
-            total += size * (arb.pi() * speed) ** order * (speed * d + phase + arb(order) / 2).sin_pi()
-        return total
+        return self.derivatives(order + 1, x)[order]
 
     def derivatives(self, count: int, x: arb) -> list[arb]:
         """The unit stroke and its derivatives over a ball of x."""
-        return [self.derivative(order, x) for order in range(count)]
+        d = x - self.start
+        found = [powers(d) for powers in self._rates[:count]]
+        found += [arb(0)] * (count - len(found))
+        for size, speed, phase in self.waves:
+            sine, cosine = (speed * d + phase).sin_cos_pi()
+            fast = arb.pi() * speed
+            for order in range(count):
+                found[order] += size * (sine, cosine, -sine, -cosine)[order % 4]
+                size *= fast
+        return found
+
+    @cached_property
+    def _rates(self) -> list[arb_poly]:
+        """The polynomial and its derivatives."""
+        found = [arb_poly(list(self.powers))]
+        for _ in self.powers[1:]:
+            found.append(found[-1].derivative())
+        return found
 
 
 def _moved(piece: Piece, start: arb, end: arb) -> Piece:
@@ -144,23 +153,24 @@ EXACT: dict[str, Callable[[], tuple[Piece, ...]]] = {
 
 
 def _spline(law: SplineLaw) -> tuple[Piece, ...]:
-    """The polynomial of each span between knots, in rational numbers: its knots and coefficients are exact."""
-    knots, coefficients = map(_rational, (law.knots, law.coefficients))
+    """The polynomial of each span between knots: its knots and coefficients are exact."""
+    knots, coefficients = (list(map(arb, numbers)) for numbers in (law.knots, law.coefficients))
     found = []
     for k in range(law.degree, len(coefficients)):
         if knots[k] < knots[k + 1]:
             powers = _de_boor(law.degree, knots, coefficients, k).coeffs()
-            found.append(Piece(arb(knots[k]), arb(knots[k + 1]), tuple(map(arb, powers))))
+            found.append(Piece(knots[k], knots[k + 1], tuple(powers)))
     return tuple(found)
 
 
-def _de_boor(degree: int, knots: list[fmpq], coefficients: list[fmpq], k: int) -> fmpq_poly:
+def _de_boor(degree: int, knots: list[arb], coefficients: list[arb], k: int) -> arb_poly:
     """De Boor's algorithm on the span after knot k, run on polynomials of d = x − start."""
-    found = [fmpq_poly([c]) for c in coefficients[k - degree : k + 1]]
+    found = [arb_poly([c]) for c in coefficients[k - degree : k + 1]]
     for level in range(1, degree + 1):
         for j in range(degree, level - 1, -1):
             left, right = knots[k - degree + j], knots[k + 1 + j - level]
-            share = fmpq_poly([knots[k] - left, 1]) / (right - left)
+            over = 1 / (right - left)
+            share = arb_poly([(knots[k] - left) * over, over])
             found[j] = found[j - 1] + share * (found[j] - found[j - 1])
     return found[degree]
 

@@ -15,12 +15,11 @@ from math import factorial
 from typing import Any
 
 import numpy as np
-from flint import arb
+from flint import arb, arb_series
 
 from camopt.effects import EFFECTS, Case
 from camopt.effects.section import AREA, CENTROID, LENGTH, POLAR
 from camopt.mechanisms import Designs
-from camopt.numerics.taylor import Taylor, direction
 from camopt.problem.problem import Problem, exactly
 from camopt.problem.rows import Rows
 from camopt.quantities import QUANTITIES
@@ -30,9 +29,13 @@ from camopt.verdicts.exact_motion import ExactMotion, ExactStroke
 from camopt.verdicts.judging import extended
 
 ORDER = 10
+TERMS = ORDER + 3  # of a motion: from its second derivative on, ORDER is the last one's
 PARTS = (16, 32, 64, 128, 256)  # of a stroke that moves
 ROUNDED = 2.0**-48  # relative: of what is made of the enclosures in doubles
 INTEGRATED = ("section", "solid")
+
+Series = arb_series | arb
+"""A series, or a constant. Each operation keeps as many terms as are known."""
 
 
 def is_integrated(names: tuple[str, ...]) -> bool:
@@ -96,19 +99,19 @@ def _over(contact: Any, stroke: ExactStroke, piece: Stretch | None, start: arb, 
         contact(_motion(stroke, piece, x), start + stroke.angle * x) for x in (middle, between(low, high))
     )
     return [
-        sum((2 * f.terms[k] * half ** (k + 1) / (k + 1) for k in range(0, ORDER, 2)), arb(0))
-        + 2 * rest.terms[ORDER] * half ** (ORDER + 1) / (ORDER + 1)
+        sum((2 * f[k] * half ** (k + 1) / (k + 1) for k in range(0, ORDER, 2)), arb(0))
+        + 2 * rest[ORDER] * half ** (ORDER + 1) / (ORDER + 1)
         for f, rest in zip(near, whole, strict=True)
     ]
 
 
-def _motion(stroke: ExactStroke, piece: Stretch | None, x: arb) -> Taylor:
+def _motion(stroke: ExactStroke, piece: Stretch | None, x: arb) -> arb_series:
     """The displacement by the cam angle about a ball of x, longer by two for y' and the slope of the contact."""
-    terms = [arb(0)] * (ORDER + 3)
+    terms = [arb(0)]
     if piece is not None:
-        rows = piece.derivatives(ORDER + 3, x)
+        rows = piece.derivatives(TERMS, x)
         terms = [stroke.size * row / (stroke.angle**k * factorial(k)) for k, row in enumerate(rows)]
-    return Taylor([stroke.low + terms[0], *terms[1:]])
+    return arb_series([stroke.low + terms[0], *terms[1:]], TERMS)
 
 
 def _contact(problem: Problem, exact: Designs) -> Any:
@@ -123,61 +126,52 @@ def _contact(problem: Problem, exact: Designs) -> Any:
     else:
         at = partial(_of_face, sizes)
 
-    def integrands(y: Taylor, angle: arb) -> list[Taylor]:
+    def integrands(y: arb_series, angle: arb) -> list[arb_series]:
         (px, py), (nx, ny) = at(int(exact.sense), y)
         return _integrands(int(exact.sense), px, py, nx, ny, angle)
 
     return integrands
 
 
-def _integrands(sense: int, x: Taylor, y: Taylor, nx: Taylor, ny: Taylor, angle: arb) -> list[Taylor]:
+def _integrands(sense: int, x: arb_series, y: arb_series, nx: Series, ny: Series, angle: arb) -> list[arb_series]:
     """The integrands of ``effects.section``, from the contact point and the normal there, as long as its slope."""
-    along, up = x.slope + _cut(y) * sense, y.slope - _cut(x) * sense
-    x, y, nx, ny = map(_cut, (x, y, nx, ny))
+    along, up = x.derivative() + y * sense, y.derivative() - x * sense
     rate = (y * along - x * up) * sense
-    turn = direction(Taylor([angle, arb(1), *[arb(0)] * (len(x.terms) - 2)]))
-    cosine, sine = turn.cosine, turn.sine * sense
+    sine, cosine = arb_series([angle, 1], TERMS).sin_cos()
+    sine *= sense
     length = (ny * along - nx * up) * sense
     return [length, rate, (x * cosine + y * sine) * rate, (y * cosine - x * sine) * rate, (x * x + y * y) * rate]
 
 
-Places = tuple[tuple[Taylor, Taylor], tuple[Taylor, Taylor]]
+Places = tuple[tuple[arb_series, arb_series], tuple[Series, Series]]
 """The contact point and the outward normal in the ground frame."""
 
 
-def _of_trace(angular: bool, sizes: dict[str, arb], start: arb, sense: int, y: Taylor) -> Places:
+def _of_trace(angular: bool, sizes: dict[str, arb], start: arb, sense: int, y: arb_series) -> Places:
     """T − R_r·n with n = iσV/|V|, V the velocity of T over the cam (``effects.parts``)."""
-    speed, y = y.slope, _cut(y)
-    none = Taylor([arb(0)] * len(y.terms))
+    speed = y.derivative()
     if angular:
         pivot, arm = sizes["centre_distance"], sizes["arm_length"]
-        turn = direction(y + start)
-        x, z = -(turn.cosine * arm) + pivot, turn.sine * arm
+        sine, cosine = (y + start).sin_cos()
+        x, z = -(cosine * arm) + pivot, sine * arm
         along, up = z * speed + z * sense, (-x + pivot) * speed - x * sense
     else:
-        x, z = none + sizes["offset"], y + start
+        x, z = arb_series([sizes["offset"]], TERMS), y + start
         along, up = z * sense, speed - x * sense
-    share = (along * along + up * up).root()
-    nx, ny = -(up * sense) / share, along * sense / share
+    share = (along * along + up * up).rsqrt() * sense
+    nx, ny = -(up * share), along * share
     radius = sizes["roller_radius"]
     return (x - nx * radius, z - ny * radius), (nx, ny)
 
 
-def _of_face(sizes: dict[str, arb], sense: int, y: Taylor) -> Places:
+def _of_face(sizes: dict[str, arb], sense: int, y: arb_series) -> Places:
     """(σy', R_b + y), the normal upward."""
-    none = Taylor([arb(0)] * (len(y.terms) - 1))
-    return (y.slope * sense, _cut(y) + sizes["size"]), (none, none + arb(1))
+    return (y.derivative() * sense, y + sizes["size"]), (arb(0), arb(1))
 
 
-def _of_swinging_face(sizes: dict[str, arb], first: arb, sense: int, y: Taylor) -> Places:
+def _of_swinging_face(sizes: dict[str, arb], first: arb, sense: int, y: arb_series) -> Places:
     """c + f·n − t·e^{−iψ} with n = ie^{−iψ} and t = c·cos ψ/(1 + σψ')."""
     pivot, face = sizes["centre_distance"], sizes["face_offset"]
-    turn = direction(_cut(y) + first)
-    reach = turn.cosine * pivot / (y.slope * sense + arb(1))
-    x = turn.sine * face - reach * turn.cosine + pivot
-    return (x, turn.cosine * face + reach * turn.sine), (turn.sine, turn.cosine)
-
-
-def _cut(series: Taylor) -> Taylor:
-    """A series without its last term, as long as a slope."""
-    return Taylor(series.terms[:-1])
+    sine, cosine = (y + first).sin_cos()
+    reach = cosine * pivot * (y.derivative() * sense + 1).inv()
+    return (sine * face - reach * cosine + pivot, cosine * face + reach * sine), (sine, cosine)
