@@ -20,10 +20,8 @@ from dataclasses import dataclass
 from math import acos, asin, cos, nan, pi, sin, sqrt
 from typing import ClassVar, NamedTuple, Protocol
 
-import numpy as np
-
 from camopt.motion.profile import Joint, phase
-from camopt.numerics.taylor import Taylor, angle_of, direction
+from camopt.numerics.taylor import Series, angle_of, direction, quotient, root
 
 
 class Stand(NamedTuple):
@@ -45,8 +43,8 @@ class Contact(Protocol):
     @property
     def is_flat(self) -> bool: ...
     def at(self, joint: Joint) -> Stand: ...
-    def on_arc(self, radius: float, distance: float, angle: Taylor) -> Taylor: ...
-    def on_line(self, distance: float, angle: Taylor) -> Taylor: ...
+    def on_arc(self, radius: float, distance: float, angle: Series) -> Series: ...
+    def on_line(self, distance: float, angle: Series) -> Series: ...
 
 
 @dataclass(frozen=True)
@@ -66,14 +64,14 @@ class TranslatingPoint:
         turned = phase(point / complex(height, e))
         return Stand(turned, height, cos(phase(joint.normal) - turned))
 
-    def on_arc(self, radius: float, distance: float, angle: Taylor) -> Taylor:
+    def on_arc(self, radius: float, distance: float, angle: Series) -> Series:
         along, across = (each * distance for each in direction(angle))
         u, side = across + self.eccentricity, _side(radius)
-        return along + (-((u - radius) * (u + radius))).root() * side
+        return along + root(-((u - radius) * (u + radius))) * side
 
-    def on_line(self, distance: float, angle: Taylor) -> Taylor:
+    def on_line(self, distance: float, angle: Series) -> Series:
         along, across = direction(angle)
-        return (across * self.eccentricity + distance) / along
+        return quotient(across * self.eccentricity + distance, along)
 
 
 @dataclass(frozen=True)
@@ -97,16 +95,16 @@ class OscillatingPoint:
         upwards = -1j * self.sense * arm / l
         return Stand(turned, psi, cos(phase(joint.normal) - turned - phase(upwards)))
 
-    def on_arc(self, radius: float, distance: float, angle: Taylor) -> Taylor:
+    def on_arc(self, radius: float, distance: float, angle: Series) -> Series:
         to_pivot, square, l = *_to_pivot(self.centre_distance, distance, angle), self.arm_length  # noqa: E741
         near = square + (l - radius) * (l + radius)
-        far = (square * (4.0 * l * l) - near * near).root()
+        far = root(square * (4.0 * l * l) - near * near)
         return to_pivot * self.sense + angle_of(near, far) * _side(radius)
 
-    def on_line(self, distance: float, angle: Taylor) -> Taylor:
+    def on_line(self, distance: float, angle: Series) -> Series:
         l = self.arm_length  # noqa: E741
         along = direction(angle).cosine * self.centre_distance - distance
-        return angle_of(along, (-((along - l) * (along + l))).root()) - angle * self.sense
+        return angle_of(along, root(-((along - l) * (along + l)))) - angle * self.sense
 
 
 @dataclass(frozen=True)
@@ -119,10 +117,10 @@ class TranslatingFace:
     def at(self, joint: Joint) -> Stand:
         return Stand(phase(joint.normal), (joint.point * joint.normal.conjugate()).real, 1.0)
 
-    def on_arc(self, radius: float, distance: float, angle: Taylor) -> Taylor:
+    def on_arc(self, radius: float, distance: float, angle: Series) -> Series:
         return direction(angle).cosine * distance + radius
 
-    def on_line(self, distance: float, angle: Taylor) -> Taylor:
+    def on_line(self, distance: float, angle: Series) -> Series:
         raise NotImplementedError("a flat face rests on a line at one cam angle only")
 
 
@@ -146,16 +144,16 @@ class OscillatingFace:
         from_pivot = self.centre_distance - joint.point * complex(cos(turned), -sin(turned))
         return Stand(turned, psi, (from_pivot * face.conjugate()).real)
 
-    def on_arc(self, radius: float, distance: float, angle: Taylor) -> Taylor:
+    def on_arc(self, radius: float, distance: float, angle: Series) -> Series:
         to_pivot, square = _to_pivot(self.centre_distance, distance, angle)
         far = radius - self.face_offset
-        return to_pivot * self.sense + angle_of((square - far * far).root(), square * 0.0 + far)
+        return to_pivot * self.sense + angle_of(root(square - far * far), square * 0.0 + far)
 
-    def on_line(self, distance: float, angle: Taylor) -> Taylor:
+    def on_line(self, distance: float, angle: Series) -> Series:
         raise NotImplementedError("a flat face rests on a line at one cam angle only")
 
 
-def _to_pivot(centre_distance: float, distance: float, angle: Taylor) -> tuple[Taylor, Taylor]:
+def _to_pivot(centre_distance: float, distance: float, angle: Series) -> tuple[Series, Series]:
     """Angle and squared length of the vector from the centre of an arc to the pivot."""
     along, across = (each * distance for each in direction(angle))
     x = -along + centre_distance
@@ -164,5 +162,4 @@ def _to_pivot(centre_distance: float, distance: float, angle: Taylor) -> tuple[T
 
 def _side(radius: float) -> float:
     """1 for an arc that is round, −1 for one that is hollow."""
-    side: float = np.sign(radius)
-    return side
+    return 1.0 if radius > 0.0 else -1.0

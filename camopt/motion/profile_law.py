@@ -19,7 +19,7 @@ from camopt.motion.programme import Programme
 from camopt.motion.stroke import Given, Stroke
 from camopt.motion.table import DWELL, TURN
 from camopt.numerics import FloatArray
-from camopt.numerics.taylor import Taylor
+from camopt.numerics.taylor import Series, Taylor
 
 ORDERS = 4  # y and its first three derivatives
 LEAST = 1e-6  # of the largest position: a lift of which rounding leaves enough digits
@@ -51,7 +51,7 @@ class ProfileLaw(ByOrder):
     SOURCE = "Rothbart, Cam Design Handbook, ch. 3"
     BREAKS = (0.0, 1.0)
 
-    def position(self, angle: Taylor) -> Taylor:
+    def position(self, angle: Series) -> Series:
         """Where the follower stands, by δ."""
         if self.radius is None:
             return self.contact.on_line(self.distance, angle)

@@ -7,7 +7,7 @@ Source: Griewank and Walther, Evaluating Derivatives, ch. 13 (Taylor arithmetic)
 """
 
 from collections.abc import Callable, Sequence
-from functools import reduce
+from functools import reduce, singledispatch
 from math import factorial
 from operator import add, mul
 from typing import Any, NamedTuple
@@ -85,14 +85,31 @@ def _sum_of_products(a: Sequence[Any], b: Sequence[Any]) -> Any:
     return reduce(add, map(mul, a, b))
 
 
+Series = Any
+"""A ``Taylor``, or the series of a library, for which what follows is registered (``verdicts.exact_profile``)."""
+
+
 class Direction(NamedTuple):
     """Cosine and sine of an angle."""
 
-    cosine: Taylor
-    sine: Taylor
+    cosine: Series
+    sine: Series
 
 
-def direction(angle: Taylor) -> Direction:
+@singledispatch
+def root(series: Series) -> Series:
+    """The square root."""
+    return series.root()
+
+
+@singledispatch
+def quotient(a: Series, b: Series) -> Series:
+    """a/b."""
+    return a / b
+
+
+@singledispatch
+def direction(angle: Series) -> Direction:
     """Cosine and sine, from c' = −s·α' and s' = c·α'."""
     rates = angle.slope.terms
     cosine, sine = [np.cos(angle.terms[0])], [np.sin(angle.terms[0])]
@@ -103,7 +120,8 @@ def direction(angle: Taylor) -> Direction:
     return Direction(Taylor(cosine), Taylor(sine))
 
 
-def angle_of(x: Taylor, y: Taylor) -> Taylor:
+@singledispatch
+def angle_of(x: Series, y: Series) -> Series:
     """The angle of a vector, from (x·y' − y·x')/(x² + y²): small where the vector turns little."""
     rate = (x * y.slope - y * x.slope) / (x * x + y * y)
     return rate.integral(np.arctan2(y.terms[0], x.terms[0]))

@@ -5,13 +5,14 @@ What a law is made from, the centres of arcs found and rounded among it, is take
 
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
+from math import factorial
 from typing import Any
 
-from flint import arb
+from flint import arb, arb_series
 
 from camopt.motion.profile_law import ProfileLaw
-from camopt.numerics.taylor import Taylor
-from camopt.verdicts.ball import Ball, as_arb, precisely
+from camopt.numerics.taylor import Direction, Taylor, angle_of, direction, quotient, root
+from camopt.verdicts.ball import Ball, precisely
 
 
 @dataclass(frozen=True)
@@ -20,7 +21,7 @@ class ProfilePiece:
 
     law: ProfileLaw
     """With balls in place of its numbers."""
-    turn: Ball
+    turn: arb
     start: arb
     end: arb
 
@@ -30,16 +31,19 @@ class ProfilePiece:
 
     def derivatives(self, count: int, x: arb) -> list[arb]:
         """The displacement from where it starts, and its derivatives by x, over a ball of x: of one series."""
-        angle = self.law.first + self.turn * Ball(x)
-        terms = [angle, self.turn, *[Ball(0.0)] * count]
-        series = self.law.position(Taylor(terms[:count]))
-        value, *rest = (as_arb(series.derivative(k)) for k in range(count))
+        series = self._over(arb_series([self.law.first + self.turn * x, self.turn], count))
+        value, *rest = (series[k] * factorial(k) for k in range(count))
         return [value - self.begins, *rest]
 
     @cached_property
     def begins(self) -> arb:
         """The position where the element starts."""
-        return as_arb(self.law.position(Taylor([self.law.first])).derivative(0))
+        found: arb = self._over(arb_series([self.law.first], 1))[0]
+        return found
+
+    def _over(self, angle: arb_series) -> Any:
+        """Where the follower stands, by δ."""
+        return self.law.position(angle)
 
 
 @cache
@@ -47,8 +51,32 @@ class ProfilePiece:
 def piece_on_profile(law: ProfileLaw) -> ProfilePiece:
     """The one piece of a law."""
     contact: Any = law.contact
-    numbers: dict[str, Any] = {name: Ball(value) for name, value in vars(contact).items()}
-    radius = None if law.radius is None else Ball(law.radius)
-    exact: dict[str, Any] = {"radius": radius, "distance": Ball(law.distance), "first": Ball(law.first)}
+    numbers: dict[str, Any] = {name: arb(value) for name, value in vars(contact).items()}
+    radius = None if law.radius is None else arb(law.radius)
+    exact: dict[str, Any] = {"radius": radius, "distance": arb(law.distance), "first": arb(law.first)}
     of_balls = replace(law, contact=replace(contact, **numbers), **exact)
-    return ProfilePiece(of_balls, Ball(law.turn * arb.pi() / 180), arb(0), arb(1))
+    return ProfilePiece(of_balls, law.turn * arb.pi() / 180, arb(0), arb(1))
+
+
+@root.register
+def _(series: arb_series) -> arb_series:
+    """Term by term: flint's own is by Newton's method, with far wider terms over a wide ball."""
+    found = Taylor([Ball(series[k]) for k in range(series.prec)]).root()
+    return arb_series([term.arb for term in found.terms], series.prec)
+
+
+@quotient.register
+def _(a: arb_series, b: arb_series) -> arb_series:
+    return a * b.inv()  # not known where b may be zero; divided by b, it would be an error
+
+
+@direction.register
+def _(angle: arb_series) -> Direction:
+    sine, cosine = angle.sin_cos()
+    return Direction(cosine, sine)
+
+
+@angle_of.register
+def _(x: arb_series, y: arb_series) -> arb_series:
+    rate = (x * y.derivative() - y * x.derivative()) * (x * x + y * y).inv()
+    return rate.integral() + arb.atan2(y[0], x[0])

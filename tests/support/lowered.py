@@ -4,12 +4,15 @@ The elements are brought where they touch by Newton's method, from where the pac
 and the follower's path is crossed with the curve that its trace point draws (a face is laid on the profile).
 """
 
+from functools import cache
 from typing import NamedTuple
 
 import mpmath
+import numpy as np
 from mpmath import mp, mpc, mpf
 
 SCAN = 40  # steps of an element in which a crossing is looked for
+ROUNDED = 1e-12  # of the largest distance: doubles do not say on which side a point is
 BEYOND = 1e-20  # of an element: where two meet, rounding leaves no gap
 
 
@@ -103,12 +106,20 @@ def position(scene, curves, turn):
         def trace(u, curve=curve):
             return turned * (curve.point(u) + body * curve.normal(u))
 
-        found += _crossings(scene, trace)
+        found += _crossings(scene, trace, complex(turned) * _seen(curve, body))
     return max(found)
 
 
-def _crossings(scene, trace):
-    """Where the trace point's curve crosses the follower's path."""
+@cache
+def _seen(curve, body):
+    """The curve of a trace point at the ends of all steps, in doubles."""
+    return np.array(
+        [complex(curve.point(u) + body * curve.normal(u)) for u in map(mpf, np.linspace(0, 1, SCAN + 1))]
+    )
+
+
+def _crossings(scene, trace, seen):
+    """Where the trace point's curve crosses the follower's path; doubles, ``seen``, say in which steps to look."""
     follower = scene.follower
     if follower.motion == "translating":
 
@@ -126,7 +137,12 @@ def _crossings(scene, trace):
         def at(u):
             return mp.pi - mp.arg(trace(u) - pivot)
 
-    for k in range(SCAN):
+    if follower.motion == "translating":
+        apart = seen.real - follower.offset
+    else:
+        apart = abs(seen - follower.centre_distance) - follower.arm_length
+    near = abs(apart) < ROUNDED * abs(seen).max()
+    for k in np.flatnonzero((apart[:-1] * apart[1:] <= 0.0) | near[:-1] | near[1:]).tolist():
         low, high = (u + (u - 0.5) * BEYOND for u in (mpf(k) / SCAN, mpf(k + 1) / SCAN))
         if off(low) * off(high) <= 0:
             u = mpmath.findroot(off, (low, high), solver="anderson", verify=False)
@@ -145,8 +161,13 @@ def _laid(scene, curve, turned):
         arm = point - mpf(follower.centre_distance)
         return mp.pi - mp.asin(mpf(follower.face_offset) / abs(arm)) - mp.arg(-arm) - mp.pi
 
-    values = [at(mpf(k) / SCAN) for k in range(SCAN + 1)]
-    best = max(range(SCAN + 1), key=values.__getitem__)
+    seen = complex(turned) * _seen(curve, 0)
+    if follower.motion == "translating":
+        values = seen.imag
+    else:
+        arm = seen - follower.centre_distance
+        values = -np.arcsin(follower.face_offset / abs(arm)) - np.angle(-arm)
+    best = int(values.argmax())
     if best in (0, SCAN):
-        return values[best]
+        return at(mpf(best) / SCAN)
     return at(mpmath.findroot(lambda u: mp.diff(at, u), mpf(best) / SCAN))
