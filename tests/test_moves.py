@@ -16,9 +16,9 @@ from support.cams import CONTACTS, cam_with
 from camopt import BadInput, Scene, certify, evaluate, find_scene
 from camopt.drawing.panels import panels
 from camopt.drawing.picture import Picture
-from camopt.motion.programme import Programme, root_mean_square
+from camopt.motion.programme import Programme, root_mean_square, span
 from camopt.motion.segments import Segment
-from camopt.motion.table import DWELL, INWARD, OUTWARD, RESTING, RETURN, RISE
+from camopt.motion.table import DWELL, INWARD, OUTWARD, RESTING, RETURN, RISE, TURN
 from camopt.problem.problem import resolve
 from camopt.verdicts.certify import turn_of
 
@@ -110,6 +110,7 @@ def test_displacements_are_counted_from_the_lowest_of_the_turn(segments):
     assert -1e-9 * programme.lift <= samples.min() <= 1e-4 * programme.lift
     assert samples.max() <= programme.lift * (1 + 1e-12)
     assert samples.max() >= programme.lift * (1 - 1e-4)
+    assert span(programme, (1.0,), TURN) == pytest.approx(programme.levels, abs=1e-12 * programme.lift)
 
 
 @given(turns(kinds=("move", "move", "dwell")))

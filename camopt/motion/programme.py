@@ -24,7 +24,6 @@ from camopt.motion.table import (
     RESTING,
     RETURN,
     RISE,
-    TURN,
     WAY_OF,
     IntArray,
     cut,
@@ -131,11 +130,12 @@ class Programme:
 
     @cached_property
     def levels(self) -> tuple[float, float]:
-        """The lowest and the highest displacement of the turn, mm (rad)."""
-        if not self.monotone:
-            return span(self, (1.0,), TURN)
-        ends = [y for stroke in self.strokes for y in (stroke.low, stroke.high)]
-        return min(ends), max(ends)
+        """The lowest and the highest displacement of the turn, mm (rad): where strokes end, or turn back."""
+        found = [y for stroke in self.strokes for y in (stroke.low, stroke.high)]
+        for stroke in self.strokes:
+            if stroke.law is not None and (places := turnings(stroke.law, PANELS)):
+                found += (stroke.low + stroke.size * stroke.law.displacement(np.array(places))).tolist()
+        return min(found), max(found)
 
     def has(self, kinds: int) -> bool:
         """Whether any piece of the turn is of some kinds, or goes some ways."""

@@ -5,6 +5,7 @@ Beside ``naive.py``, and like it independent of the package. Where a derivative 
 the fourth derivative. These, and what is given, are one linear system in the powers of all polynomials.
 """
 
+from functools import cache
 from itertools import pairwise, product
 from typing import Any
 
@@ -46,10 +47,10 @@ def programme(motion: list[Scene], rpm: Any = None, oscillating: bool = False) -
 
 
 def rough(pieces: list[Piece]) -> list[Piece]:
-    """The same pieces for plain floats."""
+    """The same pieces for plain floats, each looked at once at the same angle."""
 
     def plain(jet: Any) -> Any:
-        return lambda theta: tuple(float(value) for value in jet(mp.mpf(theta)))
+        return cache(lambda theta: tuple(float(value) for value in jet(theta)))
 
     return [Piece(float(p.start), float(p.end), p.kind, plain(p.jet)) for p in pieces]
 
@@ -182,12 +183,29 @@ def solved(motion: list[Scene], run: list[int], spans: Any, ends: Any, rpm: Any)
             else:  # natural: the derivative that is dual to it is continuous
                 ask(less(powers(number, same, True), powers(number + 1, same, False)), mp.mpf(0))
             ask(less(powers(number, order, True), powers(number + 1, order, False)), mp.mpf(0))
-    system = mp.matrix(len(rows), size * len(run))
-    for row, factors in enumerate(rows):
-        for column, value in factors.items():
-            system[row, column] = value
-    found = list(mp.lu_solve(system, mp.matrix(right)))
+    found = unknowns(rows, right)
     return [found[number * size : (number + 1) * size] for number in range(len(run))], k
+
+
+def unknowns(rows: list[dict[int, Any]], right: list[Any]) -> list[Any]:
+    """The solution of a linear system, most of whose factors are 0, by Gauss's elimination with pivots."""
+    rows, right = [dict(row) for row in rows], list(right)
+    for k in range(len(rows)):
+        pivot = max(range(k, len(rows)), key=lambda r: abs(rows[r].get(k, 0)))
+        for each in (rows, right):
+            each[k], each[pivot] = each[pivot], each[k]
+        for row in range(k + 1, len(rows)):
+            if k in rows[row]:
+                factor = rows[row].pop(k) / rows[k][k]
+                right[row] -= factor * right[k]
+                for column, value in rows[k].items():
+                    if column > k:
+                        rows[row][column] = rows[row].get(column, 0) - factor * value
+    found = [mp.mpf(0)] * len(rows)
+    for k in reversed(range(len(rows))):
+        rest = sum(value * found[column] for column, value in rows[k].items() if column > k)
+        found[k] = (right[k] - rest) / rows[k][k]
+    return found
 
 
 def less(one: dict[int, Any], other: dict[int, Any]) -> dict[int, Any]:
@@ -212,15 +230,17 @@ def split(start: Any, end: Any, powers: list[Any]) -> list[Piece]:
 
 
 def curve(start: Any, powers: list[Any]) -> Any:
-    """The jet of a polynomial in powers of the cam angle from ``start``."""
-    rows = [list(powers)]
+    """The jet of a polynomial in powers of the cam angle from ``start``; of a float, as floats."""
+    exact = [list(powers)]
     for _ in range(3):
-        rows.append([n * c for n, c in enumerate(rows[-1])][1:] or [mp.mpf(0)])
+        exact.append([n * c for n, c in enumerate(exact[-1])][1:] or [mp.mpf(0)])
+    plain, first = [[float(c) for c in row] for row in exact], float(start)
 
     def jet(theta: Any) -> Any:
-        x, found = theta - start, []
+        rows, x = (plain, theta - first) if isinstance(theta, float) else (exact, theta - start)
+        found = []
         for row in rows:
-            value = mp.mpf(0)
+            value = 0 * x
             for c in reversed(row):
                 value = value * x + c
             found.append(value)
