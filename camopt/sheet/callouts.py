@@ -6,6 +6,7 @@ from math import cos, pi, sin
 import numpy as np
 
 from camopt.contour.hole import keyway_corners, keyway_turn
+from camopt.numerics import FloatArray
 from camopt.sheet import symbols
 from camopt.sheet.dimensions import ABOVE, arrow, linear
 from camopt.sheet.front_view import FrontView, apart, is_upright
@@ -14,10 +15,10 @@ from camopt.sheet.marks import (
     MEDIUM,
     THICK,
     Marks,
+    Taken,
     Words,
     box_of,
     line,
-    meets,
     moved,
     number,
     upright,
@@ -45,22 +46,26 @@ def with_callouts(view: FrontView) -> Marks:
     said += _zero(view, [*there, *said])
     said += _cutting_plane(view, [*marks, *said])
     for callout, wanted in CALLOUTS.items():
-        near = sorted(_directions(view, callout), key=lambda turn, middle=wanted: apart(turn, middle))  # type: ignore[misc]
+        free = _directions(view, callout)
+        near = free[np.argsort(apart(free, wanted), kind="stable")]
         said += first_free((callout(view, float(turn)) for turn in near), [*there, *said])
     return [*marks, *said]
 
 
-def _directions(view: FrontView, callout: Callout) -> list[float]:
+def _directions(view: FrontView, callout: Callout) -> FloatArray:
     """Where a callout may be: one with a leader to the part is well away from other lines along radii."""
+    if callout is _rotation:
+        return DIRECTIONS
     lines = np.array([np.angle(view.lowest), np.angle(view.highest), *view.rays])
-    return [turn for turn in DIRECTIONS if callout is _rotation or np.min(apart(turn, lines)) > LEADER]
+    return np.asarray(DIRECTIONS[apart(DIRECTIONS[:, None], lines).min(axis=1) > LEADER])
 
 
 def first_free(tried: Iterable[Marks], taken: Marks) -> Marks:
     """The first that meets nothing that is there; the last, if all do."""
     made: Marks = []
+    there = Taken(taken)
     for made in tried:
-        if not made or not meets(made, taken):
+        if not made or not there.meets(made):
             break
     return made
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 from camopt.sheet.callouts import with_callouts
@@ -18,6 +19,9 @@ from camopt.sheet.title_block import HEIGHT, WIDTH, title_block
 MARGIN, APART = 4.0, 8.0  # mm: of what is on the sheet from the frame, and of one view from the next
 HAIR = 1e-9  # mm
 
+Placed = Iterator[tuple[Box, Marks]]
+"""Rooms on the paper, each with what goes there: notes and table where they are, views in the middle of theirs."""
+
 
 class Form(NamedTuple):
     """A paper, the step of its table (deg), the blocks that the rows are in, and how all is placed."""
@@ -25,7 +29,7 @@ class Form(NamedTuple):
     paper: Paper
     step: float
     blocks: int
-    place: "Callable[[Desk, float], Marks]"
+    place: "Callable[[Desk, Views], Placed]"
 
 
 @dataclass(frozen=True)
@@ -34,6 +38,7 @@ class Desk:
 
     cam: Cam
     form: Form
+    texts: tuple[str, ...]
 
     @property
     def inner(self) -> Box:
@@ -51,11 +56,12 @@ class Desk:
         """The width that the title block leaves."""
         return self.inner.high.real + MARGIN - WIDTH - APART - self.inner.low.real
 
+    @cached_property
     def table(self) -> Marks:
         return table(columns_of(self.cam, self.form.step), self.form.blocks)
 
     def notes(self, width: float) -> Marks:
-        return notes(self.cam, width)
+        return notes(self.texts, width)
 
     def standing(self, scale: float) -> Marks:
         """The frame, and the title block in its corner."""
@@ -65,63 +71,77 @@ class Desk:
         return [*paper.marks(), *moved(block, complex(high.real - WIDTH, low.imag))]
 
 
-def disc_views(cam: Cam, scale: float) -> Marks:
-    """The front view of a disc cam, and the section beside it if the thickness is known."""
-    part, front = cam.part, FrontView(cam, scale)
-    marks = with_callouts(front)
-    if not part.thickness:
-        return marks
-    beside = section(front.outline, part, scale)
-    beside = moved(beside, box_of(marks).high.real + APART - box_of(beside).low.real)
-    if not is_upright(part):
-        box = box_of(beside)
-        above = complex((box.low.real + box.high.real) / 2, box.high.imag + 3.0)
-        beside.append(Words(above, "A–A", LARGE, 0.5))
-    return [*marks, *beside]
+@dataclass(frozen=True)
+class Views:
+    """How a cam is seen, at a scale."""
+
+    cam: Cam
+    scale: float
+
+    @cached_property
+    def disc(self) -> Marks:
+        """The front view of a disc cam, and the section beside it if the thickness is known."""
+        part, front = self.cam.part, FrontView(self.cam, self.scale)
+        marks = with_callouts(front)
+        if not part.thickness:
+            return marks
+        beside = section(front.outline, part, self.scale)
+        beside = moved(beside, box_of(marks).high.real + APART - box_of(beside).low.real)
+        if not is_upright(part):
+            box = box_of(beside)
+            above = complex((box.low.real + box.high.real) / 2, box.high.imag + 3.0)
+            beside.append(Words(above, "A–A", LARGE, 0.5))
+        return [*marks, *beside]
+
+    @cached_property
+    def cylinder(self) -> tuple[Marks, Marks]:
+        """The developed groove; its section and hole."""
+        return groove_and_body(self.cam, self.scale)
 
 
-def disc_above(desk: Desk, scale: float) -> Marks:
+def disc_above(desk: Desk, views: Views) -> Placed:
     """From above: views, table, notes, title block."""
     inner, width = desk.inner, desk.inner.size.real
     said = moved(desk.notes(width), complex(inner.low.real, desk.over))
-    rows = desk.table()
-    spare = (width - box_of(rows).size.real) / 2
-    rows = moved(rows, complex(inner.low.real + spare, box_of(said).high.imag + MARGIN))
-    room = Box(complex(inner.low.real, box_of(rows).high.imag + MARGIN), inner.high)
-    return together([inner, inner, room], [said, rows, disc_views(desk.cam, scale)])
+    yield inner, said
+    spare = (width - box_of(desk.table).size.real) / 2
+    rows = moved(desk.table, complex(inner.low.real + spare, box_of(said).high.imag + MARGIN))
+    yield inner, rows
+    yield Box(complex(inner.low.real, box_of(rows).high.imag + MARGIN), inner.high), views.disc
 
 
-def disc_beside(desk: Desk, scale: float) -> Marks:
+def disc_beside(desk: Desk, views: Views) -> Placed:
     """Views on the left with the notes below them, the table on the right above the title block."""
     inner = desk.inner
     said = moved(desk.notes(desk.beside), inner.low)
-    rows = desk.table()
-    rows = moved(rows, inner.high - box_of(rows).high)
+    yield inner, said
+    rows = moved(desk.table, inner.high - box_of(desk.table).high)
+    yield Box(complex(inner.low.real, desk.over), inner.high), rows
     floor = max(desk.over, box_of(said).high.imag + MARGIN)
-    room = Box(complex(inner.low.real, floor), complex(box_of(rows).low.real - APART, inner.high.imag))
-    right = Box(complex(inner.low.real, desk.over), inner.high)
-    return together([inner, right, room], [said, rows, disc_views(desk.cam, scale)])
+    yield Box(complex(inner.low.real, floor), complex(box_of(rows).low.real - APART, inner.high.imag)), views.disc
 
 
-def cylinder(desk: Desk, scale: float) -> Marks:
+def cylinder(desk: Desk, views: Views) -> Placed:
     """The developed groove above; below it the body on the left, on the right the table, notes and title block."""
     inner, right = desk.inner, desk.inner.high.real + MARGIN - WIDTH
-    groove, body = groove_and_body(desk.cam, scale)
+    groove, body = views.cylinder
     floor = inner.high.imag - box_of(groove).size.imag
     said = moved(desk.notes(WIDTH - MARGIN), complex(right, desk.over))
-    rows = desk.table()
-    rows = moved(rows, complex(right, floor - APART) - 1j * box_of(rows).high.imag)
-    column = Box(complex(right, box_of(said).high.imag + MARGIN), inner.high)
-    above = Box(complex(inner.low.real, floor), inner.high)
-    below = Box(inner.low, complex(right - APART, floor - APART))
-    rooms, things = [inner, column, above], [said, rows, groove]
-    return together([*rooms, below], [*things, body]) if body else together(rooms, things)
+    yield inner, said
+    rows = moved(desk.table, complex(right, floor - APART) - 1j * box_of(desk.table).high.imag)
+    yield Box(complex(right, box_of(said).high.imag + MARGIN), inner.high), rows
+    yield Box(complex(inner.low.real, floor), inner.high), groove
+    if body:
+        yield Box(inner.low, complex(right - APART, floor - APART)), body
 
 
-def together(rooms: list[Box], things: list[Marks]) -> Marks:
-    """Things in their rooms, the last two in the middle of theirs; nothing if one is larger than its room."""
+def together(placed: Placed) -> Marks:
+    """Things in their rooms, from the third on in the middle of theirs; nothing if one is larger than its room.
+
+    What comes after that one is not made.
+    """
     found: Marks = []
-    for place, (room, marks) in enumerate(zip(rooms, things, strict=True)):
+    for place, (room, marks) in enumerate(placed):
         box = box_of(marks)
         spare = room.size - box.size
         if spare.real < -HAIR or spare.imag < -HAIR:

@@ -4,14 +4,18 @@ Line types and widths are those of ISO 128-2 in the group 0.5, lettering has the
 """
 
 import warnings
+from bisect import bisect_right
 from collections.abc import Iterable, Sequence
 from functools import cache
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from camopt.mechanisms.design import ComplexArray
 from camopt.numerics import FloatArray
+
+if TYPE_CHECKING:
+    from shapely import LineString, Polygon
 
 MM = 72 / 25.4  # points
 CAPITAL = 0.729  # of the size of DejaVu Sans: the height of its capitals, by which lettering is measured
@@ -134,23 +138,32 @@ def moved(marks: Iterable[Mark], by: complex) -> Marks:
     ]
 
 
-def meets(made: Marks, taken: Marks) -> bool:
-    """Whether lines or words meet words that are there already, or words meet lines."""
+class Taken:
+    """What is on the paper already, to be asked again and again whether something meets it."""
+
+    def __init__(self, marks: Marks) -> None:
+        from shapely import STRtree
+
+        self._words = STRtree([_shape(mark) for mark in marks if isinstance(mark, Words)])
+        self._lines = STRtree([_shape(mark) for mark in marks if isinstance(mark, Stroke)])
+
+    def meets(self, made: Marks) -> bool:
+        """Whether lines or words meet words that are there already, or words meet lines."""
+        shapes = [_shape(mark) for mark in made]
+        return any(self._words.query(shape, predicate="intersects").size for shape in shapes) or any(
+            self._lines.query(shape, predicate="intersects").size
+            for mark, shape in zip(made, shapes, strict=True)
+            if isinstance(mark, Words)
+        )
+
+
+def _shape(mark: Mark) -> "LineString | Polygon":
+    """A line, or the box of words with some room round it, for shapely."""
     from shapely import LineString, Polygon
 
-    def shapes(marks: Marks, *, words: bool) -> list[LineString | Polygon]:
-        return [
-            Polygon(np.column_stack([mark.corners.real, mark.corners.imag])).buffer(ROOM)
-            if isinstance(mark, Words)
-            else LineString(np.column_stack([mark.points.real, mark.points.imag]))
-            for mark in marks
-            if isinstance(mark, Words) or not words
-        ]
-
-    there = shapes(taken, words=True)
-    lines = shapes([mark for mark in taken if isinstance(mark, Stroke)], words=False)
-    own, texts = shapes(made, words=False), shapes(made, words=True)
-    return any(a.intersects(b) for a in own for b in there) or any(a.intersects(b) for a in texts for b in lines)
+    if isinstance(mark, Words):
+        return Polygon(_columns(mark.corners)).buffer(ROOM)
+    return LineString(_columns(mark.points))
 
 
 def number(value: float, digits: int = 3) -> str:
@@ -181,7 +194,7 @@ def wrapped(text: str, width: float, height: float) -> list[str]:
         lines[-1] = lines[-1] or word
         while width_of(lines[-1], height) > width and len(lines[-1]) > 1:
             whole = lines[-1]
-            keep = next(k for k in range(len(whole) - 1, 0, -1) if k == 1 or width_of(whole[:k], height) <= width)
+            keep = max(1, longest(whole, width, height))
             lines[-1:] = [whole[:keep], whole[keep:]]
     return lines
 
@@ -191,9 +204,12 @@ def cut_off(lines: list[str], count: int, width: float, height: float) -> list[s
     if len(lines) <= count:
         return lines
     last = lines[count - 1]
-    while last and width_of(f"{last}…", height) > width:
-        last = last[:-1]
-    return [*lines[: count - 1], f"{last}…"]
+    return [*lines[: count - 1], f"{last[: longest(last, width, height, '…')]}…"]
+
+
+def longest(text: str, width: float, height: float, end: str = "") -> int:
+    """How many of the first letters of a text, with an end, are within a width (mm)."""
+    return bisect_right(range(len(text)), width, key=lambda k: width_of(f"{text[: k + 1]}{end}", height))
 
 
 def draw(axes: Any, marks: Iterable[Mark]) -> None:
@@ -208,7 +224,7 @@ def draw(axes: Any, marks: Iterable[Mark]) -> None:
         path = Path(_columns(mark.points))
         path.should_simplify = False  # a drawing is measured
         style = "solid" if not mark.pen.dashes else (0, mark.pen.dashes)
-        axes.add_patch(
+        axes.add_artist(  # not as a patch: the limits of the axes are those of the paper
             PathPatch(
                 path,
                 fill=mark.filled,

@@ -1,6 +1,6 @@
 """The notes of a drawing: what the cam is for, how it turns, what the table lists, and what was computed."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from math import degrees, isfinite, pi
 
 from camopt.contour.hole import keyway_turn
@@ -14,10 +14,10 @@ LONGEST = 2  # lines of one note
 SENSES = {"cw": "clockwise", "ccw": "counter-clockwise"}
 
 
-def notes(cam: Cam, width: float) -> Marks:
+def notes(texts: Iterable[str], width: float) -> Marks:
     """Numbered notes of a width (mm), from their lower left corner."""
     lines: list[tuple[float, str]] = []
-    for k, note in enumerate(_texts(cam), start=1):
+    for k, note in enumerate(texts, start=1):
         first, *more = cut_off(wrapped(note, width - INDENT, MEDIUM), LONGEST, width - INDENT, MEDIUM)
         lines += [(0.0, f"{k}"), (INDENT, first), *((INDENT, text) for text in more)]
     marks: Marks = []
@@ -28,7 +28,8 @@ def notes(cam: Cam, width: float) -> Marks:
     return marks
 
 
-def _texts(cam: Cam) -> Iterator[str]:
+def texts_of(cam: Cam) -> Iterator[str]:
+    """What is noted of a cam."""
     yield "Dimensions in mm. Projection method 1."
     yield f"For {_follower(cam)}."
     yield from _turning(cam)

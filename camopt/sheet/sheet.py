@@ -9,8 +9,9 @@ from camopt.drawing.canvas import canvas
 from camopt.mistakes import BadInput, Mistake
 from camopt.problem.problem import Problem
 from camopt.sheet.cam import Cam
-from camopt.sheet.layout import Desk, forms
+from camopt.sheet.layout import Desk, Views, forms, together
 from camopt.sheet.marks import Marks, draw
+from camopt.sheet.notes import texts_of
 from camopt.sheet.paper import A3, Paper, scales
 
 INCH = 25.4  # mm
@@ -55,9 +56,11 @@ def sheet_of(problem: Problem) -> Sheet:
     """The first of the scales and forms, the best first, that holds the drawing."""
     cam = Cam(problem)
     width = 2.0 * cam.size * (pi if problem.setup.mechanism.grooved else 1.0)
+    texts = tuple(texts_of(cam))
+    desks = [Desk(cam, form, texts) for form in forms(problem.setup.mechanism.grooved)]
     for scale in (each for each in islice(scales(2.0 * cam.size), TRIED) if width * each < A3.width):
-        for form in forms(problem.setup.mechanism.grooved):
-            desk = Desk(cam, form)
-            if marks := form.place(desk, scale):
-                return Sheet(cam, form.paper, scale, [*desk.standing(scale), *marks])
+        views = Views(cam, scale)
+        for desk in desks:
+            if marks := together(desk.form.place(desk, views)):
+                return Sheet(cam, desk.form.paper, scale, [*desk.standing(scale), *marks])
     raise BadInput([Mistake(problem.scene.file, "scene", problem.scene.name, "a cam that fits on a sheet of A3")])

@@ -1,7 +1,5 @@
 """What is wrong with a drawn sheet: words on words, words on lines, and what leaves its place."""
 
-from itertools import combinations
-
 import numpy as np
 from shapely import LineString, Polygon, STRtree, box
 
@@ -22,11 +20,8 @@ def faults_of(sheet):
     words = [mark for mark in sheet.marks if isinstance(mark, Words)]
     lines = [mark for mark in sheet.marks if not isinstance(mark, Words)]
     boxes, paths = [shape(mark) for mark in words], [shape(mark) for mark in lines]
-    found = [
-        f"{a.text!r} on {b.text!r}"
-        for (a, p), (b, q) in combinations(list(zip(words, boxes, strict=True)), 2)
-        if p.intersects(q)
-    ]
+    pairs = STRtree(boxes).query(boxes, predicate="intersects").T
+    found = [f"{words[a].text!r} on {words[b].text!r}" for a, b in pairs if a < b]
     tree = STRtree(paths)
     for mark, here in zip(words, boxes, strict=True):
         if not mark.backed and (hit := tree.query(here, predicate="intersects")).size:
