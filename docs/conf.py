@@ -78,7 +78,6 @@ sphinx_gallery_conf = {
     "show_memory": False,
     "show_signature": False,
     "min_reported_time": 3,
-    "image_srcset": ["2x"],
     "remove_config_comments": True,
 }
 

@@ -1,5 +1,6 @@
 """The gallery's eye for camopt's own figures, which pyplot does not know of, and the style of all others."""
 
+import gc
 from typing import Any
 
 import matplotlib
@@ -19,6 +20,7 @@ STYLE: dict[str, Any] = {
     "grid.alpha": 0.5,
     "grid.color": FAINT,
     "grid.linewidth": 0.5,
+    "savefig.dpi": 160,  # pages scale it down
     **dict.fromkeys(("font.size", "axes.titlesize"), 9.5),
     **dict.fromkeys(("xtick.labelsize", "ytick.labelsize", "legend.fontsize"), 8.5),
 }
@@ -27,6 +29,7 @@ STYLE: dict[str, Any] = {
 def dress(gallery_conf: dict[str, Any], name: str) -> None:
     """Give the plain figures of a script the colours and lines of camopt's own."""
     matplotlib.rcParams.update(STYLE)
+    gc.freeze()  # the gallery looks for garbage before each script: not among what the others have imported
 
 
 def scrape(block: Any, block_vars: dict[str, Any], gallery_conf: dict[str, Any]) -> str:
