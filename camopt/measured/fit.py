@@ -1,7 +1,7 @@
 """The front door of measured lift: from a file of points to a scene with the gentlest motion within a band."""
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import product
 from math import inf, isfinite
@@ -25,7 +25,8 @@ from camopt.mistakes import BadInput, Mistake, Unmet, Unsolved, printable
 from camopt.problem.problem import Problem, resolve, resolve_design
 from camopt.scene.scene import Scene
 
-MARGINS = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2)  # of the band, for a solver's error and rounding
+MARGINS = (1e-6, 1e-2)  # of the band, the least and the largest, for rounding and a solver's error
+SOLVED = 1e-8  # of the range of the lifts: what a solver leaves of a limit
 NARROWEST = 1e-5  # of the range of the lifts: the least band
 OF_THE_MOTION = {
     "search": ("law", "law_rise", "law_return", "angle_rise", "angle_return", "angle_dwell"),
@@ -251,8 +252,10 @@ def _shaped(points: Points, room: Room, noisy: float, scene_with: Callable[[Segm
     ------
     Unmet
         If none of them holds the band.
+    Unsolved
+        If the convex solver fails.
     """
-    refused: Exception | None = None
+    refused: tuple[Sequence[Node], Room, float] | None = None
     wide = max(noisy, room.band)
     bands = dict.fromkeys((wide, room.band) if 2.0 * wide < np.ptp(points.lifts) else (room.band,))
     for within in dict.fromkeys((room, Room(room.band))):
@@ -260,12 +263,22 @@ def _shaped(points: Points, room: Room, noisy: float, scene_with: Callable[[Segm
         for band, earlier in product(bands, (EARLIER, 2 * EARLIER)):
             outline = outline_of(points, band, earlier)
             if len(outline) <= MOST_NODES:
-                try:
-                    return _written(points, nodes_of(points, outline, free), within, free, scene_with)
-                except (Unmet, Unsolved) as why:
-                    refused = refused or why
+                nodes = nodes_of(points, outline, free)
+                if found := _written(points, nodes, within, free, scene_with):
+                    return found
+                refused = refused or (nodes, within, free.jerk)
+    if refused:
+        raise _refusal(points, *refused)
     what = f"turns back more than {MOST_NODES} times by two bands of {room.band:.4g}: what is its noise?"
-    raise refused or Unmet(f"{points.file}: the lift {what}")
+    raise Unmet(f"{points.file}: the lift {what}")
+
+
+def _margins(band: float) -> Iterator[float]:
+    """What is kept of a band (of the range of the lifts), as shares of it, until a motion holds all of it."""
+    margin, most = max(MARGINS[0], SOLVED / band), MARGINS[1]
+    while margin <= most:
+        yield margin
+        margin *= 10.0
 
 
 def _written(
@@ -274,26 +287,25 @@ def _written(
     room: Room,
     free: Freest,
     scene_with: Callable[[Segments], Scene],
-) -> Fitted:
-    """The fit whose scene, as it is written, is proved to hold the band.
-
-    Raises
-    ------
-    Unmet
-        If no motion of these dwells and turns holds it.
-    """
-    for margin in MARGINS:
+) -> Fitted | None:
+    """The fit whose scene, as it is written, is proved to hold the band; None if none of these nodes does."""
+    for margin in _margins(room.band / float(np.ptp(points.lifts))):
         motion = shaped(points, nodes, room.less(margin), free.jerk)
         if motion is None:
-            break
+            return None
         parts = segments_of(motion)
         scene = scene_with(parts)
         found = deviation(resolve(scene).programme, points, parts.start, parts.zero, room.band)
         if found.held:
             return Fitted(scene, points, points.only([]), parts.start, parts.zero, room.band, found, free.square)
-    least, places = least_band(points, nodes, free.jerk)
+    return None
+
+
+def _refusal(points: Points, nodes: Sequence[Node], room: Room, jerk: float) -> Exception:
+    """Why no motion of these dwells and turns is within a room."""
+    least, places = least_band(points, nodes, jerk)
     if least < room.band:
-        raise Unsolved("the convex solver holds the band not closely enough")
+        return Unsolved("the convex solver holds the band not closely enough")
     rows = ", ".join(map(str, sorted(points.rows[places])[:NAMED])) + (" and others" if len(places) > NAMED else "")
     what = f"{points.file}: no motion with its dwells and turns is within {room.band:.4g} of all points"
-    raise Unmet(what if least == inf else f"{what}; {least:.4g} can be held; rows {rows} stand in the way")
+    return Unmet(what if least == inf else f"{what}; {least:.4g} can be held; rows {rows} stand in the way")
