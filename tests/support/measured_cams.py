@@ -74,11 +74,16 @@ def worn_profile(theta: Array, wear: float = WEAR) -> tuple[Array, Array]:
 
 
 def touched_lift(curve: Curve, theta: Array, radius: float, offset: float = 0.0) -> Array:
-    """How high a roller stands on a profile at cam angles, by trying all of 100,000 points."""
+    """How high a roller stands on a profile at cam angles, by trying all points below it of 100,000."""
     points, _ = curve(np.linspace(0.0, 2 * np.pi, 100_001)[:-1])
+    points = points[np.argsort(np.angle(points))]
+    around = (np.angle(points) + 2 * np.pi * np.array([[-1], [0], [1]])).ravel()
+    room = np.arcsin(min((abs(offset) + radius) / np.abs(points).min(), 1.0))  # beyond, none is below the roller
+    up = np.angle(np.exp(1j * (np.pi / 2 - theta)))  # where it is, seen from the cam
+    ends = zip(np.searchsorted(around, up - room), np.searchsorted(around, up + room, "right"), strict=True)
     found = []
-    for angle in theta:
-        seen = points * np.exp(1j * angle)
+    for angle, (low, high) in zip(theta, ends, strict=True):
+        seen = points[np.arange(low, high) % points.size] * np.exp(1j * angle)
         below = np.abs(seen.real - offset) <= radius
         found.append(np.max(seen.imag[below] + np.sqrt(radius**2 - (seen.real[below] - offset) ** 2)))
     return np.array(found)
