@@ -2,6 +2,7 @@
 
 import ast
 from collections.abc import Iterator
+from functools import cache
 from graphlib import TopologicalSorter
 from pathlib import Path
 
@@ -108,14 +109,15 @@ def for_types(tree: ast.Module) -> set[ast.AST]:
     return {inner for test in tests for inner in ast.walk(test)}
 
 
-def arrows() -> Iterator[tuple[str, str, bool]]:
+@cache
+def arrows() -> list[tuple[str, str, bool]]:
     """All imports: (module, what it imports, whether inside a function)."""
+    found = []
     for name, tree in MODULES.items():
         inside, unread = late(tree), for_types(tree)
-        for node in ast.walk(tree):
-            if node not in unread:
-                for target in imported(node):
-                    yield name, target, node in inside
+        statements = (node for node in ast.walk(tree) if node not in unread)
+        found += [(name, target, node in inside) for node in statements for target in imported(node)]
+    return found
 
 
 def room(name: str) -> str:

@@ -14,7 +14,7 @@ DARK = 150  # of 255: the luminance of a line; grids, shades and fills are light
 def drawn(figure):
     """(artist, box in pixels) of every text that drawing the figure draws: no ticks that are out of sight.
 
-    Besides, the luminance of the figure without them, in rows of pixels.
+    Besides, the colours of the figure without them, in rows of pixels.
     """
     texts = {}
 
@@ -24,12 +24,12 @@ def drawn(figure):
 
     with patch.object(Text, "draw", noted):
         figure.canvas.draw()
-    return list(texts.values()), np.asarray(figure.canvas.buffer_rgba())[..., :3] @ LUMINANCE
+    return list(texts.values()), np.asarray(figure.canvas.buffer_rgba())[..., :3]
 
 
 def faults_of(figure):
     """Texts that lie on another text or on a line, leave the figure, or are an offset or exponent of an axis."""
-    artists, luminance = drawn(figure)
+    artists, colours = drawn(figure)
     texts = [(artist.get_text(), box) for artist, box in artists]
     assert len(texts) > 3
     found = [f"{a!r} on {b!r}" for (a, box), (b, other) in combinations(texts, 2) if _meet(box, other)]
@@ -39,17 +39,17 @@ def faults_of(figure):
         for text, box in texts
         if box.x0 < page.x0 or box.y0 < page.y0 or box.x1 > page.x1 or box.y1 > page.y1
     ]
-    found += [f"{text.get_text()!r} on a line" for text in crossed(artists, luminance)]
+    found += [f"{text.get_text()!r} on a line" for text in crossed(artists, colours)]
     offsets = [axis.get_offset_text().get_text() for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)]
     return found + [f"offset {text!r}" for text in offsets if text]
 
 
-def crossed(artists, luminance):
+def crossed(artists, colours):
     """The texts without a background of their own under which the figure is dark."""
-    rows = len(luminance)
+    rows = len(colours)
     plain = [(text, box) for text, box in artists if text.get_bbox_patch() is None]
-    under = [luminance[int(rows - b.y1) : int(rows - b.y0), int(b.x0) : int(b.x1)] for _, b in plain]
-    return [text for (text, _), pixels in zip(plain, under, strict=True) if (pixels < DARK).any()]
+    under = [colours[int(rows - b.y1) : int(rows - b.y0), int(b.x0) : int(b.x1)] for _, b in plain]
+    return [text for (text, _), pixels in zip(plain, under, strict=True) if (pixels @ LUMINANCE < DARK).any()]
 
 
 def _meet(box, other):
