@@ -57,16 +57,16 @@ def write_gif(stage: Stage, file: Path) -> None:
         if not images:
             palette = _palette(frame)
             nearest = _nearest(palette)
-        images.append(Pillow.fromarray(nearest[_shades(frame)]))
+        images.append(Pillow.fromarray(nearest.take(_shades(frame))))
         images[-1].putpalette(palette.ravel().tolist())
     duration = round(1000 * SECONDS / FRAMES)
     images[0].save(file, format="GIF", save_all=True, append_images=images[1:], duration=duration, loop=0)
 
 
-def _shades(colours: NDArray[Any]) -> NDArray[np.intp]:
+def _shades(colours: NDArray[Any]) -> NDArray[np.uint16]:
     """A number of the upper bits of colours (…, 3), red first."""
-    red, green, blue = np.moveaxis(colours.astype(np.intp) >> (8 - BITS), -1, 0)
-    shades: NDArray[np.intp] = (red << 2 * BITS) | (green << BITS) | blue
+    red, green, blue = np.moveaxis((colours >> (8 - BITS)).astype(np.uint16), -1, 0)
+    shades: NDArray[np.uint16] = (red << 2 * BITS) | (green << BITS) | blue
     return shades
 
 
