@@ -1,5 +1,6 @@
 """Friction in the guide: against the equilibrium of the follower (``friction.py``), balances, signs and limits."""
 
+from functools import cache
 from math import pi, radians
 
 import numpy as np
@@ -84,7 +85,7 @@ def guided(**changes):
 def test_a_return_is_eased_by_friction_to_whichever_side_it_thrusts(offset):
     """A load that has its peak at one cam angle of the return, and pulls elsewhere: N there is the sheet's."""
     rows = [[0, -300], [200, -300], [215, 900], [230, -300]]
-    scene = guided(**{"follower.dynamics.load": rows, "follower.offset": offset})
+    scene = guided(**{"follower.dynamics.load": rows, "follower.offset": offset, "outputs": ["thrust"]})
     y, y1, y2, _ = resolve(scene).programme.at(np.array([radians(215)]))[:, 0]
     tangent = (y1 - offset) / (np.sqrt(57.0**2 - offset**2) + y)
     assert np.sign(tangent) == (1 if offset < 0 else -1)
@@ -97,18 +98,18 @@ def test_a_return_is_eased_by_friction_to_whichever_side_it_thrusts(offset):
 
 
 def test_where_an_open_cam_would_pull_nothing_is_counted():
-    scene = guided(**{"follower.dynamics.load": -5000.0})
+    scene = guided(**{"follower.dynamics.load": -5000.0, "outputs": ["thrust"]})
     found = evaluate(scene)
     names = ("normal_force_max_N", "side_thrust_max_N", "guide_reaction_max_N", "stem_bending_stress_max_MPa")
     assert [found[name] for name in names] == [0.0] * 4
-    free = guided(**{"follower.dynamics.load": -5000.0, "follower.dynamics.friction": 0.0})
+    free = scene.replace(**{"follower.dynamics.friction": 0.0})
     assert [evaluate(free)[name] for name in names] == [0.0] * 4
 
 
 def test_at_rest_no_friction_is_counted():
     """A load on the dwells alone: its normal force is F/cos β."""
     rows = [[0, -400], [112, -400], [118, 900], [140, 900], [148, -400]]
-    scene = guided(**{"follower.dynamics.load": rows})
+    scene = guided(**{"follower.dynamics.load": rows, "outputs": ["thrust"]})
     height, e = np.sqrt(57.0**2 - 20.0**2) + 20, -20.0
     normal = (6 * 20 + 150 + 900) * np.hypot(1, e / height)
     assert evaluate(scene)["normal_force_max_N"] == pytest.approx(normal, rel=1e-12)
@@ -155,10 +156,15 @@ LIMITS = {
 BOTH = [(limit, seed) for k, limit in enumerate(LIMITS) for seed in ((13, 185), (185, 13))[k % 2]]
 
 
+@cache
+def of_random_scene(seed):
+    return evaluate(Scene.from_dict(friction.random_scene(seed)))
+
+
 @pytest.mark.parametrize(("limit", "seed"), covering(BOTH, lambda pair: pair[:1]))
 def test_balls_and_doubles_meet_at_the_bound(limit, seed):
-    scene = friction.random_scene(seed)
-    value = evaluate(Scene.from_dict(scene))[LIMITS[limit]]
+    scene = {**friction.random_scene(seed), "outputs": [LIMITS[limit]]}
+    value = of_random_scene(seed)[LIMITS[limit]]
     side = -1.0 if limit == "jamming_margin" else 1.0
     for share, verdict in ((1e-10, "held"), (-1e-10, "broken")):
         limited = Scene.from_dict({**scene, "limits": {limit: value * (1.0 + side * share)}})
