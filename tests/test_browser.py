@@ -1,6 +1,7 @@
 """The pages in a real browser: what turns, filters, sorts and prints, and that nothing is asked of a network."""
 
 import re
+from functools import cache
 
 import numpy as np
 import pymupdf
@@ -43,6 +44,7 @@ def swept(folder):
     return folder / "swept", camopt.report(folder / "swept", folder / "swept.html")
 
 
+@cache
 def mechanisms():
     """A scene of each mechanism and contact, those of no shipped scene made of others."""
     found = {name: camopt.find_scene(name) for name in SCENES}
@@ -237,7 +239,7 @@ def test_a_click_in_the_scatter_draws_the_cam_of_that_row(browser, swept):
 
 def test_a_frontier_shows_before_and_after(browser, folder):
     """The known law first, the free one after it, at one scale; the gap to the bound is told."""
-    scene = camopt.find_scene("two-pauses")
+    scene = camopt.find_scene("two-pauses").replace(**{"synthesis.pieces": 20})
     found = camopt.frontier(scene, ["size", "acceleration"], 2)
     write_frontier(found, folder / "frontier")
     with watched_page(browser) as page:
