@@ -72,9 +72,9 @@ def test_a_price_is_the_derivative_of_the_least_objective(name):
     assert found
     for price in found:
         assert price.price == price.tightened
-        step = 2e-3 * abs(price.bound)
-        values = [least(with_bound(case, price.key, price.bound + k * step)) for k in (-2, -1, 1, 2)]
-        by_differences = (values[0] - 8.0 * values[1] + 8.0 * values[2] - values[3]) / (12.0 * step)
+        step = 5e-4 * abs(price.bound)
+        below, above = (least(with_bound(case, price.key, price.bound + k * step)) for k in (-1, 1))
+        by_differences = (above - below) / (2.0 * step)
         assert price.price == pytest.approx(by_differences, rel=1e-2), price.key
 
 

@@ -111,10 +111,14 @@ class Interval(np.lib.mixins.NDArrayOperatorsMixin):
     high: FloatArray
 
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> Any:
-        if method != "__call__" or kwargs or ufunc not in RULES or not all(isinstance(x, KNOWN) for x in inputs):
+        rule = RULES.get(ufunc)
+        if method != "__call__" or kwargs or rule is None:
             return NotImplemented
+        for x in inputs:
+            if not isinstance(x, KNOWN):
+                return NotImplemented
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            return RULES[ufunc](*(as_interval(x) for x in inputs))
+            return rule(*[x if isinstance(x, Interval) else as_interval(x) for x in inputs])
 
     def __getitem__(self, index: Any) -> "Interval":
         return Interval(self.low[index], self.high[index])

@@ -17,6 +17,8 @@ Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analy
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import reduce
+from operator import add
 from typing import Any
 
 import numpy as np
@@ -84,15 +86,23 @@ def by_chain(value: Interval, at: Interval, parts: Sequence[tuple[Any, Any]]) ->
 
     What is given is right to GIVEN, as after one operation.
     """
-    sloped = [(operand, as_interval(partial)) for operand, partial in parts if isinstance(operand, Sloped)]
+    sloped = [(operand, partial) for operand, partial in parts if isinstance(operand, Sloped)]
     span = sloped[0][0].span
-    slopes = sum((partial * operand.slopes for operand, partial in sloped[1:]), sloped[0][1] * sloped[0][0].slopes)
+    slopes = reduce(add, [_times(partial, operand.slopes) for operand, partial in sloped])
     moved = slopes * span
-    at = widened(at + as_interval(np.zeros(span.low.shape[1])))
+    every = span.low.shape[1:]
+    at = widened(at if at.low.shape == every else at + as_interval(np.zeros(every)))
     value, rounding = widened(value), GIVEN * moved.largest_magnitude.sum(axis=0)
     low = np.fmax(value.low, at.low + moved.low.sum(axis=0) - rounding)  # fmax: what is unknown narrows nothing
     high = np.fmin(value.high, at.high + moved.high.sum(axis=0) + rounding)
     return Sloped(Interval(np.minimum(low, high), np.maximum(low, high)), at, slopes, span)
+
+
+def _times(partial: Any, slopes: Interval) -> Any:
+    """Slopes, each times a partial derivative; sums and differences have none but 1 and −1."""
+    if isinstance(partial, float) and partial in (1.0, -1.0):
+        return slopes if partial > 0.0 else -slopes
+    return as_interval(partial) * slopes
 
 
 def variables(box: Sequence[Interval], point: Sequence[FloatArray]) -> list[Sloped]:
