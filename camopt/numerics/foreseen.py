@@ -26,15 +26,16 @@ class Foreseen:
         self.bounds: dict[Place, PartBounds] = {}
         self.points: dict[tuple[int, float], tuple[float, float]] = {}
         designs = sorted({design for design, _, _ in places})
-        whole = curve.part(curve.made, panel, *WHOLE, np.array(designs))
+        together = np.array(designs) if len(designs) > 1 else designs[0]  # an array of one takes longer
+        whole = curve.part(curve.made, panel, *WHOLE, together)
         self._keep([(design, *WHOLE) for design in designs], whole)
-        self._look(places)
+        self.first = places  # looked at when one of them is asked for: often the whole panel settles them
 
     def part(self, made: Any, panel: int, middle: float, reach: float, design: int) -> PartBounds:
         """As ``evaluating.part``."""
         place = (design, middle, reach)
         if place not in self.bounds:
-            self._look([place])
+            self._look(self.first if place in self.first else [place])
         return self.bounds[place]
 
     def point(self, made: Any, panel: int, u: float, sign: float, design: int) -> tuple[float, float]:
