@@ -68,17 +68,17 @@ LATE = {
 """Imports of the package's own modules inside functions, and why. Commands import what they run."""
 
 
-def modules() -> dict[str, ast.Module]:
-    """The syntax trees of all modules, by their names without that of the package."""
-    paths = sorted(PACKAGE.rglob("*.py"))
-    names = [".".join(path.relative_to(PACKAGE).with_suffix("").parts) for path in paths]
-    return {
-        name.removesuffix(".__init__"): ast.parse(path.read_text(encoding="utf-8"))
-        for name, path in zip(names, paths, strict=True)
-    }
+FILES = {
+    ".".join(path.relative_to(PACKAGE).with_suffix("").parts).removesuffix(".__init__"): path
+    for path in sorted(PACKAGE.rglob("*.py"))
+}
+"""All modules, by their names without that of the package."""
 
 
-MODULES = modules()
+@cache
+def trees() -> dict[str, ast.Module]:
+    """The syntax trees of all modules."""
+    return {name: ast.parse(path.read_text(encoding="utf-8")) for name, path in FILES.items()}
 
 
 def imported(node: ast.AST) -> Iterator[str]:
@@ -90,9 +90,7 @@ def imported(node: ast.AST) -> Iterator[str]:
         found = [alias.name for alias in node.names]
     for name in found:
         within = name.removeprefix("camopt.")
-        yield next(
-            (each for each in (within, within.rpartition(".")[0]) if name != within and each in MODULES), name
-        )
+        yield next((each for each in (within, within.rpartition(".")[0]) if name != within and each in FILES), name)
 
 
 def late(tree: ast.Module) -> set[ast.AST]:
@@ -113,7 +111,7 @@ def for_types(tree: ast.Module) -> set[ast.AST]:
 def arrows() -> list[tuple[str, str, bool]]:
     """All imports: (module, what it imports, whether inside a function)."""
     found = []
-    for name, tree in MODULES.items():
+    for name, tree in trees().items():
         inside, unread = late(tree), for_types(tree)
         statements = (node for node in ast.walk(tree) if node not in unread)
         found += [(name, target, node in inside) for node in statements for target in imported(node)]
@@ -125,24 +123,24 @@ def room(name: str) -> str:
 
 
 def test_all_modules_are_in_a_room():
-    assert {room(name) for name in MODULES} == {*ROOMS, *DOORS}
+    assert {room(name) for name in FILES} == {*ROOMS, *DOORS}
 
 
 def test_no_import_runs_back():
     back = {
         (name, target)
         for name, target, _ in arrows()
-        if target in MODULES and room(name) not in DOORS and ROOMS.index(room(target)) > ROOMS.index(room(name))
+        if target in FILES and room(name) not in DOORS and ROOMS.index(room(target)) > ROOMS.index(room(name))
     }
     assert back == {("shown", "drawing.notebook")}
 
 
 def test_no_circle_of_imports():
-    graph: dict[str, set[str]] = {name: set() for name in MODULES}
+    graph: dict[str, set[str]] = {name: set() for name in FILES}
     for name, target, inside in arrows():
-        if target in MODULES and not inside and target != name:
+        if target in FILES and not inside and target != name:
             graph[name].add(target)
-    assert len(list(TopologicalSorter(graph).static_order())) == len(MODULES)  # CycleError names a circle
+    assert len(list(TopologicalSorter(graph).static_order())) == len(FILES)  # CycleError names a circle
 
 
 def test_imports_inside_functions_have_a_reason():
@@ -171,13 +169,13 @@ OTHERWISE = {"velocity", "acceleration", "jerk", "residual_vibration", *QUANTITI
 )
 def test_no_search_no_proof_and_no_drawing_asks_for_a_limit_by_name(part):
     keys = {*Limits.model_fields, "shaft_diameter"} - OTHERWISE
-    trees = {name: tree for name, tree in MODULES.items() if name == part or name.startswith(f"{part}.")}
-    assert trees
-    constants = ((name, node) for name, tree in trees.items() for node in ast.walk(tree))
+    there = {name: tree for name, tree in trees().items() if name == part or name.startswith(f"{part}.")}
+    assert there
+    constants = ((name, node) for name, tree in there.items() for node in ast.walk(tree))
     assert {(n, c.value) for n, c in constants if isinstance(c, ast.Constant) and c.value in keys} == set()
 
 
-@pytest.mark.parametrize("name", sorted({*MODULES} - DOORS))
+@pytest.mark.parametrize("name", sorted({*FILES} - DOORS))
 def test_a_fault_in_a_module_is_sought_by_tests_that_know_it(name):
     found = killers(f"camopt.{name}".removesuffix(".__init__"))
     assert len(found) > len(CORE) or name.partition(".")[0] in {"cli", "drawing", "studies"}
@@ -189,7 +187,7 @@ MOST_LINES, MOST_ARGUMENTS = 60, 8
 def test_functions_are_short_and_take_few_arguments():
     """Docstrings do not count; the options of a command are its arguments."""
     long, many = set(), set()
-    for name, tree in MODULES.items():
+    for name, tree in trees().items():
         for node in ast.walk(tree):
             if isinstance(node, ast.FunctionDef):
                 given, body = node.args, node.body[1:] if ast.get_docstring(node) else node.body

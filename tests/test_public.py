@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import get_args
 
 import pytest
-from test_house import MODULES
+from test_house import trees
 
 import camopt
 from camopt import mistakes
@@ -51,7 +51,7 @@ def test_the_types_of_a_users_program_are_checked():
 def test_every_picture_of_a_command_has_a_public_function():
     drawn = {
         alias.name
-        for name, tree in MODULES.items()
+        for name, tree in trees().items()
         if name.startswith(("cli.", "studies."))
         for node in ast.walk(tree)
         if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("camopt.drawing.")
@@ -67,7 +67,7 @@ SAID_BY_COMMANDS = {"problem.unused"}
 def test_no_message_of_the_library_names_an_option_or_an_argument_of_a_command():
     found = {
         (name, node.value)
-        for name, tree in MODULES.items()
+        for name, tree in trees().items()
         if not name.startswith("cli.") and name not in SAID_BY_COMMANDS
         for node in ast.walk(tree)
         if isinstance(node, ast.Constant) and isinstance(node.value, str)

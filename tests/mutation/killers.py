@@ -9,6 +9,7 @@ import resource
 import signal
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
 TESTS = Path(__file__).parents[1]
@@ -25,10 +26,15 @@ def changed() -> list[str]:
     return [".".join(Path(path).with_suffix("").parts) for path in paths]
 
 
+@cache
+def texts_of_tests() -> dict[Path, str]:
+    return {path: path.read_text(encoding="utf-8") for path in sorted(TESTS.glob("test_*.py"))}
+
+
 def killers(module: str) -> list[Path]:
     """Tests of a module's own name, of the core, those that import it, the shortest first, those of its folder."""
     room, _, name = module.rpartition(".")
-    texts = {path: path.read_text(encoding="utf-8") for path in sorted(TESTS.glob("test_*.py"))}
+    texts = texts_of_tests()
     direct = [p for p, text in texts.items() if module in text or (f"from {room} import" in text and name in text)]
     near = [p for p, text in texts.items() if room in text and room != "camopt"]
     own = [path for path in texts if path.stem.removeprefix("test_").startswith(name.rstrip("s"))]
