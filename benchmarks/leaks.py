@@ -35,9 +35,8 @@ def main(sweeps: int = 100) -> int:
             if done % EACH == 0:
                 seen.append(held())
                 memory, files, threads = seen[-1]
-                print(
-                    f"{done} of {swept.designs:,}: {memory:.0f} MiB, {files} files, {threads} threads", flush=True
-                )
+                print(f"{done} sweeps of {swept.designs:,} designs:", end=" ")
+                print(f"{memory:.0f} MiB, {files} files, {threads} threads", flush=True)
     (first, *counts), (last, *others) = seen[0], seen[-1]
     return int(last > GROWTH * first or others != counts)
 

@@ -46,6 +46,14 @@ def path_of(path: str | os.PathLike[str]) -> Path:
         raise ValueError("a path; its home folder is not known") from None
 
 
+def checked_path(path: str | os.PathLike[str], key: str) -> Path:
+    """A path as users write it; BadInput if it is none."""
+    try:
+        return path_of(path)
+    except ValueError as trouble:
+        raise BadInput([Mistake("camopt", key, os.fspath(path), str(trouble))]) from None
+
+
 def checked_suffix(path: str | os.PathLike[str], key: str, known: tuple[str, ...]) -> str:
     """The suffix of a path in lower case; BadInput unless it is one of the known."""
     suffix = Path(path).suffix.lower()

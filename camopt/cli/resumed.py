@@ -30,7 +30,7 @@ def resumed(scene: Any, keep: str, out: Path, part: tuple[int, int] | None) -> t
     sources = {name: context.get_parameter_source(name) for name in context.params}
     if any(source is ParameterSource.COMMANDLINE for name, source in sources.items() if name not in BESIDE):
         asked = asked_of(scene, keep).question(*(part or (1, 1)))
-        other = [key for key in asked.other_than(question) if key != "block"]
+        other = asked.asks_other_than(question)
         if sources.get("scene") is not ParameterSource.COMMANDLINE:  # options alone: those that differ
             (default,) = (each.default for each in context.command.params if each.name == "scene")
             plain = asked_of(find_scene(str(default)), KEPT[0]).question(*(part or (1, 1)))

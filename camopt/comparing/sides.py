@@ -10,7 +10,7 @@ from typing import Any
 import pyarrow as pa
 
 from camopt.comparing.design_table import DesignTable, is_of_designs, type_of
-from camopt.files import path_of
+from camopt.files import checked_path
 from camopt.front.sweep import Sweep
 from camopt.manifest import of_one_run, settled_file, settled_path, settled_paths
 from camopt.mistakes import BadInput, Mistake, nearest
@@ -98,10 +98,7 @@ def _of_a_sweep(what: Sweep, stack: ExitStack) -> Side:
 @side_of.register(str)
 @side_of.register(os.PathLike)
 def _of_a_path(what: str | os.PathLike[str], stack: ExitStack) -> Side:
-    try:
-        path = path_of(what)
-    except ValueError as trouble:
-        raise BadInput([Mistake("camopt", "result", os.fspath(what), str(trouble))]) from None
+    path = checked_path(what, "result")
     if path.is_dir():
         return _of_a_folder(path, stack)
     if path.suffix == ".parquet":

@@ -63,6 +63,10 @@ class Question:
         rest = ("keep", "block", "version", "part", "parts")
         return keys + [name for name in rest if getattr(self, name) != getattr(other, name)]
 
+    def asks_other_than(self, other: "Question") -> list[str]:
+        """The same, but for the size of blocks, on which rows do not depend."""
+        return [name for name in self.other_than(other) if name != "block"]
+
     @property
     def whole(self) -> "Question":
         """The question of which this one is a part."""

@@ -240,7 +240,7 @@ def merge(
 def _check_folder(folder: Path, asked: Asked) -> None:
     """BadInput if an interrupted sweep of another question is kept in a folder: it would go."""
     found = interrupted(folder, "sweep")
-    if found and {*found.other_than(asked.question())} - {"block"}:
+    if found and found.asks_other_than(asked.question()):
         why = "another folder: an interrupted sweep is kept in this one, which would go"
         raise BadInput([Mistake("camopt", "out", str(folder), why)])
 

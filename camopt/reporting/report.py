@@ -8,7 +8,7 @@ from functools import partial, singledispatch
 from pathlib import Path
 from typing import Any
 
-from camopt.files import check_writable, checked_suffix, path_of, read_bytes, text_of, write_text
+from camopt.files import check_writable, checked_path, checked_suffix, path_of, read_bytes, text_of, write_text
 from camopt.front.sweep import Sweep
 from camopt.manifest import of_one_run, settled_path, settled_paths
 from camopt.mistakes import BadInput, Mistake
@@ -136,10 +136,7 @@ def _of_a_sweep(what: Sweep) -> Iterable[Shown | Result]:
 @shown_of.register(str)
 @shown_of.register(os.PathLike)
 def _of_a_path(what: str | os.PathLike[str]) -> Iterable[Shown | Result]:
-    try:
-        path = path_of(what)
-    except ValueError as trouble:
-        raise BadInput([Mistake("camopt", "what", os.fspath(what), str(trouble))]) from None
+    path = checked_path(what, "what")
     if path.is_dir():
         return _of_a_folder(path)
     if path.suffix == ".parquet":

@@ -31,19 +31,15 @@ class ProfilePiece:
 
     def derivatives(self, count: int, x: arb) -> list[arb]:
         """The displacement from where it starts, and its derivatives by x, over a ball of x: of one series."""
-        series = self._over(arb_series([self.law.first + self.turn * x, self.turn], count))
+        series = self.law.position(arb_series([self.law.first + self.turn * x, self.turn], count))
         value, *rest = (series[k] * factorial(k) for k in range(count))
         return [value - self.begins, *rest]
 
     @cached_property
     def begins(self) -> arb:
         """The position where the element starts."""
-        found: arb = self._over(arb_series([self.law.first], 1))[0]
+        found: arb = self.law.position(arb_series([self.law.first], 1))[0]
         return found
-
-    def _over(self, angle: arb_series) -> Any:
-        """Where the follower stands, by δ."""
-        return self.law.position(angle)
 
 
 @cache
