@@ -287,7 +287,13 @@ _ALL = [
         "1 − μ·q·|tan β| where the follower moves outward, in a groove inward too; 0 jams.",
     ),
     Quantity("jamming_angle_deg", "", "deg", "thrust", "Pressure angle at which the follower jams at its lowest."),
-    Quantity("contact_stress_max_MPa", "p_0", "MPa", "hertz", "Largest contact pressure (Hertz)."),
+    Quantity(
+        "contact_stress_max_MPa",
+        "p_0",
+        "MPa",
+        "hertz",
+        "Largest contact pressure (Hertz); in a groove on the flank that carries.",
+    ),
     Quantity(
         "contact_stress_push_MPa",
         "p_0",
@@ -301,6 +307,13 @@ _ALL = [
         "MPa",
         "hertz",
         "Largest contact pressure on its other flank, which pulls the follower back.",
+    ),
+    Quantity(
+        "contact_stress_either_MPa",
+        "p_0",
+        "MPa",
+        "hertz",
+        "Largest contact pressure if the roller may bear on either flank, for the clearance of the groove.",
     ),
     Quantity("contact_half_width_mm", "b", "mm", "hertz", "Half-width of the contact where its stress is largest."),
     Quantity(

@@ -1,5 +1,6 @@
 """Diagrams of what the contact bears: thrust, contact stress, sliding, wear and film."""
 
+from collections.abc import Callable
 from functools import partial
 from math import pi
 
@@ -52,9 +53,8 @@ def _stress(picture: Picture) -> list[Panel]:
     if not known(picture, hertz.STRESS):
         return []
     setup = picture.problem.setup
-    loads = by_way(picture, [variant for *_, variant in hertz.variants(setup)])
-    pressed = np.abs if setup.mechanism.grooved else partial(np.maximum, 0.0)  # a groove presses both ways
-    values = [hertz.stress_of(setup, pressed(load)) for load in loads]
+    loads = by_way(picture, [variant for *_, variant in hertz.variants(setup)], pressed)
+    values = [hertz.stress_of(setup, load) for load in loads]
     panel = Panel("Contact stress", "MPa", values, [peak_of(picture, values, hertz.STRESS)], quantity=hertz.STRESS)
     panel.limits = limit(picture, hertz.STRESS)
     return [panel]
@@ -110,12 +110,19 @@ def _film(picture: Picture) -> list[Panel]:
     return [panel]
 
 
-def by_way(picture: Picture, variants: list[Variant]) -> Values:
-    """A load over each piece of the turn: the largest of its variants there."""
+def pressed(load: FloatArray) -> FloatArray:
+    """What a flank bears of a load: 0 where it is not pressed."""
+    return np.maximum(load, 0.0)
+
+
+def by_way(
+    picture: Picture, variants: list[Variant], borne: Callable[[FloatArray], FloatArray] = np.asarray
+) -> Values:
+    """A load over each piece of the turn, of what is borne of it: the largest of its variants there."""
     problem = picture.problem
     each = [(picture.curve_values(make(problem.design, problem.programme)), kinds) for make, kinds in variants]
     values: Values = []
     for k, kind in enumerate(problem.programme.table.kind):
-        here: FloatArray = np.array([curves[k] for curves, kinds in each if kinds & kind])
+        here = borne(np.array([curves[k] for curves, kinds in each if kinds & kind]))
         values.append(np.take_along_axis(here, np.abs(here).argmax(axis=0)[None], axis=0)[0])
     return values

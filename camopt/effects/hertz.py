@@ -8,9 +8,10 @@ relative radius R_s·(1 − κ·R_s) in the plane of the cam and R_s across it, 
 half-axes are those of ``numerics.point_contact``, and must be small against the radii and the cam's width.
 On a concave flank that nearly conforms to the roller R grows without end and the stress falls to zero: the formulas
 hold while b is small against R_r.
-A knife edge has no width, and its stress no bound. In a groove the roller touches one flank or the other: the one
-that pushes it outward where N > 0, and the one that pulls it back where N < 0. Each has a stress of its own; with
-play the roller may strike either, so that for the largest of all the sharper counts.
+A knife edge has no width, and its stress no bound. In a groove the roller bears on one flank or the other: the one
+that pushes it outward where N > 0, and the one that pulls it back where N < 0. Each has a stress of its own; the
+larger is the contact stress. With clearance the roller may also strike the flank that does not carry:
+``contact_stress_either_MPa`` is the stress if |N| acts on the sharper of both.
 
 Source: Johnson, Contact Mechanics, ch. 4.
 """
@@ -22,9 +23,19 @@ import numpy as np
 
 from camopt.effects import force
 from camopt.effects.case import Bounded, ByExtreme, Case, Effect, Setup, Variant
-from camopt.effects.loads import Largest, contact_load, goal_of, largest_load, normal_curve, rubs, ways
+from camopt.effects.loads import (
+    PULLS,
+    PUSHES,
+    Largest,
+    bulge,
+    contact_load,
+    largest_load,
+    normal_curve,
+    rubs,
+    ways,
+)
 from camopt.mechanisms.design import Designs
-from camopt.numerics import LARGEST, LEAST, FloatArray
+from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, FloatArray
 from camopt.numerics.curves import curve
 from camopt.numerics.point_contact import ellipticity_of, integrals
 
@@ -32,15 +43,15 @@ SHEAR, DEPTH = 0.3002831060007776, 0.7861513777574233  # of the largest shear: o
 STRESS, WIDTH, LENGTH = "contact_stress_max_MPa", "contact_half_width_mm", "contact_half_length_mm"
 LINE = (STRESS, WIDTH, "contact_shear_max_MPa", "contact_shear_depth_mm")
 POINT = (STRESS, WIDTH, LENGTH)
-FLANKS = {"contact_stress_push_MPa": (-1.0, LARGEST), "contact_stress_pull_MPa": (1.0, LEAST)}
-"""The flanks of a groove, and the extreme of the load on each: κ > 0 is hollow towards outward, and a load below 0
-pulls."""
+FLANKS = {"contact_stress_push_MPa": PUSHES, "contact_stress_pull_MPa": PULLS}
+"""The flank of a groove behind each."""
+EITHER = "contact_stress_either_MPa"
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
     if setup.pointed:
         return (STRESS,)
-    flanks = FLANKS if setup.mechanism.grooved else ()
+    flanks = (*FLANKS, EITHER) if setup.mechanism.grooved else ()
     return (*(POINT if setup.spherical else LINE), *flanks)
 
 
@@ -61,7 +72,7 @@ def reads(setup: Setup) -> tuple[str, ...]:
 
 def variants(setup: Setup) -> list[tuple[float, float, Variant]]:
     """The load that decides the stress on each flank, with the guide's friction each way: (flank, way, it)."""
-    flanks = (1.0, -1.0) if setup.mechanism.grooved else (1.0,)
+    flanks = (PUSHES, PULLS) if setup.mechanism.grooved else (PUSHES,)
     return [
         (flank, way, (partial(contact_load, setup, flank=flank, way=way), kinds))
         for flank in flanks
@@ -94,14 +105,17 @@ def by_extremes(setup: Setup) -> dict[str, ByExtreme]:
         return factor * stress_of(setup, np.maximum(load, 0.0))
 
     factors = {STRESS: 1.0, "contact_shear_max_MPa": SHEAR}
-    return {name: ByExtreme(curves, goal_of(setup), partial(stress, factor)) for name, factor in factors.items()}
+    found = {name: ByExtreme(curves, LARGEST, partial(stress, factor)) for name, factor in factors.items()}
+    if setup.mechanism.grooved:
+        found[EITHER] = ByExtreme(curves, LARGEST_MAGNITUDE, partial(stress, 1.0))
+        for name in FLANKS:
+            found[name] = ByExtreme(tuple(_on_flank(setup, name)), LARGEST, partial(stress, 1.0))
+    return found
 
 
-def on_flank(case: Case, name: str, sound: Any) -> Bounded:
-    """The largest contact stress on one flank of a groove, of the force that presses the roller on it."""
-    chosen, goal = FLANKS[name]
-    curves = [variant for flank, _, variant in variants(case.setup) if flank == chosen]
-    return _stress(case.setup, largest_load(case, curves, goal, sound))
+def _on_flank(setup: Setup, name: str) -> list[Variant]:
+    """The load on one flank of a groove."""
+    return [variant for flank, _, variant in variants(setup) if flank == FLANKS[name]]
 
 
 def _stress(setup: Setup, top: Largest) -> Bounded:
@@ -119,10 +133,13 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     sound = ~np.broadcast_to(case.found["undercut"], len(case.designs))
     sound = sound & (np.asarray(case.found.get("jamming_margin", 1.0)) > 0.0)
     every = variants(setup)
-    goal, curves = goal_of(setup), [variant for *_, variant in every]
-    columns: dict[str, Any] = {name: on_flank(case, name, sound) for name in wanted & FLANKS.keys()}
-    patch_wanted = bool(wanted - {STRESS, *FLANKS})
-    top = largest_load(case, curves, goal, sound, located=patch_wanted)
+    curves = [variant for *_, variant in every]
+    asked = {name: (_on_flank(setup, name), LARGEST) for name in FLANKS} | {EITHER: (curves, LARGEST_MAGNITUDE)}
+    columns: dict[str, Any] = {
+        name: _stress(setup, largest_load(case, *asked[name], sound)) for name in wanted & asked.keys()
+    }
+    patch_wanted = bool(wanted - {STRESS, *asked})
+    top = largest_load(case, curves, LARGEST, sound, located=patch_wanted)
     load, columns[STRESS] = np.maximum(top.value, 0.0), _stress(setup, top)
     stress, outward, _ = columns[STRESS]
     if patch_wanted:
@@ -155,12 +172,12 @@ def _patch(
         motion = programme.state(np.mod(top.where[index] + turn, 2 * np.pi))
         bend = curve(curved, ..., *motion)[0] if curved else 0.0
         values.append(np.broadcast_arrays(curve(load, ..., *motion)[0], curve(normal, ..., *motion)[0], bend))
-    nearer = np.abs(np.abs(values[0][0]) - top.value[index]) < np.abs(np.abs(values[1][0]) - top.value[index])
+    nearer = np.abs(values[0][0] - top.value[index]) < np.abs(values[1][0] - top.value[index])
     _, force, bend = (np.where(nearer, one, two) for one, two in zip(*values, strict=True))
     stress, bodies = stress_of(setup, top.value[index]), setup.bodies
     if setup.spherical:
         assert bodies.modulus is not None
-        mu = ellipticity_of(1.0 - flank * designs.roller_radius * bend)
+        mu = ellipticity_of(1.0 - bulge(setup, flank) * designs.roller_radius * bend)
         b, _ = integrals(mu)
         across = np.asarray(2.0 * designs.roller_radius * stress * b / bodies.modulus)
         return across / mu, across

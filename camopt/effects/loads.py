@@ -28,10 +28,13 @@ from camopt.effects.force import weights
 from camopt.mechanisms.design import Designs
 from camopt.motion.programme import Programme
 from camopt.motion.table import INWARD, OUTWARD, RESTING, TURN
-from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
+from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, FloatArray
 from camopt.numerics.curves import Linear, curve, formula
 from camopt.numerics.extremes import Extremes
 from camopt.numerics.point_contact import pressure_factor, pressure_table
+
+PUSHES, PULLS = 1.0, -1.0
+"""The flanks of a groove, by the sign of the N that presses on each; an open cam has the first one."""
 
 
 class ChangingForce(NamedTuple):
@@ -88,21 +91,26 @@ class FaceForce(NamedTuple):
 
 
 class RollerLoad(NamedTuple):
-    """N/R at a roller, N/mm; ``flank`` is −1 for the other flank of a groove."""
+    """N/R at a roller, N/mm: above 0 where N presses it on the flank.
+
+    ``pressing`` is the sign of such an N; ``bulge`` is 1 if κ > 0 bends the flank towards the roller, else −1.
+    """
 
     normal: Any
     curvature: Any
     roller_radius: FloatArray
-    flank: FloatArray
+    pressing: FloatArray
+    bulge: FloatArray
 
 
 class PointLoad(NamedTuple):
-    """N·h/R_s² at a spherical face, N/mm²; ``flank`` as in RollerLoad, ``table`` of h."""
+    """N·h/R_s² at a spherical face, N/mm²; ``pressing`` and ``bulge`` as in RollerLoad, ``table`` of h."""
 
     normal: Any
     curvature: Any
     face_radius: FloatArray
-    flank: FloatArray
+    pressing: FloatArray
+    bulge: FloatArray
     table: FloatArray
 
 
@@ -178,19 +186,20 @@ def face_force(f, i, y, y1, y2, y3):
 def roller_load(f, i, y, y1, y2, y3):
     normal, normal1 = curve(f.normal, i, y, y1, y2, y3)
     k, k1 = curve(f.curvature, i, y, y1, y2, y3)
-    r, side = f.roller_radius[i], f.flank[i]
+    r, side = f.roller_radius[i], f.bulge[i]
     left = r - side * r * r * k
-    value = normal / left
-    return value, (normal1 + value * (side * r * r * k1)) / left
+    value = f.pressing[i] * normal / left
+    return value, (f.pressing[i] * normal1 + value * (side * r * r * k1)) / left
 
 
 @formula(PointLoad, loaded=True)
 def point_load(f, i, y, y1, y2, y3):
     normal, normal1 = curve(f.normal, i, y, y1, y2, y3)
     k, k1 = curve(f.curvature, i, y, y1, y2, y3)
-    r, side = f.face_radius[i], f.flank[i]
+    r, side = f.face_radius[i], f.bulge[i]
     h, h1 = pressure_factor(1.0 - side * r * k, f.table)
-    return normal * h / (r * r), (normal1 * h - normal * h1 * (side * r * k1)) / (r * r)
+    per = f.pressing[i] / (r * r)
+    return per * (normal * h), per * (normal1 * h - normal * h1 * (side * r * k1))
 
 
 @formula(FaceLoad, loaded=True)
@@ -268,15 +277,22 @@ def torque_curve(setup: Setup, designs: Designs, programme: Programme, way: floa
     return ShaftTorque(_force_at(np.ones(len(designs)), setup, programme))
 
 
-def contact_load(setup: Setup, designs: Designs, programme: Programme, flank: float = 1.0, way: float = 0.0) -> Any:
-    """What decides the contact stress of a mechanism: N/R, N/mm; at a spherical face N·h/R_s², N/mm²."""
+def bulge(setup: Setup, flank: float) -> float:
+    """1 if κ > 0 bends a flank towards the follower, −1 if away; in a groove κ > 0 is a bend outward."""
+    return -flank if setup.mechanism.grooved else flank
+
+
+def contact_load(
+    setup: Setup, designs: Designs, programme: Programme, flank: float = PUSHES, way: float = 0.0
+) -> Any:
+    """What decides the contact stress on a flank: N/R, N/mm; at a spherical face N·h/R_s², N/mm²."""
     normal = normal_curve(setup, designs, programme, way)
     if setup.mechanism.curvature:
-        turned = np.full(len(designs), flank)
         curvature = setup.mechanism.curvature(designs, programme)
+        pressing, bent = (np.full(len(designs), sign) for sign in (flank, bulge(setup, flank)))
         if setup.spherical:
-            return PointLoad(normal, curvature, designs.roller_radius, turned, pressure_table())
-        return RollerLoad(normal, curvature, designs.roller_radius, turned)
+            return PointLoad(normal, curvature, designs.roller_radius, pressing, bent, pressure_table())
+        return RollerLoad(normal, curvature, designs.roller_radius, pressing, bent)
     assert setup.mechanism.profile_radius is not None
     return FaceLoad(normal, setup.mechanism.profile_radius(designs, programme))
 
@@ -323,8 +339,7 @@ def goal_of(setup: Setup) -> int:
 def largest_load(
     case: Case, variants: Sequence[Variant], goal: int, sound: Any, *, located: bool = False
 ) -> Largest:
-    """The largest load over the turn, or where the goal is LEAST minus the least one; infinite for designs that are
-    not sound, and where y' jumps.
+    """The largest load over the turn; infinite for designs that are not sound, and where y' jumps.
 
     Its cam angle is as exact as the load only if ``located``.
     """
@@ -336,7 +351,7 @@ def largest_load(
     some = replace(case, designs=case.designs.take(index))
     asked = [v for v in variants if np.any(case.programme.table.kind & v[1])]
     each = [some.extremes(make, [(kinds, goal)], located=located) for make, kinds in asked]
-    values = np.array([-f.value[0] if goal == LEAST else f.value[0] for f in each])
+    values = np.array([f.value[0] for f in each])
     tops = values + np.array([f.width[0] for f in each])
     best = values.argmax(axis=0)
     chosen = np.arange(index.size)

@@ -242,7 +242,7 @@ def _load_claims(name: str, bound: float, setup: Setup) -> Iterator[Claim]:
     """The curves that decide a limit on loads; none for one that the motion alone decides."""
     if name == "contact_stress" and not setup.pointed:  # that of a knife edge has no bound
         for *_, (make, kinds) in hertz.variants(setup):
-            yield Claim(make, kinds, goal_of(setup), Plain(hertz.load_of(setup, bound)))
+            yield Claim(make, kinds, LARGEST, Plain(hertz.load_of(setup, bound)))
     elif name in ("wear", "sliding_speed", "film_ratio"):
         quantity = LOADS[name][0]
         for (make, kinds), goal in surface.variants(quantity, setup):

@@ -421,7 +421,7 @@ class Limits(Table):
     jamming_margin: Annotated[Number, Field(ge=0, le=1)] | None = None
     """Least jamming margin; a follower at 0 jams; no unit."""
     contact_stress: Positive | None = None
-    """Largest contact pressure (Hertz); MPa."""
+    """Largest contact pressure (Hertz), in a groove on the flank that carries; MPa."""
     wear: Positive | None = None
     """Largest depth worn off the profile in a million turns; µm."""
     sliding_speed: Positive | None = None

@@ -423,6 +423,28 @@ def cylinder_state(scene: Scene, ctx: Any) -> State:
     return state
 
 
+def wall_curvature(scene: Scene, theta: Any, jet: Jet, wall: int, ctx: Any) -> Any:
+    """Curvature of one wall of a groove where it touches the roller, above 0 where it bulges towards the roller.
+
+    Wall 1 is on the side of the roller from which it is pushed in the direction of motion, wall -1 on the other.
+    By the circle through three points of the wall close together, without any derivative of the curve's normal.
+    """
+    y, y1, y2, y3 = jet
+    step = ctx.mpf(10) ** (-ctx.dps // 5)
+
+    def point(d: Any) -> Any:
+        near = (y + d * y1 + d**2 / 2 * y2 + d**3 / 6 * y3, y1 + d * y2 + d**2 / 2 * y3, y2, y3)
+        centre, along, _, direction = developed_curve(scene, ctx, theta + d, near)
+        across = ctx.mpc(0, 1) * along / abs(along)
+        side = 1 if (across * direction.conjugate()).real > 0 else -1  # of `across`, towards the motion
+        return centre - wall * side * follower_radius(scene, ctx) * across, wall * side * across
+
+    (before, _), (here, towards_roller), (after, _) = (point(d) for d in (-step, 0, step))
+    chord, first, second = after - before, here - before, after - here
+    radius_inverse = 2 * cross(first, second) / (abs(first) * abs(second) * abs(chord))
+    return -radius_inverse if cross(chord, towards_roller) > 0 else radius_inverse
+
+
 def flat_face(scene: Scene, ctx: Any, theta: Any, jet: Jet) -> dict[str, Any]:
     """Contact of a flat face with a disc cam: the envelope of the face's lines in the cam's frame.
 
