@@ -44,6 +44,14 @@ def swept(folder):
     return folder / "swept", camopt.report(folder / "swept", folder / "swept.html")
 
 
+@pytest.fixture(scope="module")
+def fronted(folder):
+    """The page of a frontier of two points."""
+    scene = camopt.find_scene("two-pauses").replace(**{"synthesis.pieces": 20})
+    write_frontier(camopt.frontier(scene, ["size", "acceleration"], 2), folder / "frontier")
+    return camopt.report(folder / "frontier", folder / "frontier.html")
+
+
 @cache
 def mechanisms():
     """A scene of each mechanism and contact, those of no shipped scene made of others."""
@@ -237,13 +245,10 @@ def test_a_click_in_the_scatter_draws_the_cam_of_that_row(browser, swept):
         assert sizes["offset"] == pytest.approx(known.offset_mm)
 
 
-def test_a_frontier_shows_before_and_after(browser, folder):
+def test_a_frontier_shows_before_and_after(browser, fronted):
     """The known law first, the free one after it, at one scale; the gap to the bound is told."""
-    scene = camopt.find_scene("two-pauses").replace(**{"synthesis.pieces": 20})
-    found = camopt.frontier(scene, ["size", "acceleration"], 2)
-    write_frontier(found, folder / "frontier")
     with watched_page(browser) as page:
-        opened(page, camopt.report(folder / "frontier", folder / "frontier.html"))
+        opened(page, fronted)
         assert page.locator("svg.cam").count() == 2
         free = page.evaluate("camopt.rows.chosen.map((row) => camopt.rows.text(camopt.rows.column('free'), row))")
         assert free == ["no", "yes"]
@@ -262,16 +267,68 @@ def test_no_page_is_wider_than_its_window(context, browser, folder, swept):
             assert (page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(18, 24, 30)") != dark
 
 
-def test_a_page_prints_as_a_document(browser, folder):
-    with watched_page(browser) as page:
-        opened(page, camopt.report("two-pauses", folder / "print.html"))
-        with pymupdf.open(stream=page.pdf(prefer_css_page_size=True), filetype="pdf") as printed:
-            text = "".join(sheet.get_text() for sheet in printed)
-            assert 1 <= len(printed) <= 6
-            assert printed[0].rect.width == pytest.approx(595, abs=2)
-    assert "Two equal pauses" in text
-    assert "Pressure angle" in text
-    assert "Light or dark" not in text
+PAPERS = {"A4": (595.3, 841.9), "Letter": (612.0, 792.0)}
+MARGIN = 38.0  # pt: the 14 mm of the style sheet, less what a letter takes beyond its width
+
+ROWS_ON_PAPER = """() => {
+  dispatchEvent(new Event("beforeprint"));
+  const rows = [...document.querySelectorAll("table:not(.grid table) tr")].map((row) => row.textContent);
+  dispatchEvent(new Event("afterprint"));
+  return rows;
+}"""
+"""The text of every row of every table that is printed."""
+
+
+@pytest.fixture(scope="module")
+def printable(folder, swept, fronted):
+    """A page of each kind, with the most sheets of paper that it may take."""
+    several = ["knife-900rpm-radial", "knife-900rpm-offset", "valve-rod-radial", "roller-1000rpm"]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("camopt.reporting.cams.downloads_of", lambda scene, stem: ([], ""))  # files are not printed
+        cam, cams = (camopt.report(what, folder / f"{len(what)}.html") for what in ("exhaust-valve", several))
+    return {"a cam": (cam, 5), "cams": (cams, 13), "a sweep": (swept[1], 8), "a frontier": (fronted, 7)}
+
+
+def squeezed(text):
+    return re.sub(r"\s", "", text)
+
+
+@pytest.mark.parametrize("kind", ["a cam", "cams", "a sweep", "a frontier"])
+def test_a_page_prints_whole(kind, browser, printable):
+    """Every diagram as far as 360°, every row of every table and every word, inside the margins of the paper."""
+    path, most = printable[kind]
+    with watched_page(browser, color_scheme="dark") as page:
+        opened(page, path)
+        diagrams = page.locator(".diagram").count()
+        rows = page.evaluate(ROWS_ON_PAPER)
+        for paper, (width, height) in PAPERS.items():
+            with pymupdf.open(stream=page.pdf(format=paper), filetype="pdf") as printed:
+                words = [word for sheet in printed for word in sheet.get_text("words")]
+                assert all(word[0] > MARGIN and word[2] < width - MARGIN for word in words), paper
+                assert all(word[1] > 0 and word[3] < height for word in words), paper
+                assert sum(len(sheet.search_for("360°")) for sheet in printed) == diagrams, paper
+                assert all(len(sheet.get_text("words")) > 10 for sheet in printed), paper
+                assert 1 <= len(printed) <= most, paper
+                assert all(sheet.rect.width == pytest.approx(width, abs=1) for sheet in printed)
+                text = squeezed("".join(sheet.get_text(flags=0) for sheet in printed))
+                assert [row for row in rows if squeezed(row) not in text] == [], paper
+                assert squeezed(page.title()) in text
+                assert diagrams == 0 or "Pressureangle" in text
+                assert "Lightordark" not in text
+        assert page.evaluate("document.documentElement.dataset.theme") is None
+        assert page.locator(".onlyprint *").count() == 0
+
+
+def test_a_sweep_prints_its_dots(browser, printable):
+    """The scatter has its axes, a dot for each design and rings round the chosen ones, all dark on white."""
+    with watched_page(browser, color_scheme="dark") as page:
+        opened(page, printable["a sweep"][0])
+        with pymupdf.open(stream=page.pdf(format="A4"), filetype="pdf") as printed:
+            top = printed[0].search_for("Designs")[0].y1
+            picture = printed[0].get_pixmap(dpi=50, clip=(40, top, 555, top + 200), colorspace=pymupdf.csGRAY)
+            shades = np.frombuffer(picture.samples, np.uint8)
+            assert (shades < 200).sum() > 1000
+            assert np.median(shades) == 255
 
 
 def test_hostile_names_stay_text(browser, folder):

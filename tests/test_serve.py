@@ -13,6 +13,7 @@ from http.server import BaseHTTPRequestHandler, HTTPServer
 from threading import Thread
 from urllib.parse import urlsplit
 
+import pymupdf
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -490,6 +491,16 @@ def test_a_slider_moves_the_picture_and_all_that_is_said(browser, server):
         page.click("#start")
         page.wait_for_selector("html[data-state=proved]")
         assert page.locator("path.solid").get_attribute("d") == outline
+
+
+def test_the_served_page_prints_whole_without_its_controls(browser, server):
+    with page_of(browser, server) as page:
+        slide(page, "cam.base_radius", 44)
+        with pymupdf.open(stream=page.pdf(format="A4"), filetype="pdf") as printed:
+            assert sum(len(sheet.search_for("360°")) for sheet in printed) == page.locator(".diagram").count()
+            text = "".join(sheet.get_text() for sheet in printed)
+        assert "base radius 44 mm" in text
+        assert "Save scene as" not in text
 
 
 def test_of_many_moves_at_once_the_newest_is_asked_alone(browser, server):

@@ -15,10 +15,10 @@ from typing import Any
 
 from camopt.version import VERSION
 
-TURNING = ("geometry", "drawing", "cam", "diagrams", "player", "theme")
+TURNING = ("geometry", "drawing", "cam", "diagrams", "player", "theme", "printing")
 PROGRAMS = {
     "cams": (*TURNING, "cams_page", "start"),
-    "results": (*TURNING, "rows", "scatter", "parallel", "grid", "results_page", "start"),
+    "results": (*TURNING, "rows", "scatter", "parallel", "tables", "grid", "results_page", "start"),
     "serve": (*TURNING, "tables", "controls", "asking", "serve_page", "start"),
 }
 """The parts of the program of each kind of page, in the order in which they need each other."""

@@ -17,6 +17,7 @@ class Diagram {
     this.svg = svgElement(this.figure, "svg", { height: HEIGHT, role: "img", "aria-label": this.inWords() });
     this.range = this.rangeOfValues();
     new ResizeObserver(() => this.draw()).observe(this.svg);
+    for (const where of ["paper", "screen"]) this.svg.addEventListener(where, () => this.draw());
     this.svg.addEventListener("pointerdown", (event) => this.svg.setPointerCapture(event.pointerId));
     this.svg.addEventListener("pointermove", (event) => event.buttons && move(this.angleAt(event)));
     this.svg.addEventListener("pointerdown", (event) => move(this.angleAt(event)));
@@ -68,6 +69,7 @@ class Diagram {
     const width = this.svg.clientWidth;
     if (!width || width === this.width) return;
     this.width = width;
+    this.svg.setAttribute("viewBox", `0 0 ${width} ${HEIGHT}`);
     this.svg.replaceChildren();
     this.drawGrid();
     this.series.forEach((each) => this.drawSeries(each));

@@ -1,6 +1,8 @@
 // The table of designs: sorts, filters, and holds only the rows that are seen.
 
 const ROW = 26, SEEN = 16; // px, rows
+const PRINTED_ROWS = 50, PRINTED_COLUMNS = 8; // on paper: a table that a page has room for
+const ROW_NAMES = ["result", "row"]; // what says which row it is stands in every printed table
 
 class Grid {
   constructor(box, rows) {
@@ -21,7 +23,24 @@ class Grid {
     box.addEventListener("scroll", () => this.draw());
     this.body.addEventListener("keydown", (event) => this.key(event));
     rows.listen((what) => { if (what === "filter") { this.showFilters(); this.arrange(); } else this.draw(); });
+    this.paper = htmlElement(box.parentNode, "div", { class: "onlyprint" });
+    box.after(this.paper);
+    addEventListener("beforeprint", () => this.print());
+    addEventListener("afterprint", () => this.paper.replaceChildren());
     this.arrange();
+  }
+
+  /** The first rows with all their columns, in as many tables as the width of paper needs. */
+  print() {
+    const { rows } = this, order = [...this.order.slice(0, PRINTED_ROWS)];
+    const names = rows.columns.filter(({ name }) => ROW_NAMES.includes(name)), others = rows.columns.filter((column) => !names.includes(column));
+    const title = order.length < this.order.length ? `The first ${order.length} of ${this.order.length.toLocaleString("en")} designs, in the order of the page` : "All designs that pass the filters";
+    const kindOf = (column) => (column.words ? "" : "number");
+    for (let k = 0; k < others.length; k += PRINTED_COLUMNS) {
+      const columns = [...names, ...others.slice(k, k + PRINTED_COLUMNS)];
+      const heads = columns.map((column) => [column.title, kindOf(column)]);
+      drawTable(this.paper, { title, heads, rows: order.map((row) => columns.map((column) => [rows.text(column, row).replaceAll(",", ", "), kindOf(column)])) });
+    }
   }
 
   filterOf(column, cell) {

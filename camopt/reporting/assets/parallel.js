@@ -10,6 +10,7 @@ class Parallel {
     this.canvas = htmlElement(box, "canvas", { role: "img", "aria-label": "Parallel coordinates of all designs; the filters of the table below do the same as brushing here" });
     new ResizeObserver(() => this.draw()).observe(box);
     addEventListener("themechange", () => this.draw());
+    for (const where of ["paper", "screen"]) box.addEventListener(where, () => this.draw());
     rows.listen(() => this.draw());
     this.canvas.addEventListener("pointerdown", (event) => this.press(event));
     this.canvas.addEventListener("pointermove", (event) => this.brushing && this.brush(event, false));

@@ -10,6 +10,7 @@ class Scatter {
     this.axes(x, y);
     new ResizeObserver(() => this.draw()).observe(box);
     addEventListener("themechange", () => this.draw());
+    for (const where of ["paper", "screen"]) box.addEventListener(where, () => { this.onPaper = where === "paper"; this.draw(); });
     rows.listen((what) => (what === "choice" ? this.drawOver() : this.draw()));
     this.over.addEventListener("pointerdown", (event) => this.press(event));
     this.over.addEventListener("pointermove", (event) => this.move(event));
@@ -64,7 +65,8 @@ class Scatter {
       }
     }
     pen.globalAlpha = 1;
-    this.drawOver();
+    if (this.onPaper) this.drawChosen(pen, colours); // a browser prints one of two drawings that lie on each other
+    else this.drawOver();
   }
 
   drawAxes(pen, colours) {
@@ -95,6 +97,14 @@ class Scatter {
   /** The chosen designs, and the rectangle that is being drawn. */
   drawOver() {
     const pen = this.place(this.over), colours = palette();
+    this.drawChosen(pen, colours);
+    if (!this.from) return;
+    pen.strokeStyle = colours.ink;
+    pen.setLineDash([4, 3]);
+    pen.strokeRect(this.from[0], this.from[1], this.to[0] - this.from[0], this.to[1] - this.from[1]);
+  }
+
+  drawChosen(pen, colours) {
     this.rows.chosen.forEach((row, k) => {
       pen.strokeStyle = colours[k === this.rows.chosen.length - 1 ? "second" : "first"];
       pen.lineWidth = 2.5;
@@ -102,10 +112,6 @@ class Scatter {
       pen.arc(this.toX(this.x.values[row]), this.toY(this.y.values[row]), 8, 0, 2 * Math.PI);
       pen.stroke();
     });
-    if (!this.from) return;
-    pen.strokeStyle = colours.ink;
-    pen.setLineDash([4, 3]);
-    pen.strokeRect(this.from[0], this.from[1], this.to[0] - this.from[0], this.to[1] - this.from[1]);
   }
 
   at(event) {

@@ -1,0 +1,30 @@
+// On paper: what is folded is printed too, the page is light, and drawings are made for the width of the paper.
+
+const ON_PAPER = { ".diagram svg": "330px", ".plot": "940px" }; // the printer scales a drawing of this width to its place
+
+function prepareForPaper() {
+  const { dataset } = document.documentElement;
+  let folded = [], theme;
+  addEventListener("beforeprint", () => {
+    folded = [...document.querySelectorAll("details:not([open])")];
+    for (const each of folded) each.open = true;
+    theme = dataset.theme;
+    dataset.theme = "light";
+    drawAgain("paper", (width) => width);
+  });
+  addEventListener("afterprint", () => {
+    for (const each of folded) each.open = false;
+    if (theme) dataset.theme = theme;
+    else delete dataset.theme;
+    drawAgain("screen", () => "");
+  });
+}
+
+/** Tell the drawings that are on the page now where they are to be seen. */
+function drawAgain(where, widthOf) {
+  for (const [selector, width] of Object.entries(ON_PAPER))
+    for (const each of document.querySelectorAll(selector)) {
+      each.style.width = widthOf(width);
+      each.dispatchEvent(new Event(where));
+    }
+}
