@@ -11,6 +11,7 @@ from pathlib import Path
 from stat import S_IMODE, S_ISREG
 from tempfile import TemporaryFile
 from time import time
+from warnings import warn
 
 from camopt.mistakes import BadInput, Mistake
 
@@ -28,6 +29,8 @@ NO_TEXT = {
     b"\xfe\xff": "text in UTF-16; save it in UTF-8",
 }
 PARTIAL = ".partial"
+WORK = ".camopt"
+"""The folder, inside that of a result, for what is not finished."""
 UNSYNCED = {EBADF, EINVAL, ENOSYS, ENOTSUP, EROFS}
 """What file systems say that cannot sync."""
 FORGOTTEN = 24 * 3600.0  # seconds
@@ -134,6 +137,11 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
     ------
     OSError
         With ``path`` in it, if the file cannot be written, or a folder or a device has its name.
+
+    Warns
+    -----
+    Untidy
+        If the file has its name, and something failed after that.
     """
     path = Path(path)
     target = target_of(path)
@@ -149,7 +157,22 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
         synced(partial)
         keep_mode(target, partial)
         os.replace(partial, target)
-        synced(target.parent)
+        try:
+            synced(target.parent)
+        except OSError as trouble:
+            if WORK in path.parts:
+                raise  # nothing is published yet
+            tell_untidy(trouble, path)
+
+
+class Untidy(RuntimeWarning):
+    """A result is published, and whole; something failed after that."""
+
+
+def tell_untidy(trouble: OSError, path: Path) -> None:
+    """Warn of trouble after a file or a folder was published."""
+    what = trouble.strerror or str(trouble)
+    warn(f"{path}: published; tidying failed: {what}", Untidy, stacklevel=2)
 
 
 @contextmanager

@@ -16,7 +16,7 @@ from io import BufferedReader
 from pathlib import Path
 from typing import Any, TypeVar
 
-from camopt.files import read_bytes, regular_file
+from camopt.files import WORK, read_bytes, regular_file
 from camopt.mistakes import BadInput, Mistake
 from camopt.version import VERSION
 
@@ -24,8 +24,6 @@ PathLike = TypeVar("PathLike", bound=str | os.PathLike[str])
 Found = TypeVar("Found")
 
 MANIFEST = "manifest.json"
-WORK = ".camopt"
-"""The folder, inside that of a result, for what is not finished."""
 TRIES = 3
 """To read what others publish meanwhile."""
 MARKS = b'"camopt"', b'"results"', b'"digest"'

@@ -15,12 +15,14 @@ from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from errno import EAGAIN, ENOENT, ENOTDIR, EXDEV
 from fnmatch import fnmatchcase
+from functools import partial
 from hashlib import file_digest
 from io import FileIO
 from pathlib import Path
 from stat import S_ISDIR
 
 from camopt.files import (
+    WORK,
     check_replaceable,
     forgotten,
     keep_mode,
@@ -30,9 +32,10 @@ from camopt.files import (
     random_name,
     synced,
     target_of,
+    tell_untidy,
     whole_file,
 )
-from camopt.manifest import MANIFEST, WORK, Damaged, Fact, Manifest, Result, command_of, manifest_of, run_of
+from camopt.manifest import MANIFEST, Damaged, Fact, Manifest, Result, command_of, manifest_of, run_of
 from camopt.mistakes import BadInput, Mistake
 
 LOCK = "lock"
@@ -129,6 +132,11 @@ def published(
     BadInput
         If a file of another program has the name of the manifest, or one of the user that of a file of the
         result, or a file of the earlier result was edited; for an empty ``folder``.
+
+    Warns
+    -----
+    Untidy
+        If the result is published, and something failed after that.
     """
     if not os.fspath(folder):  # as the shell gives a variable that is not set; a Path would be the current folder
         raise BadInput([Mistake("camopt", "out", "", "a folder; it is empty")])
@@ -141,14 +149,10 @@ def published(
             unit.staging.mkdir()
             yield unit
             _commit(unit, made)
-            if not revises:
-                _remove(unit.journal)
-            _settle(folder, work, alone)
-            _remove(unit.staging)
+            _tidy_up(unit, alone)
         except BaseException as end:
             with suppress(OSError):
-                _settle(folder, work, alone)
-                _remove(unit.staging)
+                _clear(unit, alone)
             if isinstance(end, OSError):
                 _raise_of_result(end, unit)
             raise
@@ -170,6 +174,41 @@ def revised(path: str | os.PathLike[str]) -> Iterator[Path]:
     else:
         with published(path.parent, command, (path.name,), revises=True) as unit:
             yield unit.path(path.name)
+
+
+def _tidy_up(unit: Unit, alone: bool) -> None:
+    """What is left to do once a result is published. Trouble does not undo it, and is told.
+
+    Raises
+    ------
+    OSError
+        If the files did not get their names, not even at a second try: camopt finds them, other programs do not.
+    """
+    steps = [partial(synced, unit.folder), partial(_clear, unit, alone)]
+    steps += [] if unit.revises else [partial(_remove, unit.journal)]
+    troubles = [*_tried(steps)]
+    if not troubles:
+        return
+    troubles += _tried(steps)
+    if any(unit.staging.glob("*")):
+        why = f"published, but its files wait for their names, which the next run gives: {troubles[0].strerror}"
+        raise named(troubles[0], why, unit.folder)
+    tell_untidy(troubles[0], unit.folder)
+
+
+def _tried(calls: Iterable[Callable[[], None]]) -> Iterator[OSError]:
+    """Make some calls, each whatever the others do; their troubles."""
+    for call in calls:
+        try:
+            call()
+        except OSError as trouble:
+            yield trouble
+
+
+def _clear(unit: Unit, alone: bool) -> None:
+    """Settle the folder, and remove what was not published."""
+    _settle(unit.folder, unit.work, alone)
+    _remove(unit.staging)
 
 
 def _raise_of_result(trouble: OSError, unit: Unit) -> None:
@@ -349,9 +388,8 @@ def _commit(unit: Unit, made: list[Path]) -> None:
     keep_mode(folder / MANIFEST, written)
     for path in (written, unit.work, folder, *(each.parent for each in made)):
         synced(path)
-    os.replace(written, folder / MANIFEST)
-    synced(folder)
     unit.files = tuple(folder / name for name in staged)
+    os.replace(written, folder / MANIFEST)
 
 
 def _fact(path: Path) -> Fact:
@@ -360,18 +398,23 @@ def _fact(path: Path) -> Fact:
 
 
 def _place(folder: Path, staging: Path, manifest: Manifest, command: str) -> None:
-    """Give files their names, after those of the earlier result are gone: no two results are ever side by side."""
+    """Give files their names, after those of the earlier result are gone: no two results are ever side by side.
+
+    A disk that fails to sync fails at the end: the names matter more.
+    """
     result, others = manifest.results[command], manifest.others(command)
     waiting = [name for name in result.files if (staging / name).exists()]
     old = [folder / name for name in result.replaces if name not in others]
     for path in (*old, *(target_of(folder / name) for name in waiting)):
         if not path.is_dir():
             path.unlink(missing_ok=True)
-    synced(folder)
+    troubles = [*_tried([partial(synced, folder)])]
     for name in waiting:
         _rename(staging / name, folder / name)
-    synced(folder)
+    troubles += _tried([partial(synced, folder)])
     _remove(staging)
+    if troubles:
+        raise troubles[0]
 
 
 def _rename(staged: Path, path: Path) -> None:

@@ -108,6 +108,10 @@ class Bench:
         self.calls = self.rerun()
         self.after = tree_of(root)
         self.older, self.newer = self.seen(self.before), self.seen(self.after)
+        make(self.root, self.before)
+        self.older_plain = self.plain()
+        make(self.root, self.after)
+        self.newer_plain = self.plain()
         assert (self.older == self.newer) == (case.older is case.work)
 
     def seen(self, tree: Tree | None = None) -> dict[str, bytes]:
@@ -162,6 +166,10 @@ def test_one_result_is_whole_after_a_fault_and_the_next_run_gives_the_same_bytes
         assert ".camopt" not in message, number
         bench.check()
         assert how != "done" or bench.seen() == bench.newer
+        assert not message or how == "failed" or ": published; tidying failed: " in message
+        unnamed = ": published, but its files wait for their names" in message
+        published = bench.plain() == bench.newer_plain != bench.older_plain
+        assert not message.startswith("OSError") or unnamed or not published, (number, message)
         bench.rerun()
         assert tree_of(bench.root) == bench.after
 

@@ -19,10 +19,9 @@ from support.depth import times
 from camopt import BadInput
 from camopt.cli.exits import BAD_INPUT
 from camopt.cli.main import main
-from camopt.files import whole_file, write_text
+from camopt.files import WORK, whole_file, write_text
 from camopt.manifest import (
     MANIFEST,
-    WORK,
     Damaged,
     manifest_of,
     of_one_run,
@@ -540,3 +539,37 @@ def test_a_lock_that_leads_nowhere_is_an_error(tmp_path):
     (tmp_path / WORK / "lock").symlink_to(tmp_path / "none" / "lock")
     with pytest.raises(FileNotFoundError):
         publish(tmp_path, {"a.txt": "1"})
+
+
+def test_trouble_after_a_result_is_published_is_told_and_the_command_has_succeeded(tmp_path, capsys):
+    """The folder fails to sync from the moment on at which the new manifest is there."""
+    sync = os.fsync
+
+    def fails(descriptor):
+        if (tmp_path / "out" / MANIFEST).exists():
+            raise OSError(EIO, "Input/output error")
+        sync(descriptor)
+
+    asked = "--law cycloidal --base-radius 60:80:10 --offset 0 --roller-radius 20 --quiet"
+    with patch("os.fsync", fails):
+        assert main(["sweep", *asked.split(), "--out", str(tmp_path / "out")]) == 0
+    assert capsys.readouterr().err == f"camopt: {tmp_path / 'out'}: published; tidying failed: Input/output error\n"
+    assert names(tmp_path / "out") == ["designs.parquet", MANIFEST, "pareto.parquet", "scene.toml"]
+
+
+def test_files_that_do_not_get_their_names_are_an_error_and_are_found(tmp_path):
+    publish(tmp_path, {"a.txt": "1"})
+    replace = os.replace
+
+    def fails(source, target):
+        if Path(target).name == "a.txt" and Path(target).parent == tmp_path:
+            raise OSError(EIO, "Input/output error")
+        replace(source, target)
+
+    message = "published, but its files wait for their names"
+    with pytest.raises(OSError, match=message) as caught, patch("os.replace", fails):
+        publish(tmp_path, {"a.txt": "2"})
+    assert caught.value.filename == str(tmp_path)
+    assert settled_path(tmp_path / "a.txt").read_text() == "2"
+    publish(tmp_path, {"b.txt": "3"}, "frontier", ("b.txt",))
+    assert seen(tmp_path) == {"a.txt": "2", "b.txt": "3"}

@@ -2,16 +2,20 @@
 
 import os
 import sys
+import warnings
 from collections.abc import Callable
 from contextlib import suppress
 from io import TextIOWrapper
 from logging import CRITICAL, getLogger
 from pathlib import Path
 from traceback import extract_tb, print_exception
+from typing import Any
+from warnings import catch_warnings
 
 import click
 
 from camopt.cli import interrupts
+from camopt.files import Untidy
 
 NOTHING_FEASIBLE, BAD_INPUT, FILE_TROUBLE, NOT_REACHED = 1, 2, 3, 4
 INTERNAL, READER_GONE = 70, 141  # the numbers of sysexits.h and of shells
@@ -24,7 +28,9 @@ def run(command: Callable[[], int]) -> int:
     _open_streams()
     getLogger("matplotlib").setLevel(CRITICAL)  # it tells of folders that it would keep fonts in
     try:
-        code = command()
+        with catch_warnings(action="always", category=Untidy):
+            warnings.showwarning = _say_warning
+            code = command()
         sys.stdout.flush()
         return code
     except BaseException as end:
@@ -43,6 +49,11 @@ def say(text: str) -> None:
     with suppress(OSError):
         for line in text.splitlines():
             print(printable(line), file=sys.stderr, flush=True)
+
+
+def _say_warning(message: Warning | str, *_: Any, **__: Any) -> None:
+    """A warning in a line, without the place in the code."""
+    say(f"camopt: {message}")
 
 
 def _open_streams() -> None:

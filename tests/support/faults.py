@@ -15,6 +15,9 @@ from itertools import combinations
 from pathlib import Path
 from typing import Any, NamedTuple
 from unittest.mock import patch
+from warnings import catch_warnings
+
+from camopt.files import Untidy
 
 PATHS = ("open", "replace", "rename", "link", "unlink", "remove", "mkdir", "rmdir", "chmod")
 DESCRIPTORS = ("write", "fsync")
@@ -95,7 +98,7 @@ def calls_of(folder: Path, work: Callable[[], Any]) -> list[str]:
 
 
 class End(NamedTuple):
-    """How work ended with a fault: "done", "failed" or "killed", and the message."""
+    """How work ended with a fault: "done", "failed" or "killed", and the message or what was warned of."""
 
     how: str
     message: str
@@ -106,10 +109,11 @@ def ended(folder: Path, work: Callable[[], Any], number: int, fault: str) -> End
     if fault == "killed":
         return _killed(folder, work, number)
     try:
-        _work_with_fault(folder, work, number, fault)
+        with catch_warnings(record=True, action="always", category=Untidy) as told:
+            _work_with_fault(folder, work, number, fault)
     except (OSError, KeyboardInterrupt) as end:
         return End("failed", f"{type(end).__name__}: {end}")
-    return End("done", "")
+    return End("done", "\n".join(str(each.message) for each in told))
 
 
 def _killed(folder: Path, work: Callable[[], Any], number: int) -> End:
