@@ -168,7 +168,7 @@ OTHERWISE = {"velocity", "acceleration", "jerk", "residual_vibration", *QUANTITI
     ["numerics", "motion", "mechanisms", "effects", "verdicts", "smallest", "front", "synthesis", "drawing"],
 )
 def test_no_search_no_proof_and_no_drawing_asks_for_a_limit_by_name(part):
-    keys = {*Limits.model_fields, "shaft_diameter"} - OTHERWISE
+    keys = {*Limits.model_fields, "shaft_diameter", "hub_diameter"} - OTHERWISE
     there = {name: tree for name, tree in trees().items() if name == part or name.startswith(f"{part}.")}
     assert there
     constants = ((name, node) for name, tree in there.items() for node in ast.walk(tree))

@@ -81,12 +81,28 @@ NC = {"cutter_radius": 5.0, "feed": 300.0}
     ({**NC, "direction": "up"}, "direction = 'up': must be one of climb, conventional"),
     ({**NC, "chord": 1e-4}, "chord = 0.0001: must be at least 0.0005 mm"),
     ({**NC, "roughing": -1.0}, "roughing = -1.0: must be from 0 to 1000 mm"),
+    ({**NC, "depth": 16.001}, r"depth = 16.001: must be at most part.thickness \(16 mm\): a hub is below"),
     ({**NC, "cutter_radius": 1e3}, "cutter_radius = 1000.0: must be above 0 and at most"),
 ])  # fmt: skip
 def test_a_program_that_cannot_be_is_said(tmp_path, settings, message):
     with pytest.raises(BadInput, match=message):
         export(find_scene("valve-rod-radial"), tmp_path / "cam.nc", **settings)
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("part", "settings", "deepest"),
+    [
+        ({}, {}, -16.0),  # a hub is below the plate
+        ({}, {"depth": 16.0}, -16.0),
+        ({"part.hub_length": 16.0}, {}, -17.0),
+        ({"part.hub_length": 16.0}, {"depth": 20.0}, -20.0),
+    ],
+)
+def test_a_program_cuts_through_a_plate_but_not_beside_a_hub(tmp_path, part, settings, deepest):
+    export(find_scene("valve-rod-radial").replace(**part), tmp_path / "cam.nc", **NC, **settings)
+    program = re.sub(r"\(.*?\)", "", (tmp_path / "cam.nc").read_text())
+    assert min(map(float, re.findall(r"Z(-?[\d.]+)", program))) == deepest
 
 
 def test_a_program_without_a_depth_stays_in_its_plane(tmp_path):

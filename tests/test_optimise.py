@@ -103,6 +103,13 @@ CASES = {
     "shaft binds": scene(
         **{"cam.shaft_diameter": 118, "limits.pressure_angle": 60, "limits.pressure_angle_return": 60}
     ),
+    "hub binds": scene(
+        **{
+            "part": {"thickness": 10, "hub_diameter": 118, "hub_length": 20},
+            "limits.pressure_angle": 60,
+            "limits.pressure_angle_return": 60,
+        }
+    ),
     "flat": scene(
         motion=VALVE,
         **{
@@ -250,8 +257,8 @@ def test_the_optimum_evaluates_to_itself(name):
     sizes = {f"follower.{n}": best[f"{n}_mm"] for n in ("roller_radius", "offset") if case.search.__dict__.get(n)}
     again = evaluate(case.replace(**{key: size_of(best), **sizes}))
     assert again["feasible"]
-    shrunk = case.replace(**{key: size_of(best) - 3e-6, **sizes, "cam.shaft_diameter": None})
-    if "shaft_diameter" not in best["binding"]:
+    shrunk = case.replace(**{key: size_of(best) - 3e-6, **sizes, "cam.shaft_diameter": None, "part": None})
+    if not {"shaft_diameter", "hub_diameter"} & {*best["binding"]}:
         assert not evaluate(shrunk)["feasible"]
 
 

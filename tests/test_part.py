@@ -11,6 +11,7 @@ from camopt.scene.part import Part
 
 PLATE = {"thickness": 16, "hub_diameter": 44, "hub_length": 32, "keyway_width": 8, "keyway_depth": 3.3}
 CYLINDER = {"thickness": 100, "bore": 60, "keyway_width": 18, "keyway_depth": 4.4, "groove_depth": 16}
+HUBLESS = {"part.hub_diameter": None, "part.hub_length": None}
 BASES = {
     "disc": find_scene("valve-rod-radial").replace(part=PLATE),  # base radius 25, shaft 25
     "cylinder": find_scene("feeder-with-stop").replace(
@@ -37,10 +38,12 @@ ONE_MISTAKE = [
     ("disc", {"part.thickness": None}, "part.thickness: missing; part.hub_diameter is that of a hub on a plate"),
     ("disc", {"part.hub_length": 15}, "part.hub_length = 15.0: must be at least the thickness (16), which it inc"),
     ("disc", {"part.hub_diameter": 32}, "part.hub_diameter = 32.0: must be above 32.5969: the bore and its keyway"),
+    ("disc", {"part.hub_diameter": 50.1}, "part.hub_diameter = 50.1: must be at most twice the base radius (50)"),
+    ("disc", {"part.bore": 50, **HUBLESS}, "part.bore = 50.0: must leave a wall to the base circle (radius 25)"),
     ("disc", {"part.bore": 50, "part.hub_diameter": 60}, "part.bore = 50.0: must leave a wall to the base cir"),
     (
         "disc",
-        {"part.keyway_depth": 12.5, "part.hub_diameter": 60},
+        {"part.keyway_depth": 12.5, **HUBLESS},
         "part.keyway_depth = 12.5: must leave a wall to the base circle (radius 25)",
     ),
     ("cylinder", {"part.bore": 184}, "part.bore = 184.0: must leave a wall to the bottom of the groove (radi"),
@@ -64,7 +67,8 @@ def test_what_a_check_is_about_is_allowed_up_to_there(base, changes, _):
     sizes = {key: value for key, value in changes.items() if isinstance(value, (int, float))}
     own = {f"part.{key}": value for key, value in (PLATE if base == "disc" else CYLINDER).items()}
     halfway = {key: (value + own[key]) / 2 for key, value in sizes.items() if key in own}
-    if "part.keyway_width" not in sizes:  # a key as wide as half the bore is deep too
+    wide = halfway.get("part.hub_diameter", 0.0) > 50.0  # the base circle
+    if "part.keyway_width" not in sizes and not wide:  # a key as wide as half the bore is deep too
         assert BASES[base].replace(**halfway).part
 
 

@@ -14,6 +14,7 @@ from camopt import (
     evaluate,
     evaluate_designs,
     find_scene,
+    load,
     optimise,
     shipped_scenes,
     sweep,
@@ -24,6 +25,7 @@ from camopt.mistakes import Unmet
 from camopt.problem.claims import DOUBLES, BeyondBody, Derivative, PerDegree
 from camopt.problem.limits import MOST, PART, load_quantity
 from camopt.problem.problem import exactly, resolve, resolve_design
+from camopt.reporting.sections import limits_sheet
 from camopt.scene.tables import Limits
 from camopt.verdicts.certify import in_balls, turn_of
 from camopt.verdicts.exact_section import PARTS, integrated_rows, section_rows
@@ -276,3 +278,22 @@ def test_free_laws_cannot_thicken_the_wall_of_a_hub():
     own = find_scene("roller-1000rpm").replace(part=part, **{"limits.hub_wall": 9.6})
     with pytest.raises(Unmet, match="a cam of no size is within the limits"):
         synthesise(own)
+
+
+def test_the_base_circle_is_no_smaller_than_the_hub(tmp_path):
+    """A hub of Ø130 asks a base circle of at least 65 mm, of searches, sweeps and pages alike."""
+    own = find_scene("roller-1000rpm").replace(
+        **{"part": {"thickness": 10, "hub_diameter": 130, "hub_length": 20}, "cam.base_radius": 70}
+    )
+    eased = own.replace(
+        **{"limits": {"pressure_angle": 60}, "search.base_radius": {"start": 60, "stop": 70, "step": 1}}
+    )
+    best = optimise(eased).best
+    assert (best["base_radius_mm"], best["binding"]) == (65.0, ["hub_diameter"])
+    sweep(eased, tmp_path, keep="all")
+    table = load(tmp_path / "designs.parquet")
+    broken = {each["base_radius_mm"]: each["violated"] for each in table.to_dict("records")}
+    assert {radius for radius, names in broken.items() if "hub_diameter" in names} == {60, 61, 62, 63, 64}
+    found = limits_sheet(evaluate(own), resolve_design(own))
+    rows = {row[0].text: [cell.text for cell in row[1:5]] for row in found.rows}
+    assert rows["hub diameter"] == ["held", "≥ 130 mm", "140 mm", "10 mm"]

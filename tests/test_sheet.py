@@ -43,8 +43,9 @@ SCENES = {
     "key below": PLATE.replace(**{"part.keyway_angle": -90}),
     "key on the side": PLATE.replace(**{"part.keyway_angle": 180}),
     "no hub": PLATE.replace(**{"part.hub_diameter": None, "part.hub_length": None}),
-    "large hub": PLATE.replace(**{"part.hub_diameter": 120}),
-    "larger hub": PLATE.replace(**{"part.hub_diameter": 220}),
+    "hub as wide as the base circle": PLATE.replace(**{"part.hub_diameter": 50}),
+    "large hub": PLATE.replace(**{"cam.base_radius": 60, "part.hub_diameter": 120}),
+    "larger hub": PLATE.replace(**{"cam.base_radius": 110, "part.hub_diameter": 220}),
     "key without a length": PLATE.replace(part={"keyway_width": 8, "keyway_depth": 3.3}),
     "law of a long name": find_scene("flat-reciprocating").replace(
         laws={"x" * 500: {"law": "poly345", "crossing": 0.4}},

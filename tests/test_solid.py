@@ -140,7 +140,9 @@ def test_any_part_is_the_sum_of_its_pieces(contact, bore, width, depth, angle, h
     """A hub adds ρ·l·(π·r² − bore − keyway); no inertia is below that of the mass at its centre of gravity."""
     slot = {"keyway_width": width * bore, "keyway_depth": depth, "keyway_angle": angle}
     plain = {"thickness": 10, "bore": bore, "density": 7800, **slot}
-    reach = Scene.from_dict(cam_with(contact, part=plain)).part.bore_reach
+    scene = Scene.from_dict(cam_with(contact, part=plain))
+    reach, base = scene.part.bore_reach, scene.cam.base_radius
+    hub = min(hub, base / reach)  # no wider than the base circle
     sizes = {"hub_diameter": 2 * hub * reach, "hub_length": 10 + longer}
     found, whole = (evaluate(scene_of(contact, part=part)) for part in (plain, {**plain, **sizes}))
     slot_area = figures.keyway(bore / 2, width * bore, depth, 0.0).area
@@ -176,7 +178,7 @@ def test_walls():
     """√((r + t)² + w²/4) from the axis is the corner of a keyway."""
     corner = np.hypot(12.5 + 3.3, 4.0)
     assert evaluate(scene_of("roller"))["hub_wall_min_mm"] == pytest.approx(22 - corner, rel=1e-14)
-    wide = {**PLATE, "hub_diameter": 200}
+    wide = {**PLATE, "hub_diameter": 140}
     assert evaluate(scene_of("roller", part=wide))["hub_wall_min_mm"] == pytest.approx(70 - corner, rel=1e-14)
     assert evaluate(scene_of("roller", part={"bore": 25}))["hub_wall_min_mm"] == 57.5
     assert evaluate(scene_of("groove"))["hub_wall_min_mm"] == pytest.approx(60 - 5 - np.hypot(18.3, 4), rel=1e-14)

@@ -75,11 +75,9 @@ def write(
 
 
 def _through(problem: Problem) -> float | None:
-    """How deep the plate is cut, if its thickness is known: a little more, but not into a hub."""
+    """How deep the plate is cut, if its thickness is known: a little more, but not beside a hub."""
     part = problem.scene.whole_part
-    if part.thickness is None or (part.hub_length or 0.0) > part.thickness:
-        return part.thickness
-    return part.thickness + OVERRUN
+    return part.thickness if part.thickness is None or part.stands_on_hub else part.thickness + OVERRUN
 
 
 def _check(
@@ -102,6 +100,11 @@ def _check(
     for name, value in (("feed", feed), ("depth", depth)):
         if value is not None and not (isfinite(value) and value > 0.0):
             mistakes.append(Mistake("camopt", name, value, "above 0"))
+    part = problem.scene.whole_part
+    if depth is not None and part.thickness is not None and part.stands_on_hub and depth > part.thickness:
+        mistakes.append(
+            Mistake("camopt", "depth", depth, f"at most part.thickness ({part.thickness:g} mm): a hub is below")
+        )
     if not 0.0 <= roughing <= 1e3:
         mistakes.append(Mistake("camopt", "roughing", roughing, "from 0 to 1000 mm"))
     if direction not in WAYS:

@@ -97,6 +97,8 @@ class Limit:
     """A base (mean) radius below which no design meets it."""
     most_size: float = inf
     """And one above which none does."""
+    of_base: bool = False
+    """Whether its bound is the least diameter of the base circle."""
     of_motion: bool = False
     """Whether the motion and the speed decide it, whatever the design."""
 
@@ -315,20 +317,19 @@ def _crossing() -> Limit:
     return Limit(SELF_CROSSING, 0.0, needs, excess, decided=decided, presumes=UNDERCUT, asked=False)
 
 
-def _shaft(radius: float) -> Limit:
-    """The shaft lies within the base circle."""
+def _around(name: str, radius: float, key: str) -> Limit:
+    """What is as wide as this lies within the base circle, the least radius of every profile."""
 
     def excess(columns: Columns, designs: Designs) -> FloatArray:
         result: FloatArray = (radius - designs.size) / radius
         return result
 
-    by_bound, key = constant(0.5 / radius), "cam.shaft_diameter"
-    more: dict[str, Any] = {"by_bound": by_bound, "given_by": key, "least_size": radius}
-    return Limit("shaft_diameter", 2 * radius, (), excess, relation="≥", **more)
+    more: dict[str, Any] = {"by_bound": constant(0.5 / radius), "given_by": key, "least_size": radius}
+    return Limit(name, 2 * radius, (), excess, relation="≥", of_base=True, **more)
 
 
 def _implied(setup: Setup) -> list[Limit]:
-    """What every cam has to hold, asked or not: no undercut, no self-crossing, and clear of its shaft.
+    """What every cam has to hold, asked or not: no undercut, no self-crossing, and room for its shaft and hub.
 
     Without undercut, only a round body can make a profile that crosses itself.
     """
@@ -336,7 +337,9 @@ def _implied(setup: Setup) -> list[Limit]:
     if not setup.pointed:
         limits.append(replace(_curvature(UNDERCUT, setup, 0.0), asked=False))
     if setup.shaft_radius is not None:
-        limits.append(_shaft(setup.shaft_radius))
+        limits.append(_around("shaft_diameter", setup.shaft_radius, "cam.shaft_diameter"))
+    if setup.solid.hub_radius:
+        limits.append(_around("hub_diameter", setup.solid.hub_radius, "part.hub_diameter"))
     if setup.mechanism.curvature is not None and not (setup.mechanism.grooved or setup.pointed):
         limits.append(_crossing())
     return limits

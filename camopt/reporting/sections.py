@@ -89,9 +89,10 @@ def _proof(limit: Limit | None) -> str:
 
 def _reached(limit: Limit | None, found: Evaluation) -> Iterator[tuple[str, str, str]]:
     """Bound, value and margin of each quantity that a limit bounds, in words; a margin below 0 is exceeded."""
-    if limit is not None and limit.key == SHAFT and CLEARANCE in found:
-        bore, clear = signed(limit.bound), found[CLEARANCE]
-        yield f"≥ {bore} mm", f"{signed(limit.bound + 2 * clear)} mm", f"{signed(2 * clear)} mm"
+    base = found.scene.cam.base_radius
+    if limit is not None and limit.of_base and base:
+        least, reached = limit.bound, 2.0 * base
+        yield f"≥ {signed(least)} mm", f"{signed(reached)} mm", f"{signed(reached - least)} mm"
         return
     shown = [] if limit is None else [name for name in limit.shown if name in found]
     if limit is None or not shown:
@@ -103,9 +104,6 @@ def _reached(limit: Limit | None, found: Evaluation) -> Iterator[tuple[str, str,
         margin = side * (limit.bound - (abs(value) if side > 0.0 else value))
         words = f"{limit.relation} {limit.bound:g} {unit}".replace("-", "−").strip()
         yield words, _with_unit(value, unit), _with_unit(float(f"{margin:.3g}"), unit)
-
-
-SHAFT, CLEARANCE = "cam.shaft_diameter", "shaft_clearance_mm"
 
 
 def _with_unit(value: float, unit: str) -> str:

@@ -32,7 +32,7 @@ class Part(Table):
     bore: Length | None = None
     """Diameter of the bore; that of the shaft if not given; mm."""
     hub_diameter: Length | None = None
-    """Diameter of the hub; mm."""
+    """Diameter of the hub, at most that of the base circle; mm."""
     hub_length: Length | None = None
     """Length of the whole hub, the plate included; mm."""
     keyway_width: Length | None = None
@@ -59,6 +59,11 @@ class Part(Table):
     """Number of the drawing."""
     designer: Line | None = None
     """Who drew it."""
+
+    @property
+    def stands_on_hub(self) -> bool:
+        """Whether the hub is longer than the plate that it includes."""
+        return (self.hub_length or 0.0) > (self.thickness or 0.0)
 
     @property
     def bore_reach(self) -> float:
@@ -100,7 +105,7 @@ def check_part(data: Mapping[str, Any], form: str, travel: float | None, radius:
             yield f"part.{key}", part[key], f"a {form} cam has none"
     yield from _keyway(data, part)
     if form == "disc":
-        yield from _hub(data, part)
+        yield from _hub(data, part, length(data, "cam.base_radius"))
         yield from _inside(data, length(data, "cam.base_radius"), "the base circle (radius {:g})")
     else:
         yield from _groove(data, travel, radius)
@@ -133,8 +138,8 @@ def _keyway(data: Mapping[str, Any], part: Mapping[str, Any]) -> Iterator[Fault]
         yield "part.keyway_width", width, f"must be below the diameter of the bore ({bore:g})"
 
 
-def _hub(data: Mapping[str, Any], part: Mapping[str, Any]) -> Iterator[Fault]:
-    """A hub has a diameter and a length, and is longer and wider than what it holds."""
+def _hub(data: Mapping[str, Any], part: Mapping[str, Any], base: float | None) -> Iterator[Fault]:
+    """A hub has a diameter and a length, is longer and wider than what it holds, and lies behind the profile."""
     given = [key for key in HUB if part.get(key) is not None]
     for key in (*HUB, "thickness") if given else ():
         if part.get(key) is None:
@@ -145,6 +150,8 @@ def _hub(data: Mapping[str, Any], part: Mapping[str, Any]) -> Iterator[Fault]:
     diameter, reach = length(data, "part.hub_diameter"), _reach(data)
     if diameter and reach and diameter <= 2 * reach:
         yield "part.hub_diameter", diameter, f"must be above {2 * reach:g}: the bore and its keyway are inside it"
+    if diameter and base and (reach or 0.0) < base < diameter / 2:
+        yield "part.hub_diameter", diameter, f"must be at most twice the base radius ({2 * base:g})"
 
 
 def _inside(data: Mapping[str, Any], radius: float | None, what: str) -> Iterator[Fault]:
