@@ -2,6 +2,7 @@
 
 import sys
 from io import BytesIO
+from zipfile import ZIP_DEFLATED, ZipFile
 
 import numpy as np
 import openpyxl
@@ -12,6 +13,7 @@ from hypothesis import strategies as st
 from camopt import BadInput
 from camopt.measured.columns import Columns
 from camopt.measured.reading import apart, read_points
+from camopt.measured.workbook_extent import check_archive
 from camopt.motion import LAWS
 
 ANGLES = np.arange(0.0, 360.0, 5.0)
@@ -120,6 +122,119 @@ def test_a_workbook(tmp_path):
     agree(points_of(workbook([(None, a, f"{y}".replace(".", ",")) for a, y in rows]), tmp_path, "cam.xlsx"))
 
 
+def archive(**parts):
+    """A workbook of some parts, by their names with __ for a slash and a dot at the last _."""
+    data = BytesIO()
+    with ZipFile(data, "w", ZIP_DEFLATED) as into:
+        for name, content in parts.items():
+            into.writestr(".".join(name.replace("__", "/").rsplit("_", 1)), content)  # mimetype has no ending
+    return data.getvalue()
+
+
+TABLE = "urn:oasis:names:tc:opendocument:xmlns:table:1.0"
+OFFICE = "urn:oasis:names:tc:opendocument:xmlns:office:1.0"
+TEXT = "urn:oasis:names:tc:opendocument:xmlns:text:1.0"
+
+
+def open_document(rows, before="", after=""):
+    """A spreadsheet of LibreOffice: rows of numbers, and what is before and after them."""
+
+    def cell(value):
+        return f'<table:table-cell office:value-type="float" office:value="{value}"><text:p>{value}</text:p></table:table-cell>'
+
+    table = "".join(f"<table:table-row>{''.join(map(cell, row))}</table:table-row>" for row in rows)
+    content = (
+        f'<office:document-content xmlns:office="{OFFICE}" xmlns:table="{TABLE}" xmlns:text="{TEXT}"><office:body><office:spreadsheet>'
+        f'<table:table table:name="cam">{before}{table}{after}</table:table></office:spreadsheet></office:body></office:document-content>'
+    )
+    manifest = '<m:manifest xmlns:m="urn:oasis:names:tc:opendocument:xmlns:manifest:1.0"/>'
+    kind = "application/vnd.oasis.opendocument.spreadsheet"
+    return archive(mimetype=kind, content_xml=content, **{"META-INF__manifest_xml": manifest})
+
+
+def binary_sheet(row, column):
+    """A sheet of .xlsb with a blank cell in its last corner and a number elsewhere."""
+    blank, number = (1048575, 16383, 1), (row - 1, column - 1, 5)
+    records = b""
+    for at, across, kind in (number, blank):
+        records += bytes([0, 4]) + at.to_bytes(4, "little") + bytes([kind, 4]) + across.to_bytes(4, "little")
+    return records
+
+
+def cell_in_the_corner():
+    book, data = openpyxl.Workbook(), BytesIO()
+    book["Sheet"].append((0, 1))
+    book["Sheet"].cell(1_048_576, 16_384, 5.0)
+    book.save(data)
+    return data.getvalue()
+
+
+def corner_of_an_open_document():
+    rest = '<table:table-row table:number-rows-repeated="1000000"><table:table-cell/></table:table-row>'
+    far = '<table:table-cell table:number-columns-repeated="16000"/><table:table-cell office:value-type="float" office:value="1"/>'
+    return open_document([(0, 1)], after=f"{rest}<table:table-row>{far}</table:table-row>")
+
+
+def archive_that_lies():
+    """The directory says that a part of a mebibyte has ten bytes."""
+    data = archive(xl__workbook_xml=b"<" + bytes(1 << 20))
+    size = ((1 << 20) + 1).to_bytes(4, "little")
+    place = data.rindex(size)
+    return data[:place] + (10).to_bytes(4, "little") + data[place + 4 :]
+
+
+TOO_LARGE = {
+    "a cell in the last corner": (cell_in_the_corner, r"has a sheet as far as row 1048576 and column 16384; the most are 2000000 cells"),
+    "a corner of .ods": (corner_of_an_open_document, r"has a sheet as far as row 1000002 and column 16001"),
+    "a corner of .xlsb": (lambda: archive(xl__worksheets__sheet1_bin=binary_sheet(1048576, 16384)), r"has a sheet as far as row 1048576 and column 16384"),
+    "much that is unpacked": (lambda: archive(xl__media__picture_png=bytes(65 << 20)), r"is a workbook of 65 MiB when unpacked; the most are 64: save the table as CSV"),
+    "a directory that lies": (archive_that_lies, r"is no workbook that can be read: Bad CRC-32"),
+    "broken XML": (lambda: archive(xl__workbook_xml="<a><b></a>"), r"is no workbook that can be read: mismatched tag"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", TOO_LARGE)
+def test_a_workbook_that_is_too_large_is_refused_before_its_reader_sees_it(name, tmp_path, monkeypatch):
+    monkeypatch.setattr("python_calamine.CalamineWorkbook.from_filelike", lambda _: pytest.fail("it is read"))
+    content, told = TOO_LARGE[name]
+    with pytest.raises(BadInput, match=rf"^\S+: file: {told}") as error:
+        points_of(content(), tmp_path, "cam.xlsx")
+    assert len(str(error.value).splitlines()) == 1
+
+
+def test_what_has_nothing_in_it_makes_no_workbook_large(tmp_path):
+    """LibreOffice ends its sheets with repeated empty rows, Excel formats cells without values."""
+    rows = [(float(a), float(y)) for a, y in zip(ANGLES, LIFTS, strict=True)]
+    empty = '<table:table-row table:number-rows-repeated="1048000"><table:table-cell table:number-columns-repeated="16384"/></table:table-row>'
+    agree(points_of(open_document(rows, after=empty), tmp_path, "cam.ods"))
+    book, data = openpyxl.Workbook(), BytesIO()
+    for row in rows:
+        book["Sheet"].append(row)
+    book["Sheet"].cell(1_048_576, 16_384).font = openpyxl.styles.Font(bold=True)
+    book.save(data)
+    agree(points_of(data.getvalue(), tmp_path, "cam.xlsx"))
+    check_archive(archive(xl__worksheets__sheet1_bin=binary_sheet(1000, 2000)))
+
+
+@given(row=st.integers(1, 1_048_576), column=st.integers(1, 16_384))
+def test_the_last_cell_of_a_workbook_is_found(row, column):
+    """By its name in .xlsx (by openpyxl), by repeats in .ods, by numbers in .xlsb."""
+    place = f"{openpyxl.utils.get_column_letter(column)}{row}"
+    inside = f'<sheetData><row r="{row}"><c r="{place}"><v>1</v></c></row></sheetData>'
+    far = f'<table:table-cell table:number-columns-repeated="{column}" office:value-type="float" office:value="1"/>'
+    last = f'<table:table-row table:number-rows-repeated="{row}">{far}</table:table-row>'
+    for data in (
+        archive(xl__worksheets__sheet1_xml=f"<worksheet>{inside}</worksheet>"),
+        open_document([], after=last),
+        archive(xl__worksheets__sheet1_bin=binary_sheet(row, column)),
+    ):
+        if row * column <= 2_000_000:
+            check_archive(data)
+        else:
+            with pytest.raises(ValueError, match=f"row {row} and column {column};"):
+                check_archive(data)
+
+
 def test_a_workbook_without_its_reader(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "python_calamine", None)
     with pytest.raises(BadInput, match=r'is a workbook; pip install "camopt\[excel\]"'):
@@ -165,6 +280,8 @@ BAD = {
     "a workbook of words": (workbook([("a", "b")]), "rows: has no row of numbers"),
     "a date": (workbook([(a, "2026-05-01" if a == 45 else y) for a, y in zip(ANGLES, LIFTS, strict=True)]), "row 10 = '2026-05-01': is no number"),
     "too long": ("\n".join("1" for _ in range(20_001)), "rows = 20001: the most are 20000"),
+    "a long line": (with_row(9, "1" * 10_000_000), "file: has 10000000 characters in line 10; the most are 2000"),
+    "many lines": ("\n" * 1_000_000, "file: has 1000000 lines; the most are 40000"),
 }  # fmt: skip
 
 

@@ -6,9 +6,10 @@ read the text is tried on all of it, and the one that makes numbers of the most 
 """
 
 import re
+from collections.abc import Sequence
 from typing import NamedTuple
 
-from camopt.measured.number_table import Cell, Row
+from camopt.measured.number_table import MOST_ROWS, Cell, Row
 
 COMMENT = re.compile(r"\s*(#|%|//|!)")
 NUMBERS = {
@@ -18,6 +19,8 @@ NUMBERS = {
 BLANKS = r"\s+"
 DELIMITERS = (r"\t", ";", r"\|", ",", BLANKS)
 DISTINCT = 0.9  # of the angles of a table, at least
+MOST_LINES = 2 * MOST_ROWS  # with comments and empty ones
+LONGEST_LINE = 2000  # characters
 
 
 class Dialect(NamedTuple):
@@ -40,10 +43,11 @@ class Dialect(NamedTuple):
             return word
         return float(re.sub("[dD]", "e", word.replace(",", ".")))
 
-    def rows(self, text: str) -> list[Row]:
-        """The rows of a text; comments and empty lines are none."""
-        lines = enumerate(text.splitlines(), start=1)
-        found = ((number, self.cells(line)) for number, line in lines if not COMMENT.match(line))
+    def rows(self, lines: Sequence[str]) -> list[Row]:
+        """The rows of some lines; comments and empty lines are none."""
+        found = (
+            (number, self.cells(line)) for number, line in enumerate(lines, start=1) if not COMMENT.match(line)
+        )
         return [Row(number, cells) for number, cells in found if cells]
 
 
@@ -51,8 +55,17 @@ DIALECTS = [Dialect(mark, sign) for mark in DELIMITERS for sign in NUMBERS if ma
 
 
 def text_rows(text: str) -> list[Row]:
-    """The rows of a text, read in the way that makes numbers of the most of them."""
-    return max((dialect.rows(text) for dialect in DIALECTS), key=_likelihood)
+    """The rows of a text, read in the way that makes numbers of the most of them.
+
+    A ValueError says if it has too many lines, or one that is too long.
+    """
+    lines = text.splitlines()
+    if len(lines) > MOST_LINES:
+        raise ValueError(f"has {len(lines)} lines; the most are {MOST_LINES}")
+    for number, line in enumerate(lines, start=1):
+        if len(line) > LONGEST_LINE:
+            raise ValueError(f"has {len(line)} characters in line {number}; the most are {LONGEST_LINE}")
+    return max((dialect.rows(lines) for dialect in DIALECTS), key=_likelihood)
 
 
 def _likelihood(rows: list[Row]) -> tuple[int, int]:

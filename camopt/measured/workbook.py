@@ -5,8 +5,10 @@ from typing import Any
 
 from camopt.measured.delimited import DIALECTS
 from camopt.measured.number_table import Cell, Row
+from camopt.measured.workbook_extent import Extent, check_archive
 
-WORKBOOKS = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
+ARCHIVE = b"PK\x03\x04"
+WORKBOOKS = (ARCHIVE, b"\xd0\xcf\x11\xe0")
 """How workbooks begin: .xlsx and .ods, and .xls."""
 SPOKEN = [dialect for dialect in DIALECTS if dialect.delimiter == r"\t"]
 
@@ -19,18 +21,20 @@ def workbook_rows(data: bytes) -> list[Row]:
         raise ValueError(
             'is a workbook; pip install "camopt[excel]" lets camopt read it, or save it as CSV'
         ) from None
+    if data.startswith(ARCHIVE):
+        check_archive(data)
     try:
         book = CalamineWorkbook.from_filelike(BytesIO(data))
-        sheets = [book.get_sheet_by_name(name).to_python(skip_empty_area=False) for name in book.sheet_names]
+        tables = (_rows(book.get_sheet_by_name(name)) for name in book.sheet_names)
+        return next((rows for rows in tables if any(row.numeric for row in rows)), [])
     except CalamineError as trouble:
         raise ValueError(f"is no workbook that can be read: {trouble}") from None
-    tables = [_rows(sheet) for sheet in sheets]
-    return next((rows for rows in tables if any(row.numeric for row in rows)), [])
 
 
-def _rows(sheet: list[list[Any]]) -> list[Row]:
+def _rows(sheet: Any) -> list[Row]:
     found = []
-    for number, values in enumerate(sheet, start=1):
+    Extent(sheet.total_height, sheet.total_width).check()  # of an .xls: it has 65,536 rows of 256 columns at most
+    for number, values in enumerate(sheet.to_python(skip_empty_area=False), start=1):
         cells = [_cell(value) for value in values]
         while cells and cells[-1] == "":
             cells.pop()
@@ -46,5 +50,7 @@ def _cell(value: Any) -> Cell:
     if isinstance(value, (int, float)) and not isinstance(value, bool):
         return float(value)
     text = str(value).strip()
+    if not text:
+        return text
     found = (cell for dialect in SPOKEN for cell in dialect.cells(text) if isinstance(cell, float))
     return next(found, text)
