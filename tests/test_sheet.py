@@ -1,6 +1,7 @@
 """The workshop drawing, read back from its PDF, against quantities and points; nothing on it hides anything."""
 
 import re
+from collections import Counter
 from functools import cache
 from itertools import pairwise
 from math import degrees, hypot, pi
@@ -10,13 +11,17 @@ import pymupdf
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.optimize import brentq
 from shapely import LineString, MultiPoint
 
 from camopt import Scene, cam_points, evaluate, export, find_scene, shipped_scenes
 from camopt.problem.problem import resolve_design
-from camopt.sheet.marks import THICK, Words, fitted_words, number, width_of
+from camopt.sheet.cam import Cam
+from camopt.sheet.marks import LARGE, MEDIUM, THICK, Stroke, Words, fitted_words, number, width_of
+from camopt.sheet.notes import texts_of
 from camopt.sheet.paper import A3, A4, scale_name, scales
 from camopt.sheet.ring import ring, spread, unrolled
+from camopt.sheet.section import section
 from camopt.sheet.sheet import sheet_of
 from camopt.sheet.title_block import fields, title_block
 from tests.support.cams import CONTACTS, cam_with
@@ -99,11 +104,88 @@ def test_a_scale_is_one_of_the_standard(name):
     assert scale_name(sheet(name).scale) in texts(name)
 
 
+def ring_of(name):
+    """The names of the ring, each with its angle, in no order."""
+    kinds = "rise|dwell|return|move|constant velocity"
+    return [each for text in texts(name) for each in re.findall(rf"^({kinds}) ([\d.]+)°$", text)]
+
+
+STEADY = [name for name, scene in SCENES.items() if "constant-velocity" in {s.segment for s in scene.motion or ()}]
+
+
+@pytest.mark.parametrize("name", [*CHECKED, *(name for name in STEADY if name not in CHECKED)])
+def test_segments_are_those_of_the_scene(name):
+    """Each with its own angle; a stretch at constant velocity is called so, a move by the way that it goes."""
+    scene = SCENES[name]
+    if not scene.motion:
+        return
+    expected = sorted(number(segment.angle, 2) for segment in scene.motion)
+    assert sorted(angle for _, angle in ring_of(name)) == expected
+    found = Counter((kind, angle) for kind, angle in ring_of(name))
+    kinds = {"rise", "return", "dwell", "constant-velocity"}
+    told = Counter(
+        (s.segment.replace("-", " "), number(s.angle, 2)) for s in scene.motion if s.segment in kinds and s.angle
+    )
+    assert told - found == Counter()
+    steady = sum(s.segment == "constant-velocity" for s in scene.motion)
+    noted = " ".join(mark.text for mark in sheet(name).marks if isinstance(mark, Words) and mark.height == MEDIUM)
+    assert steady == sum(kind == "constant velocity" for kind, _ in ring_of(name))
+    assert not steady or "at constant velocity" in noted
+
+
+def test_a_move_goes_one_way_or_is_called_a_move():
+    names = ["rise 70°", "constant velocity 60°", "move 80°", "constant velocity 48°", "return 62°", "dwell 40°"]
+    assert [name for name, _, _ in Cam(resolve_design(SCENES["belt-matching"])).segments] == names
+    there_and_back = [{"segment": "move", "angle": 360, "to": 0, "through": [{"angle": 90, "position": 10}]}]
+    scene = find_scene("belt-matching").replace(motion=there_and_back)
+    assert [name for name, _, _ in Cam(resolve_design(scene)).segments] == ["move 360°"]
+
+
+@pytest.mark.parametrize("name", CHECKED)
+def test_a_tolerance_refers_to_the_bore_and_to_the_keyway_that_turns_the_cam(name):
+    """Each datum twice: in the frame of the tolerance, and where it is."""
+    scene = SCENES[name]
+    part, cut = (
+        scene.whole_part,
+        ("thickness", "groove_depth") if scene.cam.form == "cylindrical" else ("thickness",),
+    )
+    has = bool(part.profile_tolerance and part.bore) and all(getattr(part, key) for key in cut)
+    letters = Counter(mark.text for mark in sheet(name).marks if isinstance(mark, Words) and mark.height == LARGE)
+    assert letters["B"] == (2 if has and part.keyway_width else 0)
+    assert letters["A"] >= (2 if has else 0)  # a cutting plane is called A, too
+
+
+def test_a_cutter_is_not_told_where_no_flank_is_hollow():
+    """Between a base circle with a hollow of R175 and one without, the hollow becomes a straight flank."""
+    scene = find_scene("two-pauses")
+
+    def hollow(radius):
+        own = scene.replace(**{"cam.base_radius": radius, "outputs": ["cutter_radius_max_mm"]})
+        return evaluate(own)["cutter_radius_max_mm"]
+
+    radius = brentq(lambda radius: 1 / hollow(radius) - 1e-5 if np.isfinite(hollow(radius)) else -1e-5, 25.0, 100.0)
+    said = {
+        each: " ".join(texts_of(Cam(resolve_design(scene.replace(**{"cam.base_radius": each})))))
+        for each in (25.0, radius)
+    }
+    assert hollow(radius) > 1e4
+    assert "cutter or wheel in hollow flanks at most R175.43" in said[25.0]
+    assert "cutter or wheel" not in said[radius]
+
+
+def test_a_section_has_no_line_inside_its_metal():
+    """Where plate and hub meet they are one."""
+    part = PLATE.whole_part
+    outline = Cam(resolve_design(PLATE)).curve("profile")
+    plate, hub = part.thickness, part.hub_diameter / 2
+    for mark in section(outline, part, 1.0):
+        if isinstance(mark, Stroke) and mark.pen == THICK and np.all(mark.points.real == plate):
+            assert np.abs(mark.points.imag).min() >= hub
+
+
 @pytest.mark.parametrize("name", CHECKED)
 def test_what_the_follower_does_adds_up_to_a_turn(name):
-    angles = [
-        float(each) for text in texts(name) for each in re.findall(r"^(?:rise|dwell|return) ([\d.]+)°$", text)
-    ]
+    angles = [float(angle) for _, angle in ring_of(name)]
     assert sum(angles) == pytest.approx(360.0, abs=0.005 * len(angles) + 1e-9)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from camopt.contour.hole import keyway_corners, keyway_turn
 from camopt.numerics import FloatArray
 from camopt.sheet import symbols
-from camopt.sheet.dimensions import ABOVE, arrow, linear
+from camopt.sheet.dimensions import ABOVE, CELL, arrow, linear
 from camopt.sheet.front_view import FrontView, apart, is_upright
 from camopt.sheet.marks import (
     LARGE,
@@ -79,9 +79,10 @@ def _keyway(view: FrontView, taken: Marks) -> Marks:
     bottom = ((part.bore or 0.0) / 2 + (part.keyway_depth or 0.0)) * view.scale
     level = view.radius_at(turn, abs(first - last) / bottom) + 5.0 - bottom
     across, width = -1j * np.exp(1j * turn), number(part.keyway_width)
+    _, datum = symbols.datums_of(part, bool(part.thickness))
     return first_free(
         (
-            linear(*ends, side * across, side * (level + further), width)
+            linear(*ends, side * across, side * (level + further), width, datum)
             for further in FURTHER
             for ends, side in (((last, first), 1.0), ((first, last), -1.0))
         ),
@@ -157,14 +158,14 @@ def _rotation(view: FrontView, turn: float) -> Marks:
 def _surface(view: FrontView, turn: float) -> Marks:
     """A leader to the profile, with its tolerance and roughness."""
     part = view.part
-    frame = symbols.surface(part, "A" if part.bore and part.thickness else None)
+    frame = symbols.surface(part, symbols.datums_of(part, bool(part.thickness)))
     if not frame:
         return []
     box, side = box_of(frame), 1.0 if cos(turn) >= 0.0 else -1.0
     knee = (view.ring + OUTSIDE + 2.0) * np.exp(1j * turn)
     shelf = knee + side * 3.0
     tip = view.nearest(turn) * np.exp(1j * turn)
-    corner = shelf - (box.size.real if side < 0.0 else 0.0) - 0.5j * symbols.CELL
+    corner = shelf - (box.size.real if side < 0.0 else 0.0) - 0.5j * CELL
     return [*moved(frame, corner), line(shelf, knee, tip), arrow(tip, (tip - knee) / abs(tip - knee))]
 
 

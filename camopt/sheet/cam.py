@@ -1,5 +1,6 @@
 """What a sheet is about: a problem's own design, its part, and its curves as lines that provably follow them."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from math import degrees
@@ -10,9 +11,10 @@ import numpy as np
 from camopt.contour.curve import curves_of
 from camopt.contour.follow import LARGEST, LEAST, Followed, follow
 from camopt.contour.path import ArcPath
-from camopt.drawing.picture import NAMES, Picture
+from camopt.drawing.picture import INSIDE, NAMES, Picture
 from camopt.effects import Case, offered
 from camopt.mechanisms.design import ComplexArray
+from camopt.motion.stroke import Stroke
 from camopt.problem.problem import Problem
 from camopt.scene.part import Part
 from camopt.sheet.marks import number
@@ -46,6 +48,17 @@ def flattened(found: Followed, step: float) -> Line:
     points = np.append(inside, path.vertices[-1])
     sagitta = np.abs(np.diff(points) * np.tan(sweeps[each] / counts[each] / 4)).max() / 2
     return Line(points, found.deviation + float(sagitta))
+
+
+def _named(stroke: Stroke, stretches: Iterable[tuple[str, float, float]]) -> str:
+    """What a segment is called: a move by the way it goes, where it goes one way alone."""
+    if not stroke.is_move:
+        return NAMES[stroke.kind]
+    if not stroke.is_free:
+        return "constant velocity"
+    room = INSIDE * stroke.angle
+    ways = {name for name, begin, end in stretches if begin < stroke.end - room and end > stroke.start + room}
+    return ways.pop() if len(ways) == 1 else "move"
 
 
 @dataclass(frozen=True)
@@ -91,11 +104,11 @@ class Cam:
 
     @cached_property
     def segments(self) -> list[tuple[str, float, float]]:
-        """What the follower does, and between which cam angles, rad."""
-        return [
-            (f"{NAMES[kind]} {number(degrees(end - begin), 2)}°", begin, end)
-            for kind, begin, end in self.picture.stretches
-        ]
+        """What the follower does, and between which cam angles, rad: the segments of the scene, if it has any."""
+        found = [(NAMES[kind], begin, end) for kind, begin, end in self.picture.stretches]
+        if self.problem.scene.motion:
+            found = [(_named(each, found), each.start, each.end) for each in self.problem.programme.strokes]
+        return [(f"{name} {number(degrees(end - begin), 2)}°", begin, end) for name, begin, end in found]
 
     def quantity(self, name: str) -> float | None:
         """One quantity; None where the scene does not give what it needs."""

@@ -18,7 +18,7 @@ from camopt.mechanisms.geometry import cam_curves
 from camopt.scene.part import Part
 from camopt.sheet import symbols
 from camopt.sheet.cam import CLOSE, Cam
-from camopt.sheet.dimensions import ABOVE, arrow, linear
+from camopt.sheet.dimensions import ABOVE, CELL, STEM, arrow, datum_at, linear
 from camopt.sheet.hole import hole_outline
 from camopt.sheet.marks import (
     CHAIN,
@@ -155,14 +155,14 @@ class DevelopedView:
     def _surface(self, right: complex) -> Marks:
         """Tolerance and roughness of the flanks, with a leader to one of them."""
         part = self.part
-        frame = symbols.surface(part, "A" if part.bore and part.groove_depth and part.thickness else None)
+        frame = symbols.surface(part, symbols.datums_of(part, self.is_cut))
         if not frame:
             return []
         corner = right - box_of(frame).high
 
         place = int(np.argmin(np.abs(self.pitch.real - (corner.real - 12.0))))
         low = self.pitch.real[place] + 1j * self._lowest(float(self.pitch.real[place]))
-        shelf = corner + 0.5j * symbols.CELL
+        shelf = corner + 0.5j * CELL
         knee = shelf - 4.0
         towards = (low - knee) / abs(low - knee)
         return [*moved(frame, corner), line(shelf, knee, low), arrow(low, towards)]
@@ -208,8 +208,8 @@ class DevelopedView:
             -(length - x - self.radius) - LEVEL,
             number(self.part.groove_depth or 0.0),
         )
-        if self.part.profile_tolerance is not None and radius:
-            marks += symbols.datum_at(complex(length + LEVEL, -radius), -1j, 2.0, "A")
+        if datum := symbols.datums_of(self.part, self.is_cut).bore:
+            marks += datum_at(complex(length + LEVEL, -radius), -1j, STEM, datum)
         return marks
 
     def _crossings(self) -> tuple[float, float]:
@@ -247,7 +247,8 @@ class DevelopedView:
             marks += linear(1j * radius, -1j * radius, -1j, radius + LEVEL, f"Ø{number(part.bore or 0.0)}")
         if part.keyway_width and part.keyway_depth:
             half, top = part.keyway_width / 2 * self.scale, radius + part.keyway_depth * self.scale
-            marks += linear(complex(-half, top), complex(half, top), 1.0, LEVEL, number(part.keyway_width))
+            width, (_, datum) = number(part.keyway_width), symbols.datums_of(part, self.is_cut)
+            marks += linear(complex(-half, top), complex(half, top), 1.0, LEVEL, width, datum)
             marks += linear(
                 -1j * radius, 1j * top, 1j, radius + LEVEL, number((part.bore or 0.0) + part.keyway_depth)
             )

@@ -2,11 +2,12 @@
 
 import numpy as np
 
-from camopt.sheet.marks import LARGE, Marks, Stroke, Words, arc_points, line, upright, width_of
+from camopt.sheet.marks import LARGE, Marks, Stroke, Words, arc_points, line, rectangle, upright, width_of
 
 ARROW, SLENDER = 3.0, np.radians(15.0) / 2  # mm; half of the angle at the tip
 TAIL = 6.0  # mm: of an arrow that stands outside
 GAP, BEYOND, ABOVE = 1.0, 2.0, 1.25  # mm: extension lines from the part and past the arrow; the value over its line
+CELL, STEM = 2 * LARGE, 2.0  # mm: the height of a tolerance frame; from a datum's triangle to its letter
 ROOM = 2.0  # mm: between a value and the arrows beside it
 
 
@@ -16,11 +17,13 @@ def arrow(tip: complex, direction: complex, length: float = ARROW, half: float =
     return Stroke(np.array([tip, *sides, tip]), filled=True)
 
 
-def linear(first: complex, last: complex, along: complex, level: float, value: str, height: float = LARGE) -> Marks:
+def linear(first: complex, last: complex, along: complex, level: float, value: str, datum: str = "") -> Marks:
     """The distance of two points along a direction (of length 1), on a line at a level left of the first of them.
 
-    Arrows stand outside where the line is short, and the value past the second of them where it is wider.
+    Arrows stand outside where the line is short, and the value past the second of them where it is wider. The
+    middle between the points may be a datum: its letter stands before the first arrow, or in place of one outside.
     """
+    height = LARGE
     across = 1j * along
     ends = [first + level * across, last + ((first - last) * across.conjugate()).real * across + level * across]
     ends = ends if ((ends[1] - ends[0]) * along.conjugate()).real >= 0 else ends[::-1]
@@ -38,14 +41,29 @@ def linear(first: complex, last: complex, along: complex, level: float, value: s
         marks += [line(*ends), arrow(ends[0], -along), arrow(ends[1], along)]
         at = (ends[0] + ends[1]) / 2 if within else None
     else:
-        marks += [line(ends[0] - TAIL * along, ends[0]), line(*ends)]
-        marks += [arrow(ends[0], along), arrow(ends[1], -along)]
+        marks += [line(*ends), arrow(ends[1], -along)]
+        marks += [] if datum else [line(ends[0] - TAIL * along, ends[0]), arrow(ends[0], along)]
         marks.append(line(ends[1], ends[1] + (TAIL if within else TAIL + wide) * along))
         at = (ends[0] + ends[1]) / 2 if within else ends[1] + (TAIL + wide / 2) * along
     if at is None:
         marks.append(line(ends[1], ends[1] + (ROOM + wide) * along))
         at = ends[1] + (ROOM + wide / 2) * along
+    marks += datum_at(ends[0], -along, STEM, datum) if datum else []
     return [*marks, Words(at + 1j * reading * ABOVE, value, height, 0.5, turn, backed=True)]
+
+
+def datum_at(point: complex, direction: complex, stem: float, letter: str) -> Marks:
+    """A datum: a filled triangle on an extension line, and its letter in a frame past a stem in a direction."""
+    across, far = 1j * direction, point + (3.0 + stem) * direction
+    centre = far + CELL / 2 / max(abs(direction.real), abs(direction.imag)) * direction
+    corner = centre - complex(CELL, CELL) / 2
+    triangle = np.array([point + 1.75 * across, point - 1.75 * across, point + 3.0 * direction])
+    return [
+        Stroke(np.append(triangle, triangle[:1]), filled=True),
+        line(point, far),
+        rectangle(corner, corner + complex(CELL, CELL)),
+        Words(corner + complex(CELL / 2, (CELL - LARGE) / 2), letter, LARGE, 0.5),
+    ]
 
 
 def inwards(point: complex, direction: complex, length: float, value: str, height: float = LARGE) -> Marks:

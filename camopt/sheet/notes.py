@@ -4,10 +4,13 @@ from collections.abc import Iterable, Iterator
 from math import degrees, isfinite, pi
 
 from camopt.contour.hole import keyway_turn
+from camopt.effects.curvature import CUTTER
+from camopt.motion.stroke import Stroke
 from camopt.motion.table import RETURN, RISE
 from camopt.sheet.cam import Cam
 from camopt.sheet.marks import MEDIUM, Marks, Words, cut_off, number, wrapped
 
+STRAIGHT = 100.0  # of the cam's size: the radius of a hollow that is a straight flank to any cutter
 STEP = 4.2  # mm from line to line
 INDENT = 6.0  # mm
 LONGEST = 2  # lines of one note
@@ -99,7 +102,17 @@ def _motion(cam: Cam) -> Iterator[str]:
     lift = problem.programme.lift
     shown = f"{number(degrees(lift))}°" if problem.setup.angular else number(lift)
     named = [f"{name} {law}" for name, law in laws.items() if law]
+    named += [_steady(stroke) for stroke in problem.programme.strokes if stroke.is_move and not stroke.is_free]
     yield "; ".join([f"Lift {shown}", *named]) + "."
+
+
+def _steady(stroke: Stroke) -> str:
+    """A stretch at constant velocity, which is often what a cam is for."""
+    assert stroke.given
+    velocity = stroke.given.change / stroke.given.angle
+    unit = "°/°" if stroke.given.angular else " mm/°"
+    ends = (number(degrees(angle)) for angle in (stroke.start, stroke.end))
+    return f"θ {'° to '.join(ends)}° at constant velocity {number(velocity, 5)}{unit}"
 
 
 def _columns(cam: Cam) -> Iterator[str]:
@@ -122,11 +135,12 @@ def _computed(cam: Cam) -> Iterator[str]:
     for name, words, unit in (
         ("pressure_angle_max_deg", "largest pressure angle", "°"),
         ("profile_radius_min_mm", "least convex radius of the profile", ""),
-        ("cutter_radius_max_mm", "cutter or wheel in hollow flanks at most R", ""),
+        (CUTTER, "cutter or wheel in hollow flanks at most R", ""),
         ("cam_mass_kg", "mass", " kg"),
     ):
         value = cam.quantity(name)
-        if value is not None and isfinite(value) and value > 0.0:
+        straight = name == CUTTER and value is not None and value > STRAIGHT * cam.size
+        if value is not None and isfinite(value) and value > 0.0 and not straight:
             said.append(f"{words} {number(value)}{unit}".replace("R ", "R"))
     if said:
         text = "; ".join(said)

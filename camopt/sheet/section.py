@@ -4,7 +4,6 @@ It goes through the middle of the keyway, which is above, or along the vertical 
 """
 
 from collections.abc import Iterator
-from itertools import pairwise
 from math import sqrt
 from typing import Any
 
@@ -14,7 +13,7 @@ from camopt.contour.hole import keyway_turn
 from camopt.mechanisms.design import ComplexArray
 from camopt.scene.part import Part
 from camopt.sheet import symbols
-from camopt.sheet.dimensions import linear
+from camopt.sheet.dimensions import STEM, datum_at, linear
 from camopt.sheet.hole import hole_outline
 from camopt.sheet.marks import CHAIN, THICK, THIN, Marks, Stroke, line, number
 
@@ -36,7 +35,8 @@ def section(outline: ComplexArray, part: Part, scale: float) -> Marks:
     solid = _solid(cut, gap, hub, plate, whole)
     marks: Marks = [*outlines(solid), *hatching(solid)]
     marks.append(line(0j, plate + 0j, pen=CHAIN)._replace(points=np.array([-4.0, whole + 4.0], dtype=complex)))
-    for low, high in pairwise((ends[0], *(y for each in cut for y in each), ends[1])):
+    edges = [ends[0], *(y for each in cut for y in each), ends[1]]
+    for low, high in zip(edges[::2], edges[1::2], strict=True):  # what is behind the section
         marks += [line(x + 1j * low, x + 1j * high, pen=THICK) for x in (0.0, plate)] if high - low > 1e-6 else []
     marks += [line(1j * y, plate + 1j * y, pen=THICK) for y in ends]
     for low, high in gap:
@@ -111,9 +111,9 @@ def _dimensions(part: Part, scale: float, ends: Interval) -> Marks:
         if part.keyway_depth:
             top = radius + part.keyway_depth * scale
             marks += linear(-1j * radius, 1j * top, 1j, LEVEL, number(part.bore + part.keyway_depth))
-        if part.profile_tolerance is not None:
+        if datum := symbols.datums_of(part, bool(part.thickness)).bore:
             foot, hub = complex(whole + LEVEL, -radius), (part.hub_diameter or 0.0) / 2 * scale
-            marks += symbols.datum_at(foot, -1j, max(2.0, hub - radius), "A")
+            marks += datum_at(foot, -1j, max(STEM, hub - radius), datum)
     if part.hub_diameter:
         half = 0.5j * part.hub_diameter * scale
         marks += linear(whole - half, whole + half, 1j, -LEVEL - NEXT, f"Ø{number(part.hub_diameter)}")

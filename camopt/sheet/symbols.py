@@ -3,10 +3,12 @@
 Sources: ISO 5456-2 (projection), ISO 21920-1 (surface texture), ISO 1101 and ISO 5459 (tolerance frame, datum).
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from camopt.scene.part import Part
-from camopt.sheet.dimensions import arrow
+from camopt.sheet.dimensions import CELL, arrow
 from camopt.sheet.marks import (
     CHAIN,
     LARGE,
@@ -24,7 +26,6 @@ from camopt.sheet.marks import (
     width_of,
 )
 
-CELL = 2 * LARGE  # mm: the height of a tolerance frame
 MOTION = 5.0, np.radians(13.0)  # mm; half of the angle at the tip of an arrow that is no dimension's
 PAD = 1.5  # mm: beside the text in it
 
@@ -54,11 +55,25 @@ def roughness(foot: complex, value: float) -> Marks:
     ]
 
 
-def surface(part: Part, datum: str | None) -> Marks:
+class Datums(NamedTuple):
+    """The letters of what the profile's tolerance refers to; empty where there is none."""
+
+    bore: str
+    keyway: str
+    """The middle of its width, which turns the cam to its place."""
+
+
+def datums_of(part: Part, is_cut: bool) -> Datums:
+    """Those of a part that has a tolerance, and a section in which the bore is seen."""
+    has = bool(part.bore) and is_cut and part.profile_tolerance is not None
+    return Datums("A" if has else "", "B" if has and part.keyway_width else "")
+
+
+def surface(part: Part, datums: Datums) -> Marks:
     """What is asked of the profile: its tolerance on the level of a leader, and above it its roughness."""
     marks: Marks = []
     if part.profile_tolerance is not None:
-        marks = profile_tolerance(0j, number(2 * part.profile_tolerance, 4), datum)
+        marks = profile_tolerance(0j, number(2 * part.profile_tolerance, 4), datums)
     elif part.roughness is not None:
         marks = [line(0.5j * CELL, 10.0 + 0.5j * CELL)]
     if part.roughness is not None:
@@ -66,32 +81,23 @@ def surface(part: Part, datum: str | None) -> Marks:
     return marks
 
 
-def profile_tolerance(corner: complex, width: str, datum: str | None) -> Marks:
-    """The frame of the tolerance of a line's form, its zone of a width on the true profile; from its lower left."""
-    cells = [CELL, width_of(width, LARGE) + 2 * PAD, *([CELL] if datum else [])]
+def profile_tolerance(corner: complex, width: str, datums: Datums) -> Marks:
+    """The frame of the tolerance of a line's form, its zone of a width on the true profile; from its lower left.
+
+    Each datum has a cell, the bore the first of them.
+    """
+    letters = [each for each in datums if each]
+    cells = [CELL, width_of(width, LARGE) + 2 * PAD, *(CELL for _ in letters)]
     edges = corner + np.cumsum([0.0, *cells])
     marks: Marks = [rectangle(corner, edges[-1] + 1j * CELL)]
     marks += [line(x, x + 1j * CELL) for x in edges[1:-1]]
     base, radius = corner + complex(CELL / 2, CELL * 0.32), LARGE * 0.75
     marks.append(Stroke(arc_points(radius, 0.0, np.pi, base), THICK))
-    texts = [width, *([datum] if datum else [])]
+    texts = [width, *letters]
     foot = 1j * (CELL - LARGE) / 2
     return marks + [
         Words((a + b) / 2 + foot, text, LARGE, 0.5)
         for a, b, text in zip(edges[1:-1], edges[2:], texts, strict=True)
-    ]
-
-
-def datum_at(point: complex, direction: complex, stem: float, letter: str) -> Marks:
-    """A datum: a filled triangle on an extension line, and its letter in a frame past a stem in a direction."""
-    across, far = 1j * direction, point + (3.0 + stem) * direction
-    corner = far + CELL / 2 * direction - complex(CELL, CELL) / 2
-    triangle = np.array([point + 1.75 * across, point - 1.75 * across, point + 3.0 * direction])
-    return [
-        Stroke(np.append(triangle, triangle[:1]), filled=True),
-        line(point, far),
-        rectangle(corner, corner + complex(CELL, CELL)),
-        Words(corner + complex(CELL / 2, (CELL - LARGE) / 2), letter, LARGE, 0.5),
     ]
 
 
