@@ -9,6 +9,7 @@ import camopt
 from camopt import BadInput, Scene, evaluate, find_scene, optimise, shipped_scenes, sweep
 from camopt.cli.main import main
 from camopt.motion import LAWS
+from camopt.tables.designs import Design, write_scenes
 
 FEW = {
     "search.law": None,
@@ -167,6 +168,32 @@ def test_optimise_writes_the_scene_of_each_law(capsys):
     for file, row in files.items():
         cam = evaluate(Scene.from_toml(file)).to_json()
         assert {n: cam[n] for n in cam if n != "unbounded"} == {n: row[n] for n in cam if n != "unbounded"}
+
+
+@pytest.mark.parametrize(
+    ("name", "file"),
+    [
+        ("Pusher A", "optimum-Pusher-A.toml"),
+        ("../../etc/x", "optimum-..-..-etc-x.toml"),
+        ("…", "optimum-moves.toml"),
+        ("ö" * 500, f"optimum-{'ö' * 100}.toml"),
+    ],
+)
+def test_a_cam_of_moves_has_a_file_with_the_name_of_its_scene(name, file, tmp_path):
+    scene = find_scene("belt-matching").replace(name=name)
+    assert optimise_by_law(scene, tmp_path) == [tmp_path / file]
+    assert Scene.from_toml(tmp_path / file).name == name
+
+
+def optimise_by_law(scene, folder):
+    design = Design(evaluate(scene), scene)
+    return write_scenes({"": design}, folder)
+
+
+def test_no_two_cams_have_one_file(tmp_path):
+    design = Design(evaluate(find_scene("two-pauses")), find_scene("two-pauses"))
+    files = write_scenes(dict.fromkeys(("a / b", "a-b", "a-b~2", "a b"), design), tmp_path)
+    assert len({*files}) == len([*tmp_path.iterdir()]) == 4
 
 
 def test_optimise_does_not_write_over_its_own_scene(capsys):

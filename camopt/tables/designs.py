@@ -4,6 +4,7 @@ import os
 import re
 from collections.abc import Iterable, Mapping
 from functools import cached_property
+from itertools import chain, count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, overload
 
@@ -160,13 +161,25 @@ PARETO, DESIGNS = "pareto.parquet", "designs.parquet"
 """The files of a sweep: of its front, and of all designs that it keeps."""
 OPTIMUM = "optimum-*.toml"
 """The files of ``write_scenes``."""
+LONGEST_NAME = 200  # bytes: a file system takes 255
 
 
 def write_scenes(designs: Mapping[str, Design], folder: str | os.PathLike[str]) -> list[Path]:
-    """Write the scene of each design, by its laws, as a TOML file into a folder; the files."""
-    files = []
+    """Write the scene of each design as a TOML file into a folder; the files.
+
+    A file is called by the laws of its design, or by the scene where all segments are moves, which name no law.
+    """
+    files: list[Path] = []
     for laws, design in designs.items():
-        name = re.sub(r"[^\w.+-]+", "-", laws)
-        files.append(Path(folder) / OPTIMUM.replace("*", name))
+        name = _file_name(laws) or _file_name(design.scene.name) or "moves"
+        names = chain([name], (f"{name}~{k}" for k in count(2)))
+        tried = (Path(folder) / OPTIMUM.replace("*", each) for each in names)
+        files.append(next(path for path in tried if path not in files))
         write_text(files[-1], design.scene.to_toml())
     return files
+
+
+def _file_name(text: str) -> str:
+    """What of a text any file system takes in a name."""
+    plain = re.sub(r"[^\w.+-]+", "-", text).strip("-")
+    return plain.encode()[:LONGEST_NAME].decode(errors="ignore")
