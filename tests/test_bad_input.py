@@ -12,7 +12,10 @@ from hypothesis import strategies as st
 import camopt
 from camopt import BadInput, Scene, evaluate, find_scene, shipped_scenes, sweep
 from camopt.cli.main import main
-from camopt.scene.oddities import oddities
+from camopt.drawing.picture import Picture
+from camopt.problem.problem import resolve_design
+from camopt.reporting.cams import words_of
+from camopt.scene.oddities import no_wall, oddities
 from camopt.scene.text import DEEPEST, parsed
 
 TEXT = find_scene("roller-1000rpm").to_toml()
@@ -203,6 +206,35 @@ def test_sizes_that_are_hardly_meant_are_asked_about(capsys, monkeypatch):
     assert [sentence.partition(" = ")[0] for sentence in found] == ["cam.base_radius", "cam.rpm"]
     assert found[0] == "cam.base_radius = 0.05 mm: is this what you mean? 0.1 to 10000 mm is usual"
     assert [scene for scene in shipped_scenes() if oddities(find_scene(scene))] == []
+
+
+WALLS = [
+    ({"cam.shaft_diameter": 50}, "the wall between bore and base circle is 0 mm"),
+    ({"cam.shaft_diameter": 49.9}, ""),
+    ({"cam.shaft_diameter": 50, "limits.hub_wall": 1e-9}, ""),
+    ({"cam.shaft_diameter": None}, ""),
+    ({"cam.shaft_diameter": None, "part.bore": 30, "part.keyway_width": 8, "part.keyway_depth": 9.0}, ""),
+]
+
+
+@pytest.mark.parametrize(("changes", "told"), WALLS)
+def test_a_cam_without_a_wall_about_its_bore_is_told_where_none_is_asked(changes, told, tmp_path):
+    """Where it is evaluated, and on its page."""
+    scene = find_scene("two-pauses").replace(**{"cam.base_radius": 25.0, **changes})
+    found = no_wall(scene)
+    assert found == [line for line in oddities(scene) if "wall" in line]
+    assert [line.partition(": ")[0] for line in found] == ([told] if told else [])
+    assert all("limits.hub_wall" in line for line in found)
+    lines = words_of(Picture(resolve_design(scene)))
+    assert [line for line in lines if "wall between" in line] == [f"T{line[1:]}." for line in found]
+
+
+def test_the_smallest_cam_round_its_shaft_is_told_to_have_no_wall(capsys, tmp_path):
+    """The smallest cam is as wide as its shaft; with a wall that is asked, nothing is told."""
+    for limits, told in (({}, 1), ({"hub_wall": 2}, 0)):
+        (tmp_path / "mine.toml").write_text(find_scene("two-pauses").replace(limits=limits).to_toml())
+        assert main(["optimise", str(tmp_path / "mine.toml")]) == 0
+        assert capsys.readouterr().err.count("hub_wall asks for a least wall, and is not set") == told
     assert main(["evaluate", "two-pauses", "--rpm", "2e5"]) == 0
     assert "camopt: cam.rpm = 200000 rev/min: is this what you mean?" in capsys.readouterr().err
     assert main(["evaluate", "two-pauses", "--rpm", "2e5", "--quiet"]) == 0

@@ -214,6 +214,7 @@ def optimise(scene: Any, as_json: bool, quiet: bool, out: Path | None, seconds: 
     from camopt.cli import reports, terminal
     from camopt.numerics.clock import now
     from camopt.publishing import published
+    from camopt.scene.oddities import no_wall
     from camopt.smallest.optimise import optimise as run
     from camopt.smallest.prices import prices
     from camopt.tables.designs import OPTIMUM, write_scenes
@@ -230,6 +231,7 @@ def optimise(scene: Any, as_json: bool, quiet: bool, out: Path | None, seconds: 
     reports.show_optimum(result, costs, as_json)
     if not quiet:
         terminal.say_unused(scene)
+        terminal.say_notes(no_wall(result.best.scene) if result.best else ())
         terminal.say_written(unit.files if unit else ())
     return _reached(scene, result.best["relative_half_width"]) if result.best else NOTHING_FEASIBLE
 

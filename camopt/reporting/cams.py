@@ -21,6 +21,7 @@ from camopt.reporting.sections import (
     quantities_sheet,
     verdict_line,
 )
+from camopt.scene.oddities import no_wall
 from camopt.scene.scene import Scene
 from camopt.verdicts.evaluation import evaluate_design
 
@@ -89,8 +90,9 @@ def _verdicts(cams: Sequence[Shown], limits: list[Sheet], labels: list[str]) -> 
 
 
 def words_of(picture: Picture) -> list[str]:
-    """The sizes and the first results of a cam."""
-    return [sizes_in_words(picture), *([results_in_words(picture)] if picture.exists else [])]
+    """The sizes and the first results of a cam, and if it has no wall about its bore."""
+    thin = [f"{each[0].upper()}{each[1:]}." for each in no_wall(picture.problem.scene)]
+    return [sizes_in_words(picture), *([results_in_words(picture)] if picture.exists else []), *thin]
 
 
 def about(shown: Shown, problem: Problem, *, several: bool = False) -> list[Section]:

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from camopt.numerics.neighbours import share_of_noise
-from camopt.scene.law_forms import ENOUGH
+from camopt.scene.law_forms import CLOSE, ENOUGH
 from camopt.scene.scene import Scene
 
 LENGTH = (0.1, 1e4, "mm")
@@ -34,7 +34,18 @@ def oddities(scene: Scene) -> list[str]:
         for key, value, (least, most, unit) in _values(scene)
         if not least <= value <= most
     ]
-    return [*found, *_noisy(scene)]
+    return [*found, *_noisy(scene), *no_wall(scene)]
+
+
+def no_wall(scene: Scene) -> list[str]:
+    """On a disc cam whose bore or keyway is as wide as its base circle, where nobody asks for a wall."""
+    base, reach = scene.cam.base_radius, scene.whole_part.bore_reach
+    if not base or scene.limits.hub_wall is not None or base - reach > CLOSE * base:
+        return []
+    what = "keyway" if scene.whole_part.keyway_width else "bore"
+    return [
+        f"the wall between {what} and base circle is 0 mm: limits.hub_wall asks for a least wall, and is not set"
+    ]
 
 
 def _noisy(scene: Scene) -> Iterator[str]:
