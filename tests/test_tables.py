@@ -7,9 +7,24 @@ import pytest
 from camopt import evaluate, find_scene, optimise, sweep
 from camopt.cli.main import main
 from camopt.cli.terminal import show, table_of
+from camopt.drawing.picture import four_digits
 from camopt.problem.problem import resolve
+from camopt.quantities import QUANTITIES
+from camopt.reporting.sections import limits_sheet, signed
+from camopt.sheet.marks import number as sheet_number
+from camopt.tables.cells import number, quantity
 from camopt.tables.columns import bounds_of, columns_of, is_nothing, with_law
 
+ZEROS = [
+    ("pressure_angle_max_deg", 4.97e-13, "0"),
+    ("pressure_angle_max_deg", -0.0, "0"),
+    ("offset_mm", -1e-12, "0"),
+    ("contact_force_min_N", 1e-10, "0"),
+    ("offset_mm", -1e-8, "-1e-08"),
+    ("cam_inertia_kg_m2", 4.97e-13, "4.97e-13"),  # of a cam as small as that
+    ("gap_mm", 8e-11, "8e-11"),
+    ("law_rise", "cycloidal", "cycloidal"),
+]
 FLAT = {
     "cam.rpm": 300,
     "follower.dynamics": {"mass": 0.5, "spring_rate": 5, "preload": 100},
@@ -32,6 +47,50 @@ def shown(capsys, scene, *command):
     Path("mine.toml").write_text(scene.to_toml(), encoding="utf-8")
     main([command[0], "mine.toml", "--quiet", *map(str, command[1:])])
     return capsys.readouterr().out
+
+
+@pytest.mark.parametrize(("name", "value", "text"), ZEROS)
+def test_what_rounding_leaves_of_zero_is_shown_as_zero(name, value, text):
+    assert quantity(name, value) == text
+
+
+@pytest.mark.parametrize("value", [0.0, -0.0])
+def test_zero_has_no_sign(value):
+    assert (number(value), signed(value), four_digits(value), sheet_number(value)) == ("0", "0", "0", "0")
+
+
+@pytest.mark.parametrize("beyond", [0.0, 1e-12, -1e-12, 1e-3, -1e-3])
+def test_a_limit_that_is_just_held_has_a_margin_of_zero(beyond):
+    """By rounding it is ±10⁻¹¹; where the limit is broken, by how much is told."""
+    scene = find_scene("two-pauses")
+    largest = evaluate(scene)["pressure_angle_max_return_deg"]
+    limited = scene.replace(**{"limits.pressure_angle_return": largest * (1 + beyond)})
+    cells = {row[0].text: row for row in limits_sheet(evaluate(limited), resolve(limited)).rows}
+    _, verdict, _, _, margin, _ = (cell.text for cell in cells["pressure angle return"])
+    if verdict == "held":
+        assert (margin == "0 deg") == (abs(beyond) < 1e-9)
+    else:
+        assert margin.startswith("−") or beyond == 0.0
+    assert verdict == "held" or beyond <= 0.0
+
+
+def test_sentences_are_no_longer_than_a_line(capsys):
+    """What is shown of a design: a hundred columns in a file, no word lost."""
+    text = shown(capsys, find_scene("two-pauses"), "evaluate")
+    assert max(map(len, text.splitlines())) <= 100
+    sentence = QUANTITIES["pressure_angle_max_at_deg"].sentence
+    assert all(word in text.split() for word in sentence.split())
+    show("word " * 60, "x" * 150)
+    assert max(map(len, capsys.readouterr().out.splitlines()[:-1])) <= 100
+
+
+def test_larger_cams_that_fail_are_told_in_a_sentence(capsys):
+    scene = find_scene("oscillating-roller").replace(limits={"pressure_angle": 35, "pressure_angle_return": 40})
+    best = optimise(scene).best
+    text = " ".join(shown(capsys, scene, "optimise").split())
+    assert ("clear" in text, "∞" in text) == (False, False)
+    assert best["clear_above_mm"] > best["base_radius_mm"]
+    assert "larger cams than this one may break a limit again" in text
 
 
 def test_limited_quantities_stand_beside_their_limits(capsys):

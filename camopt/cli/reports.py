@@ -4,19 +4,20 @@ import sys
 import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict
+from math import isfinite
 from typing import TYPE_CHECKING, Any
 
 from rich.table import Table
 from rich.tree import Tree
 
-from camopt.cli.terminal import print_json, room_across, show, table_of
+from camopt.cli.terminal import print_json, room_across, show, show_lines, table_of
 from camopt.mistakes import BadInput, Mistake, nearest, printable
 from camopt.motion import LAWS
 from camopt.motion.law import pair_of
 from camopt.problem.problem import Problem, resolve
 from camopt.problem.rows import Rows, finite
 from camopt.quantities import QUANTITIES
-from camopt.tables.cells import number
+from camopt.tables.cells import number, quantity
 from camopt.tables.columns import bounds_of, columns_of, is_nothing, joined_laws, laws_shown, sizes_shown, with_law
 
 if TYPE_CHECKING:  # a report imports what it shows from the command that made it
@@ -63,7 +64,7 @@ def _down(title: str, problem: Problem, design: Mapping[str, Any], about: Mappin
     for name, text in about.items():
         limit = [bounds.get(name, "")] if bounds else []
         unit = QUANTITIES[name].unit if name in QUANTITIES else ""
-        table.add_row(name, number(design[name]).replace(",", ", "), unit, *limit, text)
+        table.add_row(name, quantity(name, design[name]).replace(",", ", "), unit, *limit, text)
     return table
 
 
@@ -192,6 +193,12 @@ def show_optimum(result: "Optimum", prices: "Mapping[str, list[Price]]", as_json
         if not row["proved"]:
             less = f"{number(row['gap_mm'])} mm"
             show(f"{law or result.scene.name}: not proved; a feasible cam may be smaller by up to {less}")
+    for law, row in result.by_law.items():
+        if row["clear_above_mm"] > row[resolve(result.scene).size_name]:
+            upto = (
+                f"up to {number(row['clear_above_mm'])} mm" if isfinite(row["clear_above_mm"]) else "large ones do"
+            )
+            show(f"{law or result.scene.name}: larger cams than this one may break a limit again, {upto}")
     if result.out_of_time:
         show("The search ran out of time; --seconds gives it more.")
     if any(prices.values()):
@@ -377,12 +384,10 @@ def _in_words(row: dict[str, Any]) -> dict[str, str]:
 
 
 def _optimum_columns(problem: Problem, rows: list[dict[str, Any]]) -> list[str]:
-    """What a design shows, and what binds it; whether proved, and clear above, only where it matters."""
+    """What a design shows, and what binds it; whether proved, only where it matters."""
     names = [*columns_of(problem, rows), "binding"]
     if any("angles_deg" in row for row in rows):
         names.append("angles_deg")
-    if any(row["clear_above_mm"] > row[problem.size_name] for row in rows):
-        names.append("clear_above_mm")
     return names if all(row["proved"] for row in rows) else [*names, "proved", "gap_mm"]
 
 
@@ -399,7 +404,7 @@ def show_checked(found: "Iterable[Checked]", as_json: bool) -> None:
     if as_json:
         files = [{**asdict(each), "file": str(each.file)} for each in found]
         return print_json({"whole": all(each.is_whole for each in found), "files": files})
-    return show("\n".join(printable(f"{each.file}: {each.told}") for each in found))
+    return show_lines(printable(f"{each.file}: {each.told}") for each in found)
 
 
 def show_counts(counts: dict[str, int], as_json: bool) -> None:

@@ -1,6 +1,7 @@
 """The terminal: a progress bar, tables whose rows are never cut off, one JSON document."""
 
 import sys
+import textwrap
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext
 from typing import Any
@@ -12,7 +13,7 @@ from rich.tree import Tree
 
 from camopt.cli.exits import say
 from camopt.cli.pace import Lines, Pace, rate_of, time_left
-from camopt.tables.cells import heading, number, to_json
+from camopt.tables.cells import heading, quantity, to_json
 
 Advance = Callable[[int, int], None]
 
@@ -87,7 +88,7 @@ def table_of(
         else:
             table.add_column(words, justify="right", no_wrap=True, vertical="bottom")
     for record in records:
-        table.add_row(*(number(record.get(name, "")) for name in names))
+        table.add_row(*(quantity(name, record.get(name, "")) for name in names))
     return table
 
 
@@ -101,25 +102,43 @@ def show(*things: Any) -> None:
             Console(width=room_across(), highlight=False, markup=False).print(thing)
             continue
         if not isinstance(thing, Table):
-            screen.print(thing, soft_wrap=True)
+            screen.print(in_lines(thing), soft_wrap=True)
             continue
         screen.print(thing.title or "", soft_wrap=True)  # above the table, or it is wrapped to the table's width
         thing.title = None
         room = Console(width=UNBOUNDED).measure(thing)
-        narrow = room_across()
-        if narrow < room.minimum:
+        if room_across() < room.minimum:
             screen.print(_row_by_row(thing), soft_wrap=True)
         else:
-            width = min(room.maximum, narrow)
+            most = room_across() if thing.show_header else line_length()
+            width = max(min(room.maximum, most), room.minimum)
             Console(width=width, highlight=False, markup=False).print(thing, crop=False)
 
 
+def show_lines(records: Iterable[str]) -> None:
+    """Print texts one a line, however long, for people and programs."""
+    screen = Console(highlight=False, markup=False)
+    for record in records if sys.stdout is not None else ():
+        screen.print(record, soft_wrap=True)
+
+
 UNBOUNDED = 10_000
+PAGE = 100  # columns of a sentence in a file
 
 
 def room_across() -> int:
-    """The columns that a line may have: those of a screen; a file takes any."""
+    """The columns that a row of a table may have: those of a screen; a file takes any."""
     return Console().width if sys.stdout is not None and sys.stdout.isatty() else UNBOUNDED
+
+
+def line_length() -> int:
+    """The columns that a sentence may have."""
+    return PAGE if room_across() == UNBOUNDED else room_across()
+
+
+def in_lines(text: str) -> str:
+    """A sentence in lines that fit, a longer word on a line of its own."""
+    return textwrap.fill(text, line_length(), break_long_words=False, break_on_hyphens=False)
 
 
 def _row_by_row(table: Table) -> str:

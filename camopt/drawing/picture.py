@@ -127,7 +127,7 @@ def circle(axes: Any, radius: float, centre: complex = 0.0, **style: Any) -> Non
 
 def four_digits(value: float) -> str:
     """A number in four digits, or all of a larger whole number, with a real minus sign."""
-    text = f"{value:.0f}" if 1e4 <= abs(value) < 1e7 else f"{value:.4g}"
+    text = f"{value:.0f}" if 1e4 <= abs(value) < 1e7 else f"{value + 0.0:.4g}"  # + 0.0: no −0
     return text.replace("-", "−")
 
 

@@ -10,10 +10,10 @@ from camopt.problem.problem import Problem
 from camopt.quantities import NUMBERS, QUANTITIES, number_quantity
 from camopt.scene.scene import Scene
 from camopt.studies.called import what_runs
-from camopt.tables.cells import number
+from camopt.tables.cells import number, quantity
 from camopt.tables.columns import bounds_of, is_nothing
 from camopt.verdicts.certify import CONDITIONS, certify_problem
-from camopt.verdicts.deciding import BROKEN, UNDECIDED
+from camopt.verdicts.deciding import BROKEN, HELD, UNDECIDED
 from camopt.verdicts.evaluation import Evaluation
 from camopt.verdicts.exact_section import is_integrated
 
@@ -64,7 +64,7 @@ def verdicts_sheet(
     rows = []
     for name, verdict in verdicts.items():
         limit, how = limits.get(name), proofs[name]
-        for bound, reached, margin in _reached(limit, found):
+        for bound, reached, margin in _reached(limit, found, verdict):
             texts = [Cell(bound, NUMBER), Cell(reached, NUMBER), Cell(margin, NUMBER)]
             rows.append([Cell(_words(name)), Cell(verdict, verdict), *texts, Cell(how, "how")])
     heads = [Cell("limit"), Cell("verdict"), *(Cell(text, NUMBER) for text in ("bound", "reached", "margin"))]
@@ -87,7 +87,7 @@ def _proof(limit: Limit | None) -> str:
     return INTEGRALS if is_integrated(limit.needs) else SIZES if not limit.needs else BALLS
 
 
-def _reached(limit: Limit | None, found: Evaluation) -> Iterator[tuple[str, str, str]]:
+def _reached(limit: Limit | None, found: Evaluation, verdict: str) -> Iterator[tuple[str, str, str]]:
     """Bound, value and margin of each quantity that a limit bounds, in words; a margin below 0 is exceeded."""
     base = found.scene.cam.base_radius
     if limit is not None and limit.of_base and base:
@@ -102,8 +102,10 @@ def _reached(limit: Limit | None, found: Evaluation) -> Iterator[tuple[str, str,
         unit, value = QUANTITIES[name].unit, found[name]
         side = 1.0 if limit.relation in ("≤", "±") else -1.0
         margin = side * (limit.bound - (abs(value) if side > 0.0 else value))
+        just = verdict == HELD and abs(margin) <= found.scene.accuracy.tolerance * abs(limit.bound)
+        margin = 0.0 if just else margin
         words = f"{limit.relation} {limit.bound:g} {unit}".replace("-", "−").strip()
-        yield words, _with_unit(value, unit), _with_unit(float(f"{margin:.3g}"), unit)
+        yield words, f"{minus(quantity(name, value))} {unit}".strip(), _with_unit(float(f"{margin:.3g}"), unit)
 
 
 def _with_unit(value: float, unit: str) -> str:
@@ -112,7 +114,12 @@ def _with_unit(value: float, unit: str) -> str:
 
 def signed(value: Any) -> str:
     """A number as people read it, with a real minus sign."""
-    return number(value).replace("-", "−") if isinstance(value, float) else number(value)
+    return minus(number(value)) if isinstance(value, float) else number(value)
+
+
+def minus(text: str) -> str:
+    """A number with a real minus sign."""
+    return text.replace("-", "−") if text[-1:].isdigit() else text
 
 
 def verdict_line(sheet: Sheet, scene: Scene) -> Cell:
@@ -147,7 +154,10 @@ def quantities_sheet(found: list[Evaluation], problems: Iterable[Problem], label
         [
             Cell(name),
             Cell(QUANTITIES[name].symbol),
-            *(Cell(signed(each[name]).replace(",", ", ") if name in each else "", NUMBER) for each in found),
+            *(
+                Cell(minus(quantity(name, each[name])).replace(",", ", ") if name in each else "", NUMBER)
+                for each in found
+            ),
             Cell(QUANTITIES[name].unit),
             Cell(bounds.get(name, "")),
             Cell(_meaning(name, found), "about"),

@@ -14,7 +14,18 @@ def number(value: Any) -> str:
     """Six significant digits, no exponent where a reader would not want one."""
     if isinstance(value, bool) or not isinstance(value, float):
         return {True: "yes", False: "no"}.get(value, str(value)) if isinstance(value, bool) else str(value)
-    return "∞" if value == inf else "−∞" if value == -inf else f"{value:.6g}"
+    return "∞" if value == inf else "−∞" if value == -inf else f"{value + 0.0:.6g}"  # + 0.0: no −0
+
+
+NOTHING = dict.fromkeys(("deg", "mm", "N"), 1e-9)
+"""By unit: a quantity that is smaller is what rounding leaves of 0."""
+
+
+def quantity(name: str, value: Any) -> str:
+    """The value of a quantity, or of another column; 0 where it is 0 but for rounding."""
+    unit = QUANTITIES[name].unit if name in QUANTITIES else ""
+    nothing = isinstance(value, float) and abs(value) < NOTHING.get(unit, 0.0)
+    return number(0.0 if nothing else value)
 
 
 def duration(seconds: float) -> str:
