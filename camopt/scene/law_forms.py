@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from camopt.mistakes import nearest
 from camopt.motion import LAWS
-from camopt.motion.law import Law, is_symmetric
+from camopt.motion.law import Law
 from camopt.motion.polynomial import HIGHEST, PolynomialLaw
 from camopt.motion.scca import SCCALaw
 from camopt.motion.spline import SplineLaw, tabulated
@@ -201,11 +201,8 @@ def _built_in(key: str, law: Given) -> Iterator[Fault]:
     name = law["law"]
     if name not in LAWS:
         yield f"{key}.law", name, f"must be a built-in motion law; {nearest(name, LAWS)}"
-    elif law.get("crossing") is None and law.get("peaks") is None:
-        if law.get("mirror") is not True:
-            yield f"{key}.law", name, "give crossing, peaks or mirror too; without them it is the built-in law"
-        elif is_symmetric(LAWS[name]):
-            yield f"{key}.mirror", True, f"{name} is the same from both ends"
+    elif law.get("crossing") is None and law.get("peaks") is None and law.get("mirror") is not True:
+        yield f"{key}.law", name, "give crossing, peaks or mirror too; without them it is the built-in law"
 
 
 FORMS = (

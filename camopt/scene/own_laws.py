@@ -126,7 +126,7 @@ def _check_law(name: str, law: Given) -> Iterator[Fault]:
     if most > MOST_VALUES:
         yield f"{key}.{form.keys[-1]}", None, f"has {most} values; the most are {MOST_VALUES}"
         return
-    faults = list(form.check(key, law)) or list(_skew(key, law))
+    faults = list(form.check(key, law)) or list(_skew(key, law)) or list(_mirror(name, law))
     yield from faults or _shape(name, law)
 
 
@@ -165,6 +165,12 @@ def _skew(key: str, law: Given) -> Iterator[Fault]:
     elif not is_symmetric(form_of(law).make("", law, False)):
         why = "moves the crossing of a law whose halves mirror each other, s(1 − x) = 1 − s(x); this one's do not"
         yield where, value, why
+
+
+def _mirror(name: str, law: Given) -> Iterator[Fault]:
+    """Whether a law that is to be mirrored is another law then."""
+    if law.get("mirror") is True and is_symmetric(law_of(name, {**law, "mirror": False})):
+        yield f"laws.{name}.mirror", True, f"{law.get('law') or 'the law'} is the same from both ends; leave it out"
 
 
 def _shape(name: str, law: Given) -> Iterator[Fault]:

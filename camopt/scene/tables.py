@@ -251,9 +251,9 @@ class Segment(Table):
     positions (``[laws]``), as ``synthesise`` writes it; what it asks at its end that law has to meet.
     ``velocity``, ``acceleration`` and ``jerk`` may be given at its end. Between two moves each of these, and
     ``to``, may be a range [low, high], or be left out: it is then as for the least mean-square jerk. Where a
-    jerk is asked for, the jerk of moves that follow each other is continuous too (degree 7). ``through`` are
-    conditions on the way (``Through``), which the motion of the least mean-square jerk meets, and all that
-    ``synthesise`` finds.
+    jerk is asked for at a cam angle, the jerk of moves that follow each other is continuous too (degree 7), and
+    the mean square of its derivative is the least. ``through`` are conditions on the way (``Through``), which that
+    motion meets, and all that ``synthesise`` finds.
 
     Where positions are given, the turn starts at the last of them. Designs count displacements from the lowest
     position of the turn, which is on the base circle.
