@@ -771,3 +771,40 @@ def test_a_motion_that_rounding_leaves_undecided_is_no_proof():
     answer = optimise(Scene.from_dict(limited))
     assert (answer.best, answer.out_of_time) == (None, False)
     assert next(iter(answer.obstacles.values())) == "torque (not proved)"
+
+
+# -------------------------------------------------------------------------------------- near an undercut
+
+NEARLY = [  # law, angles, spring rate, preload, rpm, base radius, roller radius, offset
+    ("modified-trapezoid", (53, 10, 64, 233), 10, 300, 1500, 10.35, 11.21, -4.8),
+    ("poly345", (79, 10, 104, 167), 10, 150, 600, 13.68, 40.49, -4.7),
+]
+
+
+def nearly_undercut(law, angles, spring_rate, preload, rpm, base_radius, roller_radius, offset, **more):
+    dynamics = {"mass": 0.8, "spring_rate": spring_rate, "preload": preload}
+    scene = cam_with("offset-roller", law, dynamics, rpm=rpm, motion=turn_of(law, 20, angles), **more)
+    scene["cam"]["base_radius"] = base_radius
+    scene["follower"] |= {"roller_radius": roller_radius, "offset": offset}
+    return scene
+
+
+@pytest.mark.parametrize("given", NEARLY)
+def test_a_stress_near_an_undercut_is_as_exact_as_elsewhere(given):
+    """A bound of the rounding error over a whole panel says nothing where N/R is nearly divided by zero."""
+    scene = nearly_undercut(*given)
+    ours, theirs = found({**scene, "outputs": ["hertz"]}), slow(scene)["contact_stress_max_MPa"]
+    assert 0.0 < ours["profile_radius_min_mm"] < 1.0
+    assert ours["contact_stress_max_MPa"] == pytest.approx(float(theirs), rel=1e-11)
+    assert ours["relative_half_width"] < 1e-11
+
+
+@pytest.mark.usefixtures("_alone")
+def test_a_sweep_reaches_its_tolerance_near_an_undercut():
+    scene = nearly_undercut(*NEARLY[0], limits={"contact_stress": 3000.0}, outputs=[])
+    sizes = {"base_radius": [10, 14, 18, 22], "roller_radius": [11, 14, 17, 20], "offset": [-5, 0, 5]}
+    numbers = {"dynamics": {"spring_rate": [0, 10], "preload": [10, 300]}}
+    objectives = ["base_radius_mm", "contact_stress_max_MPa"]
+    scene["search"] = {**sizes, "follower": numbers, "minimise": objectives}
+    result = sweep(Scene.from_dict(scene))
+    assert result.reached <= 1e-9

@@ -12,7 +12,7 @@ import numpy as np
 
 from camopt.kernels.by_address import call
 from camopt.kernels.compile import called_by_kernels, inlined
-from camopt.numerics import LARGEST_MAGNITUDE, LEAST
+from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST
 from camopt.numerics.jet import chosen, larger
 from camopt.numerics.workspace import (
     AT,
@@ -37,11 +37,15 @@ MOST_STEPS = 60
 
 
 class Ask(NamedTuple):
-    """What is asked: the largest of sign·f, its relative error, and that of its cam angle, rad, or inf."""
+    """What is asked: the largest of sign·f, its relative error, and that of its cam angle, rad, or inf.
+
+    ``blur`` is the rounding error allowed of a part of a panel, relative; inf where that of the panel is as good.
+    """
 
     sign: float
     tolerance: float
     location: float
+    blur: float
 
 
 class Ends(NamedTuple):
@@ -74,6 +78,12 @@ class Aim(NamedTuple):
     best: float
     gain: float
     slope: float
+
+
+@inlined
+def first_and_last(goal):
+    """Which signs of ``Ask`` a goal looks at: of (1, −1), from and to."""
+    return (1 if goal == LEAST else 0), (1 if goal == LARGEST else 2)
 
 
 @inlined

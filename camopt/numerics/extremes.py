@@ -29,15 +29,16 @@ from camopt.kernels.compile import (
     compiled_for_many,
     inlined,
 )
-from camopt.numerics import LARGEST_MAGNITUDE, LEAST, UNIT, FloatArray
-from camopt.numerics.climbing import Ask, allowed, orient
+from camopt.numerics import LEAST, UNIT, FloatArray
+from camopt.numerics.climbing import Ask, allowed, first_and_last, orient
 from camopt.numerics.curves import LOADED
 from camopt.numerics.evaluating import CURVE, evaluator
 from camopt.numerics.jet import larger
 from camopt.numerics.piecewise import PANELS, MotionTable, panels_of
-from camopt.numerics.searching import search_panel
+from camopt.numerics.searching import blurred, look_again, search_panel
 from camopt.numerics.workspace import TILE, WORK, workspace
 
+SHARP = 0.25  # of the tolerance: the rounding error allowed of a part that is looked at again
 TIED = 8.0 * UNIT  # relative: values this near differ by rounding alone
 
 
@@ -180,10 +181,9 @@ def search_open(curve, first, count, panels, place, aim, work):
     ``place`` is the panel and its first node, ``aim`` the goal and the precision.
     """
     (panel, node), (goal, precision) = place, aim
-    for way in range(2):
-        if goal != LARGEST_MAGNITUDE and (goal == LEAST) != (way == 1):
-            continue
-        ask = Ask(1.0 - 2.0 * way, precision.value, precision.location)
+    one, other = first_and_last(goal)
+    for way in range(one, other):
+        ask = Ask(1.0 - 2.0 * way, precision.value, precision.location, np.inf)
         many = candidates(panel, node, count, ask, work)
         if many:
             search_panel(curve, first, many, panels, panel, node, ask, work)
@@ -213,6 +213,21 @@ def _search_in_python(curve, first, count, panels, question, precision, work):
     for p, q in perhaps_open(panels, kinds, goal, count, work):
         if is_open(curve, first, count, panels, p, p + q, goal, work):
             search_open(curve, first, count, panels, (p, p + q), (goal, precision), work)
+
+
+@inlined
+def search_again(curve, first, count, panels, question, precision, work):
+    """Another look at those designs of a tile whose extremes are not as exact as was asked."""
+    kinds, goal = question
+    one, other = first_and_last(goal)
+    many = blurred(count, precision, work)
+    for q in range(panels.kind.size if many else 0):
+        if panels.kind[q] & kinds:
+            for p in range(panels.first_panel[q], panels.first_panel[q + 1]):
+                if is_open(curve, first, count, panels, p, p + q, goal, work):
+                    for way in range(one, other):
+                        sharp = Ask(1.0 - 2.0 * way, precision.value, precision.location, SHARP * precision.value)
+                        look_again(curve, first, many, panels, p, p + q, sharp, work)
 
 
 def perhaps_open(panels, kinds, goal, count, work):
@@ -245,6 +260,7 @@ def search_all(curve, panels, questions, precision, answers, work):
         for k in range(questions.shape[0]):
             question = (questions[k, 0], questions[k, 1])
             search(curve, first, count, panels, question, precision, work)
+            search_again(curve, first, count, panels, question, precision, work)
             value, where, width = answers[0, k, first:], answers[1, k, first:], answers[2, k, first:]
             give(work.found, count, question[1], value, where, width)
 

@@ -9,6 +9,7 @@ from camopt.numerics.jet import known_bound
 from camopt.numerics.workspace import DEPTH
 
 MOST_PARTS = 4096  # looked at in one panel, before it stays undecided
+POINT = 2.0**-40  # of a panel: a part so short that its rounding error is that of a point
 CONCAVE, CLIMBS, SETTLED, OPEN = 0, 1, 2, 3
 
 
@@ -76,7 +77,20 @@ def bound_by_jet(bound, bounds, ends, sign, half_width):
     bound = min(bound, max(ends.left, ends.right) + 0.5 * known_bound(bounds.second) * (reach * half_width) ** 2)
     if bound < np.inf:
         return bound
-    return bounds.high if sign > 0.0 else -bounds.low  # a corner of the curve: its range is what is known
+    most = bounds.high if sign > 0.0 else -bounds.low  # a corner of the curve: its range is what is known
+    return most if most == most else np.inf
+
+
+@called_by_kernels
+def blurs(error, bound, best, ask):
+    """Whether the rounding error of a part is more than is allowed, where there may be more than the best value."""
+    return ask.blur < np.inf and error > ask.blur * abs(best) and bound + error > best
+
+
+@called_by_kernels
+def is_blurred_by_width(curve, design, panel, middle, error):
+    """Whether the rounding error of a part is far more than that of one point, so that halves have less."""
+    return error > 2.0 * call(curve.part, (curve.made, panel, middle, POINT, design)).error
 
 
 @called_by_kernels
@@ -86,13 +100,14 @@ def split(curve, design, panels, panel, error, ask, best, stack):
     The part is the first row of the stack. The range of its slope is tried first, then jets of its own, then its
     halves, and theirs. ``error`` is that of the panel, infinite where a denominator may be zero somewhere in it;
     the error of a part takes its place. Once a part is left without a bound, so are all, and nothing more is
-    halved.
+    halved. What is asked may be a small error too: parts are then halved until theirs is, as far as that helps, and
+    errors count of those alone that may hold more than the best value.
     """
     half_width = panels.half_width[panel]
     whole = call(curve.part, (curve.made, panel, 0.0, 1.0, design))
     bound = bound_by_slope(whole, taken(stack[0]), ask.sign, half_width)
-    if bound <= best + allowed(best, ask.tolerance, error):
-        return -np.inf, 0.0, bound, error
+    if bound <= best + allowed(best, ask.tolerance, error) and not blurs(error, bound, best, ask):
+        return -np.inf, 0.0, bound, error if bound + error > best else 0.0
     largest, at, top, rounding = -np.inf, 0.0, best, 0.0
     depth, parts = 1, 0
     while depth > 0:
@@ -104,20 +119,24 @@ def split(curve, design, panels, panel, error, ask, best, stack):
         own = min(error, bounds.error)
         gain = allowed(best, ask.tolerance, own)
         verdict, bound, concavity = looked_at(ends, bounds.third, half_width, best + gain)
+        if verdict == OPEN:
+            bound = bound_by_jet(bound, bounds, ends, ask.sign, half_width)
+        more = verdict == OPEN and bound > best + gain
+        if not more and blurs(own, np.inf if verdict == CLIMBS else bound, best, ask):
+            more = is_blurred_by_width(curve, design, panel, middle, own)
+        if more and parts < MOST_PARTS and depth + 2 <= DEPTH and top < np.inf:
+            value, slope = call(curve.point, (curve.made, panel, middle, ask.sign, design))
+            if value > best:
+                best, largest, at = value, value, middle
+            put(stack[depth], Ends(ends.low, middle, ends.left, ends.rising, value, slope))
+            put(stack[depth + 1], Ends(middle, ends.high, value, slope, ends.right, ends.falling))
+            depth += 2
+            continue
         if verdict == CLIMBS:
             aim = Aim(best, gain, ask.location * concavity)
             value, u, bound = climb(curve, design, panels, panel, ends, concavity, ask.sign, aim)
             if value > best:
                 best, largest, at = value, value, u
-        elif verdict == OPEN:
-            bound = bound_by_jet(bound, bounds, ends, ask.sign, half_width)
-            if bound > best + gain and parts < MOST_PARTS and depth + 2 <= DEPTH and top < np.inf:
-                value, slope = call(curve.point, (curve.made, panel, middle, ask.sign, design))
-                if value > best:
-                    best, largest, at = value, value, middle
-                put(stack[depth], Ends(ends.low, middle, ends.left, ends.rising, value, slope))
-                put(stack[depth + 1], Ends(middle, ends.high, value, slope, ends.right, ends.falling))
-                depth += 2
-                continue
-        top, rounding = max(top, bound), max(rounding, own)
+        top = max(top, bound)
+        rounding = max(rounding, own) if bound + own > best else rounding
     return largest, at, top, rounding

@@ -78,7 +78,7 @@ def split_all(curve, first, many, panels, panel, ask, work):
         i = parts.design[k]
         put(parts.stack[0], taken(parts.ends[k]))
         value, u, bound, blur = split(curve, first + i, panels, panel, errors[i], ask, found.best[i], parts.stack)
-        if value > found.best[i]:
+        if value > found.best[i] + (blur if ask.blur < np.inf else 0.0):  # another look keeps what rounding ties
             found.best[i], found.at[i] = value, panels.centre[panel] + panels.half_width[panel] * u
         found.rounding[i], found.top[i] = max(found.rounding[i], blur), max(found.top[i], bound)
 
@@ -91,6 +91,49 @@ def _split_all_in_python(curve, first, many, panels, panel, ask, work):
         foreseen = Foreseen(curve, panel, ask.sign, places)
         curve = curve._replace(part=foreseen.part, point=foreseen.point)
         split_all.py_func(curve, first, many, panels, panel, ask, work)
+
+
+@called_by_kernels
+def blurred(count, precision, work):
+    """The designs whose extreme is not as exact as was asked, which are begun anew: their number."""
+    found, many = work.found, np.int64(0)
+    for i in range(count):
+        width = max(found.top[i] - found.best[i], 0.0) + 2.0 * found.rounding[i]
+        work.again[many] = i
+        if width > precision.value * abs(found.best[i]):
+            found.top[i], found.rounding[i] = found.best[i], 0.0
+            many += 1
+    return many
+
+
+@called_by_kernels
+def perhaps_more(many, panel, node, ask, work):
+    """For which of the blurred designs jets leave a panel open: their number."""
+    before, after, excess = work.values[node], work.values[node + 1], work.bounds.excess[panel]
+    left = np.int64(0)
+    for j in range(many):
+        i = work.again[j]
+        work.chosen[left] = i
+        left += max(ask.sign * before[i], ask.sign * after[i]) + excess[i] > work.found.best[i]
+    return left
+
+
+@inlined
+def look_again(curve, first, many, panels, panel, node, ask, work):
+    """Look at a panel again for blurred designs, in parts with rounding errors of their own.
+
+    A jet bounds the rounding error of a whole panel. Where a denominator comes near zero somewhere in it, that says
+    little of the place of the extreme.
+    """
+    left, right, parts = work.sides[0], work.sides[1], work.parts
+    many = perhaps_more(many, panel, node, ask, work)
+    if many:
+        for side in range(2):
+            call(curve.node, (curve.made, node + side, ask.sign, first, work.chosen, many, work.sides[side]))
+        for j in range(many):
+            parts.design[j] = work.chosen[j]
+            put(parts.ends[j], Ends(-1.0, 1.0, left[0, j], left[1, j], right[0, j], right[1, j]))
+        split_all(curve, first, many, panels, panel, ask, work)
 
 
 @inlined

@@ -63,6 +63,7 @@ class Workspace(NamedTuple):
     looked: whether the bounds of a row are known, (rows,)
     chosen: designs to be searched in a panel, (TILE + 1,)
     opened: those of them that the panel's ends do not settle, (TILE,)
+    again: designs that are to be looked at again, (TILE + 1,)
     middle: u of the middle of a panel, once for each, (TILE,)
     sides: oriented values and slopes at the left end of the panel, its right end and its middle, (3, 2, ROW)
     """
@@ -74,6 +75,7 @@ class Workspace(NamedTuple):
     chosen: NDArray[np.int64]
     sides: FloatArray
     opened: NDArray[np.int64]
+    again: NDArray[np.int64]
     middle: FloatArray
     climbs: Climbs
     parts: Halves
@@ -89,6 +91,7 @@ WORK = Record(
         Record(Located, (NUMBERS, COUNTS, NUMBERS, NUMBERS, NUMBERS)),
         COUNTS,
         Kind(NUMBER.name, 3),
+        COUNTS,
         COUNTS,
         NUMBERS,
         Record(Climbs, (COUNTS, ROWS)),
@@ -108,6 +111,7 @@ def workspace(panels: Any) -> Workspace:
         np.empty(TILE + 1, np.int64),
         np.empty((3, 2, ROW)),
         np.empty(TILE, np.int64),
+        np.empty(TILE + 1, np.int64),
         np.zeros(TILE),
         Climbs(np.empty(2 * TILE, np.int64), np.empty((STATES, 2 * ROW))),
         Halves(np.empty(2 * TILE, np.int64), np.empty((2 * TILE, 6)), np.empty((DEPTH + 2, 6))),
