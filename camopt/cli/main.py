@@ -230,6 +230,7 @@ def optimise(scene: Any, as_json: bool, quiet: bool, out: Path | None, seconds: 
         costs = prices(result, max(end - now(), NO_TIME))
     reports.show_optimum(result, costs, as_json)
     if not quiet:
+        terminal.say_notes(result.warnings)
         terminal.say_unused(scene)
         terminal.say_notes(no_wall(result.best.scene) if result.best else ())
         terminal.say_written(unit.files if unit else ())
@@ -376,6 +377,7 @@ def evaluate(
         write_points(scene, points, **spacing)
     reports.show_evaluation(result, as_json)
     if not quiet:
+        terminal.say_notes(result.warnings)
         terminal.say_unused(scene)
         terminal.say_written([file for file in (picture, animation, points) if file])
     return _reached(scene, result["relative_half_width"])

@@ -179,7 +179,8 @@ def show_optimum(result: "Optimum", prices: "Mapping[str, list[Price]]", as_json
         miss = finite(result.nearest_miss) if result.nearest_miss else None
         about = {"by_law": by_law, "obstacles": result.obstacles, "nearest_miss": miss}
         costs = {law: [price.to_json() for price in each] for law, each in prices.items()}
-        return print_json({**best, **about, "out_of_time": result.out_of_time, "prices": costs})
+        told = {"warnings": list(result.warnings)} if result.warnings else {}
+        return print_json({**best, **about, "out_of_time": result.out_of_time, "prices": costs, **told})
     if result.by_law:
         problem, rows = (
             resolve(result.scene),

@@ -23,7 +23,7 @@ from camopt.reporting.sections import (
 )
 from camopt.scene.oddities import no_wall
 from camopt.scene.scene import Scene
-from camopt.verdicts.evaluation import evaluate_design
+from camopt.verdicts.evaluation import Evaluation, evaluate_design
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ def cams_page(cams: Sequence[Shown], title: str = "", told: Sequence[str] = ()) 
     pictures = [Picture(problem) for problem in problems]
     words = [words_of(picture) for picture in pictures]
     head = [*([] if several else words[0]), *told]
-    lines = [*_verdicts(cams, limits, labels), *(Cell(text) for text in head)]
+    lines = [*_verdicts(cams, limits, labels), *_warnings(found, labels), *(Cell(text) for text in head)]
     if any(picture.undercut for picture in pictures):
         lines.append(Cell(UNDERCUT))
     titled = [replace(s, title=f"{label}: limits") for label, s in zip(labels, limits, strict=True)]
@@ -87,6 +87,15 @@ def _verdicts(cams: Sequence[Shown], limits: list[Sheet], labels: list[str]) -> 
     if len(lines) == 1:
         return lines
     return [Cell(f"{label} — {line.text}", line.kind) for label, line in zip(labels, lines, strict=True)]
+
+
+def _warnings(found: Sequence[Evaluation], labels: list[str]) -> list[Cell]:
+    """What to know of cams unasked; of several with the name of each."""
+    told = [(label, text) for label, each in zip(labels, found, strict=True) for text in each.warnings]
+    return [
+        Cell(f"{label} — {text}." if len(labels) > 1 else f"{text[0].upper()}{text[1:]}.", "alarm")
+        for label, text in told
+    ]
 
 
 def words_of(picture: Picture) -> list[str]:

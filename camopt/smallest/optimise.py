@@ -13,7 +13,7 @@ from camopt.mistakes import BadInput, Mistake
 from camopt.motion.table import RETURN, RISE
 from camopt.numerics import FloatArray
 from camopt.numerics.clock import now, share
-from camopt.problem.problem import Problem, exactly, resolve
+from camopt.problem.problem import Problem, exactly, resolve, resolve_design
 from camopt.problem.settings import freed_numbers, given_profile, laws_of
 from camopt.problem.space import boxes_of, choices
 from camopt.quantities import QUANTITIES
@@ -29,6 +29,7 @@ from camopt.smallest.turns import SegmentAngles
 from camopt.tables.columns import joined_laws
 from camopt.tables.designs import ByLaw, Design
 from camopt.verdicts.judging import AT_ONCE, by_excess, excesses, judged
+from camopt.verdicts.warned import warnings_of
 
 SECONDS = 60.0  # of a search, unless told
 RADII = 48  # sizes above the optimum at which feasibility is looked at
@@ -63,6 +64,8 @@ class Optimum(Shown):
         If no law has a feasible design: the one that breaks its limits the least; ``violated`` names them.
     out_of_time : bool
         Whether a search ran out of time, so that its answer is not proved.
+    warnings : tuple of str
+        What to know of the best cam unasked, as of an ``Evaluation``.
 
     Examples
     --------
@@ -78,6 +81,7 @@ class Optimum(Shown):
     obstacles: dict[str, str]
     nearest_miss: Design | None
     out_of_time: bool = False
+    warnings: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         what = repr(self.best).removeprefix("<").removesuffix(">") if self.best else "no feasible design"
@@ -149,7 +153,9 @@ def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SE
     order = sorted(found, key=lambda laws: float(found[laws][problem.size_name]))
     ranked = ByLaw((laws, Design(found[laws], scene)) for laws in order)
     nearest = None if found else _least(misses, scene)
-    return Optimum(scene, next(iter(ranked.values()), None), ranked, obstacles, nearest, out_of_time)
+    best = next(iter(ranked.values()), None)
+    warnings = warnings_of(resolve_design(best.scene)) if best else ()
+    return Optimum(scene, best, ranked, obstacles, nearest, out_of_time, warnings)
 
 
 def end_of(seconds: float) -> float:

@@ -16,6 +16,7 @@ from camopt.quantities import QUANTITIES, Flag, Word
 from camopt.scene.scene import Scene
 from camopt.shown import Shown
 from camopt.verdicts.judging import judged, run_effects
+from camopt.verdicts.warned import warnings_of
 
 
 @dataclass(frozen=True)
@@ -30,6 +31,9 @@ class Evaluation(Shown, Mapping[str, Any]):
         The values by name: numbers, but for ``feasible`` and the like, which are true or false, and texts.
     unbounded : dict
         For each value that is infinite, why it is.
+    warnings : tuple of str
+        What to know of the cam unasked: that an elastic train loses contact where a rigid one keeps it, and that
+        moves go beyond every position that was asked.
 
     Examples
     --------
@@ -41,6 +45,7 @@ class Evaluation(Shown, Mapping[str, Any]):
     scene: Scene
     quantities: dict[str, float | bool | str]
     unbounded: dict[str, str] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
 
     @overload
     def __getitem__(self, name: Flag, /) -> bool: ...  # type: ignore[overload-overlap]  # others are numbers
@@ -67,9 +72,10 @@ class Evaluation(Shown, Mapping[str, Any]):
         return len(self.quantities)
 
     def to_json(self) -> dict[str, Any]:
-        """The values with None in place of infinity, and the reasons under ``unbounded``."""
+        """The values with None in place of infinity; the reasons under ``unbounded``, and ``warnings``, if any."""
         finite = {n: None if isinstance(v, float) and isinf(v) else v for n, v in self.quantities.items()}
-        return {**finite, **({"unbounded": self.unbounded} if self.unbounded else {})}
+        about = {"unbounded": self.unbounded, "warnings": list(self.warnings)}
+        return finite | {name: value for name, value in about.items() if value}
 
 
 def evaluate(scene: Scene) -> Evaluation:
@@ -113,7 +119,7 @@ def evaluate_design(problem: Problem) -> Evaluation:
     (found,) = judged(problem, problem.design, problem.wanted).records()
     values = {name: found[name] for name in QUANTITIES if name in found}
     unbounded = {n: _reason(n, problem) for n, v in values.items() if v in (inf, -inf)}
-    return Evaluation(problem.scene, values, unbounded)
+    return Evaluation(problem.scene, values, unbounded, warnings_of(problem))
 
 
 LOADS = ("force", "torque", "thrust", "hertz", "surface")

@@ -1,0 +1,140 @@
+"""What a result says of a cam unasked: an elastic train that loses contact, and a motion beyond what was asked."""
+
+from collections.abc import Iterator, Sequence
+from math import degrees, inf, isfinite
+from typing import NamedTuple
+
+import numpy as np
+from numpy.polynomial import polynomial
+
+from camopt.effects import Case, offered
+from camopt.mistakes import BadInput
+from camopt.motion.programme import Programme
+from camopt.motion.segments import start_of
+from camopt.motion.stroke import Stroke
+from camopt.numerics.piecewise import sign_changes
+from camopt.problem.problem import Problem, resolve, segments_of
+from camopt.scene.scene import Scene
+from camopt.verdicts.judging import run_effects
+
+RIGID, ELASTIC = "contact_force_min_N", "contact_force_elastic_min_N"
+BEYOND = 1e-6  # of the lift: a motion this near to what was asked is there
+SIDES = {1.0: "above", -1.0: "below"}
+
+
+def warnings_of(problem: Problem) -> tuple[str, ...]:
+    """Sentences on the problem's own design that its reader should know."""
+    return (*_lost_contact(problem), *_beyond_what_was_asked(problem))
+
+
+def _lost_contact(problem: Problem) -> Iterator[str]:
+    """Contact that only a rigid train keeps, where the scene gives what tells: a limit on it says so itself."""
+    setup, needed = problem.setup, {RIGID, ELASTIC}
+    limited = any(ELASTIC in limit.needs for limit in problem.limits)
+    if setup.mechanism.grooved or limited or not needed.issubset(offered(setup)):
+        return
+    columns = run_effects(Case(setup, problem.programme, problem.design), needed).columns
+    rigid, elastic = (float(np.broadcast_to(columns[name], 1)[0]) for name in (RIGID, ELASTIC))
+    if elastic <= 0.0 < rigid:
+        least = f"its least contact force is {elastic:.4g} N" if isfinite(elastic) else "it is in resonance"
+        train = f"the elastic train (natural frequency {setup.dynamics.natural_frequency:g} Hz) loses contact"
+        ask = "limits.contact_force_elastic = 0 asks for contact"
+        yield f"{train}: {least}, that of a rigid one {rigid:.4g} N; {ask}"
+
+
+class Extreme(NamedTuple):
+    """Where a motion goes the farthest to one side, in mm (rad) from the base circle, and at what cam angle."""
+
+    position: float
+    angle: float
+    stroke: int
+
+
+def _beyond_what_was_asked(problem: Problem) -> Iterator[str]:
+    """Moves that go beyond every position asked, though no velocity that is given makes them."""
+    programme = problem.programme
+    for side in (side for side in SIDES if _exceeds(programme, side)):
+        extreme, asked = _extreme(programme, side), _farthest_asked(programme, side)
+        if _has_to_go_on(programme, extreme.stroke):
+            continue
+        start = start_of(segments_of(problem.scene)) - programme.strokes[0].low / programme.unit
+        at, most = (f"{start + position / programme.unit:.6g}" for position in (extreme.position, asked))
+        unit = "deg" if problem.setup.angular else "mm"
+        reached = f"the motion goes to {at} {unit} at {degrees(extreme.angle):.4g}°"
+        stop = _stopped_by(problem.scene, programme, side)
+        yield f"{reached}, {SIDES[side]} every position asked ({most} {unit}); {stop}"
+
+
+def _exceeds(programme: Programme, side: float) -> bool:
+    """Whether moves go to one side beyond every position asked."""
+    if not any(stroke.is_open for stroke in programme.strokes):
+        return False
+    beyond = side * (_extreme(programme, side).position - _farthest_asked(programme, side))
+    return beyond > BEYOND * programme.lift
+
+
+def _farthest_asked(programme: Programme, side: float) -> float:
+    """The farthest position to one side that is asked for, or that a stroke without choice has at its ends."""
+    strokes = programme.strokes
+    asked = [side * end for stroke in strokes if not stroke.is_open for end in (stroke.low, stroke.high)]
+    for stroke in (each for each in strokes if each.is_open):
+        ends = (c.high if side > 0.0 else c.low for c in stroke.asked(strokes[0].low) if c.order == 0)
+        asked += [side * end for end in ends if isfinite(end)]
+    return side * max(asked, default=-inf)
+
+
+def _extreme(programme: Programme, side: float) -> Extreme:
+    """The farthest position to one side: at an end of a panel, or where its slope changes sign."""
+    table = programme.table
+    series, panels = table.coefficients.T, range(table.centre.size)
+    places = [
+        *sign_changes(np.asarray(polynomial.polyder(series))),
+        *((panel, u) for panel in panels for u in (-1.0, 1.0)),
+    ]
+    positions = [float(polynomial.polyval(u, series[:, panel])) for panel, u in places]
+    best = int(np.argmax(side * np.array(positions)))
+    panel, u = places[best]
+    angle = float(table.centre[panel] + table.half_width[panel] * u)
+    starts = [stroke.start for stroke in programme.strokes]
+    return Extreme(positions[best], angle, int(np.searchsorted(starts, table.centre[panel], side="right")) - 1)
+
+
+def _has_to_go_on(programme: Programme, number: int) -> bool:
+    """Whether a stroke has to start or to end with a velocity, as beside a stretch at constant velocity."""
+    strokes, stroke = programme.strokes, programme.strokes[number]
+    given = [angle for k, angle in ((number - 1, stroke.start), (number, stroke.end)) if not _is_free(strokes, k)]
+    moving = np.abs(stroke.motion(np.array(given))[1]) * stroke.angle
+    return bool(np.any(moving > BEYOND * programme.lift))
+
+
+def _is_free(strokes: Sequence[Stroke], number: int) -> bool:
+    """Whether the velocity at the end of a stroke is not given, between moves."""
+    stroke, following = strokes[number], strokes[(number + 1) % len(strokes)]
+    return stroke.is_open and following.is_open and (stroke.wanted or ())[1:2] in ((), (None,))
+
+
+def _stopped_by(scene: Scene, programme: Programme, side: float) -> str:
+    """What keeps the motion within what is asked: rest at an end beside the extreme, at all noses, or positions."""
+    strokes, here = programme.strokes, _extreme(programme, side).stroke
+    noses = [k for k in range(len(strokes)) if _turns(strokes[k], strokes[(k + 1) % len(strokes)])]
+    for some in ([here], [here - 1], noses):
+        keys = [f"{strokes[k].key}.velocity" for k in some if _is_free(strokes, k)]
+        if keys and _rest_stops(scene, keys, side):
+            return f"{' and '.join(f'{key} = 0' for key in keys)} {'stops' if len(keys) == 1 else 'stop'} it"
+    return f"a position in {strokes[here].key}.through stops it"
+
+
+def _turns(stroke: Stroke, following: Stroke) -> bool:
+    """Whether the motion has to turn back, or to stand, where a stroke ends."""
+    return (stroke.high - stroke.low) * (following.high - following.low) <= 0.0
+
+
+def _rest_stops(scene: Scene, keys: Sequence[str], side: float) -> bool:
+    """Whether velocities of 0 keep the motion within what is asked."""
+    rows = scene.to_dict()["motion"]
+    for key in keys:
+        rows[int(key.split(".")[1]) - 1]["velocity"] = 0.0
+    try:
+        return not _exceeds(resolve(scene.replace(motion=rows)).programme, side)
+    except BadInput:  # what else is asked forbids it
+        return False
