@@ -70,14 +70,15 @@ def described(case: Case) -> str:
     """A case in Markdown."""
     rows = "\n".join(row(answer, value) for answer, value in zip(case.answers, case.ours(), strict=True))
     note = f" *{case.note}*" if case.note else ""
-    head = f"**{case.name}.** Source: {case.source}. Inputs: {case.inputs}.{note}"
-    return f"{head}\n\n| | in print | camopt | difference | allowed |\n|---|--:|--:|--:|--:|\n{rows}\n"
+    head = f"**{case.name}.** Source: {case.source}. {case.how_known} Inputs: {case.inputs}.{note}"
+    heads = f"| | {'in print' if case.read else 'as quoted'} | camopt | difference | allowed |"
+    return f"{head}\n\n{heads}\n|---|--:|--:|--:|--:|\n{rows}\n"
 
 
 def row(answer: Answer, value: float) -> str:
     off = abs(value - answer.value)
     if not off <= answer.allowed:
-        raise ValueError(f"{answer.what}: {answer.printed} in print, {value} by camopt")
+        raise ValueError(f"{answer.what}: {answer.printed} by its source, {value} by camopt")
     text = isinstance(answer.printed, str)
     printed = str(answer.printed) if text else f"{answer.printed:.8g}"
     digits = max(7, len(printed) + 1) if text else 8

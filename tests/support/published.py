@@ -1,7 +1,8 @@
-"""Numbers and closed forms that others printed, each with its source: for the tests, and for the page of the site.
+"""Numbers and closed forms of published sources: for the tests, and for the page of the site.
 
-A printed number stands as it is in print, so that its digits are its tolerance: half a unit of the last one. Where
-the source itself rounds on its way, or an approximation is compared, ``within`` says by how much, and a note why.
+Each case says whether its source was read, or is quoted from memory. A number stands as its source has it, so that
+its digits are its tolerance: half a unit of the last one. Where the source itself rounds on its way, or an
+approximation is compared, ``within`` says by how much, and a note why.
 """
 
 from collections.abc import Callable, Sequence
@@ -19,6 +20,8 @@ from camopt.numerics.point_contact import ellipticity_of
 from camopt.problem.problem import resolve_design
 
 INCH, POUND, GRAVITY = 25.4, 4.4482216152605, 386.0  # mm, N, in/s² as the handbook rounds it
+LECTURE_NOTES = "lecture notes on cams (MP 3010, *Kinematics and Dynamics*), which print it"
+FROM_MEMORY = "Quoted from memory, not seen in print."
 ROUNDED = 1.002  # half units of the last digit: a tie in decimals is none in binary
 
 
@@ -57,6 +60,13 @@ class Case:
     """The values in the order of the answers."""
     note: str = ""
     """What is loose in the source, or why its digits are not all met."""
+    read: str = ""
+    """Where its text was read; "" if it is quoted from memory, and nobody is known to have seen it in print."""
+
+    @property
+    def how_known(self) -> str:
+        """In words."""
+        return f"Read in {self.read}." if self.read else FROM_MEMORY
 
 
 def turn_of(law, lift, angles, back=None):
@@ -329,6 +339,7 @@ CASES = (
         khurmi(("1.00", "1.51"), ("50.6", "113.8")),
         partial(strokes_of, "harmonic-240rpm-radial"),
         "The book takes ω = 25.14 rad/s and angles of four digits: its accelerations are 0.1 % high.",
+        LECTURE_NOTES,
     ),
     Case(
         "Textbook cams",
@@ -338,6 +349,7 @@ CASES = (
         khurmi(("1.88", "1.26"), ("177.7", "79")),
         partial(strokes_of, "knife-300rpm-radial"),
         "Its π and ω have four digits at most.",
+        LECTURE_NOTES,
     ),
     Case(
         "Textbook cams",
@@ -435,6 +447,7 @@ CASES = (
         "r = 8 mm, E = 1000 N/mm², ν = 0.3, F = 60π N",
         [Answer("half-width", "1.010", "mm"), Answer("half-length", "1.010", "mm")],
         sphere_on_a_plane,
+        read="the page itself",
     ),
     Case(
         "Contact",
