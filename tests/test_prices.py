@@ -212,6 +212,18 @@ def test_the_price_of_a_shaft_is_half_a_mm_per_mm():
     assert price.price == pytest.approx(0.5, rel=1e-9)
 
 
+def test_an_end_of_a_range_that_holds_nothing_has_no_price():
+    """The shaft holds the cam, and any roller of 15 to 16.17 mm will do: the search ended at the largest."""
+    search = {"offset": {"start": -1.92, "stop": 2.51}, "roller_radius": {"start": 7.99, "stop": 16.17}}
+    limits = {"pressure_angle": 40.0, "curvature_radius": 7.6}
+    scene = find_scene("belt-matching").replace(search=search, limits=limits)
+    best = optimise(scene)
+    smaller = optimise(scene.replace(**{"search.roller_radius": {"start": 7.99, "stop": 15.5}}))
+    assert best.best["roller_radius_mm"] == 16.17
+    assert smaller.best["base_radius_mm"] == best.best["base_radius_mm"]  # what another value shows
+    assert [price.key for price in prices(best)[""]] == ["cam.shaft_diameter"]
+
+
 @pytest.mark.parametrize(("contact", "key"), [("roller", "cutter_radius"), ("groove-arm", "hub_wall")])
 def test_limits_on_the_part_have_prices(contact, key):
     case = scene_of(contact).replace(limits={"pressure_angle": 25})

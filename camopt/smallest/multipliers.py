@@ -35,6 +35,7 @@ LINES, AWAY = 2, 10.0  # the sides of kinks are looked for along lines, by direc
 STRAIGHT = 1e-3  # of its slope: by which a slope may change over a step, where there is no kink
 OPEN = 1e-2  # of ∇R: what multipliers may leave of it; more, and something else holds the cam
 LOOSE = 1e-4  # of ∇R: what differences err by at kinks
+FAINT = 10.0  # times that room: a multiplier that may be 0 and is no larger is 0
 UNIQUE = 1e-2  # relative: prices that differ by no more are one
 
 
@@ -59,6 +60,10 @@ class Rates(NamedTuple):
 
     eased: float
     tightened: float
+
+
+NOTHING = Rates(0.0, 0.0)
+"""Of a bound that holds nothing: the cam just happens to meet it."""
 
 
 def bounds_met(freedom: Freedom) -> list[Bound]:
@@ -125,5 +130,9 @@ def rates(freedom: Freedom, bounds: Sequence[Bound]) -> dict[str, Rates]:
             answer = linprog(sign * of_key, both, most)
             ends.append(float(answer.fun) * sign if answer.status == 0 else -sign * inf)
         low, high = sorted(ends, key=abs)
+        noise = room * np.abs(of_key).max()
+        if abs(one) <= noise and abs(high) <= FAINT * noise:
+            found[key] = NOTHING
+            continue
         found[key] = Rates(one, one) if abs(high - low) <= UNIQUE * abs(high) else Rates(low, high)
     return found

@@ -13,7 +13,7 @@ from camopt.mistakes import BadInput, Mistake
 from camopt.motion.table import RETURN, RISE
 from camopt.numerics import FloatArray
 from camopt.numerics.clock import now, share
-from camopt.problem.problem import Problem, exactly, resolve, resolve_design
+from camopt.problem.problem import Problem, exactly, resolve
 from camopt.problem.settings import freed_numbers, given_profile, laws_of
 from camopt.problem.space import boxes_of, choices
 from camopt.quantities import QUANTITIES
@@ -134,6 +134,7 @@ def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SE
     if freed := [*fixed, *freed_numbers(problem, "optimise takes")]:
         raise BadInput(freed)
     found: dict[str, dict[str, Any]] = {}
+    cams: dict[str, Problem] = {}
     misses: list[tuple[tuple[float, float], dict[str, Any]]] = []
     obstacles: dict[str, str] = {}
     out_of_time, programmes = False, laws_of(problem)
@@ -147,14 +148,16 @@ def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SE
         least = least_of(problem, answers)
         if least is not None:
             found[laws] = _described(least.problem, least.answer, until) | least.angles
+            assert least.answer.design is not None
+            cams[laws] = replace(least.problem, design=least.answer.design)
             continue
         obstacles[laws] = _obstacle(problem, answers, max(until, share(end, len(programmes) - done)))
         misses += [_missed(each.problem, each.answer.nearest) for each in answers if each.answer.nearest]
     order = sorted(found, key=lambda laws: float(found[laws][problem.size_name]))
     ranked = ByLaw((laws, Design(found[laws], scene)) for laws in order)
     nearest = None if found else _least(misses, scene)
+    warnings = warnings_of(cams[order[0]]) if order else ()
     best = next(iter(ranked.values()), None)
-    warnings = warnings_of(resolve_design(best.scene)) if best else ()
     return Optimum(scene, best, ranked, obstacles, nearest, out_of_time, warnings)
 
 

@@ -16,7 +16,7 @@ from camopt.problem.limits import Limit
 from camopt.problem.problem import exactly, resolve
 from camopt.problem.settings import laws_of
 from camopt.smallest.freedom import Freedom
-from camopt.smallest.multipliers import bounds_met, rates
+from camopt.smallest.multipliers import NOTHING, Bound, Rates, bounds_met, rates
 from camopt.smallest.optimise import SECONDS, Optimum, answers_of, end_of, least_of
 from camopt.smallest.turns import SegmentAngles
 from camopt.tables.columns import joined_laws
@@ -97,7 +97,8 @@ def prices(optimum: Optimum, seconds: float = SECONDS) -> dict[str, list[Price]]
     Returns
     -------
     dict
-        For each law, a ``Price`` for each bound that its smallest cam just meets.
+        For each law, a ``Price`` for each bound that its smallest cam just meets; not for an end of a range that
+        holds nothing, where another value makes the cam no larger.
 
     Raises
     ------
@@ -144,14 +145,19 @@ def _cams(optimum: Optimum) -> Iterator[tuple[str, Freedom]]:
 
 def _prices_at(cam: Freedom) -> list[Price]:
     """The prices of the bounds that a smallest cam just meets, without what would hold it next."""
-    bounds = bounds_met(cam)
-    costs = rates(cam, bounds)
-    asked = {bound.key: bound for bound in bounds if bound.limit is None or bound.limit.asked}
+    asked = {bound.key: (bound, cost) for bound, cost in _holding(cam) if bound.limit is None or bound.limit.asked}
     return [
         Price(key, bound.value, bound.unit, bound.relation, _finite(cost.eased), _finite(cost.tightened))
-        for key, bound in asked.items()
-        for cost in (costs[key],)
+        for key, (bound, cost) in asked.items()
     ]
+
+
+def _holding(cam: Freedom) -> list[tuple[Bound, Rates]]:
+    """What a smallest cam just meets and what it costs; not an end of a range that holds nothing."""
+    bounds = bounds_met(cam)
+    costs = rates(cam, bounds)
+    met = [(bound, costs[bound.key]) for bound in bounds]
+    return [(bound, cost) for bound, cost in met if bound.limit is not None or cost != NOTHING]
 
 
 def _finite(value: float) -> float | None:
@@ -173,7 +179,7 @@ def _with_next(price: Price, cam: Freedom, until: float) -> Price:
     if least is None or least.answer.design is None or not least.answer.proved:
         return price
     other = Freedom(replace(least.problem, design=least.answer.design), turns, least.freed)
-    following = tuple(dict.fromkeys(bound.key for bound in bounds_met(other)))
+    following = tuple(dict.fromkeys(bound.key for bound, _ in _holding(other)))
     return replace(price, size_without=least.answer.size, holds_to=_met_at(price, limits, other), next=following)
 
 

@@ -1,6 +1,7 @@
 """What a result says of a cam unasked: an elastic train that loses contact, and a motion beyond what was asked."""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from math import degrees, inf, isfinite
 from typing import NamedTuple
 
@@ -8,13 +9,13 @@ import numpy as np
 from numpy.polynomial import polynomial
 
 from camopt.effects import Case, offered
-from camopt.mistakes import BadInput
+from camopt.mistakes import Unmet
+from camopt.motion.joints import joined
 from camopt.motion.programme import Programme
 from camopt.motion.segments import start_of
 from camopt.motion.stroke import Stroke
 from camopt.numerics.piecewise import sign_changes
-from camopt.problem.problem import Problem, resolve, segments_of
-from camopt.scene.scene import Scene
+from camopt.problem.problem import Problem, segments_of
 from camopt.verdicts.judging import run_effects
 
 RIGID, ELASTIC = "contact_force_min_N", "contact_force_elastic_min_N"
@@ -61,7 +62,7 @@ def _beyond_what_was_asked(problem: Problem) -> Iterator[str]:
         at, most = (f"{start + position / programme.unit:.6g}" for position in (extreme.position, asked))
         unit = "deg" if problem.setup.angular else "mm"
         reached = f"the motion goes to {at} {unit} at {degrees(extreme.angle):.4g}°"
-        stop = _stopped_by(problem.scene, programme, side)
+        stop = _stopped_by(programme, side)
         yield f"{reached}, {SIDES[side]} every position asked ({most} {unit}); {stop}"
 
 
@@ -113,14 +114,15 @@ def _is_free(strokes: Sequence[Stroke], number: int) -> bool:
     return stroke.is_open and following.is_open and (stroke.wanted or ())[1:2] in ((), (None,))
 
 
-def _stopped_by(scene: Scene, programme: Programme, side: float) -> str:
+def _stopped_by(programme: Programme, side: float) -> str:
     """What keeps the motion within what is asked: rest at an end beside the extreme, at all noses, or positions."""
     strokes, here = programme.strokes, _extreme(programme, side).stroke
     noses = [k for k in range(len(strokes)) if _turns(strokes[k], strokes[(k + 1) % len(strokes)])]
     for some in ([here], [here - 1], noses):
-        keys = [f"{strokes[k].key}.velocity" for k in some if _is_free(strokes, k)]
-        if keys and _rest_stops(scene, keys, side):
-            return f"{' and '.join(f'{key} = 0' for key in keys)} {'stops' if len(keys) == 1 else 'stop'} it"
+        ends = [strokes[k] for k in some if _is_free(strokes, k)]
+        if ends and _rest_stops(programme, ends, side):
+            keys = " and ".join(f"{end.key}.velocity = 0" for end in ends)
+            return f"{keys} {'stops' if len(ends) == 1 else 'stop'} it"
     return f"a position in {strokes[here].key}.through stops it"
 
 
@@ -129,12 +131,15 @@ def _turns(stroke: Stroke, following: Stroke) -> bool:
     return (stroke.high - stroke.low) * (following.high - following.low) <= 0.0
 
 
-def _rest_stops(scene: Scene, keys: Sequence[str], side: float) -> bool:
-    """Whether velocities of 0 keep the motion within what is asked."""
-    rows = scene.to_dict()["motion"]
-    for key in keys:
-        rows[int(key.split(".")[1]) - 1]["velocity"] = 0.0
+def _rest_stops(programme: Programme, ends: Sequence[Stroke], side: float) -> bool:
+    """Whether rest at the ends of some moves keeps the motion within what is asked."""
+    strokes = [_resting(stroke) if stroke in ends else stroke for stroke in programme.strokes]
     try:
-        return not _exceeds(resolve(scene.replace(motion=rows)).programme, side)
-    except BadInput:  # what else is asked forbids it
+        return not _exceeds(replace(programme, strokes=joined(strokes)).on_base_circle(), side)
+    except Unmet:  # what else is asked forbids it
         return False
+
+
+def _resting(move: Stroke) -> Stroke:
+    position, _, *others = (*(move.wanted or ()), None, None)[:4]
+    return replace(move, wanted=(position, 0.0, *others))
