@@ -100,7 +100,7 @@ OF_MOTION = ("contact_force_min", "contact_force_elastic", "jump_speed", "residu
 QUANTITIES = {
     "pressure_angle": "pressure_angle_max_rise_deg",
     "curvature_radius": "profile_radius_min_mm",
-    **{key: quantity for key, (quantity, _) in LOADS.items() if key not in OF_MOTION},
+    **{key: quantity for key, quantity in LOADS.items() if key not in OF_MOTION},
 }
 GEOMETRIC = ("pressure_angle", "curvature_radius")
 MOST = {"pressure_angle": 89.0, "jamming_margin": 1.0}

@@ -7,6 +7,27 @@ from dataclasses import dataclass
 from itertools import product
 from typing import Literal
 
+AT_MOST, AT_LEAST = "≤", "≥"
+WITHOUT_BOUNDS = ("sizes", "limits", "proof")
+"""Effects whose quantities are what is asked, or its answer."""
+UNBOUNDED = (
+    *("pressure_angle_max_at_deg", "pitch_circle_radius_mm", "centroid_x_mm", "centroid_y_mm"),
+    *("jamming_angle_deg", "contact_half_length_mm", "contact_shear_depth_mm"),
+)
+"""Quantities that say where or how something is, not how much."""
+BOUNDED_BELOW = (
+    *("pitch_curvature_min_per_mm", "profile_radius_min_mm", "cutter_radius_max_mm", "face_reach_min_mm"),
+    *("contact_force_min_N", "contact_force_elastic_min_N", "jump_speed_rpm", "jump_speed_ratio", "torque_min_N_m"),
+    *("jamming_margin", "entrainment_speed_min_m_s", "film_thickness_min_um", "film_ratio_min", "hub_wall_min_mm"),
+)
+"""Quantities of which one wants at least so much; of all others at most."""
+SIGNED = (
+    *("pitch_curvature_max_per_mm", "pitch_curvature_min_per_mm", "face_reach_max_mm", "face_reach_min_mm"),
+    *("contact_force_min_N", "contact_force_max_N", "contact_force_elastic_min_N"),
+    *("torque_max_N_m", "torque_min_N_m", "torque_mean_N_m", "power_mean_W"),
+    *("entrainment_speed_max_m_s", "entrainment_speed_min_m_s", "jamming_margin"),
+)
+"""Quantities that may be below 0, and bounds on them too."""
 Flag = Literal["undercut", "self_crossing", "feasible", "refined"]
 Word = Literal["law_rise", "law_return", "violated", "status", "proof"]
 """The quantities that are no numbers, for type checkers, which cannot read them from the list."""
@@ -22,6 +43,24 @@ class Quantity:
     effect: str
     sentence: str
     kind: type = float
+
+    @property
+    def relation(self) -> str:
+        """How it must compare with a bound on it; empty for what nobody bounds."""
+        if self.name in UNBOUNDED or self.kind is not float or self.effect in WITHOUT_BOUNDS:
+            return ""
+        return AT_LEAST if self.name in BOUNDED_BELOW else AT_MOST
+
+    @property
+    def side(self) -> float:
+        """−1 for what must be at least a bound, else 1."""
+        return -1.0 if self.relation == AT_LEAST else 1.0
+
+    @property
+    def bounded(self) -> str:
+        """What a bound on it says."""
+        words = "Least allowed" if self.relation == AT_LEAST else "Most allowed"
+        return f"{words} ``{self.name}``; {self.unit or 'no unit'}."
 
 
 STROKES = {"rise": " over the rises", "return": " over the returns", "": " over the turn"}
@@ -397,6 +436,8 @@ _ALL = [
 QUANTITIES: dict[str, Quantity] = {quantity.name: quantity for quantity in _ALL}
 """Every quantity by name, in the order of the columns."""
 
+BOUNDED = {name: quantity for name, quantity in QUANTITIES.items() if quantity.relation}
+"""Those that ``[limits]`` takes by their names."""
 EVERYTHING = "all"
 """The word in a scene's outputs that asks for every quantity."""
 GEOMETRY = ("sizes", "motion", "pressure", "curvature", "reach", "crossing")

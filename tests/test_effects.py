@@ -12,7 +12,7 @@ from camopt.cli.main import main
 from camopt.effects import EFFECTS, called
 from camopt.problem.problem import resolve
 from camopt.quantities import DISCIPLINES, GEOMETRY, QUANTITIES
-from camopt.scene.tables import Dynamics, Limits, Materials
+from camopt.scene.tables import Dynamics, Materials, ShortLimits
 from camopt.studies.cost_report import cost_report
 
 TRAIN = {
@@ -89,6 +89,6 @@ def test_the_command_writes_spectra(tmp_path, capsys):
     assert "<svg" in (tmp_path / "spectrum.svg").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize("table", [Limits, Dynamics, Materials])
+@pytest.mark.parametrize("table", [ShortLimits, Dynamics, Materials])
 def test_the_pages_name_every_key(table):
     assert [key for key in table.model_fields if not re.search(rf"\b{key}\b", ALL)] == []

@@ -16,6 +16,7 @@ from camopt.numerics.interval import Interval
 from camopt.numerics.sloped import PARTIALS, Quotient, as_quotient, as_sloped, variables
 from camopt.problem.limits import LOADS
 from camopt.problem.problem import exactly, resolve
+from camopt.quantities import QUANTITIES
 from camopt.smallest.boxes import Boxes
 from camopt.smallest.enclosure import claims_on_size, examined
 from camopt.smallest.result import feasible
@@ -41,9 +42,9 @@ def scene_of(contact, limits=None):
 def limits_of(name):
     """What the cam has, a little eased or tightened: every limit of the registry that it can be asked."""
     cam, rng, limits = evaluate(scene_of(name)), np.random.default_rng(7), {}
-    for key, (quantity, way) in LOADS.items():
+    for key, quantity in LOADS.items():
         if quantity in cam and np.isfinite(cam[quantity]) and cam[quantity] > 0.0:
-            limits[key] = float(cam[quantity] * (1.0 + way * rng.uniform(0.0, 0.02)))
+            limits[key] = float(cam[quantity] * (1.0 + QUANTITIES[quantity].side * rng.uniform(0.0, 0.02)))
     if "jamming_margin" in limits:
         limits["jamming_margin"] = min(limits["jamming_margin"], 0.99)
     limits["pressure_angle"] = min(80.0, 1.01 * cam["pressure_angle_max_deg"]) or 45.0

@@ -103,9 +103,9 @@ def question(contact, seed, most=6):
 def limits_of(cam, rng):
     """Some limits, on what a cam has and a little more or less."""
     limits = {}
-    for key, (quantity, way) in LOADS.items():
+    for key, quantity in LOADS.items():
         if quantity in cam and np.isfinite(cam[quantity]) and cam[quantity] > 0.0 and rng.random() < 0.15:
-            limits[key] = float(cam[quantity] * (1.0 + way * rng.uniform(-0.2, 0.5)))
+            limits[key] = float(cam[quantity] * (1.0 + QUANTITIES[quantity].side * rng.uniform(-0.2, 0.5)))
     if "jamming_margin" in limits:
         limits["jamming_margin"] = min(limits["jamming_margin"], 0.99)
     if rng.random() < 0.5:

@@ -189,7 +189,7 @@ def test_wear_and_film_are_those_of_a_scan():
     for make in (
         partial(surface.wear_curve, asked.setup),
         partial(loads.normal_curve, asked.setup),
-        *(each for (each, _), _ in surface.variants(surface.RATIO, asked.setup)),
+        *(each for each, _ in surface.variants(surface.RATIO, asked.setup)),
     ):
         scanned = curve(make(asked.design, asked.programme), 0, *state)[0].max()
         exact = case.extremes(make, [(TURN, LARGEST)])

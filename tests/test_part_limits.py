@@ -21,10 +21,11 @@ from camopt import (
     synthesise,
 )
 from camopt.effects import Case, section
+from camopt.effects.peak import DOUBLES, BeyondBody, Derivative, InDegrees
 from camopt.mistakes import Unmet
-from camopt.problem.claims import DOUBLES, BeyondBody, Derivative, PerDegree
-from camopt.problem.limits import MOST, PART, load_quantity
+from camopt.problem.limits import PART, limited_quantity
 from camopt.problem.problem import exactly, resolve, resolve_design
+from camopt.quantities import AT_MOST, QUANTITIES
 from camopt.reporting.sections import limits_sheet
 from camopt.scene.tables import Limits
 from camopt.verdicts.certify import in_balls, turn_of
@@ -57,8 +58,8 @@ def quantity_of(key, contact):
     """The quantity that a limit is on, and whether from above; None where the mechanism has none."""
     if key == "cutter_radius":
         return ("cutter_radius_max_mm" if contact in (*HOLLOW, *GROOVED) else None), -1.0
-    name = load_quantity(key, resolve(scene_of(contact)).setup)
-    return (name if name in cam_of(contact) else None), PART[key][1]
+    name = limited_quantity(key, resolve(scene_of(contact)).setup)
+    return (name if name in cam_of(contact) else None), QUANTITIES[PART[key]].side
 
 
 CASES = [(contact, key) for contact in CONTACTS for key in KEYS if quantity_of(key, contact)[0]]
@@ -217,7 +218,7 @@ def test_a_change_of_lift_is_a_velocity():
         if isinstance(each.curve, Derivative)
     ]
     assert [claim.allowed() for claim in claims] == [pytest.approx(slow * 1e3 / (1000 * np.pi / 30), rel=1e-15)]
-    assert PerDegree(2.0, angular=True).value(DOUBLES) == 2.0
+    assert InDegrees(0).extreme_at(2.0, DOUBLES) == 2.0
 
 
 @pytest.mark.parametrize("hub", [{}, HUB])
@@ -226,7 +227,7 @@ def test_a_change_of_lift_is_a_velocity():
 def test_no_larger_cam_has_as_little(contact, key, hub):
     """Beyond the size that a limit tells its quantity is above the bound; of a disc it is the bound."""
     scene = scene_of(contact).replace(part={**BODY, **hub})
-    name, bound = PART[key][0], 3.0 * cam_of(contact)[PART[key][0]]
+    name, bound = PART[key], 3.0 * cam_of(contact)[PART[key]]
     (limit,) = (each for each in resolve(scene.replace(**{f"limits.{key}": bound})).limits if each.name == key)
     beyond = scene.replace(**{"cam.base_radius": limit.most_size * (1 + 1e-9), "outputs": [name]})
     assert evaluate(beyond)[name] > bound
@@ -241,7 +242,7 @@ def test_that_a_wall_and_a_mass_contradict_each_other_is_proved():
     assert not found.out_of_time
 
 
-@pytest.mark.parametrize("key", [key for key, (_, side) in PART.items() if side == MOST])
+@pytest.mark.parametrize("key", [key for key in PART if QUANTITIES[PART[key]].relation == AT_MOST])
 def test_no_cam_is_light_enough(key):
     """A limit that no cam of a range holds is named."""
     name, _ = quantity_of(key, "roller")

@@ -13,7 +13,7 @@ from test_part_limits import quantity_of, scene_of
 from test_turns import ANGLES, FREE
 
 from camopt import BadInput, Scene, evaluate, find_scene, optimise, prices, shipped_scenes
-from camopt.problem.limits import LOADS, load_quantity
+from camopt.problem.limits import LOADS, limited_quantity
 from camopt.problem.problem import resolve
 from camopt.quantities import motion_quantity
 
@@ -128,7 +128,7 @@ SLOWEST = {
 def held_by(name, case, share):
     """A scene whose cam a limit holds."""
     in_time = partial(motion_quantity, stroke="", angular=False, timed=True)
-    quantity = load_quantity(name, resolve(case).setup) if name in LOADS else in_time(name)
+    quantity = limited_quantity(name, resolve(case).setup) if name in LOADS else in_time(name)
     cam = optimise(case).best.scene.replace(outputs=["all"])
     return case.replace(**{f"limits.{name}": share * evaluate(cam)[quantity]})
 

@@ -32,6 +32,7 @@ from camopt.mistakes import BadInput
 from camopt.motion import LAWS
 from camopt.problem.limits import LOADS
 from camopt.problem.problem import resolve
+from camopt.quantities import QUANTITIES
 from camopt.verdicts.ball import TERMS, Ball, between, precisely
 from camopt.verdicts.certify import certify_design, certify_limits, in_balls, statements_of, summary
 from camopt.verdicts.deciding import FIRST_PARTS, decide
@@ -429,9 +430,9 @@ def test_a_limit_that_a_corner_makes_infinite_is_broken_there(contact):
     dynamics = None if CONTACTS[contact]["motion"] == "oscillating" else GUIDED
     scene = Scene.from_dict(cam_with(contact, "uniform", dynamics, materials=WORN))
     cam, refused = evaluate(scene), []
-    for name, (quantity, side) in LOADS.items():
+    for name, quantity in LOADS.items():
         if quantity in cam:
-            lax = scene.replace(limits={name: 1e9 if side > 0.0 else 1e-9})
+            lax = scene.replace(limits={name: 1e9 if QUANTITIES[quantity].side > 0.0 else 1e-9})
             (limit,) = (each for each in resolve(lax).limits if each.name == name)
             if limit.infinite_at(resolve(lax).programme):
                 refused.append(name)

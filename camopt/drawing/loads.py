@@ -1,6 +1,6 @@
 """Diagrams of what the contact bears: thrust, contact stress, sliding, wear and film."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from math import pi
 
@@ -9,8 +9,8 @@ import numpy as np
 from camopt.drawing.panels import Panel, Values, known, limit, peak_of
 from camopt.drawing.picture import Picture
 from camopt.effects import hertz, surface, thrust
-from camopt.effects.case import Variant
 from camopt.effects.loads import normal_curve, ways
+from camopt.effects.peak import Variant
 from camopt.motion.table import TURN
 from camopt.numerics import FloatArray
 from camopt.quantities import QUANTITIES
@@ -82,7 +82,7 @@ def _wear(picture: Picture) -> list[Panel]:
     if not known(picture, surface.WEAR):
         return []
     setup = picture.problem.setup
-    loads = by_way(picture, [variant for variant, _ in surface.variants(surface.WEAR, setup)])
+    loads = by_way(picture, surface.variants(surface.WEAR, setup))
     values = [surface.wear_factor(setup) * np.maximum(np.abs(load), 0.0) for load in loads]
     panel = Panel(
         "Wear of the profile in a million turns",
@@ -101,7 +101,7 @@ def _film(picture: Picture) -> list[Panel]:
     if not known(picture, name):
         return []
     setup = picture.problem.setup
-    thinness = by_way(picture, [variant for variant, _ in surface.variants(surface.RATIO, setup)])
+    thinness = by_way(picture, surface.variants(surface.RATIO, setup))
     factor = surface.film_factor(setup) / (setup.bodies.roughness or 1e-3)
     values = [np.where(value > 0.0, factor / value, 0.0) for value in thinness]
     title = "Film over roughness" if name == surface.RATIO else "Film thickness"
@@ -116,7 +116,7 @@ def pressed(load: FloatArray) -> FloatArray:
 
 
 def by_way(
-    picture: Picture, variants: list[Variant], borne: Callable[[FloatArray], FloatArray] = np.asarray
+    picture: Picture, variants: Sequence[Variant], borne: Callable[[FloatArray], FloatArray] = np.asarray
 ) -> Values:
     """A load over each piece of the turn, of what is borne of it: the largest of its variants there."""
     problem = picture.problem

@@ -14,7 +14,7 @@ from camopt.effects.motion import scale
 from camopt.mechanisms.design import BoolArray
 from camopt.motion.table import RETURN, RISE, TURN
 from camopt.numerics import FloatArray
-from camopt.problem.claims import Tangent
+from camopt.problem.claims import At
 from camopt.problem.problem import claims_on
 from camopt.quantities import DERIVATIVES, QUANTITIES, motion_quantity
 
@@ -144,7 +144,7 @@ def _pressure(picture: Picture) -> Panel:
     panel.at = lambda angles: np.degrees(np.arctan(tangent(angles)))
     _mark_pitch_point(panel, exact)
     claims = claims_on(picture.problem, mechanism.pressure)
-    panel.limits = [(c.strokes, c.bound.degrees) for c in claims if isinstance(c.bound, Tangent)]
+    panel.limits = [(c.strokes, c.bound.quantity) for c in claims if isinstance(c.bound, At)]
     return panel
 
 

@@ -2,10 +2,12 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from math import pi
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from camopt.effects.peak import Peak
 from camopt.mechanisms.design import Designs, Mechanism
 from camopt.motion.programme import Programme
 from camopt.numerics.extremes import Extremes, Precision, extremes
@@ -70,14 +72,14 @@ class Solid:
 
 @dataclass(frozen=True)
 class Setup:
-    """What all designs of a problem share: the mechanism and the speed. Lengths in mm, ω in rad/s."""
+    """What all designs of a problem share: the mechanism and the speed. Lengths in mm."""
 
     mechanism: Mechanism
     angular: bool
     """Whether the follower oscillates, so that its displacement is an angle."""
     pointed: bool
     """Whether the follower is a knife edge."""
-    omega: float | None
+    rpm: float | None
     shaft_radius: float | None
     tolerance: float = 1e-9
     dynamics: Dynamics = Dynamics()
@@ -88,31 +90,10 @@ class Setup:
     numbers: tuple[tuple[str, float], ...] = ()
     """The numbers of the scene that a search varies, by quantity, in the units of the scene."""
 
-
-Variant = tuple[Callable[[Designs, Programme], Any], int]
-"""A curve and the kinds of piece over which it counts."""
-
-
-class ByExtreme(NamedTuple):
-    """A quantity that the extreme of some curves over the turn decides, which bounds it over boxes of designs."""
-
-    variants: tuple[Variant, ...]
-    goal: int
-    """Of all curves together."""
-    of: Callable[[Any, Designs], Any]
-    """The quantity of designs from the extreme; numbers or ranges."""
-    falls: bool = False
-    """Whether it falls where the extreme rises."""
-
-
-def as_it_is(extreme: Any, designs: Designs) -> Any:
-    """A quantity that is the extreme itself."""
-    return extreme
-
-
-def scaled(factor: float, extreme: Any, designs: Designs) -> Any:
-    """A quantity that is a multiple of the extreme."""
-    return factor * extreme
+    @property
+    def omega(self) -> float | None:
+        """The speed, rad/s."""
+        return None if self.rpm is None else self.rpm * 2 * pi / 60
 
 
 class Bounded(NamedTuple):
@@ -179,7 +160,7 @@ class Effect:
     """As ``run``, and before it: what the pitch curve decides, which designs with rollers of many sizes share."""
     of_motion: Callable[[Setup], bool] = lambda setup: False
     """Whether its quantities depend on the motion and the speed alone, whatever the design."""
-    by_extremes: Callable[[Setup], Mapping[str, ByExtreme]] = lambda setup: {}
+    peaks: Callable[[Setup], Mapping[str, Peak]] = lambda setup: {}
     """Its quantities that extremes of curves decide; of those that it offers, or more."""
     of_sizes: bool = False
     """Whether it is arithmetic on sizes, which runs on ranges of them (Intervals) too."""

@@ -11,46 +11,53 @@ from typing import Any
 
 import numpy as np
 
-from camopt.effects.case import Bounded, ByExtreme, Case, Effect, Setup, as_it_is
-from camopt.mechanisms.design import Designs
+from camopt.effects.case import Bounded, Case, Effect, Setup
+from camopt.effects.peak import ConvexRadius, Cutter, GrooveCutter, Peak, size_of
+from camopt.motion.programme import Programme
 from camopt.motion.table import TURN
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
 
-CUTTER = "cutter_radius_max_mm"
+CONVEX, CUTTER = "profile_radius_min_mm", "cutter_radius_max_mm"
 PITCH = ("pitch_curvature_max_per_mm", "pitch_curvature_min_per_mm")
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
     if setup.mechanism.curvature is None:
-        return ("profile_radius_min_mm", "undercut")
-    return (*PITCH, "profile_radius_min_mm", "undercut", CUTTER)
+        return (CONVEX, "undercut")
+    return (*PITCH, CONVEX, "undercut", CUTTER)
 
 
-def by_extremes(setup: Setup) -> dict[str, ByExtreme]:
+def peaks(setup: Setup) -> dict[str, Peak]:
     mechanism = setup.mechanism
     if mechanism.curvature is None:
         assert mechanism.profile_radius is not None
-        radius = ByExtreme(((mechanism.profile_radius, TURN),), LEAST, as_it_is)
-        return {"profile_radius_min_mm": radius}
-    curves, grooved = ((mechanism.curvature, TURN),), mechanism.grooved
-    sharpest, deepest = (LARGEST_MAGNITUDE, LARGEST_MAGNITUDE) if grooved else (LARGEST, LEAST)
-    return {
-        **{name: ByExtreme(curves, goal, as_it_is) for name, goal in zip(PITCH, (LARGEST, LEAST), strict=True)},
-        "profile_radius_min_mm": ByExtreme(curves, sharpest, _convex_radius, falls=True),
-        CUTTER: ByExtreme(curves, deepest, _groove_cutter if grooved else _cutter, falls=grooved),
-    }
+        radius = Peak(((mechanism.profile_radius, TURN),), LEAST, jumps=is_pointed, unit=size_of)
+        return {CONVEX: radius}
+    curves = ((mechanism.curvature, TURN),)
+    if mechanism.grooved:  # either wall may be the sharper one, and either the hollower
+        sharpest = Peak(curves, LARGEST_MAGNITUDE, ConvexRadius(), has_corner)
+        deepest = Peak(curves, LARGEST_MAGNITUDE, GrooveCutter(), has_corner)
+    else:
+        sharpest = Peak(curves, LARGEST, ConvexRadius(), is_pointed)
+        deepest = Peak(curves, LEAST, Cutter(), is_notched)
+    most, least = (is_notched, is_pointed) if mechanism.grooved else (is_pointed, is_notched)
+    largest, smallest = Peak(curves, LARGEST, jumps=most), Peak(curves, LEAST, jumps=least)
+    return dict(zip((*PITCH, CONVEX, CUTTER), (largest, smallest, sharpest, deepest), strict=True))
 
 
-def _convex_radius(curvature: Any, designs: Designs) -> Any:
-    return 1.0 / np.maximum(curvature, 0.0) - designs.roller_radius
+def is_pointed(programme: Programme) -> bool:
+    """Whether the follower's speed falls at a corner, which makes a disc cam's profile pointed there."""
+    return any(corner.size < 0.0 for corner in programme.corners)
 
 
-def _cutter(curvature: Any, designs: Designs) -> Any:
-    return designs.roller_radius + 1.0 / np.maximum(-curvature, 0.0)
+def is_notched(programme: Programme) -> bool:
+    """Whether the follower's speed rises at a corner, which makes a disc cam's profile hollow there."""
+    return any(corner.size > 0.0 for corner in programme.corners)
 
 
-def _groove_cutter(curvature: Any, designs: Designs) -> Any:
-    return designs.roller_radius + 1.0 / np.maximum(curvature, 0.0)
+def has_corner(programme: Programme) -> bool:
+    """Whether there is a corner of either kind."""
+    return bool(programme.corners)
 
 
 def reads(setup: Setup) -> tuple[str, ...]:
@@ -91,14 +98,14 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
 def _flat(case: Case) -> dict[str, Any]:
     if case.programme.radii:
         radius = np.full(len(case.designs), min(case.programme.radii))
-        return {"profile_radius_min_mm": Bounded(radius, np.zeros_like(radius), radius), "undercut": radius <= 0.0}
+        return {CONVEX: Bounded(radius, np.zeros_like(radius), radius), "undercut": radius <= 0.0}
     assert case.setup.mechanism.profile_radius is not None
     found = case.extremes(case.setup.mechanism.profile_radius, [(TURN, LEAST)])
     radius, outward = found.value[0], -found.width[0]
     if any(corner.size < 0.0 for corner in case.programme.corners):
         radius, outward = np.full_like(radius, -np.inf), np.zeros_like(radius)
     scale = np.maximum(np.abs(radius), case.designs.size)
-    return {"profile_radius_min_mm": Bounded(radius, outward, scale), "undercut": radius <= 0.0}
+    return {CONVEX: Bounded(radius, outward, scale), "undercut": radius <= 0.0}
 
 
 def _trace_point(case: Case) -> dict[str, Any]:
@@ -111,7 +118,7 @@ def _trace_point(case: Case) -> dict[str, Any]:
         sharper = deeper = np.maximum(sharper, deeper)
     radius, widest = _inverse(sharpest), _inverse(concave)
     return {
-        "profile_radius_min_mm": Bounded(radius - roller, _inwards(radius, sharper), radius),
+        CONVEX: Bounded(radius - roller, _inwards(radius, sharper), radius),
         CUTTER: Bounded(roller + widest, _inwards(widest, deeper), roller + widest),
         "undercut": np.where(roller > 0.0, sharpest, 0.0) * roller >= 1.0,
     }
@@ -129,4 +136,4 @@ def _inwards(radius: FloatArray, curvature: FloatArray) -> FloatArray:
     return np.where(np.isfinite(radius), np.minimum(_inverse(np.maximum(curvature, 0.0)), finite) - finite, 0.0)
 
 
-EFFECT = Effect("curvature", offers, run, reads=reads, of_pitch=of_pitch, by_extremes=by_extremes)
+EFFECT = Effect("curvature", offers, run, reads=reads, of_pitch=of_pitch, peaks=peaks)

@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from camopt.effects import force
-from camopt.effects.case import Bounded, ByExtreme, Case, Effect, Setup, Variant
+from camopt.effects.case import Bounded, Case, Effect, Setup
 from camopt.effects.loads import (
     PULLS,
     PUSHES,
@@ -34,14 +34,15 @@ from camopt.effects.loads import (
     rubs,
     ways,
 )
-from camopt.mechanisms.design import Designs
+from camopt.effects.peak import Peak, Root, Variant, at_corners
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, FloatArray
 from camopt.numerics.curves import curve
 from camopt.numerics.point_contact import ellipticity_of, integrals
 
 SHEAR, DEPTH = 0.3002831060007776, 0.7861513777574233  # of the largest shear: over p₀, over b
 STRESS, WIDTH, LENGTH = "contact_stress_max_MPa", "contact_half_width_mm", "contact_half_length_mm"
-LINE = (STRESS, WIDTH, "contact_shear_max_MPa", "contact_shear_depth_mm")
+SHEARED = "contact_shear_max_MPa"
+LINE = (STRESS, WIDTH, SHEARED, "contact_shear_depth_mm")
 POINT = (STRESS, WIDTH, LENGTH)
 FLANKS = {"contact_stress_push_MPa": PUSHES, "contact_stress_pull_MPa": PULLS}
 """The flank of a groove behind each."""
@@ -80,36 +81,32 @@ def variants(setup: Setup) -> list[tuple[float, float, Variant]]:
     ]
 
 
-def load_of(setup: Setup, stress: float) -> float:
-    """N/R, N/mm, at which the contact stress is reached; at a spherical face N·h/R_s², N/mm²."""
+def scale_of(setup: Setup, factor: float = 1.0) -> Root:
+    """From what decides the stress to a multiple of it, MPa: from N/R, N/mm, or of a point from N·h/R_s², N/mm²."""
     modulus, width = setup.bodies.modulus, setup.bodies.face_width
     assert modulus is not None
     if setup.spherical:
-        return stress**3 / modulus**2
+        return Root(3, 1.0 / modulus**2, factor)
     assert width is not None
-    return stress**2 * np.pi * width / modulus
+    return Root(2, np.pi * width / modulus, factor)
 
 
 def stress_of(setup: Setup, load: Any) -> Any:
-    """The contact stress at a load ≥ 0, MPa: the inverse of ``load_of``; numbers or ranges."""
-    ratio = load / load_of(setup, 1.0)
-    return np.cbrt(ratio) if setup.spherical else np.sqrt(ratio)
+    """The contact stress at a load, MPa; 0 below 0."""
+    return scale_of(setup).quantity(load)
 
 
-def by_extremes(setup: Setup) -> dict[str, ByExtreme]:
+def peaks(setup: Setup) -> dict[str, Peak]:
     if setup.pointed or lacks(setup):
         return {}
-    curves = tuple(variant for *_, variant in variants(setup))
-
-    def stress(factor: float, load: Any, designs: Designs) -> Any:
-        return factor * stress_of(setup, np.maximum(load, 0.0))
-
-    factors = {STRESS: 1.0, "contact_shear_max_MPa": SHEAR}
-    found = {name: ByExtreme(curves, LARGEST, partial(stress, factor)) for name, factor in factors.items()}
+    curves, stress = tuple(variant for *_, variant in variants(setup)), scale_of(setup)
+    found = {
+        STRESS: Peak(curves, LARGEST, stress, at_corners),
+        SHEARED: Peak(curves, LARGEST, scale_of(setup, SHEAR), at_corners),
+    }
     if setup.mechanism.grooved:
-        found[EITHER] = ByExtreme(curves, LARGEST_MAGNITUDE, partial(stress, 1.0))
-        for name in FLANKS:
-            found[name] = ByExtreme(tuple(_on_flank(setup, name)), LARGEST, partial(stress, 1.0))
+        found[EITHER] = Peak(curves, LARGEST_MAGNITUDE, stress, at_corners)
+        found |= {name: Peak(tuple(_on_flank(setup, name)), LARGEST, stress, at_corners) for name in FLANKS}
     return found
 
 
@@ -152,7 +149,7 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
         columns[WIDTH] = width
         if setup.spherical:
             return {**columns, LENGTH: length}
-        columns["contact_shear_max_MPa"] = Bounded(SHEAR * stress, SHEAR * outward, stress)
+        columns[SHEARED] = Bounded(SHEAR * stress, SHEAR * outward, stress)
         columns["contact_shear_depth_mm"] = DEPTH * width
     return columns
 
@@ -185,4 +182,4 @@ def _patch(
     return 2.0 * np.abs(force) / (np.pi * bodies.face_width * stress), np.full_like(force, 0.5 * bodies.face_width)
 
 
-EFFECT = Effect("hertz", offers, run, lacks, reads, of_motion=lambda setup: setup.pointed, by_extremes=by_extremes)
+EFFECT = Effect("hertz", offers, run, lacks, reads, of_motion=lambda setup: setup.pointed, peaks=peaks)

@@ -7,8 +7,10 @@ from math import radians
 from typing import Any
 
 from camopt.effects.case import Case, Effect, Setup
+from camopt.effects.peak import Derivative, InDegrees, Peak
 from camopt.motion.programme import peak
-from camopt.motion.table import TURN
+from camopt.motion.table import RETURN, RISE, TURN
+from camopt.numerics import LARGEST_MAGNITUDE
 
 
 def name_of(setup: Setup) -> str:
@@ -25,4 +27,9 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     return {name_of(case.setup): peak(case.programme, 1, TURN) * per_degree(case.setup)}
 
 
-EFFECT = Effect("lift_change", lambda setup: (name_of(setup),), run, of_motion=lambda setup: True)
+def peaks(setup: Setup) -> dict[str, Peak]:
+    scale = InDegrees(0 if setup.angular else -1)
+    return {name_of(setup): Peak(((Derivative(1), RISE | RETURN),), LARGEST_MAGNITUDE, scale)}
+
+
+EFFECT = Effect("lift_change", lambda setup: (name_of(setup),), run, of_motion=lambda setup: True, peaks=peaks)

@@ -23,8 +23,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.effects.case import Bounded, Case, Dynamics, Setup, Variant
+from camopt.effects.case import Bounded, Case, Dynamics, Setup
 from camopt.effects.force import weights
+from camopt.effects.peak import Variant
 from camopt.mechanisms.design import Designs
 from camopt.motion.programme import Programme
 from camopt.motion.table import INWARD, OUTWARD, RESTING, TURN

@@ -8,8 +8,10 @@ from math import degrees
 from typing import Any
 
 from camopt.effects.case import Case, Effect, Setup
+from camopt.effects.peak import ByTime, Derivative, InDegrees, Peak
 from camopt.motion.programme import peak
 from camopt.motion.table import RETURN, RISE
+from camopt.numerics import LARGEST_MAGNITUDE
 from camopt.quantities import DERIVATIVES, motion_quantity
 
 KINDS = {"rise": RISE, "return": RETURN, "": RISE | RETURN}
@@ -44,4 +46,15 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     }
 
 
-EFFECT = Effect("motion", offers, run, of_motion=lambda setup: True)
+def peaks(setup: Setup) -> dict[str, Peak]:
+    return {name: _peak(setup, *which) for name, which in _names(setup).items()}
+
+
+def _peak(setup: Setup, order: int, kinds: int) -> Peak:
+    by_angle = Derivative(order)
+    unit = 1.0 if setup.angular else 1e3
+    scale = InDegrees(int(setup.angular)) if setup.rpm is None else ByTime(unit, order, setup.rpm)
+    return Peak(((by_angle, kinds),), LARGEST_MAGNITUDE, scale, by_angle.jumps)
+
+
+EFFECT = Effect("motion", offers, run, of_motion=lambda setup: True, peaks=peaks)

@@ -9,7 +9,8 @@ Source: regrouped from Norton, Cam Design and Manufacturing Handbook, ch. 7.
 
 from typing import Any
 
-from camopt.effects.case import Bounded, ByExtreme, Case, Effect, Setup, as_it_is
+from camopt.effects.case import Bounded, Case, Effect, Setup
+from camopt.effects.peak import Peak
 from camopt.motion.table import TURN
 from camopt.numerics import LARGEST
 
@@ -20,10 +21,10 @@ def offers(setup: Setup) -> tuple[str, ...]:
     return () if setup.mechanism.outline is None else (RADIUS,)
 
 
-def by_extremes(setup: Setup) -> dict[str, ByExtreme]:
+def peaks(setup: Setup) -> dict[str, Peak]:
     if setup.mechanism.outline is None:
         return {}
-    return {RADIUS: ByExtreme(((setup.mechanism.outline, TURN),), LARGEST, as_it_is)}
+    return {RADIUS: Peak(((setup.mechanism.outline, TURN),), LARGEST)}
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
@@ -32,4 +33,4 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     return {RADIUS: Bounded(found.value[0], found.width[0], found.value[0])}
 
 
-EFFECT = Effect("outline", offers, run, by_extremes=by_extremes)
+EFFECT = Effect("outline", offers, run, peaks=peaks)

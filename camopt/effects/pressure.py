@@ -4,13 +4,14 @@ from typing import Any
 
 import numpy as np
 
-from camopt.effects.case import Bounded, ByExtreme, Case, Effect, Setup
-from camopt.mechanisms.design import Designs
+from camopt.effects.case import Bounded, Case, Effect, Setup
+from camopt.effects.peak import Angle, Peak
 from camopt.motion.table import DWELL, RETURN, RISE, TURN
 from camopt.numerics import LARGEST_MAGNITUDE
 
 ROUNDED = 4e-16  # relative, of an angle from its tangent
 PITCH_POINT = {"pressure_angle_max_at_deg", "pitch_circle_radius_mm"}
+ANGLE = Angle()
 KINDS = {"rise": RISE, "return": RETURN, "dwell": DWELL}
 
 
@@ -20,17 +21,12 @@ def offers(setup: Setup) -> tuple[str, ...]:
     return (*names, *(() if setup.mechanism.grooved else ("pitch_circle_radius_mm",)))
 
 
-def angle_of(tangent: Any, designs: Designs | None = None) -> Any:
-    """The angle in deg of a tangent ≥ 0; numbers or ranges."""
-    return np.degrees(np.arctan(tangent))
-
-
-def by_extremes(setup: Setup) -> dict[str, ByExtreme]:
+def peaks(setup: Setup) -> dict[str, Peak]:
     names = {f"pressure_angle_max_{kind}_deg": bit for kind, bit in KINDS.items()} | {
         "pressure_angle_max_deg": TURN
     }
     pressure = setup.mechanism.pressure
-    return {name: ByExtreme(((pressure, kinds),), LARGEST_MAGNITUDE, angle_of) for name, kinds in names.items()}
+    return {name: Peak(((pressure, kinds),), LARGEST_MAGNITUDE, ANGLE) for name, kinds in names.items()}
 
 
 def of_pitch(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
@@ -38,9 +34,9 @@ def of_pitch(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     questions = [(bit, LARGEST_MAGNITUDE) for bit in kinds.values()]
     pitch_point_wanted = bool(wanted & PITCH_POINT)
     found = case.extremes(case.setup.mechanism.pressure, questions, located=pitch_point_wanted)
-    angles = angle_of(found.value)
+    angles = ANGLE.quantity(found.value, case.designs)
     largest = angles.max(axis=0)
-    outer = angle_of(found.value + found.width) + ROUNDED * largest
+    outer = ANGLE.quantity(found.value + found.width, case.designs) + ROUNDED * largest
     columns: dict[str, Any] = {f"pressure_angle_max_{kind}_deg": 0.0 for kind in KINDS}
     for name, angle, top in zip(kinds, angles, outer, strict=True):
         columns[f"pressure_angle_max_{name}_deg"] = Bounded(angle, top - angle, largest)
@@ -54,4 +50,4 @@ def of_pitch(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     return columns
 
 
-EFFECT = Effect("pressure", offers, of_pitch=of_pitch, by_extremes=by_extremes)
+EFFECT = Effect("pressure", offers, of_pitch=of_pitch, peaks=peaks)

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from camopt.effects.case import Bounded, ByExtreme, Case, Effect, Setup, as_it_is
+from camopt.effects.case import Bounded, Case, Effect, Setup
+from camopt.effects.peak import Peak
 from camopt.motion.table import TURN
 from camopt.numerics import LARGEST, LEAST
 
@@ -17,11 +18,11 @@ def offers(setup: Setup) -> tuple[str, ...]:
     return () if setup.mechanism.reach is None else ("face_reach_max_mm", "face_reach_min_mm")
 
 
-def by_extremes(setup: Setup) -> dict[str, ByExtreme]:
+def peaks(setup: Setup) -> dict[str, Peak]:
     if setup.mechanism.reach is None:
         return {}
     curves, goals = ((setup.mechanism.reach, TURN),), (LARGEST, LEAST)
-    return {name: ByExtreme(curves, goal, as_it_is) for name, goal in zip(offers(setup), goals, strict=True)}
+    return {name: Peak(curves, goal) for name, goal in zip(offers(setup), goals, strict=True)}
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
@@ -35,4 +36,4 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     }
 
 
-EFFECT = Effect("reach", offers, run, by_extremes=by_extremes)
+EFFECT = Effect("reach", offers, run, peaks=peaks)

@@ -28,8 +28,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.effects import force
-from camopt.effects.case import Bounded, ByExtreme, Case, Effect, Setup, Variant, scaled
+from camopt.effects.case import Bounded, Case, Effect, Setup
 from camopt.effects.loads import contact_load, largest_load, normal_curve, rubs, ways
+from camopt.effects.peak import Over, Peak, PerRoller, Scale, Times, Variant, at_corners, never
 from camopt.mechanisms.design import Designs
 from camopt.motion.programme import Programme
 from camopt.motion.table import TURN
@@ -226,23 +227,10 @@ def thinness_curve(setup: Setup, designs: Designs, programme: Programme, way: fl
     return Thinness(normal, entrainment, mechanism.profile_radius(designs, programme))
 
 
-def variants(name: str, setup: Setup) -> list[tuple[Variant, int]]:
-    """The curves that decide a quantity that is limited, each with its goal."""
-    if name == SLIDING:
-        return [((partial(sliding_curve, setup), TURN), LARGEST_MAGNITUDE)]
-    make = thinness_curve if name == RATIO else wear_curve
-    return [((partial(make, setup, way=way), kinds), LARGEST) for way, kinds in ways(setup)]
-
-
-def ceiling(name: str, setup: Setup, bound: float) -> float:
-    """What its curves may be at most where the quantity is within its bound."""
-    if name == SLIDING:
-        assert setup.omega is not None
-        return bound * 1e3 / setup.omega
-    if name == RATIO:
-        assert setup.bodies.roughness is not None
-        return film_factor(setup) / (bound * setup.bodies.roughness)
-    return bound / wear_factor(setup)
+def variants(name: str, setup: Setup) -> tuple[Variant, ...]:
+    """The curves that decide wear (film), with the guide's friction each way."""
+    make = wear_curve if name == WEAR else thinness_curve
+    return tuple((partial(make, setup, way=way), kinds) for way, kinds in ways(setup))
 
 
 def wear_factor(setup: Setup) -> float:
@@ -266,40 +254,38 @@ def film_factor(setup: Setup) -> float:
     return float(2.65 * (bodies.pressure_viscosity * twice) ** 0.54 * speed * load)
 
 
-def by_extremes(setup: Setup) -> dict[str, ByExtreme]:
+def peaks(setup: Setup) -> dict[str, Peak]:
     if setup.mechanism.sliding is None or setup.omega is None:
         return {}
     return _speeds(setup, setup.omega) | _of_load(setup)
 
 
-def _speeds(setup: Setup, omega: float) -> dict[str, ByExtreme]:
+def _speeds(setup: Setup, omega: float) -> dict[str, Peak]:
     sliding, carrying = ((partial(each, setup), TURN) for each in (sliding_curve, entrainment_curve))
-    speed = partial(scaled, omega / 1e3)
-
-    def spin(extreme: Any, designs: Designs) -> Any:
-        return extreme * (30.0 / pi * omega) / designs.roller_radius
-
-    fastest, slowest = ByExtreme((carrying,), LARGEST, speed), ByExtreme((carrying,), LEAST, speed)
-    slides = {SPIN: spin} if rolls(setup) else {SLIDING: speed}
-    found = {name: ByExtreme((sliding,), LARGEST_MAGNITUDE, of) for name, of in slides.items()}
-    return found | {FASTEST: fastest, SLOWEST: slowest}
+    speed, jumps = Times(omega / 1e3), never if setup.pointed else at_corners
+    scale: Scale = PerRoller(30.0 / pi * omega) if rolls(setup) else speed
+    return {
+        SPIN if rolls(setup) else SLIDING: Peak((sliding,), LARGEST_MAGNITUDE, scale),
+        FASTEST: Peak((carrying,), LARGEST, speed, jumps),
+        SLOWEST: Peak((carrying,), LEAST, speed, jumps),
+    }
 
 
-def _of_load(setup: Setup) -> dict[str, ByExtreme]:
+def _of_load(setup: Setup) -> dict[str, Peak]:
     """Wear and film, as far as the scene gives enough for them."""
-    found, missing = {}, lacks(setup)
+    missing = lacks(setup)
+    return {
+        name: Peak(variants(name, setup), LARGEST, _scale(name, setup), at_corners)
+        for name in offers(setup)
+        if name in (WEAR, FILM, RATIO) and name not in missing
+    }
 
-    def over(factor: float, extreme: Any, designs: Designs) -> Any:
-        return factor / np.maximum(extreme, 0.0)
 
-    for name in (each for each in offers(setup) if each in (WEAR, FILM, RATIO) and each not in missing):
-        curves = tuple(variant for variant, _ in variants(WEAR if name == WEAR else RATIO, setup))
-        if name == WEAR:
-            found[name] = ByExtreme(curves, LARGEST, partial(scaled, wear_factor(setup)))
-        else:
-            unit = 1e3 if name == FILM else 1.0 / (setup.bodies.roughness or 1.0)
-            found[name] = ByExtreme(curves, LARGEST, partial(over, film_factor(setup) * unit), falls=True)
-    return found
+def _scale(name: str, setup: Setup) -> Scale:
+    """From the extreme of its curves to wear or film."""
+    if name == WEAR:
+        return Times(wear_factor(setup))
+    return Over(film_factor(setup) * (1e3 if name == FILM else 1.0 / (setup.bodies.roughness or 1.0)))
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
@@ -325,7 +311,7 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
         if wanted & {FILM, RATIO}:
             columns |= _film(case, sound & ((least - below > 0.0) | (most + above < 0.0)))
     if WEAR in wanted:
-        worn = largest_load(case, [variant for variant, _ in variants(WEAR, setup)], LARGEST, sound)
+        worn = largest_load(case, variants(WEAR, setup), LARGEST, sound)
         columns[WEAR] = worn.bounded(wear_factor(setup))
     return columns
 
@@ -335,7 +321,7 @@ def _film(case: Case, carried: Any) -> dict[str, Any]:
     setup = case.setup
     assert setup.omega is not None
     pressed = force.force_span(case.programme, setup.dynamics, setup.omega)[0] > 0.0
-    thinnest = largest_load(case, [variant for variant, _ in variants(RATIO, setup)], LARGEST, carried & pressed)
+    thinnest = largest_load(case, variants(RATIO, setup), LARGEST, carried & pressed)
     film = film_factor(setup) / thinnest.value
     outward = film_factor(setup) / (thinnest.value + thinnest.width) - film
     found = {FILM: Bounded(film * 1e3, outward * 1e3, film * 1e3)}
@@ -345,4 +331,4 @@ def _film(case: Case, carried: Any) -> dict[str, Any]:
     return found
 
 
-EFFECT = Effect("surface", offers, run, lacks, reads, by_extremes=by_extremes)
+EFFECT = Effect("surface", offers, run, lacks, reads, peaks=peaks)

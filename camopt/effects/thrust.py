@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from camopt.effects import force
-from camopt.effects.case import Bounded, ByExtreme, Case, Effect, Setup, Variant, as_it_is, scaled
+from camopt.effects.case import Bounded, Case, Effect, Setup
 from camopt.effects.loads import (
     SideThrust,
     along_curve,
@@ -33,6 +33,7 @@ from camopt.effects.loads import (
     rubs,
     ways,
 )
+from camopt.effects.peak import LeftOfOne, Peak, Times, Variant, at_corners
 from camopt.mechanisms.design import Designs
 from camopt.motion.programme import Programme
 from camopt.numerics import LARGEST_MAGNITUDE
@@ -74,15 +75,15 @@ def thrust_curve(
     return SideThrust(along_curve(setup, designs, programme, way), pressure, arm * ones, reach * ones)
 
 
-def by_extremes(setup: Setup) -> dict[str, ByExtreme]:
+def peaks(setup: Setup) -> dict[str, Peak]:
     normal = tuple((partial(normal_curve, setup, way=way), kinds) for way, kinds in ways(setup))
-    found = {"normal_force_max_N": ByExtreme(normal, goal_of(setup), as_it_is)}
+    found = {"normal_force_max_N": Peak(normal, goal_of(setup), jumps=at_corners)}
     if rubs(setup):
         drag = ((partial(drag_curve, setup), driven(setup)),)
-        found["jamming_margin"] = ByExtreme(drag, LARGEST_MAGNITUDE, lambda most, designs: 1.0 - most, falls=True)
+        found["jamming_margin"] = Peak(drag, LARGEST_MAGNITUDE, LeftOfOne())
     for name, (arm, reach, factor) in levers(setup).items() if setup.mechanism.curvature else ():
-        of = partial(scaled, factor)
-        found[name] = ByExtreme(tuple(_thrust_curves(setup, arm, reach)), LARGEST_MAGNITUDE, of)
+        curves = tuple(_thrust_curves(setup, arm, reach))
+        found[name] = Peak(curves, LARGEST_MAGNITUDE, Times(factor), at_corners)
     return found
 
 
@@ -122,4 +123,4 @@ def levers(setup: Setup) -> dict[str, tuple[float, float, float]]:
     return found
 
 
-EFFECT = Effect("thrust", offers, lacks=lacks, of_pitch=of_pitch, by_extremes=by_extremes)
+EFFECT = Effect("thrust", offers, lacks=lacks, of_pitch=of_pitch, peaks=peaks)

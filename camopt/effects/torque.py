@@ -30,9 +30,10 @@ import numpy as np
 from numpy.polynomial import polynomial
 
 from camopt.effects import force
-from camopt.effects.case import Bounded, ByExtreme, Case, Dynamics, Effect, Setup, scaled
+from camopt.effects.case import Bounded, Case, Dynamics, Effect, Setup
 from camopt.effects.guided import guided_torque
 from camopt.effects.loads import drag_of, driven, rubs, torque_curve, ways
+from camopt.effects.peak import Peak, Times, at_corners
 from camopt.effects.work import ROUNDED, added, derivative, integral, largest_of_series, product, total
 from camopt.motion.programme import SAME, Programme
 from camopt.motion.table import INWARD, OUTWARD
@@ -179,15 +180,15 @@ def _integrals(half_width: FloatArray, series: FloatArray) -> tuple[float, float
     return mean, sqrt(square), largest_of_series(work) + largest_of_series(-work)
 
 
-def by_extremes(setup: Setup) -> dict[str, ByExtreme]:
+def peaks(setup: Setup) -> dict[str, Peak]:
     if setup.omega is None:
         return {}
     curves = tuple((partial(torque_curve, setup, way=way), kinds) for way, kinds in ways(setup))
     goals = {"torque_max_N_m": LARGEST, "torque_min_N_m": LEAST}
     goals |= dict.fromkeys(("torque_peak_N_m", "power_peak_W"), LARGEST_MAGNITUDE)
-    power = 1e-3 * setup.omega
-    units = {name: power if name == "power_peak_W" else 1e-3 for name in goals}
-    return {name: ByExtreme(curves, goal, partial(scaled, units[name])) for name, goal in goals.items()}
+    in_newton_metres = Times(1e-3)
+    units = dict.fromkeys(goals, in_newton_metres) | {"power_peak_W": Times(1e-3 * setup.omega)}
+    return {name: Peak(curves, goal, units[name], at_corners) for name, goal in goals.items()}
 
 
 def of_pitch(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
@@ -220,5 +221,5 @@ EFFECT = Effect(
     lacks=lacks,
     of_pitch=of_pitch,
     of_motion=lambda setup: not rubs(setup),
-    by_extremes=by_extremes,
+    peaks=peaks,
 )

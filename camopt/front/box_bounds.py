@@ -12,7 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.effects import EFFECTS, Case, Setup
-from camopt.effects.case import Bounded, ByExtreme, Effect
+from camopt.effects.case import Bounded, Effect
+from camopt.effects.peak import Peak
 from camopt.front.pareto import signs
 from camopt.mechanisms import Designs
 from camopt.motion.table import DWELL, RETURN, RISE, TURN
@@ -50,11 +51,8 @@ def is_bounded(name: str, sign: float, setup: Setup) -> bool:
     effect = EFFECTS.get(QUANTITIES[name].effect)
     if effect is None or is_ranged(effect, setup):
         return effect is not None
-    known = effect.by_extremes(setup)
-    if name not in known:
-        return False
-    from_below = (known[name].goal != LEAST) != known[name].falls
-    return from_below == (sign > 0.0)
+    known = effect.peaks(setup)
+    return name in known and known[name].is_least == (sign < 0.0)
 
 
 def all_bounded(problem: Problem) -> bool:
@@ -120,7 +118,7 @@ class Bounds(NamedTuple):
                 costs[:, k], moved = self._by_arithmetic(name, sign, box, inside)
                 change = np.maximum(change, moved)
             elif index.size:
-                known = effect.by_extremes(self.problem.setup)[name]
+                known = effect.peaks(self.problem.setup)[name]
                 costs[index, k], moved = self._by_extreme(known, sign, some, middle)
                 change[:, index] = np.maximum(change[:, index], moved)
         return Looked(costs, change, inside, exists)
@@ -161,7 +159,7 @@ class Bounds(NamedTuple):
         change = _relative(sloped.slopes, _widths(box, self.free), value.largest_magnitude)
         return value.low if EFFECTS[QUANTITIES[name].effect].of_sizes else _lowered(value.low), change
 
-    def _by_extreme(self, known: ByExtreme, sign: float, box: Designs, inside: Designs) -> tuple[Any, FloatArray]:
+    def _by_extreme(self, known: Peak, sign: float, box: Designs, inside: Designs) -> tuple[Any, FloatArray]:
         """The least cost of an objective that curves decide, and its relative change."""
         extreme = np.full(len(box), 0.0 if known.goal == LARGEST_MAGNITUDE else -np.inf)
         change, farthest, width = np.zeros((len(self.free), len(box))), extreme, _widths(box, self.free)
@@ -174,7 +172,7 @@ class Bounds(NamedTuple):
             change = np.where(at > farthest, _relative(made.slopes, width, np.abs(at)), change)
             farthest = np.fmax(farthest, at)
         turned = -extreme if known.goal == LEAST else extreme
-        cost = sign * as_interval(known.of(as_interval(turned), box))
+        cost = sign * as_interval(known.scale.quantity(as_interval(turned), box))
         low = np.where(np.isnan(cost.low) | np.isneginf(extreme), -np.inf, cost.low)
         return _lowered(low), change
 
@@ -183,13 +181,13 @@ class Bounds(NamedTuple):
         size = np.maximum(np.abs(least), np.where(np.isfinite(at), np.abs(at), 0.0))
         return TIMES * self.problem.setup.tolerance * size + TIMES**3 * (value.at.high - value.at.low)
 
-    def _parts(self, known: ByExtreme) -> Iterator[tuple[Any, int]]:
+    def _parts(self, known: Peak) -> Iterator[tuple[Any, int]]:
         """The curves that decide a quantity, over rises and returns apart.
 
         That tells more than the extreme over both: the best design may lie where they are alike.
         """
         kind = self.problem.programme.table.kind
-        for make, kinds in known.variants:
+        for make, kinds in known.curves:
             parts = (kinds & (RISE | DWELL), kinds & RETURN) if kinds & TURN else (kinds,)
             yield from ((make, part) for part in parts if np.any(kind & part))
 

@@ -161,7 +161,7 @@ def _smallest(pattern: PatternSearch, design: Designs, ceilings: FloatArray) -> 
     if on_return <= 0.0:
         return None
     bounds = (float(b) if b < np.inf else None for b in (angle, on_return))
-    pressure = pressure_limits(problem.setup.mechanism, *bounds)
+    pressure = pressure_limits(problem.setup, *bounds)
     tighter = replace(problem, limits=(*problem.limits, *pressure))
     box = {name: pattern.free.get(name, (float(v[0]), float(v[0]))) for name, v in design.sizes.items()}
     box["size"] = (least_size(tighter, box), box["size"][1])

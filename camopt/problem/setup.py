@@ -20,7 +20,7 @@ def setup_of(scene: Scene) -> Setup:
         mechanism=mechanism_for(cam.form, follower.motion, follower.contact),
         angular=angular,
         pointed=follower.contact == "knife",
-        omega=None if cam.rpm is None else cam.rpm * 2 * pi / 60,
+        rpm=cam.rpm,
         shaft_radius=None if cam.shaft_diameter is None else cam.shaft_diameter / 2,
         tolerance=scene.accuracy.tolerance,
         dynamics=_dynamics(scene),

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from numbers import Integral, Real
-from typing import Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import (
     BaseModel,
@@ -12,10 +12,11 @@ from pydantic import (
     Field,
     Tag,
     ValidationError,
+    create_model,
 )
 
 from camopt.mistakes import BadInput, nearest
-from camopt.quantities import DISCIPLINES, EVERYTHING, QUANTITIES
+from camopt.quantities import BOUNDED, DISCIPLINES, EVERYTHING, QUANTITIES, SIGNED
 from camopt.scene.complaints import TAGS, mistakes_of
 from camopt.scene.law_forms import DEGREES
 from camopt.scene.materials import MATERIALS
@@ -373,8 +374,8 @@ class OwnLaw(Table):
     """Allow s below 0 or above 1."""
 
 
-class Limits(Table):
-    """What the cam must hold; each is optional."""
+class ShortLimits(Table):
+    """What the cam must hold, by the short keys of the limits that people set most."""
 
     pressure_angle: Acute | None = None
     """Largest |β| over rises, dwells and returns; deg."""
@@ -438,6 +439,24 @@ class Limits(Table):
     """Largest |torque| of the camshaft; N·m."""
     power: Positive | None = None
     """Largest |power| of the camshaft; W."""
+
+
+if TYPE_CHECKING:
+    Limits = ShortLimits
+else:
+    Limits = create_model(
+        "Limits",
+        __base__=ShortLimits,
+        __doc__="What the cam must hold, by a short key or by the name of any quantity; each is optional.",
+        **{
+            name: (
+                Anywhere | None if name in SIGNED else Positive | None,
+                Field(None, description=quantity.bounded),
+            )
+            for name, quantity in BOUNDED.items()
+            if name not in ShortLimits.model_fields
+        },
+    )
 
 
 def as_list(value: Any) -> Any:

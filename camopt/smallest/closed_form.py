@@ -13,11 +13,11 @@ from itertools import combinations
 
 import numpy as np
 
+from camopt.effects.peak import BodyRadiusPlus
 from camopt.mechanisms import Designs, translating, translating_flat
 from camopt.mechanisms.design import Bounds
 from camopt.motion.programme import span
 from camopt.motion.table import DWELL, TURN
-from camopt.problem.claims import BodyRadiusPlus
 from camopt.problem.problem import Problem, claims_on
 from camopt.smallest.result import GAP, feasible
 

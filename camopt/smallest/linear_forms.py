@@ -164,7 +164,7 @@ def _face_limits(problem: Problem) -> list[LinearLimit]:
             return s * a + c * b, c * a - s * b, 1.0, least
 
         found.append(LinearLimit(mechanism.profile_radius, TURN, (LEAST,), radius))
-    for claim in claims_on(problem, mechanism.reach):
+    for claim in (each for each in claims_on(problem, mechanism.reach) if each.goal != LEAST):
 
         def reach(sign: float, y: Any, y1: Any, y2: Any, most: float = claim.allowed()) -> tuple[Any, ...]:
             return -np.cos(y), np.sin(y), 0.0, -most * (1.0 + sense * y1)

@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from camopt.effects.peak import Derivative
 from camopt.mechanisms import SIZES, Designs
 from camopt.mechanisms.design import Bounds
 from camopt.motion.programme import Programme, span
@@ -26,7 +27,6 @@ from camopt.numerics.clock import now
 from camopt.numerics.curves import LOADED
 from camopt.numerics.interval import Interval
 from camopt.numerics.sloped import Sloped
-from camopt.problem.claims import Derivative
 from camopt.problem.limits import Limit
 from camopt.problem.problem import Problem, exactly
 from camopt.smallest.boxes import Boxes
@@ -131,7 +131,7 @@ class TurnSearch:
         """The least angle of a stroke, deg, at which it holds the limits on velocity, acceleration and jerk."""
         least = 0.0
         for claim in self.problem.claims:
-            if isinstance(claim.curve, Derivative):
+            if isinstance(claim.curve, Derivative) and claim.strokes & stroke.kind:
                 order = claim.curve.order
                 ends = span(Programme((stroke,)), (0.0,) * order + (1.0,), TURN)
                 share = max(-ends[0], ends[1]) / claim.allowed()

@@ -16,8 +16,9 @@ from camopt.motion.table import DWELL, INWARD, OUTWARD, RESTING, RETURN, RISE, W
 from camopt.numerics import LARGEST_MAGNITUDE, LEAST, FloatArray
 from camopt.numerics.curves import curve
 from camopt.problem.claims import Claim
-from camopt.problem.limits import LOADS, MOST, load_quantity
+from camopt.problem.limits import LOADS, limited_quantity
 from camopt.problem.problem import Problem, resolve, strictest
+from camopt.quantities import AT_MOST, QUANTITIES
 from camopt.synthesis.demand import Demand
 from camopt.synthesis.linear_constraints import is_linear
 from camopt.synthesis.residual import TERM
@@ -33,8 +34,8 @@ LeadAndHeight = tuple[float, float]
 
 def quantities(problem: Problem) -> dict[str, str]:
     """The quantities that are the largest value of a curve, each with its key in [limits]."""
-    given = {load_quantity(key, problem.setup): key for key, (_, side) in LOADS.items() if side == MOST}
-    return {name: key for name, key in given.items() if key != TERM}
+    given = {limited_quantity(key, problem.setup): key for key in LOADS if key != TERM}
+    return {name: key for name, key in given.items() if QUANTITIES[name].relation == AT_MOST}
 
 
 def ceilings_of(demand: Demand) -> tuple[Claim, ...]:

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from math import inf, radians
 
+from camopt.effects.peak import Derivative
 from camopt.mechanisms import translating, translating_flat
 from camopt.mistakes import BadInput, Mistake, Unmet
 from camopt.motion import LAWS
@@ -12,7 +13,6 @@ from camopt.motion.joints import joined
 from camopt.motion.programme import PEAKS, Programme, law_peaks, span
 from camopt.motion.stroke import Stroke
 from camopt.motion.table import DWELL, RETURN, RISE, TURN
-from camopt.problem.claims import Derivative
 from camopt.problem.problem import Problem, resolve
 from camopt.problem.settings import freed_angles, freed_numbers, given_profile
 from camopt.scene.choices import Range
@@ -100,7 +100,8 @@ def by_offset(demand: Demand) -> list[Demand]:
 
 def _check_rest(problem: Problem, asked: Synthesis, objective: Mapping[str, float]) -> None:
     """A bounded or minimised jerk needs an acceleration that does not jump."""
-    bounded = problem.scene.limits.jerk is not None or asked.peak_jerk is not None
+    limited = any(isinstance(claim.curve, Derivative) and claim.curve.order == 3 for claim in problem.claims)
+    bounded = limited or asked.peak_jerk is not None
     if asked.rest == 1 and (bounded or 3 in _orders(objective)):
         what = "at least 2 where the jerk is limited or minimised: the acceleration may not jump then"
         raise BadInput([Mistake(problem.scene.file, "synthesis.rest", asked.rest, what)])
@@ -217,12 +218,12 @@ def _ranges(
 
     Derivatives that are minimised have none but these.
     """
-    limits = _limits(problem)
     of_moves = _own_peaks(problem, minimised) if any(s.is_move and s.is_free for s in strokes) else {}
     peaks = {name: value for name in PEAKS if (value := getattr(asked, name)) is not None}
     peaks |= dict.fromkeys(_unasked(problem, asked, minimised), GENTLE)
     of_unit = {PEAKS[name]: _peak(problem, name, value) for name, value in peaks.items()}
     for stroke in strokes:
+        limits = _limits(problem, stroke.kind)
         if stroke.kind == DWELL:
             yield {}
         elif stroke.is_move:
@@ -231,11 +232,11 @@ def _ranges(
             yield _within_both(limits, of_unit, stroke)
 
 
-def _limits(problem: Problem) -> dict[int, LowHigh]:
-    """The ranges that [limits] give to derivatives over the turn."""
+def _limits(problem: Problem, kind: int) -> dict[int, LowHigh]:
+    """The ranges that [limits] give to derivatives over strokes of a kind."""
     bounds: dict[int, LowHigh] = {}
     for claim in problem.claims:
-        if isinstance(claim.curve, Derivative):
+        if isinstance(claim.curve, Derivative) and claim.strokes & kind:
             order, largest = claim.curve.order, claim.allowed()
             bounds[order] = min(bounds.get(order, (-inf, inf)), (-largest, largest), key=lambda ends: ends[1])
     return bounds
@@ -268,8 +269,7 @@ def _own_peaks(problem: Problem, minimised: set[int]) -> dict[int, LowHigh]:
 
 def _bounded(problem: Problem) -> bool:
     """Whether [limits] bound an acceleration or a jerk."""
-    limits, timed = problem.scene.limits, problem.setup.omega is not None
-    return timed and any(getattr(limits, name) is not None for name, order in ORDERS.items() if order > 1)
+    return any(isinstance(claim.curve, Derivative) and claim.curve.order > 1 for claim in problem.claims)
 
 
 def _unasked(problem: Problem, asked: Synthesis, minimised: set[int]) -> list[str]:

@@ -21,7 +21,7 @@ from camopt.engines import Engine
 from camopt.engines.processes import processes
 from camopt.mistakes import BadInput, Mistake, Unmet, nearest
 from camopt.numerics import FloatArray
-from camopt.problem.limits import load_quantity
+from camopt.problem.limits import limited_quantity
 from camopt.problem.problem import resolve
 from camopt.scene.scene import Scene
 from camopt.scene.tables import TERMS
@@ -205,7 +205,7 @@ def _checked(scene: Scene, axes: Sequence[str]) -> tuple[Scene, tuple[str, ...]]
     lacks, able = lacking(problem.setup), quantities(problem)
     given = [name for name in able if name in offered(problem.setup)]
     for axis in axes:
-        name = load_quantity(axis, problem.setup) if axis == residual.TERM else axis
+        name = limited_quantity(axis, problem.setup) if axis == residual.TERM else axis
         if name in lacks and (axis in TERMS or axis in able):
             mistakes.append(Mistake("camopt", "axes", axis, f"needs {', '.join(lacks[name])}", bare=True))
         elif axis not in TERMS and axis not in given:

@@ -14,12 +14,13 @@ from flint import arb
 
 import camopt.verdicts.exact_point_contact  # noqa: F401  what formulas do to balls at a point contact
 from camopt.effects import Case
+from camopt.effects.peak import Derivative, NumberKind
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
 from camopt.motion.table import TURN
 from camopt.numerics.clock import now
 from camopt.numerics.curves import curve
-from camopt.problem.claims import Claim, Derivative, NumberKind
+from camopt.problem.claims import Claim
 from camopt.problem.limits import SELF_CROSSING, UNDERCUT, Limit
 from camopt.problem.problem import Problem, exactly, resolve_design
 from camopt.problem.rows import Rows

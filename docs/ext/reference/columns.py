@@ -10,7 +10,7 @@ from pathlib import Path
 from camopt.effects import EFFECTS
 from camopt.mechanisms import MECHANISMS
 from camopt.points.points import ABOUT, FORM
-from camopt.quantities import DISCIPLINES, GEOMETRY, QUANTITIES, Quantity
+from camopt.quantities import AT_LEAST, DISCIPLINES, GEOMETRY, QUANTITIES, Quantity
 
 from . import keys
 from .markdown import entry, prose, symbol, table
@@ -76,6 +76,8 @@ def of_quantities(alike: list[Quantity]) -> Iterator[str]:
     needs = sorted({key for q in alike for key in keys.missing().get(q.name, ())})
     if needs:
         facts.append(f"Needs {', '.join(key_link(key) for key in needs)}.")
+    if first.relation:
+        facts.append(f"As a limit: {'at least' if first.relation == AT_LEAST else 'at most'} so much.")
     if bounds := [key for key in limited() for q in alike if q.name in limited()[key]]:
         facts.append(f"Held by {', '.join(f'{{key}}`limits.{key}`' for key in dict.fromkeys(bounds))}.")
     yield from entry("quantity", [q.name for q in alike], " ".join(facts))

@@ -17,7 +17,7 @@ from camopt.problem.unused import READERS
 from camopt.scene.checks import sizes_of
 from camopt.scene.choices import Range
 from camopt.scene.materials import MATERIALS
-from camopt.scene.tables import Dynamics, Element, Limits, OwnLaw, Segment, Table, Through
+from camopt.scene.tables import Dynamics, Element, OwnLaw, Segment, ShortLimits, Table, Through
 
 from .markdown import code, digits, entry, prose, table
 
@@ -177,7 +177,7 @@ def missing() -> dict[str, set[str]]:
 @cache
 def limits() -> dict[str, list[Limit]]:
     """Every limit by its key, as it is for each mechanism that may have it."""
-    found: dict[str, list[Limit]] = {key: [] for key in Limits.model_fields}
+    found: dict[str, list[Limit]] = {key: [] for key in ShortLimits.model_fields}
     for mechanism, key in product(MECHANISMS.values(), found):
         with suppress(BadInput):  # this follower has no such limit
             scene = scene_of(mechanism, full=True).replace(limits={key: 0.5})
@@ -187,9 +187,9 @@ def limits() -> dict[str, list[Limit]]:
 
 def of_limits() -> Iterator[str]:
     """The keys of ``[limits]``, each with the quantities that it is compared with."""
-    properties = Limits.model_json_schema()["properties"]
+    properties = ShortLimits.model_json_schema()["properties"]
     for key, each in limits().items():
-        sentence, unit = said_of(Limits, key)
+        sentence, unit = said_of(ShortLimits, key)
         relation = each[0].relation
         compared = dict.fromkeys(name for limit in each for name in limit.shown)
         columns = ", ".join(f"{{quantity}}`{name}`" for name in compared)

@@ -1,0 +1,303 @@
+"""Peaks: quantities that are the extreme of curves over the turn.
+
+An effect says once which extreme of which curves a quantity is, and by which monotone map people read it (its
+scale). What designs of a box have at least, and what a bound on the quantity requires of the curves, in any kind of
+number, follow from that.
+"""
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+
+from camopt.mechanisms.design import Designs
+from camopt.motion.programme import Programme
+from camopt.numerics import LEAST
+
+Variant = tuple[Callable[[Designs, Programme], Any], int]
+"""A curve and the kinds of piece over which it counts."""
+
+
+class NumberKind(NamedTuple):
+    """A kind of number: how to make one from a double, its π, and its tangent."""
+
+    of: Callable[[float], Any]
+    pi: Callable[[], Any]
+    tan: Callable[[Any], Any]
+
+
+DOUBLES = NumberKind(float, lambda: math.pi, math.tan)
+
+
+def unweighted(designs: Designs) -> float:
+    """The weight of most curves."""
+    return 1.0
+
+
+def size_of(designs: Designs) -> Any:
+    """The unit of lengths."""
+    return designs.size
+
+
+@dataclass(frozen=True)
+class BodyRadiusPlus:
+    """R_r + ρ of a design: times the curvature of its pitch curve it is 1 where the profile's radius is ρ, mm."""
+
+    radius: float
+
+    def __call__(self, designs: Designs) -> Any:
+        return designs.roller_radius + self.radius
+
+
+@dataclass(frozen=True)
+class BeyondBody:
+    """R_c − R_r of a cutter larger than the roller, else 0, mm.
+
+    Times the curvature of the pitch curve it is −1 where the cutter just reaches a hollow flank.
+    """
+
+    radius: float
+
+    def __call__(self, designs: Designs) -> Any:
+        return np.maximum(self.radius - designs.roller_radius, 0.0)
+
+
+def per_roller(designs: Designs) -> Any:
+    """1/R_r, 1/mm."""
+    return 1.0 / designs.roller_radius
+
+
+class Scale(ABC):
+    """A monotone map from the extreme of a curve to the quantity that people read.
+
+    The quantity is q where weight(q)·extreme is ``extreme_at`` q; no weight is below 0, since searches look where
+    the curve itself is largest or least.
+    """
+
+    falls: ClassVar[bool] = False
+    """Whether the quantity falls where the extreme rises."""
+
+    @abstractmethod
+    def quantity(self, extreme: Any, designs: Designs) -> Any:
+        """The quantity of designs from the extreme; numbers or ranges."""
+
+    @abstractmethod
+    def extreme_at(self, quantity: float, numbers: NumberKind) -> Any:
+        """The weighted extreme at which the quantity has a value, in a kind of number."""
+
+    def weight(self, quantity: float) -> Callable[[Designs], Any]:
+        """What the curve is multiplied with, which may depend on the design."""
+        return unweighted
+
+
+@dataclass(frozen=True)
+class Times(Scale):
+    """A multiple of the extreme."""
+
+    factor: float = 1.0
+
+    def quantity(self, extreme: Any, designs: Designs) -> Any:
+        return self.factor * extreme
+
+    def extreme_at(self, quantity: float, numbers: NumberKind) -> Any:
+        return numbers.of(quantity) / numbers.of(self.factor)
+
+
+AS_IT_IS = Times()
+
+
+@dataclass(frozen=True)
+class Angle(Scale):
+    """The angle in deg of a tangent ≥ 0."""
+
+    def quantity(self, extreme: Any, designs: Designs) -> Any:
+        return np.degrees(np.arctan(extreme))
+
+    def extreme_at(self, quantity: float, numbers: NumberKind) -> Any:
+        return numbers.tan(numbers.of(quantity) * numbers.pi() / 180)
+
+
+@dataclass(frozen=True)
+class ByTime(Scale):
+    """A derivative by time from that of the same order by the cam angle: extreme·ωⁿ/unit."""
+
+    unit: float
+    """Of the quantity, in mm (rad) per sⁿ."""
+    order: int
+    rpm: float
+
+    def quantity(self, extreme: Any, designs: Designs) -> Any:
+        return extreme * ((self.rpm * math.pi / 30) ** self.order / self.unit)
+
+    def extreme_at(self, quantity: float, numbers: NumberKind) -> Any:
+        speed = numbers.of(self.rpm) * numbers.pi() / 30
+        return numbers.of(quantity) * numbers.of(self.unit) / speed**self.order
+
+
+@dataclass(frozen=True)
+class InDegrees(Scale):
+    """An extreme in which one angle is in deg in place of rad: extreme·(180/π)ⁿ, n = 1 or −1."""
+
+    power: int
+
+    def quantity(self, extreme: Any, designs: Designs) -> Any:
+        return extreme * (180.0 / math.pi) ** self.power
+
+    def extreme_at(self, quantity: float, numbers: NumberKind) -> Any:
+        return numbers.of(quantity) / (180 / numbers.pi()) ** self.power
+
+
+@dataclass(frozen=True)
+class Root(Scale):
+    """A stress that grows with a root of the load: factor·(load/unit)^(1/degree), 0 where the load is below 0."""
+
+    degree: int
+    unit: float
+    """The load at a stress of 1."""
+    factor: float = 1.0
+
+    def quantity(self, extreme: Any, designs: Designs | None = None) -> Any:
+        ratio = np.maximum(extreme, 0.0) / self.unit
+        return self.factor * (np.cbrt(ratio) if self.degree == 3 else np.sqrt(ratio))
+
+    def extreme_at(self, quantity: float, numbers: NumberKind) -> Any:
+        return (numbers.of(quantity) / numbers.of(self.factor)) ** self.degree * numbers.of(self.unit)
+
+
+@dataclass(frozen=True)
+class Over(Scale):
+    """What is divided by the extreme: factor/extreme, infinite where that is 0 or less."""
+
+    factor: float
+    falls: ClassVar[bool] = True
+
+    def quantity(self, extreme: Any, designs: Designs) -> Any:
+        return self.factor / np.maximum(extreme, 0.0)
+
+    def extreme_at(self, quantity: float, numbers: NumberKind) -> Any:
+        return numbers.of(self.factor) / numbers.of(quantity)
+
+
+@dataclass(frozen=True)
+class LeftOfOne(Scale):
+    """What is left of 1: 1 − extreme."""
+
+    falls: ClassVar[bool] = True
+
+    def quantity(self, extreme: Any, designs: Designs) -> Any:
+        return 1.0 - extreme
+
+    def extreme_at(self, quantity: float, numbers: NumberKind) -> Any:
+        return 1 - numbers.of(quantity)
+
+
+@dataclass(frozen=True)
+class PerRoller(Scale):
+    """A multiple of the extreme over the radius of the roller."""
+
+    factor: float
+
+    def quantity(self, extreme: Any, designs: Designs) -> Any:
+        return extreme * self.factor / designs.roller_radius
+
+    def extreme_at(self, quantity: float, numbers: NumberKind) -> Any:
+        return numbers.of(quantity) / numbers.of(self.factor)
+
+    def weight(self, quantity: float) -> Callable[[Designs], Any]:
+        return per_roller
+
+
+@dataclass(frozen=True)
+class ConvexRadius(Scale):
+    """The least convex radius of the profile, from the sharpest curvature of the pitch curve: 1/κ − R_r."""
+
+    falls: ClassVar[bool] = True
+
+    def quantity(self, extreme: Any, designs: Designs) -> Any:
+        return 1.0 / np.maximum(extreme, 0.0) - designs.roller_radius
+
+    def extreme_at(self, quantity: float, numbers: NumberKind) -> Any:
+        return numbers.of(1.0)
+
+    def weight(self, quantity: float) -> Callable[[Designs], Any]:
+        return BodyRadiusPlus(quantity)
+
+
+@dataclass(frozen=True)
+class Cutter(Scale):
+    """The largest cutter that reaches every hollow flank, from the least κ of the pitch curve: R_r − 1/κ."""
+
+    def quantity(self, extreme: Any, designs: Designs) -> Any:
+        return designs.roller_radius + 1.0 / np.maximum(-extreme, 0.0)
+
+    def extreme_at(self, quantity: float, numbers: NumberKind) -> Any:
+        return numbers.of(-1.0)
+
+    def weight(self, quantity: float) -> Callable[[Designs], Any]:
+        return BeyondBody(quantity)
+
+
+@dataclass(frozen=True)
+class GrooveCutter(Scale):
+    """As ``Cutter`` in a groove, where either flank may be the hollow one: R_r + 1/|κ|."""
+
+    falls: ClassVar[bool] = True
+
+    def quantity(self, extreme: Any, designs: Designs) -> Any:
+        return designs.roller_radius + 1.0 / np.maximum(extreme, 0.0)
+
+    def extreme_at(self, quantity: float, numbers: NumberKind) -> Any:
+        return numbers.of(1.0)
+
+    def weight(self, quantity: float) -> Callable[[Designs], Any]:
+        return BeyondBody(quantity)
+
+
+def never(programme: Programme) -> bool:
+    """For quantities that no jump of the motion makes infinite."""
+    return False
+
+
+def at_corners(programme: Programme) -> bool:
+    """Whether the velocity jumps, where an inertia would make a load infinite."""
+    return bool(programme.corners)
+
+
+@dataclass(frozen=True)
+class Derivative:
+    """The derivative of the follower's displacement by the cam angle of some order, as a curve of all designs."""
+
+    order: int
+
+    def __call__(self, designs: Designs, programme: Programme) -> "Derivative":
+        return self
+
+    def jumps(self, programme: Programme) -> bool:
+        """Whether it is infinite somewhere."""
+        return any(jump.order < self.order for jump in programme.jumps)
+
+
+@dataclass(frozen=True)
+class Peak:
+    """A quantity that is the extreme of some curves over the turn."""
+
+    curves: tuple[Variant, ...]
+    goal: int
+    """LARGEST, LEAST or LARGEST_MAGNITUDE, of all curves together."""
+    scale: Scale = AS_IT_IS
+    jumps: Callable[[Programme], bool] = never
+    """Whether jumps of a motion make it infinite, whatever the design."""
+    unit: Callable[[Designs], Any] = unweighted
+    """The scale of its error at 0."""
+
+    @property
+    def is_least(self) -> bool:
+        """Whether the quantity is the least over the turn, so that a bound on it is one from below."""
+        return (self.goal == LEAST) != self.scale.falls
+
+    def over(self, kinds: int) -> "Peak":
+        """The same over other kinds of piece."""
+        return replace(self, curves=tuple((make, kinds) for make, _ in self.curves))
