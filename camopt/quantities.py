@@ -96,6 +96,28 @@ def _motion_quantities() -> list[Quantity]:
     ]
 
 
+MEANS = {"acceleration": 2, "jerk": 3}
+"""Derivatives of which there is a root mean square, with their orders."""
+
+
+def motion_mean(derivative: str, *, angular: bool, timed: bool) -> str:
+    """Name of the root mean square of a derivative, as ``motion_quantity`` names its peak."""
+    return motion_quantity(derivative, "", angular=angular, timed=timed).replace("_max_", "_rms_")
+
+
+def _mean_quantities() -> list[Quantity]:
+    return [
+        Quantity(
+            motion_mean(derivative, angular=angular, timed=timed),
+            f"{DERIVATIVES[derivative][0]}_rms",
+            list(DERIVATIVES[derivative][1].values())[2 * (not timed) + angular],
+            "rms",
+            f"Root mean square of the {derivative} of the follower over the turn.",
+        )
+        for derivative, angular, timed in product(MEANS, (False, True), (True, False))
+    ]
+
+
 def _lash_quantities() -> list[Quantity]:
     return [
         Quantity(f"{stem}_speed_max_{unit.replace('/', '_')}", "v", unit, "lash", f"Largest speed {words}.")
@@ -207,6 +229,7 @@ _ALL = [
     Quantity("shaft_clearance_mm", "", "mm", "sizes", "Least gap between the profile and the shaft."),
     *[Quantity(name, symbol, unit, "sizes", sentence) for _, name, symbol, unit, sentence in _NUMBERS],
     *_motion_quantities(),
+    *_mean_quantities(),
     Quantity("pressure_angle_max_deg", "β_max", "deg", "pressure", "Largest |β| over the turn."),
     Quantity("pressure_angle_max_rise_deg", "β_max", "deg", "pressure", "Largest |β| over the rises."),
     Quantity("pressure_angle_max_return_deg", "β_max", "deg", "pressure", "Largest |β| over the returns."),

@@ -22,7 +22,7 @@ from camopt.problem.claims import SIDES, Claim, Plain
 from camopt.problem.limits import LOADS, Limit, limited_quantity
 from camopt.problem.limits import PART as PART_KEYS
 from camopt.problem.problem import exactly, resolve
-from camopt.quantities import AT_LEAST, DERIVATIVES, QUANTITIES, STROKES, motion_quantity
+from camopt.quantities import AT_LEAST, DERIVATIVES, MEANS, QUANTITIES, STROKES, motion_mean, motion_quantity
 from camopt.scene.tables import Limits, ShortLimits
 from camopt.smallest.enclosure import claims_on_size, examined
 from camopt.synthesis import ceilings
@@ -37,7 +37,7 @@ PART = {"thickness": 20, "bore": 30, "keyway_width": 8, "keyway_depth": 3.3, "de
 WITHOUT_SPEED = {
     motion_quantity(derivative, stroke, angular=angular, timed=False)
     for derivative, stroke, angular in product(DERIVATIVES, STROKES, (False, True))
-}
+} | {motion_mean(derivative, angular=angular, timed=False) for derivative, angular in product(MEANS, (False, True))}
 """What only a scene without a speed has."""
 OTHERWISE = {"pressure_angle_return": {"pressure_angle": 89.0}}
 """What a scene has to say beside a limit, so that it is the limit that decides."""

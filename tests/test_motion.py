@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from support import own
 
+from camopt import Scene, evaluate
 from camopt.kernels.compile import compiled
 from camopt.motion import LAWS
 from camopt.motion.law import is_symmetric, pair_of
@@ -19,6 +20,7 @@ from camopt.motion.polynomial import PolynomialLaw
 from camopt.motion.programme import PANELS, Programme, law_peaks, peak, peaks_inside
 from camopt.motion.table import RETURN, RISE, stroke_coefficients
 from camopt.numerics.piecewise import motion
+from camopt.quantities import motion_mean
 
 
 @compiled
@@ -264,3 +266,38 @@ def test_extreme_strokes_have_exact_peaks(angle, lift):
         [("rise", angle, lift, "cycloidal"), ("return", 360 - angle, lift, "cycloidal")], angular=False
     )
     assert peak(programme, 2, RISE) == pytest.approx(2 * np.pi * lift / radians(angle) ** 2, rel=1e-12)
+
+
+SQUARES = {"harmonic": {"acceleration": (np.pi**2 / 2) ** 2 / 2}, "cycloidal": {"acceleration": 2 * np.pi**2}}
+SQUARES["cycloidal"]["jerk"] = (2 * np.pi) ** 4 / 2
+SQUARES["poly345"] = {"acceleration": 120 / 7, "jerk": 720.0}
+"""Mean squares over a unit stroke, by integrals of the laws in closed form."""
+
+
+@pytest.mark.parametrize(("law", "derivative"), [(law, each) for law, means in SQUARES.items() for each in means])
+@pytest.mark.parametrize("motion", ["translating", "oscillating"])
+@pytest.mark.parametrize("rpm", [None, 300.0])
+def test_root_mean_squares_in_closed_form(law, derivative, motion, rpm):
+    angular, order = motion == "oscillating", {"acceleration": 2, "jerk": 3}[derivative]
+    contact = {"arm_length": 80, "centre_distance": 100} if angular else {}
+    scene = Scene.from_dict(
+        {
+            "cam": {"form": "disc", "base_radius": 60} | ({} if rpm is None else {"rpm": rpm}),
+            "follower": {"motion": motion, "contact": "roller", "roller_radius": 8, **contact},
+            "motion": [
+                {"segment": "rise", "angle": 110, "lift": 15, "law": law},
+                {"segment": "dwell", "angle": 40},
+                {"segment": "return", "angle": 150, "lift": 15, "law": law},
+                {"segment": "dwell", "angle": 60},
+            ],
+            "outputs": ["rms"],
+        }
+    )
+    name = motion_mean(derivative, angular=angular, timed=rpm is not None)
+    strokes = np.radians([110.0, 150.0])
+    mean = np.sum((15 / strokes**order) ** 2 * SQUARES[law][derivative] * strokes) / (2 * np.pi)
+    in_degrees = np.radians(1.0) if angular and rpm is not None else 1.0 if angular or rpm is None else 1e-3
+    speed = 1.0 if rpm is None else rpm * np.pi / 30
+    assert evaluate(scene)[name] == pytest.approx(np.sqrt(mean) * speed**order * in_degrees, rel=1e-12)
+    limited = scene.replace(limits={name: evaluate(scene)[name] * (1 - 1e-9)})
+    assert evaluate(limited)["violated"] == name
