@@ -251,7 +251,7 @@ def test_bounds_on_derivatives_by_the_cam_angle_need_no_speed(contact):
     still = Scene.from_dict(cam_with(contact, "poly345")).replace(**{"cam.rpm": None, "search": None})
     cam = evaluate(still)
     names = WITHOUT_SPEED & {*cam}
-    assert len(names) == 9
+    assert len(names) == 11
     for name in names:
         for share in (1 + NEAR, 1 - NEAR):
             problem = resolve(still.replace(limits={name: cam[name] * share}))

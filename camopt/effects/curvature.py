@@ -13,6 +13,7 @@ import numpy as np
 
 from camopt.effects.case import Bounded, Case, Effect, Setup
 from camopt.effects.peak import ConvexRadius, Cutter, GrooveCutter, Peak, size_of
+from camopt.effects.peak_columns import column_of, columns_of_ends
 from camopt.motion.programme import Programme
 from camopt.motion.table import TURN
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
@@ -71,16 +72,8 @@ def of_pitch(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
         return {}
     if case.programme.radii:
         return _of_arcs(case)
-    found = case.extremes(mechanism.curvature, [(TURN, LARGEST), (TURN, LEAST)])
-    (most, least), (above, below) = found.value, found.width
-    convex_sign = 1.0 if mechanism.grooved else -1.0  # of a jump of y' that makes a convex corner
-    for corner in case.programme.corners:
-        if corner.size * convex_sign > 0.0:
-            most, above = np.full_like(most, np.inf), np.zeros_like(most)
-        else:
-            least, below = np.full_like(least, -np.inf), np.zeros_like(most)
-    scale = np.maximum(np.abs(most), np.abs(least))
-    return dict(zip(PITCH, (Bounded(most, above, scale), Bounded(least, -below, scale)), strict=True))
+    known = peaks(case.setup)
+    return dict(zip(PITCH, columns_of_ends(case, *map(known.__getitem__, PITCH)), strict=True))
 
 
 def _of_arcs(case: Case) -> dict[str, Any]:
@@ -99,13 +92,8 @@ def _flat(case: Case) -> dict[str, Any]:
     if case.programme.radii:
         radius = np.full(len(case.designs), min(case.programme.radii))
         return {CONVEX: Bounded(radius, np.zeros_like(radius), radius), "undercut": radius <= 0.0}
-    assert case.setup.mechanism.profile_radius is not None
-    found = case.extremes(case.setup.mechanism.profile_radius, [(TURN, LEAST)])
-    radius, outward = found.value[0], -found.width[0]
-    if any(corner.size < 0.0 for corner in case.programme.corners):
-        radius, outward = np.full_like(radius, -np.inf), np.zeros_like(radius)
-    scale = np.maximum(np.abs(radius), case.designs.size)
-    return {CONVEX: Bounded(radius, outward, scale), "undercut": radius <= 0.0}
+    least = column_of(case, peaks(case.setup)[CONVEX])
+    return {CONVEX: least, "undercut": least.value <= 0.0}
 
 
 def _trace_point(case: Case) -> dict[str, Any]:

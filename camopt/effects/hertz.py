@@ -22,19 +22,19 @@ from typing import Any
 import numpy as np
 
 from camopt.effects import force
-from camopt.effects.case import Bounded, Case, Effect, Setup
+from camopt.effects.case import Case, Effect, Setup
 from camopt.effects.loads import (
     PULLS,
     PUSHES,
-    Largest,
     bulge,
     contact_load,
-    largest_load,
+    is_sound,
     normal_curve,
     rubs,
     ways,
 )
 from camopt.effects.peak import Peak, Root, Variant, at_corners
+from camopt.effects.peak_columns import Extreme, as_column, column_of, extreme_of
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, FloatArray
 from camopt.numerics.curves import curve
 from camopt.numerics.point_contact import ellipticity_of, integrals
@@ -100,10 +100,9 @@ def peaks(setup: Setup) -> dict[str, Peak]:
     if setup.pointed or lacks(setup):
         return {}
     curves, stress = tuple(variant for *_, variant in variants(setup)), scale_of(setup)
-    found = {
-        STRESS: Peak(curves, LARGEST, stress, at_corners),
-        SHEARED: Peak(curves, LARGEST, scale_of(setup, SHEAR), at_corners),
-    }
+    found = {STRESS: Peak(curves, LARGEST, stress, at_corners)}
+    if not setup.spherical:
+        found[SHEARED] = Peak(curves, LARGEST, scale_of(setup, SHEAR), at_corners)
     if setup.mechanism.grooved:
         found[EITHER] = Peak(curves, LARGEST_MAGNITUDE, stress, at_corners)
         found |= {name: Peak(tuple(_on_flank(setup, name)), LARGEST, stress, at_corners) for name in FLANKS}
@@ -115,47 +114,31 @@ def _on_flank(setup: Setup, name: str) -> list[Variant]:
     return [variant for flank, _, variant in variants(setup) if flank == FLANKS[name]]
 
 
-def _stress(setup: Setup, top: Largest) -> Bounded:
-    """The contact stress at the largest load; 0 where that is none."""
-    load, far = np.maximum(top.value, 0.0), np.maximum(top.value + top.width, 0.0)
-    stress, known = stress_of(setup, load), np.isfinite(load)
-    outward = np.where(known, stress_of(setup, far) - np.where(known, stress, 0.0), 0.0)
-    return Bounded(stress, outward, stress)
-
-
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     setup = case.setup
     if setup.pointed:
         return {STRESS: np.inf}
-    sound = ~np.broadcast_to(case.found["undercut"], len(case.designs))
-    sound = sound & (np.asarray(case.found.get("jamming_margin", 1.0)) > 0.0)
-    every = variants(setup)
-    curves = [variant for *_, variant in every]
-    asked = {name: (_on_flank(setup, name), LARGEST) for name in FLANKS} | {EITHER: (curves, LARGEST_MAGNITUDE)}
+    known, sound = peaks(setup), is_sound(case)
     columns: dict[str, Any] = {
-        name: _stress(setup, largest_load(case, *asked[name], sound)) for name in wanted & asked.keys()
+        name: column_of(case, known[name], sound) for name in wanted & known.keys() - {STRESS, SHEARED}
     }
-    patch_wanted = bool(wanted - {STRESS, *asked})
-    top = largest_load(case, curves, LARGEST, sound, located=patch_wanted)
-    load, columns[STRESS] = np.maximum(top.value, 0.0), _stress(setup, top)
-    stress, outward, _ = columns[STRESS]
+    patch_wanted = bool(wanted - known.keys())
+    top = extreme_of(case, known[STRESS], sound, located=patch_wanted)
+    columns |= {name: as_column(case, known[name], top) for name in (STRESS, SHEARED) if name in known}
     if patch_wanted:
-        width, length = np.zeros((2, *stress.shape))
+        load, (width, length) = np.maximum(top.value, 0.0), np.zeros((2, len(case.designs)))
         width[~np.isfinite(load)] = length[~np.isfinite(load)] = np.inf
-        for number, (flank, way, (make, _)) in enumerate(every):
-            here = np.flatnonzero(np.isfinite(load) & (load > 0.0) & (top.variant == number))
+        for number, (flank, way, (make, _)) in enumerate(variants(setup)):
+            here = np.flatnonzero(np.isfinite(load) & (load > 0.0) & (top.number == number))
             if here.size:
                 width[here], length[here] = _patch(case, make, flank, way, here, top)
         columns[WIDTH] = width
-        if setup.spherical:
-            return {**columns, LENGTH: length}
-        columns[SHEARED] = Bounded(SHEAR * stress, SHEAR * outward, stress)
-        columns["contact_shear_depth_mm"] = DEPTH * width
+        columns |= {LENGTH: length} if setup.spherical else {"contact_shear_depth_mm": DEPTH * width}
     return columns
 
 
 def _patch(
-    case: Case, make: Any, flank: float, way: float, index: Any, top: Largest
+    case: Case, make: Any, flank: float, way: float, index: Any, top: Extreme
 ) -> tuple[FloatArray, FloatArray]:
     """Half-axes of the contact where the stress is largest, in the plane of the cam and across it.
 

@@ -16,16 +16,13 @@ and a spherical face N·h(1 − κ·R_s)/R_s² (``numerics.point_contact``).
 Each is built from the mechanism's own curves of pressure angle, curvature, radius and reach.
 """
 
-from collections.abc import Sequence
-from dataclasses import replace
 from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.effects.case import Bounded, Case, Dynamics, Setup
+from camopt.effects.case import Case, Dynamics, Setup
 from camopt.effects.force import weights
-from camopt.effects.peak import Variant
 from camopt.mechanisms.design import Designs
 from camopt.motion.programme import Programme
 from camopt.motion.table import INWARD, OUTWARD, RESTING, TURN
@@ -319,46 +316,12 @@ def drag_of(case: Case, kinds: int) -> Extremes:
     return case.extremes(partial(drag_curve, case.setup), [(kinds, LARGEST_MAGNITUDE)])
 
 
-class Largest(NamedTuple):
-    """The largest load of each design (designs,), how far it may be above, its cam angle and its variant."""
-
-    value: FloatArray
-    width: FloatArray
-    where: FloatArray
-    variant: FloatArray
-
-    def bounded(self, factor: float = 1.0) -> Bounded:
-        """As a quantity, in another unit."""
-        return Bounded(self.value * factor, self.width * factor, self.value * factor)
-
-
 def goal_of(setup: Setup) -> int:
     """A groove pulls as well as it pushes."""
     return LARGEST_MAGNITUDE if setup.mechanism.grooved else LARGEST
 
 
-def largest_load(
-    case: Case, variants: Sequence[Variant], goal: int, sound: Any, *, located: bool = False
-) -> Largest:
-    """The largest load over the turn; infinite for designs that are not sound, and where y' jumps.
-
-    Its cam angle is as exact as the load only if ``located``.
-    """
-    count = len(case.designs)
-    found = Largest(np.full(count, np.inf), *np.zeros((3, count)))
-    index = np.flatnonzero(sound & (not case.programme.corners))
-    if not index.size:
-        return found
-    some = replace(case, designs=case.designs.take(index))
-    asked = [v for v in variants if np.any(case.programme.table.kind & v[1])]
-    each = [some.extremes(make, [(kinds, goal)], located=located) for make, kinds in asked]
-    values = np.array([f.value[0] for f in each])
-    tops = values + np.array([f.width[0] for f in each])
-    best = values.argmax(axis=0)
-    chosen = np.arange(index.size)
-    found.value[index] = values[best, chosen]
-    finite = np.isfinite(found.value[index])
-    found.width[index] = np.where(finite, tops.max(axis=0) - np.where(finite, found.value[index], 0.0), 0.0)
-    found.where[index] = np.array([f.where[0] for f in each])[best, chosen]
-    found.variant[index] = [variants.index(asked[k]) for k in best]
-    return found
+def is_sound(case: Case) -> Any:
+    """Designs with a contact that bears loads: the profile is not undercut, and the follower does not jam."""
+    undercut = np.broadcast_to(case.found.get("undercut", False), len(case.designs))
+    return ~undercut & (np.asarray(case.found.get("jamming_margin", 1.0)) > 0.0)

@@ -9,8 +9,9 @@ Source: regrouped from Norton, Cam Design and Manufacturing Handbook, ch. 7.
 
 from typing import Any
 
-from camopt.effects.case import Bounded, Case, Effect, Setup
+from camopt.effects.case import Case, Effect, Setup
 from camopt.effects.peak import Peak
+from camopt.effects.peak_columns import column_of
 from camopt.motion.table import TURN
 from camopt.numerics import LARGEST
 
@@ -28,9 +29,7 @@ def peaks(setup: Setup) -> dict[str, Peak]:
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
-    assert case.setup.mechanism.outline is not None
-    found = case.extremes(case.setup.mechanism.outline, [(TURN, LARGEST)])
-    return {RADIUS: Bounded(found.value[0], found.width[0], found.value[0])}
+    return {name: column_of(case, peak) for name, peak in peaks(case.setup).items()}
 
 
 EFFECT = Effect("outline", offers, run, peaks=peaks)

@@ -15,7 +15,7 @@ import numpy as np
 
 from camopt.mechanisms.design import Designs
 from camopt.motion.programme import Programme
-from camopt.numerics import LEAST
+from camopt.numerics import LEAST, FloatArray
 
 Variant = tuple[Callable[[Designs, Programme], Any], int]
 """A curve and the kinds of piece over which it counts."""
@@ -84,6 +84,13 @@ class Scale(ABC):
     def quantity(self, extreme: Any, designs: Designs) -> Any:
         """The quantity of designs from the extreme; numbers or ranges."""
 
+    def change(self, extreme: FloatArray, by: FloatArray, designs: Designs) -> FloatArray:
+        """How much the quantity changes where the extreme does by so much; 0 where the quantity is infinite."""
+        with np.errstate(divide="ignore"):
+            near, far = (np.asarray(self.quantity(each, designs)) for each in (extreme, extreme + by))
+        finite = np.isfinite(near)
+        return np.where(finite, far - np.where(finite, near, 0.0), 0.0)
+
     @abstractmethod
     def extreme_at(self, quantity: float, numbers: NumberKind) -> Any:
         """The weighted extreme at which the quantity has a value, in a kind of number."""
@@ -101,6 +108,9 @@ class Times(Scale):
 
     def quantity(self, extreme: Any, designs: Designs) -> Any:
         return self.factor * extreme
+
+    def change(self, extreme: FloatArray, by: FloatArray, designs: Designs) -> FloatArray:
+        return self.factor * by
 
     def extreme_at(self, quantity: float, numbers: NumberKind) -> Any:
         return numbers.of(quantity) / numbers.of(self.factor)
@@ -290,8 +300,8 @@ class Peak:
     scale: Scale = AS_IT_IS
     jumps: Callable[[Programme], bool] = never
     """Whether jumps of a motion make it infinite, whatever the design."""
-    unit: Callable[[Designs], Any] = unweighted
-    """The scale of its error at 0."""
+    unit: Callable[[Designs], Any] | None = None
+    """What its error is relative to where that is larger than itself."""
 
     @property
     def is_least(self) -> bool:

@@ -6,10 +6,9 @@ if the cam turns ccw, to the left if cw. Oscillating: the distance from the pivo
 
 from typing import Any
 
-import numpy as np
-
-from camopt.effects.case import Bounded, Case, Effect, Setup
+from camopt.effects.case import Case, Effect, Setup
 from camopt.effects.peak import Peak
+from camopt.effects.peak_columns import columns_of_ends
 from camopt.motion.table import TURN
 from camopt.numerics import LARGEST, LEAST
 
@@ -26,14 +25,8 @@ def peaks(setup: Setup) -> dict[str, Peak]:
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
-    assert case.setup.mechanism.reach is not None
-    found = case.extremes(case.setup.mechanism.reach, [(TURN, LARGEST), (TURN, LEAST)])
-    (furthest, nearest), (above, below) = found.value, found.width
-    scale = np.maximum(np.abs(furthest), np.abs(nearest))
-    return {
-        "face_reach_max_mm": Bounded(furthest, above, scale),
-        "face_reach_min_mm": Bounded(nearest, -below, scale),
-    }
+    found = peaks(case.setup)
+    return dict(zip(found, columns_of_ends(case, *found.values()), strict=True))
 
 
 EFFECT = Effect("reach", offers, run, peaks=peaks)

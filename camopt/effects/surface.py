@@ -21,6 +21,7 @@ knife edge no film.
 Sources: Archard, J. Appl. Phys. 24 (1953); Dowson and Higginson, Elasto-hydrodynamic Lubrication, ch. 7.
 """
 
+from collections.abc import Mapping
 from functools import partial
 from math import pi
 from typing import Any, NamedTuple
@@ -29,8 +30,9 @@ import numpy as np
 
 from camopt.effects import force
 from camopt.effects.case import Bounded, Case, Effect, Setup
-from camopt.effects.loads import contact_load, largest_load, normal_curve, rubs, ways
+from camopt.effects.loads import contact_load, is_sound, normal_curve, rubs, ways
 from camopt.effects.peak import Over, Peak, PerRoller, Scale, Times, Variant, at_corners, never
+from camopt.effects.peak_columns import as_column, column_of, columns_of_ends, extreme_of
 from camopt.mechanisms.design import Designs
 from camopt.motion.programme import Programme
 from camopt.motion.table import TURN
@@ -289,46 +291,29 @@ def _scale(name: str, setup: Setup) -> Scale:
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
-    setup, programme = case.setup, case.programme
-    columns: dict[str, Any] = {}
-    sound = ~np.broadcast_to(case.found.get("undercut", False), len(case.designs))
-    sound = sound & (np.asarray(case.found.get("jamming_margin", 1.0)) > 0.0)
-    if wanted & {SLIDING, SPIN}:
-        assert setup.omega is not None
-        found = case.extremes(partial(sliding_curve, setup), [(TURN, LARGEST_MAGNITUDE)])
-        factor = 30.0 / pi * setup.omega / case.designs.roller_radius if rolls(setup) else setup.omega / 1e3
-        top = found.value[0] * factor
-        columns[SPIN if rolls(setup) else SLIDING] = Bounded(top, found.width[0] * factor, top)
+    known, sound = peaks(case.setup), is_sound(case)
+    columns: dict[str, Any] = {name: column_of(case, known[name]) for name in wanted & {SLIDING, SPIN}}
     if wanted & {FASTEST, SLOWEST, FILM, RATIO}:
-        assert setup.omega is not None
-        found = case.extremes(partial(entrainment_curve, setup), [(TURN, LARGEST), (TURN, LEAST)])
-        (most, least), (above, below) = found.value, found.width
-        scale = np.maximum(np.abs(most), np.abs(least)) * setup.omega / 1e3
-        if programme.corners and not setup.pointed:  # where y' jumps the contact does, at no time
-            most, least, above, below = most + np.inf, least - np.inf, 0.0 * above, 0.0 * below
-        columns[FASTEST] = Bounded(most * setup.omega / 1e3, above * setup.omega / 1e3, scale)
-        columns[SLOWEST] = Bounded(least * setup.omega / 1e3, -below * setup.omega / 1e3, scale)
-        if wanted & {FILM, RATIO}:
-            columns |= _film(case, sound & ((least - below > 0.0) | (most + above < 0.0)))
+        ends = columns_of_ends(case, known[FASTEST], known[SLOWEST])
+        columns |= zip((FASTEST, SLOWEST), ends, strict=True)
+    if wanted & {FILM, RATIO}:
+        columns |= _film(case, known, sound & _carries(*ends))
     if WEAR in wanted:
-        worn = largest_load(case, variants(WEAR, setup), LARGEST, sound)
-        columns[WEAR] = worn.bounded(wear_factor(setup))
+        columns[WEAR] = column_of(case, known[WEAR], sound)
     return columns
 
 
-def _film(case: Case, carried: Any) -> dict[str, Any]:
-    """The least film of designs whose surfaces carry the lubricant one way, while they are pressed together."""
-    setup = case.setup
-    assert setup.omega is not None
-    pressed = force.force_span(case.programme, setup.dynamics, setup.omega)[0] > 0.0
-    thinnest = largest_load(case, variants(RATIO, setup), LARGEST, carried & pressed)
-    film = film_factor(setup) / thinnest.value
-    outward = film_factor(setup) / (thinnest.value + thinnest.width) - film
-    found = {FILM: Bounded(film * 1e3, outward * 1e3, film * 1e3)}
-    if setup.bodies.roughness:
-        ratio = film / setup.bodies.roughness
-        found[RATIO] = Bounded(ratio, outward / setup.bodies.roughness, ratio)
-    return found
+def _carries(fastest: Bounded, slowest: Bounded) -> Any:
+    """Designs whose surfaces carry the lubricant one way all along."""
+    return (slowest.value + slowest.outward > 0.0) | (fastest.value + fastest.outward < 0.0)
+
+
+def _film(case: Case, known: Mapping[str, Peak], carried: Any) -> dict[str, Any]:
+    """The least film, while the bodies are pressed together."""
+    assert case.setup.omega is not None
+    pressed = force.force_span(case.programme, case.setup.dynamics, case.setup.omega)[0] > 0.0
+    thinnest = extreme_of(case, known[FILM], carried & pressed)
+    return {name: as_column(case, known[name], thinnest) for name in (FILM, RATIO) if name in known}
 
 
 EFFECT = Effect("surface", offers, run, lacks, reads, peaks=peaks)

@@ -19,21 +19,20 @@ from typing import Any
 import numpy as np
 
 from camopt.effects import force
-from camopt.effects.case import Bounded, Case, Effect, Setup
+from camopt.effects.case import Case, Effect, Setup
 from camopt.effects.loads import (
     SideThrust,
     along_curve,
     drag_curve,
-    drag_of,
     driven,
     friction,
     goal_of,
-    largest_load,
     normal_curve,
     rubs,
     ways,
 )
-from camopt.effects.peak import LeftOfOne, Peak, Times, Variant, at_corners
+from camopt.effects.peak import LeftOfOne, Peak, Times, Variant, at_corners, unweighted
+from camopt.effects.peak_columns import column_of
 from camopt.mechanisms.design import Designs
 from camopt.motion.programme import Programme
 from camopt.numerics import LARGEST_MAGNITUDE
@@ -80,7 +79,7 @@ def peaks(setup: Setup) -> dict[str, Peak]:
     found = {"normal_force_max_N": Peak(normal, goal_of(setup), jumps=at_corners)}
     if rubs(setup):
         drag = ((partial(drag_curve, setup), driven(setup)),)
-        found["jamming_margin"] = Peak(drag, LARGEST_MAGNITUDE, LeftOfOne())
+        found["jamming_margin"] = Peak(drag, LARGEST_MAGNITUDE, LeftOfOne(), unit=unweighted)
     for name, (arm, reach, factor) in levers(setup).items() if setup.mechanism.curvature else ():
         curves = tuple(_thrust_curves(setup, arm, reach))
         found[name] = Peak(curves, LARGEST_MAGNITUDE, Times(factor), at_corners)
@@ -93,22 +92,14 @@ def _thrust_curves(setup: Setup, arm: float, reach: float) -> list[Variant]:
 
 
 def of_pitch(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
-    setup, given = case.setup, case.setup.dynamics
+    setup, known, sound = case.setup, peaks(case.setup), True
     columns: dict[str, Any] = {}
-    sound = np.ones(len(case.designs), dtype=bool)
     if rubs(setup):
-        drag = drag_of(case, driven(setup))
-        columns["jamming_margin"] = Bounded(1.0 - drag.value[0], -drag.width[0], 1.0)
-        columns["jamming_angle_deg"] = float(np.degrees(np.arctan2(1.0, friction(given, 1, 1.0)[0][0])))
-        sound = drag.value[0] + drag.width[0] < 1.0
-    if "normal_force_max_N" in wanted:
-        normal = [(partial(normal_curve, setup, way=way), kinds) for way, kinds in ways(setup)]
-        columns["normal_force_max_N"] = largest_load(case, normal, goal_of(setup), sound).bounded()
-    for name, (arm, reach, factor) in levers(setup).items():
-        if name in wanted:
-            thrust = _thrust_curves(setup, arm, reach)
-            columns[name] = largest_load(case, thrust, LARGEST_MAGNITUDE, sound).bounded(factor)
-    return columns
+        margin = columns["jamming_margin"] = column_of(case, known["jamming_margin"])
+        columns["jamming_angle_deg"] = float(np.degrees(np.arctan2(1.0, friction(setup.dynamics, 1, 1.0)[0][0])))
+        sound = margin.value + margin.outward > 0.0
+    loads = wanted & known.keys() - {"jamming_margin"}
+    return columns | {name: column_of(case, known[name], sound) for name in loads}
 
 
 def levers(setup: Setup) -> dict[str, tuple[float, float, float]]:

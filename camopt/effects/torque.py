@@ -34,6 +34,7 @@ from camopt.effects.case import Bounded, Case, Dynamics, Effect, Setup
 from camopt.effects.guided import guided_torque
 from camopt.effects.loads import drag_of, driven, rubs, torque_curve, ways
 from camopt.effects.peak import Peak, Times, at_corners
+from camopt.effects.peak_columns import extreme_of
 from camopt.effects.work import ROUNDED, added, derivative, integral, largest_of_series, product, total
 from camopt.motion.programme import SAME, Programme
 from camopt.motion.table import INWARD, OUTWARD
@@ -147,9 +148,10 @@ def guided_turn(case: Case, *, integrals: bool) -> Turn:
     if not index.size:
         return turn
     some = replace(case, designs=case.designs.take(index))
-    turn.largest[index], above = _extreme(some, LARGEST)
-    turn.least[index], below = _extreme(some, LEAST)
-    turn.room[index] = np.maximum(above, below)
+    known = peaks(setup)
+    most, least = (extreme_of(some, known[name]) for name in ("torque_max_N_m", "torque_min_N_m"))
+    turn.largest[index], turn.least[index] = most.value, least.value
+    turn.room[index] = np.maximum(most.width, least.width)
     along = force_series(programme, setup.dynamics, setup.omega)
     for number in index if integrals else ():
         design = case.designs.take([number])
@@ -157,19 +159,6 @@ def guided_turn(case: Case, *, integrals: bool) -> Turn:
             *guided_torque(setup, design, programme, along)
         )
     return turn
-
-
-def _extreme(case: Case, goal: int) -> tuple[FloatArray, FloatArray]:
-    """The largest or the least torque of designs, and by how much it may be further out."""
-    sign = -1.0 if goal == LEAST else 1.0
-    found = [
-        case.extremes(partial(torque_curve, case.setup, way=way), [(kinds, goal)])
-        for way, kinds in ways(case.setup)
-        if np.any(case.programme.table.kind & kinds)
-    ]
-    values = np.max([sign * each.value[0] for each in found], axis=0)
-    bounds = np.max([sign * each.value[0] + each.width[0] for each in found], axis=0)
-    return sign * values, bounds - values
 
 
 def _integrals(half_width: FloatArray, series: FloatArray) -> tuple[float, float, float]:

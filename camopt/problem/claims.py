@@ -84,4 +84,4 @@ class Claim(NamedTuple):
 def claims_of(peak: Peak, bound: float) -> tuple[Claim, ...]:
     """What a bound on a quantity requires of the curves that decide it."""
     at, weight = At(peak.scale, bound), peak.scale.weight(bound)
-    return tuple(Claim(make, kinds, peak.goal, at, weight, peak.unit) for make, kinds in peak.curves)
+    return tuple(Claim(make, kinds, peak.goal, at, weight, peak.unit or unweighted) for make, kinds in peak.curves)

@@ -1,0 +1,77 @@
+"""The columns of quantities that are peaks: their extremes over the continuous turn, enclosed."""
+
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from camopt.effects.case import Bounded, Case
+from camopt.effects.peak import Peak
+from camopt.numerics import LEAST, FloatArray
+
+
+class Extreme(NamedTuple):
+    """The extreme of each design (designs,), how far out the true one may be, its cam angle and its curve."""
+
+    value: FloatArray
+    width: FloatArray
+    where: FloatArray
+    number: FloatArray
+    """Of the curve, in the order of the peak's."""
+
+
+def infinite(case: Case, peak: Peak) -> Extreme:
+    """An extreme that is infinite for all designs."""
+    count, outwards = len(case.designs), -1.0 if peak.goal == LEAST else 1.0
+    return Extreme(np.full(count, outwards * np.inf), *np.zeros((3, count)))
+
+
+def extreme_of(case: Case, peak: Peak, sound: Any = True, *, located: bool = False) -> Extreme:
+    """The extreme of all curves of a peak; infinite for designs that are not sound, and where jumps make it so.
+
+    Its cam angle is as exact as its value only if ``located``.
+    """
+    found, count, outwards = infinite(case, peak), len(case.designs), -1.0 if peak.goal == LEAST else 1.0
+    index = np.flatnonzero(np.broadcast_to(sound, count) & (not peak.jumps(case.programme)))
+    if not index.size:
+        return found
+    some = case if index.size == count else replace(case, designs=case.designs.take(index))
+    numbers = [k for k, (_, kinds) in enumerate(peak.curves) if np.any(case.programme.table.kind & kinds)]
+    each = [some.extremes(peak.curves[k][0], [(peak.curves[k][1], peak.goal)], located=located) for k in numbers]
+    values = outwards * np.array([f.value[0] for f in each])
+    tops = values + np.array([f.width[0] for f in each])
+    best, chosen = values.argmax(axis=0), np.arange(index.size)
+    far = values[best, chosen]
+    finite = np.isfinite(far)
+    found.value[index] = outwards * far
+    found.width[index] = np.where(finite, tops.max(axis=0) - np.where(finite, far, 0.0), 0.0)
+    found.where[index] = np.array([f.where[0] for f in each])[best, chosen]
+    found.number[index] = np.array(numbers)[best]
+    return found
+
+
+def as_column(case: Case, peak: Peak, extreme: Extreme) -> Bounded:
+    """The quantity from its extreme."""
+    by = -extreme.width if peak.goal == LEAST else extreme.width
+    with np.errstate(divide="ignore"):
+        value = np.asarray(peak.scale.quantity(extreme.value, case.designs))
+    scale = np.abs(value) if peak.unit is None else np.maximum(np.abs(value), peak.unit(case.designs))
+    return Bounded(value, peak.scale.change(extreme.value, by, case.designs), scale)
+
+
+def column_of(case: Case, peak: Peak, sound: Any = True) -> Bounded:
+    """A quantity that is a peak, of all designs of a case."""
+    return as_column(case, peak, extreme_of(case, peak, sound))
+
+
+def columns_of_ends(case: Case, largest: Peak, least: Peak) -> tuple[Bounded, Bounded]:
+    """The largest and the least value of one curve, whose errors are relative to the larger magnitude of both."""
+    ((make, kinds),) = largest.curves
+    found = case.extremes(make, [(kinds, largest.goal), (kinds, least.goal)])
+    columns = []
+    for k, peak in enumerate((largest, least)):
+        extreme = Extreme(found.value[k], found.width[k], found.where[k], np.zeros(len(case.designs)))
+        columns.append(as_column(case, peak, infinite(case, peak) if peak.jumps(case.programme) else extreme))
+    scale = np.maximum(*(np.abs(column.value) for column in columns))
+    above, below = (column._replace(scale=scale) for column in columns)
+    return above, below
