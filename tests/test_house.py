@@ -36,7 +36,6 @@ HEAVY = {
     "PIL",
     "imageio_ffmpeg",
     "moocore",
-    "joblib",
     "rich",
     "jinja2",
     "markupsafe",

@@ -12,6 +12,7 @@ from time import monotonic
 from typing import Any
 
 import numpy as np
+from dask.base import tokenize
 from distributed import Reschedule, WorkerPlugin, get_worker
 
 from camopt.mistakes import BadInput, Mistake
@@ -30,9 +31,7 @@ def installed() -> dict[str, str]:
 
 def digest(result: Any) -> str:
     """The digest of all that a result holds."""
-    from joblib import hash
-
-    return str(hash(result))
+    return str(tokenize(result, ensure_deterministic=True))
 
 
 def unlike(worker: str, why: str) -> BadInput:
