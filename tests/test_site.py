@@ -19,8 +19,8 @@ from support.pages import ROOT, blocks
 from camopt import Scene
 from camopt.cli.main import camopt as command
 from camopt.problem.problem import resolve
-from camopt.quantities import QUANTITIES
-from camopt.scene.tables import Table
+from camopt.quantities import BOUNDED, QUANTITIES
+from camopt.scene.tables import Limits, ShortLimits, Table
 
 UNITS = {
     *(quantity.unit for quantity in QUANTITIES.values() if quantity.unit),
@@ -40,7 +40,7 @@ KEYS = [
     (model, key)
     for model in tables()
     for key in vars(model).get("__annotations__", {})
-    if key in model.model_fields
+    if key in model.model_fields and key not in BOUNDED.keys() - ShortLimits.model_fields.keys()
 ]
 
 
@@ -63,6 +63,12 @@ def test_a_key_says_what_it_is_and_a_number_its_unit(model, key):
         assert "``per``" in unit or {*unit.split(", oscillating ")} <= UNITS
     elif '"$ref"' not in text:
         assert ";" not in said  # what follows one is a unit
+
+
+def test_a_limit_by_the_name_of_a_quantity_says_so_in_the_schema():
+    described = Limits.model_json_schema()["properties"]
+    for name in BOUNDED.keys() - ShortLimits.model_fields.keys():
+        assert f"``{name}``; {BOUNDED[name].unit or 'no unit'}." in described[name]["description"]
 
 
 def test_every_table_of_a_scene_is_found():
