@@ -121,6 +121,8 @@ PART = {
     "unbalance": "unbalance_g_mm",
 }
 """Short keys of limits on the cam as a part, likewise."""
+OF_QUANTITIES = LOADS | PART | {name: name for name in BOUNDED}
+"""All keys that bound just one quantity from one side."""
 ANGULAR = {"_mm_per_deg": "_deg_per_deg", "_mm": "_deg", "_m_s": "_rad_s"}
 """Units of the motion of a follower that oscillates in place of those of one that translates."""
 
@@ -130,7 +132,7 @@ def limited_quantity(key: str, setup: Setup) -> str:
 
     By a short key, a quantity of the motion is the angle of a follower that oscillates.
     """
-    quantity = {**LOADS, **PART}.get(key, key)
+    quantity = OF_QUANTITIES.get(key, key)
     for suffix, angular in ANGULAR.items() if setup.angular and key != quantity else ():
         swung = quantity.removesuffix(suffix) + angular
         if quantity.endswith(suffix) and swung in QUANTITIES:
@@ -308,7 +310,7 @@ def _face_reach(bound: float, setup: Setup) -> Limit:
 def limits_of(scene: Scene, setup: Setup) -> tuple[Limit, ...]:
     """The limits of a scene, those that are asked last at the end, with those that every cam has to hold."""
     asked, mechanism = scene.limits, setup.mechanism
-    named = {key: bound for key in type(asked).model_fields if (bound := getattr(asked, key)) is not None}
+    named = asked.given
 
     def of(quantities: Mapping[str, str]) -> list[Limit]:
         return [_bounded(key, named[key], name, setup) for key, name in quantities.items() if key in named]
@@ -323,7 +325,7 @@ def limits_of(scene: Scene, setup: Setup) -> tuple[Limit, ...]:
     limits += of({"curvature_radius": CONVEX})
     limits += of({"cutter_radius": CUTTER} if mechanism.curvature is not None else {})
     limits += of({key: limited_quantity(key, setup) for key in PART})
-    limits += of({name: name for name in BOUNDED if name not in LOADS})
+    limits += of({name: name for name in named if name in BOUNDED and name not in LOADS})
     limits += _implied(setup)
     limits += of({key: limited_quantity(key, setup) for key in LOADS})
     limited = [replace(limit, of_motion=_of_motion(limit, setup)) for limit in limits]

@@ -15,9 +15,9 @@ from camopt.motion.law import Law
 from camopt.motion.programme import Programme
 from camopt.motion.segments import Segment
 from camopt.problem.claims import Claim
-from camopt.problem.limits import LOADS, PART, Limit, limited_quantity, limits_of
+from camopt.problem.limits import OF_QUANTITIES, Limit, limited_quantity, limits_of
 from camopt.problem.setup import load_and_unit, setup_of
-from camopt.quantities import BOUNDED, EVERYTHING, GEOMETRY, QUANTITIES, number_quantity
+from camopt.quantities import EVERYTHING, GEOMETRY, QUANTITIES, number_quantity
 from camopt.scene import segments
 from camopt.scene.checks import sizes_of
 from camopt.scene.choices import Range
@@ -222,9 +222,9 @@ def exactly(problem: Problem) -> Problem:
 def _out_of_reach(scene: Scene, setup: Setup) -> list[Mistake]:
     """Limits on quantities that the mechanism has not, or for which the scene lacks data."""
     mistakes, offers, lacks = [], offered(setup), lacking(setup)
-    for key in (*LOADS, *PART, *BOUNDED):
-        name, bound = limited_quantity(key, setup), getattr(scene.limits, key)
-        if bound is not None and name not in offers:
+    for key, bound in scene.limits.given.items():
+        name = limited_quantity(key, setup)
+        if key in OF_QUANTITIES and name not in offers:
             why = f"needs {', '.join(lacks[name])}" if name in lacks else "this mechanism has none"
             mistakes.append(Mistake(scene.file, f"limits.{key}", bound, why, bare=True))
     return mistakes

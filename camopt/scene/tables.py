@@ -440,6 +440,11 @@ class ShortLimits(Table):
     power: Positive | None = None
     """Largest |power| of the camshaft; W."""
 
+    @property
+    def given(self) -> dict[str, float]:
+        """The bounds that are set, by key."""
+        return {key: bound for key, bound in vars(self).items() if bound is not None}
+
 
 if TYPE_CHECKING:
     Limits = ShortLimits
