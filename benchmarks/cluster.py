@@ -1,20 +1,27 @@
-"""Sweeps on a Dask cluster of this machine: ``python benchmarks/cluster.py [FINENESS [PROCESSES]]``.
+"""Sweeps on a Dask cluster of this machine: ``python benchmarks/cluster.py [FINENESS [PROCESSES [WHAT …]]]``.
 
-The files of one process are compared with those of a cluster that is left alone, and of one where a worker is
-killed every few seconds and the command twice. What a cluster costs is told in CPU seconds beside those of threads,
-because other work on the machine changes these least; and what 1e12 designs would take on 1,000 workers is reckoned
-from the seconds and bytes of a task.
+The files of one process are compared with those of a cluster that is left alone (``alone``), of one where a
+worker is killed every few seconds and the command twice (``harassed``), and of clusters whose scheduler is killed
+(``scheduler``). What a cluster costs is told in CPU seconds beside those of threads, because other work on the
+machine changes these least, and in memory of all its processes; and what 1e12 designs would take on 1,000 workers
+is reckoned from the seconds and bytes of a task (``reckoned``). Without WHAT, all of these are done.
 """
 
+import json
 import os
 import pickle
+import re
 import resource
 import signal
 import subprocess
 import sys
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import monotonic, process_time, sleep
+from typing import Any, NamedTuple
 
 import psutil
 
@@ -25,7 +32,11 @@ from camopt.front.asked import asked_of
 KEEP = "pareto"
 EACH = 6.0  # seconds between the deaths of workers
 DRIVER = 20.0  # seconds after which the command is killed
+DEATHS = 10  # of schedulers
+PATIENCE = 60.0  # seconds for a command to see that its scheduler is dead
 DESIGNS, WORKERS = 1e12, 1000
+PIPES: dict[str, Any] = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE}
+ALL = ("alone", "harassed", "scheduler", "reckoned")
 
 
 def scene(fineness: int) -> camopt.Scene:
@@ -35,12 +46,37 @@ def scene(fineness: int) -> camopt.Scene:
     return camopt.find_scene("roller-1000rpm").replace(**{"search.base_radius": size, "search.offset": offset})
 
 
-def swept(file: Path, out: Path, *options: str) -> tuple[float, float]:
-    """Wall and CPU seconds of a command, all its processes together."""
-    before, start = resource.getrusage(resource.RUSAGE_CHILDREN), monotonic()
-    subprocess.run(command(file, out, *options), check=True, capture_output=True)
+class Cost(NamedTuple):
+    """What a command took: seconds, and the most MiB that all its processes had at a time."""
+
+    wall: float
+    cpu: float
+    memory: float
+
+    def __str__(self) -> str:
+        return f"{self.wall:.1f} s, CPU {self.cpu:.1f} s, {self.memory:,.0f} MiB"
+
+
+def swept(file: Path, out: Path, *options: str) -> Cost:
+    """Run a command to its end."""
+    before, start, memory = resource.getrusage(resource.RUSAGE_CHILDREN), monotonic(), 0.0
+    run = subprocess.Popen(command(file, out, *options), **PIPES)
+    while run.poll() is None:
+        memory = max(memory, memory_of(run.pid))
+        sleep(0.5)
+    assert run.returncode == 0, run.communicate()[1].decode()
     wall, after = monotonic() - start, resource.getrusage(resource.RUSAGE_CHILDREN)
-    return wall, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return Cost(wall, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, memory)
+
+
+def memory_of(pid: int) -> float:
+    """MiB that a process and its children have; what they share counts once."""
+    total = 0
+    with suppress(psutil.NoSuchProcess):
+        for process in (psutil.Process(pid), *psutil.Process(pid).children(recursive=True)):
+            with suppress(psutil.NoSuchProcess):
+                total += process.memory_full_info().pss
+    return total / 2**20
 
 
 def command(file: Path, out: Path, *options: str) -> list[str]:
@@ -53,7 +89,7 @@ def harassed(file: Path, out: Path, *options: str) -> tuple[float, int, int, str
     workers = commands = 0
     start = monotonic()
     while True:
-        run = subprocess.Popen(command(file, out, *options), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+        run = subprocess.Popen(command(file, out, *options), **PIPES)
         begun, number = monotonic(), 0
         while run.poll() is None:
             if commands < 2 and monotonic() - begun > DRIVER and any(out.glob(".camopt/*.journal")):
@@ -77,6 +113,46 @@ def killed(driver: int, number: int) -> int:
     if workers:
         workers[number % len(workers)].kill()
     return min(1, len(workers))
+
+
+@contextmanager
+def cluster_of(folder: Path, processes: int) -> Iterator[tuple[subprocess.Popen, str]]:
+    """A scheduler and workers, processes of their own as on a cluster: the scheduler, and its address."""
+    address = folder / "scheduler.json"
+    address.unlink(missing_ok=True)
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    dask = [sys.executable, "-m", "dask"]
+    at = ["--scheduler-file", str(address)]
+    here = ["--host", "127.0.0.1", "--port", "0", "--no-dashboard"]
+    scheduler = subprocess.Popen([*dask, "scheduler", *at, *here], **quiet)
+    alone = ["--nthreads", "1", "--no-nanny", "--no-dashboard", "--death-timeout", "5"]
+    try:
+        while not (address.exists() and address.read_text().endswith("}")):
+            sleep(0.05)
+        workers = [subprocess.Popen([*dask, "worker", *at, *alone], cwd=folder, **quiet) for _ in range(processes)]
+        yield scheduler, json.loads(address.read_text())["address"]
+    finally:
+        for process in (*workers, scheduler):
+            process.kill()
+            process.wait()
+
+
+def bereaved(file: Path, out: Path, processes: int, moment: float, expected: dict[str, bytes]) -> str:
+    """How a sweep ends whose scheduler dies at some moment; whether threads then go on to the same files."""
+    with cluster_of(out.parent, processes) as (scheduler, address):
+        run = subprocess.Popen(command(file, out, "--scheduler", address), **PIPES)
+        with suppress(subprocess.TimeoutExpired):
+            run.wait(moment)
+        scheduler.kill()
+        try:
+            words = run.communicate(timeout=PATIENCE)[1].decode().replace(address, "ADDRESS")
+        except subprocess.TimeoutExpired:
+            run.kill()
+            words = f"hangs for {PATIENCE:.0f} s: {run.communicate()[1].decode()}"
+    swept(file, out, "--workers", "2")
+    last = (words.splitlines() or [""])[-1]
+    going_on = "" if run.returncode == 0 else f"; then {'the same' if files(out) == expected else 'OTHER'} files"
+    return re.sub(r"[\d,]+ of [\d,]+ designs", "N designs", f"exit {run.returncode}: {last}{going_on}")
 
 
 def files(folder: Path) -> dict[str, bytes]:
@@ -118,27 +194,37 @@ def overhead() -> None:
         print(f"{3000 / wall:,.0f} tasks/s without work; {used / 3:.2f} ms CPU a task")
 
 
-def main(fineness: int = 4, processes: int = 4) -> None:
-    """Run all and print it."""
+def main(fineness: int = 4, processes: int = 4, *what: str) -> None:
+    """Run what is asked and print it."""
+    what = what or ALL
     with TemporaryDirectory() as folder:
         file, out = Path(folder) / "fine.toml", Path(folder)
         file.write_text(scene(fineness).to_toml(), encoding="utf-8")
         cluster = ("--scheduler", "local", "--workers", str(processes))
-        swept(file, out / "first", "--workers", "2")
+        coarse = Path(folder) / "coarse.toml"
+        coarse.write_text(scene(1).to_toml(), encoding="utf-8")
+        swept(coarse, out / "first", "--workers", "2")  # compiles kernels
         threads = swept(file, out / "threads", "--workers", "2")
-        alone = swept(file, out / "alone", *cluster)
         expected = files(out / "threads")
         print(f"{len(asked_of(scene(fineness), KEEP).space):,} designs, {os.cpu_count()} cores")
-        print(f"threads: {threads[0]:.1f} s, CPU {threads[1]:.1f} s")
-        same, ratio = files(out / "alone") == expected, alone[1] / threads[1]
-        print(f"cluster: {alone[0]:.1f} s, CPU {alone[1]:.1f} s ({ratio:.2f} times); same: {same}")
-        seconds, workers, commands, words = harassed(file, out / "harassed", *cluster)
-        same = files(out / "harassed") == expected
-        print(f"harassed: {seconds:.1f} s, {workers} workers and {commands} commands killed; same: {same}")
-        print(words)
-    overhead()
-    reckoned(fineness)
+        print(f"threads: {threads}", flush=True)
+        if "alone" in what:
+            alone = swept(file, out / "alone", *cluster)
+            ratio, same = alone.cpu / threads.cpu, files(out / "alone") == expected
+            print(f"cluster: {alone} (CPU {ratio:.2f} times); same: {same}", flush=True)
+        if "harassed" in what:
+            seconds, workers, commands, words = harassed(file, out / "harassed", *cluster)
+            same = files(out / "harassed") == expected
+            print(f"harassed: {seconds:.1f} s, {workers} workers and {commands} commands killed; same: {same}")
+            print(words, flush=True)
+        if "scheduler" in what:
+            moments = [(4.0 + 2.0 * threads.wall) * number / DEATHS for number in range(DEATHS)]
+            ends = Counter(bereaved(file, out / f"{m:.1f}", processes, m, expected) for m in moments)
+            print(*(f"scheduler killed, {count} times: {end}" for end, count in ends.most_common()), sep="\n")
+    if "reckoned" in what:
+        overhead()
+        reckoned(fineness)
 
 
 if __name__ == "__main__":
-    main(*map(int, sys.argv[1:]))
+    main(*map(int, sys.argv[1:3]), *sys.argv[3:])

@@ -183,6 +183,24 @@ def test_a_local_cluster_is_for_this_machine_alone_and_may_be_one_of_several(eng
     assert {each.laddr.ip for each in connections} == {"127.0.0.1"}
 
 
+class Bereaved:
+    """A client whose scheduler dies just after it connected."""
+
+    status = "running"
+
+    def wait_for_workers(self, number, timeout):
+        self.status = "connecting"
+        raise OSError("Timed out trying to connect to tcp://10.0.0.1:8786 after 20 s")
+
+
+def test_a_scheduler_that_dies_while_workers_are_made_ready_is_told_as_one(tmp_path):
+    engine = dask_cluster.Cluster(Bereaved(), "tcp://10.0.0.1:8786")
+    with pytest.raises(ConnectionError, match="no longer connected to the Dask scheduler") as end:
+        camopt.sweep(SCENE, tmp_path / "out", engine=engine)
+    assert end.value.filename == "tcp://10.0.0.1:8786"
+    assert not [*tmp_path.iterdir()]
+
+
 @pytest.mark.parametrize(
     ("pace", "left", "threads", "items"),
     [

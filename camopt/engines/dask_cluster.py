@@ -118,8 +118,10 @@ class Cluster:
         try:
             self._prepare(ready)
             yield from Run[Item, Result](self, ready.name, items, pace).results()
-        except CommClosedError:
-            raise self.gone() from None
+        except OSError as trouble:  # as it is when a scheduler is gone, Dask says that a connection took too long
+            if isinstance(trouble, CommClosedError) or self.client.status != "running":
+                raise self.gone() from None
+            raise
         finally:
             if self.client.status == "running":
                 with suppress(OSError, ValueError):

@@ -79,7 +79,7 @@ def watched(folder: Path, before: Told, after: Told = lambda *_: None) -> Iterat
             before("open", file)
             return real_open(file, mode, buffering, encoding, *others, **options)
         before("open for writing", file)
-        raw = Raw(file, mode.replace("b", "").replace("t", ""))
+        raw = Raw(file, mode.replace("b", "").replace("t", ""), opener=options.get("opener"))
         binary = raw if buffering == 0 else io.BufferedRandom(raw) if "+" in mode else io.BufferedWriter(raw)
         after("open", file)
         return binary if "b" in mode else io.TextIOWrapper(binary, encoding, *others, **options)
@@ -169,14 +169,30 @@ def make(folder: Path, tree: Tree) -> None:
             (folder / name).write_bytes(content)
 
 
+RENAMES = {"replace", "rename"}
+Place = tuple[int, str]
+"""A folder by its number, and a name in it."""
+LEFT: dict[str, Callable[[bytes, bytes], bytes]] = {
+    "lost": lambda synced, now: synced,
+    "whole": lambda synced, now: now,
+    "half": lambda synced, now: now[: len(now) // 2],
+    "zeros": lambda synced, now: synced[: len(now)] + bytes(max(len(now) - len(synced), 0)),
+}
+"""What a power cut may leave of the content of a file that was written to since its last sync."""
+
+
 class Disk:
     """What of a folder is on the disk for sure: contents of files, and names in folders, as of their last sync."""
 
     def __init__(self, root: Path) -> None:
         self.root = root
         self._ids: dict[int, int] = {}
+        self._renamed: dict[Place, Place] = {}
+        """Old names by new ones, as of the last sync."""
         self._count = 0
         self.contents: dict[int, bytes] = {}
+        self.today: dict[int, bytes] = {}
+        """Contents as other programs see them now."""
         self.names: dict[int, dict[str, int]] = {}
         self.now: dict[int, dict[str, int] | None] = {}
         """Of each folder the names in it; None of each file."""
@@ -186,9 +202,21 @@ class Disk:
 
     def after(self, call: str, what: Any) -> None:
         """Look at what a call has done."""
+        before = self._places() if call in RENAMES else {}
         self._look()
+        if before:
+            self._pair(before, self._places())
         if call == "fsync":
             self._sync(Path(f"/proc/self/fd/{what}").resolve())
+
+    def _places(self) -> dict[Place, int]:
+        return {(f, name): number for f, names in self.now.items() if names for name, number in names.items()}
+
+    def _pair(self, before: dict[Place, int], here: dict[Place, int]) -> None:
+        """Find out which name became which."""
+        old = next(place for place in before if place not in here)
+        new = next(place for place, number in here.items() if number == before[old] != before.get(place))
+        self._renamed[new] = self._renamed.pop(old, old)
 
     def _id(self, path: Path) -> int:
         inode = path.stat().st_ino
@@ -205,6 +233,7 @@ class Disk:
             self._id(path): {each.name: self._id(each) for each in path.iterdir()} if path.is_dir() else None
             for path in paths
         }
+        self.today = {self._id(path): path.read_bytes() for path in paths if path.is_file()}
         self.top = self._id(self.root)
 
     def _sync(self, path: Path) -> None:
@@ -213,9 +242,14 @@ class Disk:
             self.contents[number] = path.read_bytes()
         else:
             self.names[number] = names
+            pairs = self._renamed.items()
+            self._renamed = {new: old for new, old in pairs if number not in (new[0], old[0])}
 
     def after_power_cuts(self) -> Iterator[Tree]:
-        """What a power cut may leave: any names that changed since the last sync; of a rename both, or none."""
+        """What a power cut may leave: any names that changed since the last sync; of a rename both, or none.
+
+        Of files that were written to since, any of what ``LEFT`` says.
+        """
         names = {number: names for number, names in self.now.items() if names is not None}
         changed = [
             (number, name)
@@ -223,13 +257,17 @@ class Disk:
             for name in sorted({*today, *self.names.get(number, {})})
             if today.get(name) != self.names.get(number, {}).get(name)
         ]
-        none, every = dict(self._below(self.top, "", set())), dict(self._below(self.top, "", {*changed}))
-        kept = {*none.values()} & {*every.values()}
+        pairs = [{*pair} for pair in self._renamed.items() if {*pair} <= {*changed}]
         for count in range(len(changed) + 1):
             for late in combinations(changed, count):
-                found = dict(self._below(self.top, "", {*late}))
-                if kept <= {*found.values()}:
-                    yield {name: self._content(number) for name, number in found.items()}
+                if all(len(pair & {*late}) != 1 for pair in pairs):
+                    found = dict(self._below(self.top, "", {*late}))
+                    open_to_loss = {*found.values()} & self._unsynced()
+                    for left in LEFT if open_to_loss else ("lost",):
+                        yield {name: self._content(number, LEFT[left]) for name, number in found.items()}
+
+    def _unsynced(self) -> set[int]:
+        return {number for number, now in self.today.items() if self.contents.get(number, b"") != now}
 
     def _below(self, number: int, prefix: str, late: set[tuple[int, str]]) -> Iterator[tuple[str, int]]:
         """Numbers by relative path: as of now for some names in folders, and else as of the last sync."""
@@ -240,6 +278,9 @@ class Disk:
                 yield f"{prefix}{name}", each
                 yield from self._below(each, f"{prefix}{name}/", late)
 
-    def _content(self, number: int) -> bytes | None:
-        folder = number in self.names or self.now.get(number) is not None
-        return None if folder else self.contents.get(number, b"")
+    def _content(self, number: int, left: Callable[[bytes, bytes], bytes]) -> bytes | None:
+        """Of a file that has no name any more, what was synced."""
+        if number in self.names or self.now.get(number) is not None:
+            return None
+        synced = self.contents.get(number, b"")
+        return left(synced, self.today[number]) if number in self._unsynced() else synced
