@@ -17,7 +17,7 @@ from numba.core.dispatcher import Dispatcher
 
 from camopt.kernels import kernel_cache
 from camopt.kernels.dispatchers import FLAGS, KERNEL_FOLDERS
-from camopt.kernels.kernel_cache import DIGEST, UNUSED, KernelCache, checked, content_of, opened_folder
+from camopt.kernels.kernel_cache import DIGEST, UNUSED, KernelCache, cache_root, checked, content_of, opened_folder
 
 PACKAGE = Path(kernel_cache.__file__).parents[1]
 
@@ -94,6 +94,22 @@ def test_a_disk_that_takes_nothing_is_no_trouble(tmp_path, monkeypatch, trouble)
         assert list(tmp_path.iterdir()) == []
     monkeypatch.setattr(Path, "mkdir", full)
     assert not loaded(opened_folder(tmp_path / "new", "0" * 16))
+
+
+@pytest.mark.parametrize("relative", [False, True])  # as platformdirs says it, and as it said it before
+def test_a_user_without_a_home_keeps_nothing(tmp_path, monkeypatch, relative):
+    def homeless(name):
+        if relative:
+            return Path("~/.cache") / name
+        raise RuntimeError("could not determine the home directory")
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(kernel_cache, "user_cache_path", homeless)
+    folder = opened_folder(cache_root(""), "0" * 16)
+    assert [loaded(folder) for _ in range(2)] == [False, False]
+    assert folder.name == "0" * 16
+    assert not [*tmp_path.iterdir()]
+    assert cache_root("named") == Path("named")
 
 
 def test_a_folder_in_place_of_a_file_is_no_trouble(tmp_path):

@@ -7,8 +7,6 @@ from pathlib import Path
 from threading import RLock
 from typing import Any
 
-from platformdirs import user_cache_path
-
 from camopt.kernels import compile
 from camopt.kernels.by_address import Reached
 from camopt.kernels.compile import Kernel, KernelForMany, Part
@@ -27,7 +25,7 @@ except (RuntimeWarning, ValueError) as trouble:  # NUMBA_NUM_THREADS=0, NUMBA_OP
     why = f"numba does not start with its environment variables: {str(trouble).splitlines()[0]}"
     raise BadInput([Mistake("camopt", "NUMBA_…", None, why, bare=True)]) from None
 
-from camopt.kernels.kernel_cache import KernelCache, opened_folder
+from camopt.kernels.kernel_cache import KernelCache, cache_root, opened_folder
 from camopt.kernels.numba_types import INLINE, LINKED, numba_type, tell_numba
 
 FLAGS: dict[str, Any] = {
@@ -55,7 +53,7 @@ def _version_of_kernels() -> str:
 
 
 CACHE_DIR: str = vars(config)["CACHE_DIR"]  # NUMBA_CACHE_DIR
-CACHE_FOLDER = opened_folder(Path(CACHE_DIR or user_cache_path("camopt")), _version_of_kernels())
+CACHE_FOLDER = opened_folder(cache_root(CACHE_DIR), _version_of_kernels())
 
 
 class Listener(event.Listener):

@@ -20,6 +20,7 @@ from typing import Any
 from numba.core import compiler, serialize
 from numba.core.caching import NullCache
 from numba.core.runtime.nrt import rtsys
+from platformdirs import user_cache_path
 
 rebuilt: Callable[..., Any] = compiler.CompileResult._rebuild
 pickled: Callable[..., bytes] = serialize.dumps
@@ -97,6 +98,16 @@ class KernelCache(NullCache):
                 os.replace(partial, file)
             finally:
                 partial.unlink(missing_ok=True)
+
+
+def cache_root(named: str) -> Path:
+    """Where kernels are kept: as named, or in the user's folder; nowhere for a user who has no home."""
+    nowhere = Path(os.devnull)
+    try:
+        root = Path(named) if named else user_cache_path("camopt")
+    except RuntimeError:
+        return nowhere
+    return root if named or root.is_absolute() else nowhere
 
 
 def opened_folder(root: Path, version: str) -> Path:
