@@ -1,6 +1,7 @@
 """What hands type: each mistake is told in one line that names the place and what is meant to be there."""
 
 import io
+import json
 import os
 from contextlib import suppress
 from pathlib import Path
@@ -227,6 +228,17 @@ def test_a_cam_without_a_wall_about_its_bore_is_told_where_none_is_asked(changes
     assert all("limits.hub_wall" in line for line in found)
     lines = words_of(Picture(resolve_design(scene)))
     assert [line for line in lines if "wall between" in line] == [f"T{line[1:]}." for line in found]
+
+
+def test_a_smallest_cam_that_its_keyway_cuts_through_is_told(capsys, tmp_path):
+    """A base circle between bore and keyway: no scene has it, and the search that finds it says so."""
+    keyway = {"part": {"bore": 20, "keyway_width": 6, "keyway_depth": 30}, "cam.base_radius": 60}
+    (tmp_path / "mine.toml").write_text(find_scene("roller-1000rpm").replace(**keyway).to_toml())
+    assert main(["optimise", str(tmp_path / "mine.toml"), "--json"]) == 0
+    out, err = capsys.readouterr()
+    wall = json.loads(out)["base_radius_mm"] - (40.0**2 + 3.0**2) ** 0.5
+    assert wall < 0
+    assert f"the wall between keyway and base circle is {wall:.4g} mm, so it is cut through" in err
 
 
 def test_the_smallest_cam_round_its_shaft_is_told_to_have_no_wall(capsys, tmp_path):

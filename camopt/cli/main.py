@@ -232,7 +232,7 @@ def optimise(scene: Any, as_json: bool, quiet: bool, out: Path | None, seconds: 
     if not quiet:
         terminal.say_notes(result.warnings)
         terminal.say_unused(scene)
-        terminal.say_notes(no_wall(result.best.scene) if result.best else ())
+        terminal.say_notes(no_wall(scene, result.best.get("base_radius_mm")) if result.best else ())
         terminal.say_written(unit.files if unit else ())
     return _reached(scene, result.best["relative_half_width"]) if result.best else NOTHING_FEASIBLE
 

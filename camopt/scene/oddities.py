@@ -37,14 +37,18 @@ def oddities(scene: Scene) -> list[str]:
     return [*found, *_noisy(scene), *no_wall(scene)]
 
 
-def no_wall(scene: Scene) -> list[str]:
-    """On a disc cam whose bore or keyway is as wide as its base circle, where nobody asks for a wall."""
-    base, reach = scene.cam.base_radius, scene.whole_part.bore_reach
+def no_wall(scene: Scene, base: float | None = None) -> list[str]:
+    """On a disc cam whose bore or keyway is as wide as its base circle, where nobody asks for a wall.
+
+    ``base`` is the radius of that in mm, if not the scene's own.
+    """
+    base, reach = base or scene.cam.base_radius, scene.whole_part.bore_reach
     if not base or scene.limits.hub_wall is not None or base - reach > CLOSE * base:
         return []
     what = "keyway" if scene.whole_part.keyway_width else "bore"
+    thick = "0 mm" if base - reach >= -CLOSE * base else f"{base - reach:.4g} mm, so it is cut through"
     return [
-        f"the wall between {what} and base circle is 0 mm: limits.hub_wall asks for a least wall, and is not set"
+        f"the wall between {what} and base circle is {thick}: limits.hub_wall asks for a least wall, and is not set"
     ]
 
 
