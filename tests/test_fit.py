@@ -1,7 +1,9 @@
 """Motions of measured cams: what was measured is found again, in its band, and nothing there is gentler."""
 
 import json
+import sys
 from itertools import pairwise
+from pathlib import Path
 
 import cvxpy as cp
 import numpy as np
@@ -12,15 +14,22 @@ from scipy.interpolate import BSpline, make_interp_spline
 from support.depth import covering, times
 
 import camopt
-from camopt import BadInput, Scene, Unmet
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
+from fits import random_file
+
+from camopt import BadInput, Scene, Unmet, Unsolved
 from camopt.cli.main import main
+from camopt.measured import least_jerk
 from camopt.measured.band_proof import deviation
 from camopt.measured.columns import Columns
 from camopt.measured.fit import fit
 from camopt.measured.least_jerk import Node, Room, freest, least_band, nodes_of, shaped, strokes_of
-from camopt.measured.noise import band_factor, noise_of, outliers, rms_factor
+from camopt.measured.noise import band_factor, errors_of, noise_of, outliers, rms_factor
+from camopt.measured.one_sided import one_sided
 from camopt.measured.outline import Dwell, Turn, outline_of
 from camopt.measured.reading import apart, read_points
+from camopt.measured.smoothing import CAUTION, FREEST, WEIGHTS, smoothed
 from camopt.measured.spline_chain import SplineChain
 from camopt.motion import LAWS
 from camopt.motion.programme import Programme, law_peaks, peak
@@ -90,7 +99,8 @@ def test_the_noise_is_found_and_the_band_held_for_every_law(law, noise):
     rows = measured(law=law, noise=noise, seed=7)
     fitted = fit(rows, CAM)
     assert fitted.noise == pytest.approx(noise, rel=0.25)
-    assert fitted.band == fitted.noise * band_factor(360) or law in CORNERED
+    normal, largest = fitted.noise * band_factor(360), errors_of(points_of(rows)).largest
+    assert fitted.band == (normal if largest <= normal else min(1.5 * largest, 3.5 * normal)) or law in CORNERED
     assert fitted.deviation.held
     assert fitted.deviation.largest <= fitted.band
     assert fitted.least_jerk_rms <= fitted.jerk_rms
@@ -387,10 +397,111 @@ def test_the_root_mean_square_is_that_of_the_noise():
     """A band alone is filled; with the root mean square of the noise the errors stay errors."""
     rows = measured(noise=0.02)
     fitted = fit(rows, CAM)
-    assert fitted.deviation_rms == pytest.approx(fitted.noise * rms_factor(360), rel=1e-3)
+    assert fitted.deviation_rms == pytest.approx(errors_of(points_of(rows)).rms, rel=1e-3)
+    assert fitted.noise < fitted.deviation_rms <= fitted.noise * rms_factor(360)
     assert fit(rows, CAM, band=fitted.band).deviation_rms > 1.3 * fitted.deviation_rms
     true = peak(turn_of(LOBE), 2, TURN)
     assert abs(fitted.after["acceleration"] / true - 1.0) < 0.03
+
+
+TOO_ROUGH = {33: 0.05, 59: 0.07, 90: 0.05, 125: 0.05, 128: 0.05, 158: 0.05, 126: 0.16}
+"""Random files whose largest acceleration was once up to seven times the true one, and how near it is now.
+
+The last has strokes of modified trapezoids, whose flat peaks every smoothing raises: at most by a seventh.
+"""
+PULLED = {59}
+"""Of these, a valve whose dwell reaches into a ramp: that is told."""
+
+
+@pytest.mark.parametrize("seed", TOO_ROUGH)
+def test_random_files_are_found_again(seed):
+    file = random_file(seed)
+    fitted = fit(file.rows, CAM)
+    assert fitted.deviation.held
+    assert fitted.after["acceleration"] == pytest.approx(file.acceleration, rel=TOO_ROUGH[seed])
+    assert fitted.noise == pytest.approx(np.sqrt(np.mean(file.errors**2)), rel=0.06)
+    assert bool(fitted.one_sided) == (seed in PULLED)
+
+
+def test_a_narrower_band_is_no_gentler():
+    """Within the usual band, the root mean square is limited in each narrower one, too."""
+    file = random_file(33)
+    jerks = [fit(file.rows, CAM, band=band).jerk_rms for band in (None, 0.03, 0.027)]
+    usual = fit(file.rows, CAM)
+    assert usual.band > 0.03
+    assert jerks[0] <= jerks[1] * 1.0001 <= jerks[2] * 1.0002
+    assert fit(file.rows, CAM, band=usual.band).jerk_rms < jerks[0]  # a tolerance is filled
+
+
+def by_the_spectrum(lifts):
+    """The residuals of closed smoothing splines of equal steps: each wave is damped by itself (and its aliases)."""
+    count, waves = lifts.size, np.fft.rfft(lifts - lifts.mean())
+    orders = np.arange(1, waves.size)
+    aliases = sum((2 * np.pi * np.abs(orders + j * count)) ** -6.0 for j in range(-50, 51))
+    twice = np.where(2 * orders == count, 1.0, 2.0)
+    for weight in WEIGHTS:
+        kept = np.concatenate([[1.0], 1.0 / (1.0 + weight / count / aliases)])
+        yield np.fft.irfft(waves * (1.0 - kept), count), 1.0 + float(twice @ kept[1:])
+
+
+@pytest.mark.parametrize("noise", [0.005, 0.05])
+def test_the_smoothing_spline_is_that_of_its_spectrum(noise):
+    points = points_of(measured(angles=np.arange(0.0, 360.0, 3.0), noise=noise))
+    found = smoothed(points)
+    splines = [each for each in by_the_spectrum(points.lifts) if each[1] <= FREEST * 120]
+    off, freedom = min(splines, key=lambda each: (each[0] @ each[0]) / (120 - CAUTION * each[1]) ** 2)
+    np.testing.assert_allclose(found.off, off, rtol=0, atol=1e-5 * noise)
+    assert found.freedom == pytest.approx(freedom, rel=1e-6)
+    np.testing.assert_allclose(found.drawn, freedom / 120, rtol=1e-6)
+
+
+def test_errors_are_within_their_root_mean_square_nineteen_times_of_twenty():
+    """Those of each file themselves, not of all files with its noise; found to 1.5 %."""
+    files = [random_file(seed) for seed in range(1000, 1012)]
+    true = np.array([np.sqrt(np.mean(file.errors**2)) for file in files])
+    found = [errors_of(points_of(file.rows)) for file in files]
+    assert np.sum([each.rms for each in found] >= true) >= 10
+    ratios = np.array([each.noise for each in found]) / true
+    assert np.abs(ratios - 1.0).max() < 0.06
+    assert ratios.std() < 0.02
+
+
+def test_stretches_on_one_side_are_those_of_every_stretch():
+    """Of all stretches the furthest, then the furthest of those that have none of its points."""
+    rng = np.random.default_rng(8)
+    off = rng.normal(size=60)
+    off[10:18] += 5.0
+    off[[57, 58, 59, 0, 1]] -= 6.0
+    (first, second) = one_sided(off, 1.0)
+    assert (first.first, first.last) == (10, 17)
+    assert first.mean == pytest.approx(off[10:18].mean())
+    assert (second.first, second.last, second.points) == (57, 1, 5)
+    assert second.mean < -5.0
+    assert all(one_sided(rng.normal(size=720), 1.0) == [] for _ in range(50))
+
+
+def test_a_stretch_on_one_side_is_told_with_its_angles():
+    """Where the acceleration of a double-harmonic return jumps at its end, at 180 deg; not in a tolerance."""
+    rows = measured(law="double-harmonic", noise=0.001)
+    (told,) = fit(rows, CAM).warnings
+    start, end = (float(told.split()[k]) for k in (1, 3))
+    assert (start, end) == pytest.approx((178.0, 181.0), abs=4.0)
+    assert "deg the motion is above its" in told
+    assert told.endswith("times the noise")
+    assert fit(rows, CAM, band=0.02).warnings == ()
+
+
+def test_a_solver_that_fails_is_given_other_units(monkeypatch):
+    """As it does for one in ten files of 20,000 rows."""
+    points, answers = points_of(measured(angles=np.arange(0.0, 360.0, 10.0), noise=0.02)), ["solver_error"] * 2
+    expected = freest(points, Room(0.05)).square
+    solve = least_jerk.solve
+    monkeypatch.setattr(least_jerk, "solve", lambda problem: answers.pop() if answers else solve(problem))
+    assert freest(points, Room(0.05)).square == pytest.approx(expected, rel=1e-4)
+    assert answers == []
+    monkeypatch.setattr(least_jerk, "solve", lambda _: "solver_error")
+    with pytest.raises(Unsolved, match="it says solver error"):
+        freest(points, Room(0.05))
 
 
 def test_a_band_that_is_narrow_for_the_noise_is_told():

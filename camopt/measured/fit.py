@@ -17,7 +17,7 @@ from camopt.measured.columns import LENGTHS, LIFT, PROFILES, Columns
 from camopt.measured.fitted import Fitted
 from camopt.measured.fitted_scene import LEVEL_DIGITS, Segments, segments_of
 from camopt.measured.least_jerk import Freest, Node, Room, freest, least_band, nodes_of, shaped
-from camopt.measured.noise import band_factor, noise_of, outliers, rms_factor
+from camopt.measured.noise import NARROWEST, Errors, band_factor, errors_of, noise_of, outliers
 from camopt.measured.outline import EARLIER, outline_of
 from camopt.measured.profile import MeasuredProfile, Touched, touched
 from camopt.measured.reading import Points, read_points
@@ -27,14 +27,14 @@ from camopt.scene.scene import Scene
 
 MARGINS = (1e-6, 1e-2)  # of the band, the least and the largest, for rounding and a solver's error
 SOLVED = 1e-8  # of the range of the lifts: what a solver leaves of a limit
-NARROWEST = 1e-5  # of the range of the lifts: the least band
 OF_THE_MOTION = {
     "search": ("law", "law_rise", "law_return", "angle_rise", "angle_return", "angle_dwell"),
     "synthesis": ("points",),
 }
 """Keys of tables that are about the motion which is replaced."""
-WIDENED = (1.0, 1.5, 2.25, 3.5)  # times the usual band, until dwells and turns are no trouble
-TROUBLE = 1.25  # times the least jerk of all motions: what they cost where points are no normal errors
+BEYOND = 1.5  # times the largest error about, where it is no normal one: what the band is
+WIDEST = 3.5  # times the band of normal errors: further off is none of them, but a corner
+TROUBLE = 1.25  # times the least jerk of all motions: what dwells and turns cost where they are not those measured
 MOST_NODES = 60  # dwells and turns: more are those of errors
 NAMED = 6  # rows at most
 HARDLY_MOVING = [{"segment": kind, "angle": 180.0, "lift": 1e-9, "law": "cycloidal"} for kind in ("rise", "return")]
@@ -69,8 +69,9 @@ def fit(
     band : float, optional
         How far the motion may be from a point, mm (deg when oscillating). It is a band of the lift of a profile,
         too: along the profile's normal it is cos β times as wide. If not given, both this and the root mean
-        square are at most what normal errors of the estimated noise have in nineteen of twenty files; the band is
-        up to 3.5 times as wide where dwells and turns would cost much jerk else: for errors that are not normal.
+        square are at most what the errors have in nineteen of twenty files, by the noise that the smoothing spline
+        of generalised cross-validation leaves; the band is up to 3.5 times that of normal errors if one is larger.
+        A narrower band limits the errors further; a wider one is a tolerance, and limits them alone.
     columns : sequence of str or int, optional
         Names or numbers (from 1) of the columns of angle and lift, angle and distance, or x and y, if the words
         above them do not say so.
@@ -103,6 +104,7 @@ def fit(
     References
     ----------
     C. de Boor, A Practical Guide to Splines, ch. IX, X and XIV.
+    G. Wahba, Spline Models for Observational Data, ch. 4.
 
     Examples
     --------
@@ -123,17 +125,16 @@ def fit(
     file = scene.file if isinstance(scene, Scene) else "scene"
     seen = _touched(profile, measured, tables, file, keep_outliers) if profile else None
     measured = seen.positions if seen else measured
-    noise, least = noise_of(measured), NARROWEST * float(np.ptp(measured.lifts))
-    given = None if band is None else _given(band, least)
-    lost = seen.lost if seen else [] if keep_outliers else outliers(measured, noise, given.band if given else least)
+    least = _least(measured)
+    _check_band(band, least)
+    lost = seen.lost if seen else [] if keep_outliers else outliers(measured, noise_of(measured), band or least)
     kept, left_out = measured.without(lost), measured.only(lost)
-    usual = _usual(kept.angles.size, noise, least)
-    most = max(float(np.ptp(kept.lifts)) / 2.0 - least, usual.band)
-    wider = [usual._replace(band=min(times * usual.band, most)) for times in WIDENED]
-    rooms = [given] if given else list(dict.fromkeys(wider))
-    _check_repeats(kept, rooms[-1].band)
-    found = _first(kept, rooms, usual.band, lambda parts: Scene.from_dict(tables | _of(parts, tables, seen), file))
-    return replace(found, outliers=left_out, noise=noise, usual=band is None, profile=seen)
+    errors = errors_of(kept)
+    usual = _usual(kept, errors)
+    room = usual if band is None else _given(float(band), usual)
+    _check_repeats(kept, room.band)
+    found = _shaped(kept, room, usual.band, lambda parts: Scene.from_dict(tables | _of(parts, tables, seen), file))
+    return replace(found, outliers=left_out, noise=errors.noise, usual=band is None, profile=seen)
 
 
 def _of(parts: Segments, tables: Mapping[str, Any], seen: Touched | None) -> dict[str, Any]:
@@ -162,10 +163,10 @@ def _touched(
     """The follower of a scene at the points of a profile."""
     profile.check(points)
     problem = _resting(tables, float(points.lifts.min()) - profile.probe, file)
-    noise, least = noise_of(points), NARROWEST * float(np.ptp(points.lifts))
-    lost = [] if keep_outliers else outliers(points, noise, least)
-    room = _usual(points.angles.size, noise, least)
-    _check_repeats(points.without(lost), room.band)
+    lost = [] if keep_outliers else outliers(points, noise_of(points), _least(points))
+    kept = points.without(lost)
+    room = _usual(kept, errors_of(kept))
+    _check_repeats(kept, room.band)
     return touched(problem, profile, points, lost, room)
 
 
@@ -193,15 +194,28 @@ def _lift_unit(tables: Mapping[str, Any], given: str | None, profile: MeasuredPr
     return given or known[0]
 
 
-def _given(band: float, least: float) -> Room:
-    if not (isinstance(band, Real) and isfinite(band) and band >= least):
+def _least(points: Points) -> float:
+    """The least band of points."""
+    return NARROWEST * float(np.ptp(points.lifts))
+
+
+def _check_band(band: float | None, least: float) -> None:
+    """Whether a band that is given can be one."""
+    if band is not None and not (isinstance(band, Real) and isfinite(band) and band >= least):
         raise BadInput([Mistake("camopt", "band", band, f"at least {least:.3g}, a {NARROWEST:g} of the lift")])
-    return Room(float(band))
 
 
-def _usual(count: int, noise: float, least: float) -> Room:
-    """What so many normal errors leave in one file of twenty; no less than numbers bear."""
-    return Room(max(noise * band_factor(count), least), max(noise * rms_factor(count), least))
+def _usual(points: Points, errors: Errors) -> Room:
+    """What normal errors leave in one file of twenty, and no less than numbers bear; more if one is larger."""
+    least, normal = _least(points), errors.noise * band_factor(points.rows.size)
+    wide = min(BEYOND * errors.largest, WIDEST * normal, float(np.ptp(points.lifts)) / 2.0 - least)
+    band = wide if errors.largest > normal else normal
+    return Room(max(band, least), max(errors.rms, least))
+
+
+def _given(band: float, usual: Room) -> Room:
+    """A band that is wider than errors take is a tolerance to be used; a narrower one limits the errors further."""
+    return Room(band) if band >= usual.band else usual._replace(band=band)
 
 
 def _check_repeats(points: Points, band: float) -> None:
@@ -216,37 +230,11 @@ def _check_repeats(points: Points, band: float) -> None:
             raise Unmet(f"{points.file}: {rows}, both at {points.angles[place]:g} deg: {least}")
 
 
-def _first(points: Points, rooms: Sequence[Room], noisy: float, scene_with: Callable[[Segments], Scene]) -> Fitted:
-    """The fit within the first room where dwells and turns cost little jerk, or else the one where they cost least.
-
-    Raises
-    ------
-    Unmet
-        If there is none in any.
-    """
-    found: list[Fitted] = []
-    refused: Exception | None = None
-    for room in rooms:
-        try:
-            found.append(_shaped(points, room, noisy, scene_with))
-        except (Unmet, Unsolved) as why:
-            refused = refused or why
-        except BadInput:
-            if not found and refused is None:
-                raise
-            break
-        else:
-            if found[-1].price <= TROUBLE:
-                return found[-1]
-    if found:
-        return min(found, key=lambda each: each.price)
-    raise refused or Unmet("")
-
-
 def _shaped(points: Points, room: Room, noisy: float, scene_with: Callable[[Segments], Scene]) -> Fitted:
     """The fit with the dwells and turns that stand out from the noise, or else with more, or with shorter dwells.
 
-    Where none of them is within the root mean square, the band alone is held.
+    It is the first of these that costs little jerk, or the one that costs least. Where none of them is within the
+    root mean square, the band alone is held.
 
     Raises
     ------
@@ -260,13 +248,19 @@ def _shaped(points: Points, room: Room, noisy: float, scene_with: Callable[[Segm
     bands = dict.fromkeys((wide, room.band) if 2.0 * wide < np.ptp(points.lifts) else (room.band,))
     for within in dict.fromkeys((room, Room(room.band))):
         free = freest(points, within)
+        found: list[Fitted] = []
         for band, earlier in product(bands, (EARLIER, 2 * EARLIER)):
             outline = outline_of(points, band, earlier)
             if len(outline) <= MOST_NODES:
                 nodes = nodes_of(points, outline, free)
-                if found := _written(points, nodes, within, free, scene_with):
-                    return found
-                refused = refused or (nodes, within, free.jerk)
+                if fitted := _written(points, nodes, within, free, scene_with):
+                    if fitted.price <= TROUBLE:
+                        return fitted
+                    found.append(fitted)
+                else:
+                    refused = refused or (nodes, within, free.jerk)
+        if found:
+            return min(found, key=lambda each: each.price)
     if refused:
         raise _refusal(points, *refused)
     what = f"turns back more than {MOST_NODES} times by two bands of {room.band:.4g}: what is its noise?"

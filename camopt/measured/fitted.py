@@ -10,7 +10,8 @@ import numpy as np
 
 from camopt.effects.motion import scale
 from camopt.measured.band_proof import Deviation
-from camopt.measured.noise import band_factor
+from camopt.measured.noise import NARROWEST, band_factor
+from camopt.measured.one_sided import OneSided, one_sided
 from camopt.measured.profile import Touched
 from camopt.measured.reading import TURN, Points, apart
 from camopt.motion.programme import peak, root_mean_square
@@ -173,13 +174,34 @@ class Fitted(Shown):
         return found
 
     @property
+    def _normal(self) -> float:
+        """The band that normal errors take."""
+        return self.noise * band_factor(self.points.angles.size)
+
+    @cached_property
+    def one_sided(self) -> tuple[OneSided, ...]:
+        """The stretches of points that the motion is on one side of; none in a band that is a tolerance."""
+        wanted = self.usual or self.band < self._normal
+        if not wanted or self._normal < NARROWEST * float(np.ptp(self.points.lifts)):
+            return ()
+        return tuple(one_sided(np.array(self.deviation.at_points), self.noise))
+
+    @property
     def warnings(self) -> tuple[str, ...]:
-        """What a reader should know: a band that is narrow for the noise, points left out."""
+        """What a reader should know: a band that is narrow for the noise, points on one side or left out."""
         found = []
-        usual = self.noise * band_factor(self.points.angles.size)
-        if self.band < usual:
-            what = f"narrower than normal errors of the noise {self.noise:.4g} take ({usual:.4g})"
+        if self.band < self._normal:
+            what = f"narrower than normal errors of the noise {self.noise:.4g} take ({self._normal:.4g})"
             found.append(f"the band {self.band:.4g} is {what}: the motion may follow errors")
+        for stretch in self.one_sided[:NAMED]:
+            first, last = self.points.angles[[stretch.first, stretch.last]]
+            side, mean = "above" if stretch.mean > 0.0 else "below", abs(stretch.mean)
+            how = f"{mean:.4g} on average, {mean / self.noise:.2g} times the noise"
+            found.append(
+                f"from {first:g} to {last:g} deg the motion is {side} its {stretch.points} points by {how}"
+            )
+        if len(self.one_sided) > NAMED:
+            found.append(f"it is on one side of the points over {len(self.one_sided) - NAMED} more stretches")
         for each in self.left_out:
             what = "position" if self.profile else "lift"
             where = f"row {each.row} ({what} {each.lift:g} at {each.angle:g} deg)"
@@ -189,6 +211,15 @@ class Fitted(Shown):
             named = ", ".join(map(str, rows[:NAMED])) + (" and others" if rows.size > NAMED else "")
             found.append(f"the follower does not reach {rows.size} points in hollows: rows {named}")
         return tuple(found)
+
+    def _stretch(self, each: OneSided) -> dict[str, Any]:
+        first, last = self.points.angles[[each.first, each.last]]
+        return {
+            "from_deg": float(first),
+            "to_deg": float(last),
+            "points": each.points,
+            f"mean_{self.unit}": each.mean,
+        }
 
     @property
     def _of_profile(self) -> dict[str, Any] | None:
@@ -224,6 +255,7 @@ class Fitted(Shown):
             "before": {self.quantity(name): value for name, value in self.before.items()},
             "after": {self.quantity(name): value for name, value in self.after.items()},
             "profile": self._of_profile,
+            "one_sided": [self._stretch(each) for each in self.one_sided],
             "left_out": [each._asdict() for each in self.left_out],
             "motion": [segment.model_dump(exclude_none=True) for segment in self.scene.motion],
         }

@@ -8,6 +8,7 @@ Lifts are in units of their range, and each spline is on the unit stroke, so tha
 """
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from math import inf, radians, sqrt
 from typing import Any, NamedTuple
@@ -29,7 +30,8 @@ SOLVER_ERROR = 1e-6  # relative, of an optimum
 MOVED, SMALLEST = 1e-3, 1e-6  # the least lift of a stroke: of what points show, and of the range of the lifts
 LOOKED = 2001  # angles at which a turn is looked for
 AMPLE = 10.0  # times a usual jerk: in units that are rather large a solver errs less
-USUAL = 60.0 * 6.0**3  # by x over a turn: the jerk of a cubic rise in 60 deg
+USUAL = tuple(60.0 * each**3 for each in (6.0, 3.0, 12.0))
+"""By x over a turn: the jerk of cubic rises in 60, 120 and 30 deg."""
 
 
 class Room(NamedTuple):
@@ -130,11 +132,19 @@ def freest(points: Points, room: Room) -> Freest:
     Raises
     ------
     Unsolved
-        If the solver fails.
+        If the solver fails in each of the units of the jerk that are tried.
     """
+    for usual in USUAL[:-1]:
+        with suppress(Unsolved):
+            return _freest(points, room, usual)
+    return _freest(points, room, USUAL[-1])
+
+
+def _freest(points: Points, room: Room, usual: float) -> Freest:
+    """The optimum by a solver in the units of a usual jerk, by x over a turn."""
     angles, unit = np.unique(points.angles), np.ptp(points.lifts)
     chain = SplineChain(tuple(((angles[1:] - angles[0]) / TURN).tolist()))
-    y = _Variables(chain, USUAL)
+    y = _Variables(chain, usual)
     closed = [c[0] == c[-1] for c in y.c]
     first, last = chain.inner[0], 1.0 - chain.inner[-1]  # its fourth derivative goes on, too
     closed.append(last * (y.c[3][1] - y.c[3][0]) == first * (y.c[3][-1] - y.c[3][-2]))
