@@ -7,11 +7,11 @@ manifest is right, and the files wait for their names in a folder of their own u
 import json
 import os
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Container, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field
 from fnmatch import fnmatchcase
-from hashlib import sha256
+from hashlib import file_digest, sha256
 from io import BufferedReader
 from pathlib import Path
 from typing import Any, TypeVar
@@ -48,6 +48,15 @@ class Result:
     """By name; a result with nothing found has none."""
     replaces: tuple[str, ...] = ()
     """Names of files that go: earlier results had them, and this one has not."""
+    question: Any = None
+    """What was asked, as JSON has it; None if nothing tells, or another command took over a file."""
+    answer: Any = None
+    """What the command says of its result, as JSON has it."""
+
+    def without(self, names: Container[str]) -> "Result":
+        """The result without the files that another one has taken over; then it answers nothing any more."""
+        kept = {name: fact for name, fact in self.files.items() if name not in names}
+        return self if len(kept) == len(self.files) else Result(self.run, kept, self.replaces)
 
     def waiting(self, folder: Path, name: str = "") -> Path:
         """Where a file waits for its name."""
@@ -63,11 +72,7 @@ class Manifest:
 
     def with_result(self, command: str, result: Result) -> "Manifest":
         """The manifest with another result of a command, which takes over names of files that others have."""
-
-        def without(other: Result) -> Result:
-            return replace(other, files={name: f for name, f in other.files.items() if name not in result.files})
-
-        others = {each: without(other) for each, other in self.results.items()}
+        others = {each: other.without(result.files) for each, other in self.results.items()}
         return Manifest({**others, command: result})
 
     @property
@@ -83,9 +88,14 @@ class Manifest:
         """The text of the file, with a digest of itself."""
         about = {
             "camopt": self.camopt,
-            "results": {name: asdict(self.results[name]) for name in sorted(self.results)},
+            "results": {name: _plain(self.results[name]) for name in sorted(self.results)},
         }
         return json.dumps({**about, "digest": _digest(about)}, indent=1) + "\n"
+
+
+def _plain(result: Result) -> dict[str, Any]:
+    """A result as JSON has it, without what nothing is known of."""
+    return {name: value for name, value in asdict(result).items() if value is not None}
 
 
 class Damaged(BadInput):
@@ -142,13 +152,13 @@ def _is_json(data: bytes) -> bool:
     return True
 
 
-def _result(run: Any, files: Any, replaces: Any) -> Result:
+def _result(run: Any, files: Any, replaces: Any, question: Any = None, answer: Any = None) -> Result:
     """A result as it was written: its names are of files in its folder. ValueError or TypeError if it is odd."""
     facts = {name: Fact(**fact) for name, fact in files.items()}
     names = RUN.fullmatch(run) and all(NAME.fullmatch(name) for name in (*facts, *replaces))
     if not names or not all(DIGEST.fullmatch(f.sha256) and type(f.bytes) is int for f in facts.values()):
         raise ValueError
-    return Result(run, facts, tuple(replaces))
+    return Result(run, facts, tuple(replaces), question, answer)
 
 
 def settled_path(path: PathLike) -> PathLike | Path:
@@ -203,6 +213,35 @@ def command_of(path: Path) -> str | None:
     """The command whose result has a file, as far as a manifest says so."""
     results = _known(path.parent).results
     return next((command for command, result in results.items() if path.name in result.files), None)
+
+
+def has_result(folder: Path, command: str) -> bool:
+    """Whether a result of a command is in a folder, as far as a manifest says so."""
+    return command in _known(folder).results
+
+
+def question_in(folder: Path, command: str) -> Any:
+    """What a command was asked whose result is in a folder, as far as a manifest says so; None else."""
+    result = _known(folder).results.get(command)
+    return result and result.question
+
+
+def answer_in(folder: Path, command: str, question: Any) -> Any:
+    """What a command said of its result in a folder; None if it was asked something else, or a file is damaged."""
+    result = _known(folder).results.get(command)
+    if result is None or result.question is None or result.question != question:
+        return None
+    try:
+        whole = all(fact_of(settled_path(folder / name)) == fact for name, fact in result.files.items())
+    except (BadInput, OSError):
+        return None
+    return result.answer if whole else None
+
+
+def fact_of(path: Path) -> Fact:
+    """What a manifest says of a file as it is; errors are those of ``regular_file``."""
+    with regular_file(path) as file:
+        return Fact(file_digest(file, "sha256").hexdigest(), os.fstat(file.fileno()).st_size)
 
 
 def _unplaced(folder: Path) -> Iterator[Result]:

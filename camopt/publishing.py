@@ -12,16 +12,17 @@ import platform
 import shutil
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from errno import EAGAIN, ENOENT, ENOTDIR, EXDEV
 from fnmatch import fnmatchcase
 from functools import partial
-from hashlib import file_digest
 from io import FileIO
 from pathlib import Path
 from stat import S_ISDIR
+from typing import Any
 
 from camopt.files import (
+    LARGEST_TEXT,
     WORK,
     check_replaceable,
     forgotten,
@@ -35,7 +36,19 @@ from camopt.files import (
     tell_untidy,
     whole_file,
 )
-from camopt.manifest import MANIFEST, Damaged, Fact, Manifest, Result, command_of, manifest_of, run_of
+from camopt.manifest import (
+    MANIFEST,
+    Damaged,
+    Fact,
+    Manifest,
+    Result,
+    answer_in,
+    command_of,
+    fact_of,
+    manifest_of,
+    of_one_run,
+    run_of,
+)
 from camopt.mistakes import BadInput, Mistake
 
 LOCK = "lock"
@@ -68,6 +81,10 @@ class Unit:
         Other names that earlier versions or runs of the command may have written.
     revises : bool
         Whether other files of the result stay.
+    question : Any
+        What was asked, in what JSON takes; None where nobody asks again.
+    answer : Any
+        What to tell whoever asks again, in what JSON takes; it is kept if it is set before the end.
     files : tuple of pathlib.Path
         What was published; nothing before the end.
     """
@@ -79,6 +96,8 @@ class Unit:
     may_write: tuple[str, ...]
     stale: tuple[str, ...] = ()
     revises: bool = False
+    question: Any = None
+    answer: Any = None
     files: tuple[Path, ...] = ()
 
     @property
@@ -106,6 +125,7 @@ def published(
     *,
     stale: tuple[str, ...] = (),
     revises: bool = False,
+    question: Any = None,
 ) -> Iterator[Unit]:
     """A result of several files in a folder: it replaces the earlier one if the block ends well.
 
@@ -123,7 +143,9 @@ def published(
     stale : tuple of str, default ()
         Names of files, taken for an earlier result likewise, that the block does not write.
     revises : bool, default False
-        Whether files of the earlier result that the block does not write stay.
+        Whether files of the earlier result that the block does not write stay; so does what it answers.
+    question : Any, optional
+        What is asked, in what JSON takes: the next run gets the ``answer`` of the unit by ``answered``.
 
     Raises
     ------
@@ -138,11 +160,9 @@ def published(
     Untidy
         If the result is published, and something failed after that.
     """
-    if not os.fspath(folder):  # as the shell gives a variable that is not set; a Path would be the current folder
-        raise BadInput([Mistake("camopt", "out", "", "a folder; it is empty")])
-    folder = Path(folder)
+    folder = _folder_of(folder)
     with _made(folder) as made, _held(folder) as (work, alone):
-        unit = Unit(folder, work, work / random_name(), command, may_write, stale, revises)
+        unit = Unit(folder, work, work / random_name(), command, may_write, stale, revises, question)
         try:
             _settle(folder, work, alone)
             _check_own(unit, _exact(may_write))
@@ -156,6 +176,47 @@ def published(
             if isinstance(end, OSError):
                 _raise_of_result(end, unit)
             raise
+
+
+def _folder_of(folder: str | os.PathLike[str]) -> Path:
+    if not os.fspath(folder):  # as the shell gives a variable that is not set; a Path would be the current folder
+        raise BadInput([Mistake("camopt", "out", "", "a folder; it is empty")])
+    return Path(folder)
+
+
+def answered(
+    folder: str | os.PathLike[str],
+    command: str,
+    question: Any,
+    is_spent: Callable[[Path], bool] = lambda journal: False,
+) -> Any:
+    """The answer to a question that is in a folder already: of the same command, with all files whole; None if not.
+
+    What a run left that died after it had published is put in order: files get their names, and the journal goes if
+    ``is_spent`` says that it is that of the result.
+
+    Raises
+    ------
+    OSError
+        If another run has the folder, or it cannot be put in order.
+    BadInput
+        For an empty ``folder``.
+    """
+    folder = _folder_of(folder)
+    if not (folder / WORK).is_dir():
+        return of_one_run(folder, partial(answer_in, folder, command, question))
+    with _held(folder) as (work, alone):
+        _settle(folder, work, alone)
+        answer, journal = answer_in(folder, command, question), journal_path(folder, command)
+        if answer is not None and is_spent(journal):
+            _remove(journal)
+        return answer
+
+
+def already_done(folder: str | os.PathLike[str]) -> str:
+    """What is said where a folder has the answer already."""
+    where = os.fspath(folder)
+    return f"already done: {where} has the whole result of the same question and version; `again` computes it anew"
 
 
 @contextmanager
@@ -347,7 +408,7 @@ def _foreign(unit: Unit, manifest: Manifest, name: str) -> str:
     if not path.is_file():
         return ""
     if fact:
-        return "" if path.suffix in DATA or _fact(path) == fact else "this was edited since camopt wrote it"
+        return "" if path.suffix in DATA or fact_of(path) == fact else "this was edited since camopt wrote it"
     own = _is_own(path) if path.suffix == TABLE else unit.command not in manifest.results
     return "" if own else "camopt did not write this"
 
@@ -370,7 +431,7 @@ def _commit(unit: Unit, made: list[Path]) -> None:
         with naming(folder / file.name, target):
             check_replaceable(target)
         synced(file)
-        staged[file.name] = _fact(file)
+        staged[file.name] = fact_of(file)
         keep_mode(target, file)
     old = _manifest(folder)
     earlier = _earlier(unit, old)
@@ -379,12 +440,13 @@ def _commit(unit: Unit, made: list[Path]) -> None:
     if not staged and unit.command not in old.results and not any((folder / name).is_file() for name in gone):
         return  # there is nothing, and there was nothing
     files = {**(earlier if unit.revises else {}), **staged}
-    result = Result(run_of(unit.command, files), files, tuple(sorted(gone - {*files})))
+    asked, replaces = old.results.get(unit.command, unit) if unit.revises else unit, tuple(sorted(gone - {*files}))
+    result = Result(run_of(unit.command, files), files, replaces, asked.question, asked.answer)
     synced(unit.staging)
     unit.staging = unit.staging.rename(result.waiting(folder))
     written = unit.work / MANIFEST
     with naming(folder / MANIFEST, written):
-        written.write_text(old.with_result(unit.command, result).to_json(), encoding="utf-8", newline="\n")
+        written.write_text(_manifest_with(old, unit.command, result), encoding="utf-8", newline="\n")
     keep_mode(folder / MANIFEST, written)
     for path in (written, unit.work, folder, *(each.parent for each in made)):
         synced(path)
@@ -392,9 +454,12 @@ def _commit(unit: Unit, made: list[Path]) -> None:
     os.replace(written, folder / MANIFEST)
 
 
-def _fact(path: Path) -> Fact:
-    with path.open("rb") as file:
-        return Fact(file_digest(file, "sha256").hexdigest(), os.fstat(file.fileno()).st_size)
+def _manifest_with(old: Manifest, command: str, result: Result) -> str:
+    """The text of a manifest with one more result; without an answer that would make it too long to be read."""
+    text = old.with_result(command, result).to_json()
+    if len(text) <= LARGEST_TEXT // 2:
+        return text
+    return old.with_result(command, replace(result, question=None, answer=None)).to_json()
 
 
 def _place(folder: Path, staging: Path, manifest: Manifest, command: str) -> None:

@@ -4,7 +4,9 @@ import json
 import signal
 import subprocess
 import sys
+from dataclasses import replace
 from itertools import pairwise
+from math import inf
 
 import numpy as np
 import pytest
@@ -17,11 +19,14 @@ from camopt.engines.threads import Threads
 from camopt.front import checkpoint, estimate, journal
 from camopt.front.asked import asked_of
 from camopt.front.blocks import merged
+from camopt.front.certified import certify_table
 from camopt.front.estimate import Estimate, check_room, estimated, size_in_words
 from camopt.front.front_search import FrontSearch
 from camopt.front.journal import decoded, encoded, interrupted
 from camopt.front.sweep import sweep
+from camopt.manifest import manifest_of
 from camopt.mistakes import BadInput, Stopped
+from camopt.publishing import published
 
 LAWS = ["harmonic", "cycloidal"]
 SEARCH = {"base_radius": {"start": 30, "stop": 149, "step": 1}, "offset": {"start": 0, "stop": 18, "step": 2}}
@@ -486,9 +491,6 @@ def test_resume_takes_the_question_from_the_folder(tmp_path, command, whole):
     assert code == 0
     assert "camopt: going on where an interrupted sweep ended: 1,200 of 2,400 designs are done" in err
     assert files_in(tmp_path / "camopt-out") == whole["feasible"]
-    assert command("sweep", "--resume") == (
-        2, "", "camopt: --resume = 'camopt-out': needs an interrupted sweep, and there is none in this folder\n"
-    )  # fmt: skip
 
 
 def test_resume_refuses_another_question(tmp_path, command):
@@ -540,3 +542,163 @@ def test_a_killed_sweep_goes_on(tmp_path):
     assert {path.name for path in (tmp_path / "out").iterdir()} == {
         "designs.parquet", "pareto.parquet", "scene.toml", "manifest.json"
     }  # fmt: skip
+
+
+# ------------------------------------------------------------------------------------------------ done already
+
+SMALL = SCENE.replace(search={"base_radius": [60, 80, 120], "offset": [0, 10], "law": LAWS, "roller_radius": [20]})
+DONE = "already done: {} has the whole result of the same question and version; `again` computes it anew"
+QUESTIONS = {
+    "feasible": {},
+    "infinite values": {"outputs": ["all"]},
+    "a refined front": {"search.refine": True, "search.law": ["cycloidal"]},
+    "nothing feasible": {"limits.pressure_angle": 1.0},
+    "nothing feasible, and a number that varies": {"limits.pressure_angle": 1.0, "search.cam.rpm": [900, 1000]},
+    "no design can be assembled": {"search.offset": [100]},
+}
+
+
+def never(*_):
+    raise AssertionError("it is evaluated again")
+
+
+@pytest.mark.parametrize("keep", ["feasible", "front-only"])
+@pytest.mark.parametrize("what", QUESTIONS)
+def test_a_sweep_that_is_done_is_given_back_as_it_was(what, keep, tmp_path, monkeypatch):
+    """All that it says is that of the first run, without a design being evaluated, or a byte written."""
+    scene, told = SMALL.replace(**QUESTIONS[what]), []
+    first = sweep(scene, tmp_path, keep, tell=told.append)
+    before = {path: path.stat().st_mtime_ns for path in tmp_path.iterdir()}
+    monkeypatch.setattr("camopt.front.sweep.result_of", never)
+    again = sweep(scene, tmp_path, keep, block=50, tell=told.append)
+    assert told == [DONE.format(tmp_path)]
+    assert (first.already_done, again.already_done) == (False, True)
+    assert replace(again, already_done=False) == first
+    designs = [[*filter(None, (each.nearest_miss, *each.best.values()))] for each in (first, again)]
+    for ours, theirs in zip(*designs, strict=True):
+        assert ours.scene == theirs.scene
+        assert [*map(type, ours.values())] == [*map(type, theirs.values())]
+    assert what != "infinite values" or any(inf in design.values() for design in designs[1])
+    assert {path: path.stat().st_mtime_ns for path in tmp_path.iterdir()} == before
+
+
+@pytest.fixture
+def done(tmp_path):
+    """A folder with a finished sweep; a function that does it again, and says what was told."""
+    sweep(SMALL, tmp_path / "out")
+
+    def again(scene=SMALL, keep="feasible", **how):
+        told = []
+        result = sweep(scene, tmp_path / "out", keep, tell=told.append, **how)
+        assert told == ([DONE.format(tmp_path / "out")] if result.already_done else [])
+        return result.already_done
+
+    again.folder = tmp_path / "out"
+    return again
+
+
+def test_it_is_done_again_if_one_asks_so_or_asks_something_else(done, monkeypatch):
+    assert done()
+    assert not done(again=True)
+    for scene in (SMALL.replace(**{"cam.rpm": 900}), SMALL.replace(name="another name"), SMALL):
+        assert not done(scene)
+        assert done(scene)
+    assert not done(keep="all")
+    monkeypatch.setattr("camopt.front.asked.VERSION", "99")
+    assert not done(keep="all")
+    assert done(keep="all")
+
+
+def test_it_is_done_again_unless_every_file_is_whole(done):
+    for name in ("pareto.parquet", "designs.parquet", "manifest.json"):
+        whole = (done.folder / name).read_bytes()
+        for data in (whole[:-1], whole[:-9] + b"0" + whole[-8:], b"", None):
+            if data is None:
+                (done.folder / name).unlink()
+            else:
+                (done.folder / name).write_bytes(data)
+            assert not done(), (name, data)
+            assert (done.folder / name).read_bytes() == whole
+            assert done()
+    (done.folder / "scene.toml").unlink()
+    assert not done()
+    (done.folder / "scene.toml").write_text("edited")
+    with pytest.raises(BadInput, match="edited since camopt wrote it"):
+        done()
+
+
+def test_a_file_that_another_command_has_taken_over_is_computed_anew(done):
+    with published(done.folder, "synthesise", ("scene.toml",)) as unit:
+        unit.path("scene.toml").write_text("of another command")
+    assert not done()
+
+
+def test_a_proof_in_a_table_stays_where_its_sweep_is_done_already(done):
+    counts = certify_table(done.folder / "designs.parquet")
+    assert done()
+    assert camopt.load(done.folder / "designs.parquet")["proof"].value_counts().to_dict() == dict(counts)
+
+
+@pytest.mark.parametrize("answer", [{}, [], 1, "text", {"best": 1}, None])
+def test_a_manifest_that_says_odd_things_of_its_result_is_not_believed(done, answer):
+    manifest = manifest_of(done.folder)
+    odd = replace(manifest.results["sweep"], answer=answer)
+    (done.folder / "manifest.json").write_text(manifest.with_result("sweep", odd).to_json())
+    assert not done()
+
+
+def test_an_interrupted_sweep_of_another_question_stays_where_the_result_is_done(done, at_once):
+    other = SCENE.replace(**{"cam.rpm": 900})
+    with pytest.raises(Stopped):
+        sweep(other, done.folder, block=BLOCK, progress=stopped(1200))
+    assert done()
+    assert "rpm = 900.0" in interrupted(done.folder, "sweep").scene
+
+
+def test_a_requeued_array_of_parts_evaluates_nothing(tmp_path, command, monkeypatch):
+    (tmp_path / "own.toml").write_text(SMALL.to_toml())
+    array = [("sweep", "own.toml", "--part", f"{number}/5", "--out", "parts", "--json") for number in range(1, 6)]
+    first = [command(*each) for each in array]
+    merged = command("merge", "parts", "--json")
+    monkeypatch.setattr("camopt.front.parts.gathered", never)
+    for number, each in enumerate(array, 1):
+        code, out, err = command(*each)
+        assert (code, out) == first[number - 1][:2] == (0, out)
+        assert err == f"camopt: {DONE.format(f'parts/part-{number}-of-5')}\n"
+    code, out, err = command("merge", "parts", "--json")
+    assert (code, out) == merged[:2]
+    assert err == f"camopt: {DONE.format('camopt-out')}\n"
+    monkeypatch.undo()
+    monkeypatch.chdir(tmp_path)
+    code, out, err = command(*array[0], "--again")
+    assert (code, out) == first[0][:2]
+    assert "wrote parts/part-1-of-5/part-1-of-5.sweep" in err
+
+
+def test_resume_begins_where_there_is_nothing_to_go_on_with(tmp_path, command, whole):
+    (tmp_path / "own.toml").write_text(SCENE.to_toml())
+    (tmp_path / "empty").mkdir()
+    (tmp_path / "begun" / ".camopt").mkdir(parents=True)
+    (tmp_path / "begun" / ".camopt" / "sweep.journal").write_bytes(b"camopt jour")
+    for folder in ("absent", "empty", "begun"):
+        assert command("sweep", "own.toml", "--resume", "--out", folder, "--quiet")[0] == 0
+        assert files_in(tmp_path / folder) == whole["feasible"]
+
+
+def test_resume_of_what_is_done_says_so_whoever_asked_it(tmp_path, command, whole):
+    (tmp_path / "own.toml").write_text(SCENE.to_toml())
+    command("sweep", "own.toml", "--resume", "--out", "out")
+    for asked in (("own.toml",), ()):
+        code, _, err = command("sweep", *asked, "--resume", "--out", "out")
+        assert (code, err) == (0, f"camopt: {DONE.format('out')}\n")
+    code, _, err = command("sweep", "--resume", "--out", "out", "--rpm", "900")
+    assert (code, err) == (2, "camopt: --resume: goes on with the sweep in out, which differs in cam.rpm\n")
+    assert files_in(tmp_path / "out") == whole["feasible"]
+
+
+def test_resume_replaces_no_result_of_which_nothing_tells_what_was_asked(tmp_path, command):
+    with published(tmp_path / "out", "sweep", ("scene.toml",)) as unit:
+        unit.path("scene.toml").write_text("of an older camopt")
+    code, _, err = command("sweep", "--resume", "--out", "out")
+    assert code == 2
+    assert err == "camopt: --resume = 'out': needs a scene: nothing tells what the sweep in this folder was asked\n"

@@ -1,7 +1,8 @@
 """The command line. Each command is one call of the library, and a printer of its result."""
 
 import sys
-from contextlib import nullcontext, suppress
+from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from camopt.cli.options import (
     FreeNumber,
     Place,
     Share,
+    again_option,
     changed,
     check_file,
     check_folder,
@@ -107,11 +109,12 @@ def _reached(scene: Any, half_width: float) -> int:
 @click.option(
     "--resume",
     is_flag=True,
-    help="Go on with the interrupted sweep in the folder, whatever it was asked. The same command does so anyway.",
+    help="Go on with the sweep in the folder, whatever it was asked, or begin. The same command does so anyway.",
 )
 @click.option(
     "--part", type=Share(), help="Evaluate one of N equal parts, on any machine; `camopt merge` puts them together."
 )
+@again_option
 @scheduler_option
 def sweep(
     scene: Any,
@@ -122,12 +125,14 @@ def sweep(
     workers: int | None,
     resume: bool,
     part: tuple[int, int] | None,
+    again: bool,
     engine: Any,
     **asked: Any,
 ) -> int:
     """Evaluate every design of a grid, or a sample; write the feasible ones and the Pareto front as tables.
 
-    An interrupted sweep keeps what it has done: the same command goes on from there.
+    An interrupted sweep keeps what it has done: the same command goes on from there. If it is done already, the
+    same command says so.
     """
     from camopt.cli import reports, terminal
     from camopt.cli.resumed import resumed
@@ -142,16 +147,17 @@ def sweep(
     unit = "boxes of designs" if keep == "front-only" else "designs"
     with terminal.progress(quiet, unit) as advance:
         if part:
-            share = sweep_part(scene, part, out, keep, workers, advance, engine=engine, tell=tell)
+            share = sweep_part(scene, part, out, keep, workers, advance, engine, tell, again)
         else:
-            whole = run(scene, out, keep, workers, advance, engine=engine, tell=tell)
+            whole = run(scene, out, keep, workers, advance, engine=engine, tell=tell, again=again)
     if part:
         reports.show_part(share, as_json)
     else:
         reports.show_sweep(whole, as_json)
     if not quiet:
         terminal.say_unused(scene)
-        terminal.say_written([share.file] if part else whole.files)
+        made = share if part else whole
+        terminal.say_written([] if made.already_done else [share.file] if part else whole.files)
     if part:
         return 0
     return _reached(scene, whole.reached) if whole.pareto else NOTHING_FEASIBLE
@@ -177,7 +183,8 @@ def _searched(
 @click.argument("parts", nargs=-1, required=True, metavar="FOLDER...")
 @output_options
 @click.option("--out", type=Place(), default="camopt-out", show_default=True, help="Folder for the tables.")
-def merge(parts: tuple[str, ...], as_json: bool, quiet: bool, out: Path) -> int:
+@again_option
+def merge(parts: tuple[str, ...], as_json: bool, quiet: bool, out: Path, again: bool) -> int:
     """Put the parts of a sweep together: the tables that one run would have written.
 
     FOLDERs hold what `camopt sweep --part` wrote, in them or in folders inside them.
@@ -186,10 +193,10 @@ def merge(parts: tuple[str, ...], as_json: bool, quiet: bool, out: Path) -> int:
     from camopt.front.parts import merge as run
 
     with terminal.progress(quiet, "designs") as advance:
-        result = run(parts, out, advance)
+        result = run(parts, out, advance, terminal.say_lost if quiet else terminal.say_note, again)
     reports.show_sweep(result, as_json)
     if not quiet:
-        terminal.say_written(result.files)
+        terminal.say_written([] if result.already_done else result.files)
     return _reached(result.scene, result.reached) if result.pareto else NOTHING_FEASIBLE
 
 
@@ -209,32 +216,40 @@ NO_TIME = 1e-3  # seconds: where none are left, bounds have prices, and nothing 
     show_default=True,
     help="Time for the searches. After it, the smallest cam so far is shown, and how much smaller one might be.",
 )
-def optimise(scene: Any, as_json: bool, quiet: bool, out: Path | None, seconds: float) -> int:
+@again_option
+def optimise(scene: Any, as_json: bool, quiet: bool, out: Path | None, seconds: float, again: bool) -> int:
     """Find the smallest cam of each motion law that meets every limit."""
     from camopt.cli import reports, terminal
+    from camopt.cli.once import Once, Told, once
     from camopt.numerics.clock import now
-    from camopt.publishing import published
     from camopt.scene.oddities import no_wall
     from camopt.smallest.optimise import optimise as run
     from camopt.smallest.prices import prices
     from camopt.tables.designs import OPTIMUM, write_scenes
 
+    def work(unit: Any) -> Told:
+        with terminal.progress(quiet, "laws") as advance:
+            end = now() + seconds
+            result = run(scene, advance, seconds)
+            if unit:
+                write_scenes(result.by_law, unit.staging)
+            costs = prices(result, max(end - now(), NO_TIME))
+        code = _reached(scene, result.best["relative_half_width"]) if result.best else NOTHING_FEASIBLE
+        walls = no_wall(scene, result.best.get("base_radius_mm")) if result.best else ()
+        return Told(partial(reports.show_optimum, result, costs), code, (*result.warnings, *walls))
+
+    if not quiet:
+        terminal.say_unused(scene)
     if out:
         check_folder(scene, out, OPTIMUM)
-    writing = published(out, "optimise", (OPTIMUM,)) if out else nullcontext()
-    with writing as unit, terminal.progress(quiet, "laws") as advance:
-        end = now() + seconds
-        result = run(scene, advance, seconds)
-        if unit:
-            write_scenes(result.by_law, unit.staging)
-        costs = prices(result, max(end - now(), NO_TIME))
-    reports.show_optimum(result, costs, as_json)
+        made = Once(out, "optimise", (OPTIMUM,), {"seconds": seconds})
+        return once(made, scene, again, as_json, quiet, work)
+    refuse_without("--out", {"again": again or None})
+    told = work(None)
+    told.show(as_json)
     if not quiet:
-        terminal.say_notes(result.warnings)
-        terminal.say_unused(scene)
-        terminal.say_notes(no_wall(scene, result.best.get("base_radius_mm")) if result.best else ())
-        terminal.say_written(unit.files if unit else ())
-    return _reached(scene, result.best["relative_half_width"]) if result.best else NOTHING_FEASIBLE
+        terminal.say_notes(told.notes)
+    return told.code
 
 
 @camopt.command()
@@ -250,30 +265,35 @@ def optimise(scene: Any, as_json: bool, quiet: bool, out: Path | None, seconds: 
     type=Place(*PICTURES),
     help="Draw the cams of new and known laws: PNG, SVG, PDF.",
 )
-def synthesise(scene: Any, as_json: bool, quiet: bool, out: Path, picture: Path | None) -> int:
+@again_option
+def synthesise(scene: Any, as_json: bool, quiet: bool, out: Path, picture: Path | None, again: bool) -> int:
     """Compute new motion laws (B-splines) that allow the smallest cam."""
     from camopt.cli import reports, terminal
-    from camopt.publishing import published
+    from camopt.cli.once import Once, Told, once
     from camopt.synthesis.compare import compared
     from camopt.synthesis.files import SCENE, SYNTHESIS, write_comparison, write_laws
     from camopt.synthesis.prices import synthesis_prices
     from camopt.synthesis.synthesise import synthesise as run
 
-    check_folder(scene, out, SCENE)
-    with published(out, "synthesise", SYNTHESIS) as unit, terminal.progress(quiet, "starts") as advance:
-        result = run(scene, advance)
-        known = compared(scene)
-        write_laws(result, unit.staging)
-        write_comparison(result, known, unit.staging)
-        costs = synthesis_prices(result)
-    if picture:
-        from camopt.drawing.synthesis import plot_synthesis
+    def work(unit: Any) -> Told:
+        with terminal.progress(quiet, "starts") as advance:
+            result = run(scene, advance)
+            known = compared(scene)
+            write_laws(result, unit.staging)
+            write_comparison(result, known, unit.staging)
+            costs = synthesis_prices(result)
+        if picture:
+            from camopt.drawing.synthesis import plot_synthesis
 
-        plot_synthesis(result, picture, known)
-    reports.show_synthesis(result, known, costs, as_json)
-    if not quiet:
-        terminal.say_written([*unit.files, *filter(None, [picture])])
-    return _reached(scene, result.design["relative_half_width"])
+            plot_synthesis(result, picture, known)
+        code = _reached(scene, result.design["relative_half_width"])
+        return Told(partial(reports.show_synthesis, result, known, costs), code)
+
+    check_folder(scene, out, SCENE)
+    code = once(Once(out, "synthesise", SYNTHESIS, {}), scene, again or bool(picture), as_json, quiet, work)
+    if picture and not quiet:
+        terminal.say_written([picture])
+    return code
 
 
 @camopt.command()
@@ -297,6 +317,7 @@ def synthesise(scene: Any, as_json: bool, quiet: bool, out: Path, picture: Path 
     "--out", type=Place(), default="camopt-out", show_default=True, help="Folder for the table and the picture."
 )
 @click.option("--workers", type=click.IntRange(1), help="Number of processes; one per core by default.")
+@again_option
 @scheduler_option
 def frontier(
     scene: Any,
@@ -306,23 +327,27 @@ def frontier(
     points: int,
     out: Path,
     workers: int | None,
+    again: bool,
     engine: Any,
 ) -> int:
     """Show the trade-off between size and acceleration, or other terms and loads, with new motion laws."""
     from camopt.cli import reports, terminal
+    from camopt.cli.once import Once, Told, once
     from camopt.drawing.frontier import plot_frontier
-    from camopt.publishing import published
     from camopt.synthesis.files import FRONTIER, PICTURE, write_frontier
     from camopt.synthesis.frontier import frontier as run
 
-    with published(out, "frontier", (FRONTIER, PICTURE)) as unit, terminal.progress(quiet, "points") as advance:
-        found = run(scene, [axis.strip() for axis in axes.split(",")], points, workers, advance, engine)
-        write_frontier(found, unit.staging)
-        plot_frontier(found, unit.path(PICTURE))
-    reports.show_frontier(found, as_json)
-    if not quiet:
-        terminal.say_written(unit.files)
-    return 0 if found.rows else NOTHING_FEASIBLE
+    traded = [axis.strip() for axis in axes.split(",")]
+
+    def work(unit: Any) -> Told:
+        with terminal.progress(quiet, "points") as advance:
+            found = run(scene, traded, points, workers, advance, engine)
+            write_frontier(found, unit.staging)
+            plot_frontier(found, unit.path(PICTURE))
+        return Told(partial(reports.show_frontier, found), 0 if found.rows else NOTHING_FEASIBLE)
+
+    made = Once(out, "frontier", (FRONTIER, PICTURE), {"axes": traded, "points": points})
+    return once(made, scene, again, as_json, quiet, work)
 
 
 @camopt.command()
@@ -489,22 +514,26 @@ def serve(scene: Any, as_json: bool, quiet: bool, port: int, folder: Path | None
     "--out", type=Place(), default="camopt-out", show_default=True, help="Folder for the table and the pictures."
 )
 @click.option("--workers", type=click.IntRange(1), help="Number of processes of --scheduler local.")
+@again_option
 @scheduler_option
-def accuracy(scene: Any, as_json: bool, quiet: bool, out: Path, workers: int | None, engine: Any) -> int:
+def accuracy(
+    scene: Any, as_json: bool, quiet: bool, out: Path, workers: int | None, again: bool, engine: Any
+) -> int:
     """Measure how much time accuracy costs, as a table and a picture."""
     from camopt.cli import reports, terminal
-    from camopt.publishing import published
+    from camopt.cli.once import Once, Told, once
     from camopt.studies.accuracy import ACCURACY, measure, write_accuracy
 
     if engine is None:
         refuse_without("--scheduler", {"workers": workers})
-    with published(out, "accuracy", ACCURACY) as unit, terminal.progress(quiet, "laws") as advance:
-        rows = measure(scene, advance, engine)
-        write_accuracy(rows, scene, unit.staging)
-    reports.show_accuracy(rows, scene, as_json)
-    if not quiet:
-        terminal.say_written(unit.files)
-    return 0
+
+    def work(unit: Any) -> Told:
+        with terminal.progress(quiet, "laws") as advance:
+            rows = measure(scene, advance, engine)
+            write_accuracy(rows, scene, unit.staging)
+        return Told(partial(reports.show_accuracy, rows, scene), 0)
+
+    return once(Once(out, "accuracy", ACCURACY, {}), scene, again, as_json, quiet, work)
 
 
 @camopt.command()
@@ -519,22 +548,23 @@ def accuracy(scene: Any, as_json: bool, quiet: bool, out: Path, workers: int | N
 @click.option(
     "--out", type=Place(), default="camopt-out", show_default=True, help="With --spectrum: folder for its files."
 )
-def effects(scene: Any, as_json: bool, quiet: bool, spectrum: bool, out: Path) -> int:
+@again_option
+def effects(scene: Any, as_json: bool, quiet: bool, spectrum: bool, out: Path, again: bool) -> int:
     """Show which computations (effects) a scene needs, why, and how long each takes."""
     from camopt.cli import reports, terminal
 
     if spectrum:
-        from camopt.publishing import published
+        from camopt.cli.once import Once, Told, once
         from camopt.studies.spectrum import SPECTRUM, write_spectrum
         from camopt.studies.spectrum import spectrum as spectra
 
-        with published(out, "effects", SPECTRUM) as unit:
+        def work(unit: Any) -> Told:
             rows = spectra(scene)
             write_spectrum(rows, unit.staging)
-        reports.show_spectrum(rows, as_json)
-        if not quiet:
-            terminal.say_written(unit.files)
-        return 0
+            return Told(partial(reports.show_spectrum, rows), 0)
+
+        return once(Once(out, "effects", SPECTRUM, {}), scene, again, as_json, quiet, work)
+    refuse_without("--spectrum", {"again": again or None})
     from camopt.studies.cost_report import cost_report
 
     with terminal.progress(quiet, ""):

@@ -126,6 +126,12 @@ def outputs_option(command: Callable[..., Any]) -> Callable[..., Any]:
     )(command)
 
 
+def again_option(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Whether to do what is done already."""
+    told = "Compute anew, even if the result is there already, whole, of the same question and version."
+    return click.option("--again", is_flag=True, help=told)(command)
+
+
 def scheduler_option(command: Callable[..., Any]) -> Callable[..., Any]:
     """The option that says whose workers to use; the command gets the engine, None for this process and its own."""
 

@@ -6,29 +6,33 @@ from typing import Any
 import click
 from click.core import ParameterSource
 
-BESIDE = {"out", "resume", "part", "workers", "scheduler", "quiet", "as_json"}
+BESIDE = {"out", "resume", "part", "workers", "scheduler", "quiet", "as_json", "again"}
 """Options that do not ask for another sweep."""
 
 
 def resumed(scene: Any, keep: str, out: Path, part: tuple[int, int] | None) -> tuple[Any, str]:
-    """The scene of the interrupted sweep in a folder, and which designs it keeps.
+    """The scene of the sweep in a folder, interrupted or whole, and what it keeps; what is given if there is none.
 
-    BadInput if there is none, or if options ask for something else than it was asked.
+    BadInput if options ask for something else than it was asked, or nothing tells what it was asked.
     """
-    from camopt.front.asked import KEPT, asked_again, asked_of
+    from camopt.front.asked import KEPT, asked_again, asked_of, asked_of_result
     from camopt.front.journal import interrupted
     from camopt.front.parts import COMMAND, folder_of
+    from camopt.manifest import has_result
     from camopt.mistakes import BadInput, Mistake
     from camopt.scene.scene import find_scene
 
     folder, command = (out / folder_of(*part), COMMAND) if part else (out, "sweep")
-    question = interrupted(folder, command)
-    if question is None:
-        why = "needs an interrupted sweep, and there is none in this folder"
-        raise BadInput([Mistake("camopt", "--resume", str(folder), why, bare=True)])
+    question = interrupted(folder, command) or asked_of_result(folder, command)
     context = click.get_current_context()
     sources = {name: context.get_parameter_source(name) for name in context.params}
-    if any(source is ParameterSource.COMMANDLINE for name, source in sources.items() if name not in BESIDE):
+    asks = any(source is ParameterSource.COMMANDLINE for name, source in sources.items() if name not in BESIDE)
+    if question is None:
+        if not asks and has_result(folder, command):
+            why = "needs a scene: nothing tells what the sweep in this folder was asked"
+            raise BadInput([Mistake("camopt", "--resume", str(folder), why, bare=True)])
+        return scene, keep
+    if asks:
         asked = asked_of(scene, keep).question(*(part or (1, 1)))
         other = asked.asks_other_than(question)
         if sources.get("scene") is not ParameterSource.COMMANDLINE:  # options alone: those that differ

@@ -3,8 +3,10 @@
 import json
 import tomllib
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass, fields, replace
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,6 +14,7 @@ import numpy as np
 from camopt.engines import Engine
 from camopt.front.blocks import BLOCK, Batch, Blocks, merged
 from camopt.front.box_bounds import all_bounded
+from camopt.manifest import question_in
 from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.problem.problem import VERDICT, Problem, resolve
 from camopt.problem.sample import searched_space
@@ -72,6 +75,11 @@ class Question:
         """The question of which this one is a part."""
         return replace(self, part=1, parts=1)
 
+    @property
+    def plain(self) -> dict[str, Any]:
+        """The question as a manifest keeps it; of a whole sweep without its own blocks, on which no row depends."""
+        return asdict(self if self.parts > 1 else replace(self, block=BLOCK))
+
 
 @dataclass(frozen=True)
 class Asked:
@@ -106,10 +114,7 @@ class Asked:
 
     def question(self, part: int = 1, parts: int = 1) -> Question:
         """The question, or that of one of several equal parts."""
-        from camopt.kernels.dispatchers import CACHE_FOLDER
-
-        version = f"{VERSION} {CACHE_FOLDER.name}"
-        return Question(self.scene.to_toml(), self.keep, self.block, version, part, parts)
+        return Question(self.scene.to_toml(), self.keep, self.block, version_of_rows(), part, parts)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """To another process go the question and nothing else."""
@@ -127,6 +132,21 @@ class Asked:
     def numbers(self, part: int = 1, parts: int = 1) -> range:
         """The blocks of one of several equal parts: consecutive ones."""
         return range(len(self.blocks) * (part - 1) // parts, len(self.blocks) * part // parts)
+
+
+def version_of_rows() -> str:
+    """The version of camopt and of its kernels: with the same one, the same question has the same answer."""
+    from camopt.kernels.dispatchers import CACHE_FOLDER
+
+    return f"{VERSION} {CACHE_FOLDER.name}"
+
+
+def asked_of_result(folder: Path, command: str) -> Question | None:
+    """The question of the sweep whose result is in a folder; None if there is none, or nothing tells."""
+    found = question_in(folder, command)
+    with suppress(ValueError, TypeError):
+        return found and Question.decoded(json.dumps(found).encode())
+    return None
 
 
 def _keys(data: Any, key: str = "") -> dict[str, Any]:

@@ -14,7 +14,7 @@ from hashlib import sha256
 from pathlib import Path
 from shutil import copyfile
 from struct import Struct
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, TypeVar
 
 import numpy as np
 import pyarrow as pa
@@ -27,7 +27,7 @@ from camopt.front.blocks import Batch, merged
 from camopt.mistakes import Stopped
 from camopt.numerics.clock import now
 from camopt.problem.rows import Rows
-from camopt.publishing import journal_path
+from camopt.publishing import already_done, answered, journal_path
 from camopt.tables.table import parquet_options, schema, to_table
 from camopt.verdicts.judging import Effort
 
@@ -37,6 +37,8 @@ HEAD = Struct("<Q32s")  # length and digest of a record
 AT_ONCE = 1 << 22  # bytes
 END = b"end"
 TABLES = ("kept", "front", "best")
+
+Found = TypeVar("Found")
 
 
 class Journal:
@@ -306,6 +308,31 @@ def batches_of(file: BinaryIO, question: Question, numbers: range) -> Iterator[t
             return
         expected = batch.last
         yield batch, end
+
+
+def recalled(
+    folder: str | os.PathLike[str],
+    command: str,
+    question: Question,
+    result: Callable[[Any], Found],
+    tell: Tell | None,
+) -> Found | None:
+    """The result of a sweep that is in a folder already, made of what its manifest says; None if it is not there.
+
+    ``tell`` is told. The journal of the same question, which a death may have left, has been used up.
+    """
+
+    def is_spent(journal: Path) -> bool:
+        kept = question_of(journal)
+        return kept is not None and kept.plain == question.plain
+
+    answer = answered(folder, command, question.plain, is_spent)
+    with suppress(LookupError, TypeError, ValueError, AttributeError):  # a manifest may say anything
+        found = None if answer is None else result(answer)
+        if found is not None and tell:
+            tell(already_done(folder))
+        return found
+    return None
 
 
 class Broken(ValueError):

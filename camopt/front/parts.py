@@ -5,6 +5,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 from camopt.engines import Engine
 from camopt.engines.threads import Threads
@@ -14,18 +15,18 @@ from camopt.front.blocks import Batch
 from camopt.front.estimate import foresee
 from camopt.front.journal import (
     Broken,
-    Journal,
     Tell,
     damage_of,
     going_on,
     interrupted,
     journal_at,
     question_of,
+    recalled,
     what_is_kept,
     whole_batches,
 )
 from camopt.front.streaming import Seen, gathered
-from camopt.front.sweep import Keeps, Sweep, Write, result_of
+from camopt.front.sweep import Keeps, Sweep, Write, result_of, swept_already
 from camopt.manifest import settled_paths
 from camopt.mistakes import BadInput, Mistake
 from camopt.publishing import PART, published
@@ -35,6 +36,7 @@ from camopt.smallest.result import Progress
 from camopt.verdicts.judging import Effort
 
 COMMAND = "part"
+COUNTS = ("designs", "impossible", "feasible")
 MOST_PARTS = 100_000
 BLOCKS_OF_A_PART = 8  # at least: parts are of equal size, but for one block
 MOST_NAMED = 20  # parts that a message names
@@ -60,6 +62,8 @@ class SweepPart(Shown):
         Designs that were looked at again.
     file : pathlib.Path
         What ``merge`` reads.
+    already_done : bool
+        Whether it was there already.
 
     Examples
     --------
@@ -78,6 +82,7 @@ class SweepPart(Shown):
     feasible: int
     effort: Effort
     file: Path = field(repr=False)
+    already_done: bool = False
 
     def __repr__(self) -> str:
         return f"<Part {self.part} of {self.parts} of a sweep of {self.scene.name}: {self.designs:,} designs>"
@@ -92,6 +97,7 @@ def sweep_part(
     progress: Progress | None = None,
     engine: Engine | None = None,
     tell: Tell | None = None,
+    again: bool = False,
 ) -> SweepPart:
     """Evaluate one of several equal parts of a sweep; ``merge`` puts them together.
 
@@ -114,6 +120,8 @@ def sweep_part(
     engine : Engine, optional
         As for ``sweep``.
     tell : callable, optional
+        As for ``sweep``.
+    again : bool, default False
         As for ``sweep``.
 
     Returns
@@ -138,18 +146,28 @@ def sweep_part(
     """
     asked, own = _part_of(asked_of(scene, keep), part), Threads(workers or os.cpu_count() or 1)
     folder, name = Path(out) / folder_of(*part), f"{folder_of(*part)}{PART}"
-    journal: Journal | None = None
+    question, journal = asked.question(*part), None
+
+    def found(answer: Any) -> SweepPart:
+        effort = Effort(*answer["effort"])
+        counts = {name: answer[name] for name in COUNTS}
+        return SweepPart(asked.scene, *part, **counts, effort=effort, file=folder / name, already_done=True)
+
+    if not again and (done := recalled(folder, COMMAND, question, found, tell)):
+        return done
     with ExitStack() as stack:
         stack.enter_context(what_is_kept(lambda: journal.kept if journal else ""))
-        unit = stack.enter_context(published(folder, COMMAND, (name,)))
+        unit = stack.enter_context(published(folder, COMMAND, (name,), question=question.plain))
         journal = stack.enter_context(journal_at(unit.journal, asked, *part, tell))
         foresee(journal, own, engine or own, tell)
         batches = going_on(journal, engine or own, tell)
         seen = gathered(asked.space, batches, asked.block, lambda rows: None, progress)
         journal.finish(unit.path(name))
-    existing, feasible = seen.existing or 0, seen.feasible or 0
-    impossible = seen.evaluated - existing
-    return SweepPart(asked.scene, *part, seen.evaluated, impossible, feasible, seen.effort, folder / name)
+        existing, feasible = seen.existing or 0, seen.feasible or 0
+        impossible = seen.evaluated - existing
+        result = SweepPart(asked.scene, *part, seen.evaluated, impossible, feasible, seen.effort, folder / name)
+        unit.answer = {name: getattr(result, name) for name in COUNTS} | {"effort": [*seen.effort]}
+    return result
 
 
 def folder_of(part: int, parts: int) -> str:
@@ -183,6 +201,8 @@ def merge(
     parts: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
     out: str | os.PathLike[str] | None = None,
     progress: Progress | None = None,
+    tell: Tell | None = None,
+    again: bool = False,
 ) -> Sweep:
     """Put the parts of a sweep together: the same result, and files byte for byte, as of one run.
 
@@ -194,6 +214,10 @@ def merge(
         Folder for the tables, as for ``sweep``; None writes nothing.
     progress : callable, optional
         Called with (designs done, designs in all).
+    tell : callable, optional
+        Called with a sentence if it is done already.
+    again : bool, default False
+        As for ``sweep``.
 
     Returns
     -------
@@ -221,6 +245,8 @@ def merge(
     asked = _checked(questions, damaged)
     if out is not None:
         _check_folder(Path(out), asked)
+    if out is not None and not again and (done := swept_already(asked, out, tell)):
+        return done
     in_order = sorted(questions, key=lambda path: questions[path].part)
 
     def batches() -> Iterator[Batch]:

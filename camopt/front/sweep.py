@@ -18,10 +18,11 @@ from camopt.front.blocks import BLOCK
 from camopt.front.checkpoint import Checkpoint, checkpoint_at
 from camopt.front.estimate import foresee
 from camopt.front.front_search import FrontSearch
-from camopt.front.journal import Journal, Tell, going_on, journal_at, what_is_kept
+from camopt.front.journal import Journal, Tell, going_on, journal_at, recalled, what_is_kept
 from camopt.front.pareto import Front, best_of_laws, front_of, thinned
 from camopt.front.refine import refined
 from camopt.front.streaming import Seen, gathered
+from camopt.front.told import numbers_of, told_of
 from camopt.mechanisms import Designs
 from camopt.mistakes import BadInput, Mistake
 from camopt.problem.problem import Problem, exactly
@@ -39,7 +40,7 @@ from camopt.tables.table import TableWriter, schema, table_file
 from camopt.verdicts.judging import Effort, by_excess, judged, least_excess, weighed
 
 MOST_LOOKED_AT = 1 << 22  # designs for the nearest miss: to find nothing does not take twice as long
-SCENE = "scene.toml"
+COMMAND, SCENE = "sweep", "scene.toml"
 FILES = ("pareto.parquet", "pareto-grid.parquet", "designs.parquet", SCENE)
 """Names of files that sweeps write, each some of them."""
 
@@ -84,6 +85,8 @@ class Sweep(Shown):
         Boxes of designs that were bounded; 0 where every design was evaluated.
     decided_by_boxes : int
         Designs in boxes that were dropped. A few of them were evaluated before.
+    already_done : bool
+        Whether the result was in the folder already.
 
     Examples
     --------
@@ -108,6 +111,7 @@ class Sweep(Shown):
     evaluated: int = 0
     boxes: int = 0
     decided_by_boxes: int = 0
+    already_done: bool = False
 
     def __repr__(self) -> str:
         feasible = "" if self.feasible is None else f" {self.feasible:,} feasible,"
@@ -125,6 +129,7 @@ def sweep(
     block: int = BLOCK,
     engine: Engine | None = None,
     tell: Tell | None = None,
+    again: bool = False,
 ) -> Sweep:
     """Evaluate every design of the grid or the sample that a scene's ``[search]`` asks for; find the Pareto front.
 
@@ -151,7 +156,10 @@ def sweep(
         What evaluates the blocks in place of threads of this process: a ``cluster``. Rows are the same.
     tell : callable, optional
         Called with sentences that a user should know: of a long sweep, how long it may take and how much room on
-        the disk; and whether it goes on where an interrupted one ended.
+        the disk; and whether it goes on where an interrupted one ended, or is done already.
+    again : bool, default False
+        Whether to compute anew what is in the folder already. If not, and the result there is of the same question
+        and version, and its files are whole, that is what is returned.
 
     Returns
     -------
@@ -180,10 +188,12 @@ def sweep(
     # without a table nobody reads its rows; the front is the same
     asked = asked_of(scene, keep if out is not None or keep != "feasible" else "pareto", block)
     own = Threads(workers or os.cpu_count() or 1)
+    if asked.by_boxes and engine:
+        why = "decides boxes of designs on this machine alone; pareto gives the same front"
+        raise BadInput([Mistake("camopt", "keep", keep, why, bare=True)])
+    if out is not None and not again and (done := swept_already(asked, out, tell)):
+        return done
     if asked.by_boxes:
-        if engine:
-            why = "decides boxes of designs on this machine alone; pareto gives the same front"
-            raise BadInput([Mistake("camopt", "keep", keep, why, bare=True)])
         search = FrontSearch(asked.space, asked.names, own.workers, progress)
 
         def found(checkpoint: Checkpoint | None, write: Write) -> Seen:
@@ -230,13 +240,30 @@ def result_of(
     """
     scene, space, kept = asked.scene, asked.space, None
     with what_is_kept(lambda: kept.kept if kept else ""), ExitStack() as stack:
-        unit = None if out is None else stack.enter_context(published(out, "sweep", files_of(asked), stale=FILES))
+        unit = None if out is None else stack.enter_context(_published(out, asked))
         kept = stack.enter_context(keep(unit.journal)) if unit and keep else None
         tables = _tables(stack, unit, asked) if unit else {}
         seen = search(kept, tables["designs"].append if tables and asked.keep in TABLED else _nowhere)
         rows, grid = _fronts(space, seen.front, progress)
         front = front_of(rows, scene.search, grid if scene.search.refine else None)
         front = front and replace(front, knee=Design(front.knee, scene))
+        result = Sweep(
+            scene=scene,
+            designs=len(space),
+            impossible=None if seen.existing is None else len(space) - seen.existing,
+            feasible=seen.feasible,
+            effort=seen.effort,
+            reached=seen.reached,
+            pareto=rows.count,
+            files=_places(asked, unit.folder) if unit else (),
+            best=best_of_each_law(space, seen.best),
+            nearest_miss=nearest_miss_of_space(space, asked.block) if seen.feasible == 0 else None,
+            front=front,
+            obstacle="" if seen.existing != 0 else asked.problem.setup.mechanism.assembly,
+            evaluated=seen.evaluated,
+            boxes=seen.boxes,
+            decided_by_boxes=seen.decided,
+        )
         if unit:
             about = {"designs": len(space), "evaluated": seen.evaluated, "decided_by_boxes": seen.decided}
             tables["pareto"].describe("camopt_sweep", to_json(about))
@@ -246,23 +273,24 @@ def result_of(
                 if table in tables and (table != "designs" or asked.keep == "pareto"):
                     tables[table].append(found)
             write_text(unit.path(SCENE), scene.to_toml())
-    return Sweep(
-        scene=scene,
-        designs=len(space),
-        impossible=None if seen.existing is None else len(space) - seen.existing,
-        feasible=seen.feasible,
-        effort=seen.effort,
-        reached=seen.reached,
-        pareto=rows.count,
-        files=tuple(unit.folder / name for name in (*map(file_name, tables), SCENE)) if unit else (),
-        best=best_of_each_law(space, seen.best),
-        nearest_miss=nearest_miss_of_space(space, asked.block) if seen.feasible == 0 else None,
-        front=front,
-        obstacle="" if seen.existing != 0 else asked.problem.setup.mechanism.assembly,
-        evaluated=seen.evaluated,
-        boxes=seen.boxes,
-        decided_by_boxes=seen.decided,
-    )
+            unit.answer = told_of(result)
+    return result
+
+
+def _published(out: str | os.PathLike[str], asked: Asked) -> AbstractContextManager[Unit]:
+    """Where a sweep writes its files."""
+    return published(out, COMMAND, files_of(asked), stale=FILES, question=asked.question().plain)
+
+
+def swept_already(asked: Asked, out: str | os.PathLike[str], tell: Tell | None) -> Sweep | None:
+    """The result of a sweep that is in a folder already; None if it is not."""
+
+    def found(answer: Any) -> Sweep:
+        numbers = numbers_of(answer, asked.scene)
+        files = _places(asked, Path(out))
+        return Sweep(scene=asked.scene, designs=len(asked.space), files=files, already_done=True, **numbers)
+
+    return recalled(out, COMMAND, asked.question(), found, tell)
 
 
 def _nowhere(rows: Rows) -> None:
@@ -303,6 +331,10 @@ def _columns(asked: Asked) -> dict[str, tuple[str, ...]]:
 def files_of(asked: Asked) -> tuple[str, ...]:
     """The names of the files that a sweep writes."""
     return (*map(file_name, _columns(asked)), SCENE)
+
+
+def _places(asked: Asked, folder: Path) -> tuple[Path, ...]:
+    return tuple(folder / name for name in files_of(asked))
 
 
 def best_of_each_law(space: Space, rows: Rows) -> dict[str, Design]:
