@@ -10,6 +10,7 @@ import sys
 from contextlib import contextmanager
 from functools import cache
 from http.server import BaseHTTPRequestHandler, HTTPServer
+from multiprocessing import Pipe
 from threading import Thread
 from urllib.parse import urlsplit
 
@@ -24,7 +25,7 @@ from camopt.kernels import compile
 from camopt.reporting.sections import signed
 from camopt.serving import search
 from camopt.serving.controls import controls_of, scene_with
-from camopt.serving.server import MOST_BYTES, serving
+from camopt.serving.server import MOST_BYTES, MOST_STRANGERS, serving
 from camopt.serving.session import Session, answer_to
 
 MOVES = {
@@ -368,6 +369,68 @@ def test_the_server_listens_on_this_machine_alone(server):
     assert server.socket.getsockname()[0] == "127.0.0.1"
 
 
+def test_strangers_make_room_for_each_other_and_leave_the_page_alone(server):
+    """Connections that never say who they are: the oldest go, and who has the token is answered and stays."""
+    page = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=20)
+    strangers = []
+    try:
+        for _ in range(3):
+            page.request("GET", f"/{server.token}/")
+            assert page.getresponse().read()
+            connection = page.sock
+            strangers += [
+                socket.create_connection(("127.0.0.1", server.server_port)) for _ in range(MOST_STRANGERS)
+            ]
+            assert page.sock is connection
+        assert request(server, "POST", f"/{server.token}/move", QUESTION)[0] == 200
+        for gone in strangers[:-MOST_STRANGERS]:
+            gone.settimeout(20)
+            assert gone.recv(1) == b""
+        assert len(server.strangers) <= MOST_STRANGERS
+        head = f"GET /{server.token}/ HTTP/1.1\r\nHost: 127.0.0.1:{server.server_port}\r\n\r\n"
+        strangers[-1].sendall(head.encode())
+        assert strangers[-1].recv(12) == b"HTTP/1.1 200"
+    finally:
+        for each in (page, *strangers):
+            each.close()
+
+
+ORPHAN = """
+import sys, time
+from multiprocessing import get_context
+from camopt.serving.search import end_with_parent
+
+def search():
+    end_with_parent()
+    print("searching", flush=True)
+    time.sleep(600)
+
+if __name__ == "__main__":
+    process = get_context("spawn").Process(target=search, daemon=True)
+    process.start()
+    process.join()
+"""
+
+
+def test_a_search_ends_with_a_server_that_is_killed(tmp_path):
+    (tmp_path / "orphan.py").write_text(ORPHAN, encoding="utf-8")
+    running = subprocess.Popen([sys.executable, tmp_path / "orphan.py"], stdout=subprocess.PIPE, text=True)
+    assert running.stdout.readline() == "searching\n"
+    running.kill()
+    assert running.communicate(timeout=60)[0] == ""  # the search has the pipe, too, as long as it is there
+
+
+def test_the_process_of_a_search_watches_its_server(monkeypatch):
+    seen = []
+    monkeypatch.setattr(search, "end_with_parent", lambda: seen.append("watched"))
+    monkeypatch.setattr(search, "found_by", lambda scene: seen.append("searched"))
+    monkeypatch.setattr(signal, "signal", lambda *_: None)
+    ours, theirs = Pipe()
+    search._work(camopt.find_scene("two-pauses").to_dict(), "two-pauses", theirs)
+    assert seen == ["watched", "searched"]
+    assert ours.recv() is None
+
+
 def test_a_search_is_called_off():
     slow = search.Search()
     answers = []
@@ -411,6 +474,15 @@ def test_the_command_prints_the_address_and_ends_well(tmp_path):
     finally:
         running.kill()
         running.communicate()
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGHUP, 129)])
+def test_a_server_that_is_ended_says_by_what(number, code, tmp_path):
+    running = command("two-pauses", "--no-browser", folder=tmp_path)
+    assert [running.stdout.readline(), running.stdout.readline()][1] == "Ctrl-C ends it.\n"
+    running.send_signal(number)
+    out, err = running.communicate(timeout=60)
+    assert (running.returncode, out, err) == (code, "", "")
 
 
 def test_a_browser_is_started_with_an_address_that_works_once(tmp_path):

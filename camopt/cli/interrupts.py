@@ -9,13 +9,15 @@ from types import FrameType
 
 ENDING = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
 ONCE = 1.0  # seconds in which several signals are one: a terminal that closes sends two, and so do some wrappers
+CTRL_C = 128 + signal.SIGINT
+"""The exit code of shells for a command that was interrupted."""
 _heard: list[tuple[int, float]] = []
 """The signal that ends this command, and when it came."""
 
 
 def code() -> int:
     """The exit code of an interrupted command, as shells have it: 128 and the number of the signal."""
-    return 128 + (_heard[0][0] if _heard else signal.SIGINT)
+    return 128 + _heard[0][0] if _heard else CTRL_C
 
 
 @contextmanager

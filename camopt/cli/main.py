@@ -488,12 +488,12 @@ def serve(scene: Any, as_json: bool, quiet: bool, port: int, folder: Path | None
     import webbrowser
     from threading import Thread
 
-    from camopt.cli import terminal
+    from camopt.cli import interrupts, terminal
     from camopt.serving.server import serving
 
     place = Path(scene.file).parent if Path(scene.file).is_file() else Path()
     server = serving(scene, folder or place, port, say)
-    with server:
+    with suppress(KeyboardInterrupt), server:
         if as_json:
             terminal.print_json({"address": server.address})
         else:
@@ -501,9 +501,8 @@ def serve(scene: Any, as_json: bool, quiet: bool, port: int, folder: Path | None
         sys.stdout.flush()
         if not no_browser:  # in a thread of its own, for some browsers run in this terminal until they are closed
             Thread(target=webbrowser.open, args=[server.first_address], daemon=True).start()
-        with suppress(KeyboardInterrupt):
-            server.serve_forever()
-    return 0
+        server.serve_forever()
+    return 0 if interrupts.code() == interrupts.CTRL_C else interrupts.code()
 
 
 @camopt.command()

@@ -1,11 +1,12 @@
 """The search for the smallest cam in a process of its own: the page goes on meanwhile, and may call it off."""
 
+import os
 import signal
 from collections.abc import Mapping
-from multiprocessing import get_context
+from multiprocessing import get_context, parent_process
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
-from threading import Lock
+from threading import Lock, Thread
 from typing import Any
 
 from camopt.mistakes import BadInput, Mistake
@@ -31,8 +32,21 @@ def found_by(scene: Scene, seconds: float = SECONDS) -> dict[str, Any]:
     return {"scene": best.scene.to_dict(), "told": f"The smallest cam: {proof}{held}."}
 
 
+def end_with_parent() -> None:
+    """Have this process end when the one that started it does, however that ends."""
+    parent = parent_process()
+    assert parent is not None
+
+    def wait() -> None:
+        parent.join()
+        os._exit(1)
+
+    Thread(target=wait, daemon=True).start()
+
+
 def _work(tables: Mapping[str, Any], file: str, out: Connection) -> None:
     """What the process does. An interrupt of the terminal is for the server, which ends it."""
+    end_with_parent()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
         out.send(found_by(Scene.from_dict(dict(tables), file)))

@@ -2,8 +2,9 @@
 
 Whoever asks has to know the token, which is new each time and leads every path. A page of another site cannot ask
 either way: the name of the host has to be this machine's (against names that are pointed at it later), a question
-has to come from the page's own origin, and no other origin is told anything. It is the standard library's server:
-a handful of paths for one person needs no other.
+has to come from the page's own origin, and no other origin is told anything. Connections that have not shown the
+token are few: the oldest makes room for a new one, so nobody on this machine can keep the page out, or fill the
+memory. It is the standard library's server: a handful of paths for one person needs no other.
 """
 
 import hmac
@@ -11,10 +12,11 @@ import json
 import os
 import secrets
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
+from socket import SHUT_RDWR
 from threading import Lock
 from typing import Any, ClassVar
 
@@ -27,6 +29,7 @@ from camopt.serving.session import ASKED, Session, answer_to
 HOST = "127.0.0.1"
 MOST_BYTES = 1 << 16  # of a question
 IDLE = 60.0  # seconds after which a silent connection ends
+MOST_STRANGERS = 32  # connections that have not shown the token; a browser opens six at once
 HEADERS = {
     "Cache-Control": "no-store",
     "Content-Security-Policy": "frame-ancestors 'none'",
@@ -48,11 +51,13 @@ class Server(ThreadingHTTPServer):
 
     daemon_threads = True
     allow_reuse_address = os.name == "posix"  # elsewhere it would let another program listen too
+    request_queue_size = MOST_STRANGERS
 
     def __init__(self, session: Session, port: int = 0, told: Callable[[str], None] = print) -> None:
         self.session, self.told = session, told
         self.token, self.ticket = secrets.token_urlsafe(32), secrets.token_urlsafe(32)
         self.lock = Lock()
+        self.strangers: dict[Any, None] = {}
         try:
             super().__init__((HOST, port), Handler)
         except OSError as trouble:
@@ -78,6 +83,26 @@ class Server(ThreadingHTTPServer):
             taken = bool(self.ticket) and same(given, self.ticket)
             self.ticket = "" if taken else self.ticket
         return taken
+
+    def process_request(self, request: Any, client_address: Any) -> None:
+        """Answer a connection in a thread of its own; of too many strangers the oldest goes."""
+        with self.lock:
+            self.strangers[request] = None
+            oldest = next(iter(self.strangers)) if len(self.strangers) > MOST_STRANGERS else None
+            if oldest:
+                del self.strangers[oldest]
+                with suppress(OSError):
+                    oldest.shutdown(SHUT_RDWR)  # its thread reads the end, and closes it
+        super().process_request(request, client_address)
+
+    def knows(self, request: Any) -> None:
+        """A connection is no stranger any more."""
+        with self.lock:
+            self.strangers.pop(request, None)
+
+    def shutdown_request(self, request: Any) -> None:
+        self.knows(request)
+        super().shutdown_request(request)
 
     def handle_error(self, request: Any, client_address: Any) -> None:
         """A connection that breaks is the page's matter."""
@@ -152,6 +177,7 @@ class Handler(BaseHTTPRequestHandler):
         token, _, rest = self.path.removeprefix("/").partition("/")
         if not same(token, self.server.token):
             raise Refused(HTTPStatus.FORBIDDEN)
+        self.server.knows(self.connection)
         return rest if rest or self.path.endswith("/") else "-"
 
     def _asked(self) -> Any:
