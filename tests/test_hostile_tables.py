@@ -162,3 +162,29 @@ def test_a_table_whose_rows_were_chosen_is_certified(table, tmp_path):
     assert certify_table(tmp_path / "t.parquet").total() == 2  # with its column of proofs
     assert camopt.load(tmp_path / "t.parquet")["proof"].isin({"held", "broken"}).all()
     assert read_table(tmp_path / "t.parquet").schema.field("proof").type == pa.string()
+
+
+def test_an_odd_table_has_no_page_and_its_rows_are_no_cams(table, tmp_path, capsys):
+    """Rightly sealed, with columns or metadata that no command writes: one line names the file."""
+    odd = {what: change for what, change in hostile.changes(table) if what in ODD}
+    fronts, counts = ("1", "[]", '"x"', "{}", '{"points": "x"}'), ("1", "[]", "{}", '{"designs": null}')
+    odd |= {f"a front of {text}": with_text(b"camopt_front", text) for text in fronts}
+    odd |= {f"counts of {text}": with_text(b"camopt_sweep", text) for text in counts}
+    path, page = tmp_path / "t.parquet", tmp_path / "page.html"
+    for what, change in odd.items():
+        path.write_bytes(hostile.in_bytes(change(table), seal=True))
+        assert main(["report", str(path), "--out", str(page), "--quiet"]) == BAD_INPUT, what
+        (told,) = capsys.readouterr().err.splitlines()
+        assert str(path) in told or path.name in told, (what, told)
+        assert not page.exists(), what
+        if what.startswith(("a front", "counts", "a column")):
+            assert main(["evaluate", str(path), "--row", "0", "--quiet"]) == BAD_INPUT, what
+            assert str(path) in capsys.readouterr().err
+    assert len(odd) == len(ODD) + 9
+
+
+ODD = ("without law_rise", "without law_return", "a column twice", "a front of NaN", "counts of NaN", "no rows")
+
+
+def with_text(key, text):
+    return lambda table: hostile.with_metadata(table, key, text.encode())

@@ -24,6 +24,7 @@ from camopt.scene.scene import Scene
 from camopt.version import VERSION
 
 FRONT_ONLY = "front-only"
+MOST_PARTS = 100_000
 SAMPLE = 3  # blocks all over the space, which call for all kernels
 TABLED = ("feasible", "all")
 KEPT = ("pareto", *TABLED, FRONT_ONLY)
@@ -57,6 +58,11 @@ class Question:
         found = json.loads(data)
         if not isinstance(found, dict) or set(found) != {field.name for field in fields(cls)}:
             raise ValueError("no question of a sweep")
+        kinds = {field.name: field.type for field in fields(cls)}
+        if any(type(value) is not kinds[name] for name, value in found.items()):
+            raise ValueError("no question of a sweep")
+        if not (1 <= found["part"] <= found["parts"] <= MOST_PARTS and found["block"] >= 1):
+            raise ValueError("no part of a sweep")
         return cls(**found)
 
     def other_than(self, other: "Question") -> list[str]:

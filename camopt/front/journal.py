@@ -24,10 +24,12 @@ from camopt.engines import Engine
 from camopt.files import regular_file, synced, whole_file
 from camopt.front.asked import Asked, Question
 from camopt.front.blocks import Batch, merged
+from camopt.front.oddities import oddities
 from camopt.mistakes import Stopped
 from camopt.numerics.clock import now
 from camopt.problem.rows import Rows
 from camopt.publishing import already_done, answered, journal_path
+from camopt.tables.damage import TROUBLE, raise_if_of_the_disk
 from camopt.tables.table import parquet_options, schema, to_table
 from camopt.verdicts.judging import Effort
 
@@ -76,7 +78,7 @@ class Journal:
     def replayed(self) -> Iterator[Batch]:
         """The batches of a journal of the same question, in order, up to where it is whole."""
         with suppress(FileNotFoundError), self.path.open("rb") as file:
-            for batch, end in batches_of(file, self.question, self.numbers):
+            for batch, end in batches_of(file, self.question, self.asked):
                 self.done, self._whole = batch.last, end
                 yield batch
         self._since = now()
@@ -287,14 +289,15 @@ def question_of(path: Path) -> Question | None:
     OSError
         If the file cannot be read.
     """
-    with suppress(FileNotFoundError, ValueError, TypeError), regular_file(path) as file:
+    with suppress(FileNotFoundError, ValueError, TypeError, RecursionError), regular_file(path) as file:
         for payload, _ in records(file):
             return Question.decoded(payload)
     return None
 
 
-def batches_of(file: BinaryIO, question: Question, numbers: range) -> Iterator[tuple[Batch, int]]:
-    """The batches of a journal, each with where it ends; none if it is of another question."""
+def batches_of(file: BinaryIO, question: Question, asked: Asked) -> Iterator[tuple[Batch, int]]:
+    """The batches of a journal up to an odd one, each with where it ends; none if it is of another question."""
+    numbers = asked.numbers(question.part, question.parts)
     found, expected = records(file), numbers.start
     for payload, _ in found:
         if payload != question.encoded():
@@ -303,8 +306,8 @@ def batches_of(file: BinaryIO, question: Question, numbers: range) -> Iterator[t
     for payload, end in found:
         if payload == END:
             return
-        batch = decoded(payload)
-        if batch.first != expected or batch.last > numbers.stop:
+        batch = _sound(payload, asked)
+        if batch is None or batch.first != expected or batch.last > numbers.stop:
             return
         expected = batch.last
         yield batch, end
@@ -339,7 +342,7 @@ class Broken(ValueError):
     """A part of a sweep is damaged; the message says where."""
 
 
-def whole_batches(path: Path, question: Question, numbers: range) -> Iterator[Batch]:
+def whole_batches(path: Path, question: Question, asked: Asked) -> Iterator[Batch]:
     """The batches of a part of a sweep.
 
     Raises
@@ -347,15 +350,16 @@ def whole_batches(path: Path, question: Question, numbers: range) -> Iterator[Ba
     Broken
         If it is not as it was written; after the batches before that place.
     """
+    numbers = asked.numbers(question.part, question.parts)
     done, whole = numbers.start, len(MAGIC + packed(question.encoded()))
     with regular_file(path) as file:
-        for batch, end in batches_of(file, question, numbers):
+        for batch, end in batches_of(file, question, asked):
             done, whole = batch.last, end
             yield batch
         file.seek(whole)
         last = file.read()
     if done != numbers.stop or last != packed(END):
-        raise Broken(f"this is {cut_after(whole)}")
+        raise Broken(f"this is {cut_after(whole)}, or not what a sweep of its scene gives there")
 
 
 def encoded(batch: Batch, names: tuple[str, ...]) -> bytes:
@@ -369,13 +373,50 @@ def encoded(batch: Batch, names: tuple[str, ...]) -> bytes:
 
 def decoded(payload: bytes) -> Batch:
     """A batch from its bytes."""
+    return _batch(*_parted(payload))
+
+
+def _sound(payload: bytes, asked: Asked) -> Batch | None:
+    """A batch from its bytes; None if it is not what blocks of a sweep give, though its digest may be right."""
+    try:
+        numbers, tables = _parted(payload)
+        if any(why for table in tables.values() for why in oddities(table, asked.problem)):
+            return None
+        batch = _batch(numbers, tables)
+        return batch if _counted(batch, asked) else None
+    except (*TROUBLE, LookupError, TypeError, AttributeError, RecursionError) as trouble:
+        raise_if_of_the_disk(trouble)
+        return None
+
+
+def _counted(batch: Batch, asked: Asked) -> bool:
+    """Whether the numbers of a batch can be those of its blocks."""
+    counts = (batch.first, batch.last, batch.designs, batch.existing, batch.feasible, *batch.effort)
+    if not all(type(count) is int and count >= 0 for count in counts) or batch.first >= batch.last:
+        return False
+    if type(batch.reached) not in (int, float) or not batch.reached >= 0.0:
+        return False
+    before = asked.blocks.designs_before
+    rows = max(batch.kept.count, batch.front.count, batch.best.count)
+    most = batch.existing if asked.keep == "all" else batch.feasible
+    designs = before(batch.last) - before(batch.first)
+    return designs == batch.designs >= batch.existing >= batch.feasible and rows <= most
+
+
+def _parted(payload: bytes) -> tuple[dict[str, Any], dict[str, pa.Table]]:
+    """The numbers of a batch, and its tables by name."""
     start = 4 + int.from_bytes(payload[:4], "little")
     numbers, lengths = json.loads(payload[4:start])
-    rows: dict[str, Any] = {}
+    tables = {}
     for name, length in zip(TABLES, lengths, strict=True):
-        rows[name] = _rows(pq.read_table(pa.BufferReader(payload[start : start + length])))
+        tables[name] = pq.read_table(pa.BufferReader(payload[start : start + length]))
         start += length
-    return Batch(**{**numbers, "effort": Effort(*numbers["effort"])}, **rows)
+    return numbers, tables
+
+
+def _batch(numbers: dict[str, Any], tables: dict[str, pa.Table]) -> Batch:
+    rows: dict[str, Any] = {name: _rows(table) for name, table in tables.items()}
+    return Batch(**{**numbers, "effort": Effort._make(numbers["effort"])}, **rows)
 
 
 def _table_bytes(table: pa.Table) -> bytes:

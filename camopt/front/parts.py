@@ -1,6 +1,7 @@
 """Parts of a sweep, evaluated on as many machines as there are, and put together again."""
 
 import os
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
@@ -10,7 +11,7 @@ from typing import Any
 from camopt.engines import Engine
 from camopt.engines.threads import Threads
 from camopt.files import regular_file
-from camopt.front.asked import Asked, Question, asked_again, asked_of
+from camopt.front.asked import MOST_PARTS, Asked, Question, asked_again, asked_of
 from camopt.front.blocks import Batch
 from camopt.front.estimate import foresee
 from camopt.front.journal import (
@@ -36,8 +37,8 @@ from camopt.smallest.result import Progress
 from camopt.verdicts.judging import Effort
 
 COMMAND = "part"
+NAMED = re.compile(rf"part-(\d{{1,9}})-of-(\d{{1,9}}){re.escape(PART)}")
 COUNTS = ("designs", "impossible", "feasible")
-MOST_PARTS = 100_000
 BLOCKS_OF_A_PART = 8  # at least: parts are of equal size, but for one block
 MOST_NAMED = 20  # parts that a message names
 
@@ -253,7 +254,7 @@ def merge(
         for path in in_order:
             question = questions[path]
             try:
-                yield from whole_batches(path, question, asked.numbers(question.part, question.parts))
+                yield from whole_batches(path, question, asked)
             except Broken as why:
                 raise BadInput([_no_part(path, str(why))]) from None
 
@@ -289,17 +290,49 @@ def _files(places: Iterable[str | os.PathLike[str]]) -> list[Path]:
 
 def _questions(files: Iterable[Path]) -> tuple[dict[Path, Question], list[Mistake]]:
     """The questions of files, and what is said of those that are no parts, or damaged."""
-    questions, mistakes = {}, []
+    questions: dict[Path, Question] = {}
+    mistakes: list[Mistake] = []
+    scenes: dict[Question, str] = {}
     for path in files:
         with regular_file(path) as file:
             damage = damage_of(file)
-        if question := question_of(path):
-            questions[path] = question
+        question = question_of(path)
         if question is None:
             mistakes.append(_no_part(path, "this is none, or damaged at its beginning"))
-        elif damage:
+            continue
+        if question.whole not in scenes:
+            scenes[question.whole] = _oddity(question.whole)
+        if odd := scenes[question.whole] or _other_than_named(path, question):
+            mistakes.append(_no_part(path, odd))
+            continue
+        questions[path] = question
+        if damage:
             mistakes.append(_no_part(path, f"this is {damage}"))
     return questions, mistakes
+
+
+def _oddity(question: Question) -> str:
+    """What is odd about the question of a part; empty if nothing is."""
+    try:
+        asked = asked_again(question)
+    except BadInput as refused:
+        first = refused.mistakes[0]
+        return f"its scene has mistakes, such as {first.key}: {first.allowed}"
+    return "it says that boxes of designs were decided together, which have no parts" if asked.by_boxes else ""
+
+
+def _other_than_named(path: Path, question: Question) -> str:
+    """What a part says of itself if that is not what its name says; empty if it is."""
+    named = _named(path)
+    if named in (None, (question.part, question.parts)):
+        return ""
+    return f"it says of itself that it is part {question.part} of {question.parts}"
+
+
+def _named(path: Path) -> tuple[int, int] | None:
+    """Which part, and of how many, the name of a file says it is."""
+    found = NAMED.fullmatch(path.name)
+    return (int(found[1]), int(found[2])) if found else None
 
 
 def _no_part(path: Path, why: str) -> Mistake:
@@ -312,6 +345,7 @@ def _checked(questions: dict[Path, Question], mistakes: list[Mistake]) -> Asked:
         raise BadInput(mistakes or [Mistake("camopt", "part", None, "missing", bare=True)])
     first = next(iter(questions))
     whole, parts = questions[first].whole, questions[first].parts
+    refused = {named[0] for each in mistakes if (named := _named(Path(str(each.value))))}
     by_part: dict[int, list[Path]] = {}
     for path, question in questions.items():
         if question.whole != whole or question.parts != parts:
@@ -324,7 +358,7 @@ def _checked(questions: dict[Path, Question], mistakes: list[Mistake]) -> Asked:
         if len(paths) > 1:
             why = f"there more than once: {', '.join(map(str, paths))}"
             mistakes.append(Mistake("camopt", "part", part, why, bare=True))
-    if missing := [part for part in range(1, parts + 1) if part not in by_part]:
+    if missing := [part for part in range(1, parts + 1) if part not in by_part and part not in refused]:
         listed = ", ".join(map(str, missing[:MOST_NAMED])) + (" …" if len(missing) > MOST_NAMED else "")
         why = f"not complete: of {parts} parts there is no part {listed}"
         mistakes.append(Mistake("camopt", "parts", None, why, bare=True))

@@ -52,7 +52,8 @@ class Result:
     def scene(self) -> Scene:
         """The scene that was searched."""
         text = self.frame.attrs.get("scene")
-        if not text or not {"law_rise", *SIZES} & {*self.frame.columns}:
+        names = {*self.frame.columns}
+        if not text or not {"law_rise", *SIZES} & names or len({"law_rise", "law_return"} & names) == 1:
             why = "a table of designs that camopt wrote, such as pareto.parquet"
             raise BadInput([Mistake("camopt", "table", self.name, why)])
         return Scene.embedded(text, self.name)

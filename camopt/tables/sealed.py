@@ -2,7 +2,7 @@
 
 import json
 import os
-from collections.abc import Hashable, Iterator
+from collections.abc import Hashable, Iterator, Mapping
 from contextlib import contextmanager
 from errno import EINVAL
 from typing import Any, BinaryIO
@@ -106,11 +106,23 @@ def _oddity(layout: pa.Schema) -> str:
     for field in layout:
         if field.type not in COLUMN_TYPES:
             return f"its column {field.name!r} has the type {field.type}"
+    if len({*layout.names}) < len(layout.names):
+        return "two of its columns have the same name"
     try:
-        about(layout)
+        said = about(layout)
     except (ValueError, RecursionError):
         return "its metadata are not text, or its front is not JSON"
+    front = {"points": int, "hypervolume": float | int}
+    if not _has(said["front"], front) or not _has(said["sweep"], {"designs": int}):
+        return "what it says of its front or its sweep has not the form of camopt"
     return ""
+
+
+def _has(said: Any, kinds: Mapping[str, Any]) -> bool:
+    """Whether a part of the metadata, if there is one, is a mapping with values of some types."""
+    return said is None or (
+        isinstance(said, dict) and all(isinstance(said.get(name), kind) for name, kind in kinds.items())
+    )
 
 
 def scene_in(layout: pa.Schema, path: str | os.PathLike[str]) -> Scene:

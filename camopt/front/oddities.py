@@ -1,0 +1,52 @@
+"""What keeps rows of a table, or of a part of a sweep, from being those of a sweep of its scene."""
+
+from collections.abc import Iterator
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
+
+from camopt.front.asked import column_names
+from camopt.mechanisms import SIZES
+from camopt.mistakes import BadInput
+from camopt.motion.table import RETURN, RISE
+from camopt.problem.problem import Problem
+from camopt.problem.settings import problems_of
+from camopt.quantities import QUANTITIES
+from camopt.scene.tables import LONGEST, SHORTEST
+from camopt.tables.table import schema
+
+
+def oddities(table: pa.Table, problem: Problem) -> Iterator[str]:
+    """What keeps a table from being one of a sweep of a scene."""
+    names = column_names(problem)
+    expected = schema((*names, "refined") if "refined" in table.column_names else names, "")
+    if table.column_names != expected.names:
+        differ = ", ".join(sorted({*table.column_names} ^ {*expected.names})) or "in another order"
+        yield f"its columns are not those of its scene: {differ}"
+        return
+    for column in expected:
+        found = table.schema.field(column.name)
+        if (found.type, found.nullable) != (column.type, column.nullable) or table[column.name].null_count:
+            yield f"its column {column.name} has not the type {column.type}"
+            return
+        odd = np.isnan if QUANTITIES[column.name].effect != "sizes" else lambda values: ~np.isfinite(values)
+        if column.type == pa.float64() and odd(table[column.name].to_numpy()).any():
+            yield f"its column {column.name} has values that are no numbers, or no sizes"
+            return
+    for key, name in problem.numbers.items():
+        try:
+            problem.scene.replace(**{f"search.{key}": pc.unique(table[name]).to_pylist() or None})
+        except BadInput as error:
+            yield f"its column {name} has values that {key} cannot have: {error.mistakes[0]}"
+            return
+    for name in (problem.size_name, *(f"{size}_mm" for size in SIZES)):
+        least = -LONGEST if "offset" in name else SHORTEST
+        values = table[name].to_numpy() if name in names else np.zeros(0)
+        if not np.all((least <= values) & (values <= LONGEST)):
+            yield f"its column {name} has values that are no sizes"
+            return
+    laws = table.select(["law_rise", "law_return"]).group_by(["law_rise", "law_return"]).aggregate([]).to_pylist()
+    known = {(each.programme.law_names(RISE), each.programme.law_names(RETURN)) for each in problems_of(problem)}
+    if any((row["law_rise"], row["law_return"]) not in known for row in laws):
+        yield "this has laws that its scene does not have"
