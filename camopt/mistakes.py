@@ -1,11 +1,13 @@
 """Errors: mistakes of a user, each one line; limits that cannot be met; a solver that fails; stopped work."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
+from functools import lru_cache
 from typing import Any
 
-LONGEST_SHOWN = 100  # characters of a value
+LONGEST_SHOWN, LONGEST_NAME, LONGEST_LINE = 100, 200, 1000  # characters of a value, of a file or key, of a message
+MOST_TOLD = 20  # mistakes
 ALIKE = 0.75  # share of two words that is the same, in those that mean the same
 MOST_LISTED, MOST_MEANT = 30, 3  # known names; those that may have been meant
 
@@ -21,8 +23,9 @@ class Mistake:
     bare: bool = False
 
     def __str__(self) -> str:
-        shown = "" if self.value is None else f" = {_short(self.value)}"
-        return printable(f"{self.file}: {self.key}{shown}: {'' if self.bare else 'must be '}{self.allowed}")
+        shown = "" if self.value is None else f" = {shortened(_written(self.value))}"
+        place = f"{shortened(self.file, LONGEST_NAME)}: {shortened(self.key, LONGEST_NAME)}"
+        return line_of(f"{place}{shown}: {'' if self.bare else 'must be '}{self.allowed}")
 
 
 def printable(text: str) -> str:
@@ -30,10 +33,30 @@ def printable(text: str) -> str:
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
-def _short(value: Any) -> str:
-    """A value as Python writes it, in a part of a line."""
-    text = repr(value)
-    return text if len(text) <= LONGEST_SHOWN else f"{text[:LONGEST_SHOWN]}…"
+def shortened(text: str, most: int = LONGEST_SHOWN) -> str:
+    """A text of at most so many characters: a longer one without its middle."""
+    if len(text) <= most:
+        return text
+    end = (most - 1) // 2
+    return f"{text[: most - 1 - end]}…{text[-end:]}"
+
+
+def line_of(text: str) -> str:
+    """A message as a line for a terminal, however long what it quotes is."""
+    return shortened(printable(shortened(text, LONGEST_LINE)), LONGEST_LINE)
+
+
+def listed(words: Sequence[Any], most: int = MOST_LISTED) -> str:
+    """Words after each other, and how many more there are."""
+    more = f" and {len(words) - most:,} more" if len(words) > most else ""
+    return ", ".join(shortened(str(word)) for word in words[:most]) + more
+
+
+def _written(value: Any) -> str:
+    """A value as Python writes it, and of a long one its ends alone."""
+    if isinstance(value, str) and len(value) > 2 * LONGEST_SHOWN:
+        value = shortened(value, 2 * LONGEST_SHOWN)
+    return repr(value)
 
 
 class BadInput(ValueError):
@@ -58,7 +81,9 @@ class BadInput(ValueError):
         super().__init__(self.mistakes)  # what pickle makes it from again, in another process
 
     def __str__(self) -> str:
-        return "\n".join(str(mistake) for mistake in self.mistakes)
+        more = len(self.mistakes) - MOST_TOLD
+        lines = [str(mistake) for mistake in self.mistakes[:MOST_TOLD]]
+        return "\n".join([*lines, *([f"and {more:,} more mistakes"] if more > 0 else [])])
 
 
 class UnknownName(KeyError):
@@ -117,18 +142,23 @@ class Stopped(Exception):
 
 def nearest(word: str, known: Iterable[str]) -> str:
     """What may have been meant, as the end of a message; and what is known."""
-    known = list(known)
+    return _nearest(shortened(word), tuple(known))
+
+
+@lru_cache(100)
+def _nearest(word: str, known: tuple[str, ...]) -> str:
+    """The same, of a word that may be wrong a thousand times."""
     close = (
         get_close_matches(word, known, n=1, cutoff=ALIKE)
         or _with_such_a_part(word, known)
         or get_close_matches(word, known, n=1, cutoff=0.5)
     )
-    listed = known if len(known) <= MOST_LISTED else get_close_matches(word, known, n=MOST_LISTED, cutoff=0.0)
-    rest = f" and {len(known) - len(listed)} more" if len(listed) < len(known) else ""
-    return (f"did you mean {' or '.join(close)}? " if close else "") + f"known: {', '.join(listed)}{rest}"
+    first = known if len(known) <= MOST_LISTED else get_close_matches(word, known, n=len(known), cutoff=0.0)
+    meant = f"did you mean {' or '.join(map(shortened, close))}? " if close else ""
+    return f"{meant}known: {listed(first)}"
 
 
-def _with_such_a_part(word: str, known: list[str]) -> list[str]:
+def _with_such_a_part(word: str, known: Sequence[str]) -> list[str]:
     """The first names with a part, between underscores, that is much like a word: pressure_… for presure."""
     parts = dict.fromkeys(part for name in known for part in name.split("_"))
     close = get_close_matches(word, parts, n=1, cutoff=ALIKE)

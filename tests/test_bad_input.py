@@ -3,23 +3,31 @@
 import io
 import json
 import os
+import tomllib
 from contextlib import suppress
 from pathlib import Path
+from random import Random
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from support.depth import is_deep
+from support.fuzzed import KINDS, keys
 
 import camopt
 from camopt import BadInput, Scene, evaluate, find_scene, shipped_scenes, sweep
 from camopt.cli.main import main
 from camopt.drawing.picture import Picture
+from camopt.mistakes import LONGEST_LINE, MOST_TOLD, shortened
 from camopt.problem.problem import resolve_design
 from camopt.reporting.cams import words_of
 from camopt.scene.oddities import no_wall, oddities
+from camopt.scene.scene import shipped_toml
 from camopt.scene.text import DEEPEST, parsed
 
 TEXT = find_scene("roller-1000rpm").to_toml()
+MOVE = {"segment": "move", "angle": 360, "to": 1}
+FEW = 9  # a share of the types for each key, in every run
 
 
 def told(text, tmp_path, name="mine.toml"):
@@ -112,6 +120,72 @@ def test_tables_within_tables_are_a_mistake_however_deep(depth, key):
     endless["cam"] = endless
     with pytest.raises(BadInput, match="too deep"):
         Scene.from_dict(endless)
+
+
+def test_a_key_of_any_type_is_told_or_taken():
+    """Every key of the schema that a scene of moves with conditions can have, with types that are not its own."""
+    text = shipped_toml("indexing-overlap") + "[laws.own]\nlaw = 'cycloidal'\ncrossing = 0.4\n"
+    count, told = len(keys(tomllib.loads(text), Random(0))), 0
+    for place in range(count):
+        for value in KINDS if is_deep() else KINDS[place % FEW :: FEW]:
+            data = tomllib.loads(text)
+            table, key = keys(data, Random(0))[place]
+            table[key] = value
+            try:
+                Scene.from_dict(data)
+            except BadInput:
+                told += 1
+    assert told > count
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "line"),
+    [
+        (
+            "motion",
+            [{"segment": "move", "angle": 360, "to": 1, "through": 5}],
+            "motion.1.through = 5: must be a list",
+        ),
+        ("laws", {"own": 1}, "laws.own = 1: must be a table"),
+        ("laws", {"own": {"law": 1}}, "laws.own.law = 1: must be the name of a motion law"),
+    ],
+)
+def test_what_is_of_another_type_is_one_mistake(key, value, line):
+    with pytest.raises(BadInput) as error:
+        find_scene("indexing-overlap").replace(**{key: value})
+    assert str(error.value) == f"indexing-overlap: {line}"
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"cam.rotation": "a" * 10**6}, "cam.rotation = 'aaa"),
+        ({"a" * 10**6: 1}, "aaaa = 1: not a known key"),
+        ({"laws": {f"{n}" + "b" * 5000: 1 for n in range(50)}}, "and 30 more mistakes"),
+        ({"search.law": ["x"], "laws": {f"{n}" * 900: {"law": "cycloidal"} for n in range(50)}}, "more"),
+        ({"outputs": ["x" * 900] * 999}, "and 979 more mistakes"),
+        ({"name": ["\n" * 10**6]}, "\\n"),
+        ({"limits.velocity": [[0.0] * 10**4] * 10}, "limits.velocity = [[0.0, 0.0"),
+    ],
+    ids=["value", "key", "mistakes", "names", "repeated", "ends of lines", "lists"],
+)
+def test_a_message_is_no_longer_than_one_reads(changes, words):
+    with pytest.raises(BadInput) as error:
+        find_scene("roller-1000rpm").replace(**changes)
+    lines = str(error.value).splitlines()
+    assert words in str(error.value)
+    assert max(map(len, lines)) <= LONGEST_LINE
+    assert len(lines) <= MOST_TOLD + 1
+    assert str(error.value).replace("\n", "").isprintable()
+
+
+@given(text=st.text(max_size=50), most=st.integers(3, 40))
+def test_a_long_text_is_cut_in_its_middle(text, most):
+    found = shortened(text, most)
+    assert len(found) == min(len(text), most)
+    start, _, end = (found, "", "") if found == text else found.partition("…")
+    assert text.startswith(start)
+    assert text.endswith(end)
 
 
 # ------------------------------------------------------------------------------------------------- names of scenes

@@ -44,11 +44,11 @@ def run(command: Callable[[], int]) -> int:
 
 def say(text: str) -> None:
     """Lines on standard error, in printable characters; none where nobody can read them."""
-    from camopt.mistakes import printable
+    from camopt.mistakes import line_of
 
     with suppress(OSError):
         for line in text.splitlines():
-            print(printable(line), file=sys.stderr, flush=True)
+            print(line_of(line), file=sys.stderr, flush=True)
 
 
 def _say_warning(message: Warning | str, *_: Any, **__: Any) -> None:

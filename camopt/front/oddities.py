@@ -8,7 +8,7 @@ import pyarrow.compute as pc
 
 from camopt.front.asked import column_names
 from camopt.mechanisms import SIZES
-from camopt.mistakes import BadInput
+from camopt.mistakes import BadInput, listed
 from camopt.motion.table import RETURN, RISE
 from camopt.problem.problem import Problem
 from camopt.problem.settings import problems_of
@@ -22,7 +22,7 @@ def oddities(table: pa.Table, problem: Problem) -> Iterator[str]:
     names = column_names(problem)
     expected = schema((*names, "refined") if "refined" in table.column_names else names, "")
     if table.column_names != expected.names:
-        differ = ", ".join(sorted({*table.column_names} ^ {*expected.names})) or "in another order"
+        differ = listed(sorted({*table.column_names} ^ {*expected.names})) or "in another order"
         yield f"its columns are not those of its scene: {differ}"
         return
     for column in expected:

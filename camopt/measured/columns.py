@@ -9,7 +9,7 @@ from re import Pattern
 from typing import NamedTuple
 
 from camopt.measured.number_table import NumberTable, bad
-from camopt.mistakes import BadInput, Mistake
+from camopt.mistakes import BadInput, Mistake, listed
 
 TURNS = {"deg": 360.0, "rad": tau}
 """The angle of a turn in each unit."""
@@ -148,7 +148,7 @@ def _place(name: str, names: Sequence[str], chosen: str | int) -> int:
         return names.index(word)
     if word.isdecimal() and 1 <= int(word) <= len(names):
         return int(word) - 1
-    known = ", ".join(words for words in names if words)
+    known = listed([words for words in names if words])
     numbers = f"a number from 1 to {len(names)}" + (f", or one of: {known}" if known else "")
     raise BadInput([Mistake(name, "columns", chosen, numbers)])
 

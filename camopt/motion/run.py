@@ -20,7 +20,7 @@ from math import comb, isfinite, perm
 import numpy as np
 from numpy.polynomial import polynomial
 
-from camopt.mistakes import Unmet
+from camopt.mistakes import Unmet, listed
 from camopt.motion.conditions import Condition
 from camopt.motion.stroke import Stroke
 from camopt.numerics import FloatArray
@@ -37,7 +37,7 @@ class Contradiction(Unmet):
     """No motion meets all that is asked of a run of moves; ``keys`` are those of a smallest set that none meets."""
 
     def __init__(self, keys: Sequence[str]) -> None:
-        super().__init__(f"no motion meets these together: {', '.join(keys)}; without any one of them there is one")
+        super().__init__(f"no motion meets these together: {listed(keys)}; without any one of them there is one")
         self.keys = tuple(keys)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from camopt.effects import Setup, lacking, offered
 from camopt.mechanisms import FIELDS, SIZES, Designs
-from camopt.mistakes import BadInput, Mistake
+from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.motion import LAWS
 from camopt.motion.law import Law
 from camopt.motion.programme import Programme
@@ -247,6 +247,6 @@ def _not_offered(scene: Scene, setup: Setup) -> list[Mistake]:
                 needs = f"needs {', '.join(lacks[name])}"
                 mistakes.append(Mistake(scene.file, key, name, needs, bare=True))
             elif name not in allowed:
-                listed = ", ".join(n for n in allowed if n in QUANTITIES)
-                mistakes.append(Mistake(scene.file, key, name, f"a quantity of this scene: {listed}"))
+                known = nearest(name, [n for n in allowed if n in QUANTITIES])
+                mistakes.append(Mistake(scene.file, key, name, f"a quantity of this scene; {known}"))
     return mistakes

@@ -37,7 +37,12 @@ def without(data: Any, keys: Collection[str], key: str = "") -> Any:
     return nan if isinstance(data, Real) and key[:-1] in keys else data
 
 
+def tables_in(value: Any) -> list[Mapping[str, Any]]:
+    """The tables of a list; what is no table there has no keys, and what is no list has none."""
+    rows = value if isinstance(value, (list, tuple)) else ()
+    return [each if isinstance(each, Mapping) else {} for each in rows]
+
+
 def segments(data: Mapping[str, Any]) -> list[Mapping[str, Any]]:
-    """The segments; what is no table there has no keys."""
-    motion = data.get("motion")
-    return [s if isinstance(s, Mapping) else {} for s in motion] if isinstance(motion, list) else []
+    """The segments of a scene."""
+    return tables_in(data.get("motion"))

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from camopt.mistakes import listed
 from camopt.motion import LAWS
 from camopt.motion.conditions import MISSED, NAMES
 from camopt.motion.law import Law
@@ -16,7 +17,8 @@ from camopt.motion.segments import MOVE, Segment, ends_of
 from camopt.motion.stroke import Stroke, range_of
 from camopt.motion.table import TURN
 from camopt.scene.law_forms import CLOSE, Fault
-from camopt.scene.own_laws import check_laws, law_of, own_laws
+from camopt.scene.mapping import tables_in
+from camopt.scene.own_laws import are_faultless, law_of, own_laws
 from camopt.scene.segments import as_asked
 
 INSIDE = 1e-6  # of a move: the least distance of a condition from its ends, and the least length of a range
@@ -39,9 +41,8 @@ def check_moves(
 def has_laws(data: Mapping[str, Any], given: Sequence[Segment]) -> bool:
     """Whether all laws that segments name are there, and the scene's own are faultless."""
     names = [segment.law for segment in given if segment.law is not None]
-    return all(isinstance(name, str) and name in {**LAWS, **own_laws(data)} for name in names) and not any(
-        check_laws(data)
-    )
+    known = {**LAWS, **own_laws(data)}
+    return all(isinstance(name, str) and name in known for name in names) and are_faultless(data)
 
 
 def turn_as_given(data: Mapping[str, Any], given: Sequence[Segment]) -> Programme:
@@ -75,7 +76,7 @@ def _conditions(rows: Sequence[Mapping[str, Any]]) -> Iterator[Fault]:
     turned = 0.0
     for k, row in enumerate(rows, start=1):
         before, turned = turned, turned + row["angle"]
-        for number_, each in enumerate(row.get("through") or (), start=1):
+        for number_, each in enumerate(tables_in(row.get("through")), start=1):
             key = f"motion.{k}.through.{number_}"
             start, end = range_of(as_asked(each["angle"]))
             room = INSIDE * row["angle"]
@@ -100,7 +101,7 @@ def _contradictions(data: Mapping[str, Any], given: Sequence[Segment]) -> Iterat
             yield "motion", None, "stays where it is: nothing that is asked moves it"
     except Contradiction as contradiction:
         first, *others = contradiction.keys
-        why = f"contradicts {', '.join(others)}: no motion meets all of these"
+        why = f"contradicts {listed(others)}: no motion meets all of these"
         if not others:
             why = "contradicts what is beside the moves, or the numbers at their ends (to): no motion meets both"
         yield first, None, f"{why}; leave one out, or ask for a wider range"

@@ -102,6 +102,14 @@ def check_laws(data: Mapping[str, Any]) -> Iterator[Fault]:
             yield from _check_law(name, law)
 
 
+def are_faultless(data: Mapping[str, Any]) -> bool:
+    """Whether a scene's own laws have no fault, of values or of files either, which are told elsewhere."""
+    values = (
+        isinstance(law, Mapping) and law.get("file") is None and _are_values(law) for law in own_laws(data).values()
+    )
+    return all(values) and not any(check_laws(data))
+
+
 def _check_law(name: str, law: Given) -> Iterator[Fault]:
     key = f"laws.{name}"
     if law.get("file") is not None:  # it could not be read, which is said

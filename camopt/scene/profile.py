@@ -14,7 +14,7 @@ from camopt.motion.profile import CLOSE, Element, Unfit, least_radius, parts_of
 from camopt.motion.profile_law import programme_on
 from camopt.motion.programme import Programme
 from camopt.scene.law_forms import Fault
-from camopt.scene.mapping import at, length, number
+from camopt.scene.mapping import at, length, number, tables_in
 from camopt.scene.own_laws import FAR
 
 LEAST = 1e-9  # mm: of a radius
@@ -79,9 +79,8 @@ def _base(data: Mapping[str, Any], least: float) -> Iterator[Fault]:
 
 
 def _rows(data: Mapping[str, Any]) -> list[Mapping[str, Any]]:
-    """The elements; what is no table there has no keys."""
-    rows = data.get("profile")
-    return [row if isinstance(row, Mapping) else {} for row in rows] if isinstance(rows, list) else []
+    """The elements of a profile."""
+    return tables_in(data.get("profile"))
 
 
 def _element(row: Mapping[str, Any], key: str) -> Iterator[Fault]:

@@ -8,7 +8,7 @@ from camopt.motion.conditions import NAMES
 from camopt.motion.segments import CONSTANT_VELOCITY, MOVE, Segment
 from camopt.motion.stroke import Asked, Through, range_of
 from camopt.quantities import DERIVATIVES
-from camopt.scene.mapping import number
+from camopt.scene.mapping import number, tables_in
 
 NOTHING = 1e-100  # mm or deg: a position no further from 0 is there
 
@@ -53,7 +53,7 @@ def _per_rad(row: Mapping[str, Any], rpm: float | None) -> float:
 def _through_of(row: Mapping[str, Any], rpm: float | None) -> tuple[Through, ...]:
     """What a move is asked for on its way, its angles in deg of the turn, its derivatives by rad."""
     per, found = _per_rad(row, rpm), []
-    for each in row.get("through") or ():
+    for each in tables_in(row.get("through")):
         start, end = range_of(as_asked(each["angle"]))
         asked = (_times(as_asked(each.get(name)), per**order) for order, name in enumerate(NAMES))
         found.append(Through(start, end, tuple(asked)))

@@ -14,7 +14,7 @@ from camopt.motion.run import Contradiction
 from camopt.motion.segments import CONSTANT_VELOCITY, MOVE, Segment, changes, ends_of
 from camopt.quantities import DERIVATIVES
 from camopt.scene.law_forms import CLOSE, Fault
-from camopt.scene.mapping import at, number, segments
+from camopt.scene.mapping import at, number, segments, tables_in
 from camopt.scene.moves import check_moves, has_laws, turn_as_given
 from camopt.scene.own_laws import FAR, is_of_moves, law_names, laws_of_moves, own_laws
 from camopt.scene.segments import after_each, segments_of, starts_itself
@@ -95,7 +95,8 @@ def _given(data: Mapping[str, Any]) -> list[Segment] | None:
             return None
         if kind == MOVE and row.get("law") is not None and not is_of_moves(laws.get(str(row["law"]))):
             return None
-        if not all(_is_condition(each) for each in row.get("through") or ()):
+        through = row.get("through") or []
+        if not isinstance(through, (list, tuple)) or not all(map(_is_condition, tables_in(through))):
             return None
         if row.get("per") not in (None, "rad", "deg", "s"):
             return None
@@ -154,9 +155,9 @@ def _needs_position(row: Mapping[str, Any], after: Mapping[str, Any], last: bool
     return number(row.get("to")) is None and not free
 
 
-def _is_condition(row: Any) -> bool:
+def _is_condition(row: Mapping[str, Any]) -> bool:
     """Whether what is asked on the way of a move has an angle, and numbers or ranges."""
-    if not isinstance(row, Mapping) or not _is_asked(row.get("angle"), 360.0):
+    if not _is_asked(row.get("angle"), 360.0):
         return False
     return all(row.get(name) is None or _is_asked(row[name], FAR) for name in NAMES)
 

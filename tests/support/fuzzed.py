@@ -9,6 +9,7 @@ import signal
 import tomllib
 from collections.abc import Callable, Iterator
 from contextlib import chdir, contextmanager, redirect_stderr, redirect_stdout, suppress
+from copy import deepcopy
 from pathlib import Path
 from random import Random
 from tempfile import TemporaryDirectory
@@ -18,6 +19,7 @@ import tomli_w
 
 from camopt.cli import exits
 from camopt.cli.main import main
+from camopt.mistakes import LONGEST_LINE
 from camopt.quantities import QUANTITIES
 from camopt.scene.scene import Scene, shipped_scenes, shipped_toml
 
@@ -45,13 +47,32 @@ DYNAMICS = {
 }
 """What asks for loads, stresses and a drawing."""
 NUMBERS = (0, 0.0, -0.0, 1, -1, 360, 1e-12, 5e-324, 1e9, 1e300, 2**62, -(2**62), float("nan"), float("inf"))
+KINDS = (
+    *(True, 1, -1.5, "x", [], {}, [[]], [{}], [[[]]], {"a": 1}, [1, "a"], [1.0, 2.0], {"a": {"a": [1]}}),
+    tomllib.loads("a = 1979-05-27")["a"],
+)
 STRINGS = (
     *("", " ", "x", "size", "none", "1", "true", "a" * 3000, "\n", "\t", "\0", "../..", "/dev/zero", "/dev/stdin"),
     *("[bold]x[/bold]", "[/]", "\x1b[31mred", "\u202egnirts", "<script>alert(1)</script>", "%s{0}$x`", "µ°∞🙂é"),
     *("harmonic+cycloidal", "search.base_radius", "nowhere.csv", "s3://b/t", "-x", "[[cam]]", "\ud7ff\uffff"),
 )
+HUGE = (
+    *(
+        "a" * 10**5,
+        "µ\n" * 10**4,
+        [0.0] * 10**5,
+        [1, "a"] * 10**4,
+        [[0.0, 1.0]] * 10**4,
+        [{}] * 3000,
+        ["x" * 5000] * 9,
+    ),
+    {f"key{n}" * 50: n for n in range(2000)},
+    {"a" * 10**5: 1},
+    10**400,
+)
+"""What is of a type that may be right, and too much of it."""
 NAN = re.compile(r"(?<![A-Za-z])nan(?![A-Za-z])", re.IGNORECASE)
-LONGEST_LINE = 6000  # of a message
+LONGEST_TOLD = 25_000  # characters of all that a command says
 
 
 class Hang(BaseException):
@@ -110,6 +131,24 @@ def places(data: Any) -> list[tuple[Any, Any]]:
     return [(data, key) for key, _ in pairs] + [place for _, value in pairs for place in places(value)]
 
 
+def keys(data: Any, random: Random, schema: Any = SCHEMA) -> list[tuple[Any, str]]:
+    """All keys of the schema as (table, key), in one table of each list; those that are missing are made."""
+    found: list[tuple[Any, str]] = []
+    for key, below in schema["properties"].items():
+        found.append((data, key))
+        inner, rows = _table(below), _rows_of(below)
+        for named in (data.get(key) or {}).values() if key == "laws" and isinstance(data.get(key), dict) else ():
+            found += keys(named, random, SCHEMA["$defs"]["OwnLaw"]) if isinstance(named, dict) else []
+        inside = data.get(key) or ([{}] if rows else {})
+        inside = random.choice(inside) if isinstance(inside, list) else inside
+        if not (inner or rows) or not isinstance(inside, dict) or not (inside or random.random() < 0.1):
+            continue
+        if not data.get(key):
+            data[key] = [inside] if rows else inside
+        found += keys(inside, random, inner or rows)
+    return found
+
+
 def nudge(data: Any, random: Random) -> None:
     """A number a little larger or smaller, which is often still a cam."""
     table, key = random.choice([(t, k) for t, k in places(data) if isinstance(t[k], (int, float))])
@@ -136,9 +175,19 @@ def string(data: Any, random: Random) -> None:
 def kind(data: Any, random: Random) -> None:
     """A value of another type."""
     table, key = random.choice(places(data))
-    table[key] = random.choice(
-        [True, 1, 1.5, "x", [], {}, [[]], [{}], {"a": 1}, [1, "a"], tomllib.loads("a = 1979-05-27")["a"]]
-    )
+    table[key] = deepcopy(random.choice(KINDS))
+
+
+def huge(data: Any, random: Random) -> None:
+    """Far more of something than anybody gives: of a value, or of keys."""
+    table, key = random.choice([*places(data), *keys(data, random)])
+    table[key] = deepcopy(random.choice(HUGE))
+
+
+def misplace(data: Any, random: Random) -> None:
+    """A key of the schema, wherever it is in the tree, with a value of any type."""
+    table, key = random.choice(keys(data, random))
+    table[key] = deepcopy(random.choice(KINDS))
 
 
 def drop(data: Any, random: Random) -> None:
@@ -176,7 +225,7 @@ def graft(data: Any, random: Random) -> None:
 def deepen(data: Any, random: Random) -> None:
     """A value inside tables or lists."""
     table, key = random.choice(places(data))
-    for _ in range(random.choice((1, 2, 200))):
+    for _ in range(random.choice((1, 2, 9, 50, 200))):
         table[key] = random.choice(([table[key]], {"a": table[key]}))
 
 
@@ -208,9 +257,11 @@ CHANGES: dict[Callable[[Any, Random], None], int] = {
     several: 10,
     drop: 10,
     rearrange: 8,
-    kind: 8,
+    kind: 20,
+    misplace: 20,
+    huge: 5,
     rename: 5,
-    deepen: 2,
+    deepen: 4,
 }
 
 
@@ -223,6 +274,11 @@ def _resolved(schema: dict[str, Any]) -> list[dict[str, Any]]:
 
 def _table(schema: dict[str, Any]) -> dict[str, Any] | None:
     return next((each for each in _resolved(schema) if each.get("properties")), None)
+
+
+def _rows_of(schema: dict[str, Any]) -> dict[str, Any] | None:
+    """The tables that a list of the schema is of."""
+    return next((_table(each["items"]) for each in _resolved(schema) if "items" in each), None)
 
 
 def _value(schema: dict[str, Any], random: Random, depth: int = 0) -> Any:
@@ -334,6 +390,8 @@ def _faults(code: int, out: str, err: str, left: list[Path]) -> Iterator[str]:
         yield "no message"
     if any(len(line) > LONGEST_LINE or not line.isprintable() for line in err.splitlines()):
         yield "a message that is no printable line"
+    if len(err) > LONGEST_TOLD:
+        yield f"messages of {len(err)} characters"
     for each in left:
         if each.suffix in (".csv", ".html", ".svg") and NAN.search(each.read_text(encoding="utf-8")):
             yield f"NaN in {each}"
