@@ -7,12 +7,13 @@ import pandas as pd
 import pytest
 from support.pages import ALL
 
-from camopt import find_scene
+from camopt import BadInput, find_scene, optimise
 from camopt.cli.main import main
 from camopt.effects import EFFECTS, called
 from camopt.problem.problem import resolve
 from camopt.quantities import DISCIPLINES, GEOMETRY, QUANTITIES
 from camopt.scene.tables import Dynamics, Materials, ShortLimits
+from camopt.smallest.sized import sized
 from camopt.studies.cost_report import cost_report
 
 TRAIN = {
@@ -24,6 +25,8 @@ TRAIN = {
     "materials": {"cam": "steel", "follower": "steel", "face_width": 10},
 }  # fmt: skip
 VALVE = find_scene("exhaust-valve").replace(**TRAIN)
+OPEN = find_scene("roller-1000rpm").replace(**{"cam.base_radius": None, "search": {"law": ["cycloidal"]}})
+"""A scene that leaves its base radius to be found."""
 
 
 @pytest.fixture(autouse=True)
@@ -77,6 +80,32 @@ def test_the_command_shows_the_tree_and_its_json(tmp_path, capsys):
     found = json.loads(capsys.readouterr().out)
     assert [entry["effect"] for entry in found["effects"]][:3] == ["sizes", "motion", "force"]
     assert found["not_called_for"]["hertz"] == []
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {},
+        {"search.base_radius": {"start": 20.0, "stop": 90.0}},
+        {"search.angle_dwell": {"start": 50.0, "stop": 100.0}},
+    ],
+    ids=["nothing", "a range without a step", "angles"],
+)
+def test_effects_take_a_scene_whose_size_is_to_be_found(changes):
+    """What ``optimise`` takes has the same effects as the smallest cam for it."""
+    scene = OPEN.replace(**changes)
+    assert [each.effect for each in cost_report(scene).entries] == [
+        each.effect for each in cost_report(sized(OPEN)).entries
+    ]
+
+
+def test_a_scene_with_its_sizes_stays_as_it_is_and_another_gets_those_of_its_smallest_cam():
+    assert sized(VALVE) is VALVE
+    assert sized(OPEN).cam.base_radius == optimise(OPEN).best["base_radius_mm"]
+    assert sized(OPEN.replace(**{"limits.outer_radius": 30})).cam.base_radius is not None  # the nearest miss
+    endless = find_scene("knife-300rpm-radial").replace(limits=None, search=None, **{"cam.base_radius": None})
+    with pytest.raises(BadInput, match="nothing limits"):
+        cost_report(endless)
 
 
 def test_the_command_writes_spectra(tmp_path, capsys):

@@ -247,6 +247,16 @@ def served(name, folder):
     assert told == []
 
 
+@pytest.mark.usefixtures("_plainly")
+def test_a_scene_whose_size_is_to_be_found_opens_with_its_smallest_cam(tmp_path):
+    changes = {"cam.base_radius": None, "search": {"law": ["cycloidal"]}}
+    scene, told = camopt.find_scene("roller-1000rpm").replace(**changes), []
+    with serving(scene, tmp_path, told=told.append) as server:
+        best = camopt.optimise(scene).best
+        assert server.session.own["cam.base_radius"] == best["base_radius_mm"]
+    assert told == ["The scene leaves sizes to be found; the page opens with its smallest cam."]
+
+
 @pytest.fixture
 def server(tmp_path, _plainly):
     with served("two-pauses", tmp_path) as found:

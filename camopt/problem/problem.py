@@ -166,7 +166,9 @@ def resolve_design(scene: Scene) -> Problem:
 def missing_sizes(problem: Problem, searched: Collection[str] = ()) -> list[Mistake]:
     """A mistake for each size that the scene does not give, but for those searched (keys of ``[search]``)."""
     scene = problem.scene
-    why = "missing; only optimise, or a sweep whose [search] has it, can do without it"
+    why = (
+        "missing; only what finds sizes can do without it: optimise, serve, effects, a sweep whose [search] has it"
+    )
     return [
         Mistake(scene.file, key, None, why, bare=True)
         for key in size_keys(scene)

@@ -25,6 +25,7 @@ from camopt.mistakes import BadInput, Mistake
 from camopt.problem.problem import resolve_design
 from camopt.scene.scene import Scene
 from camopt.serving.session import ASKED, Session, answer_to
+from camopt.smallest.sized import sized
 
 HOST = "127.0.0.1"
 MOST_BYTES = 1 << 16  # of a question
@@ -115,16 +116,23 @@ class Server(ThreadingHTTPServer):
 def serving(scene: Scene, folder: Path, port: int = 0, told: Callable[[str], None] = print) -> Server:
     """A server for a scene, which listens already; ``serve_forever`` answers until it is interrupted.
 
+    Where the scene leaves sizes to be found, the page opens with its smallest cam.
+
     Raises
     ------
     BadInput
-        If the scene lacks a size, or the folder for what is saved is none.
+        If the folder for what is saved is none; as ``optimise``, where the scene lacks a size.
+    Unmet
+        If no cam gives the sizes that the scene lacks.
     OSError
         If the port is taken.
     """
-    resolve_design(scene)
     if not folder.is_dir():
         raise BadInput([Mistake("camopt", "folder", str(folder), "a folder that is there")])
+    given, scene = scene, sized(scene)
+    resolve_design(scene)
+    if scene is not given:
+        told("The scene leaves sizes to be found; the page opens with its smallest cam.")
     without_compiler()  # a slider would wait for it
     return Server(Session(scene, folder), port, told)
 

@@ -6,9 +6,12 @@ from functools import partial
 from time import perf_counter
 
 from camopt.effects import EFFECTS, Case, lacking
-from camopt.problem.problem import resolve
+from camopt.mechanisms import Designs
+from camopt.mistakes import BadInput
+from camopt.problem.problem import Problem, resolve
 from camopt.problem.rows import Rows
 from camopt.scene.scene import Scene
+from camopt.smallest.sized import sized
 from camopt.studies.accuracy.subjects import designs_of
 from camopt.studies.called import Called, what_runs
 from camopt.verdicts.judging import extended
@@ -38,13 +41,17 @@ class CostReport:
 def cost_report(scene: Scene) -> CostReport:
     """Measure every effect that a scene calls for, on up to 4096 designs of its space, one thread.
 
-    A scene without a space has its own design with sizes varied a little. Times are the least of a few runs,
-    compilation apart.
+    A scene without a space has its own design with sizes varied a little, and one whose sizes only ``optimise``
+    finds has the smallest cam so. Times are the least of a few runs, compilation apart.
+
+    Raises
+    ------
+    BadInput, Unmet
+        As ``optimise``, where the scene leaves a size open that no sweep has.
     """
-    problem = resolve(scene)
-    setup, designs = problem.setup, designs_of(problem)
+    problem, designs = _timed_on(scene)
+    setup, asked = problem.setup, what_runs(resolve(scene))
     rows, times = Rows({}, len(designs)), {}
-    asked = what_runs(problem)
     for each in asked:
         case = Case(setup, problem.programme, designs)
         rows, times[each.effect] = _timed(
@@ -63,6 +70,16 @@ def cost_report(scene: Scene) -> CostReport:
             keys = [lacks.get(quantity, ()) for quantity in offers]
             idle[name] = () if () in keys else min(keys, key=len)
     return CostReport(scene, len(designs), entries, idle)
+
+
+def _timed_on(scene: Scene) -> tuple[Problem, Designs]:
+    """What effects are timed on: the designs of a sweep; of a scene that is for ``optimise``, those near one cam."""
+    problem = resolve(scene)
+    try:
+        return problem, designs_of(problem)
+    except BadInput:
+        one = resolve(sized(scene).replace(search=None))
+        return one, designs_of(one)
 
 
 def _timed(work: Callable[[], Rows]) -> tuple[Rows, float]:

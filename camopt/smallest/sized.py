@@ -1,0 +1,25 @@
+"""A scene with every size: its own, or those of its smallest cam where it leaves some to be found."""
+
+from camopt.mistakes import Unmet
+from camopt.problem.problem import missing_sizes, resolve
+from camopt.scene.scene import Scene
+from camopt.smallest.optimise import optimise
+
+
+def sized(scene: Scene) -> Scene:
+    """The scene itself if it gives all sizes; else that of the smallest cam, or of the one that misses by least.
+
+    Raises
+    ------
+    BadInput
+        As ``optimise``.
+    Unmet
+        If no cam can be put together.
+    """
+    if not missing_sizes(resolve(scene)):
+        return scene
+    found = optimise(scene)
+    design = found.best or found.nearest_miss
+    if design is None:
+        raise Unmet(f"no cam gives the sizes that the scene leaves open: {'; '.join(found.obstacles.values())}")
+    return design.scene
