@@ -1,7 +1,8 @@
 """How many scenes that went wrong at random end how: ``python fuzz.py [CASES] [PROCESSES] [FIRST]``.
 
 Each case is a shipped scene, changed, and a command. A fault is a traceback, a hang (more than a minute of the
-processor), a NaN in what is printed or written, or a message that is no line, or longer than one reads. ``fuzz.py --case NUMBER`` shows one.
+processor), a NaN in what is printed or written, or a message that is no line, or longer than one reads.
+``fuzz.py --case NUMBER`` shows one.
 """
 
 import os

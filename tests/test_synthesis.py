@@ -735,15 +735,34 @@ def test_a_size_that_nothing_limits_stays_where_the_objective_is_another():
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"limits.acceleration": 300}, "by itself it is this one that none holds: acceleration"),
-        ({"limits.jerk": 5e5, "limits.acceleration": 950}, "contradict each other: acceleration, jerk"),
-        ({"search.base_radius": {"start": 20, "stop": 30}}, "the size"),
-        ({"limits.acceleration": 300, "limits.jerk": 1e4}, "this one that none holds: jerk"),
+        (
+            {"limits.acceleration": 300},  # of constant acceleration, 4h/θ² on the return, it would be 888.89
+            r"it is this one that none holds: limits.acceleration \(at least 888\.88\d m/s² with the rest\)",
+        ),
+        (
+            {"limits.jerk": 5e5, "limits.acceleration": 950},
+            r"contradict each other: limits.acceleration \(at least .* m/s².*\), limits.jerk \(at least .* m/s³",
+        ),
+        (
+            {"search.base_radius": {"start": 20, "stop": 30}},
+            r"the size \(search.base_radius\) \(at least .* mm with the rest\) within the jerk .* by default .*; "
+            "limits.acceleration or limits.jerk, or synthesis.peak_acceleration or synthesis.peak_jerk takes",
+        ),
+        ({"limits.acceleration": 300, "limits.jerk": 1e4}, "this one that none holds: limits.jerk"),
     ],
 )
 def test_what_cannot_be_met_names_the_limits_that_stand_in_the_way(changes, words):
     with pytest.raises(Unmet, match=words):
         synthesise(made().replace(**changes))
+
+
+def test_a_limit_that_no_cam_holds_is_told_with_what_was_reached():
+    """Its ramps of 0.8 mm/rad at 3000 rev/min take up the lash at 0.2513 m/s, whatever the law between them."""
+    scene = find_scene("bucket-valve").replace(**{"synthesis.pieces": 12, "limits.lash_speed": 0.05})
+    words = r"limits.lash_speed \(lash_speed_max_m_s = (\S+) was reached, ≤ 0.05 m/s is asked\); what lifts this is"
+    with pytest.raises(Unmet, match=words) as error:
+        synthesise(scene)
+    assert float(re.search(words, str(error.value))[1]) == pytest.approx(0.8e-3 * 3000 * 2 * pi / 60, rel=1e-5)
 
 
 JUNK = st.recursive(

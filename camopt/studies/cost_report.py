@@ -73,7 +73,7 @@ def cost_report(scene: Scene) -> CostReport:
 
 
 def _timed_on(scene: Scene) -> tuple[Problem, Designs]:
-    """What effects are timed on: the designs of a sweep; of a scene that is for ``optimise``, those near one cam."""
+    """What effects are timed on: the designs of a sweep, or, of a scene for ``optimise``, those near one cam."""
     problem = resolve(scene)
     try:
         return problem, designs_of(problem)

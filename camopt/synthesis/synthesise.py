@@ -17,7 +17,6 @@ from camopt.motion import LAWS
 from camopt.motion.law import Law
 from camopt.motion.stroke import Stroke
 from camopt.numerics import FloatArray
-from camopt.numerics.irreducible import irreducible
 from camopt.problem.problem import resolve
 from camopt.scene.scene import Scene
 from camopt.smallest.result import Progress, report_progress
@@ -33,18 +32,20 @@ from camopt.synthesis.cams import (
 from camopt.synthesis.ceilings import ceilings_of
 from camopt.synthesis.convex import SOLVED, Convex, convex, solve
 from camopt.synthesis.demand import Demand
-from camopt.synthesis.from_scene import by_offset, default_peaks, demand_of
+from camopt.synthesis.from_scene import by_offset, demand_of
 from camopt.synthesis.iterate import Iterate, cleaned, iterate_of
 from camopt.synthesis.relaxation import RelaxedMotion
 from camopt.synthesis.sequential_convex import SequentialConvex
 from camopt.synthesis.spline_motion import SplineMotion
 from camopt.synthesis.synthesised import Synthesised
+from camopt.synthesis.unmet import contradiction, no_cam
 
 SLACK = 1e-4  # of the unit of the objective, given up for the gentlest jerk among the laws that reach it
 SOLVER_ERROR = 1e-6  # relative, of an optimum
 PANELS = (96, 64, 32, 16)  # of a stroke in the relaxation: fewer where the solver fails
 MARGINS = (1e-7, 1e-6, 1e-5, 1e-4)  # by which limits are held closer than asked, for a solver's error
 CONE = 100.0  # times that, for a limit that is a cone: a solver errs more there
+LOOKED_AT = 3  # laws whose cams miss the limits, for what they reach
 WORSE = 1e-3  # relative: a cam above its convex optimum by more is held by a limit that is not convex
 
 
@@ -88,7 +89,7 @@ def synthesise(scene: Scene, progress: Progress | None = None) -> Synthesised:
     bounds = [bound_of(demand) for demand in demands]
     some = [demand for demand, bound in zip(demands, bounds, strict=True) if bound != inf]
     if not some:
-        raise _unmet(demands[0])
+        raise contradiction(demands[0], bound_of)
     best, _ = best_of(some, partial(report_progress, progress))
     known = [bound for bound in bounds if bound is not None]
     right = len(known) == len(bounds) and min(known) <= best.objective  # or else a solver erred
@@ -127,29 +128,17 @@ def _best(demand: Demand, advance: Progress) -> tuple[Synthesised, Iterate]:
             break  # if not, a solver's error takes the cam beyond its limits, which a wider margin mends
     found = [(cam, start)] if cam else []
     free = cam is not None and cam.objective <= least + WORSE * (abs(least) + model.unit)
-    if not free and ceilings:
-        found += _by_convex_steps(model, demand, start, advance)
+    steps = [] if free or not ceilings else list(_by_convex_steps(model, demand, start, advance))
+    found += [(each, last) for each, last in steps if each]
     if not found:
-        others = smallest_cams(scene_with(demand, start)).obstacles.values()
-        what = f": {', '.join(dict.fromkeys(others))}" if others else ""
-        raise Unmet(f"free laws hold the convex limits, but no cam was found that also holds the others{what}")
+        tried = [start, *(last for _, last in steps)][:LOOKED_AT]
+        raise no_cam([smallest_cams(scene_with(demand, each)) for each in tried])
     cam, laws = _least(found)
     return replace(cam, convex=free), laws
 
 
 def _least(found: Sequence[tuple[Synthesised, Iterate]]) -> tuple[Synthesised, Iterate]:
     return min(found, key=lambda each: each[0].objective)
-
-
-def _unmet(demand: Demand) -> Unmet:
-    """The limits and conditions that no motion holds together: without any one of these one does."""
-    found = irreducible(demand.names, lambda kept: bound_of(demand.only(kept)) != inf)
-    usual = {name.removeprefix("peak_") for name in default_peaks(demand.problem.scene, demand.objective)}
-    names = [f"{name} (limited by default)" if name in usual else name for name in found]
-    if len(names) == 1:
-        return Unmet(f"no motion whatever holds all limits; by itself it is this one that none holds: {names[0]}")
-    both = "these two contradict" if len(names) == 2 else f"these {len(names)} contradict"
-    return Unmet(f"no motion whatever holds all limits; {both} each other: {', '.join(names)}")
 
 
 def bound_of(demand: Demand) -> float | None:
@@ -224,16 +213,15 @@ def tightened(demand: Demand, margin: float) -> Demand:
 
 def _by_convex_steps(
     model: Convex, demand: Demand, start: Iterate, advance: Progress
-) -> Iterator[tuple[Synthesised, Iterate]]:
-    """The cams that convex steps reach from the convex optimum and from known laws, and their laws."""
+) -> Iterator[tuple[Synthesised | None, Iterate]]:
+    """The laws that convex steps reach from the convex optimum and from known laws, and their cams, if any."""
     starts = [start, *placed(demand, start)]
     ceilings = ceilings_of(demand)
     steps = SequentialConvex(model, ceilings)
     for number, each in enumerate(starts):
         advance(number, len(starts))
         last = steps.run(each, ceilings)
-        if within(demand, programme_with(demand, last)) and (cam := cam_for(demand, last)):
-            yield cam, last
+        yield cam_for(demand, last) if within(demand, programme_with(demand, last)) else None, last
 
 
 def placed(demand: Demand, start: Iterate) -> list[Iterate]:

@@ -1,0 +1,132 @@
+"""Why there are no free laws: what cams reached of the limits that none holds, and what contradicts what."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from math import inf
+from typing import Any
+
+from camopt.mistakes import Unmet, listed
+from camopt.motion.segments import MOVE
+from camopt.numerics.irreducible import irreducible
+from camopt.problem.limits import Limit
+from camopt.problem.problem import resolve
+from camopt.quantities import QUANTITIES
+from camopt.scene.scene import Scene
+from camopt.scene.tables import TERMS
+from camopt.smallest.optimise import Optimum
+from camopt.synthesis.demand import SIZE, Demand
+from camopt.synthesis.from_scene import AMPLE, GENTLE, default_peaks
+from camopt.synthesis.units import unit_of
+from camopt.tables.cells import number
+from camopt.tables.designs import Design
+
+Bound = Callable[[Demand], float | None]
+"""What no motion whatever can pass of a demand's objective; infinite if none holds its limits."""
+
+
+def no_cam(searches: Sequence[Optimum]) -> Unmet:
+    """No cam of free laws holds the limits that are not convex: what the one that misses by least has of each."""
+    held = "free laws hold the convex limits, but no cam was found that also holds"
+    misses = [each.nearest_miss for each in searches if each.nearest_miss is not None]
+    found = [missed for miss in misses if (missed := _missed(miss))]
+    if not found:
+        obstacles = dict.fromkeys(why for each in searches for why in each.obstacles.values())
+        return Unmet(f"{held} the others: {listed(list(obstacles))}")
+    nearest = min(found, key=lambda each: (len(each), max(by for _, by in each.values())))
+    keys = [key for key in nearest if "." in key]
+    lifts = f"; what lifts this is a wider {' or '.join(keys)}, or none" if keys else ""
+    return Unmet(f"{held} {listed([f'{key} ({words})' for key, (words, _) in nearest.items()])}{lifts}")
+
+
+def _missed(miss: Design) -> dict[str, tuple[str, float]]:
+    """By the key of each limit that a design breaks what it reached beside the bound, and by what share."""
+    broken = str(miss["violated"]).split(",")
+    limits = [limit for limit in resolve(miss.searched).limits if limit.name in broken]
+    return {key_of(limit): _reached(limit, miss) for limit in limits}
+
+
+def key_of(limit: Limit) -> str:
+    """The key of the scene that gives a limit; the name of one that every cam must meet."""
+    return (limit.given_by or f"limits.{limit.name}") if limit.asked else limit.name
+
+
+def _reached(limit: Limit, row: Mapping[str, Any]) -> tuple[str, float]:
+    """The quantity that breaks a limit most, in words, and how far it is from the bound as a share of that."""
+    values = {name: float(row[name]) for name in limit.shown if isinstance(row.get(name), (int, float))}
+    if not values or not limit.asked:
+        return "broken", inf
+    worst = max(values, key=lambda name: abs(values[name] - limit.bound))
+    by = abs(values[worst] - limit.bound) / (abs(limit.bound) or 1.0)
+    asked = f"{limit.relation} {number(limit.bound)} {QUANTITIES[worst].unit}".rstrip()
+    return f"{worst} = {number(values[worst])} was reached, {asked} is asked", by
+
+
+def contradiction(demand: Demand, bound_of: Bound) -> Unmet:
+    """The limits and conditions that no motion holds together: without any one of these one does."""
+    scene = demand.problem.scene
+    found = irreducible(demand.names, lambda kept: bound_of(demand.only(kept)) != inf)
+    usual = [name for name in _usual(scene, demand) if name in found]
+    asked = [_asked(demand, name, found, bound_of) for name in found if name not in usual]
+    if not usual:
+        count = "two" if len(asked) == 2 else len(asked)
+        alone = "by itself it is this one that none holds"
+        together = alone if len(asked) == 1 else f"these {count} contradict each other"
+        return Unmet(f"no motion whatever holds all limits; {together}: {listed(asked)}")
+    default = " and ".join(f"{name}{_least(demand, name, found, bound_of)}" for name in usual)
+    within = f"within the {default} that it may have by default ({_gentle(scene)})"
+    return Unmet(f"no motion whatever holds {listed(asked) or 'the segments'} {within}; {_lifted_by(scene)}")
+
+
+def _usual(scene: Scene, demand: Demand) -> list[str]:
+    """What is limited by default alone."""
+    return [name.removeprefix("peak_") for name in default_peaks(scene, demand.objective)]
+
+
+def _gentle(scene: Scene) -> str:
+    """What the default limits of the motion are."""
+    unit = [f"the peaks of {GENTLE}"] if _has_unit_strokes(scene) else []
+    own = (
+        [f"{AMPLE:g} times those of the scene's own moves"] if any(s.segment == MOVE for s in scene.motion) else []
+    )
+    return " and ".join([*unit, *own])
+
+
+def _lifted_by(scene: Scene) -> str:
+    """Which keys put limits of the user's own in place of the default ones."""
+    timed = "limits.acceleration or limits.jerk" if scene.cam.rpm is not None else ""
+    unit = "synthesis.peak_acceleration or synthesis.peak_jerk" if _has_unit_strokes(scene) else ""
+    keys = ", or ".join(filter(None, (timed, unit))) or "limits.acceleration or limits.jerk, with cam.rpm,"
+    return f"{keys} takes the place of what is by default"
+
+
+def _has_unit_strokes(scene: Scene) -> bool:
+    """Whether there are rises or returns, whose peaks [synthesis] can limit."""
+    return any(segment.segment in ("rise", "return") for segment in scene.motion)
+
+
+def _asked(demand: Demand, name: str, found: Sequence[str], bound_of: Bound) -> str:
+    """A limit or condition by its key, with the least that any motion needs of it where the others hold."""
+    return f"{_key(demand, name)}{_least(demand, name, found, bound_of)}"
+
+
+def _key(demand: Demand, name: str) -> str:
+    """The key that gives a limit or condition of a demand."""
+    if name == SIZE:
+        key = demand.problem.size_name.removesuffix("_mm")
+        return f"{SIZE} ({'search' if getattr(demand.problem.scene.search, key) is not None else 'cam'}.{key})"
+    limits = {limit.name: key_of(limit) for limit in demand.problem.limits}
+    if name in limits or "." in name:
+        return limits.get(name, name)
+    return f"synthesis.peak_{name}" if getattr(demand.problem.scene.synthesis, f"peak_{name}", None) else name
+
+
+def _least(demand: Demand, name: str, found: Sequence[str], bound_of: Bound) -> str:
+    """In words, the least of a term of the objective that a motion has with the other limits found."""
+    term = "size" if name == SIZE else name
+    if term not in TERMS:
+        return ""
+    others = demand.only([other for other in found if other != name])
+    least = bound_of(replace(others, objective={term: 1.0}))
+    if not least or least == inf:
+        return ""
+    return f" (at least {number(least)} {unit_of(term, demand.problem.scene)} with the rest)"
