@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 from math import isinf
@@ -14,7 +15,9 @@ import camopt
 from camopt import Scene, find_scene, shipped_scenes
 from camopt.cli.main import main
 from camopt.motion import LAWS
+from camopt.quantities import QUANTITIES, number_quantity
 
+ROOT = Path(__file__).parents[1]
 WORKED = json.loads((Path(__file__).parent / "data" / "worked-examples.json").read_text())
 SMALL = ["--base-radius", "40:120:5", "--offset", "0:20:10", "--roller-radius", "8", "--law", "harmonic"]
 HOPELESS = ["--base-radius", "40:60:10", "--offset", "0", "--roller-radius", "5", "--law", "harmonic"]
@@ -633,3 +636,43 @@ def test_rows_say_how_exact_they_are(run):
         table = pd.read_parquet("camopt-out/designs.parquet")
         assert (table["status"] == "certified").all()
         assert (table["relative_half_width"] <= tolerance).all()
+
+
+SPRING = {"spring_rate": 200, "preload": 5, "load": [[0, 1], [180, 2]], "damping": 0.1}
+READ = {
+    "valve-rod-radial": {"spring_rate": "200 N/mm", "preload": "5 N", "load": "2 rows N", "damping": "0.1 N·s/mm"},
+    "oscillating-roller": {
+        "spring_rate": "200 N·m/rad", "preload": "5 N·m", "load": "2 rows N·m", "damping": "0.1 N·m·s/rad",
+    },
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", READ)
+def test_numbers_are_shown_with_the_unit_in_which_they_are_read(run, tmp_path, name):
+    """One key has two units: a spring on an arm has a moment for a force."""
+    scene = find_scene(name).replace(**{"follower.dynamics": SPRING, "cam.rpm": 100})
+    (tmp_path / "mine.toml").write_text(scene.to_toml(), encoding="utf-8")
+    for command in ("evaluate", "effects"):
+        code, out, _ = run(command, tmp_path / "mine.toml")
+        assert code == 0
+        words = re.sub("[ =]+", " ", out)
+        for key, text in READ[name].items():
+            assert re.search(rf"follower\.dynamics\.{key} {re.escape(text)}\s", words)
+
+
+PAGES = ("cheat-sheet.md", "how-to/limit-loads.md")
+UNITS = re.findall(
+    r"^\| (`[a-z_`, or]+) \| (\S+) \| (\S+) \|$",
+    "\n".join((ROOT / "docs" / page).read_text(encoding="utf-8") for page in PAGES),
+    re.MULTILINE,
+)
+"""The rows of the tables of units: keys, the unit of a translating follower, and that of an oscillating one."""
+
+
+def test_the_pages_have_the_units_that_are_read():
+    ways = {"mass": (False,), "inertia": (True,)}
+    keys = [(key, units) for names, *units in UNITS for key in re.findall("`([a-z_]+)`", names)]
+    assert len(keys) > 12
+    for key, units in keys:
+        for angular in ways.get(key, (False, True)):
+            assert QUANTITIES[number_quantity(f"follower.dynamics.{key}", angular=angular)].unit == units[angular]

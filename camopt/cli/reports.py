@@ -17,6 +17,7 @@ from camopt.motion.law import pair_of
 from camopt.problem.problem import Problem, resolve
 from camopt.problem.rows import Rows, finite
 from camopt.quantities import QUANTITIES
+from camopt.scene.read import numbers_read
 from camopt.tables.cells import number, quantity
 from camopt.tables.columns import bounds_of, columns_of, is_nothing, joined_laws, laws_shown, sizes_shown, with_law
 
@@ -45,7 +46,16 @@ def show_evaluation(result: "Evaluation", as_json: bool) -> None:
     names = [name for name in result if not is_nothing(result.scene, name, [result])]
     explained = room_across() >= ROOM_TO_EXPLAIN
     about = {n: result.unbounded.get(n) or (QUANTITIES[n].sentence if explained else "") for n in names}
-    return show(_down(result.scene.name, resolve(result.scene), result, about))
+    show(_down(result.scene.name, resolve(result.scene), result, about))
+    if read := numbers_read(result.scene):
+        rows = [{"key": each.key, "value": _as_read(each.value), "unit": each.unit} for each in read]
+        show("", table_of("Numbers of the scene, as they are read", rows, ["key", "value", "unit"]))
+    return None
+
+
+def _as_read(value: Any) -> str:
+    """A number of the scene; of a load that changes, how many rows it has."""
+    return number(value) if isinstance(value, float) else f"{len(value):,} rows"
 
 
 ROOM_TO_EXPLAIN = 110  # columns of a screen: on a narrower one each sentence would be a column of single words
@@ -434,6 +444,10 @@ def show_cost_report(result: "CostReport", as_json: bool) -> None:
         return print_json({"scene": result.scene.name, "effects": entries, "not_called_for": result.idle})
     whole = sum(entry.ns_per_design for entry in result.entries)
     tree = Tree(f"{result.scene.name}: {whole:,.0f} ns per design, over {result.designs:,} designs, one thread")
+    if read := numbers_read(result.scene):
+        given = tree.add("read from the scene")
+        for each in read:
+            given.add(f"{each.key} = {_as_read(each.value)} {each.unit}".rstrip())
     for entry in result.entries:
         branch = tree.add(f"{entry.effect}  {entry.ns_per_design:,.0f} ns per design, {entry.share:.1%}")
         branch.add(f"called for by {', '.join(entry.called_by)}")

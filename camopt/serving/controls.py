@@ -8,8 +8,9 @@ from typing import Any
 from camopt.drawing.picture import round_length
 from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.problem.problem import Problem, resolve, size_keys
-from camopt.quantities import NUMBERS, QUANTITIES, number_quantity
+from camopt.quantities import QUANTITIES
 from camopt.scene.choices import Range
+from camopt.scene.read import numbers_read
 from camopt.scene.scene import Scene
 
 Values = Mapping[str, Any]
@@ -118,9 +119,8 @@ def _numbers(problem: Problem) -> Iterator[Control]:
 def _loads(problem: Problem) -> Iterator[Control]:
     """The other numbers that the scene gives, such as masses and springs."""
     scene = problem.scene
-    for key, value in scene.numbers(NUMBERS).items():
+    for key, value, unit in numbers_read(scene):
         if isinstance(value, float) and key != "cam.rpm":
-            unit = QUANTITIES[number_quantity(key, angular=problem.setup.angular)].unit
             yield _number(scene, key, OTHERS, unit, value, scene.search.numbers.get(key))
 
 

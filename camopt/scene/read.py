@@ -1,0 +1,22 @@
+"""The numbers that a scene gives beside its sizes, each in the unit that its follower has it read in."""
+
+from typing import Any, NamedTuple
+
+from camopt.quantities import NUMBERS, QUANTITIES, number_quantity
+from camopt.scene.scene import Scene
+
+
+class Read(NamedTuple):
+    """A number of the scene, or the rows of a load: its key, its value and the unit of that."""
+
+    key: str
+    value: Any
+    unit: str
+
+
+def numbers_read(scene: Scene) -> list[Read]:
+    """The speed, and what follower, spring, load and materials have: of an oscillating follower moments by rad."""
+    angular = scene.follower.motion == "oscillating"
+    given = {key: value for key, value in scene.numbers(NUMBERS).items() if value is not None}
+    units = {key: QUANTITIES[number_quantity(key, angular=angular)].unit for key in given}
+    return [Read(key, value, units[key]) for key, value in given.items()]
