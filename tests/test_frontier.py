@@ -15,7 +15,7 @@ from camopt.mistakes import Unmet
 from camopt.problem.problem import resolve
 from camopt.scene.tables import TERMS
 from camopt.smallest.optimise import optimise
-from camopt.synthesis import sequential_convex
+from camopt.synthesis import foresight, sequential_convex
 from camopt.synthesis.axis_minimiser import AxisMinimiser
 from camopt.synthesis.cams import within
 from camopt.synthesis.ceilings import ceilings_of
@@ -413,3 +413,36 @@ def test_strokes_that_meet_have_finite_peak_factors():
 def test_a_frontier_of_nothing(scene):
     with pytest.raises(Unmet):
         frontier(scene.replace(**{"limits.velocity": 2.0}), points=2, workers=1)
+
+
+# ------------------------------------------------------------------------------------------------ how long it takes
+
+
+@pytest.mark.parametrize(
+    ("kinds", "workers", "clock", "told"),
+    [
+        ((2, 0, 1, 24), 1, [0.4, 0.4, 0.7], []),  # 0.7 + 24 · 0.3 s is no long time
+        ((2, 0, 1, 24), 1, [4.0], [(25, "0:00:54")]),
+        ((2, 0, 1, 24), 2, [4.0], [(25, "0:00:56")]),  # 4 + 13 · 4 s
+        ((1, 1, 1, 9), 1, [1.0, 11.0], [(10, "0:01:51")]),
+        ((1, 1, 1, 9), 1, [4.0, 44.0], [(11, "0:00:48"), (10, "0:07:24")]),  # the second kind takes far longer
+    ],
+)
+def test_a_long_frontier_is_told_beforehand(monkeypatch, kinds, workers, clock, told):
+    """What has passed, and each round of the searches to come as long as one of the last kind."""
+    times, found = iter([0.0, 0.0, *clock]), []
+    monkeypatch.setattr(foresight, "now", lambda: next(times))
+    foreseen = foresight.Foresight(kinds, workers, found.append)
+    for _ in clock:
+        foreseen.kind_done()
+    ends = "in all; fewer points take less"
+    assert found == [f"{count} more searches for a motion, about {time} {ends}" for count, time in told]
+
+
+def test_it_is_told_before_the_first_point(monkeypatch):
+    monkeypatch.setattr(foresight, "LONG", 0.0)
+    events = []
+    coarse = find_scene("roller-1000rpm").replace(**{"synthesis.pieces": 12})
+    frontier(coarse, points=2, workers=1, progress=lambda done, _: events.append(done), tell=events.append)
+    assert "3 more searches for a motion, about " in events[0]
+    assert events[-2:] == [1, 2]

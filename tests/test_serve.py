@@ -523,14 +523,16 @@ def test_a_browser_is_started_with_an_address_that_works_once(tmp_path):
     ("arguments", "code", "text"),
     [
         (["two-pauses", "--folder", "nowhere"], 2, "--folder = 'nowhere': must be a folder that is there"),
-        (["sizeless.toml"], 2, "cam.base_radius: missing"),
+        (["endless.toml"], 2, "nothing limits the size"),
         (["two-pauses", "--port", "TAKEN"], 3, "127.0.0.1:"),
         (["two-pauses", "--port", "70000"], 2, "--port"),
     ],
 )
 def test_a_server_that_cannot_start_says_why(arguments, code, text, tmp_path):
-    sizeless = camopt.find_scene("roller-1000rpm").replace(**{"cam.base_radius": None})
-    (tmp_path / "sizeless.toml").write_text(sizeless.to_toml(), encoding="utf-8")
+    endless = camopt.find_scene("knife-300rpm-radial").replace(
+        **{"cam.base_radius": None}, search=None, limits=None
+    )
+    (tmp_path / "endless.toml").write_text(endless.to_toml(), encoding="utf-8")
     with socket.create_server(("127.0.0.1", 0)) as taken:
         given = [each.replace("TAKEN", str(taken.getsockname()[1])) for each in arguments]
         running = command(*given, "--no-browser", folder=tmp_path)

@@ -341,7 +341,8 @@ def frontier(
 
     def work(unit: Any) -> Told:
         with terminal.progress(quiet, "points") as advance:
-            found = run(scene, traded, points, workers, advance, engine)
+            tell = None if quiet else terminal.say_note
+            found = run(scene, traded, points, workers, advance, engine, tell)
             write_frontier(found, unit.staging)
             plot_frontier(found, unit.path(PICTURE))
         return Told(partial(reports.show_frontier, found), 0 if found.rows else NOTHING_FEASIBLE)

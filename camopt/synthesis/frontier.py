@@ -5,7 +5,7 @@ worker and solved for all values; each of its solutions becomes a cam, as in ``s
 """
 
 import tomllib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from functools import partial
@@ -31,6 +31,7 @@ from camopt.synthesis import residual
 from camopt.synthesis.axis_minimiser import AxisMinimiser, FrontierCam
 from camopt.synthesis.cams import known_laws, known_row
 from camopt.synthesis.ceilings import ceilings_at, quantities
+from camopt.synthesis.foresight import Foresight
 from camopt.synthesis.from_scene import demand_of
 from camopt.synthesis.iterate import Iterate
 from camopt.synthesis.synthesise import bound_of
@@ -111,6 +112,7 @@ def frontier(
     workers: int | None = None,
     progress: Progress | None = None,
     engine: Engine | None = None,
+    tell: Callable[[str], None] | None = None,
 ) -> Frontier:
     """Compute the trade-off between two or three axes with new motion laws.
 
@@ -130,6 +132,8 @@ def frontier(
         Called with (points done, points in all); False from it ends the work.
     engine : Engine, optional
         What works on the points in place of processes of this machine: a ``cluster``.
+    tell : callable, optional
+        Called with a sentence on how long the work will take, where that is long.
 
     Returns
     -------
@@ -159,7 +163,10 @@ def frontier(
     scene, axes = _checked(scene, axes)
     demand = demand_of(resolve(scene), {axis: 1.0 for axis in axes if axis in TERMS})
     with nullcontext(engine) if engine else processes(workers or cpu_count() or 1) as used:
-        ends = _ends(scene, axes, used)
+        pairs = len(axes) * (len(axes) - 1)
+        terms = sum(axis in TERMS for axis in axes)
+        kinds = (terms, len(axes) - terms, pairs - len(axes) + 1, points ** (len(axes) - 1))
+        ends = _ends(scene, axes, used, Foresight(kinds, used.workers, tell))
         rows = list(_rows(scene, axes, ends, points, used, progress))
     known = [known_row(demand, cam) for cam in known_laws(scene).values()]
     bounds = {t: bound_of(replace(demand, objective={t: 1.0})) for t in axes if t in TERMS}
@@ -224,7 +231,7 @@ FrontierEnds = dict[tuple[str, str], FrontierCam]
 """The cams at the ends, by (axis, other): of the least of an axis, and then of another with the axis held there."""
 
 
-def _ends(scene: Scene, axes: tuple[str, ...], engine: Engine) -> FrontierEnds:
+def _ends(scene: Scene, axes: tuple[str, ...], engine: Engine, foresight: Foresight) -> FrontierEnds:
     """The cams that have the least of each axis: of terms first, for how large a cam may be with a load."""
     found: FrontierEnds = {}
     room: dict[str, float] = {}
@@ -234,6 +241,7 @@ def _ends(scene: Scene, axes: tuple[str, ...], engine: Engine) -> FrontierEnds:
             if end is None:
                 raise Unmet("no free law with so many pieces holds all limits; try more (synthesis.pieces)")
             found[axis, axis] = end
+        foresight.kind_done()
         room = _room(scene, found)
     pairs = [(axis, other) for axis, other in permutations(axes, 2) if other != axes[0]]  # which has no grid
     tasks = []
@@ -242,6 +250,7 @@ def _ends(scene: Scene, axes: tuple[str, ...], engine: Engine) -> FrontierEnds:
         tasks.append(Task(other, held if other in TERMS else room | held, (found[axis, axis].laws,)))
     for (axis, other), end in zip(pairs, _found(scene, axes, tasks, engine), strict=True):
         found[axis, other] = end or found[axis, axis]
+    foresight.kind_done()
     return found
 
 
