@@ -109,7 +109,7 @@ def case(number: int) -> tuple[str, bytes]:
         with suppress(LookupError, TypeError, AttributeError, OverflowError, ValueError):  # it cannot be done here
             random.choices(list(CHANGES), list(CHANGES.values()))[0](data, random)
     if random.random() < 0.7:
-        with suppress(LookupError, TypeError, AttributeError):
+        with suppress(LookupError, TypeError, AttributeError, OverflowError):
             _close(data["motion"])
     try:
         text = tomli_w.dumps(data).encode()
