@@ -50,6 +50,7 @@ LATE = {
     ("__main__", "cli.main"): "an interrupt while it is imported is told as one",
     ("drawing.canvas", "drawing.sheet"): "it imports matplotlib",
     ("verdicts.judging", "verdicts.certify"): "balls are for what rounding leaves open",
+    ("verdicts.judging", "verdicts.narrowing"): "balls are for what rounding leaves open",
     ("verdicts.judging", "verdicts.deciding"): "balls are for what rounding leaves open",
     ("tables.designs", "tables.table"): "it imports pyarrow",
     ("front.asked", "kernels.dispatchers"): "it imports numba",

@@ -808,3 +808,14 @@ def test_a_sweep_reaches_its_tolerance_near_an_undercut():
     scene["search"] = {**sizes, "follower": numbers, "minimise": objectives}
     result = sweep(Scene.from_dict(scene))
     assert result.reached <= 1e-9
+
+
+@pytest.mark.parametrize("base_radius", [13.387580233188274, 13.387321430531342])
+def test_what_doubles_leave_open_next_to_an_undercut_is_proved(base_radius):
+    """Profile radii of 3e-4 and 1e-4 mm: rounding alone is more than the tolerance."""
+    scene = nearly_undercut(*NEARLY[1], outputs=["contact_stress_max_MPa", "profile_radius_min_mm"])
+    scene["cam"]["base_radius"] = base_radius
+    ours = found(scene)
+    assert 0.0 < ours["profile_radius_min_mm"] < 1e-3
+    assert ours["relative_half_width"] <= 1e-9
+    assert ours["contact_stress_max_MPa"] == pytest.approx(float(slow(scene)["contact_stress_max_MPa"]), rel=1e-9)

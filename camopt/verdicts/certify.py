@@ -87,7 +87,9 @@ def statements_of(claim: Claim, design: Designs, motion: ExactMotion) -> list[St
     return [Statement(of_curve(made), claim.strokes, factor * side, allowed) for side in claim.sides]
 
 
-def _verdicts(problem: Problem, claim: Claim, design: Designs, motion: ExactMotion, until: float) -> Iterator[str]:
+def claim_verdicts(
+    problem: Problem, claim: Claim, design: Designs, motion: ExactMotion, until: float = inf
+) -> Iterator[str]:
     """The verdicts on the sides of a claim for a design (in balls)."""
     mechanism = problem.setup.mechanism
     if problem.programme.radii and claim.curve in (mechanism.curvature, mechanism.profile_radius):
@@ -145,7 +147,7 @@ def certify_limits(problem: Problem, design: Designs, until: float = inf) -> dic
     exact = in_balls(design)
     verdicts: dict[str, str] = {}
     for limit in problem.limits:
-        found = [each for claim in limit.claims for each in _verdicts(problem, claim, exact, motion, until)]
+        found = [each for claim in limit.claims for each in claim_verdicts(problem, claim, exact, motion, until)]
         if (presumed := verdicts.get(limit.presumes, HELD)) != HELD:
             found = [presumed]
         elif not limit.claims:

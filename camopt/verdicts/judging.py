@@ -96,6 +96,7 @@ def judged(problem: Problem, designs: Designs, wanted: frozenset[str], until: fl
 def settled(problem: Problem, designs: Designs, wanted: frozenset[str], until: float = inf) -> tuple[Rows, Effort]:
     """As ``judged``, and the effort that it took."""
     rows, outer, inner = weighed(problem, designs, wanted)
+    rows = as_asked(problem, designs, rows)
     exists = problem.setup.mechanism.exists(designs, problem.programme)
     feasible = exists & np.all(outer <= 0.0, axis=0)
     undecided = exists & ~feasible & ~np.any(inner > 0.0, axis=0)
@@ -157,6 +158,15 @@ def weighed(problem: Problem, designs: Designs, wanted: frozenset[str], until: f
         outer[len(first) :, some] = excesses(last, found.shifted(1.0), case.designs)
         inner[len(first) :, some] = excesses(last, found.shifted(-1.0), case.designs)
     return Weighed(rows, outer, inner)
+
+
+def as_asked(problem: Problem, designs: Designs, rows: Rows) -> Rows:
+    """The rows, with numbers that doubles leave less exact than the scene asks proved in balls."""
+    if np.all(np.asarray(rows.half_width) <= problem.scene.accuracy.tolerance):
+        return rows
+    from camopt.verdicts.narrowing import narrowed
+
+    return narrowed(problem, designs, rows)
 
 
 def _by_balls(problem: Problem, designs: Designs, rows: Rows, until: float) -> Rows:

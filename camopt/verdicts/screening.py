@@ -15,7 +15,16 @@ from camopt.mechanisms.design import BoolArray
 from camopt.problem.limits import Limit
 from camopt.problem.problem import Problem, exactly
 from camopt.problem.rows import Rows
-from camopt.verdicts.judging import Effort, beyond_pitch, excesses, of_pitch, planned, proved_status, settled
+from camopt.verdicts.judging import (
+    Effort,
+    as_asked,
+    beyond_pitch,
+    excesses,
+    of_pitch,
+    planned,
+    proved_status,
+    settled,
+)
 
 
 @dataclass(frozen=True)
@@ -105,7 +114,8 @@ def _plan(problem: Problem, wanted: frozenset[str]) -> list[tuple[Effect, frozen
 
 def _with_verdict(candidates: Candidates, wanted: frozenset[str]) -> Screened:
     """The rows of candidates that hold all limits; those that may are looked at again."""
-    problem, rows, held = candidates.problem, candidates.rows.only(wanted), candidates.held
+    problem, held = candidates.problem, candidates.held
+    rows = as_asked(problem, candidates.designs, candidates.rows).only(wanted)
     verdict = {"feasible": True, "violated": "", "status": proved_status(problem.programme)}
     rows = Rows({**rows.columns, "relative_half_width": rows.half_width}, rows.count)
     if held.all():

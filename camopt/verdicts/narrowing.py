@@ -1,0 +1,103 @@
+"""Numbers that doubles leave less exact than is asked: proved in ball arithmetic between two bounds.
+
+Next to an undercut a stress is N/R with an R that is nearly 0, and rounding alone is more than the tolerance. That
+a peak is at most a bound is a claim, which balls decide; so is that it is not at most another one.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
+from math import isfinite
+from typing import NamedTuple
+
+import numpy as np
+
+from camopt.effects.peak import Peak
+from camopt.mechanisms import Designs
+from camopt.problem.claims import claims_of
+from camopt.problem.limits import peak_of
+from camopt.problem.problem import EXACT, Problem
+from camopt.problem.rows import Rows
+from camopt.verdicts.ball import precisely
+from camopt.verdicts.certify import claim_verdicts, in_balls, turn_of
+from camopt.verdicts.deciding import BROKEN, HELD, worst
+
+MOST = 64  # designs at a time: a proof takes some hundredths of a second
+WIDEST = 1e-3  # relative: what kernels are never off by
+WIDER = 16.0
+
+
+def narrowed(problem: Problem, designs: Designs, rows: Rows) -> Rows:
+    """Rows whose numbers are as exact as the scene asks, where there are few designs of which they are not."""
+    asked = problem.scene.accuracy.tolerance
+    half_width = np.broadcast_to(rows.half_width, rows.count)
+    open_ = np.flatnonzero(~(half_width <= asked) & problem.setup.mechanism.exists(designs, problem.programme))
+    if not 0 < open_.size <= MOST or asked < EXACT:
+        return rows
+    columns, half_width = dict(rows.columns), half_width.copy()
+    for k in open_:
+        row = rows.take(np.array([k]))
+        proved = _proved(problem, designs.take([k]), row, asked)
+        for name, (low, high) in proved.items():
+            if not low <= row.column(name)[0] <= high:
+                columns[name] = np.array(np.broadcast_to(columns[name], rows.count))
+                columns[name][k] = 0.5 * (low + high)
+        if proved:
+            others = (_relative(row, name) for name in row.outward.keys() - proved.keys())
+            half_width[k] = max(*others, *((high - low) / abs(high) for low, high in proved.values()), 0.0)
+    return replace(rows, columns=columns, half_width=half_width)
+
+
+Range = tuple[float, float]
+
+
+def _relative(row: Rows, name: str) -> float:
+    """The width of the enclosure of a quantity of one design, relative to it."""
+    width, value = float(np.abs(np.max(row.outward[name]))), abs(float(row.column(name)[0]))
+    return width / value if value > 0.0 and isfinite(value) else 0.0
+
+
+@precisely()
+def _proved(problem: Problem, design: Designs, row: Rows, asked: float) -> dict[str, Range]:
+    """The quantities of one design that are less exact than asked: between which bounds each is proved to be."""
+    found, exact, motion = {}, in_balls(design), turn_of(problem.programme)
+    for name in row.outward:
+        peak = peak_of(name, problem.setup)
+        if peak is None or _relative(row, name) <= asked:
+            continue
+
+        def decided(bound: float, peak: Peak = peak) -> str:
+            claims = claims_of(peak, bound)
+            return worst([v for claim in claims for v in claim_verdicts(problem, claim, exact, motion)])
+
+        if (ends := _between(Decided(decided, peak.is_least), float(row.column(name)[0]), asked)) is not None:
+            found[name] = ends
+    return found
+
+
+class Decided(NamedTuple):
+    """Whether a quantity holds a bound, and whether that is one from below."""
+
+    verdict: Callable[[float], str]
+    from_below: bool
+
+    def below(self, bound: float) -> bool | None:
+        """Whether the quantity is at most this, None if that stays open."""
+        verdict = self.verdict(bound)
+        return None if verdict not in (HELD, BROKEN) else (verdict == HELD) != self.from_below
+
+
+def _between(decided: Decided, value: float, asked: float) -> Range | None:
+    """Two bounds as near as is asked, between which a quantity is proved to be."""
+    apart = 0.25 * asked * abs(value)
+    while decided.below(value - apart) is not False or decided.below(value + apart) is not True:
+        apart *= WIDER
+        if apart > WIDEST * abs(value):
+            return None
+    low, high = value - apart, value + apart
+    while high - low > asked * abs(value):
+        middle = 0.5 * (low + high)
+        below = decided.below(middle)
+        if below is None:
+            return None
+        low, high = (low, middle) if below else (middle, high)
+    return low, high
