@@ -216,7 +216,7 @@ def answered(
 def already_done(folder: str | os.PathLike[str]) -> str:
     """What is said where a folder has the answer already."""
     where = os.fspath(folder)
-    return f"already done: {where} has the whole result of the same question and version; `again` computes it anew"
+    return f"already done: {where} has the whole result of the same question and version; --again (again=True) computes it anew"
 
 
 @contextmanager

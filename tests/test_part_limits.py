@@ -298,3 +298,16 @@ def test_the_base_circle_is_no_smaller_than_the_hub(tmp_path):
     found = limits_sheet(evaluate(own), resolve_design(own))
     rows = {row[0].text: [cell.text for cell in row[1:5]] for row in found.rows}
     assert rows["hub diameter"] == ["held", "≥ 130 mm", "140 mm", "10 mm"]
+
+
+def test_the_smallest_cam_has_room_for_its_keyway():
+    scene = find_scene("two-pauses").replace(
+        **{"limits.pressure_angle": 70, "cam.base_radius": 30},
+        part={"thickness": 15, "keyway_width": 12, "keyway_depth": 5},
+    )
+    best = optimise(scene).best
+    assert best["binding"] == ["keyway"]
+    assert evaluate(best.scene.replace(outputs=["wall"]))["hub_wall_min_mm"] == pytest.approx(0.0, abs=1e-6)
+    assert certify(best.scene)["keyway"] == "held"
+    smaller = sweep(scene.replace(**{"search.base_radius": [24.0, 26.0]}), keep="all")
+    assert (smaller.designs, smaller.feasible) == (2, 1)
