@@ -24,6 +24,7 @@ from camopt.exporting.endings import ENDINGS
 PLAIN = {"PYTHONHASHSEED": "0", "LC_ALL": "C.UTF-8", "TZ": "UTC", "COLUMNS": "120"}
 OTHERS: dict[str, dict[str, str]] = {
     "hash seed 1": {"PYTHONHASHSEED": "1"},
+    "hash seed 4": {"PYTHONHASHSEED": "4"},
     "hash seed 4294967295": {"PYTHONHASHSEED": "4294967295"},
     "German": {"LC_ALL": "de_DE.UTF-8", "LANG": "de_DE.UTF-8"},
     "Turkish": {"LC_ALL": "tr_TR.UTF-8", "LANG": "tr_TR.UTF-8"},

@@ -1,7 +1,10 @@
 """Files for machines and other programs, read back by libraries that are not camopt's."""
 
 import json
+import os
 import re
+import subprocess
+import sys
 from xml.etree import ElementTree as Xml
 
 import ezdxf
@@ -179,3 +182,31 @@ def test_the_scene_itself_is_not_written_over(tmp_path, monkeypatch, capsys):
     assert main(["export", "own.toml", "own.toml"]) == 2
     assert "another file: this one is the scene itself" in capsys.readouterr().err
     assert (tmp_path / "own.toml").read_text().startswith("# mine")
+
+
+HOMELESS = """
+import pwd
+
+def unknown(user):
+    raise KeyError(user)
+
+pwd.getpwuid = unknown
+from camopt.cli.main import main
+raise SystemExit(main(["export", "valve-rod-radial", "cam.dxf", "--quiet"]))
+"""
+"""As in a container that runs as a number."""
+
+
+@pytest.mark.skipif(os.name == "nt", reason="users have a home there")
+def test_a_dxf_has_the_same_bytes_without_a_home_and_for_any_hash_seed(tmp_path):
+    found = []
+    for seed in "04":
+        homeless = {name: os.environ[name] for name in os.environ if name != "HOME" and not name.startswith("XDG_")}
+        homeless["PYTHONHASHSEED"] = seed
+        run = [sys.executable, "-c", HOMELESS]
+        done = subprocess.run(run, cwd=tmp_path, env=homeless, capture_output=True, text=True)
+        assert (done.returncode, done.stderr) == (0, "")
+        found.append((tmp_path / "cam.dxf").read_bytes())
+    export(find_scene("valve-rod-radial"), tmp_path / "cam.dxf")
+    assert {*found} == {(tmp_path / "cam.dxf").read_bytes()}
+    assert [path.name for path in tmp_path.iterdir()] == ["cam.dxf"]

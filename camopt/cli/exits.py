@@ -26,7 +26,8 @@ LIBRARIES = (".so", ".pyd", ".dylib")
 def run(command: Callable[[], int]) -> int:
     """Run a command to its exit code. Whatever ends it is told in a line, never as a traceback."""
     _open_streams()
-    getLogger("matplotlib").setLevel(CRITICAL)  # it tells of folders that it would keep fonts in
+    for library in ("matplotlib", "ezdxf"):  # they tell of folders that they would keep fonts in
+        getLogger(library).setLevel(CRITICAL)
     try:
         with catch_warnings(action="always", category=Untidy):
             warnings.showwarning = _say_warning

@@ -39,6 +39,8 @@ def write(
             kind, width = LINES[layer.line]
             document.layers.add(layer.name.upper(), color=COLOURS[layer.line], linetype=kind, lineweight=width)
             _draw(document.modelspace(), layer)
+        for kind in sorted(document.entitydb.dxf_types_in_use()):  # ezdxf would add them in the order of a set
+            document.classes.add_class(kind)
         with whole_file(path) as partial, partial.open("w", encoding=document.output_encoding) as file:
             document.write(file)
     return Exported(path, told(plan.followed))
