@@ -215,8 +215,8 @@ def answered(
 
 def already_done(folder: str | os.PathLike[str]) -> str:
     """What is said where a folder has the answer already."""
-    where = os.fspath(folder)
-    return f"already done: {where} has the whole result of the same question and version; --again (again=True) computes it anew"
+    what = f"already done: {os.fspath(folder)} has the whole result of the same question and version"
+    return f"{what}; --again (again=True) computes it anew"
 
 
 @contextmanager

@@ -274,7 +274,7 @@ def _around(name: str, radius: float, key: str) -> Limit:
 
 
 def _implied(setup: Setup) -> list[Limit]:
-    """What every cam has to hold, asked or not: no undercut, no self-crossing, and room for its shaft, keyway and hub.
+    """What every cam has to hold, asked or not: no undercut, no self-crossing, room for shaft, keyway and hub.
 
     Without undercut, only a round body can make a profile that crosses itself.
     """
