@@ -22,6 +22,20 @@ def pytest_collection_finish():
 
 
 @pytest.fixture
+def command(capsys, monkeypatch, tmp_path):
+    """Run a command in an empty folder: exit code, standard output, standard error."""
+    monkeypatch.chdir(tmp_path)
+
+    from camopt.cli.main import main
+
+    def call(*arguments):
+        code = main([*map(str, arguments)])
+        return code, *capsys.readouterr()
+
+    return call
+
+
+@pytest.fixture
 def _alone(monkeypatch):
     """A kernel that no other test asks for is compiled as in use: for more designs."""
     monkeypatch.setattr(compile, "FEW", IN_USE)

@@ -2,8 +2,6 @@
 
 import pytest
 
-from camopt.cli.main import main
-
 SPECTRUM = "camopt.studies.spectrum.spectrum"
 COMMANDS = {
     "optimise": (["optimise", "two-pauses", "--out", "out"], "camopt.smallest.optimise.optimise"),
@@ -14,17 +12,6 @@ COMMANDS = {
 
 def never(*_):
     raise AssertionError("it is computed again")
-
-
-@pytest.fixture
-def command(capsys, monkeypatch, tmp_path):
-    monkeypatch.chdir(tmp_path)
-
-    def call(*arguments):
-        code = main([*map(str, arguments)])
-        return code, *capsys.readouterr()
-
-    return call
 
 
 @pytest.mark.parametrize("name", COMMANDS)

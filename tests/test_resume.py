@@ -14,7 +14,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import camopt
-from camopt.cli.main import main
 from camopt.engines.threads import Threads
 from camopt.front import checkpoint, estimate, journal
 from camopt.front.asked import asked_of
@@ -466,18 +465,6 @@ def test_sizes_in_words(size, words):
 
 
 # ------------------------------------------------------------------------------------------------ the command line
-
-
-@pytest.fixture
-def command(capsys, monkeypatch, tmp_path):
-    """Run a command in an empty folder: exit code, standard output, standard error."""
-    monkeypatch.chdir(tmp_path)
-
-    def call(*arguments):
-        code = main([*map(str, arguments)])
-        return code, *capsys.readouterr()
-
-    return call
 
 
 def interrupt(out):
