@@ -216,7 +216,7 @@ def answered(
 def already_done(folder: str | os.PathLike[str]) -> str:
     """What is said where a folder has the answer already."""
     what = f"already done: {os.fspath(folder)} has the whole result of the same question and version"
-    return f"{what}; --again (again=True) computes it anew"
+    return f"{what}; `again` computes it anew"
 
 
 @contextmanager

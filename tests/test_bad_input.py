@@ -304,15 +304,22 @@ def test_a_cam_without_a_wall_about_its_bore_is_told_where_none_is_asked(changes
     assert [line for line in lines if "wall between" in line] == [f"T{line[1:]}." for line in found]
 
 
-def test_a_smallest_cam_that_its_keyway_cuts_through_is_told(capsys, tmp_path):
-    """A base circle between bore and keyway: no scene has it, and the search that finds it says so."""
-    keyway = {"part": {"bore": 20, "keyway_width": 6, "keyway_depth": 30}, "cam.base_radius": 60}
-    (tmp_path / "mine.toml").write_text(find_scene("roller-1000rpm").replace(**keyway).to_toml())
+@pytest.mark.parametrize(
+    ("part", "reach", "what"),
+    [
+        ({"bore": 20, "keyway_width": 6, "keyway_depth": 30}, (40.0**2 + 3.0**2) ** 0.5, "keyway"),
+        ({"bore": 90}, 45.0, "bore"),
+    ],
+)
+def test_a_smallest_cam_held_by_its_bore_or_keyway_is_told_to_have_no_wall(part, reach, what, capsys, tmp_path):
+    """A base circle within a bore or keyway is that of no scene."""
+    bored = {"part": part, "cam.base_radius": 60}
+    (tmp_path / "mine.toml").write_text(find_scene("roller-1000rpm").replace(**bored).to_toml())
     assert main(["optimise", str(tmp_path / "mine.toml"), "--json"]) == 0
     out, err = capsys.readouterr()
-    wall = json.loads(out)["base_radius_mm"] - (40.0**2 + 3.0**2) ** 0.5
-    assert wall < 0
-    assert f"the wall between keyway and base circle is {wall:.4g} mm, so it is cut through" in err
+    assert json.loads(out)["base_radius_mm"] == pytest.approx(reach, rel=1e-8)
+    assert json.loads(out)["binding"] == [what]
+    assert f"the wall between {what} and base circle is 0 mm" in err
 
 
 def test_the_smallest_cam_round_its_shaft_is_told_to_have_no_wall(capsys, tmp_path):

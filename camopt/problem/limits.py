@@ -92,7 +92,7 @@ class Limit:
         return any(EFFECTS[QUANTITIES[name].effect].last for name in self.needs)
 
 
-THINNEST = 1e-9  # of the base radius: the wall that a keyway leaves, since a scene has to have one
+THINNEST = 1e-12  # of the base radius: the wall that a keyway or bore leaves, since a scene has to have one
 UNDERCUT, SELF_CROSSING = "undercut", "self_crossing"  # names of limits that every cam has to hold
 LOADS = {
     "contact_force_min": "contact_force_min_N",
@@ -274,7 +274,7 @@ def _around(name: str, radius: float, key: str) -> Limit:
 
 
 def _implied(setup: Setup) -> list[Limit]:
-    """What every cam has to hold, asked or not: no undercut, no self-crossing, room for shaft, keyway and hub.
+    """What every cam has to hold, asked or not: no undercut, no self-crossing, room for shaft, bore and hub.
 
     Without undercut, only a round body can make a profile that crosses itself.
     """
@@ -285,9 +285,9 @@ def _implied(setup: Setup) -> list[Limit]:
         limits.append(_around("shaft_diameter", setup.shaft_radius, "cam.shaft_diameter"))
     if setup.solid.hub_radius:
         limits.append(_around("hub_diameter", setup.solid.hub_radius, "part.hub_diameter"))
-    if setup.solid.bore_reach > max(setup.shaft_radius or 0.0, setup.solid.bore_radius):
-        beyond = wall.least_size(setup, 0.0) * (1.0 + THINNEST)
-        limits.append(replace(_around("keyway", beyond, ""), asked=False))
+    if setup.solid.bore_reach > (setup.shaft_radius or 0.0):
+        name, beyond = "keyway" if setup.solid.keyway_width else "bore", wall.least_size(setup, 0.0)
+        limits.append(replace(_around(name, beyond * (1.0 + THINNEST), ""), asked=False))
     if setup.mechanism.curvature is not None and not (setup.mechanism.grooved or setup.pointed):
         limits.append(_crossing())
     return limits

@@ -46,10 +46,8 @@ def no_wall(scene: Scene, base: float | None = None) -> list[str]:
     if not base or scene.limits.hub_wall is not None or base - reach > CLOSE * base:
         return []
     what = "keyway" if scene.whole_part.keyway_width else "bore"
-    thick = "0 mm" if base - reach >= -CLOSE * base else f"{base - reach:.4g} mm, so it is cut through"
-    return [
-        f"the wall between {what} and base circle is {thick}: limits.hub_wall asks for a least wall, and is not set"
-    ]
+    asks = "limits.hub_wall asks for a least wall, and is not set"
+    return [f"the wall between {what} and base circle is 0 mm: {asks}"]
 
 
 def _noisy(scene: Scene) -> Iterator[str]:
