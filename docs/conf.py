@@ -9,8 +9,6 @@ for notebook in (DOCS.parent / "notebooks").glob("*.ipynb"):
     shutil.copy2(notebook, DOCS / "tutorials")  # with its times: Sphinx reads anew what has changed
 sys.path.insert(0, str(DOCS / "ext"))
 
-from jupyter_client.connect import ConnectionFileMixin  # noqa: E402
-
 from camopt import __version__  # noqa: E402
 from camopt.drawing.style import RC  # noqa: E402
 
@@ -51,7 +49,6 @@ nitpick_ignore_regex = [("py:.*", r"(?!camopt\b).*")]  # other packages: their s
 # notebooks, and pages with a kernel in their head, run at the build: an error or a message there ends it
 myst_enable_extensions = ["dollarmath", "amsmath", "colon_fence", "deflist", "attrs_inline", "fieldlist"]
 myst_heading_anchors = 4
-ConnectionFileMixin.transport.default_value = "ipc"  # of kernels: over TCP they warn that anyone can listen
 nb_execution_mode = "force"
 nb_execution_raise_on_error = True
 nb_execution_in_temp = True
