@@ -209,7 +209,7 @@ def test_the_exit_code_says_the_worst(result, capsys):
 
 def test_the_json_document_is_plain(result, monkeypatch):
     found = []
-    monkeypatch.setattr("camopt.cli.reports.print_json", found.append)
+    monkeypatch.setattr("camopt.cli.commands.check_report.print_json", found.append)
     assert main(["check", str(result), "--json"]) == 0
     (document,) = found
     assert not not_plain(document)

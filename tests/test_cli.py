@@ -13,7 +13,8 @@ import pytest
 
 import camopt
 from camopt import Scene, find_scene, shipped_scenes
-from camopt.cli.main import main
+from camopt.cli import commands
+from camopt.cli.main import COMMANDS, main
 from camopt.motion import LAWS
 from camopt.quantities import QUANTITIES, number_quantity
 
@@ -561,6 +562,26 @@ def test_help_imports_nothing_heavy(arguments):
     done = subprocess.run([sys.executable, "-c", code, *arguments], capture_output=True, text=True, timeout=60)
     assert done.returncode == 0, done.stderr
     assert "camopt" in done.stdout
+
+
+def test_every_module_of_a_command_is_one():
+    modules = {path.stem for path in Path(commands.__file__).parent.glob("*.py")}
+    reports = {f"{name}_report" for name in COMMANDS}
+    assert len(COMMANDS) == len(set(COMMANDS))
+    assert modules - reports == {"__init__", *COMMANDS}
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_a_command_imports_no_other(command):
+    code = (
+        "import sys\nfrom camopt.cli.main import main\nmain(sys.argv[1:])\n"
+        "found = [name for name in sys.modules if name.startswith('camopt.cli.commands.')]\n"
+        "sys.exit(' '.join(found))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code, command, "--help"], capture_output=True, text=True, timeout=60
+    )
+    assert done.stderr.strip() == f"camopt.cli.commands.{command}"
 
 
 @pytest.mark.parametrize("command", ["evaluate", "certify", "laws", "scenes"])

@@ -9,8 +9,8 @@ from support.depth import times
 from support.pictures import faults_of
 
 from camopt import BadInput, Scene, certify, evaluate, find_scene, frontier, load, plot_frontier, synthesise
+from camopt.cli.commands.frontier_report import show_frontier
 from camopt.cli.main import main
-from camopt.cli.reports import show_frontier
 from camopt.mistakes import Unmet
 from camopt.problem.problem import resolve
 from camopt.scene.tables import TERMS

@@ -52,6 +52,15 @@ def say(text: str) -> None:
             print(line_of(line), file=sys.stderr, flush=True)
 
 
+def reached(scene: Any, half_width: float) -> int:
+    """The exit code for the accuracy that was reached; a message if it is worse than the tolerance."""
+    asked = scene.accuracy.tolerance
+    if half_width <= asked:
+        return 0
+    say(f"camopt: tolerance {asked:g} not reached; values are exact to {half_width:.2g}")
+    return NOT_REACHED
+
+
 def _say_warning(message: Warning | str, *_: Any, **__: Any) -> None:
     """A warning in a line, without the place in the code."""
     say(f"camopt: {message}")

@@ -7,6 +7,10 @@ from typing import Any
 
 import click
 
+DEFAULT_SCENE = "roller-1000rpm"
+PICTURES = (".png", ".svg", ".pdf")
+ANIMATIONS = (".gif", ".mp4", ".svg")
+
 
 def output_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Options common to all commands."""
@@ -165,54 +169,6 @@ def scene_at(target: str, row: int | None) -> Any:
     if row is not None:
         raise BadInput([Mistake("camopt", "--row", row, f"belongs to a table; {target} is a scene", bare=True)])
     return find_scene(target)
-
-
-def target_at(target: str, row: int | None, changes: dict[str, tuple[str, Any]]) -> Any:
-    """What a page shows: a scene, changed as asked; a folder or a whole table as it is."""
-    from camopt.mistakes import BadInput, Mistake
-
-    if row is not None and Path(target).is_dir():
-        why = f"belongs to a table; {target} is a folder: name one of the tables in it"
-        raise BadInput([Mistake("camopt", "--row", row, why, bare=True)])
-    if row is None and Path(target).exists() and Path(target).suffix not in ("", ".toml", ".parquet"):
-        return target  # which says what it takes
-    if row is not None or not (Path(target).is_dir() or target.endswith(".parquet")):
-        return changed(scene_at(target, row), changes)
-    for option, value in changes.values():
-        why = f"belongs to a scene; {target} is a result, whose numbers stay as they are"
-        raise BadInput([Mistake("camopt", option, value, why, bare=True)])
-    return target
-
-
-def measured_cam(
-    target: str | None,
-    rpm: float | None,
-    base_radius: float | None,
-    follower: str | None,
-    roller_radius: float | None,
-    profile: str | None,
-) -> Any:
-    """The cam and follower of a measured motion: a scene, or its tables from options alone."""
-    from camopt.mistakes import BadInput, Mistake
-
-    if profile and base_radius is not None:
-        why = "belongs to lifts: the profile itself has a base radius"
-        raise BadInput([Mistake("camopt", "--base-radius", base_radius, why, bare=True)])
-    if target is None:
-        if base_radius is None and not profile:
-            raise BadInput([Mistake("camopt", "--base-radius", None, "missing; or name a --scene", bare=True)])
-        sizes = {} if roller_radius is None else {"roller_radius": roller_radius}
-        known = {"base_radius": base_radius, "rpm": rpm}
-        cam = {"form": "disc", **{key: value for key, value in known.items() if value is not None}}
-        return {"cam": cam, "follower": {"motion": "translating", "contact": follower or "flat", **sizes}}
-    why = "belongs to a fit without --scene: the scene has a follower"
-    others = {"--follower": follower, "--roller-radius": roller_radius}
-    given = [Mistake("camopt", name, value, why, bare=True) for name, value in others.items() if value is not None]
-    if given:
-        raise BadInput(given)
-    changes = {"cam.rpm": ("--rpm", rpm), "cam.base_radius": ("--base-radius", base_radius)}
-    scene = scene_at(target, None)
-    return changed(scene, {key: change for key, change in changes.items() if change[1] is not None})
 
 
 def row_option(command: Callable[..., Any]) -> Callable[..., Any]:

@@ -1,0 +1,1 @@
+"""The commands: what each takes, the call of the library that it makes, and what it prints."""

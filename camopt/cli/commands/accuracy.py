@@ -1,0 +1,49 @@
+"""``camopt accuracy``."""
+
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import click
+
+from camopt.cli.options import (
+    DEFAULT_SCENE,
+    Command,
+    Place,
+    again_option,
+    output_options,
+    refuse_without,
+    scene_options,
+    scheduler_option,
+)
+
+
+@click.command(cls=Command)
+@click.argument("scene", default=DEFAULT_SCENE)
+@scene_options
+@output_options
+@click.option(
+    "--out", type=Place(), default="camopt-out", show_default=True, help="Folder for the table and the pictures."
+)
+@click.option("--workers", type=click.IntRange(1), help="Number of processes of --scheduler local.")
+@again_option
+@scheduler_option
+def accuracy(
+    scene: Any, as_json: bool, quiet: bool, out: Path, workers: int | None, again: bool, engine: Any
+) -> int:
+    """Measure how much time accuracy costs, as a table and a picture."""
+    from camopt.cli import terminal
+    from camopt.cli.commands.accuracy_report import show_accuracy
+    from camopt.cli.once import Once, Told, once
+    from camopt.studies.accuracy import ACCURACY, measure, write_accuracy
+
+    if engine is None:
+        refuse_without("--scheduler", {"workers": workers})
+
+    def work(unit: Any) -> Told:
+        with terminal.progress(quiet, "laws") as advance:
+            rows = measure(scene, advance, engine)
+            write_accuracy(rows, scene, unit.staging)
+        return Told(partial(show_accuracy, rows, scene), 0)
+
+    return once(Once(out, "accuracy", ACCURACY, {}), scene, again, as_json, quiet, work)

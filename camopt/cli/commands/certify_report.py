@@ -1,0 +1,19 @@
+"""What ``camopt certify`` prints."""
+
+from camopt.cli.terminal import print_json, show, table_of
+
+
+def show_verdicts(verdicts: dict[str, str], as_json: bool) -> None:
+    """The verdict on each limit."""
+    if as_json:
+        return print_json(verdicts)
+    records = [{"limit": name, "verdict": verdict} for name, verdict in verdicts.items()]
+    return show(table_of("At every cam angle", records, ["limit", "verdict"]))
+
+
+def show_counts(counts: dict[str, int], as_json: bool) -> None:
+    """How many rows of a table are held, broken and undecided."""
+    every = {verdict: counts.get(verdict, 0) for verdict in ("held", "broken", "undecided")}
+    if as_json:
+        return print_json(every)
+    return show(", ".join(f"{count:,} {verdict}" for verdict, count in every.items()))

@@ -1,0 +1,31 @@
+"""``camopt check``."""
+
+from pathlib import Path
+
+import click
+
+from camopt.cli.exits import BAD_INPUT, FILE_TROUBLE
+from camopt.cli.options import Command, Place, output_options
+
+
+@click.command(cls=Command)
+@click.argument("files", nargs=-1, required=True, metavar="FILE...", type=Place())
+@output_options
+def check(files: tuple[Path, ...], as_json: bool, quiet: bool) -> int:
+    """Check whether files are as camopt wrote them, bit for bit; of those that are not, say where.
+
+    FILE is a table, any other file of a result, or a folder. Tables and parts of sweeps have digests of their own;
+    other files of a result are known by manifest.json beside them, and so are files that are missing, or of another
+    run.
+
+    Ends with 3 if a file is damaged, changed or missing; else with 2 if there is nothing to check one by.
+    """
+    from camopt.checking import check as run
+    from camopt.cli import terminal
+    from camopt.cli.commands.check_report import show_checked
+
+    with terminal.progress(quiet, ""):
+        found = run(*files)
+    show_checked(found, as_json)
+    states = {each.state for each in found}
+    return FILE_TROUBLE if states - {"whole", "unknown"} else BAD_INPUT if "unknown" in states else 0

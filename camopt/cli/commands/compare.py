@@ -1,0 +1,34 @@
+"""``camopt compare``."""
+
+from pathlib import Path
+
+import click
+
+from camopt.cli.options import PICTURES, Command, Place, output_options
+
+
+@click.command(cls=Command)
+@click.argument("a", metavar="A")
+@click.argument("b", metavar="B")
+@click.option("--out", type=Place(".parquet", ".csv"), help="Table of the designs that differ: Parquet, CSV.")
+@click.option("--plot", "picture", type=Place(*PICTURES), help="Draw the fronts: PNG, SVG, PDF.")
+@output_options
+def compare(a: str, b: str, as_json: bool, quiet: bool, out: Path | None, picture: Path | None) -> int:
+    """Compare two results: which designs came, went or changed, how the fronts differ, which settings differ.
+
+    A and B are folders that a command wrote, tables of designs, or scenes; a scene beside a table is compared with
+    the scene in it. The exit code is 0 whether or not they differ; --json says it under "same".
+    """
+    from camopt.cli import terminal
+    from camopt.cli.commands.compare_report import show_compared
+    from camopt.comparing.compare import compare as run
+
+    result = run(a, b, out)
+    if picture:
+        from camopt.drawing.compared import plot_compared
+
+        plot_compared(result, picture)
+    show_compared(result, as_json)
+    if not quiet:
+        terminal.say_written([file for file in (out, picture) if file])
+    return 0

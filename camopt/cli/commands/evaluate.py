@@ -1,0 +1,77 @@
+"""``camopt evaluate``."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from camopt.cli.exits import reached
+from camopt.cli.options import (
+    ANIMATIONS,
+    PICTURES,
+    Command,
+    Place,
+    output_options,
+    outputs_option,
+    refuse_without,
+    scene_options,
+)
+
+
+@click.command(cls=Command)
+@click.argument("scene")
+@scene_options
+@outputs_option
+@output_options
+@click.option(
+    "--plot",
+    "picture",
+    type=Place(*dict.fromkeys((*PICTURES, *ANIMATIONS))),
+    help="Draw the cam and its diagrams: PNG, SVG, PDF; GIF and MP4 are animated.",
+)
+@click.option("--animate", "animation", type=Place(*ANIMATIONS), help="Draw the cam turning: GIF, MP4, SVG.")
+@click.option("--points", type=Place(".csv", ".parquet", ".xlsx"), help="Write points: CSV, Parquet, Excel.")
+@click.option("--cutter-radius", type=float, help="With --points: also the path of a cutter of this radius, mm.")
+@click.option("--step", type=float, help="With --points: degrees between points; 1 by default.")
+@click.option(
+    "--chord",
+    type=float,
+    help="With --points: deviation of straight lines from the curve, mm.",
+)
+def evaluate(
+    scene: Any,
+    as_json: bool,
+    quiet: bool,
+    picture: Path | None,
+    animation: Path | None,
+    points: Path | None,
+    **spacing: float | None,
+) -> int:
+    """Compute every quantity of one design."""
+    from camopt.cli import terminal
+    from camopt.cli.commands.evaluate_report import show_evaluation
+    from camopt.verdicts.evaluation import evaluate as run
+
+    if not points:
+        refuse_without("--points", spacing)
+    with terminal.progress(quiet, ""):
+        result = run(scene)
+    still = picture and picture.suffix.lower() in PICTURES
+    for moving in filter(None, (animation, None if still else picture)):
+        from camopt.drawing.animation import animate
+
+        animate(scene, moving)
+    if picture and still:
+        from camopt.drawing.figures import plot
+
+        plot(scene, picture)
+    if points:
+        from camopt.points.points import write_points
+
+        write_points(scene, points, **spacing)
+    show_evaluation(result, as_json)
+    if not quiet:
+        terminal.say_notes(result.warnings)
+        terminal.say_unused(scene)
+        terminal.say_written([file for file in (picture, animation, points) if file])
+    return reached(scene, result["relative_half_width"])

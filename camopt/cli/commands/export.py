@@ -1,0 +1,45 @@
+"""``camopt export``."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from camopt.cli.options import Command, Place, check_file, output_options, scene_options
+from camopt.exporting.endings import ENDINGS
+
+
+@click.command(cls=Command)
+@click.argument("scene")
+@click.argument("file", type=Place(*ENDINGS))
+@scene_options
+@output_options
+@click.option("--chord", type=float, help="Largest deviation from the true curve, mm; 0.001 by default.")
+@click.option("--curves", help="What curves are made of: arcs (the default), spline or polyline.")
+@click.option("--cutter-radius", type=float, help="Also the path of a cutter or grinding wheel of this radius, mm.")
+@click.option("--step", type=float, help="Points in even steps of the angle, deg.")
+@click.option("--points", type=int, help="Number of points of an electronic cam; 361 by default.")
+@click.option("--feed", type=float, help="Feed of a cutter, mm/min.")
+@click.option(
+    "--depth", type=float, help="Depth of the cut below the top face, mm; the thickness and 1 by default."
+)
+@click.option("--roughing", type=float, help="A first cut that leaves so much, mm.")
+@click.option("--direction", help="climb (the default) or conventional milling.")
+def export(scene: Any, file: Path, as_json: bool, quiet: bool, **settings: Any) -> int:
+    """Write the cam of one design to FILE for a machine, a person or another program, as its ending says.
+
+    How far the curves in the file are from the true ones is proved, and printed. Options that mean nothing for a
+    kind of file are refused.
+    """
+    from camopt.cli import terminal
+    from camopt.cli.commands.export_report import show_export
+    from camopt.exporting.export import export as run
+
+    check_file(scene.file, file, "FILE")
+    with terminal.progress(quiet, ""):
+        result = run(scene, file, **{name: value for name, value in settings.items() if value is not None})
+    show_export(result, as_json)
+    if not quiet:
+        terminal.say_notes(result.notes)
+        terminal.say_written([file])
+    return 0

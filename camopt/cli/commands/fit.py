@@ -1,0 +1,126 @@
+"""``camopt fit``."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from camopt.cli.options import (
+    PICTURES,
+    Command,
+    Place,
+    changed,
+    check_file,
+    output_options,
+    refuse_without,
+    scene_at,
+)
+
+
+@click.command(cls=Command)
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option("--scene", "target", help="Scene whose cam, follower and limits to take; its motion is replaced.")
+@click.option("--base-radius", type=float, help="Base radius of the cam, mm; of lifts, needed without --scene.")
+@click.option(
+    "--follower",
+    type=click.Choice(("flat", "roller", "knife")),
+    help="Translating follower, without --scene; flat by default.",
+)
+@click.option("--roller-radius", type=float, help="Radius of the roller, mm.")
+@click.option("--rpm", type=float, help="Speed of the cam, rev/min.")
+@click.option(
+    "--profile",
+    help="polar or xy: the points are those of a profile, by cam angle and distance from the axis, or x and y.",
+)
+@click.option(
+    "--probe", type=float, help="Radius of the ball whose centres they are, mm; by default they are on the profile."
+)
+@click.option(
+    "--band",
+    type=float,
+    help="Largest distance of the motion from a point, mm (deg when oscillating); by default from the noise.",
+)
+@click.option("--columns", help="Names or numbers of the two columns, such as 1,3.")
+@click.option("--angle-unit", default="deg", show_default=True, help="Unit of the angles: deg or rad.")
+@click.option("--lift-unit", help="Unit of lifts or lengths: mm or inch; deg of lifts when oscillating.")
+@click.option(
+    "--turn", type=float, help="Angle of one turn of the cam in the file: 720 for degrees of a crankshaft."
+)
+@click.option("--keep-outliers", is_flag=True, help="Hold the band at outliers too.")
+@click.option("--out", type=Place(".toml"), default="fitted.toml", show_default=True, help="Scene to write.")
+@click.option("--plot", "picture", type=Place(*PICTURES), help="Draw the fit: PNG, SVG, PDF.")
+@output_options
+def fit(
+    file: Path,
+    target: str | None,
+    rpm: float | None,
+    columns: str | None,
+    out: Path,
+    picture: Path | None,
+    as_json: bool,
+    quiet: bool,
+    base_radius: float | None,
+    follower: str | None,
+    roller_radius: float | None,
+    profile: str | None,
+    probe: float | None,
+    **reading: Any,
+) -> int:
+    """Find the gentlest motion within a band of measured points of a cam, as a scene.
+
+    FILE has columns of cam angle and lift, lifts alone, or points of a --profile, in text or in a workbook.
+    """
+    from camopt.cli import terminal
+    from camopt.cli.commands.fit_report import show_fit
+    from camopt.files import write_text
+    from camopt.measured.fit import fit as run
+    from camopt.measured.profile import MeasuredProfile
+
+    check_file(target, out)
+    if profile is None:
+        refuse_without("--profile", {"probe": probe})
+    scene = _measured_cam(target, rpm, base_radius, follower, roller_radius, profile)
+    chosen = columns and [name.strip() for name in columns.split(",")]
+    points = file if profile is None else MeasuredProfile(file, profile, probe or 0.0)
+    result = run(points, scene, columns=chosen, **reading)
+    write_text(out, result.scene.to_toml())
+    if picture:
+        from camopt.drawing.fit import plot_fit
+
+        plot_fit(result, picture)
+    show_fit(result, as_json)
+    if not quiet:
+        terminal.say_notes(result.warnings)
+        terminal.say_written([out, picture] if picture else [out])
+    return 0
+
+
+def _measured_cam(
+    target: str | None,
+    rpm: float | None,
+    base_radius: float | None,
+    follower: str | None,
+    roller_radius: float | None,
+    profile: str | None,
+) -> Any:
+    """The cam and follower of a measured motion: a scene, or its tables from options alone."""
+    from camopt.mistakes import BadInput, Mistake
+
+    if profile and base_radius is not None:
+        why = "belongs to lifts: the profile itself has a base radius"
+        raise BadInput([Mistake("camopt", "--base-radius", base_radius, why, bare=True)])
+    if target is None:
+        if base_radius is None and not profile:
+            raise BadInput([Mistake("camopt", "--base-radius", None, "missing; or name a --scene", bare=True)])
+        sizes = {} if roller_radius is None else {"roller_radius": roller_radius}
+        known = {"base_radius": base_radius, "rpm": rpm}
+        cam = {"form": "disc", **{key: value for key, value in known.items() if value is not None}}
+        return {"cam": cam, "follower": {"motion": "translating", "contact": follower or "flat", **sizes}}
+    why = "belongs to a fit without --scene: the scene has a follower"
+    others = {"--follower": follower, "--roller-radius": roller_radius}
+    given = [Mistake("camopt", name, value, why, bare=True) for name, value in others.items() if value is not None]
+    if given:
+        raise BadInput(given)
+    changes = {"cam.rpm": ("--rpm", rpm), "cam.base_radius": ("--base-radius", base_radius)}
+    scene = scene_at(target, None)
+    return changed(scene, {key: change for key, change in changes.items() if change[1] is not None})

@@ -1,0 +1,74 @@
+"""``camopt frontier``."""
+
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import click
+
+from camopt.cli.exits import NOTHING_FEASIBLE
+from camopt.cli.options import (
+    DEFAULT_SCENE,
+    Command,
+    Place,
+    again_option,
+    output_options,
+    scene_options,
+    scheduler_option,
+)
+
+
+@click.command(cls=Command)
+@click.argument("scene", default=DEFAULT_SCENE)
+@scene_options
+@output_options
+@click.option(
+    "--axes",
+    default="size,acceleration",
+    show_default=True,
+    help="What to trade off: two or three terms or loads.",
+)
+@click.option(
+    "--points",
+    type=click.IntRange(2, 500),
+    default=24,
+    show_default=True,
+    help="Number of values for each axis but the first.",
+)
+@click.option(
+    "--out", type=Place(), default="camopt-out", show_default=True, help="Folder for the table and the picture."
+)
+@click.option("--workers", type=click.IntRange(1), help="Number of processes; one per core by default.")
+@again_option
+@scheduler_option
+def frontier(
+    scene: Any,
+    as_json: bool,
+    quiet: bool,
+    axes: str,
+    points: int,
+    out: Path,
+    workers: int | None,
+    again: bool,
+    engine: Any,
+) -> int:
+    """Show the trade-off between size and acceleration, or other terms and loads, with new motion laws."""
+    from camopt.cli import terminal
+    from camopt.cli.commands.frontier_report import show_frontier
+    from camopt.cli.once import Once, Told, once
+    from camopt.drawing.frontier import plot_frontier
+    from camopt.synthesis.files import FRONTIER, PICTURE, write_frontier
+    from camopt.synthesis.frontier import frontier as run
+
+    traded = [axis.strip() for axis in axes.split(",")]
+
+    def work(unit: Any) -> Told:
+        with terminal.progress(quiet, "points") as advance:
+            tell = None if quiet else terminal.say_note
+            found = run(scene, traded, points, workers, advance, engine, tell)
+            write_frontier(found, unit.staging)
+            plot_frontier(found, unit.path(PICTURE))
+        return Told(partial(show_frontier, found), 0 if found.rows else NOTHING_FEASIBLE)
+
+    made = Once(out, "frontier", (FRONTIER, PICTURE), {"axes": traded, "points": points})
+    return once(made, scene, again, as_json, quiet, work)

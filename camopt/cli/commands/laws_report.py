@@ -1,0 +1,32 @@
+"""What ``camopt laws`` prints."""
+
+from typing import Any
+
+from camopt.cli.terminal import print_json, show, table_of
+from camopt.motion import LAWS
+from camopt.motion.law import pair_of
+from camopt.problem.rows import finite
+
+
+def show_laws(as_json: bool) -> None:
+    """The motion laws with what they join and the peaks of their unit stroke."""
+    from camopt.motion.programme import PEAKS, law_peaks, peaks_inside
+
+    records: list[dict[str, Any]] = [
+        {
+            "law": name,
+            "title": law.TITLE,
+            "pair": pair_of(law),
+            **law_peaks(law),
+            **{f"{peak}_inside": value for peak, value in peaks_inside(law).items()},
+            "source": law.SOURCE,
+        }
+        for name, law in LAWS.items()
+    ]
+    if as_json:
+        return print_json([finite(record) for record in records])
+    names = ["law", "title", "pair", *PEAKS, "jumps"]
+    title = "Motion laws between dwells (stroke 1, angle 1); they join rest R, constant velocity G, reversal U"
+    show(table_of(title, records, names))
+    jumping = [{**each, **{peak: each[f"{peak}_inside"] for peak in PEAKS}} for each in records if each["jumps"]]
+    return show(table_of("Inside the stroke, of those with a jump beside a dwell", jumping, names[:-1]))

@@ -1,0 +1,72 @@
+"""``camopt optimise``."""
+
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import click
+
+from camopt.cli.exits import NOTHING_FEASIBLE, reached
+from camopt.cli.options import (
+    DEFAULT_SCENE,
+    Command,
+    Place,
+    again_option,
+    check_folder,
+    output_options,
+    outputs_option,
+    refuse_without,
+    scene_options,
+)
+
+NO_TIME = 1e-3  # seconds: where none are left, bounds have prices, and nothing is sought without them
+
+
+@click.command(cls=Command)
+@click.argument("scene", default=DEFAULT_SCENE)
+@scene_options
+@outputs_option
+@output_options
+@click.option("--out", type=Place(), help="Folder to write the smallest cam of each law to, as a scene (TOML).")
+@click.option(
+    "--seconds",
+    type=click.FloatRange(0, min_open=True),
+    default=60,
+    show_default=True,
+    help="Time for the searches. After it, the smallest cam so far is shown, and how much smaller one might be.",
+)
+@again_option
+def optimise(scene: Any, as_json: bool, quiet: bool, out: Path | None, seconds: float, again: bool) -> int:
+    """Find the smallest cam of each motion law that meets every limit."""
+    from camopt.cli import terminal
+    from camopt.cli.commands.optimise_report import show_optimum
+    from camopt.cli.once import Once, Told, once
+    from camopt.numerics.clock import now
+    from camopt.scene.oddities import no_wall
+    from camopt.smallest.optimise import optimise as run
+    from camopt.smallest.prices import prices
+    from camopt.tables.designs import OPTIMUM, write_scenes
+
+    def work(unit: Any) -> Told:
+        with terminal.progress(quiet, "laws") as advance:
+            end = now() + seconds
+            result = run(scene, advance, seconds)
+            if unit:
+                write_scenes(result.by_law, unit.staging)
+            costs = prices(result, max(end - now(), NO_TIME))
+        code = reached(scene, result.best["relative_half_width"]) if result.best else NOTHING_FEASIBLE
+        walls = no_wall(scene, result.best.get("base_radius_mm")) if result.best else ()
+        return Told(partial(show_optimum, result, costs), code, (*result.warnings, *walls))
+
+    if not quiet:
+        terminal.say_unused(scene)
+    if out:
+        check_folder(scene, out, OPTIMUM)
+        made = Once(out, "optimise", (OPTIMUM,), {"seconds": seconds})
+        return once(made, scene, again, as_json, quiet, work)
+    refuse_without("--out", {"again": again or None})
+    told = work(None)
+    told.show(as_json)
+    if not quiet:
+        terminal.say_notes(told.notes)
+    return told.code

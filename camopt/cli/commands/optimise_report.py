@@ -1,0 +1,101 @@
+"""What ``camopt optimise`` prints."""
+
+from collections.abc import Mapping
+from math import isfinite
+from typing import TYPE_CHECKING, Any
+
+from camopt.cli.commands.sweep_report import show_miss
+from camopt.cli.terminal import print_json, show, table_of
+from camopt.problem.problem import Problem, resolve
+from camopt.problem.rows import finite
+from camopt.tables.cells import number
+from camopt.tables.columns import bounds_of, columns_of, laws_shown, with_law
+
+if TYPE_CHECKING:
+    from camopt.smallest.optimise import Optimum
+    from camopt.smallest.prices import Price
+
+
+def show_optimum(result: "Optimum", prices: "Mapping[str, list[Price]]", as_json: bool) -> None:
+    """The smallest cam of each law, with what binds it, and what that costs."""
+    if as_json:
+        by_law = {law: finite(row) for law, row in result.by_law.items()}
+        best = next(iter(by_law.values()), {})
+        miss = finite(result.nearest_miss) if result.nearest_miss else None
+        about = {"by_law": by_law, "obstacles": result.obstacles, "nearest_miss": miss}
+        costs = {law: [price.to_json() for price in each] for law, each in prices.items()}
+        told = {"warnings": list(result.warnings)} if result.warnings else {}
+        return print_json({**best, **about, "out_of_time": result.out_of_time, "prices": costs, **told})
+    if result.by_law:
+        problem, rows = (
+            resolve(result.scene),
+            [{**row, **_in_words(row)} for row in with_law(result.by_law.values())],
+        )
+        title = f"{result.scene.name}: the smallest cam{' of each law' if laws_shown(rows) else ''}"
+        show(table_of(title, rows, _optimum_columns(problem, rows), bounds_of(problem)))
+    for law, obstacle in result.obstacles.items():
+        show(f"{law or result.scene.name}: no feasible design; stopped by {obstacle}")
+    for law, row in result.by_law.items():
+        if not row["proved"]:
+            less = f"{number(row['gap_mm'])} mm"
+            show(f"{law or result.scene.name}: not proved; a feasible cam may be smaller by up to {less}")
+    for law, row in result.by_law.items():
+        if row["clear_above_mm"] > row[resolve(result.scene).size_name]:
+            upto = (
+                f"up to {number(row['clear_above_mm'])} mm" if isfinite(row["clear_above_mm"]) else "large ones do"
+            )
+            show(f"{law or result.scene.name}: larger cams than this one may break a limit again, {upto}")
+    if result.out_of_time:
+        show("The search ran out of time; --seconds gives it more.")
+    if any(prices.values()):
+        _show_prices(prices)
+    if result.nearest_miss:
+        show_miss(result.nearest_miss)
+    return None
+
+
+def _in_words(row: dict[str, Any]) -> dict[str, str]:
+    """The lists of a row as texts."""
+    angles = " ".join(f"{angle:.6g}" for angle in row.get("angles_deg", ()))
+    return {"binding": ", ".join(row["binding"]), **({"angles_deg": angles} if angles else {})}
+
+
+def _optimum_columns(problem: Problem, rows: list[dict[str, Any]]) -> list[str]:
+    """What a design shows, and what binds it; whether proved, only where it matters."""
+    names = [*columns_of(problem, rows), "binding"]
+    if any("angles_deg" in row for row in rows):
+        names.append("angles_deg")
+    return names if all(row["proved"] for row in rows) else [*names, "proved", "gap_mm"]
+
+
+def _show_prices(prices: "Mapping[str, list[Price]]") -> None:
+    """What each bound costs, the size of the cam without it, and what holds that cam."""
+    rows = [{"law": law, **price_in_words(price)} for law, each in prices.items() for price in each]
+    names = ["law"] if len(prices) > 1 else []
+    names += ["bound", "as set", "price", *(["tightened"] if any(row["tightened"] for row in rows) else [])]
+    names += ["size without it", "holds to", "then held by"]
+    show("", table_of(COSTS, rows, names))
+
+
+COSTS, UNKNOWN = "What each bound costs", "—"
+
+
+def price_in_words(price: "Price", of: str = " mm") -> dict[str, str]:
+    """A price as a row of texts; ``of`` is the unit of what is minimised, after a space."""
+    unit = f" {price.unit}".rstrip()
+
+    def cost(value: float | None) -> str:
+        return UNKNOWN if value is None else f"{value:.4g}{of} per {price.unit or 'unit'}".replace("-", "−")
+
+    def amount(value: float | None, unit: str) -> str:
+        return UNKNOWN if value is None else f"{number(value)}{unit}".replace("-", "−")
+
+    return {
+        "bound": price.key,
+        "as set": f"{price.relation} {amount(price.bound, unit)}",
+        "price": cost(price.price),
+        "tightened": "" if price.tightened == price.price else cost(price.tightened),
+        "size without it": amount(price.size_without, " mm"),
+        "holds to": amount(price.holds_to, unit),
+        "then held by": UNKNOWN if price.next is None else ", ".join(price.next) or "nothing",
+    }

@@ -1,0 +1,43 @@
+"""``camopt serve``."""
+
+import sys
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import click
+
+from camopt.cli.exits import say
+from camopt.cli.options import DEFAULT_SCENE, Command, Place, output_options, scene_options
+
+
+@click.command(cls=Command)
+@click.argument("scene", default=DEFAULT_SCENE)
+@scene_options
+@output_options
+@click.option("--port", type=click.IntRange(0, 65535), default=0, help="Port to listen on; by default a free one.")
+@click.option("--folder", type=Place(), help="Folder for what is saved; by default that of SCENE, or this one.")
+@click.option("--no-browser", is_flag=True, help="Only print the address.")
+def serve(scene: Any, as_json: bool, quiet: bool, port: int, folder: Path | None, no_browser: bool) -> int:
+    """Show a cam with sliders for sizes, laws and limits, in a browser on this machine alone.
+
+    Each move draws the cam and its diagrams anew; where the sliders rest, the limits are proved. Ctrl-C ends it.
+    """
+    import webbrowser
+    from threading import Thread
+
+    from camopt.cli import interrupts, terminal
+    from camopt.serving.server import serving
+
+    place = Path(scene.file).parent if Path(scene.file).is_file() else Path()
+    server = serving(scene, folder or place, port, say)
+    with suppress(KeyboardInterrupt), server:
+        if as_json:
+            terminal.print_json({"address": server.address})
+        else:
+            click.echo(f"{server.address}\nCtrl-C ends it.")
+        sys.stdout.flush()
+        if not no_browser:  # in a thread of its own, for some browsers run in this terminal until they are closed
+            Thread(target=webbrowser.open, args=[server.first_address], daemon=True).start()
+        server.serve_forever()
+    return 0 if interrupts.code() == interrupts.CTRL_C else interrupts.code()

@@ -1,0 +1,128 @@
+"""``camopt sweep``."""
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from camopt.cli.exits import NOTHING_FEASIBLE, reached
+from camopt.cli.options import (
+    DEFAULT_SCENE,
+    Axis,
+    Command,
+    FreeNumber,
+    Place,
+    Share,
+    again_option,
+    changed,
+    check_folder,
+    option_of,
+    output_options,
+    outputs_option,
+    scene_options,
+    scheduler_option,
+)
+
+
+@click.command(cls=Command)
+@click.argument("scene", default=DEFAULT_SCENE)
+@scene_options
+@outputs_option
+@output_options
+@click.option("--base-radius", type=Axis(), help="Base radii to sweep, mm.")
+@click.option("--offset", type=Axis(), help="Offsets to sweep, mm, positive to the right.")
+@click.option("--roller-radius", type=Axis(), help="Roller radii to sweep, mm.")
+@click.option(
+    "--vary",
+    type=FreeNumber(),
+    multiple=True,
+    help="Any other number to sweep, by its key, such as follower.dynamics.spring_rate=2:10:1 or arm_length=80.",
+)
+@click.option("--samples", type=int, help="Draw so many designs for each law, in place of a grid; no steps needed.")
+@click.option("--law", multiple=True, help="Motion law to try; repeat the option for several laws.")
+@click.option("--out", type=Place(), default="camopt-out", show_default=True, help="Folder for the tables.")
+@click.option(
+    "--keep", type=click.Choice(("pareto", "feasible", "all", "front-only")), default="feasible", show_default=True,
+    help="Which designs to write to designs.parquet; front-only writes none, and decides whole boxes of designs.",
+)  # fmt: skip
+@click.option("--refine", is_flag=True, help="Move each design of the Pareto front off the grid, to an optimum.")
+@click.option(
+    "--thin",
+    type=float,
+    metavar="EPS",
+    help="Shorten the Pareto front: leave out rows that are within EPS of one that stays, in every objective "
+    "(normalised to 0 to 1).",
+)
+@click.option("--workers", type=click.IntRange(1), help="Number of threads; one per core by default.")
+@click.option(
+    "--resume",
+    is_flag=True,
+    help="Go on with the sweep in the folder, whatever it was asked, or begin. The same command does so anyway.",
+)
+@click.option(
+    "--part", type=Share(), help="Evaluate one of N equal parts, on any machine; `camopt merge` puts them together."
+)
+@again_option
+@scheduler_option
+def sweep(
+    scene: Any,
+    as_json: bool,
+    quiet: bool,
+    out: Path,
+    keep: str,
+    workers: int | None,
+    resume: bool,
+    part: tuple[int, int] | None,
+    again: bool,
+    engine: Any,
+    **asked: Any,
+) -> int:
+    """Evaluate every design of a grid, or a sample; write the feasible ones and the Pareto front as tables.
+
+    An interrupted sweep keeps what it has done: the same command goes on from there. If it is done already, the
+    same command says so.
+    """
+    from camopt.cli import terminal
+    from camopt.cli.commands.sweep_report import show_part, show_sweep
+    from camopt.cli.resumed import resumed
+    from camopt.front.parts import sweep_part
+    from camopt.front.sweep import sweep as run
+
+    scene = changed(scene, _searched(**asked))
+    if resume:
+        scene, keep = resumed(scene, keep, out, part)
+    check_folder(scene, out)
+    tell = terminal.say_lost if quiet else terminal.say_note
+    unit = "boxes of designs" if keep == "front-only" else "designs"
+    with terminal.progress(quiet, unit) as advance:
+        if part:
+            share = sweep_part(scene, part, out, keep, workers, advance, engine, tell, again)
+        else:
+            whole = run(scene, out, keep, workers, advance, engine=engine, tell=tell, again=again)
+    if part:
+        show_part(share, as_json)
+    else:
+        show_sweep(whole, as_json)
+    if not quiet:
+        terminal.say_unused(scene)
+        made = share if part else whole
+        terminal.say_written([] if made.already_done else [share.file] if part else whole.files)
+    if part:
+        return 0
+    return reached(scene, whole.reached) if whole.pareto else NOTHING_FEASIBLE
+
+
+def _searched(
+    law: tuple[str, ...], thin: float | None, refine: bool, vary: tuple[tuple[str, Any], ...], **axes: Any
+) -> dict[str, tuple[str, Any]]:
+    """What options change in [search]: keys, each with its option and value."""
+    changes = {f"search.{key}": (option_of(key), value) for key, value in axes.items() if value is not None}
+    changes |= {f"search.{key}": (f"--vary {key}", axis) for key, axis in vary}
+    if law:
+        changes |= {"search.law": ("--law", list(law))}
+        changes |= {f"search.law_{stroke}": ("--law", None) for stroke in ("rise", "return")}
+    if thin is not None:
+        changes |= {"search.thin": ("--thin", thin)}
+    if refine:
+        changes |= {"search.refine": ("--refine", True)}
+    return changes

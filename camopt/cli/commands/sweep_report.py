@@ -1,0 +1,118 @@
+"""What ``camopt sweep`` prints."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from camopt.cli.commands.evaluate_report import design_table
+from camopt.cli.terminal import print_json, show, table_of
+from camopt.problem.problem import resolve
+from camopt.problem.rows import finite
+from camopt.tables.columns import bounds_of, columns_of, laws_shown, with_law
+
+if TYPE_CHECKING:
+    from camopt.front.parts import SweepPart
+    from camopt.front.sweep import Sweep
+    from camopt.tables.designs import Design
+
+
+def show_sweep(result: "Sweep", as_json: bool) -> None:
+    """Counts, the best design of each law, and the files."""
+    if as_json:
+        best = {law: finite(row) for law, row in result.best.items()}
+        return print_json(
+            {
+                "scene": result.scene.name,
+                "designs": result.designs,
+                "evaluated": result.evaluated,
+                "decided_by_boxes": result.decided_by_boxes,
+                "impossible": result.impossible,
+                "feasible": result.feasible,
+                "undecided": result.effort.undecided,
+                "looked_at_again": result.effort.again,
+                "decided_in_balls": result.effort.balls - result.effort.undecided,
+                "pareto": result.pareto,
+                "front": result.front.to_dict() if result.front else None,
+                "files": [str(file) for file in result.files],
+                "best": next(iter(best.values()), None),
+                "by_law": best,
+                "nearest_miss": finite(result.nearest_miss) if result.nearest_miss else None,
+                **({"obstacle": result.obstacle} if result.obstacle else {}),
+            }
+        )
+    undecided = f"{result.effort.undecided:,} undecided, " if result.effort.undecided else ""
+    pareto = f"{result.pareto:,} on the Pareto front"
+    show(f"{result.scene.name}: {result.designs:,} designs, {_counts(result)}{undecided}{pareto}")
+    if result.best:
+        problem, search, rows = resolve(result.scene), result.scene.search, with_law(result.best.values())
+        names, bounds = columns_of(problem, rows, (*search.minimise, *search.maximise)), bounds_of(problem)
+        where = " on the front" if result.feasible is None else ""
+        where += " of the grid" if search.refine and where else " on the grid" if search.refine else ""
+        show(
+            "",
+            table_of(
+                f"The best design{' of each law' if laws_shown(rows) else ''}{where}",
+                rows,
+                [*names, "held_by"],
+                bounds,
+            ),
+        )
+        _show_front(result, names, bounds)
+    elif result.nearest_miss:
+        show_miss(result.nearest_miss)
+    elif result.obstacle:
+        show(f"No design can be assembled: {result.obstacle}.")
+    else:
+        show("No feasible design. A sweep with another --keep shows the nearest miss.")
+    return None
+
+
+def show_part(result: "SweepPart", as_json: bool) -> None:
+    """Counts of a part of a sweep."""
+    if as_json:
+        return print_json(
+            {
+                "scene": result.scene.name,
+                "part": result.part,
+                "parts": result.parts,
+                "designs": result.designs,
+                "impossible": result.impossible,
+                "feasible": result.feasible,
+                "undecided": result.effort.undecided,
+                "looked_at_again": result.effort.again,
+                "decided_in_balls": result.effort.balls - result.effort.undecided,
+                "files": [str(result.file)],
+            }
+        )
+    where = f"part {result.part} of {result.parts}"
+    show(f"{result.scene.name}, {where}: {result.designs:,} designs, {result.feasible:,} feasible")
+    return None
+
+
+def _counts(result: "Sweep") -> str:
+    """How many designs are impossible and feasible; or, where nobody counted them, how the front was found."""
+    if result.feasible is None:
+        return f"{result.decided_by_boxes:,} decided by boxes, {result.evaluated:,} evaluated, "
+    return f"{result.impossible:,} impossible, {result.feasible:,} feasible, "
+
+
+def _show_front(result: "Sweep", names: list[str], bounds: Mapping[str, str]) -> None:
+    """How much the front dominates, and its knee."""
+    front = result.front
+    assert front is not None
+    volume = f"{'' if front.exact else 'about '}{front.hypervolume:.6g}"
+    if front.grid_points is not None:
+        volume += f"; of the grid's {front.grid_points:,} points, {front.grid_hypervolume:.6g}"
+    show(f"Hypervolume of the Pareto front, as a share: {volume}")
+    names = [*laws_shown([front.knee]), *(name for name in names if not name.startswith("law"))]
+    show("", table_of("Its knee", with_law([front.knee]), names, bounds))
+
+
+def show_miss(miss: "Design") -> None:
+    """The design that comes nearest to holding every limit: its sizes, and each limited value beside its limit."""
+    problem = resolve(miss.searched)
+    (row,) = with_law([miss])
+    violated = miss["violated"].split(",")
+    broken = {name for limit in problem.limits if limit.name in violated for name in limit.shown}
+    about = {name: "broken" if name in broken else "" for name in columns_of(problem, [row])}
+    show("", design_table("No feasible design. The nearest miss:", problem, row, about))
+    show("", f"It breaks {', '.join(violated)}.")

@@ -1,0 +1,64 @@
+"""``camopt synthesise``."""
+
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import click
+
+from camopt.cli.exits import reached
+from camopt.cli.options import (
+    DEFAULT_SCENE,
+    PICTURES,
+    Command,
+    Place,
+    again_option,
+    check_folder,
+    output_options,
+    scene_options,
+)
+
+
+@click.command(cls=Command)
+@click.argument("scene", default=DEFAULT_SCENE)
+@scene_options
+@output_options
+@click.option(
+    "--out", type=Place(), default="camopt-out", show_default=True, help="Folder for the scene and the laws."
+)
+@click.option(
+    "--plot",
+    "picture",
+    type=Place(*PICTURES),
+    help="Draw the cams of new and known laws: PNG, SVG, PDF.",
+)
+@again_option
+def synthesise(scene: Any, as_json: bool, quiet: bool, out: Path, picture: Path | None, again: bool) -> int:
+    """Compute new motion laws (B-splines) that allow the smallest cam."""
+    from camopt.cli import terminal
+    from camopt.cli.commands.synthesise_report import show_synthesis
+    from camopt.cli.once import Once, Told, once
+    from camopt.synthesis.compare import compared
+    from camopt.synthesis.files import SCENE, SYNTHESIS, write_comparison, write_laws
+    from camopt.synthesis.prices import synthesis_prices
+    from camopt.synthesis.synthesise import synthesise as run
+
+    def work(unit: Any) -> Told:
+        with terminal.progress(quiet, "starts") as advance:
+            result = run(scene, advance)
+            known = compared(scene)
+            write_laws(result, unit.staging)
+            write_comparison(result, known, unit.staging)
+            costs = synthesis_prices(result)
+        if picture:
+            from camopt.drawing.synthesis import plot_synthesis
+
+            plot_synthesis(result, picture, known)
+        code = reached(scene, result.design["relative_half_width"])
+        return Told(partial(show_synthesis, result, known, costs), code)
+
+    check_folder(scene, out, SCENE)
+    code = once(Once(out, "synthesise", SYNTHESIS, {}), scene, again or bool(picture), as_json, quiet, work)
+    if picture and not quiet:
+        terminal.say_written([picture])
+    return code

@@ -1,0 +1,108 @@
+"""What ``camopt synthesise`` prints."""
+
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from camopt.cli.commands.optimise_report import COSTS, price_in_words
+from camopt.cli.terminal import print_json, show, table_of
+from camopt.problem.problem import resolve
+from camopt.problem.rows import finite
+from camopt.tables.cells import number
+from camopt.tables.columns import bounds_of, columns_of, with_law
+
+if TYPE_CHECKING:
+    from camopt.scene.scene import Scene
+    from camopt.smallest.prices import Price
+    from camopt.synthesis.compare import Comparison
+    from camopt.synthesis.synthesised import Synthesised
+
+
+SLIGHT = 5e-4  # a share that is shown as 0.0%
+
+
+def show_synthesis(result: "Synthesised", known: "Comparison", prices: "Iterable[Price]", as_json: bool) -> None:
+    """The cam of the free laws beside the smallest of each known law, the bound, the gap, and what bounds cost."""
+    from camopt.synthesis.from_scene import default_peaks
+    from camopt.synthesis.synthesised import peaks_of
+    from camopt.synthesis.told import bound_in_words
+    from camopt.synthesis.units import objective_unit
+
+    defaults = default_peaks(result.asked)
+    if as_json:
+        return print_json(
+            {
+                **finite(result.design),
+                "objective": result.objective,
+                "bound": result.bound,
+                "gap": result.gap,
+                "convex": result.convex,
+                "peaks": {name: finite(peaks) for name, peaks in result.peaks.items()},
+                "default_peaks": defaults,
+                "known_laws": {law: finite(row) for law, row in known.rows.items()},
+                "own_law": known.own,
+                "best_known_law": known.best,
+                "prices": [price.to_json() for price in prices],
+            }
+        )
+    problem = resolve(result.scene)
+    every = [_named(row, law) for law, row in known.rows.items()] + [_named(result.design, "free moves")]
+    rows = [{**row, **peaks_of(row, result), "binding": ", ".join(row["binding"])} for row in with_law(every)]
+    for row in rows:
+        beyond = {} if row.get("within", True) else {name: f"{row[name]} *" for name in ("law", "law_rise")}
+        row.update(beyond)
+    names = [*columns_of(problem, rows), *(name for name in rows[0] if name.startswith("peak_"))]
+    title = f"{result.scene.name}: free laws, and the smallest cam of each known law"
+    show(table_of(title, rows, [*names, "binding"], bounds_of(problem)))
+    unit, what = objective_unit(result.asked), bound_in_words(result)
+    swung = result.scene.follower.motion == "oscillating"
+    why = "The limits of an oscillating follower are not convex" if swung else "Curvature or a load decides too"
+    show_limits_of_motion(result.asked, known.rows.values(), defaults)
+    show(_beside_known(result, known))
+    show(what + ("" if result.convex else f" {why}, so the laws are a local optimum."))
+    rows = [price_in_words(price, unit) for price in prices]
+    if rows:
+        show("", table_of(COSTS, rows, ["bound", "as set", "price"]))
+    return None
+
+
+def _named(row: Mapping[str, Any], name: str) -> dict[str, Any]:
+    """A row, with a name in place of the laws of rises and returns where it has neither."""
+    named = row["law_rise"] or row["law_return"]
+    return dict(row) if named else {**row, "law_rise": name, "law_return": name}
+
+
+def show_limits_of_motion(scene: "Scene", known: Iterable[dict[str, Any]], defaults: dict[str, float]) -> None:
+    """The limits that were taken by default, and what a star means."""
+    from camopt.synthesis.from_scene import AMPLE
+
+    if not all(row["within"] for row in known):
+        show("* breaks a limit on the motion that the free laws meet")
+    if not defaults:
+        return
+    kinds = {segment.segment for segment in scene.motion}
+    peaks = " and ".join(f"{name.replace('_', ' ')} {value:.6g}" for name, value in defaults.items())
+    limits = []
+    if kinds & {"rise", "return"}:
+        limits.append(f"the peaks of poly345 are the limits (for unit stroke and angle): {peaks}")
+    if "move" in kinds:
+        own = " and ".join(name.removeprefix("peak_") for name in defaults)
+        limits.append(f"moves may have {AMPLE:g} times the largest {own} of those of least jerk")
+    show(f"The scene limits neither acceleration nor jerk, so {'; '.join(limits)}.")
+
+
+def _beside_known(result: "Synthesised", known: "Comparison") -> str:
+    """The best known law that holds the same limits, and the scene's own."""
+    from camopt.synthesis.compare import OWN_MOVES
+    from camopt.synthesis.units import objective_unit
+
+    if known.best is None:
+        return "No known law meets all these limits."
+    value, unit = known.rows[known.best]["objective"], objective_unit(result.asked)
+    what = f"The best known law that meets the same limits is {known.best}: {number(value)}{unit}"
+    if known.best == OWN_MOVES:
+        what = f"The scene's own moves meet the same limits: {number(value)}{unit}"
+    share = 1.0 - result.objective / value if value else 0.0
+    less = f"{share:.1%} less" if share > -SLIGHT else f"{-share:.1%} more"
+    what += f"; the free laws need {less}." if value else "."
+    own = "" if known.own in (None, known.best) else f" The scene's own, {known.own}: "
+    return what + (own and f"{own}{number(known.rows[str(known.own)]['objective'])}{unit}.")
