@@ -28,7 +28,11 @@ def changed() -> list[str]:
 
 @cache
 def texts_of_tests() -> dict[Path, str]:
-    return {path: path.read_text(encoding="utf-8") for path in sorted(TESTS.glob("test_*.py"))}
+    return {path: path.read_text(encoding="utf-8") for path in sorted(TESTS.glob("*/test_*.py"))}
+
+
+def core() -> list[Path]:
+    return [next(TESTS.glob(f"*/test_{each}.py")) for each in CORE]
 
 
 def killers(module: str) -> list[Path]:
@@ -38,15 +42,12 @@ def killers(module: str) -> list[Path]:
     direct = [p for p, text in texts.items() if module in text or (f"from {room} import" in text and name in text)]
     near = [p for p, text in texts.items() if room in text and room != "camopt"]
     own = [path for path in texts if path.stem.removeprefix("test_").startswith(name.rstrip("s"))]
-    core = [TESTS / f"test_{each}.py" for each in CORE]
     shortest = [path for found in (direct, near) for path in sorted(found, key=lambda path: len(texts[path]))]
-    return list(dict.fromkeys([*own, *core, *shortest]))
+    return list(dict.fromkeys([*own, *core(), *shortest]))
 
 
 def main() -> int:
-    found = [path for module in changed() for path in killers(module)] or [
-        TESTS / f"test_{each}.py" for each in CORE
-    ]
+    found = [path for module in changed() for path in killers(module)] or core()
     command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *map(str, found)]
     done = subprocess.run(command, env=os.environ | {"NUMBA_DISABLE_JIT": "1"}, preexec_fn=_limited, check=False)
     return int(done.returncode not in (0, -signal.SIGXCPU))

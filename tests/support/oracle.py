@@ -1,6 +1,6 @@
 """Whether the tests of the oracle (``naive``) have passed for what it is now, by a digest beside its data.
 
-    python -m pytest -m "" tests/test_naive.py && python tests/support/oracle.py
+    python -m pytest -m "" tests/whole/test_naive.py && python tests/support/oracle.py
 
 After a change of naive.py or of its data they run with all others, until they have passed and the digest is
 renewed.
@@ -16,7 +16,7 @@ DIGEST = TESTS / "data" / "oracle.sha256"
 
 def digest() -> str:
     """The digest of the oracle and of all its data."""
-    files = [SUPPORT / "naive.py", TESTS / "test_naive.py", *sorted((TESTS / "data").glob("*.json"))]
+    files = [SUPPORT / "naive.py", TESTS / "whole" / "test_naive.py", *sorted((TESTS / "data").glob("*.json"))]
     return sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
 
 

@@ -17,7 +17,7 @@ ROOT = Path(__file__).parents[3]
 
 def of_package() -> Iterator[str]:
     """The folders and modules of the package in the order of the data, each with what it says of itself."""
-    tree = ast.parse((ROOT / "tests" / "test_house.py").read_text(encoding="utf-8"))
+    tree = ast.parse((ROOT / "tests" / "whole" / "test_house.py").read_text(encoding="utf-8"))
     (value,) = [
         node.value for node in tree.body if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "ROOMS"
     ]

@@ -1,0 +1,212 @@
+"""Files for machines and other programs, read back by libraries that are not camopt's."""
+
+import json
+import os
+import re
+import subprocess
+import sys
+from xml.etree import ElementTree as Xml
+
+import ezdxf
+import numpy as np
+import pytest
+from ezdxf.math import Vec2, Vec3
+from support.cams import CONTACTS, cam_with
+from support.curves import furthest, true_points
+
+from camopt import BadInput, Scene, export, find_scene
+from camopt.cli.main import main
+from camopt.contour.curve import curves_of
+from camopt.exporting.endings import ENDINGS
+from camopt.problem.problem import resolve_design
+
+PART = {"thickness": 12, "bore": 20, "keyway_width": 6, "keyway_depth": 2.8, "hub_diameter": 34, "hub_length": 20}
+
+
+def scene_of(name):
+    return Scene.from_dict(cam_with(name)) if name in CONTACTS else find_scene(name)
+
+
+def true_curve(scene, name, cutter_radius=None):
+    problem = resolve_design(scene)
+    return true_points(problem, curves_of(problem, cutter_radius)[name].distance)
+
+
+def drawn(document, layer):
+    """Dense points on the one curve of a layer, as ezdxf flattens it."""
+    (entity,) = document.modelspace().query(f'*[layer=="{layer}"]')
+    if entity.dxftype() == "LWPOLYLINE":
+        found = [Vec3(*entity.get_points()[0][:2])]
+        for part in entity.virtual_entities():
+            if part.dxftype() == "LINE":
+                found += [part.dxf.start, part.dxf.start.lerp(part.dxf.end), part.dxf.end]
+            else:  # an ARC runs anticlockwise, whichever way the polyline does
+                arc = list(part.flattening(1e-7))
+                found += arc if arc[0].isclose(found[-1], abs_tol=1e-6) else arc[::-1]
+    else:
+        found = list(entity.flattening(1e-7))
+    return np.array([complex(*Vec2(point)) for point in found])
+
+
+@pytest.mark.parametrize("curves", ["arcs", "spline", "polyline"])
+@pytest.mark.parametrize(
+    "name", ["valve-rod-radial", "oscillating-roller", "tangent-cam", "uniform-knife-radial", "groove"]
+)
+def test_a_dxf_read_back_is_as_near_as_it_is_said_to_be(tmp_path, name, curves):
+    scene, file = scene_of(name), tmp_path / "cam.dxf"
+    cutter = 4.0 if scene.follower.contact == "roller" else None
+    found = export(scene, file, curves=curves, chord=0.002, cutter_radius=cutter)
+    document = ezdxf.readfile(file)
+    assert document.units == ezdxf.units.MM
+    assert not document.audit().has_errors
+    for curve, about in found.curves.items():
+        line, true = drawn(document, curve.upper()), true_curve(scene, curve, cutter)
+        assert max(furthest(line, true), furthest(true, line)) <= about.deviation_mm + 2e-5
+        assert about.deviation_mm <= 0.002
+
+
+def test_the_plan_has_the_part(tmp_path):
+    scene = find_scene("roller-1000rpm").replace(part=PART)
+    export(scene, tmp_path / "cam.dxf")
+    space = ezdxf.readfile(tmp_path / "cam.dxf").modelspace()
+    (hub,), (base,), (prime,) = (
+        space.query(f'CIRCLE[layer=="{name}"]') for name in ("HUB", "BASE-CIRCLE", "PRIME-CIRCLE")
+    )
+    assert (hub.dxf.radius, base.dxf.radius) == (17.0, scene.cam.base_radius)
+    assert prime.dxf.radius == scene.cam.base_radius + scene.follower.roller_radius
+    (bore,) = space.query('LWPOLYLINE[layer=="BORE"]')
+    corners = np.array([complex(x, y) for x, y, *_ in bore.get_points()])
+    assert corners.imag.max() == pytest.approx(12.8)
+    assert np.ptp(corners.real) == pytest.approx(6.0)
+    assert np.abs(corners[np.argsort(corners.imag)[:2]]) == pytest.approx(10.0)
+
+
+NEEDED = {".nc": {"cutter_radius": 5.0, "feed": 300.0}, ".p": {"cutter_radius": 5.0}, ".stl": {"chord": 0.1}}
+
+
+@pytest.mark.parametrize("suffix", ENDINGS)
+def test_the_same_cam_gives_the_same_file(tmp_path, suffix):
+    scene = find_scene("valve-rod-radial")
+    files = [tmp_path / f"{k}{suffix}" for k in range(2)]
+    for file in files:
+        export(scene, file, **NEEDED.get(suffix, {}))
+    assert files[0].read_bytes() == files[1].read_bytes()
+
+
+@pytest.mark.parametrize("curves", ["arcs", "spline"])
+@pytest.mark.parametrize("name", ["roller-1000rpm", "flat-reciprocating", "feeder-with-stop"])
+def test_an_svg_is_the_cam_in_millimetres(tmp_path, name, curves):
+    scene = find_scene(name)
+    found = export(scene, tmp_path / "cam.svg", curves=curves)
+    root = Xml.parse(tmp_path / "cam.svg").getroot()
+    box = [float(each) for each in root.get("viewBox").split()]
+    assert root.get("width") == f"{box[2]:.6f}mm"
+    assert root.get("height") == f"{box[3]:.6f}mm"
+    for curve, about in found.curves.items():
+        (path,) = root.iterfind(f".//*[@id='{curve}']/*")
+        ends = re.findall(r"(-?[\d.]+) (-?[\d.]+)(?= [ACLZ]|$)", path.get("d"))
+        points = np.array([complex(float(x), float(y)) for x, y in ends])
+        assert furthest(points, true_curve(scene, curve)) <= about.deviation_mm + 2e-5
+        assert len(points) == about.elements + 1
+        x, y = points.real, -points.imag
+        assert box[0] < x.min()
+        assert x.max() < box[0] + box[2]
+        assert box[1] < y.min()
+        assert y.max() < box[1] + box[3]
+
+
+REFUSED = [
+    ("cam.xyz", {}, "file = 'cam.xyz': must be a file that ends in"),
+    ("cam.dxf", {"curves": "circles"}, "curves = 'circles': must be one of arcs, spline, polyline"),
+    ("cam.dxf", {"chord": 0.0}, "chord = 0.0: must be from 1e-06 to 10 mm"),
+    ("cam.svg", {"cutter_radius": -1.0}, "cutter_radius = -1.0: must be above 0"),
+    ("cam.svg", {"feed": 100.0}, "feed = 100.0: has no meaning in a .svg file; that takes: chord, curves"),
+]
+
+
+@pytest.mark.parametrize(("file", "settings", "message"), REFUSED)
+def test_what_cannot_be_written_is_said_and_nothing_is_written(tmp_path, file, settings, message, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(BadInput, match=re.escape(message)):
+        export(find_scene("roller-1000rpm"), file, **settings)
+    assert list(tmp_path.iterdir()) == []
+
+
+def turn(law, angle):
+    dwell = [{"segment": "dwell", "angle": 360 - 2 * angle}]
+    moves = [{"segment": kind, "angle": angle, "lift": 40, "law": law} for kind in ("rise", "return")]
+    return {"motion": [*moves, *(dwell if angle < 180 else [])]}
+
+
+UNMAKABLE = [
+    ("roller", {"cam.base_radius": 20.0, **turn("cycloidal", 40)}, "cannot be made: it is undercut"),
+    ("roller", turn("uniform", 180), "cannot be made: it is undercut"),
+    ("groove", turn("uniform", 180), "cannot be made: .*(torn where the velocity jumps|undercut)"),
+]
+
+
+@pytest.mark.parametrize(("name", "changes", "message"), UNMAKABLE)
+def test_a_cam_that_cannot_be_made_is_no_file(tmp_path, name, changes, message):
+    scene = Scene.from_dict(cam_with(name)).replace(**changes)
+    with pytest.raises(BadInput, match=message):
+        export(scene, tmp_path / "cam.dxf")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_command_tells_what_it_proved(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["export", "valve-rod-radial", "cam.dxf", "--cutter-radius", "5"]) == 0
+    out, err = capsys.readouterr()
+    assert re.search(r"profile: \d+ arcs, within 0\.000\d+ mm \(proved\)", out)
+    assert "wrote cam.dxf" in err
+    assert main(["export", "valve-rod-radial", "cam.svg", "--json", "--quiet"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert set(found["curves"]) == {"pitch", "profile"}
+    assert found["curves"]["profile"]["deviation_mm"] <= 0.001
+
+
+def test_limits_that_the_cam_breaks_are_told(tmp_path):
+    scene = find_scene("roller-1000rpm").replace(limits={"pressure_angle": 10})
+    assert "pressure_angle" in export(scene, tmp_path / "cam.svg").notes[0]
+
+
+def test_an_electronic_cam_and_a_scene_need_no_profile(tmp_path):
+    scene = Scene.from_dict(cam_with("roller")).replace(**turn("uniform", 180))
+    for name in ("cam.txt", "cam.toml"):
+        export(scene, tmp_path / name)
+
+
+def test_the_scene_itself_is_not_written_over(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "own.toml").write_text("# mine\n" + find_scene("two-pauses").to_toml())
+    assert main(["export", "own.toml", "own.toml"]) == 2
+    assert "another file: this one is the scene itself" in capsys.readouterr().err
+    assert (tmp_path / "own.toml").read_text().startswith("# mine")
+
+
+HOMELESS = """
+import pwd
+
+def unknown(user):
+    raise KeyError(user)
+
+pwd.getpwuid = unknown
+from camopt.cli.main import main
+raise SystemExit(main(["export", "valve-rod-radial", "cam.dxf", "--quiet"]))
+"""
+"""As in a container that runs as a number."""
+
+
+@pytest.mark.skipif(os.name == "nt", reason="users have a home there")
+def test_a_dxf_has_the_same_bytes_without_a_home_and_for_any_hash_seed(tmp_path):
+    found = []
+    for seed in "04":
+        homeless = {name: os.environ[name] for name in os.environ if name != "HOME" and not name.startswith("XDG_")}
+        homeless["PYTHONHASHSEED"] = seed
+        run = [sys.executable, "-c", HOMELESS]
+        done = subprocess.run(run, cwd=tmp_path, env=homeless, capture_output=True, text=True)
+        assert (done.returncode, done.stderr) == (0, "")
+        found.append((tmp_path / "cam.dxf").read_bytes())
+    export(find_scene("valve-rod-radial"), tmp_path / "cam.dxf")
+    assert {*found} == {(tmp_path / "cam.dxf").read_bytes()}
+    assert [path.name for path in tmp_path.iterdir()] == ["cam.dxf"]

@@ -1,0 +1,207 @@
+"""What machines get, as a machine would read it: G-code, grinder tables, electronic cams, points."""
+
+import re
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.spatial import cKDTree
+from support.cams import CONTACTS, cam_with
+from support.curves import furthest, true_points
+
+import camopt
+from camopt import BadInput, Scene, cam_points, evaluate, export, find_scene
+from camopt.contour.curve import curves_of
+from camopt.problem.problem import resolve_design
+
+
+def moves_of(program):
+    """The XY path of a program by its words alone: for each cut, dense points from plunge to retract."""
+    here, cuts = 0j, []
+    for line in program.splitlines():
+        words = dict(re.findall(r"([GXYZIJF])(-?[\d.]+)", re.sub(r"\(.*?\)", "", line)))
+        code = words.get("G")
+        if "X" not in words:
+            continue
+        there = complex(float(words["X"]), float(words["Y"]))
+        if code == "0":
+            cuts.append([])
+        elif code == "1":
+            cuts[-1].append(here + (there - here) * np.linspace(0.0, 1.0, 400))
+        else:
+            centre = here + complex(float(words["I"]), float(words["J"]))
+            turn = np.angle((there - centre) / (here - centre))
+            turn = turn % (2 * np.pi) if code == "3" else -(-turn % (2 * np.pi))
+            assert abs(abs(there - centre) - abs(here - centre)) < 1e-4  # or the machine stops
+            cuts[-1].append(centre + (here - centre) * np.exp(1j * turn * np.linspace(0.0, 1.0, 600)))
+        here = there
+    return [cut for cut in cuts if cut]
+
+
+@pytest.mark.parametrize(
+    ("name", "direction"),
+    [
+        ("valve-rod-radial", "climb"),
+        ("roller", "conventional"),
+        ("flat-reciprocating", "climb"),
+        ("tangent-cam", "climb"),
+    ],
+)
+def test_a_program_cuts_the_profile(tmp_path, name, direction):
+    scene = Scene.from_dict(cam_with(name)) if name in CONTACTS else find_scene(name)
+    settings = {"cutter_radius": 5.0, "feed": 300.0, "depth": 10.0, "direction": direction, "roughing": 0.25}
+    found = export(scene, tmp_path / "cam.nc", **settings)
+    program = (tmp_path / "cam.nc").read_text()
+    roughing, finishing = moves_of(program)
+    problem = resolve_design(scene)
+    curves = curves_of(problem, 5.0)
+    closed = np.concatenate(finishing[1:-1])
+    closed[-1] = closed[0]  # to what the centres' digits leave
+    true = true_points(problem, curves["cutter"].distance)
+    off = max(furthest(closed, true), furthest(true, closed))
+    assert off <= found.curves["cutter"].deviation_mm + 2e-5
+    assert found.curves["cutter"].deviation_mm <= 0.001
+    profile = true_points(problem, curves["profile"].distance)
+    steel = cKDTree(np.column_stack([profile.real, profile.imag]))
+    for cut, stock in ((roughing, 0.25), (finishing, 0.0)):
+        path = np.concatenate(cut)  # the lead-in, too
+        least = steel.query(np.column_stack([path.real, path.imag]))[0].min()
+        assert least == pytest.approx(5.0 + stock, abs=0.002)
+    around = (closed[:-1].conjugate() * closed[1:]).imag.sum()
+    assert (around < 0) == (direction == "climb")
+    assert (program.count("G1 Z-10 F300"), program.count("M30")) == (2, 1)
+
+
+NC = {"cutter_radius": 5.0, "feed": 300.0}
+
+
+@pytest.mark.parametrize(("settings", "message"), [
+    ({}, r"cutter_radius: missing.*\n.*feed: missing"),
+    ({**NC, "feed": 0.0}, "feed = 0.0: must be above 0"),
+    ({**NC, "direction": "up"}, "direction = 'up': must be one of climb, conventional"),
+    ({**NC, "chord": 1e-4}, "chord = 0.0001: must be at least 0.0005 mm"),
+    ({**NC, "roughing": -1.0}, "roughing = -1.0: must be from 0 to 1000 mm"),
+    ({**NC, "depth": 16.001}, r"depth = 16.001: must be at most part.thickness \(16 mm\): a hub is below"),
+    ({**NC, "cutter_radius": 1e3}, "cutter_radius = 1000.0: must be above 0 and at most"),
+])  # fmt: skip
+def test_a_program_that_cannot_be_is_said(tmp_path, settings, message):
+    with pytest.raises(BadInput, match=message):
+        export(find_scene("valve-rod-radial"), tmp_path / "cam.nc", **settings)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("part", "settings", "deepest"),
+    [
+        ({}, {}, -16.0),  # a hub is below the plate
+        ({}, {"depth": 16.0}, -16.0),
+        ({"part.hub_length": 16.0}, {}, -17.0),
+        ({"part.hub_length": 16.0}, {"depth": 20.0}, -20.0),
+    ],
+)
+def test_a_program_cuts_through_a_plate_but_not_beside_a_hub(tmp_path, part, settings, deepest):
+    export(find_scene("valve-rod-radial").replace(**part), tmp_path / "cam.nc", **NC, **settings)
+    program = re.sub(r"\(.*?\)", "", (tmp_path / "cam.nc").read_text())
+    assert min(map(float, re.findall(r"Z(-?[\d.]+)", program))) == deepest
+
+
+def test_a_program_without_a_depth_stays_in_its_plane(tmp_path):
+    export(find_scene("roller-1000rpm"), tmp_path / "cam.nc", **NC)
+    assert not re.search(r"Z-?\d", re.sub(r"\(.*?\)", "", (tmp_path / "cam.nc").read_text()))
+
+
+@pytest.mark.parametrize("name", ["valve-rod-radial", "roller", "oscillating-roller", "flat-reciprocating"])
+def test_a_wheel_that_follows_the_table_touches_the_profile(tmp_path, name):
+    scene = Scene.from_dict(cam_with(name)) if name in CONTACTS else find_scene(name)
+    export(scene, tmp_path / "cam.p", cutter_radius=8.0, step=0.5)
+    angle, lift, centre = np.loadtxt(tmp_path / "cam.p").T
+    assert lift.min() == 0.0
+    np.testing.assert_allclose(centre - lift, centre.min(), atol=2e-6)
+    problem = resolve_design(scene)
+    wheel = centre * 1j * np.exp(-1j * problem.design.sense * np.radians(angle))
+    profile = true_points(problem, curves_of(problem)["profile"].distance, 200_001)
+    distance = cKDTree(np.column_stack([profile.real, profile.imag])).query(
+        np.column_stack([wheel.real, wheel.imag])
+    )[0]
+    assert np.abs(distance - 8.0).max() < 2e-5
+
+
+def test_a_wheel_as_large_as_a_radial_roller_has_its_lift(tmp_path):
+    scene = find_scene("valve-rod-radial")
+    export(scene, tmp_path / "cam.p", cutter_radius=scene.follower.roller_radius)
+    angle, lift, _ = np.loadtxt(tmp_path / "cam.p").T
+    np.testing.assert_allclose(lift, cam_points(scene, angle)["displacement_mm"], atol=1e-6)
+
+
+@pytest.mark.parametrize("name", ["roller-1000rpm", "oscillating-roller", "feeder-with-stop"])
+def test_an_electronic_cam_is_the_motion(tmp_path, name):
+    scene = find_scene(name)
+    assert export(scene, tmp_path / "cam.txt", points=3601).about == {"points": 3601}
+    angle, position, velocity, acceleration = np.loadtxt(tmp_path / "cam.txt").T
+    unit = "deg" if scene.follower.motion == "oscillating" else "mm"
+    np.testing.assert_allclose(position, cam_points(scene, angle)[f"displacement_{unit}"], atol=1e-8)
+    work = np.concatenate([[0.0], np.cumsum((velocity[1:] + velocity[:-1]) / 2 * np.diff(angle))])
+    np.testing.assert_allclose(position - position[0], work, atol=1e-4 * np.ptp(position))
+    gained = np.concatenate([[0.0], np.cumsum((acceleration[1:] + acceleration[:-1]) / 2 * np.diff(angle))])
+    np.testing.assert_allclose(velocity - velocity[0], gained, atol=3e-3 * np.ptp(velocity))
+
+
+@pytest.mark.parametrize("name", [*CONTACTS, "tangent-cam"])
+def test_points_have_the_form_of_the_profile(name):
+    """Normals and curvatures against differences of the points, and the least radius that evaluate finds."""
+    scene = Scene.from_dict(cam_with(name)) if name in CONTACTS else find_scene(name)
+    h = 1e-3
+    angles = np.arange(1.5, 359.0, 1.0)
+    before, here, after = (cam_points(scene, angles + d) for d in (-h, 0.0, h))
+    for curve in [key.removesuffix("_x_mm") for key in here if key.startswith("profile") and key.endswith("_x_mm")]:
+        p, q, r = (each[f"{curve}_x_mm"] + 1j * each[f"{curve}_y_mm"] for each in (before, here, after))
+        normal = here[f"{curve}_normal_x"] + 1j * here[f"{curve}_normal_y"]
+        along = (r - p) / np.abs(r - p)
+        np.testing.assert_allclose(np.abs((along.conjugate() * normal).imag), 1.0, atol=1e-6)
+        bend = 2 * ((q - p).conjugate() * (r - q)).imag / np.abs((q - p) * (r - q) * (r - p))
+        shown = here[f"{curve}_curvature_per_mm"]
+        middle = np.median(np.abs(np.abs(bend) - np.abs(shown)))
+        assert middle < 1e-5
+        side = np.sign((along.conjugate() * normal).imag)
+        np.testing.assert_allclose(np.median(np.abs(-side * bend - shown)), middle, atol=1e-12)
+        if curve == "profile":
+            np.testing.assert_allclose(here["profile_radius_mm"], np.abs(q))
+            np.testing.assert_allclose(np.exp(1j * np.radians(here["profile_angle_deg"])), q / np.abs(q))
+            assert (normal * q.conjugate()).real.min() > 0.0
+    least = evaluate(scene)["profile_radius_min_mm"]
+    largest = max(values.max() for key, values in here.items() if key.endswith("curvature_per_mm"))
+    assert largest <= 1.0 / least * (1 + 1e-9)
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".parquet", ".xlsx"])
+def test_points_are_proved_and_come_back(tmp_path, suffix):
+    scene = find_scene("two-pauses")
+    close = export(scene, tmp_path / f"a{suffix}", chord=0.01, cutter_radius=4.0)
+    assert all(0.002 < curve.deviation_mm <= 0.01 for curve in close.curves.values())
+    steps = export(scene, tmp_path / f"b{suffix}", step=2.5)
+    assert steps.about == {"points": 145}
+    true = true_points(resolve_design(scene), curves_of(resolve_design(scene))["profile"].distance)
+    points = cam_points(scene, step=2.5)
+    line = points["profile_x_mm"] + 1j * points["profile_y_mm"]
+    measured = furthest(true, line)
+    assert 0.9 * steps.curves["profile"].deviation_mm <= measured <= steps.curves["profile"].deviation_mm
+    read = {".csv": pd.read_csv, ".parquet": camopt.load}.get(suffix)
+    table = (
+        read(tmp_path / f"b{suffix}")
+        if read
+        else pd.read_excel(tmp_path / f"b{suffix}", skiprows=[1], engine="calamine")
+    )
+    assert list(table.columns) == list(points)
+    digits = 1e-14 if suffix == ".xlsx" else 0.0
+    np.testing.assert_allclose(table.to_numpy(dtype=float), np.column_stack(list(points.values())), rtol=digits)
+
+
+def test_a_chord_and_a_step_are_two_things(tmp_path):
+    with pytest.raises(BadInput, match="not together with a chord: one of both"):
+        export(find_scene("two-pauses"), tmp_path / "a.csv", chord=0.01, step=1.0)
+
+
+def test_the_scene_comes_back(tmp_path):
+    scene = find_scene("press-with-drift")
+    export(scene, tmp_path / "back.toml")
+    assert evaluate(Scene.from_toml(tmp_path / "back.toml")) == evaluate(scene)

@@ -1,0 +1,715 @@
+"""Motions of measured cams: what was measured is found again, in its band, and nothing there is gentler."""
+
+import json
+import sys
+from itertools import pairwise
+from pathlib import Path
+
+import cvxpy as cp
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.interpolate import BSpline, make_interp_spline
+from support.depth import covering, times
+
+import camopt
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
+from fits import random_file
+
+from camopt import BadInput, Scene, Unmet, Unsolved
+from camopt.cli.main import main
+from camopt.measured import least_jerk
+from camopt.measured.band_proof import deviation
+from camopt.measured.columns import Columns
+from camopt.measured.fit import fit
+from camopt.measured.least_jerk import Node, Room, freest, least_band, nodes_of, shaped, strokes_of
+from camopt.measured.noise import band_factor, errors_of, noise_of, outliers, rms_factor
+from camopt.measured.one_sided import one_sided
+from camopt.measured.outline import Dwell, Turn, outline_of
+from camopt.measured.reading import apart, read_points
+from camopt.measured.smoothing import CAUTION, FREEST, WEIGHTS, smoothed
+from camopt.measured.spline_chain import SplineChain
+from camopt.motion import LAWS
+from camopt.motion.programme import Programme, law_peaks, peak
+from camopt.motion.table import TURN
+from camopt.problem.problem import resolve
+
+CAM = {"cam": {"form": "disc", "base_radius": 20.0}, "follower": {"motion": "translating", "contact": "flat"}}
+ARM = {
+    "cam": {"form": "disc", "base_radius": 40.0, "rpm": 300.0},
+    "follower": {"motion": "oscillating", "contact": "roller", "roller_radius": 8.0, "arm_length": 90.0, "centre_distance": 100.0},
+}  # fmt: skip
+JERK = 300.0
+LOBE = [
+    ("dwell", 60.0, 0.0, None),
+    ("rise", 60.0, 8.0, "{}"),
+    ("return", 60.0, 8.0, "{}"),
+    ("dwell", 180.0, 0.0, None),
+]
+DEGREES = np.arange(360.0)
+
+
+def turn_of(segments, law="cycloidal"):
+    named = [(kind, angle, lift, name and name.format(law)) for kind, angle, lift, name in segments]
+    return Programme.from_segments(named, angular=False)
+
+
+def measured(segments=LOBE, law="cycloidal", angles=DEGREES, noise=0.0, seed=1, shift=0.0):
+    """Points of a turn whose 0 is at a measured angle, with normal errors."""
+    programme = turn_of(segments, law)
+    lifts = programme.at(np.radians(np.mod(angles - shift, 360.0)))[0]
+    return np.column_stack([angles, lifts + np.random.default_rng(seed).normal(0.0, 1.0, angles.size) * noise])
+
+
+def points_of(rows):
+    return read_points(rows, Columns())
+
+
+def kinds(fitted):
+    return [segment.segment for segment in fitted.scene.motion]
+
+
+# ------------------------------------------------------------------------------------------- what was measured
+
+CORNERED = [name for name, law in LAWS.items() if law_peaks(law)["jumps"] == "velocity"]
+"""Laws that do not rest: a corner is further from every smooth motion than a small noise."""
+SMOOTH = ("cycloidal", "poly4567", "poly56789")
+WITHIN = {0.0: (2e-3, 0.02), 0.001: (0.02, 0.03), 0.01: (0.05, 0.08)}
+"""Of a noise, mm: how near the largest acceleration and jerk of a lobe of 8 mm are found again."""
+
+
+@pytest.mark.parametrize("noise", WITHIN)
+@pytest.mark.parametrize("law", SMOOTH)
+def test_a_law_is_found_again(law, noise):
+    fitted = fit(measured(law=law, noise=noise), CAM, band=1e-3 if noise == 0.0 else None)
+    assert fitted.deviation.held
+    assert kinds(fitted) == ["dwell", "rise", "return", "dwell"]
+    true = turn_of(LOBE, law)
+    for name, order, within in (("acceleration", 2, WITHIN[noise][0]), ("jerk", 3, WITHIN[noise][1])):
+        assert fitted.after[name] == pytest.approx(peak(true, order, TURN), rel=within), name
+
+
+CASES = [(law, noise) for law in LAWS for noise in (0.001, 0.01, 0.05)]
+
+
+@pytest.mark.parametrize(("law", "noise"), covering(CASES, lambda case: case))
+def test_the_noise_is_found_and_the_band_held_for_every_law(law, noise):
+    rows = measured(law=law, noise=noise, seed=7)
+    fitted = fit(rows, CAM)
+    assert fitted.noise == pytest.approx(noise, rel=0.25)
+    normal, largest = fitted.noise * band_factor(360), errors_of(points_of(rows)).largest
+    assert fitted.band == (normal if largest <= normal else min(1.5 * largest, 3.5 * normal)) or law in CORNERED
+    assert fitted.deviation.held
+    assert fitted.deviation.largest <= fitted.band
+    assert fitted.least_jerk_rms <= fitted.jerk_rms
+    programme = resolve(fitted.scene).programme
+    assert programme.jumps == ()
+    off = programme.at(np.radians(np.mod(rows[:, 0] - fitted.start, 360.0)))[0] + fitted.zero - rows[:, 1]
+    assert fitted.left_out == ()
+    np.testing.assert_allclose(off, fitted.deviation.at_points, rtol=0, atol=1e-12)
+
+
+TURNS = {
+    "a dwell above": [*LOBE[:2], ("dwell", 50.0, 0.0, None), LOBE[2], ("dwell", 130.0, 0.0, None)],
+    "no dwell": [("rise", 150.0, 12.0, "poly345"), ("return", 210.0, 12.0, "poly345")],
+    "two lobes": [*LOBE[:3], ("dwell", 30.0, 0.0, None), ("rise", 50.0, 4.0, "{}"), ("return", 50.0, 4.0, "{}"), ("dwell", 50.0, 0.0, None)],
+    "two rises": [("rise", 70.0, 5.0, "{}"), ("dwell", 40.0, 0.0, None), ("rise", 70.0, 7.0, "{}"), ("return", 100.0, 12.0, "{}"), ("dwell", 80.0, 0.0, None)],
+    "back in between": [("rise", 80.0, 8.0, "{}"), ("return", 60.0, 3.0, "{}"), ("rise", 60.0, 3.0, "{}"), ("return", 80.0, 8.0, "{}"), ("dwell", 80.0, 0.0, None)],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("shift", [0.0, 100.0, 250.5])
+@pytest.mark.parametrize("name", TURNS)
+def test_segments_are_those_that_were_measured(name, shift):
+    fitted = fit(measured(TURNS[name], noise=0.002, shift=shift), CAM)
+    expected = [segment[0] for segment in TURNS[name]]
+    found = kinds(fitted)
+    whole = [kind for kind, before in zip(found, [None, *found], strict=False) if kind != before]
+    assert [k for k in whole if k != "dwell"] == [k for k in expected if k != "dwell"] or name == "two lobes"
+    assert sorted(set(found)) == sorted(set(expected))
+    assert sum(segment.angle for segment in fitted.scene.motion) == pytest.approx(360.0, abs=1e-9)
+    assert fitted.after["acceleration"] == pytest.approx(peak(turn_of(TURNS[name]), 2, TURN), rel=0.05)
+    assert fitted.deviation.held
+
+
+def test_a_valve_with_ramps():
+    """The shipped bucket tappet: ramps of 0.08 mm, constant velocity, flanks; measured with 1 µm of noise."""
+    programme = resolve(camopt.find_scene("bucket-valve")).programme
+    lifts = programme.at(np.radians(DEGREES))[0] + np.random.default_rng(2).normal(0.0, 0.001, 360)
+    fitted = fit(np.column_stack([DEGREES, np.round(lifts, 4)]), camopt.find_scene("bucket-valve"))
+    assert kinds(fitted) == ["rise", "return", "dwell"]
+    true = camopt.evaluate(camopt.find_scene("bucket-valve"))
+    for name in ("velocity", "acceleration"):
+        assert fitted.after[name] == pytest.approx(true[fitted.quantity(name)], rel=0.02)
+    assert fitted.before["acceleration"] > 1.05 * fitted.after["acceleration"]
+    at = np.radians(np.arange(360.0) - 0.5)
+    off = (
+        resolve(fitted.scene).programme.at(np.mod(at - np.radians(fitted.start), 2 * np.pi))[0]
+        - programme.at(np.mod(at, 2 * np.pi))[0]
+    )
+    assert np.abs(off + fitted.zero).max() < 2.0 * fitted.band
+
+
+def test_an_angle_of_0_stays_where_it_is_in_a_dwell():
+    fitted = fit(measured(), CAM)
+    assert fitted.start == 0.0
+    assert kinds(fitted)[0] == "dwell"
+    assert fit(measured(shift=-100.0), CAM).start > 0.0
+
+
+def test_points_of_the_lift_alone():
+    rows = measured(noise=0.002)
+    fitted = fit(rows[57:184], CAM)
+    assert kinds(fitted) == ["dwell", "rise", "return", "dwell"]
+    assert fitted.after["acceleration"] == pytest.approx(45.837, rel=0.05)
+
+
+def test_an_arm_in_degrees():
+    fitted = fit(measured(noise=0.005), ARM)
+    assert fitted.scene.follower.motion == "oscillating"
+    assert fitted.unit == "deg"
+    assert camopt.evaluate(fitted.scene)["acceleration_max_rad_s2"] == fitted.after["acceleration"]
+    true = peak(turn_of(LOBE), 2, TURN) * np.radians(1.0) * (10.0 * np.pi) ** 2
+    assert fitted.after["acceleration"] == pytest.approx(true, rel=0.05)
+    assert fitted.least_jerk_rms <= fitted.jerk_rms <= 1.1 * fitted.least_jerk_rms
+
+
+@settings(max_examples=times(10, 300))
+@given(
+    data=st.data(),
+    shift=st.floats(0.0, 360.0),
+    noise=st.sampled_from([0.001, 0.01]),
+    step=st.sampled_from([0.5, 1.0, 2.0]),
+)
+def test_any_turn_is_fitted_within_its_band(data, shift, noise, step):
+    """A random turn of a lobe or two: the band is proved, the turn is closed and stays above its start."""
+    law = data.draw(st.sampled_from([law for law in LAWS if law not in CORNERED]))
+    angles = data.draw(st.lists(st.integers(30, 80), min_size=2, max_size=2))
+    lift, pause = data.draw(st.floats(2.0, 20.0)), data.draw(st.sampled_from([0, 40]))
+    rest = 360 - sum(angles) - pause
+    segments = [("rise", angles[0], lift, law), *([("dwell", pause, 0.0, None)] if pause else [])]
+    segments += [("return", angles[1], lift, law), ("dwell", rest, 0.0, None)]
+    rows = measured(segments, angles=np.arange(0.0, 360.0, step), noise=noise, shift=shift)
+    fitted = fit(rows, CAM)
+    assert fitted.deviation.held
+    programme = resolve(fitted.scene).programme
+    assert programme.at(np.linspace(0.0, 2 * np.pi, 999)[:-1])[0].min() >= -1e-12
+    assert fitted.least_jerk_rms <= fitted.jerk_rms
+
+
+# -------------------------------------------------------------------------------------------------- least jerk
+
+
+def test_the_optimum_of_no_band_is_the_spline_through_the_points():
+    """Of all closed motions through points, the quintic spline has the least ∫ (y''')² dθ."""
+    rows = measured(angles=np.arange(0.0, 360.0, 10.0))
+    x, y = np.radians([*rows[:, 0], 360.0]), [*rows[:, 1], rows[0, 1]]
+    spline = make_interp_spline(x, y, k=5, bc_type="periodic")
+    jerk = spline.derivative(3)
+    nodes, weights = np.polynomial.legendre.leggauss(6)
+    half = np.diff(x)[:, None] / 2
+    least = float(np.sum(half * weights * jerk(x[:-1, None] + half * (1 + nodes)) ** 2))
+    found = freest(points_of(rows), Room(1e-7))
+    assert found.square == pytest.approx(least, rel=1e-4)
+    at = np.linspace(0.0, 359.0, 500)
+    np.testing.assert_allclose(found.at(at), spline(np.radians(at)), rtol=0, atol=1e-5)
+
+
+def by_differences(points, band, parts):
+    """The least ∫ (y''')² dθ of values on a grid, by third differences: another programme of the same question."""
+    count = points.angles.size * parts
+    h = 2 * np.pi / count
+    y = cp.Variable(count)
+    turned = [cp.hstack([y[k:], y[:k]]) if k else y for k in range(4)]
+    third = (turned[3] - 3 * turned[2] + 3 * turned[1] - turned[0]) / h**3
+    within = cp.abs(y[::parts] - points.lifts) <= band
+    problem = cp.Problem(cp.Minimize(h * cp.sum_squares(third / 1e3)), [within])
+    problem.solve(solver=cp.CLARABEL)
+    return 1e6 * problem.value
+
+
+def test_the_optimum_is_that_of_differences_in_the_limit():
+    points, band = points_of(measured(angles=np.arange(0.0, 360.0, 10.0), noise=0.01)), 0.03
+    least = freest(points, Room(band)).square
+    errors = [abs(by_differences(points, band, parts) / least - 1.0) for parts in (2, 4, 8)]
+    assert errors[-1] < 0.01
+    assert all(after < before / 2.5 for before, after in pairwise(errors))  # as h²
+
+
+def test_the_optimum_has_multipliers():
+    """y⁽⁵⁾ jumps only at points on the edge of the band, and pulls the motion from there towards the middle."""
+    points, band = points_of(measured(angles=np.arange(0.0, 360.0, 10.0), noise=0.02)), 0.05
+    found = freest(points, Room(band))
+    off = found.at(points.angles) - points.lifts
+    fifth = BSpline(found.chain.knots, found.coefficients, 5).derivative(5)
+    knots = np.array([*found.chain.inner])
+    jumps = fifth(knots + 1e-9) - fifth(knots - 1e-9)
+    large = np.abs(jumps) > 1e-3 * np.abs(jumps).max()
+    assert 5 < large.sum() < knots.size
+    edge = np.abs(off[1:]) > band * (1 - 1e-3)
+    assert (edge | ~large).all()
+    signs = np.sign(jumps[large]) * np.sign(off[1:][large])
+    assert len(set(signs)) == 1
+
+
+def test_the_optimum_of_a_root_mean_square_is_the_smoothing_spline():
+    """Reinsch: y⁽⁵⁾ jumps at each point in proportion to what the motion is off it by."""
+    points = points_of(measured(angles=np.arange(0.0, 360.0, 10.0), noise=0.02))
+    found = freest(points, Room(10.0, 0.015))
+    off = found.at(points.angles) - points.lifts
+    assert np.sqrt(np.mean(off**2)) == pytest.approx(0.015, rel=1e-5)
+    fifth, knots = BSpline(found.chain.knots, found.coefficients, 5).derivative(5), np.array(found.chain.inner)
+    jumps = fifth(knots + 1e-9) - fifth(knots - 1e-9)
+    factor = (jumps @ off[1:]) / (off[1:] @ off[1:])
+    np.testing.assert_allclose(jumps, factor * off[1:], rtol=0, atol=5e-3 * np.abs(jumps).max())
+
+
+def test_a_chain_integrates_what_it_differentiates():
+    chain = SplineChain((0.1, 0.25, 0.5, 0.55, 0.9))
+    jerk = np.random.default_rng(5).normal(size=chain.count - 3)
+    c = chain.integrated(jerk, (1.0, -2.0, 3.0))
+    spline = BSpline(chain.knots, c[0], 5)
+    x = np.linspace(0.0, 1.0, 50)[:-1]
+    for order in range(4):
+        np.testing.assert_allclose(chain.at(x, order) @ c[order], spline(x, order), atol=1e-10)
+    moved = chain.brought_to(jerk, (1.0, -2.0, 3.0), np.array([4.0, 0.0, -1.0]))
+    assert [c[-1] for c in chain.integrated(moved, (1.0, -2.0, 3.0))[:-1]] == pytest.approx([4.0, 0.0, -1.0])
+
+
+# ----------------------------------------------------------------------------------------------------- proofs
+
+
+def test_the_distance_from_the_lines_is_that_of_samples():
+    rows = measured(angles=np.arange(0.0, 360.0, 6.0), noise=0.001)
+    fitted = fit(rows, CAM)
+    dense = np.linspace(0.0, 360.0, 100_001)[:-1]
+    line = np.interp(dense, [*rows[:, 0], 360.0], [*rows[:, 1], rows[0, 1]])
+    motion = resolve(fitted.scene).programme.at(np.radians(np.mod(dense - fitted.start, 360.0)))[0] + fitted.zero
+    largest = np.abs(motion - line).max()
+    assert largest <= fitted.deviation.between <= 1.05 * largest
+    assert fitted.deviation.largest <= fitted.deviation.between
+
+
+def test_a_band_that_is_not_held_is_not_proved():
+    rows = measured(noise=0.01)
+    fitted = fit(rows, CAM)
+    programme, points = resolve(fitted.scene).programme, points_of(rows)
+    largest = fitted.deviation.largest
+    for band, held in ((largest * (1 + 1e-12), True), (largest * (1 - 1e-12), False)):
+        assert deviation(programme, points, fitted.start, fitted.zero, band).held is held
+    assert not deviation(programme, points, fitted.start + 1.0, fitted.zero, fitted.band).held
+
+
+# ----------------------------------------------------------------------------------------- noise and outliers
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_outliers_are_named_by_their_rows(seed):
+    rows = measured(noise=0.01, seed=seed)
+    rows[100, 1] += 0.3
+    rows[220, 1] -= 0.2
+    fitted = fit(rows, CAM)
+    assert [each.row for each in fitted.left_out] == [101, 221]
+    assert [each.deviation for each in fitted.left_out] == pytest.approx([-0.3, 0.2], abs=0.06)
+    assert [words for words in fitted.warnings if "row 101 " in words and "is left out" in words]
+    with pytest.raises(Unmet, match=r"no motion with its dwells and turns is within .* rows .*\b(101|221)\b"):
+        fit(rows, CAM, band=0.04, keep_outliers=True)
+    rough = fit(rows, CAM, band=0.12, keep_outliers=True)
+    assert rough.left_out == ()
+    assert rough.jerk_rms > 1.5 * fit(rows, CAM, band=0.12).jerk_rms
+
+
+def test_outliers_near_each_other_are_found():
+    """Nearly all of 160, of forty times the noise, and hardly anything else."""
+    missed = extra = 0
+    for seed in range(20):
+        rows, rng = measured(noise=0.005, seed=seed), np.random.default_rng(seed)
+        wrong = rng.choice(360, 8, replace=False)
+        rows[wrong, 1] += rng.choice([-0.2, 0.2], 8)
+        found = outliers(points_of(rows), noise_of(points_of(rows)))
+        missed += len({*wrong} - {*found})
+        extra += len({*found} - {*wrong})
+    assert missed <= 0.06 * 160
+    assert extra <= 2
+
+
+def test_points_of_several_turns():
+    rows = np.vstack([measured(noise=0.005, seed=seed) for seed in range(3)])
+    fitted = fit(rows, CAM)
+    assert fitted.noise == pytest.approx(0.005, rel=0.1)
+    assert fitted.points.angles.size == 1080
+    assert fitted.deviation.held
+    assert fitted.after["acceleration"] == pytest.approx(peak(turn_of(LOBE), 2, TURN), rel=0.03)
+
+
+UNUSUAL = {
+    "unequal steps": np.concatenate([np.arange(0, 55, 5), np.arange(55, 185, 0.5), np.arange(185, 360, 5)]),
+    "random angles": np.sort(np.random.default_rng(4).uniform(0.0, 360.0, 400)),
+    "every 10 degrees": np.arange(0.0, 360.0, 10.0),
+    "every quarter": np.arange(0.0, 360.0, 0.25),
+}
+
+
+@pytest.mark.parametrize("name", UNUSUAL)
+def test_unusual_angles(name):
+    fitted = fit(measured(angles=UNUSUAL[name], noise=0.003), CAM)
+    assert kinds(fitted) == ["dwell", "rise", "return", "dwell"]
+    assert fitted.after["acceleration"] == pytest.approx(peak(turn_of(LOBE), 2, TURN), rel=0.05)
+    assert fitted.jerk_rms < 1.1 * fitted.least_jerk_rms
+
+
+def test_errors_that_are_not_normal_have_a_wider_band():
+    """Student's t of five degrees of freedom: rare errors are larger, and would break the dwell."""
+    rows = measured()
+    rows[:, 1] += 0.005 * np.random.default_rng(2).standard_t(5, 360)
+    fitted = fit(rows, CAM)
+    assert fitted.band > 1.4 * band_factor(360) * fitted.noise
+    assert kinds(fitted) == ["dwell", "rise", "return", "dwell"]
+    assert fitted.price < 1.2
+    assert fitted.after["acceleration"] == pytest.approx(peak(turn_of(LOBE), 2, TURN), rel=0.1)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_a_corner_or_a_rounded_lift_is_no_outlier(law):
+    rows = measured(law=law)
+    for digits in (3, 4) if law in CORNERED else (2, 3, 4):
+        points = points_of(np.column_stack([rows[:, 0], np.round(rows[:, 1], digits)]))
+        assert noise_of(points) >= 10.0**-digits / 12**0.5
+        assert outliers(points, noise_of(points)) == []
+
+
+def test_the_usual_band_leaves_all_points_in_it_nineteen_times_of_twenty():
+    errors = np.random.default_rng(11).normal(size=(4000, 360))
+    share = np.mean(np.abs(errors).max(axis=1) <= band_factor(360))
+    assert share == pytest.approx(0.95, abs=0.015)
+
+
+def test_the_root_mean_square_leaves_all_errors_in_it_nineteen_times_of_twenty():
+    for count in (40, 360, 3600):
+        errors = np.random.default_rng(12).normal(size=(4000, count))
+        share = np.mean(np.sqrt(np.mean(errors**2, axis=1)) <= rms_factor(count))
+        assert share == pytest.approx(0.95, abs=0.012)
+
+
+def test_the_root_mean_square_is_that_of_the_noise():
+    """A band alone is filled; with the root mean square of the noise the errors stay errors."""
+    rows = measured(noise=0.02)
+    fitted = fit(rows, CAM)
+    assert fitted.deviation_rms == pytest.approx(errors_of(points_of(rows)).rms, rel=1e-3)
+    assert fitted.noise < fitted.deviation_rms <= fitted.noise * rms_factor(360)
+    assert fit(rows, CAM, band=fitted.band).deviation_rms > 1.3 * fitted.deviation_rms
+    true = peak(turn_of(LOBE), 2, TURN)
+    assert abs(fitted.after["acceleration"] / true - 1.0) < 0.03
+
+
+TOO_ROUGH = {33: 0.05, 59: 0.07, 90: 0.05, 125: 0.05, 128: 0.05, 158: 0.05, 126: 0.16}
+"""Random files whose largest acceleration was once up to seven times the true one, and how near it is now.
+
+The last has strokes of modified trapezoids, whose flat peaks every smoothing raises: at most by a seventh.
+"""
+PULLED = {59}
+"""Of these, a valve whose dwell reaches into a ramp: that is told."""
+
+
+@pytest.mark.parametrize("seed", TOO_ROUGH)
+def test_random_files_are_found_again(seed):
+    file = random_file(seed)
+    fitted = fit(file.rows, CAM)
+    assert fitted.deviation.held
+    assert fitted.after["acceleration"] == pytest.approx(file.acceleration, rel=TOO_ROUGH[seed])
+    assert fitted.noise == pytest.approx(np.sqrt(np.mean(file.errors**2)), rel=0.06)
+    assert bool(fitted.one_sided) == (seed in PULLED)
+
+
+def test_a_narrower_band_is_no_gentler():
+    """Within the usual band, the root mean square is limited in each narrower one, too."""
+    file = random_file(33)
+    jerks = [fit(file.rows, CAM, band=band).jerk_rms for band in (None, 0.03, 0.027)]
+    usual = fit(file.rows, CAM)
+    assert usual.band > 0.03
+    assert jerks[0] <= jerks[1] * 1.0001 <= jerks[2] * 1.0002
+    assert fit(file.rows, CAM, band=usual.band).jerk_rms < jerks[0]  # a tolerance is filled
+
+
+def by_the_spectrum(lifts):
+    """The residuals of closed smoothing splines of equal steps: each wave is damped by itself (and its aliases)."""
+    count, waves = lifts.size, np.fft.rfft(lifts - lifts.mean())
+    orders = np.arange(1, waves.size)
+    aliases = sum((2 * np.pi * np.abs(orders + j * count)) ** -6.0 for j in range(-50, 51))
+    twice = np.where(2 * orders == count, 1.0, 2.0)
+    for weight in WEIGHTS:
+        kept = np.concatenate([[1.0], 1.0 / (1.0 + weight / count / aliases)])
+        yield np.fft.irfft(waves * (1.0 - kept), count), 1.0 + float(twice @ kept[1:])
+
+
+@pytest.mark.parametrize("noise", [0.005, 0.05])
+def test_the_smoothing_spline_is_that_of_its_spectrum(noise):
+    points = points_of(measured(angles=np.arange(0.0, 360.0, 3.0), noise=noise))
+    found = smoothed(points)
+    splines = [each for each in by_the_spectrum(points.lifts) if each[1] <= FREEST * 120]
+    off, freedom = min(splines, key=lambda each: (each[0] @ each[0]) / (120 - CAUTION * each[1]) ** 2)
+    np.testing.assert_allclose(found.off, off, rtol=0, atol=1e-5 * noise)
+    assert found.freedom == pytest.approx(freedom, rel=1e-6)
+    np.testing.assert_allclose(found.drawn, freedom / 120, rtol=1e-6)
+
+
+def test_errors_are_within_their_root_mean_square_nineteen_times_of_twenty():
+    """Those of each file themselves, not of all files with its noise; found to 1.5 %."""
+    files = [random_file(seed) for seed in range(1000, 1012)]
+    true = np.array([np.sqrt(np.mean(file.errors**2)) for file in files])
+    found = [errors_of(points_of(file.rows)) for file in files]
+    assert np.sum([each.rms for each in found] >= true) >= 10
+    ratios = np.array([each.noise for each in found]) / true
+    assert np.abs(ratios - 1.0).max() < 0.06
+    assert ratios.std() < 0.02
+
+
+def test_stretches_on_one_side_are_those_of_every_stretch():
+    """Of all stretches the furthest, then the furthest of those that have none of its points."""
+    rng = np.random.default_rng(8)
+    off = rng.normal(size=60)
+    off[10:18] += 5.0
+    off[[57, 58, 59, 0, 1]] -= 6.0
+    (first, second) = one_sided(off, 1.0)
+    assert (first.first, first.last) == (10, 17)
+    assert first.mean == pytest.approx(off[10:18].mean())
+    assert (second.first, second.last, second.points) == (57, 1, 5)
+    assert second.mean < -5.0
+    assert all(one_sided(rng.normal(size=720), 1.0) == [] for _ in range(50))
+
+
+def test_a_stretch_on_one_side_is_told_with_its_angles():
+    """Where the acceleration of a double-harmonic return jumps at its end, at 180 deg; not in a tolerance."""
+    rows = measured(law="double-harmonic", noise=0.001)
+    (told,) = fit(rows, CAM).warnings
+    start, end = (float(told.split()[k]) for k in (1, 3))
+    assert (start, end) == pytest.approx((178.0, 181.0), abs=4.0)
+    assert "deg the motion is above its" in told
+    assert told.endswith("times the noise")
+    assert fit(rows, CAM, band=0.02).warnings == ()
+
+
+def test_a_solver_that_fails_is_given_other_units(monkeypatch):
+    """As it does for one in ten files of 20,000 rows."""
+    points, answers = points_of(measured(angles=np.arange(0.0, 360.0, 10.0), noise=0.02)), ["solver_error"] * 2
+    expected = freest(points, Room(0.05)).square
+    solve = least_jerk.solve
+    monkeypatch.setattr(least_jerk, "solve", lambda problem: answers.pop() if answers else solve(problem))
+    assert freest(points, Room(0.05)).square == pytest.approx(expected, rel=1e-4)
+    assert answers == []
+    monkeypatch.setattr(least_jerk, "solve", lambda _: "solver_error")
+    with pytest.raises(Unsolved, match="it says solver error"):
+        freest(points, Room(0.05))
+
+
+def test_a_band_that_is_narrow_for_the_noise_is_told():
+    rows = measured(noise=0.01)
+    assert any("narrower than normal errors" in words for words in fit(rows, CAM, band=0.03).warnings)
+    assert fit(rows, CAM).warnings == fit(rows, CAM, band=0.05).warnings == ()
+    with pytest.raises(Unmet, match="can be held"):
+        fit(rows, CAM, band=0.001)
+
+
+# ---------------------------------------------------------------------------------------------------- outline
+
+
+def test_dwells_end_before_the_motion_begins_and_little_earlier():
+    for law in ("cycloidal", "poly345", "modified-sine"):
+        points = points_of(measured(law=law, noise=0.002))
+        (dwell, turn) = outline_of(points, 0.008)
+        assert isinstance(dwell, Dwell)
+        assert isinstance(turn, Turn)
+        assert dwell.start == pytest.approx(181.5, abs=2.0)
+        assert dwell.end == pytest.approx(418.5, abs=2.0)
+        assert turn.low < 120.0 < turn.high
+
+
+@given(start=st.floats(175.0, 190.0), end=st.floats(400.0, 430.0), whole=st.booleans())
+def test_each_point_is_in_a_dwell_or_in_a_stroke(start, end, whole):
+    """Also where a dwell starts or ends at a point, or next to it."""
+    points = points_of(measured())
+    start, end = (round(angle, 0 if whole else 4) for angle in (start, end))
+    inside = np.flatnonzero(apart(start - 1e-9, points.angles) <= end - start + 2e-9)
+    nodes = [Node(start, end, inside, 0.0), Node(120.0, 120.0, np.empty(0, dtype=int), 8.0)]
+    places = np.concatenate([*(stroke.places for stroke in strokes_of(points, nodes)), inside])
+    assert sorted(places) == list(range(360))
+
+
+def test_a_lift_of_less_than_two_bands_is_no_motion():
+    rows = measured(
+        [
+            ("dwell", 100.0, 0.0, None),
+            ("rise", 60.0, 1.0, "poly345"),
+            ("return", 60.0, 1.0, "poly345"),
+            ("dwell", 140.0, 0.0, None),
+        ]
+    )
+    with pytest.raises(BadInput, match="no motion"):
+        fit(rows, CAM, band=0.6)
+    rows[0, 1] = -0.5
+    with pytest.raises((BadInput, Unmet)):
+        fit(rows, CAM, band=0.6, keep_outliers=True)
+
+
+def test_knots_are_apart_and_strokes_have_all_points():
+    points = points_of(measured(noise=0.01))
+    nodes = nodes_of(points, outline_of(points, 0.04), freest(points, Room(0.04)))
+    strokes = strokes_of(points, nodes)
+    places = np.concatenate([*(s.places for s in strokes), *(node.places for node in nodes)])
+    assert sorted(places) == list(range(360))
+    for stroke in strokes:
+        assert np.diff([0.0, *stroke.chain.inner, 1.0]).min() > 0.3 / stroke.angle
+
+
+# ---------------------------------------------------------------------------------------------------- refusals
+
+
+def test_what_cannot_be_held_is_told_with_its_rows():
+    rows = np.vstack([measured(noise=0.001), [360.0, 0.05]])
+    rows[0, 1] = 0.0
+    with pytest.raises(Unmet, match=r"rows 1 and 361 are 0\.05 apart, both at 0 deg: a band below 0\.025 cannot"):
+        fit(rows, CAM, band=0.01, keep_outliers=True)
+    assert fit(rows, CAM, band=0.03, keep_outliers=True).deviation.held
+    corner = measured(law="uniform")
+    with pytest.raises(
+        Unmet,
+        match=r"no motion with its dwells and turns is within 0\.0001 of all points; .* can be held; rows .* stand in the way",
+    ):
+        fit(corner, CAM, band=1e-4)
+    points = points_of(measured(noise=0.01))
+    nodes = nodes_of(points, outline_of(points, 0.04), freest(points, Room(0.04)))
+    least, places = least_band(points, nodes, JERK)
+    assert shaped(points, nodes, Room(0.99 * least), JERK) is None
+    assert shaped(points, nodes, Room(1.01 * least), JERK) is not None
+    others = points.without(places)
+    again = [node._replace(places=np.flatnonzero(np.isin(others.rows, points.rows[node.places]))) for node in nodes]
+    assert least_band(others, again, JERK)[0] < least
+
+
+def test_points_that_turn_back_everywhere_are_refused():
+    rows = np.column_stack([DEGREES, np.tile([0.0, 1.0, 2.0, 1.0], 90)])
+    with pytest.raises(Unmet, match=r"the lift turns back more than 60 times by two bands of 0\.1"):
+        fit(rows, CAM, band=0.1)
+
+
+@pytest.mark.parametrize(
+    ("rows", "more", "line"),
+    [
+        (measured()[90:300], {}, r"row 210: no points from 299 to 90 deg \(up to row 1\), and the lift is not at rest"),
+        (np.delete(measured(), np.s_[80:100], axis=0), {}, "row 80: no points from 79 to 100 deg"),
+        (measured(), {"band": 5.0}, "band = 5.0: all lifts are within 8 of each other: no motion"),
+        (measured(), {"band": 0.0}, "band = 0.0: must be at least 8e-05"),
+        (measured(), {"band": float("nan")}, "band = nan: must be at least"),
+        (measured(), {"band": float("inf")}, "band = inf: must be at least"),
+        (measured(), {"band": "0.01"}, "band = '0.01': must be at least"),
+        (measured(), {"turn": "360"}, "turn = '360': must be the angle of a whole turn"),
+        (measured(), {"scene": "exhaust-valve"}, "scene = 'exhaust-valve': must be a Scene, or a mapping"),
+        (measured(), {"lift_unit": "deg"}, "lift_unit = 'deg': must be mm or inch for a translating follower"),
+        (measured(), {"scene": ARM, "lift_unit": "mm"}, "lift_unit = 'mm': must be deg for an oscillating follower"),
+        (measured(), {"scene": {"cam": CAM["cam"]}}, "scene: follower: missing"),
+        (measured(), {"scene": {**CAM, "limits": {"speed": 1}}}, r"scene: limits\.speed"),
+    ],
+)  # fmt: skip
+def test_what_is_no_measured_cam_is_refused(rows, more, line):
+    with pytest.raises(BadInput, match=line):
+        fit(rows, **{"scene": CAM, **more})
+
+
+# ------------------------------------------------------------------------------------------------------ scenes
+
+
+def test_a_scene_keeps_all_but_its_motion():
+    scene = camopt.find_scene("exhaust-valve")
+    fitted = fit(measured(noise=0.005), scene)
+    assert fitted.scene.cam == scene.cam
+    assert fitted.scene.follower == scene.follower
+    assert fitted.scene.limits == scene.limits
+    assert not fitted.scene.search.law
+    assert Scene.from_dict(fitted.scene.to_dict()) == fitted.scene
+    assert camopt.certify(fitted.scene)
+
+
+def test_every_command_takes_the_scene():
+    scene = fit(measured(noise=0.005), {**CAM, "limits": {"curvature_radius": 1.0}}).scene
+    assert camopt.evaluate(scene)["law_rise"] == "measured-1"
+    smallest = camopt.optimise(scene).best
+    known = camopt.synthesise(scene.replace(**{"synthesis.pieces": 12})).design
+    assert known["base_radius_mm"] < smallest["base_radius_mm"]
+
+
+# ----------------------------------------------------------------------------------------------------- command
+
+
+@pytest.fixture
+def run(capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    rows = measured(noise=0.01)
+    rows[100, 1] += 0.3
+    (tmp_path / "cam.csv").write_text("\n".join(f"{a:g};{y:.4f}".replace(".", ",") for a, y in rows))
+
+    def call(*arguments):
+        code = main(["fit", *map(str, arguments)])
+        out, err = capsys.readouterr()
+        assert "Traceback" not in out + err
+        return code, out, err
+
+    return call
+
+
+def test_the_command_writes_a_scene_and_a_picture(run, tmp_path):
+    code, out, err = run("cam.csv", "--base-radius", 20, "--rpm", 1000, "--plot", "fit.png")
+    assert code == 0
+    assert "proved at every point" in out
+    assert "camopt: row 101 (lift" in err
+    assert "wrote fitted.toml" in err
+    assert (tmp_path / "fit.png").stat().st_size > 10_000
+    assert camopt.evaluate(camopt.find_scene("fitted.toml"))["acceleration_max_m_s2"] == pytest.approx(
+        502.6, rel=0.05
+    )
+
+
+def test_its_document(run):
+    code, out, err = run("cam.csv", "--base-radius", 20, "--band", 0.04, "--json", "--quiet", "--out", "b.toml")
+    found = json.loads(out)
+    assert (code, err) == (0, "")
+    assert found["band_mm"] == 0.04
+    assert found["band_held"] is True
+    assert found["deviation_max_mm"] <= 0.04
+    assert found["left_out"][0]["row"] == 101
+    assert found["after"]["acceleration_max_mm_per_rad2"] < found["before"]["acceleration_max_mm_per_rad2"] / 3
+
+
+def test_the_scene_itself_is_not_written_over(run, tmp_path):
+    run("cam.csv", "--base-radius", 20, "--out", "own.toml")
+    before = (tmp_path / "own.toml").read_text()
+    code, _, err = run("cam.csv", "--scene", "own.toml", "--out", "own.toml")
+    assert (code, err) == (2, "camopt: --out = 'own.toml': must be another file: this one is the scene itself\n")
+    assert (tmp_path / "own.toml").read_text() == before
+    assert run("cam.csv", "--scene", "own.toml")[0] == 0
+    assert camopt.find_scene("fitted.toml").laws == camopt.find_scene("own.toml").laws
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "line"),
+    [
+        (["cam.csv"], 2, "camopt: --base-radius: missing; or name a --scene"),
+        (["cam.csv", "--base-radius", 20, "--band", -1], 2, "camopt: --band = -1.0: must be at least"),
+        (["cam.csv", "--base-radius", 20, "--columns", "1,7"], 2, "cam.csv: columns = '7': must be a number from 1 to 2"),
+        (["cam.csv", "--base-radius", 20, "--angle-unit", "gon"], 2, "camopt: --angle-unit = 'gon': must be one of deg, rad"),
+        (["cam.csv", "--base-radius", 20, "--follower", "roller"], 2, "scene: follower.roller_radius: missing"),
+        (["cam.csv", "--scene", "exhaust-valve", "--follower", "flat"], 2, "camopt: --follower = 'flat': belongs to a fit without --scene"),
+        (["cam.csv", "--scene", "no-such"], 2, "camopt: --scene = 'no-such': must be a TOML file or a shipped scene"),
+        (["none.csv", "--base-radius", 20], 3, "camopt: none.csv: No such file or directory"),
+        ([".", "--base-radius", 20], 2, ".: file: must be a regular file"),
+        (["cam.csv", "--base-radius", 20, "--band", 1e-4, "--keep-outliers"], 1, "camopt: cam.csv: no motion"),
+        (["cam.csv", "--base-radius", 20, "--out", "cam.json"], 2, "camopt: --out = 'cam.json': must be a file that ends in"),
+    ],
+)  # fmt: skip
+def test_a_mistake_is_one_line(run, tmp_path, arguments, code, line):
+    found, out, err = run(*arguments)
+    assert (found, out) == (code, "")
+    assert err.startswith(line)
+    assert len(err.splitlines()) == 1
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["cam.csv"]

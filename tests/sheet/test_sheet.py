@@ -1,0 +1,442 @@
+"""The workshop drawing, read back from its PDF, against quantities and points; nothing on it hides anything."""
+
+import re
+from collections import Counter
+from functools import cache
+from itertools import pairwise
+from math import degrees, hypot, pi
+
+import numpy as np
+import pymupdf
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.optimize import brentq
+from shapely import LineString, MultiPoint
+from support.cams import CONTACTS, cam_with
+from support.depth import covering, is_deep
+from support.sheets import faults_of
+
+from camopt import Scene, cam_points, evaluate, export, find_scene, shipped_scenes
+from camopt.problem.problem import resolve_design
+from camopt.sheet.cam import Cam
+from camopt.sheet.marks import LARGE, MEDIUM, THICK, Stroke, Words, fitted_words, number, width_of
+from camopt.sheet.notes import texts_of
+from camopt.sheet.paper import A3, A4, scale_name, scales
+from camopt.sheet.ring import ring, spread, unrolled
+from camopt.sheet.section import section
+from camopt.sheet.sheet import sheet_of
+from camopt.sheet.title_block import fields, title_block
+
+PLATE = find_scene("valve-rod-radial")
+CYLINDER = find_scene("feeder-with-stop")
+PART = {"thickness": 12, "bore": 20, "keyway_width": 6, "keyway_depth": 2.8, "roughness": 1.6}
+LONG = "x" * 500
+SHORT = [("rise", 12), ("dwell", 6), ("return", 10), ("dwell", 332)]
+MANY = [("rise", 3), ("return", 3)] * 8 + [("dwell", 312)]
+
+
+def turning(segments, lift=2.0, law="cycloidal"):
+    moving = {"lift": lift, "law": law}
+    return [{"segment": s, "angle": a, **(moving if s != "dwell" else {})} for s, a in segments]
+
+
+SCENES = {
+    **{name: find_scene(name) for name in shipped_scenes()},
+    **{f"a {name}": Scene.from_dict(cam_with(name, part={**PART, "thickness": 60})) for name in CONTACTS},
+    "key aside": PLATE.replace(**{"part.keyway_angle": 33}),
+    "key below": PLATE.replace(**{"part.keyway_angle": -90}),
+    "key on the side": PLATE.replace(**{"part.keyway_angle": 180}),
+    "no hub": PLATE.replace(**{"part.hub_diameter": None, "part.hub_length": None}),
+    "hub as wide as the base circle": PLATE.replace(**{"part.hub_diameter": 50}),
+    "large hub": PLATE.replace(**{"cam.base_radius": 60, "part.hub_diameter": 120}),
+    "larger hub": PLATE.replace(**{"cam.base_radius": 110, "part.hub_diameter": 220}),
+    "key without a length": PLATE.replace(part={"keyway_width": 8, "keyway_depth": 3.3}),
+    "law of a long name": find_scene("flat-reciprocating").replace(
+        laws={"x" * 500: {"law": "poly345", "crossing": 0.4}},
+        motion=turning([("rise", 180), ("return", 180)], law="x" * 500),
+    ),
+    "no part": PLATE.replace(part=None),
+    "roughness alone": PLATE.replace(**{"part.profile_tolerance": None}),
+    "cylinder without part": CYLINDER.replace(part=None),
+    "cylinder of a length": CYLINDER.replace(part={"thickness": 90}),
+    "cylinder, key aside": CYLINDER.replace(**{"part.keyway_angle": 200}),
+    "short strokes": find_scene("roller-1000rpm").replace(motion=turning(SHORT)),
+    "many strokes": find_scene("roller-1000rpm").replace(motion=turning(MANY, 0.5)),
+    "large": PLATE.replace(**{"cam.base_radius": 2e4}),
+    "small": find_scene("flat-reciprocating").replace(
+        **{"cam.base_radius": 0.5}, motion=turning([("rise", 180), ("return", 180)], 0.01)
+    ),
+}
+
+
+def features(name):
+    """What the views of a sheet differ by: the mechanism, its strokes, and whatever an odd scene is made for."""
+    scene = SCENES[name]
+    own = () if name in shipped_scenes() else (name,)
+    return (scene.cam.form, scene.follower.motion, scene.follower.contact), bool(scene.part.bore), *own
+
+
+CHECKED = [name for name in covering(SCENES, features) if name != "many strokes" or is_deep()]
+
+
+@cache
+def sheet(name):
+    return sheet_of(resolve_design(SCENES[name]))
+
+
+def texts(name):
+    return [mark.text for mark in sheet(name).marks if isinstance(mark, Words)]
+
+
+@pytest.mark.parametrize("name", CHECKED)
+def test_nothing_is_on_top_of_anything_or_beyond_the_frame(name):
+    found = sheet(name)
+    assert faults_of(found) == []
+    assert found.paper in (A4, A3)
+
+
+@pytest.mark.parametrize("name", CHECKED)
+def test_a_scale_is_one_of_the_standard(name):
+    first, second = (int(each) for each in scale_name(sheet(name).scale).split(":"))
+    assert min(first, second) == 1
+    assert str(max(first, second)).rstrip("0") in ("1", "2", "5")
+    assert scale_name(sheet(name).scale) in texts(name)
+
+
+def ring_of(name):
+    """The names of the ring, each with its angle, in no order."""
+    kinds = "rise|dwell|return|move|constant velocity"
+    return [each for text in texts(name) for each in re.findall(rf"^({kinds}) ([\d.]+)°$", text)]
+
+
+STEADY = [name for name, scene in SCENES.items() if "constant-velocity" in {s.segment for s in scene.motion or ()}]
+
+
+@pytest.mark.parametrize("name", [*CHECKED, *(name for name in STEADY if name not in CHECKED)])
+def test_segments_are_those_of_the_scene(name):
+    """Each with its own angle; a stretch at constant velocity is called so, a move by the way that it goes."""
+    scene = SCENES[name]
+    if not scene.motion:
+        return
+    expected = sorted(number(segment.angle, 2) for segment in scene.motion)
+    assert sorted(angle for _, angle in ring_of(name)) == expected
+    found = Counter((kind, angle) for kind, angle in ring_of(name))
+    kinds = {"rise", "return", "dwell", "constant-velocity"}
+    told = Counter(
+        (s.segment.replace("-", " "), number(s.angle, 2)) for s in scene.motion if s.segment in kinds and s.angle
+    )
+    assert told - found == Counter()
+    steady = sum(s.segment == "constant-velocity" for s in scene.motion)
+    noted = " ".join(mark.text for mark in sheet(name).marks if isinstance(mark, Words) and mark.height == MEDIUM)
+    assert steady == sum(kind == "constant velocity" for kind, _ in ring_of(name))
+    assert not steady or "at constant velocity" in noted
+
+
+def test_a_move_goes_one_way_or_is_called_a_move():
+    names = ["rise 70°", "constant velocity 60°", "move 80°", "constant velocity 48°", "return 62°", "dwell 40°"]
+    assert [name for name, _, _ in Cam(resolve_design(SCENES["belt-matching"])).segments] == names
+    there_and_back = [{"segment": "move", "angle": 360, "to": 0, "through": [{"angle": 90, "position": 10}]}]
+    scene = find_scene("belt-matching").replace(motion=there_and_back)
+    assert [name for name, _, _ in Cam(resolve_design(scene)).segments] == ["move 360°"]
+
+
+@pytest.mark.parametrize("name", CHECKED)
+def test_a_tolerance_refers_to_the_bore_and_to_the_keyway_that_turns_the_cam(name):
+    """Each datum twice: in the frame of the tolerance, and where it is."""
+    scene = SCENES[name]
+    part, cut = (
+        scene.whole_part,
+        ("thickness", "groove_depth") if scene.cam.form == "cylindrical" else ("thickness",),
+    )
+    has = bool(part.profile_tolerance and part.bore) and all(getattr(part, key) for key in cut)
+    letters = Counter(mark.text for mark in sheet(name).marks if isinstance(mark, Words) and mark.height == LARGE)
+    assert letters["B"] == (2 if has and part.keyway_width else 0)
+    assert letters["A"] >= (2 if has else 0)  # a cutting plane is called A, too
+
+
+def test_a_cutter_is_not_told_where_no_flank_is_hollow():
+    """Between a base circle with a hollow of R175 and one without, the hollow becomes a straight flank."""
+    scene = find_scene("two-pauses")
+
+    def hollow(radius):
+        own = scene.replace(**{"cam.base_radius": radius, "outputs": ["cutter_radius_max_mm"]})
+        return evaluate(own)["cutter_radius_max_mm"]
+
+    radius = brentq(lambda radius: 1 / hollow(radius) - 1e-5 if np.isfinite(hollow(radius)) else -1e-5, 25.0, 100.0)
+    said = {
+        each: " ".join(texts_of(Cam(resolve_design(scene.replace(**{"cam.base_radius": each})))))
+        for each in (25.0, radius)
+    }
+    assert hollow(radius) > 1e4
+    assert "cutter or wheel in hollow flanks at most R175.43" in said[25.0]
+    assert "cutter or wheel" not in said[radius]
+
+
+def test_a_section_has_no_line_inside_its_metal():
+    """Where plate and hub meet they are one."""
+    part = PLATE.whole_part
+    outline = Cam(resolve_design(PLATE)).curve("profile")
+    plate, hub = part.thickness, part.hub_diameter / 2
+    for mark in section(outline, part, 1.0):
+        if isinstance(mark, Stroke) and mark.pen == THICK and np.all(mark.points.real == plate):
+            assert np.abs(mark.points.imag).min() >= hub
+
+
+@pytest.mark.parametrize("name", CHECKED)
+def test_what_the_follower_does_adds_up_to_a_turn(name):
+    angles = [float(angle) for _, angle in ring_of(name)]
+    assert sum(angles) == pytest.approx(360.0, abs=0.005 * len(angles) + 1e-9)
+
+
+def test_names_that_have_no_room_round_the_ring_are_left_out():
+    ends = np.linspace(0.0, 2 * pi, 121)
+    segments = [("rise 3°", float(a), float(b)) for a, b in pairwise(ends)]
+    assert not any(isinstance(mark, Words) for mark in ring(segments, 40.0))
+    assert sum(isinstance(mark, Words) for mark in ring(segments[:40], 40.0)) == 40
+
+
+def expected(scene):
+    """The dimensions that a drawing has to have, from the scene and from quantities."""
+    cam, part = scene.cam, scene.whole_part
+    if cam.form == "disc":
+        yield f"R{number(cam.base_radius)}"
+        largest = evaluate(scene.replace(outputs=["outer_radius_mm"]))["outer_radius_mm"]
+        yield from (f"R{number(largest)}" for _ in range(1) if largest > cam.base_radius)
+    else:
+        yield f"{number(2 * pi * cam.mean_radius)} (2π · R{number(cam.mean_radius)})"
+        yield number(2 * scene.follower.roller_radius)
+        yield from (f"Ø{number(2 * cam.mean_radius + depth)}" for depth in (part.groove_depth,) if depth)
+    shown = ("thickness", "hub_length", "keyway_width", "groove_depth")
+    yield from (number(value) for key in shown if (value := getattr(part, key)))
+    if part.bore:
+        yield f"Ø{number(part.bore)}"
+        over = [number(part.bore + depth) for depth in (part.keyway_depth,) if depth]
+        yield from over if cam.form == "cylindrical" or part.thickness else (f"Bore and keyway: {o}." for o in over)
+    yield from (f"Ø{number(part.hub_diameter)}" for _ in range(1) if part.hub_diameter)
+    yield from (number(2 * part.profile_tolerance, 4) for _ in range(1) if part.profile_tolerance)
+    yield from (f"Ra {part.roughness:g}" for _ in range(1) if part.roughness)
+
+
+@pytest.mark.parametrize("name", CHECKED)
+def test_dimensions_are_those_of_the_cam(name):
+    found = texts(name)
+    assert [each for each in expected(SCENES[name]) if each not in found] == []
+
+
+@pytest.mark.parametrize("name", CHECKED)
+def test_the_table_has_the_points_of_the_cam(name):
+    rows = [text for text in texts(name) if re.fullmatch(r"−?\d+\.\d{3}", text)]
+    angles = [float(text) for text in texts(name) if re.fullmatch(r"\d+", text)]
+    step = 5.0 if 355.0 in angles else 10.0
+    points = cam_points(SCENES[name], np.arange(0.0, 360.0, step))
+    shown = np.array([float(text.replace("−", "-")) for text in rows])
+    lift = points.get("displacement_mm", points.get("displacement_deg"))
+    width = shown.size // lift.size
+    assert shown.size == width * lift.size
+    scene = SCENES[name]
+    if scene.cam.form == "cylindrical":
+        columns = [lift, points["pitch_x_mm"], points["pitch_y_mm"]]
+    else:
+        curves = ["profile", "pitch"] if width == 5 else ["profile"]
+        columns = [lift]
+        for curve in curves:
+            x, y = points[f"{curve}_x_mm"], points[f"{curve}_y_mm"]
+            turn = np.degrees(np.arctan2(x, y)) * (1.0 if scene.cam.rotation == "ccw" else -1.0)
+            columns += [turn % 360.0, np.hypot(x, y)]
+    assert [len(columns), width] == [width, len(columns)]
+    found = sorted_columns(sheet(name), lift.size, width)
+    for k, column in enumerate(columns):
+        off = np.abs(found[:, k] - column)
+        assert np.minimum(off, np.abs(off - 360.0)).max() <= 0.5005e-3
+
+
+def sorted_columns(found, rows, width):
+    """The numbers of a table by rows and columns, from where they stand."""
+    marks = [m for m in found.marks if isinstance(m, Words) and re.fullmatch(r"−?\d+\.\d{3}", m.text)]
+    edges = sorted({round(m.at.real, 6) for m in marks})
+    blocks = len(edges) // width
+    values = {(round(m.at.real, 6), -m.at.imag): float(m.text.replace("−", "-")) for m in marks}
+    out = []
+    for b in range(blocks):
+        mine = [[v for (x, _), v in sorted(values.items(), key=lambda i: i[0][1]) if x == e]
+                for e in edges[b * width : (b + 1) * width]]  # fmt: skip
+        out.append(np.array(mine).T)
+    return np.concatenate(out).reshape(rows, width)
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory):
+    """The one page of a scene's PDF, and what export says of it."""
+    folder = tmp_path_factory.mktemp("sheets")
+
+    @cache
+    def opened(name):
+        file = folder / f"{len(list(folder.iterdir()))}.pdf"
+        told = export(SCENES[name], file)
+        document = pymupdf.open(file)
+        assert document.page_count == 1
+        return document[0], told
+
+    return opened
+
+
+MM = 25.4 / 72
+
+
+def lines_of(page):
+    """Each line of a page: its points in mm, y up, and its width in mm."""
+    for drawing in page.get_drawings():
+        ends, box = [item[1:3] for item in drawing["items"] if item[0] == "l"], drawing["rect"]
+        if drawing["items"][0][0] in ("re", "qu"):  # as which a rectangle is read back
+            points = [box.bl, box.br, box.tr, box.tl, box.bl]
+        else:
+            points = [first for first, _ in ends[:1]] + [last for _, last in ends]
+        if points and drawing["width"]:
+            yield np.array([complex(p.x, page.rect.height - p.y) for p in points]) * MM, drawing["width"] * MM
+
+
+def is_circle(points, radius):
+    return len(points) > 100 and np.ptp(np.append(np.abs(points - points[:-1].mean()), radius)) < 1e-3
+
+
+PRINTED = [
+    "valve-rod-radial",
+    "roller-1000rpm",
+    "flat-reciprocating",
+    "oscillating-roller",
+    "tangent-cam",
+    "key aside",
+]
+
+
+@pytest.mark.parametrize("name", [*PRINTED, "feeder-with-stop"])
+def test_a_pdf_is_a_sheet_of_its_size_with_its_texts(name, page):
+    found, told = page(name)
+    size = {"A4": (210, 297), "A3": (420, 297)}[told.about["paper"]]
+    assert (found.rect.width * MM, found.rect.height * MM) == pytest.approx(size, abs=0.01)
+    words = found.get_text().replace("\n", " ")
+    assert [text for text in texts(name) if text not in words] == []
+
+
+@pytest.mark.parametrize("name", PRINTED)
+def test_the_profile_in_a_pdf_is_that_of_the_cam_at_its_scale(name, page):
+    found, told = page(name)
+    scale = sheet(name).scale
+    base = SCENES[name].cam.base_radius
+    lines = list(lines_of(found))
+    (centre,) = (points[:-1].mean() for points, _ in lines if is_circle(points, base * scale))
+    thick = [points for points, width in lines if abs(width - THICK.width) < 1e-3]
+    drawn = (max(thick, key=len) - centre) / scale
+    true = cam_points(SCENES[name], step=0.05)
+    profile = true["profile_x_mm"] + 1j * true["profile_y_mm"]
+    for points, line in ((drawn, profile), (profile, drawn)):
+        path = LineString(np.column_stack([line.real, line.imag]))
+        off = max(path.distance(point) for point in MultiPoint(np.column_stack([points.real, points.imag])).geoms)
+        assert off <= told.curves["profile"].deviation_mm + 1e-3
+
+
+def test_the_groove_in_a_pdf_is_that_of_the_cam_at_its_scale(page):
+    found, told = page("feeder-with-stop")
+    scale, true = sheet("feeder-with-stop").scale, cam_points(CYLINDER, step=0.1)
+    around, middle = (
+        2 * pi * CYLINDER.cam.mean_radius,
+        1j * (np.ptp(true["pitch_y_mm"]) - CYLINDER.part.thickness) / 2,
+    )
+    lines = [points for points, width in lines_of(found) if abs(width - THICK.width) < 1e-3]
+    (corner,) = (p[0] for p in lines if len(p) == 5 and abs(np.ptp(p.real) - around * scale) < 1e-3)
+    drawn = [(p - corner) / scale + middle for p in lines if len(p) > 100]
+    for side in ("left", "right"):
+        flank = true[f"profile_{side}_x_mm"] + 1j * true[f"profile_{side}_y_mm"]
+        inside = MultiPoint([(z.real, z.imag) for z in flank if 0.0 < z.real < around])
+        off = [max(LineString(np.column_stack([p.real, p.imag])).distance(z) for z in inside.geoms) for p in drawn]
+        assert min(off) <= told.curves[f"profile_{side}"].deviation_mm + 1e-3
+
+
+def test_text_is_as_wide_as_it_is_taken_for(page):
+    found, _ = page("valve-rod-radial")
+    spans = [
+        (span["text"], span["bbox"])
+        for block in found.get_text("dict")["blocks"]
+        for line in block.get("lines", ())
+        if abs(line["dir"][0] - 1.0) < 1e-9
+        for span in line["spans"]
+    ]
+    marks = [mark for mark in sheet("valve-rod-radial").marks if isinstance(mark, Words)]
+    heights = {mark.text: mark.height for mark in marks if len(mark.text) > 6}
+    compared = [(width_of(text, heights[text]), (box[2] - box[0]) * MM) for text, box in spans if text in heights]
+    assert len(compared) > 20
+    for ours, theirs in compared:
+        assert ours == pytest.approx(theirs, rel=0.01)
+
+
+@given(st.lists(st.floats(0, 6.28), min_size=1, max_size=40), st.floats(1e-3, 0.1))
+def test_names_are_spread_as_far_as_needed_and_no_further(turns, apart):
+    wanted = np.sort(turns)
+    found = spread(wanted, apart)
+    assert np.all(np.diff(found) >= apart * (1 - 1e-9) - 1e-12)
+    assert found.mean() == pytest.approx(wanted.mean(), abs=1e-9)
+    if wanted.size > 1 and np.diff(wanted).min() >= apart:
+        assert found == pytest.approx(wanted, abs=1e-9)
+
+
+@given(st.lists(st.floats(-20, 20), min_size=1, max_size=30))
+def test_names_begin_past_the_widest_gap(turns):
+    names, found = unrolled([(turn, str(k)) for k, turn in enumerate(turns)])
+    assert np.all(np.diff(found) >= 0)
+    assert 2 * pi - (found[-1] - found[0]) >= np.diff(found).max(initial=0.0) - 1e-9
+    for name, turn in zip(names, found, strict=True):
+        assert abs(np.angle(np.exp(1j * (turn - turns[int(name)])))) < 1e-9
+
+
+@given(st.text(max_size=300), st.floats(5, 200), st.integers(1, 3))
+def test_a_text_fits_where_it_is_put(text, width, lines):
+    found, height = fitted_words(text, width, lines, (3.5, 2.5, 1.8))
+    assert 1 <= len(found) <= lines
+    assert all(width_of(each, height) <= width or len(each) == 1 for each in found)
+    if not found[-1].endswith("…"):
+        assert "".join("".join(found).split()) == "".join(text.split())
+
+
+@given(
+    st.fixed_dictionaries(
+        {key: st.text(max_size=120) for key in ("name", "number", "material", "hardness", "designer")}
+    )
+)
+def test_a_title_block_holds_any_text(given_texts):
+    part = PLATE.part.model_copy(update=given_texts)
+    marks = title_block(part, "1:1", "A3")
+    places = fields(part, "1:1", "A3")
+    for mark in (mark for mark in marks if isinstance(mark, Words) and width_of(mark.text, mark.height)):
+        low, high = mark.corners[0], mark.corners[2]
+        assert any(
+            f.x <= low.real
+            and high.real <= f.x + f.width + 0.01
+            and f.y <= low.imag + 0.6
+            and high.imag <= f.y + f.height
+            for f in places
+        )
+
+
+@given(st.floats(1e-3, 1e5))
+def test_small_cams_are_enlarged_and_no_others(size):
+    first = next(scales(size))
+    assert first >= 1.0
+    assert (first == 1.0) == (size >= 40.0)
+    assert size * first >= 40.0 - 1e-9
+    assert first == 1.0 or size * first < 40.0 * 2.5 * (1 + 1e-9)
+
+
+@pytest.mark.parametrize(
+    ("value", "text"), [(25.0, "25"), (1.23456, "1.235"), (-2.5, "−2.5"), (-1e-9, "0"), (20000.0, "20000")]
+)
+def test_numbers_have_no_more_decimals_than_they_need(value, text):
+    assert number(value) == text
+
+
+def test_the_frame_is_that_of_the_standard():
+    """ISO 5457: 20 mm where sheets are bound, 10 mm elsewhere; a title block of 180 mm fills the frame of A4."""
+    assert A4.frame.size == complex(180, 277)
+    assert A3.frame.size == complex(390, 277)
+    assert hypot(A4.width, A4.height) == pytest.approx(210 * 3**0.5, rel=1e-3)
+    assert degrees(np.angle(complex(A3.width, A3.height))) == pytest.approx(35.26, abs=0.05)

@@ -1,0 +1,293 @@
+"""What measures is right itself: rivals, prices, fronts."""
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from camopt.mechanisms import MECHANISMS
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
+import callgrind
+import history_picture
+import measuring
+import prices
+import record
+import rival_c
+import rival_numba
+import sides
+import tasks
+import track
+from rival_motion import ALL_LAWS, motion_table
+from throughput import jobs
+
+from camopt.motion import LAWS
+
+
+def test_the_price_list_has_a_line_for_every_mechanism(monkeypatch):
+    for name, value in {"DESIGNS": 32, "PROVED": 1, "RUNS": 1}.items():
+        monkeypatch.setattr(prices, name, value)
+    heads, _, *rows = prices.lines()
+    assert "proved in balls" in heads
+    assert len(rows) == len(prices.SCENES) >= len(MECHANISMS)
+    for row in rows:
+        numbers = [float(cell) for cell in row.strip("| ").split("|")[1:]]
+        assert all(number > 0.0 for number in numbers)
+
+
+@pytest.mark.parametrize("name", prices.SCENES)
+def test_every_price_is_of_a_cam_that_can_be_assembled(name):
+    cam, follower = prices.SCENES[name]
+    problem = prices.resolve(prices.Scene.from_dict({"cam": cam, "follower": follower, "motion": prices.MOTION}))
+    assert len(prices.random_designs(problem)) > prices.DESIGNS // 2
+
+
+def test_the_rival_of_the_fronts_sees_the_cams_of_the_sweep(tmp_path):
+    pytest.importorskip("pymoo")
+    import fronts
+
+    scene = fronts.find_scene("roller-1000rpm").replace(
+        **{"search.base_radius": {"start": 20, "stop": 140, "step": 40}}
+    )
+    fronts.sweep(scene, tmp_path, keep="all")
+    table = fronts.load(tmp_path / "designs.parquet").sample(500, random_state=0)
+    rollers = list(scene.search.roller_radius)
+    numbers = np.column_stack(
+        [
+            table.law_rise.map(list(scene.search.law).index),
+            table.roller_radius_mm.map(rollers.index),
+            table.offset_mm,
+            table.base_radius_mm,
+        ]
+    ).astype(float)
+    numbers[:, :2] += 0.5
+    out = {}
+    fronts.Cams(scene)._evaluate(numbers, out)
+    assert out["F"] == pytest.approx(table[list(scene.search.minimise)].to_numpy(), rel=1e-8)
+    assert np.all(out["G"] <= 0.0, axis=1).tolist() == table.feasible.tolist()
+    assert 50 < table.feasible.sum() < 450
+
+
+def test_the_excess_of_a_front_over_itself_is_nothing():
+    pytest.importorskip("pymoo")
+    import fronts
+
+    angle = np.linspace(10.0, 30.0, 400)
+    exact = np.column_stack([600.0 / angle, np.full(400, 5.0), angle])
+    shifted = exact[100:-100:7] + np.array([0.25, 0.0, 0.003])
+    expected = 0.25 + 600.0 / exact[100:-100:7, 2] - 600.0 / shifted[:, 2]
+    assert fronts.excess(shifted, exact) == pytest.approx(expected, abs=1e-6)
+
+
+@pytest.mark.parametrize("law", ALL_LAWS)
+def test_the_motion_of_the_rivals_is_that_of_the_laws(law):
+    x = np.linspace(0.0, 1.0, 1000)  # no node is at a jump of an acceleration
+    own = (LAWS[law].displacement(x), LAWS[law].velocity(x), LAWS[law].acceleration(x))
+    assert np.array(ALL_LAWS[law](x)) == pytest.approx(np.array(own), abs=1e-11)
+
+
+@pytest.mark.parametrize("mechanism", rival_c.MECHANISMS)
+def test_the_rivals_in_c_and_in_numba_agree(mechanism, monkeypatch):
+    job = jobs(12)[mechanism]
+    in_c = {number: rival_c.rival(number) for number in rival_c.NUMBERS}
+    monkeypatch.setenv("CC", "no-such-compiler")
+    in_numba = rival_c.rival.__wrapped__("float")
+    assert in_numba.name == rival_numba.NAME
+    (expected,), (double,), (single,) = (
+        job.sampled(each, threads)() for each, threads in ((in_numba, 1), (in_c["double"], 2), (in_c["float"], 3))
+    )
+    scale = np.maximum(np.abs(expected).max(axis=0), 1e-30)
+    assert double / scale == pytest.approx(expected / scale, abs=1e-13)
+    assert single / scale == pytest.approx(expected / scale, abs=1e-4)
+
+
+def test_a_motion_table_has_both_ends_of_every_segment():
+    y, y1, y2, cosine, sine = motion_table("parabolic", [(120, 0.5), (60, 0.0), (90, -0.5), (90, 0.0)], 360)
+    assert y.size == 360
+    assert y[[0, 119, 120, 179, 180, 269, 270]] == pytest.approx([0.0, 0.5, 0.5, 0.5, 0.5, 0.0, 0.0])
+    assert y2[[0, 119, 120]] == pytest.approx(np.array([4.0, -4.0, 0.0]) * 0.5 / np.radians(120) ** 2)
+    assert y1[[119, 180]] == pytest.approx(0.0)
+    assert cosine**2 + sine**2 == pytest.approx(1.0)
+
+
+TIMES = {"cpu_seconds": 0.2, "rival_cpu_seconds": 0.1, "seconds": 0.2, "rival_seconds": 0.1}
+
+
+def measures(**changed):
+    """Of two tasks, the first with other numbers."""
+    counts = {"instructions": 2e6, "kernel_instructions": 1e6}
+    return {"sweep": {**TIMES, **counts, "designs": 100, **changed}, "smallest": {**TIMES, "designs": 1}}
+
+
+@pytest.mark.parametrize(
+    ("changed", "failed"),
+    [
+        ({}, []),
+        ({"cpu_seconds": 0.2 * 1.09}, []),
+        ({"cpu_seconds": 0.2 * 1.11}, ["ratio"]),
+        ({"cpu_seconds": 0.2 / 2}, []),
+        ({"seconds": 2.0}, []),
+        ({"rival_cpu_seconds": 0.1 / 1.11}, ["ratio"]),
+        ({"instructions": 2e6 * 1.031}, ["all instructions"]),
+        ({"kernel_instructions": 1e6 * 1.029}, []),
+        ({"kernel_instructions": 1e6 * 1.031, "instructions": 2.031e6}, ["those of kernels"]),
+    ],
+)
+def test_what_costs_more_than_is_allowed_fails(changed, failed):
+    found = record.changes(measures(), measures(**changed), slower=0.10, more=0.03)
+    assert [each.what for each in found if each.failed] == failed
+    assert [each.task for each in found] == ["sweep"] * 3 + ["smallest"]
+    text = record.table(found)
+    assert text.count("**fails**") == len(failed)
+    assert len(text.splitlines()) == 2 + len(found)
+
+
+@pytest.mark.parametrize(("factor", "doubtful"), [(1.11, True), (1.09, False), (1 / 1.09, False), (1 / 1.11, True)])
+def test_what_differs_either_way_is_in_doubt(factor, doubtful):
+    found = record.changes(measures(), measures(cpu_seconds=0.2 * factor), 0.1, 0.03)
+    assert found[0].doubtful is doubtful
+
+
+def test_what_only_one_side_has_is_not_compared():
+    before = measures()
+    after = {"sweep": {**TIMES, "designs": 100}, "new": {**TIMES, "designs": 1}}
+    assert [each[:2] for each in record.changes(before, after, 0.1, 0.03)] == [("sweep", "ratio")]
+
+
+def test_of_several_rounds_each_number_is_the_least():
+    rounds = [
+        measures(cpu_seconds=0.3, rival_cpu_seconds=0.05),
+        measures(cpu_seconds=0.25),
+        {"new": {"seconds": 1.0}},
+    ]
+    found = record.least(rounds)
+    assert found["sweep"]["cpu_seconds"] == 0.25
+    assert found["sweep"]["rival_cpu_seconds"] == 0.05
+    assert found["new"] == {"seconds": 1.0}
+
+
+def test_one_lucky_round_of_the_base_is_no_slower_head():
+    steady, lucky = measures(), measures(cpu_seconds=0.1)
+    assert track.failing(track.seen([[steady, lucky, steady], [steady] * 3])) == []
+    assert track.failing(track.seen([[lucky] * 3, [steady] * 3])) == ["sweep"]
+    assert track.failing(track.seen([[steady] * 3, [steady] * 3], [measures(), measures(instructions=9e6)])) == [
+        "sweep"
+    ]
+
+
+def test_of_several_rounds_the_middle_is_the_median():
+    found = record.middle(
+        [measures(cpu_seconds=0.9), measures(), measures(cpu_seconds=0.1), {"new": {"seconds": 1.0}}]
+    )
+    assert found["sweep"]["cpu_seconds"] == 0.2
+    assert found["new"] == {"seconds": 1.0}
+
+
+def test_the_rival_of_two_sides_is_the_same():
+    before, after = record.with_one_rival(measures(rival_cpu_seconds=0.08), measures(cpu_seconds=0.3))
+    assert before["sweep"]["rival_cpu_seconds"] == after["sweep"]["rival_cpu_seconds"] == 0.08
+    assert (before["sweep"]["cpu_seconds"], after["sweep"]["cpu_seconds"]) == (0.2, 0.3)
+
+
+def test_what_seems_slower_is_measured_again_until_it_is_not():
+    asked, times = [], {"steady": [1.0] * 99, "noisy": [1.3, 1.2, 1.15, 1.05], "slower": [1.2] * 99}
+    best = dict.fromkeys(times, 9.9)
+
+    def measure(turn, names):
+        asked.append(names)
+        best.update({name: min(best[name], times[name][turn]) for name in names})
+
+    track.repeated(list(times), 2, measure, lambda: [name for name in best if best[name] > 1.1])
+    assert asked == [list(times)] * 2 + [["noisy", "slower"]] * 2 + [["slower"]] * (track.MOST_ROUNDS - 4)
+
+
+def test_records_are_files_in_the_order_of_their_commits(tmp_path):
+    dates = ("2026-11-22T18:34:58+00:00", "2026-11-21T23:00:00+00:00")
+    made = [{"commit": f"{k}" * 40, "date": date, "tasks": measures()} for k, date in enumerate(dates)]
+    files = [record.written(each, tmp_path / "history") for each in made]
+    assert [file.name for file in files] == ["20261122183458-000000000.json", "20261121230000-111111111.json"]
+    assert record.records(tmp_path / "history") == made[::-1]
+
+
+def test_the_history_is_drawn_whatever_was_measured(tmp_path):
+    tasks = [measures(), {"smallest": {**TIMES, "designs": 1}}, measures(cpu_seconds=0.1)]
+    made = [{"commit": f"{k}" * 40, "date": "2026-11-22", "tasks": each} for k, each in enumerate(tasks)]
+    assert history_picture.drawn(made, tmp_path / "history.png").stat().st_size > 10_000
+
+
+def test_instructions_are_told_by_task_and_kernels_by_having_no_file(tmp_path):
+    lines = [
+        "desc: Trigger: Client Request: disc translating",
+        "summary: 60",
+        "ob=(1) /lib/libpython3.so",
+        "fn=(1) evaluate",
+        "12 10",
+        "cob=(2) ???",
+        "cfn=(2) 0x0000",
+        "calls=1 0",
+        "+3 30",
+        "* 20",
+        "ob=(2)",
+        "-2 25",
+        "ob=(1)",
+        "7 5",
+    ]
+    (tmp_path / "out.1").write_text("\n".join(lines))
+    assert callgrind.counts(tmp_path / "out") == {
+        "disc translating": {"instructions": 60.0, "kernel_instructions": 25.0}
+    }
+
+
+def test_a_package_in_the_place_of_another_is_refused(tmp_path):
+    (tmp_path / "camopt").mkdir()
+    with pytest.raises(RuntimeError, match="was measured in place of"):
+        sides.Side("none", tmp_path / "elsewhere").warm([])
+
+
+def test_without_a_record_there_is_nothing_to_check(monkeypatch):
+    monkeypatch.setattr(track, "records", list)
+    with pytest.raises(SystemExit, match="there is no record"):
+        track.checked(["disc translating"])
+
+
+@pytest.mark.parametrize(("slower", "code"), [(1.0, 0), (2.9, 0), (3.1, 1)])
+def test_the_working_tree_is_held_against_the_newest_record(slower, code, monkeypatch, capsys):
+    monkeypatch.setattr(track, "records", lambda: [{"commit": "a" * 40, "rival": "C", "tasks": measures()}])
+    monkeypatch.setattr(sides.Side, "timed", lambda self, names: measures(cpu_seconds=0.2 * slower))
+    assert track.verdict(track.checked(["sweep", "smallest"])) == code
+    assert ("costs too much: sweep" in capsys.readouterr().out) == bool(code)
+
+
+def test_a_slower_commit_fails_when_it_is_measured_in_turns_with_its_base(monkeypatch):
+    def side_of(commit, stack, kernels):
+        return sides.Side(commit, Path(), Path())
+
+    def timed(side, names):
+        rounds.append(side.name)
+        return {name: measures(cpu_seconds=0.2 * slower[side.name])["sweep"] for name in names}
+
+    slower, rounds = {"base": 1.0, "head": 1.2}, []
+    monkeypatch.setattr(track, "side_of", side_of)
+    monkeypatch.setattr(sides.Side, "warm", lambda *arguments: None)
+    monkeypatch.setattr(sides.Side, "timed", timed)
+    assert track.failing(track.compared("base", "head", ["sweep"], [], None)) == ["sweep"]
+    assert rounds[:4] == ["base", "head", "head", "base"]
+    assert len(rounds) == 2 * track.MOST_ROUNDS
+    assert track.failing(track.compared("base", "base", ["sweep"], [], None)) == []
+    assert len(rounds) == 2 * (track.MOST_ROUNDS + track.ROUNDS)
+
+
+def test_every_task_of_the_record_is_measured(monkeypatch, capsys):
+    monkeypatch.setattr(measuring, "TASKS", {"one": lambda: measuring.Task(dict, list, designs=3, runs=2)})
+    measuring.main("time", "one")
+    told = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert set(told["tasks"]["one"]) == {*record.TIMES, "designs"}
+    assert Path(told["package"]).name == "camopt"
+
+
+def test_quick_tasks_are_the_first_of_all():
+    assert list(tasks.TASKS)[: len(tasks.QUICK)] == list(tasks.QUICK)
+    assert {*tasks.COUNTED} < {*tasks.QUICK}
+    assert {*tasks.COLD} < {*tasks.TASKS}

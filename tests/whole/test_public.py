@@ -1,0 +1,109 @@
+"""The public names: each is there, is listed once, and whatever can be raised is among them."""
+
+import ast
+import inspect
+import re
+import tomllib
+from pathlib import Path
+from typing import get_args
+
+import pytest
+from test_house import trees
+
+import camopt
+from camopt import mistakes
+from camopt.quantities import QUANTITIES, Flag, Word
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.mark.parametrize("name", camopt.__all__)
+def test_a_public_name_is_there_and_documented(name):
+    value = getattr(camopt, name)
+    assert inspect.getdoc(value)
+    assert name in dir(camopt)
+
+
+def test_every_exception_is_public():
+    raised = {
+        name
+        for name, value in vars(mistakes).items()
+        if inspect.isclass(value) and issubclass(value, Exception) and value.__module__ == mistakes.__name__
+    }
+    assert raised <= set(camopt.__all__)
+
+
+def test_type_checkers_know_which_quantities_are_no_numbers():
+    kinds = {kind: {name for name, quantity in QUANTITIES.items() if quantity.kind is kind} for kind in (bool, str)}
+    assert (set(get_args(Flag)), set(get_args(Word))) == (kinds[bool], kinds[str])
+
+
+def test_the_types_of_a_users_program_are_checked():
+    """With those of the package, by the same run of mypy: what it must find is marked in the program."""
+    config = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["mypy"]
+    assert "tests/support/user.py" in config["files"]
+    assert config["strict"]
+    program = (ROOT / "tests" / "support" / "user.py").read_text(encoding="utf-8")
+    assert program.count("assert_type(") > 10
+    assert program.count("# type: ignore[") == 3
+
+
+def test_every_picture_of_a_command_has_a_public_function():
+    drawn = {
+        alias.name
+        for name, tree in trees().items()
+        if name.startswith(("cli.", "studies."))
+        for node in ast.walk(tree)
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("camopt.drawing.")
+        for alias in node.names
+    }
+    assert {"plot", "animate", "plot_frontier", "plot_accuracy"} <= drawn <= set(camopt.__all__)
+
+
+SAID_BY_COMMANDS = {"problem.unused"}
+"""Modules outside of cli that make sentences for commands alone."""
+
+
+def test_no_message_of_the_library_names_an_option_or_an_argument_of_a_command():
+    found = {
+        (name, node.value)
+        for name, tree in trees().items()
+        if not name.startswith("cli.") and name not in SAID_BY_COMMANDS
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Constant) and isinstance(node.value, str)
+        if re.search(r"(^|[\s'\"(])--[a-z]", node.value) or node.value in ("SCENE", "FILE", "TABLE")
+    }
+    assert found == set()
+
+
+SCENE = camopt.find_scene("two-pauses")
+MISTAKEN = {
+    "find_scene": lambda: camopt.find_scene("two-pause"),
+    "find_scene of a number": lambda: camopt.find_scene(3),
+    "evaluate": lambda: camopt.evaluate(SCENE.replace(**{"cam.base_radius": None})),
+    "optimise": lambda: camopt.optimise(SCENE, seconds=-1),
+    "sweep": lambda: camopt.sweep(SCENE, keep="some"),
+    "frontier": lambda: camopt.frontier(SCENE, axes=["size", "weight"]),
+    "fit": lambda: camopt.fit([[0.0, 1.0]], SCENE),
+    "export": lambda: camopt.export(SCENE, "cam.dxf", chord=-1.0),
+    "export to another kind": lambda: camopt.export(SCENE, "cam.doc"),
+    "plot": lambda: camopt.plot(SCENE, "cam.bmp"),
+    "animate": lambda: camopt.animate(SCENE, "cam.bmp"),
+    "cam_points": lambda: camopt.cam_points(SCENE, step=-1.0),
+    "response_spectrum": lambda: camopt.response_spectrum("cycloydal", [1.0]),
+    "certify": lambda: camopt.certify(SCENE.replace(**{"cam.base_radius": None})),
+    "load": lambda: camopt.load(str(Path(__file__))),
+    "evaluate_designs": lambda: camopt.evaluate_designs(SCENE, {"base_radius": [50.0]}),
+    "replace": lambda: SCENE.replace(**{"cam.base_radus": 1.0}),
+}
+
+
+@pytest.mark.parametrize("name", MISTAKEN)
+def test_a_mistake_of_a_program_is_told_in_its_own_words(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises((camopt.BadInput, KeyError)) as told:
+        MISTAKEN[name]()
+    message = str(told.value)
+    assert message
+    assert not re.search(r"--[a-z]|\bSCENE\b|\bFILE\b|\boption\b|Traceback|pydantic", message)
+    assert not list(tmp_path.iterdir())
