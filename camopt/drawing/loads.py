@@ -24,7 +24,7 @@ def load_panels(picture: Picture, *, every: bool = False) -> list[Panel]:
 def _thrust(picture: Picture, every: bool) -> list[Panel]:
     """Side thrust, or normal force where there is none; the others where they are limited."""
     setup = picture.problem.setup
-    found, levers = [], thrust.levers(setup)
+    found: list[Panel] = []
     main = "side_thrust_max_N" if setup.mechanism.curvature else "normal_force_max_N"
     for title, name in (
         ("Normal force", "normal_force_max_N"),
@@ -35,12 +35,9 @@ def _thrust(picture: Picture, every: bool) -> list[Panel]:
         limits = limit(picture, name, TURN)
         if not known(picture, name) or not (every or name == main or limits):
             continue
-        arm, reach, factor = levers.get(name, (0.0, 0.0, 1.0))
-        make = (
-            partial(normal_curve, setup)
-            if name == "normal_force_max_N"
-            else partial(thrust.thrust_curve, setup, arm=arm, reach=reach)
-        )
+        normal = name == "normal_force_max_N"
+        *_, factor = (1.0,) if normal else thrust.LEVERS[name](setup.dynamics)
+        make = partial(normal_curve, setup) if normal else partial(thrust.thrust_curve, setup, of=name)
         variants: list[Variant] = [(partial(make, way=way), kinds) for way, kinds in ways(setup)]
         values = [factor * value for value in by_way(picture, variants)]
         panel = Panel(title, QUANTITIES[name].unit, values, [peak_of(picture, values, name)], quantity=name)
@@ -54,7 +51,7 @@ def _stress(picture: Picture) -> list[Panel]:
         return []
     setup = picture.problem.setup
     loads = by_way(picture, [variant for *_, variant in hertz.variants(setup)], pressed)
-    values = [hertz.stress_of(setup, load) for load in loads]
+    values = [hertz.stress_of(setup, load, picture.problem.design) for load in loads]
     panel = Panel("Contact stress", "MPa", values, [peak_of(picture, values, hertz.STRESS)], quantity=hertz.STRESS)
     panel.limits = limit(picture, hertz.STRESS)
     return [panel]

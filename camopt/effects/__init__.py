@@ -24,10 +24,23 @@ from camopt.effects import (
     vibration,
     wall,
 )
-from camopt.effects.case import Bodies, Case, Dynamics, Effect, Setup, Solid
+from camopt.effects.case import Case, Effect, Setup, Solid
+from camopt.effects.given import Bodies, Dynamics, Given
 from camopt.quantities import QUANTITIES
 
-__all__ = ["EFFECTS", "Bodies", "Case", "Dynamics", "Effect", "Setup", "Solid", "called", "lacking", "offered"]
+__all__ = [
+    "EFFECTS",
+    "Bodies",
+    "Case",
+    "Dynamics",
+    "Effect",
+    "Given",
+    "Setup",
+    "Solid",
+    "called",
+    "lacking",
+    "offered",
+]
 
 EFFECTS: dict[str, Effect] = {
     effect.name: effect

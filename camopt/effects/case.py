@@ -1,56 +1,18 @@
 """What an effect is, and the case it works on."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from math import pi
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.effects.peak import Peak
+from camopt.effects.given import Bodies, Dynamics, Given
+from camopt.effects.peak import Peak, PerDesign, Scale
 from camopt.mechanisms.design import Designs, Mechanism
 from camopt.motion.programme import Programme
 from camopt.numerics.extremes import Extremes, Precision, extremes
-
-
-@dataclass(frozen=True)
-class Dynamics:
-    """What moves with the follower: mm, s, N, t; oscillating: t·mm², N·mm/rad, N·mm, N·mm·s/rad.
-
-    None where a scene does not say; what presses the follower on the cam is 0 then.
-    """
-
-    mass: float | None = None
-    damping: float = 0.0
-    stiffness: float = 0.0
-    preload: float = 0.0
-    load: float = 0.0
-    """Constant external force on the follower, its weight included, positive towards the cam."""
-    friction: float = 0.0
-    guide_length: float | None = None
-    overhang: float | None = None
-    stem_diameter: float | None = None
-    natural_frequency: float | None = None
-    damping_ratio: float = 0.0
-    fluctuation: float | None = None
-    lash: float | None = None
-    """The clearance that the follower takes up before what it drives moves, mm (rad)."""
-    lash_variation: float = 0.0
-
-
-@dataclass(frozen=True)
-class Bodies:
-    """The bodies in contact and their lubricant: MPa, mm, N, s. None where a scene does not say."""
-
-    modulus: float | None = None
-    """E*, 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂."""
-    face_width: float | None = None
-    wear_rate: float | None = None
-    """Volume worn off the cam by load and sliding distance, mm²/N."""
-    viscosity: float | None = None
-    pressure_viscosity: float | None = None
-    roughness: float | None = None
-    """Root mean square of both surfaces."""
 
 
 @dataclass(frozen=True)
@@ -79,21 +41,54 @@ class Setup:
     """Whether the follower oscillates, so that its displacement is an angle."""
     pointed: bool
     """Whether the follower is a knife edge."""
-    rpm: float | None
-    shaft_radius: float | None
     tolerance: float = 1e-9
-    dynamics: Dynamics = Dynamics()
-    bodies: Bodies = Bodies()
+    given: Given = field(default_factory=Given)
+    """Speed, loads and materials, as the scene gives them."""
     solid: Solid = Solid()
     spherical: bool = False
     """Whether the follower touches the cam in a point."""
-    numbers: tuple[tuple[str, float], ...] = ()
-    """The numbers of the scene that a search varies, by quantity, in the units of the scene."""
+    varied: Mapping[str, str] = field(default_factory=dict)
+    """The quantities that numbers of the scene are which a search varies, by key."""
+    free: frozenset[str] = frozenset()
+    """The keys of those numbers that designs bring; ``given`` has the largest of each then."""
+
+    def with_numbers(self, numbers: Mapping[str, Any]) -> "Setup":
+        """The setup of one choice of numbers, by key of the scene."""
+        return replace(self, given=self.given.with_numbers(numbers), free=self.free - numbers.keys())
+
+    def alone(self, design: Designs) -> "tuple[Setup, Designs]":
+        """The setup of one design, and the design, which brings no numbers then."""
+        numbers = {key: float(value[0]) for key, value in design.numbers.items()}
+        return (self.with_numbers(numbers), replace(design, numbers={})) if numbers else (self, design)
+
+    def at(self, designs: Designs) -> "Setup":
+        """The setup with the numbers that some designs bring: arrays, or ranges."""
+        return replace(self, given=self.given.with_numbers(designs.numbers)) if designs.numbers else self
+
+    @cached_property
+    def dynamics(self) -> Dynamics:
+        """What moves with the follower."""
+        return self.given.dynamics
+
+    @cached_property
+    def bodies(self) -> Bodies:
+        """The bodies in contact."""
+        return self.given.bodies
 
     @property
-    def omega(self) -> float | None:
+    def rpm(self) -> Any:
+        """The speed, rev/min; None if the scene gives none."""
+        return self.given.rpm
+
+    @property
+    def omega(self) -> Any:
         """The speed, rad/s."""
         return None if self.rpm is None else self.rpm * 2 * pi / 60
+
+    @property
+    def shaft_radius(self) -> Any:
+        """None if the scene gives no shaft."""
+        return self.given.shaft_radius
 
 
 class Bounded(NamedTuple):
@@ -112,11 +107,30 @@ class Case:
     """A block of designs that share a programme, and what earlier effects found of them."""
 
     setup: Setup
+    """What they share."""
     programme: Programme
     designs: Designs
     found: Mapping[str, Any] = field(default_factory=dict)
     outward: Mapping[str, Any] = field(default_factory=dict)
     """How far the true value of each may lie from what was found, with its sign."""
+
+    @cached_property
+    def each(self) -> Setup:
+        """The setup with the numbers that each design brings."""
+        return self.setup.at(self.designs)
+
+    def by_setting(self, find: Callable[[Setup], Any]) -> Any:
+        """What a setting decides, whatever the sizes are, of each design: found once for those that share one.
+
+        A number, or a NamedTuple of numbers; arrays (designs,) where designs bring numbers.
+        """
+        numbers = self.designs.numbers
+        if not numbers:
+            return find(self.setup)
+        settings, which = np.unique(np.column_stack([*numbers.values()]), axis=0, return_inverse=True)
+        found = [find(self.setup.with_numbers(dict(zip(numbers, row, strict=True)))) for row in settings.tolist()]
+        columns = np.array(found).T[..., which.reshape(-1)]
+        return type(found[0])(*columns) if isinstance(found[0], tuple) else columns
 
     def far(self, name: str) -> Any:
         """The far side of the enclosure of a quantity that an earlier effect found."""
@@ -136,6 +150,11 @@ class Case:
         precision = Precision(self.setup.tolerance, self.setup.tolerance if located else np.inf)
         made = curve(self.designs, self.programme)
         return extremes(made, len(self.designs), self.programme.table, questions, precision)
+
+
+def of_setting(setup: Setup, scale: Scale, unit: Scale, factor: Callable[[Setup], Any]) -> Scale:
+    """A scale; where designs bring numbers that decide it, another one of the extreme times a factor of theirs."""
+    return PerDesign(unit, lambda designs: factor(setup.at(designs))) if setup.free else scale
 
 
 def nothing(case: Case, wanted: frozenset[str]) -> dict[str, Any]:

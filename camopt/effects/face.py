@@ -26,7 +26,8 @@ def reads(setup: Setup) -> tuple[str, ...]:
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
-    width = case.setup.bodies.face_width or 0.0
+    width = case.each.bodies.face_width
+    width = 0.0 if width is None else width
     found, far = (
         2.0 * np.hypot(np.maximum(*map(np.abs, ends)), width / 2.0)
         for ends in ([case.found[name] for name in ENDS], [case.far(name) for name in ENDS])

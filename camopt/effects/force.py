@@ -12,18 +12,39 @@ Source: Norton, Cam Design and Manufacturing Handbook, ch. 8 and 9.
 """
 
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from itertools import product
 from math import inf, pi
-from typing import Any
+from typing import Any, NamedTuple
 
-from camopt.effects.case import Case, Dynamics, Effect, Setup
+import numpy as np
+
+from camopt.effects.case import Bounded, Case, Effect, Setup
+from camopt.effects.given import Dynamics
+from camopt.mechanisms.design import Designs
 from camopt.motion.programme import Programme, span
 from camopt.motion.table import TURN
+from camopt.numerics import LARGEST, LEAST, FloatArray
+from camopt.numerics.curves import Linear, curve, formula
 
 HALVINGS = 60
+CONTACT = ("contact_force_min_N", "contact_force_max_N")
 STIFFEST = 1e12  # times the force over the lift: a spring that no stiffer one betters
 ROUNDED = 1e-14  # of the largest force: less below 0 is rounding
+
+
+class ChangingForce(NamedTuple):
+    """F where the external load changes over the turn: ``steady``, that of all else, and share·load."""
+
+    steady: Linear
+    share: FloatArray
+
+
+@formula(ChangingForce, loaded=True)
+def changing_force(f, i, y, y1, y2, y3):
+    force, force1 = curve(f.steady, i, y, y1, y2, y3)
+    _, load, load1 = y3
+    return force + f.share[i] * load, force1 + f.share[i] * load1
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
@@ -31,7 +52,7 @@ def offers(setup: Setup) -> tuple[str, ...]:
     rate = "N_m_per_rad" if setup.angular else "N_per_mm"
     names = (f"preload_required_{force}", f"spring_rate_required_{rate}", "jump_speed_rpm", "jump_speed_ratio")
     flat_swing = setup.angular and setup.mechanism.curvature is None  # its lever changes over the turn
-    return names if flat_swing else ("contact_force_min_N", "contact_force_max_N", *names)
+    return names if flat_swing else (*CONTACT, *names)
 
 
 def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
@@ -48,7 +69,7 @@ def missing(setup: Setup) -> tuple[str, ...]:
     return (*speed, *(() if setup.dynamics.mass is not None else (mass,)))
 
 
-def weights(dynamics: Dynamics, omega: float) -> tuple[float, float, float, float]:
+def weights(dynamics: Dynamics, omega: Any) -> tuple[Any, Any, Any, Any]:
     """Factors of y, y' and y'', and the constant: N from mm by rad (N·mm from rad by rad).
 
     A load that changes over the turn comes on top, from the programme.
@@ -127,26 +148,69 @@ def required_stiffness(programme: Programme, dynamics: Dynamics, omega: float) -
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
-    setup, programme = case.setup, case.programme
-    dynamics, omega = setup.dynamics, setup.omega
+    setup, programme, own = case.setup, case.programme, case.each
     columns: dict[str, Any] = {}
     if wanted & {"jump_speed_rpm", "jump_speed_ratio"}:
-        columns["jump_speed_rpm"] = jump_speed(programme, dynamics) * 30.0 / pi
-    if omega is None:
+        jump = case.by_setting(lambda each: jump_speed(programme, each.dynamics))
+        columns["jump_speed_rpm"] = jump * 30.0 / pi
+        columns |= {} if setup.omega is None else {"jump_speed_ratio": jump / own.omega}
+    if setup.omega is None:
         return columns
-    if "jump_speed_ratio" in wanted:
-        columns["jump_speed_ratio"] = jump_speed(programme, dynamics) / omega
-    least, largest = force_span(programme, dynamics, omega)
-    if "contact_force_min_N" in offers(setup):
+    force = least_and_largest(case)
+    if CONTACT[0] in offers(setup):
         lever = case.designs.arm_length if setup.angular else 1.0
-        columns |= {"contact_force_min_N": least / lever, "contact_force_max_N": largest / lever}
+        columns |= {name: over(end, lever) for name, end in zip(CONTACT, force, strict=True)}
     per_length, per_rate = ("N_m", "N_m_per_rad") if setup.angular else ("N", "N_per_mm")
     unit = 1e-3 if setup.angular else 1.0
-    columns[f"preload_required_{per_length}"] = max(dynamics.preload - least, 0.0) * unit
+    columns[f"preload_required_{per_length}"] = _preload(own.dynamics.preload, force[0], unit)
     if f"spring_rate_required_{per_rate}" in wanted:
-        required = required_stiffness(programme, dynamics, omega)
+        required = case.by_setting(lambda each: required_stiffness(programme, each.dynamics, each.omega))
         columns[f"spring_rate_required_{per_rate}"] = required * unit
     return columns
+
+
+def least_and_largest(case: Case) -> tuple[Any, Any]:
+    """The ends of F over the turn, N (N·mm): numbers, or Bounded where designs bring numbers of their own."""
+    if not case.designs.numbers:
+        return force_span(case.programme, case.setup.dynamics, case.setup.omega)
+    goals, count = (LEAST, LARGEST), len(case.designs)
+    if case.programme.corners:
+        return np.full(count, -inf), np.full(count, inf)
+    found = case.extremes(partial(own_force_curve, case.setup), [(TURN, goal) for goal in goals])
+    scale, outward = np.abs(found.value).max(axis=0), (-found.width[0], found.width[1])
+    least, largest = (Bounded(value, by, scale) for value, by in zip(found.value, outward, strict=True))
+    return least, largest
+
+
+def keeps_contact(case: Case) -> Any:
+    """Whether the bodies are surely pressed together all along, F > 0."""
+    least, _ = least_and_largest(case)
+    return (least.value + least.outward if isinstance(least, Bounded) else least) > 0.0
+
+
+def own_force_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
+    """F, N (N·mm), of designs that bring numbers of their own."""
+    return force_of(setup.at(designs), np.ones(len(designs)), programme)
+
+
+def force_of(setup: Setup, lever: Any, programme: Programme) -> Any:
+    """F over a length, N (N·mm), as a curve."""
+    assert setup.omega is not None
+    steady = Linear(*(weight / lever for weight in weights(setup.dynamics, setup.omega)))
+    return steady if programme.load is None else ChangingForce(steady, 1.0 / lever)
+
+
+def over(force: Any, lever: Any) -> Any:
+    """A moment as the force at the end of a lever."""
+    return Bounded(*(part / lever for part in force)) if isinstance(force, Bounded) else force / lever
+
+
+def _preload(preload: Any, least: Any, unit: float) -> Any:
+    """The least preload with which contact is kept."""
+    if not isinstance(least, Bounded):
+        return np.maximum(preload - least, 0.0) * unit
+    required, far = (np.maximum(preload - each, 0.0) for each in (least.value, least.value + least.outward))
+    return Bounded(required * unit, (far - required) * unit, np.maximum(required, least.scale) * unit)
 
 
 EFFECT = Effect("force", offers, run, lacks, of_motion=lambda setup: True)

@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from camopt.effects import force
-from camopt.effects.case import Case, Effect, Setup
+from camopt.effects.case import Case, Effect, Setup, of_setting
 from camopt.effects.loads import (
     PULLS,
     PUSHES,
@@ -33,8 +33,9 @@ from camopt.effects.loads import (
     rubs,
     ways,
 )
-from camopt.effects.peak import Peak, Root, Variant, at_corners
+from camopt.effects.peak import Peak, Root, Scale, Variant, at_corners
 from camopt.effects.peak_columns import Extreme, as_column, column_of, extreme_of
+from camopt.mechanisms.design import Designs
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, FloatArray
 from camopt.numerics.curves import curve
 from camopt.numerics.point_contact import ellipticity_of, integrals
@@ -81,19 +82,26 @@ def variants(setup: Setup) -> list[tuple[float, float, Variant]]:
     ]
 
 
-def scale_of(setup: Setup, factor: float = 1.0) -> Root:
+def scale_of(setup: Setup, factor: float = 1.0) -> Scale:
     """From what decides the stress to a multiple of it, MPa: from N/R, N/mm, or of a point from N·h/R_s², N/mm²."""
+    degree = 3 if setup.spherical else 2
+    root, unit = Root(degree, load_of_unit_stress(setup), factor), Root(degree, 1.0, factor)
+    return of_setting(setup, root, unit, lambda each: 1.0 / load_of_unit_stress(each))
+
+
+def load_of_unit_stress(setup: Setup) -> Any:
+    """What decides the stress where that is 1 MPa."""
     modulus, width = setup.bodies.modulus, setup.bodies.face_width
     assert modulus is not None
     if setup.spherical:
-        return Root(3, 1.0 / modulus**2, factor)
+        return 1.0 / modulus**2
     assert width is not None
-    return Root(2, np.pi * width / modulus, factor)
+    return np.pi * width / modulus
 
 
-def stress_of(setup: Setup, load: Any) -> Any:
+def stress_of(setup: Setup, load: Any, designs: Designs) -> Any:
     """The contact stress at a load, MPa; 0 below 0."""
-    return scale_of(setup).quantity(load)
+    return scale_of(setup).quantity(load, designs)
 
 
 def peaks(setup: Setup) -> dict[str, Peak]:
@@ -154,7 +162,7 @@ def _patch(
         values.append(np.broadcast_arrays(curve(load, ..., *motion)[0], curve(normal, ..., *motion)[0], bend))
     nearer = np.abs(values[0][0] - top.value[index]) < np.abs(values[1][0] - top.value[index])
     _, force, bend = (np.where(nearer, one, two) for one, two in zip(*values, strict=True))
-    stress, bodies = stress_of(setup, top.value[index]), setup.bodies
+    stress, bodies = stress_of(setup, top.value[index], designs), setup.at(designs).bodies
     if setup.spherical:
         assert bodies.modulus is not None
         mu = ellipticity_of(1.0 - bulge(setup, flank) * designs.roller_radius * bend)

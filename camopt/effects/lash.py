@@ -8,7 +8,7 @@ Source: Norton, Cam Design and Manufacturing Handbook, ch. 17 (valve trains; ram
 """
 
 from collections.abc import Iterator
-from functools import lru_cache
+from functools import lru_cache, partial
 from math import degrees
 from typing import Any
 
@@ -94,11 +94,16 @@ def _roots(powers: FloatArray) -> list[float]:
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     setup, programme = case.setup, case.programme
-    lash, variation = setup.dynamics.lash, setup.dynamics.lash_variation
-    assert lash is not None
-    columns: dict[str, Any] = {OPEN: degrees(angle_above(programme, lash))}
+
+    def fastest(each: Setup, ways: int) -> float:
+        lash, variation = each.dynamics.lash, each.dynamics.lash_variation
+        return speed_within(programme, lash - variation, lash + variation, ways)
+
+    columns: dict[str, Any] = {
+        OPEN: case.by_setting(lambda each: degrees(angle_above(programme, each.dynamics.lash)))
+    }
     for name, ways in _speeds(setup).items() if setup.omega is not None else ():
-        columns[name] = speed_within(programme, lash - variation, lash + variation, ways) * scale(setup, 1)
+        columns[name] = case.by_setting(partial(fastest, ways=ways)) * scale(case.each, 1)
     return {name: column for name, column in columns.items() if name in wanted}
 
 

@@ -21,25 +21,19 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.effects.case import Case, Dynamics, Setup
-from camopt.effects.force import weights
+from camopt.effects.case import Case, Setup
+from camopt.effects.force import force_of, own_force_curve
+from camopt.effects.given import Dynamics
 from camopt.mechanisms.design import Designs
 from camopt.motion.programme import Programme
 from camopt.motion.table import INWARD, OUTWARD, RESTING, TURN
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, FloatArray
-from camopt.numerics.curves import Linear, curve, formula
+from camopt.numerics.curves import curve, formula
 from camopt.numerics.extremes import Extremes
 from camopt.numerics.point_contact import pressure_factor, pressure_table
 
 PUSHES, PULLS = 1.0, -1.0
 """The flanks of a groove, by the sign of the N that presses on each; an open cam has the first one."""
-
-
-class ChangingForce(NamedTuple):
-    """F where the external load changes over the turn: ``steady``, that of all else, and share·load."""
-
-    steady: Linear
-    share: FloatArray
 
 
 class Borne(NamedTuple):
@@ -123,13 +117,6 @@ class ShaftTorque(NamedTuple):
     """T = G·y', N·mm."""
 
     along: Any
-
-
-@formula(ChangingForce, loaded=True)
-def changing_force(f, i, y, y1, y2, y3):
-    force, force1 = curve(f.steady, i, y, y1, y2, y3)
-    _, load, load1 = y3
-    return force + f.share[i] * load, force1 + f.share[i] * load1
 
 
 @formula(Borne, loaded=True)
@@ -217,14 +204,7 @@ def shaft_torque(f, i, y, y1, y2, y3):
 def force_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
     """F, N; F/l of an oscillating follower with a trace point, the moment (N·mm) of an oscillating flat face."""
     lever = designs.arm_length if setup.angular and setup.mechanism.curvature else np.ones(len(designs))
-    return _force_at(lever, setup, programme)
-
-
-def _force_at(lever: Any, setup: Setup, programme: Programme) -> Any:
-    """F over a length, N (N·mm)."""
-    assert setup.omega is not None
-    steady = Linear(*(weight / lever for weight in weights(setup.dynamics, setup.omega)))
-    return steady if programme.load is None else ChangingForce(steady, 1.0 / lever)
+    return force_of(setup.at(designs), lever, programme)
 
 
 def rubs(setup: Setup) -> bool:
@@ -234,13 +214,14 @@ def rubs(setup: Setup) -> bool:
     return bool(guided and given.friction and given.guide_length is not None and given.overhang is not None)
 
 
-def friction(dynamics: Dynamics, count: int, way: float) -> tuple[FloatArray, FloatArray]:
+def friction(dynamics: Dynamics, count: int, way: float) -> tuple[Any, Any]:
     """drag and slide: way·μ·q as a line in y."""
     assert dynamics.guide_length is not None
     assert dynamics.overhang is not None
     q = 1.0 + 2.0 * dynamics.overhang / dynamics.guide_length
     slide = -2.0 * dynamics.friction / dynamics.guide_length
-    return np.full(count, way * dynamics.friction * q), np.full(count, way * slide)
+    ones = np.ones(count)
+    return way * dynamics.friction * q * ones, way * slide * ones
 
 
 def along_curve(
@@ -254,7 +235,7 @@ def along_curve(
     if not rubs(setup):
         return force
     pressure = setup.mechanism.pressure(designs, programme)
-    return Guided(force, pressure, *friction(setup.dynamics, len(designs), way))
+    return Guided(force, pressure, *friction(setup.at(designs).dynamics, len(designs), way))
 
 
 def normal_curve(setup: Setup, designs: Designs, programme: Programme, way: float = 0.0) -> Any:
@@ -272,7 +253,7 @@ def torque_curve(setup: Setup, designs: Designs, programme: Programme, way: floa
     """The torque of the camshaft while the follower moves one way; without friction the same for all designs."""
     if rubs(setup):
         return ShaftTorque(along_curve(setup, designs, programme, way, pulls=True))
-    return ShaftTorque(_force_at(np.ones(len(designs)), setup, programme))
+    return ShaftTorque(own_force_curve(setup, designs, programme))
 
 
 def bulge(setup: Setup, flank: float) -> float:
@@ -307,7 +288,7 @@ def driven(setup: Setup) -> int:
 
 def drag_curve(setup: Setup, designs: Designs, programme: Programme) -> GuideDrag:
     """μ·q·t."""
-    drag = friction(setup.dynamics, len(designs), 1.0)
+    drag = friction(setup.at(designs).dynamics, len(designs), 1.0)
     return GuideDrag(setup.mechanism.pressure(designs, programme), *drag)
 
 

@@ -7,8 +7,8 @@ angle themselves. Where a lower derivative jumps a peak is an impulse, and is re
 from math import degrees
 from typing import Any
 
-from camopt.effects.case import Case, Effect, Setup
-from camopt.effects.peak import ByTime, Derivative, InDegrees, Peak
+from camopt.effects.case import Case, Effect, Setup, of_setting
+from camopt.effects.peak import ByTime, Derivative, InDegrees, Peak, Times
 from camopt.motion.programme import peak
 from camopt.motion.table import RETURN, RISE
 from camopt.numerics import LARGEST_MAGNITUDE
@@ -31,7 +31,7 @@ def offers(setup: Setup) -> tuple[str, ...]:
     return tuple(_names(setup))
 
 
-def scale(setup: Setup, order: int) -> float:
+def scale(setup: Setup, order: int) -> Any:
     """From mm (rad) by cam angle to the table's unit: m by time, rad by time, mm or deg by cam angle."""
     if setup.omega is not None:
         return setup.omega**order * (1.0 if setup.angular else 1e-3)
@@ -40,7 +40,7 @@ def scale(setup: Setup, order: int) -> float:
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     return {
-        name: peak(case.programme, order, kinds) * scale(case.setup, order)
+        name: peak(case.programme, order, kinds) * scale(case.each, order)
         for name, (order, kinds) in _names(case.setup).items()
         if name in wanted
     }
@@ -52,8 +52,11 @@ def peaks(setup: Setup) -> dict[str, Peak]:
 
 def _peak(setup: Setup, order: int, kinds: int) -> Peak:
     by_angle = Derivative(order)
+    if setup.rpm is None:
+        return Peak(((by_angle, kinds),), LARGEST_MAGNITUDE, InDegrees(int(setup.angular)), by_angle.jumps)
     unit = 1.0 if setup.angular else 1e3
-    scale = InDegrees(int(setup.angular)) if setup.rpm is None else ByTime(unit, order, setup.rpm)
+    by_time, by_unit = ByTime(unit, order, setup.rpm), Times(1.0 / unit)
+    scale = of_setting(setup, by_time, by_unit, lambda each: each.omega**order)
     return Peak(((by_angle, kinds),), LARGEST_MAGNITUDE, scale, by_angle.jumps)
 
 

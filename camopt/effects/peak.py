@@ -169,7 +169,7 @@ class Root(Scale):
     """The load at a stress of 1."""
     factor: float = 1.0
 
-    def quantity(self, extreme: Any, designs: Designs | None = None) -> Any:
+    def quantity(self, extreme: Any, designs: Designs) -> Any:
         ratio = np.maximum(extreme, 0.0) / self.unit
         return self.factor * (np.cbrt(ratio) if self.degree == 3 else np.sqrt(ratio))
 
@@ -264,6 +264,32 @@ class GrooveCutter(Scale):
 
     def weight(self, quantity: float) -> Callable[[Designs], Any]:
         return BeyondBody(quantity)
+
+
+@dataclass(frozen=True)
+class PerDesign(Scale):
+    """A scale of the extreme times a factor ≥ 0 of each design."""
+
+    scale: Scale
+    factor: Callable[[Designs], Any]
+
+    @property
+    def falls(self) -> bool:  # type: ignore[override]
+        return self.scale.falls
+
+    def quantity(self, extreme: Any, designs: Designs) -> Any:
+        return self.scale.quantity(extreme * self.factor(designs), designs)
+
+    def change(self, extreme: FloatArray, by: FloatArray, designs: Designs) -> FloatArray:
+        factor = self.factor(designs)
+        return self.scale.change(extreme * factor, by * factor, designs)
+
+    def extreme_at(self, quantity: float, numbers: NumberKind) -> Any:
+        return self.scale.extreme_at(quantity, numbers)
+
+    def weight(self, quantity: float) -> Callable[[Designs], Any]:
+        weight = self.scale.weight(quantity)
+        return self.factor if weight is unweighted else lambda designs: self.factor(designs) * weight(designs)
 
 
 def never(programme: Programme) -> bool:

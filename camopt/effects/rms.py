@@ -28,7 +28,7 @@ def offers(setup: Setup) -> tuple[str, ...]:
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     names = {name: order for name, order in _names(case.setup).items() if name in wanted}
-    return {name: _mean(case.programme, order) * scale(case.setup, order) for name, order in names.items()}
+    return {name: _mean(case.programme, order) * scale(case.each, order) for name, order in names.items()}
 
 
 def _mean(programme: Programme, order: int) -> float:

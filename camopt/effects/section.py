@@ -88,8 +88,7 @@ def _of(case: Case, integrals: Any, scale: Any) -> tuple[Any, Any, int, float]:
 
 def _columns(designs: Designs) -> Designs:
     """Designs as columns (n, 1), so that formulas give them at many cam angles."""
-    sizes = {name: values[:, None] for name, values in designs.sizes.items()}
-    return Designs(**sizes, sense=designs.sense)
+    return designs.with_values({name: values[:, None] for name, values in designs.values.items()})
 
 
 def section_integrals(case: Case, designs: Designs, rule: Rule) -> FloatArray:

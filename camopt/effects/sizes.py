@@ -24,7 +24,7 @@ def offers(setup: Setup) -> tuple[str, ...]:
         names += ["centre_distance_mm"] if setup.angular else ["offset_mm"]
     if setup.shaft_radius is not None:
         names += ["shaft_clearance_mm"]
-    return (*names, *dict(setup.numbers))
+    return (*names, *setup.varied.values())
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
@@ -41,7 +41,7 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
         "centre_distance_mm": designs.centre_distance,
         "face_offset_mm": designs.face_offset,
         "shaft_clearance_mm": designs.size - (case.setup.shaft_radius or 0.0),
-        **dict(case.setup.numbers),
+        **{name: case.each.given[key] for key, name in case.setup.varied.items()},
     }
 
 

@@ -29,9 +29,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.effects import force
-from camopt.effects.case import Bounded, Case, Effect, Setup
+from camopt.effects.case import Bounded, Case, Effect, Setup, of_setting
 from camopt.effects.loads import contact_load, is_sound, normal_curve, rubs, ways
-from camopt.effects.peak import Over, Peak, PerRoller, Scale, Times, Variant, at_corners, never
+from camopt.effects.peak import AS_IT_IS, Over, Peak, PerRoller, Scale, Times, Variant, at_corners, never
 from camopt.effects.peak_columns import as_column, column_of, columns_of_ends, extreme_of
 from camopt.mechanisms.design import Designs
 from camopt.motion.programme import Programme
@@ -235,7 +235,7 @@ def variants(name: str, setup: Setup) -> tuple[Variant, ...]:
     return tuple((partial(make, setup, way=way), kinds) for way, kinds in ways(setup))
 
 
-def wear_factor(setup: Setup) -> float:
+def wear_factor(setup: Setup) -> Any:
     """Depth in a million turns, µm, by N·v/c."""
     bodies = setup.bodies
     assert bodies.wear_rate is not None
@@ -243,7 +243,7 @@ def wear_factor(setup: Setup) -> float:
     return TURNS * 1e3 * bodies.wear_rate / bodies.face_width
 
 
-def film_factor(setup: Setup) -> float:
+def film_factor(setup: Setup) -> Any:
     """Film, mm, over u^0.7·R^0.43/N^0.13."""
     bodies, omega = setup.bodies, setup.omega
     assert bodies.modulus is not None
@@ -253,19 +253,23 @@ def film_factor(setup: Setup) -> float:
     assert omega is not None
     twice = 2.0 * bodies.modulus
     speed, load = (bodies.viscosity * omega / twice) ** OF_SPEED, (twice * bodies.face_width) ** OF_LOAD
-    return float(2.65 * (bodies.pressure_viscosity * twice) ** 0.54 * speed * load)
+    return 2.65 * (bodies.pressure_viscosity * twice) ** 0.54 * speed * load
 
 
 def peaks(setup: Setup) -> dict[str, Peak]:
     if setup.mechanism.sliding is None or setup.omega is None:
         return {}
-    return _speeds(setup, setup.omega) | _of_load(setup)
+    return _speeds(setup) | _of_load(setup)
 
 
-def _speeds(setup: Setup, omega: float) -> dict[str, Peak]:
+def _speeds(setup: Setup) -> dict[str, Peak]:
     sliding, carrying = ((partial(each, setup), TURN) for each in (sliding_curve, entrainment_curve))
-    speed, jumps = Times(omega / 1e3), never if setup.pointed else at_corners
-    scale: Scale = PerRoller(30.0 / pi * omega) if rolls(setup) else speed
+    jumps = never if setup.pointed else at_corners
+    speed = of_setting(setup, Times(setup.omega / 1e3), AS_IT_IS, lambda each: each.omega / 1e3)
+    scale = speed
+    if rolls(setup):
+        turns = 30.0 / pi * setup.omega
+        scale = of_setting(setup, PerRoller(turns), PerRoller(1.0), lambda each: 30.0 / pi * each.omega)
     return {
         SPIN if rolls(setup) else SLIDING: Peak((sliding,), LARGEST_MAGNITUDE, scale),
         FASTEST: Peak((carrying,), LARGEST, speed, jumps),
@@ -286,8 +290,13 @@ def _of_load(setup: Setup) -> dict[str, Peak]:
 def _scale(name: str, setup: Setup) -> Scale:
     """From the extreme of its curves to wear or film."""
     if name == WEAR:
-        return Times(wear_factor(setup))
-    return Over(film_factor(setup) * (1e3 if name == FILM else 1.0 / (setup.bodies.roughness or 1.0)))
+        return of_setting(setup, Times(wear_factor(setup)), AS_IT_IS, wear_factor)
+
+    def film(setup: Setup) -> Any:
+        unit: Any = 1e3 if name == FILM else 1.0 / setup.bodies.roughness
+        return film_factor(setup) * unit
+
+    return of_setting(setup, Over(film(setup)), Over(1.0), lambda each: 1.0 / film(each))
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
@@ -310,8 +319,7 @@ def _carries(fastest: Bounded, slowest: Bounded) -> Any:
 
 def _film(case: Case, known: Mapping[str, Peak], carried: Any) -> dict[str, Any]:
     """The least film, while the bodies are pressed together."""
-    assert case.setup.omega is not None
-    pressed = force.force_span(case.programme, case.setup.dynamics, case.setup.omega)[0] > 0.0
+    pressed = force.keeps_contact(case)
     thinnest = extreme_of(case, known[FILM], carried & pressed)
     return {name: as_column(case, known[name], thinnest) for name in (FILM, RATIO) if name in known}
 

@@ -12,6 +12,7 @@ oscillating follower has S along its arm, and no guide.
 Source: Rothbart, Cam Design Handbook, ch. 6; Norton, Cam Design and Manufacturing Handbook, ch. 7.
 """
 
+from collections.abc import Callable
 from functools import partial
 from math import pi
 from typing import Any
@@ -19,7 +20,8 @@ from typing import Any
 import numpy as np
 
 from camopt.effects import force
-from camopt.effects.case import Case, Effect, Setup
+from camopt.effects.case import Case, Effect, Setup, of_setting
+from camopt.effects.given import Dynamics
 from camopt.effects.loads import (
     SideThrust,
     along_curve,
@@ -31,7 +33,7 @@ from camopt.effects.loads import (
     rubs,
     ways,
 )
-from camopt.effects.peak import LeftOfOne, Peak, Times, Variant, at_corners, unweighted
+from camopt.effects.peak import AS_IT_IS, LeftOfOne, Peak, Scale, Times, at_corners, unweighted
 from camopt.effects.peak_columns import column_of
 from camopt.mechanisms.design import Designs
 from camopt.motion.programme import Programme
@@ -66,11 +68,10 @@ def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
     return found
 
 
-def thrust_curve(
-    setup: Setup, designs: Designs, programme: Programme, way: float, arm: float, reach: float
-) -> SideThrust:
-    """S·(arm + reach·y) of a follower that moves one way."""
+def thrust_curve(setup: Setup, designs: Designs, programme: Programme, way: float, of: str) -> SideThrust:
+    """S·(arm + reach·y) of a follower that moves one way, for a quantity of side thrust."""
     ones, pressure = np.ones(len(designs)), setup.mechanism.pressure(designs, programme)
+    arm, reach, _ = LEVERS[of](setup.at(designs).dynamics)
     return SideThrust(along_curve(setup, designs, programme, way), pressure, arm * ones, reach * ones)
 
 
@@ -80,15 +81,19 @@ def peaks(setup: Setup) -> dict[str, Peak]:
     if rubs(setup):
         drag = ((partial(drag_curve, setup), driven(setup)),)
         found["jamming_margin"] = Peak(drag, LARGEST_MAGNITUDE, LeftOfOne(), unit=unweighted)
-    for name, (arm, reach, factor) in levers(setup).items() if setup.mechanism.curvature else ():
-        curves = tuple(_thrust_curves(setup, arm, reach))
-        found[name] = Peak(curves, LARGEST_MAGNITUDE, Times(factor), at_corners)
+    for name in levers(setup) if setup.mechanism.curvature else ():
+        curves = tuple((partial(thrust_curve, setup, way=way, of=name), kinds) for way, kinds in ways(setup))
+        found[name] = Peak(curves, LARGEST_MAGNITUDE, _scale(setup, name), at_corners)
     return found
 
 
-def _thrust_curves(setup: Setup, arm: float, reach: float) -> list[Variant]:
-    """S·(arm + reach·y) for each way in which the follower moves."""
-    return [(partial(thrust_curve, setup, way=way, arm=arm, reach=reach), kinds) for way, kinds in ways(setup)]
+def _scale(setup: Setup, of: str) -> Scale:
+    """From S·(arm + reach·y) to the quantity."""
+
+    def factor(setup: Setup) -> Any:
+        return LEVERS[of](setup.dynamics)[2]
+
+    return of_setting(setup, Times(factor(setup)), AS_IT_IS, factor)
 
 
 def of_pitch(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
@@ -96,22 +101,32 @@ def of_pitch(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     columns: dict[str, Any] = {}
     if rubs(setup):
         margin = columns["jamming_margin"] = column_of(case, known["jamming_margin"])
-        columns["jamming_angle_deg"] = float(np.degrees(np.arctan2(1.0, friction(setup.dynamics, 1, 1.0)[0][0])))
+        drag = friction(case.each.dynamics, len(case.designs) if case.designs.numbers else 1, 1.0)[0]
+        angle = np.degrees(np.arctan2(1.0, drag))
+        columns["jamming_angle_deg"] = angle if case.designs.numbers else float(angle[0])
         sound = margin.value + margin.outward > 0.0
     loads = wanted & known.keys() - {"jamming_margin"}
     return columns | {name: column_of(case, known[name], sound) for name in loads}
 
 
-def levers(setup: Setup) -> dict[str, tuple[float, float, float]]:
-    """What side thrust is multiplied with: a line in y (arm, reach), and a factor."""
+def _reaction(given: Dynamics) -> tuple[Any, Any, Any]:
+    return 1.0 + given.overhang / given.guide_length, -1.0 / given.guide_length, 1.0
+
+
+LEVERS: dict[str, Callable[[Dynamics], tuple[Any, Any, Any]]] = {
+    "side_thrust_max_N": lambda given: (1.0, 0.0, 1.0),
+    "guide_reaction_max_N": _reaction,
+    "stem_bending_stress_max_MPa": lambda given: (given.overhang, -1.0, 32.0 / (pi * given.stem_diameter**3)),
+}
+"""What side thrust is multiplied with: a line in y (arm, reach), and a factor."""
+
+
+def levers(setup: Setup) -> tuple[str, ...]:
+    """The quantities of side thrust for which the scene gives enough."""
     given = setup.dynamics
-    found = {"side_thrust_max_N": (1.0, 0.0, 1.0)}
-    if given.overhang is not None and given.guide_length:
-        b = given.guide_length
-        found["guide_reaction_max_N"] = (1.0 + given.overhang / b, -1.0 / b, 1.0)
-    if given.overhang is not None and given.stem_diameter:
-        found["stem_bending_stress_max_MPa"] = (given.overhang, -1.0, 32.0 / (pi * given.stem_diameter**3))
-    return found
+    there = (True, bool(given.guide_length), bool(given.stem_diameter))
+    has = (name for name, enough in zip(LEVERS, there, strict=True) if enough)
+    return tuple(name for name in has if given.overhang is not None or name == "side_thrust_max_N")
 
 
 EFFECT = Effect("thrust", offers, lacks=lacks, of_pitch=of_pitch, peaks=peaks)

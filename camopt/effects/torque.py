@@ -30,10 +30,11 @@ import numpy as np
 from numpy.polynomial import polynomial
 
 from camopt.effects import force
-from camopt.effects.case import Bounded, Case, Dynamics, Effect, Setup
+from camopt.effects.case import Bounded, Case, Effect, Setup, of_setting
+from camopt.effects.given import Dynamics
 from camopt.effects.guided import guided_torque
 from camopt.effects.loads import drag_of, driven, rubs, torque_curve, ways
-from camopt.effects.peak import Peak, Times, at_corners
+from camopt.effects.peak import AS_IT_IS, Peak, Scale, Times, at_corners
 from camopt.effects.peak_columns import extreme_of
 from camopt.effects.work import ROUNDED, added, derivative, integral, largest_of_series, product, total
 from camopt.motion.programme import SAME, Programme
@@ -111,6 +112,13 @@ def turn_of(programme: Programme, dynamics: Dynamics, omega: float) -> Turn:
     )
 
 
+def extremes_of_turn(case: Case) -> Turn:
+    """The extremes alone, of designs that bring numbers of their own; the motion has no corners."""
+    known, unknown = peaks(case.setup), np.full(len(case.designs), inf)
+    most, least = (extreme_of(case, known[name]) for name in ("torque_max_N_m", "torque_min_N_m"))
+    return Turn(most.value, least.value, unknown, unknown, unknown, np.maximum(most.width, least.width))
+
+
 def lasting(programme: Programme, dynamics: Dynamics, omega: float) -> FloatArray:
     """The part of F that does not give back what it took, on the panels: damping, and a load that changes."""
     return added(dynamics.damping * omega * derivative(programme.table, 1), load_series(programme.table))
@@ -138,27 +146,38 @@ def _fluctuation(programme: Programme, dynamics: Dynamics, omega: float, mean: f
 
 def guided_turn(case: Case, *, integrals: bool) -> Turn:
     """As ``turn_of`` where followers rub in their guides, arrays (designs,); infinite for those that jam."""
-    setup, programme, count = case.setup, case.programme, len(case.designs)
-    assert setup.omega is not None
+    programme, count = case.programme, len(case.designs)
     top, mean, rms, fluctuation = np.full((4, count), inf)
     turn = Turn(top, np.full(count, -inf), mean, rms, fluctuation, np.zeros(count))
-    pulled = force.force_span(programme, setup.dynamics, setup.omega)[0] < 0.0
-    drag = drag_of(case, OUTWARD | INWARD if pulled else driven(setup))
-    index = np.flatnonzero((drag.value[0] + drag.width[0] < 1.0) & (not programme.corners))
+    index = np.flatnonzero(_runs_free(case) & (not programme.corners))
     if not index.size:
         return turn
     some = replace(case, designs=case.designs.take(index))
-    known = peaks(setup)
+    known = peaks(case.setup)
     most, least = (extreme_of(some, known[name]) for name in ("torque_max_N_m", "torque_min_N_m"))
     turn.largest[index], turn.least[index] = most.value, least.value
     turn.room[index] = np.maximum(most.width, least.width)
-    along = force_series(programme, setup.dynamics, setup.omega)
     for number in index if integrals else ():
-        design = case.designs.take([number])
+        setup, design = case.setup.alone(case.designs.take([number]))
+        along = force_series(programme, setup.dynamics, setup.omega)
         turn.mean[number], turn.rms[number], turn.fluctuation[number] = _integrals(
             *guided_torque(setup, design, programme, along)
         )
     return turn
+
+
+def _runs_free(case: Case) -> Any:
+    """Designs that surely jam nowhere: outward only where nothing pulls the follower off its cam."""
+    least, _ = force.least_and_largest(case)
+    pulled = (least.value if isinstance(least, Bounded) else least) < 0.0
+
+    def free(kinds: int) -> Any:
+        drag = drag_of(case, kinds)
+        return drag.value[0] + drag.width[0] < 1.0
+
+    if np.ndim(pulled) == 0:
+        return free(OUTWARD | INWARD if pulled else driven(case.setup))
+    return np.where(pulled, free(OUTWARD | INWARD), free(driven(case.setup)))
 
 
 def _integrals(half_width: FloatArray, series: FloatArray) -> tuple[float, float, float]:
@@ -176,17 +195,20 @@ def peaks(setup: Setup) -> dict[str, Peak]:
     goals = {"torque_max_N_m": LARGEST, "torque_min_N_m": LEAST}
     goals |= dict.fromkeys(("torque_peak_N_m", "power_peak_W"), LARGEST_MAGNITUDE)
     in_newton_metres = Times(1e-3)
-    units = dict.fromkeys(goals, in_newton_metres) | {"power_peak_W": Times(1e-3 * setup.omega)}
+    power = of_setting(setup, Times(1e-3 * setup.omega), AS_IT_IS, lambda each: 1e-3 * each.omega)
+    units: dict[str, Scale] = dict.fromkeys(goals, in_newton_metres) | {"power_peak_W": power}
     return {name: Peak(curves, goal, units[name], at_corners) for name, goal in goals.items()}
 
 
 def of_pitch(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
-    dynamics, omega = case.setup.dynamics, case.setup.omega
+    dynamics, omega = case.each.dynamics, case.each.omega
     assert omega is not None
     if rubs(case.setup):
         turn = guided_turn(case, integrals=not wanted <= EXTREMES)
+    elif case.designs.numbers and wanted <= EXTREMES and not case.programme.corners:
+        turn = extremes_of_turn(case)
     else:
-        turn = turn_of(case.programme, dynamics, omega)
+        turn = case.by_setting(lambda each: turn_of(case.programme, each.dynamics, each.omega))
     unit, power = 1e-3, 1e-3 * omega  # to N·m from N·mm, to W from N·mm
     peak, room = np.maximum(turn.largest, -turn.least), turn.room
     columns: dict[str, Any] = {

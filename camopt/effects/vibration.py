@@ -26,8 +26,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.polynomial import polynomial
 
-from camopt.effects.case import Bounded, Case, Dynamics, Effect, Setup
+from camopt.effects.case import Bounded, Case, Effect, Setup
 from camopt.effects.force import missing, weights
+from camopt.effects.given import Dynamics
 from camopt.effects.motion import scale
 from camopt.motion.programme import Programme, peak
 from camopt.motion.table import DWELL, TURN
@@ -40,12 +41,14 @@ from camopt.numerics.wave_extremes import Enclosed, largest_magnitude, least
 class Vibration(NamedTuple):
     """Of a train on its cam: mm (rad) by cam angle, each a value and what bounds it from outside."""
 
-    overshoot: tuple[float, float]  # largest |z|
-    acceleration: tuple[float, float]  # largest |x″|
-    residual: float  # amplitude left over in a dwell, the largest; 0 without a dwell
+    overshoot: Any  # largest |z|
+    overshoot_bound: Any
+    acceleration: Any  # largest |x″|
+    acceleration_bound: Any
+    residual: Any  # amplitude left over in a dwell, the largest; 0 without a dwell
 
 
-ENDLESS = Vibration((inf, inf), (inf, inf), inf)
+ENDLESS = Vibration(*[inf] * 5)
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
@@ -97,7 +100,9 @@ def vibration(programme: Programme, ratio: float, damping: float) -> Vibration:
     wave = response(programme, ratio, damping)
     dwells = programme.table.first_panel[:-1][(programme.table.kind & DWELL) != 0]
     residual = float(wave.amplitude[0, dwells].max(initial=0.0))
-    return Vibration(_pair(largest_magnitude(wave)), _pair(largest_magnitude(acceleration(wave, ratio))), residual)
+    return Vibration(
+        *_pair(largest_magnitude(wave)), *_pair(largest_magnitude(acceleration(wave, ratio))), residual
+    )
 
 
 @lru_cache(maxsize=4096)
@@ -125,38 +130,53 @@ def _pair(found: Enclosed) -> tuple[float, float]:
     return float(found.value[0]), float(found.bound[0])
 
 
-def dynamic_factor(elastic: float, rigid: float) -> float:
+def dynamic_factor(elastic: Any, rigid: float) -> Any:
     """Largest |ẍ| over largest |ÿ|: 0 where ÿ is an impulse and ẍ is not, 1 where nothing moves."""
-    if elastic == inf or rigid == 0.0:
-        return inf if elastic == inf else 1.0
-    return elastic / rigid
+    endless = np.isinf(elastic)
+    over = 1.0 if rigid == 0.0 else np.where(endless, 0.0, elastic) / rigid
+    return np.where(endless, inf, over)[()]
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
-    setup, programme, dynamics = case.setup, case.programme, case.setup.dynamics
-    assert setup.omega is not None
-    assert dynamics.natural_frequency is not None
-    ratio = 2.0 * pi * dynamics.natural_frequency / setup.omega
-    found = vibration(programme, ratio, dynamics.damping_ratio)
+    setup, programme = case.setup, case.programme
+    found: Vibration = case.by_setting(
+        lambda each: vibration(programme, train_ratio(each), each.dynamics.damping_ratio)
+    )
     length, second = ("deg", "rad_s2") if setup.angular else ("mm", "m_s2")
     unit = degrees(1.0) if setup.angular else 1.0
     columns: dict[str, Any] = {
-        f"overshoot_max_{length}": _bounded(found.overshoot, unit),
-        f"acceleration_elastic_max_{second}": _bounded(found.acceleration, scale(setup, 2)),
+        f"overshoot_max_{length}": _bounded(found.overshoot, found.overshoot_bound, unit),
+        f"acceleration_elastic_max_{second}": _bounded(
+            found.acceleration, found.acceleration_bound, scale(case.each, 2)
+        ),
         f"residual_vibration_max_{length}": found.residual * unit,
-        "dynamic_factor": dynamic_factor(found.acceleration[0], peak(programme, 2, TURN)),
+        "dynamic_factor": dynamic_factor(found.acceleration, peak(programme, 2, TURN)),
     }
     if "contact_force_elastic_min_N" in wanted:
         lever = case.designs.arm_length if setup.angular else 1.0
-        force = contact(programme, dynamics, setup.omega, ratio)
-        columns["contact_force_elastic_min_N"] = _bounded(force, 1.0 / lever)
+        force: Enclosing = case.by_setting(
+            lambda each: Enclosing(*contact(programme, each.dynamics, each.omega, train_ratio(each)))
+        )
+        columns["contact_force_elastic_min_N"] = _bounded(force.value, force.bound, 1.0 / lever)
     return columns
 
 
-def _bounded(found: tuple[float, float], unit: Any) -> Bounded:
-    value, bound = found
-    outward = 0.0 if value == bound else bound - value  # ∞ − ∞ is no width
-    return Bounded(value * unit, outward * unit, abs(value) * unit)
+class Enclosing(NamedTuple):
+    """A value, and what bounds it from outside."""
+
+    value: Any
+    bound: Any
+
+
+def train_ratio(setup: Setup) -> float:
+    """r = ω_n/ω."""
+    return float(2.0 * pi * setup.dynamics.natural_frequency / setup.omega)
+
+
+def _bounded(value: Any, bound: Any, unit: Any) -> Bounded:
+    with np.errstate(invalid="ignore"):
+        outward = np.where(value == bound, 0.0, np.subtract(bound, value))  # ∞ − ∞ is no width
+    return Bounded(value * unit, outward * unit, np.abs(value) * unit)
 
 
 EFFECT = Effect("vibration", offers, run, lacks, of_motion=lambda setup: True)

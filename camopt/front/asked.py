@@ -168,7 +168,10 @@ def asked_of(scene: Scene, keep: str, block: int = BLOCK) -> Asked:
     if keep not in KEPT:
         raise BadInput([Mistake("camopt", "keep", keep, f"a choice of designs; {nearest(str(keep), KEPT)}")])
     problem = with_objectives(resolve(scene))
-    return Asked(problem, searched_space(problem), keep, block)
+    space = searched_space(problem)
+    if keep == FRONT_ONLY or scene.search.refine:
+        space.check_apart()
+    return Asked(problem, space, keep, block)
 
 
 def asked_again(question: Question) -> Asked:

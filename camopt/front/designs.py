@@ -16,7 +16,7 @@ from camopt.effects import Case
 from camopt.mechanisms import FIELDS, Designs
 from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.problem.problem import VERDICT, Problem, missing_numbers, missing_sizes, resolve, size_keys
-from camopt.problem.settings import given_profile, set_up
+from camopt.problem.settings import OF_PROBLEM, freed_of, given_profile, set_up
 from camopt.quantities import NUMBERS, QUANTITIES, number_quantity
 from camopt.scene.complaints import mistakes_of
 from camopt.scene.scene import Scene
@@ -53,7 +53,7 @@ def evaluate_designs(scene: Scene, designs: "Mapping[str, Any] | pd.DataFrame") 
         A DataFrame, or a mapping of arrays, with a row for each design. Columns are sizes of the scene's mechanism
         (``base_radius_mm``, ``offset_mm``, ``roller_radius_mm`` and so on), names of laws: ``law``, or
         ``law_rise`` and ``law_return``, and other numbers of the scene that ``[search]`` takes
-        (``spring_rate_N_per_mm``, ``face_width_mm`` and so on; rows that share these are fast together).
+        (``spring_rate_N_per_mm``, ``face_width_mm`` and so on).
 
     Returns
     -------
@@ -85,7 +85,7 @@ def evaluate_designs(scene: Scene, designs: "Mapping[str, Any] | pd.DataFrame") 
     except (ValueError, TypeError) as trouble:  # columns of several lengths, or no columns at all
         raise BadInput([Mistake("camopt", FILE, None, f"columns of one length: {trouble}")]) from None
     given = _given(problem, frame)
-    problem = _freed(problem, frame)
+    problem = freed_of(_searching(problem, frame))
     names = problem.wanted | problem.sizes | frozenset(VERDICT)
     parts = [_evaluated(each, given.take(rows), names).set_axis(rows) for each, rows in _by_motion(problem, frame)]
     found = pd.concat(parts).sort_index().set_axis(frame.index)
@@ -115,7 +115,9 @@ def _given(problem: Problem, frame: "pd.DataFrame") -> Designs:
         raise BadInput(mistakes)
     columns = {name: np.full(len(frame), value[0]) for name, value in problem.design.sizes.items()}
     columns |= {FIELDS[key]: frame[name].to_numpy(float) for key, name in zip(searched, sizes, strict=True)}
-    return Designs(**columns, sense=problem.design.sense)
+    brought = {key: frame[name].to_numpy(float) for name, key in numbers.items() if key not in OF_PROBLEM}
+    brought = {} if frame.empty else brought
+    return problem.design.with_values(columns | brought)
 
 
 def _numbers(problem: Problem, names: Container[str] | None = None) -> dict[str, str]:
@@ -124,7 +126,7 @@ def _numbers(problem: Problem, names: Container[str] | None = None) -> dict[str,
     return {name: key for name, key in keys.items() if names is None or name in names}
 
 
-def _freed(problem: Problem, frame: "pd.DataFrame") -> Problem:
+def _searching(problem: Problem, frame: "pd.DataFrame") -> Problem:
     """The problem of a scene whose search varies the numbers of which a faultless table has columns."""
     numbers = {} if frame.empty else _numbers(problem, frame)
     ends = {f"search.{key}": [float(frame[name].min()), float(frame[name].max())] for name, key in numbers.items()}
@@ -172,9 +174,9 @@ def _unknown_laws(problem: Problem, column: "pd.Series[Any]") -> Iterator[Mistak
 
 
 def _by_motion(problem: Problem, frame: "pd.DataFrame") -> Iterator[tuple[Problem, NDArray[np.intp]]]:
-    """The problem of each pair of laws in each setting, and the rows that have it."""
+    """The problem of each pair of laws, in each setting that is one of problems, and the rows that have it."""
     rise, fall = (next((name for name in names if name in frame), None) for names in STROKES)
-    numbers = {key: name for key, name in problem.numbers.items() if name in frame}
+    numbers = {key: name for key, name in problem.numbers.items() if name in frame and key in OF_PROBLEM}
     named = [name for name in dict.fromkeys((rise, fall, *numbers.values())) if name]
     if not named or frame.empty:
         yield problem, np.arange(len(frame))

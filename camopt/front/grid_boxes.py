@@ -54,7 +54,7 @@ class Grid:
             ends[name] = Interval(same, same)
         for k, (name, values) in enumerate(self.axes.items()):
             ends[name] = Interval(values[boxes.low[:, k]], values[boxes.high[:, k]])
-        return Designs(**ends, sense=fixed.sense)
+        return fixed.with_values(ends)
 
     def number(self, places: IntArray) -> IntArray:
         """The numbers in the space of designs of a motion, from their places on the axes (designs, axes)."""

@@ -124,7 +124,7 @@ def _moved(designs: Designs, free: Bounds, names: list[str], shares: FloatArray)
     for name, share in zip(names, shares.T, strict=True):
         low, high = free[name]
         sizes[name] = np.clip(sizes[name] + share * (high - low), low, high)
-    return Designs(**sizes, sense=designs.sense)
+    return designs.with_values(sizes)
 
 
 def by_closed_form(pattern: PatternSearch, designs: Designs, ceilings: FloatArray) -> tuple[Designs, Any]:

@@ -81,14 +81,14 @@ def free_sizes(problem: Problem) -> Bounds:
 
 def decided_objectives(problem: Problem) -> list[str]:
     """The objectives that depend on the sizes of the design, not on motion and numbers of the scene alone."""
-    names = [name for name in signs(problem.scene.search) if name not in dict(problem.setup.numbers)]
+    names = [name for name in signs(problem.scene.search) if name not in problem.setup.varied.values()]
     effects = {name: EFFECTS[QUANTITIES[name].effect] for name in names}
     return [name for name, effect in effects.items() if not effect.of_motion(problem.setup)]
 
 
 def _smallest_cams(space: Space, names: frozenset[str]) -> Iterator[Rows]:
     """The smallest cam of each motion, as ``optimise`` finds it in its time."""
-    end, problems = now() + SECONDS, [exactly(problem) for problem in space.problems]
+    end, problems = now() + SECONDS, [exactly(problem) for problem in space.apart().problems]
     for done, problem in enumerate(problems):
         until, boxes = share(end, len(problems) - done), boxes_of(problem)
         answers = [smallest(problem, box, share(until, len(boxes) - k)).design for k, box in enumerate(boxes)]

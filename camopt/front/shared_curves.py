@@ -11,10 +11,10 @@ from threading import Lock
 import numpy as np
 from numpy.typing import NDArray
 
-from camopt.mechanisms import FIELDS, Designs
+from camopt.mechanisms import Designs
 from camopt.problem.problem import Problem
 from camopt.problem.rows import Columns, Rows
-from camopt.problem.space import Space
+from camopt.problem.space import Space, field_of
 from camopt.verdicts.screening import Candidates, begun, screened_by_pitch
 
 IntArray = NDArray[np.intp]
@@ -31,7 +31,7 @@ class CurveNumbers:
     def __init__(self, space: Space) -> None:
         self.shape = (1, *(values.size for values in space.axes.values()))
         strides = np.cumprod((1, *self.shape[:0:-1]))[::-1]
-        merged = [i for i, key in enumerate(space.axes, start=1) if FIELDS[key] in MERGED]
+        merged = [i for i, key in enumerate(space.axes, start=1) if field_of(key) in MERGED]
         self._merged, self._others = merged, [i for i in range(len(self.shape)) if i not in merged]
         numbers = self._numbers(strides, merged)
         curves = space.problem.setup.mechanism.pitch(space.designs(numbers.ravel()))
@@ -124,10 +124,10 @@ class SharedCurves:
 
 def curve_numbers(space: Space) -> CurveNumbers | None:
     """The numbers of the pitch curves of a space; None where they are not worth keeping, or too many to keep."""
-    varied = [values.size > 1 for key, values in space.axes.items() if FIELDS[key] in MERGED]
+    varied = [values.size > 1 for key, values in space.axes.items() if field_of(key) in MERGED]
     if not space.axes or (sum(varied) < 2 and not space.problem.setup.mechanism.grooved):
         return None
-    merged = prod(values.size for key, values in space.axes.items() if FIELDS[key] in MERGED)
+    merged = prod(values.size for key, values in space.axes.items() if field_of(key) in MERGED)
     if max(merged, space.designs_each // merged) > MOST_CURVES:
         return None
     numbers = CurveNumbers(space)

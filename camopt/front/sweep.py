@@ -169,8 +169,9 @@ def sweep(
     Raises
     ------
     BadInput
-        If the space cannot be swept: a range without a step, an objective that the mechanism has not, more than
-        10,000 combinations of numbers that are no sizes; for another ``keep``.
+        If the space cannot be swept: a range without a step, an objective that the mechanism has not; for another
+        ``keep``; for more than 10,000 combinations of numbers that are no sizes, with ``keep="front-only"``, with
+        ``search.refine`` or of shaft diameters, for these are taken one by one.
     OSError
         If a file cannot be written, there is no room for what is kept, or another run writes to the folder.
 
@@ -194,7 +195,7 @@ def sweep(
     if out is not None and not again and (done := swept_already(asked, out, tell)):
         return done
     if asked.by_boxes:
-        search = FrontSearch(asked.space, asked.names, own.workers, progress)
+        search = FrontSearch(asked.space.apart(), asked.names, own.workers, progress)
 
         def found(checkpoint: Checkpoint | None, write: Write) -> Seen:
             if checkpoint is None:

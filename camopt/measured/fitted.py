@@ -134,12 +134,12 @@ class Fitted(Shown):
     @property
     def jerk_rms(self) -> float:
         """The root mean square of the jerk over the turn, in the unit of the scene's jerks."""
-        return root_mean_square(self._problem.programme, JERK) * scale(self._problem.setup, JERK)
+        return float(root_mean_square(self._problem.programme, JERK) * scale(self._problem.setup, JERK))
 
     @property
     def least_jerk_rms(self) -> float:
         """What no motion as near to the points has less of: the optimum without dwells and turns."""
-        return sqrt(self.least_square / radians(TURN)) * self._per * scale(self._problem.setup, JERK)
+        return float(sqrt(self.least_square / radians(TURN)) * self._per * scale(self._problem.setup, JERK))
 
     @property
     def price(self) -> float:

@@ -1,7 +1,7 @@
 """Designs as a structure of arrays, and what a mechanism has to say about them."""
 
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -48,25 +48,38 @@ class Designs:
     centre_distance: FloatArray
     face_offset: FloatArray
     sense: float
+    numbers: Mapping[str, FloatArray] = field(default_factory=dict)
+    """Other numbers of the scene that designs differ in, by key, in its units, each (n,)."""
 
     def __len__(self) -> int:
         return int(self.size.size)
 
     def take(self, index: Any) -> "Designs":
         """The designs at an index, mask or slice."""
-        return Designs(**{name: values[index] for name, values in self.sizes.items()}, sense=self.sense)
+        return self.with_values({name: values[index] for name, values in self.values.items()})
 
     def replaced(self, index: Any, others: "Designs") -> "Designs":
         """The designs with those at an index taken from others."""
-        sizes = {name: values.copy() for name, values in self.sizes.items()}
-        for name, values in others.sizes.items():
-            sizes[name][index] = values
-        return Designs(**sizes, sense=self.sense)
+        arrays = {name: values.copy() for name, values in self.values.items()}
+        for name, values in others.values.items():
+            arrays[name][index] = values
+        return self.with_values(arrays)
+
+    def with_values(self, values: Mapping[str, Any]) -> "Designs":
+        """The same with other sizes, by field, and other numbers, by key of the scene."""
+        sizes = {name: value for name, value in values.items() if name in SIZES}
+        numbers = {name: value for name, value in values.items() if name not in SIZES}
+        return replace(self, **sizes, numbers={**self.numbers, **numbers})
 
     @property
     def sizes(self) -> dict[str, FloatArray]:
-        """The arrays by name."""
+        """The arrays of sizes by name."""
         return {name: getattr(self, name) for name in SIZES}
+
+    @property
+    def values(self) -> dict[str, FloatArray]:
+        """All arrays: sizes by name, numbers by key."""
+        return {**self.sizes, **self.numbers}
 
     @property
     def prime_radius(self) -> FloatArray:
@@ -81,8 +94,7 @@ class Designs:
 def chained(parts: Iterable[Designs]) -> Designs:
     """Designs one after the other, of cams that turn the same way."""
     parts = list(parts)
-    sizes = {name: np.concatenate([part.sizes[name] for part in parts]) for name in SIZES}
-    return Designs(**sizes, sense=parts[0].sense)
+    return parts[0].with_values({n: np.concatenate([part.values[n] for part in parts]) for n in parts[0].values})
 
 
 def drawn_by_point(designs: Designs) -> Designs:

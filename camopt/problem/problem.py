@@ -52,8 +52,21 @@ class Problem:
         if not numbers:
             return self
         scene = self.scene.with_numbers(numbers)
-        setup = replace(setup_of(scene), tolerance=self.setup.tolerance)
+        setup = replace(setup_of(scene), tolerance=self.setup.tolerance, free=self.setup.free - numbers.keys())
         return replace(self, scene=scene, setup=setup, limits=limits_of(scene, setup))
+
+    def freed(self, numbers: Mapping[str, float]) -> "Problem":
+        """The problem of designs that bring some numbers, by key of the scene, which may be as large as here."""
+        if not numbers:
+            return self
+        setup = self.with_numbers(numbers).setup
+        setup = replace(setup, free=setup.free | numbers.keys())
+        return replace(self, setup=setup, limits=limits_of(self.scene, setup))
+
+    def alone(self, design: Designs) -> "tuple[Problem, Designs]":
+        """The problem of one design, with the numbers that it brings, and the design without them."""
+        numbers = {key: float(value[0]) for key, value in design.numbers.items()}
+        return self.with_numbers(numbers), replace(design, numbers={})
 
     def without(self, key: str) -> "Problem":
         """The problem without a bound, by its key, and all limits that it gives."""
@@ -121,7 +134,8 @@ def resolve(scene: Scene) -> Problem:
     setup = setup_of(scene.with_numbers(_first_values(scene)))
     sizes = {FIELDS[key.partition(".")[2]]: np.array([_given(scene, key)]) for key in size_keys(scene)}
     absent = {name: np.zeros(1) for name in SIZES if name not in sizes}
-    design = Designs(**sizes, **absent, sense=1.0 if scene.cam.rotation == "ccw" else -1.0)
+    arrays: dict[str, Any] = {**sizes, **absent}
+    design = Designs(**arrays, sense=1.0 if scene.cam.rotation == "ccw" else -1.0)
     mistakes = [*_not_offered(scene, setup), *_out_of_reach(scene, setup)]
     if mistakes:
         raise BadInput(mistakes)

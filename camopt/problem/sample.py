@@ -17,8 +17,8 @@ from camopt.mechanisms import FIELDS
 from camopt.mistakes import BadInput, Mistake
 from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem, missing_sizes
-from camopt.problem.settings import freed_angles, problems_of, too_many_settings
-from camopt.problem.space import Block, Space, space_of
+from camopt.problem.settings import OF_PROBLEM, freed_angles, freed_of, problems_of, too_many_settings
+from camopt.problem.space import Block, Space, field_of, space_of
 from camopt.scene.choices import Chosen, Range
 
 NEARBY = 0.01  # of a cam's size: how much smaller the next one is said to be
@@ -28,13 +28,13 @@ NEARBY = 0.01  # of a cam's size: how much smaller the next one is said to be
 class Sample(Space):
     """Motions × designs drawn from ranges and lists of numbers, the same designs for each motion.
 
-    Those that share a setting (numbers of the scene that are no sizes) stand together and are one problem.
+    Those of one problem stand together.
     """
 
     drawn: dict[str, FloatArray]
-    """The sizes of the designs by key of ``[search]``, each (designs,)."""
+    """The sizes of the designs by key of ``[search]``, other numbers by key of the scene, each (designs,)."""
     ends: NDArray[np.int64]
-    """The number of the design after the last one of each setting, (settings,)."""
+    """The number of the design after the last one of each setting of problems, (settings,)."""
 
     @property
     def designs_each(self) -> int:
@@ -45,8 +45,8 @@ class Sample(Space):
         for problem, (first, last) in zip(self.problems, cycle(pairwise([0, *ends])), strict=False):
             yield problem, first, last
 
-    def sizes(self, index: NDArray[np.int64]) -> dict[str, FloatArray]:
-        return {FIELDS[key]: values[index] for key, values in self.drawn.items()}
+    def values(self, index: NDArray[np.int64]) -> dict[str, FloatArray]:
+        return {field_of(key): values[index] for key, values in self.drawn.items()}
 
     def next_smaller(self, size: float) -> float | None:
         return size * (1.0 - NEARBY)
@@ -72,12 +72,14 @@ def searched_space(problem: Problem) -> Space:
         raise BadInput(mistakes)
     points = SAMPLERS[search.sampler](len(choices), search.samples, search.seed)
     drawn = {key: placed(choice, column) for (key, choice), column in zip(choices.items(), points.T, strict=True)}
-    settings, which = _settings([drawn.pop(key) for key in search.numbers], search.samples)
-    if mistakes := too_many_settings(file, len(settings)):
+    of_problem = [key for key in search.numbers if key in OF_PROBLEM]
+    settings, which = _settings([drawn.pop(key) for key in of_problem], search.samples)
+    if mistakes := too_many_settings(problem, len(settings)):
         raise BadInput(mistakes)
-    problems = problems_of(problem, [dict(zip(search.numbers, each, strict=True)) for each in settings])
+    free = freed_of(problem)
+    problems = problems_of(free, [dict(zip(of_problem, each, strict=True)) for each in settings])
     order = np.argsort(which, kind="stable")
-    return Sample(problem, problems, {}, {k: v[order] for k, v in drawn.items()}, np.cumsum(np.bincount(which)))
+    return Sample(free, problems, {}, {k: v[order] for k, v in drawn.items()}, np.cumsum(np.bincount(which)))
 
 
 def _settings(columns: list[FloatArray], count: int) -> tuple[list[tuple[float, ...]], NDArray[np.int64]]:

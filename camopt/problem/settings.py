@@ -1,4 +1,8 @@
-"""The problems of a space: every choice of laws, in every setting of the scene's numbers that are no sizes."""
+"""The problems of a space: every choice of laws; and the numbers of the scene, no sizes, that a search varies.
+
+Designs bring these numbers as they bring their sizes. A setting is one choice of all of them: there is a problem
+for each setting only of what decides which limits there are, or for searches that take them one by one.
+"""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import product
@@ -7,8 +11,11 @@ from camopt.effects import lacking
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion.programme import Programme
 from camopt.problem.problem import Problem
+from camopt.scene.choices import Chosen, Range
 
-MOST_SETTINGS = 10_000  # each has problems of its own, one for each motion
+MOST_SETTINGS = 10_000  # of which each has problems of its own, one for each motion
+OF_PROBLEM = frozenset(("cam.shaft_diameter",))
+"""Numbers that decide which limits there are, so that all designs of a problem have the same."""
 
 Setting = Mapping[str, float]
 """Values of numbers of the scene that are no sizes, by key."""
@@ -36,6 +43,25 @@ def problems_of(problem: Problem, settings: Sequence[Setting] = ({},)) -> tuple[
     return tuple(each.with_programme(programme) for programme in laws_of(problem) for each in set_)
 
 
+def freed_of(problem: Problem) -> Problem:
+    """The problem of designs that bring the numbers which its ``[search]`` varies.
+
+    Raises
+    ------
+    BadInput
+        If a quantity that the problem calls for cannot be computed with the least of one of the numbers.
+    """
+    choices = {key: choice for key, choice in problem.scene.search.numbers.items() if key not in OF_PROBLEM}
+    ends = {key: ends_of(choice) for key, choice in choices.items()}
+    set_up(problem, [{key: least for key, (least, _) in ends.items()}])
+    return problem.freed({key: largest for key, (_, largest) in ends.items()})
+
+
+def ends_of(choice: Chosen) -> tuple[float, float]:
+    """The least and the largest value of a range or list."""
+    return (choice.start, choice.stop) if isinstance(choice, Range) else (float(min(choice)), float(max(choice)))
+
+
 def set_up(problem: Problem, settings: Iterable[Setting]) -> list[Problem]:
     """The problem in some settings; raises as ``problems_of``."""
     set_ = [problem.with_numbers(setting) for setting in settings]
@@ -56,11 +82,11 @@ def _lacking(problem: Problem, set_: Iterable[Problem]) -> Iterator[Mistake]:
         yield Mistake(problem.scene.file, f"search.{key}", 0.0, f"above 0: {needed}")
 
 
-def too_many_settings(file: str, count: int) -> list[Mistake]:
-    """A mistake if there are more settings than a sweep can have problems for."""
-    allowed = f"ranges and lists of at most {MOST_SETTINGS:,} combinations of other numbers than sizes"
+def too_many_settings(problem: Problem, count: int) -> list[Mistake]:
+    """A mistake if there are more settings than there can be problems for."""
+    allowed = f"ranges and lists of at most {MOST_SETTINGS:,} combinations of numbers that are taken one by one"
     why = f"{allowed}; these have {count:,}"
-    return [Mistake(file, "search", None, why)] if count > MOST_SETTINGS else []
+    return [Mistake(problem.scene.file, "search", None, why)] if count > MOST_SETTINGS else []
 
 
 def freed_numbers(problem: Problem, who: str) -> list[Mistake]:

@@ -1,7 +1,10 @@
-"""The design space of a sweep: the product of a few axes, indexed and never materialised."""
+"""The design space of a sweep: the product of a few axes, indexed and never materialised.
+
+Axes are sizes, and other numbers of the scene: designs bring both.
+"""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from math import floor, inf, prod
 
@@ -15,7 +18,7 @@ from camopt.motion.table import RETURN, RISE
 from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem, missing_sizes
 from camopt.problem.rows import Rows
-from camopt.problem.settings import freed_angles, laws_of, problems_of, too_many_settings
+from camopt.problem.settings import OF_PROBLEM, freed_angles, freed_of, laws_of, problems_of, too_many_settings
 from camopt.scene.choices import Chosen, Range
 
 MOST_DESIGNS = 2**63 - 1  # what their numbers can count
@@ -27,16 +30,16 @@ Block = tuple[Problem, int, int]
 
 @dataclass(frozen=True)
 class Space:
-    """Motions × numbers of the scene × sizes, each combination of the first two a problem of its own.
+    """Motions × numbers of the scene × sizes, with a problem for each motion.
 
-    Designs of a problem are numbered with the cam's radius fastest.
+    Designs of a problem are numbered with the cam's radius fastest, and all sizes faster than other numbers.
     """
 
     problem: Problem
     problems: tuple[Problem, ...]
-    """One for each motion, in the order of the laws, and for each combination of numbers, these faster."""
+    """One for each motion, in the order of the laws, and for each setting that is one of problems, these faster."""
     axes: dict[str, FloatArray]
-    """The values of sizes, by key of ``[search]``."""
+    """The values of other numbers by key of the scene, and of sizes by key of ``[search]``."""
 
     @property
     def designs_each(self) -> int:
@@ -57,11 +60,26 @@ class Space:
             for first in range(start, stop, size):
                 yield problem, first, min(first + size, stop)
 
-    def sizes(self, index: NDArray[np.int64]) -> dict[str, FloatArray]:
-        """The sizes that vary, of the designs of a problem by number."""
+    def values(self, index: NDArray[np.int64]) -> dict[str, FloatArray]:
+        """The sizes and numbers that vary, of the designs of a problem by number; as ``Designs`` have them."""
         shape = tuple(values.size for values in self.axes.values())
         where = np.unravel_index(index, shape) if shape else ()
-        return {FIELDS[key]: values[i] for (key, values), i in zip(self.axes.items(), where, strict=True)}
+        return {field_of(key): values[i] for (key, values), i in zip(self.axes.items(), where, strict=True)}
+
+    def check_apart(self) -> None:
+        """Whether settings can be taken one by one: a BadInput if there are too many."""
+        counts = (values.size for key, values in self.axes.items() if key not in FIELDS)
+        if mistakes := too_many_settings(self.problem, prod(counts)):
+            raise BadInput(mistakes)
+
+    def apart(self) -> "Space":
+        """The same space with a problem for each setting, for searches that take them one by one."""
+        numbers = {key: values.tolist() for key, values in self.axes.items() if key not in FIELDS}
+        if not numbers:
+            return self
+        settings = [dict(zip(numbers, each, strict=True)) for each in product(*numbers.values())]
+        problems = tuple(problem.with_numbers(setting) for problem in self.problems for setting in settings)
+        return replace(self, problems=problems, axes={k: v for k, v in self.axes.items() if k in FIELDS})
 
     def next_smaller(self, size: float) -> float | None:
         """The next smaller size of the cam; None at the edge of the space."""
@@ -72,13 +90,12 @@ class Space:
 
     def designs(self, index: NDArray[np.int64]) -> Designs:
         """The designs of a problem by number."""
-        sizes, fixed = self.sizes(index), self.problem.design.sizes
-        columns = {n: sizes.get(n, np.broadcast_to(v, index.shape)) for n, v in fixed.items()}
-        arrays = {n: np.ascontiguousarray(v) for n, v in columns.items()}
-        return Designs(**arrays, sense=self.problem.design.sense)
+        varied, fixed = self.values(index), self.problem.design
+        columns = {n: np.broadcast_to(v, index.shape) for n, v in fixed.sizes.items()} | varied
+        return fixed.with_values({n: np.ascontiguousarray(v) for n, v in columns.items()})
 
     def designs_of(self, rows: Rows) -> Iterator[tuple[Problem, NDArray[np.int64], Designs]]:
-        """The designs of some rows of a sweep, by problem: (problem, the rows' numbers, their designs)."""
+        """The designs of some rows of a sweep by motion and setting: (problem, numbers of rows, their designs)."""
         fixed = self.problem.design
         named = {name: rows.column(f"{name}_mm") for name in SIZES if f"{name}_mm" in rows.columns}
         named["size"] = rows.column(self.problem.size_name)
@@ -96,7 +113,7 @@ class Space:
             for some in np.split(index[order], np.flatnonzero(np.diff(kind[order])) + 1) if index.size else ():
                 values = kinds[which.reshape(-1)[some[0]]].tolist()
                 problem = motion.with_numbers(dict(zip(numbers, values, strict=False)))
-                yield problem, some, Designs(**columns, sense=fixed.sense).take(some)
+                yield problem, some, fixed.with_values(columns).take(some)
 
 
 def space_of(problem: Problem) -> Space:
@@ -105,17 +122,25 @@ def space_of(problem: Problem) -> Space:
     sizes = {key: choice for key in FIELDS if (choice := getattr(search, key)) is not None}
     mistakes = [m for key, choice in (sizes | search.numbers).items() for m in _ungridded(file, key, choice)]
     mistakes += [*missing_sizes(problem, sizes), *freed_angles(problem, "a sweep takes")]
-    settings, each = (prod(map(value_count, choices.values())) for choices in (search.numbers, sizes))
-    mistakes += too_many_settings(file, settings)
-    if (count := len(laws_of(problem)) * settings * each) > MOST_DESIGNS:
+    choices = search.numbers | sizes
+    of_problem = {key: choices.pop(key) for key in search.numbers if key in OF_PROBLEM}
+    settings = prod(map(value_count, of_problem.values()))
+    mistakes += too_many_settings(problem, settings)
+    if (count := len(laws_of(problem)) * settings * prod(map(value_count, choices.values()))) > MOST_DESIGNS:
         allowed = f"a space of at most {MOST_DESIGNS:.2g} designs; this one has {count:.2g}"
         mistakes.append(Mistake(file, "search", None, allowed))
     if mistakes:
         raise BadInput(mistakes)
-    values = [number_values(choice) for choice in search.numbers.values()]
-    combined = [dict(zip(search.numbers, each, strict=True)) for each in product(*values)]
-    axes = {key: axis_values(choice) for key, choice in sizes.items()}
-    return Space(problem, problems_of(problem, combined), axes)
+    values = [number_values(choice) for choice in of_problem.values()]
+    combined = [dict(zip(of_problem, each, strict=True)) for each in product(*values)]
+    axes = {k: axis_values(c) if k in FIELDS else np.array(number_values(c)) for k, c in choices.items()}
+    free = freed_of(problem)
+    return Space(free, problems_of(free, combined), axes)
+
+
+def field_of(key: str) -> str:
+    """How ``Designs`` name a size or another number, by its key of ``[search]``."""
+    return FIELDS.get(key, key)
 
 
 def _ungridded(file: str, key: str, choice: Chosen) -> Iterator[Mistake]:
@@ -135,14 +160,15 @@ def number_values(choice: Chosen) -> list[float]:
 
 
 def boxes_of(problem: Problem) -> list[Bounds]:
-    """The boxes to search: every combination of listed sizes, with an interval for every range."""
+    """The boxes to search: every combination of what is listed, with an interval for every range."""
     scene, fixed = problem.scene, problem.design
     cam = scene.cam.form
     size_key = "base_radius" if cam == "disc" else "mean_radius"
     options = {name: [(float(value[0]), float(value[0]))] for name, value in fixed.sizes.items()}
     options["size"] = [(0.0, inf)]
-    for key, field in FIELDS.items():
-        choice = getattr(scene.search, key)
+    numbers = {key: choice for key, choice in scene.search.numbers.items() if key in problem.setup.free}
+    for key, choice in ({key: getattr(scene.search, key) for key in FIELDS} | numbers).items():
+        field = field_of(key)
         if choice is None:
             continue
         if isinstance(choice, Range):
@@ -157,10 +183,11 @@ def boxes_of(problem: Problem) -> list[Bounds]:
 def choices(problem: Problem, bounds: Bounds) -> str:
     """What a box has of the sizes of which ``[search]`` lists several, as a user writes them."""
     search = problem.scene.search
+    chosen = {key: getattr(search, key) for key in FIELDS} | search.numbers
     listed = {
-        key: bounds[field][0]
-        for key, field in FIELDS.items()
-        if field != "size" and isinstance(getattr(search, key), tuple)
+        key: bounds[field_of(key)][0]
+        for key, choice in chosen.items()
+        if field_of(key) in bounds and field_of(key) != "size" and isinstance(choice, tuple)
     }
     return " and ".join(f"{key} = {value:.6g}" for key, value in listed.items())
 

@@ -1,7 +1,5 @@
 """What a scene gives of dynamics and materials that nothing reads, and what it asks for and lacks the data of."""
 
-from dataclasses import replace
-
 from camopt.effects import EFFECTS, called, lacking, offered
 from camopt.problem.problem import resolve
 from camopt.quantities import QUANTITIES
@@ -9,6 +7,7 @@ from camopt.scene.scene import Scene
 
 LOADED = ("force", "torque", "thrust", "hertz", "surface", "vibration")
 GUIDED = ("torque", "thrust", "hertz", "surface")
+MASSES = ("follower.dynamics.mass", "follower.dynamics.inertia")
 PRESSING = ("mass", "inertia", "spring_rate", "preload", "damping", "load", "gravity")
 READERS: dict[str, tuple[str, ...]] = {
     **dict.fromkeys(PRESSING, LOADED),
@@ -30,7 +29,7 @@ def unused(scene: Scene) -> list[str]:
     problem = resolve(scene)
     setup = problem.setup
     running, offers = called(problem.wanted, setup), frozenset(offered(setup))
-    massless = lacking(replace(setup, dynamics=replace(setup.dynamics, mass=None)))
+    massless = lacking(setup.with_numbers(dict.fromkeys(MASSES)))
 
     def reads(effect: str, key: str, names: frozenset[str]) -> bool:
         """Whether some quantities of an effect read a key; only loads read what presses on the cam."""

@@ -71,10 +71,9 @@ class Boxes:
         high = {n: np.concatenate([v, other.high[n]]) for n, v in self.high.items()}
         return Boxes(low, high, np.concatenate([self.side, other.side]), self.free, self.scale)
 
-    def designs(self, sense: float) -> Designs:
-        """The boxes as designs of Intervals."""
-        sizes: dict[str, Any] = {n: Interval(self.low[n], self.high[n]) for n in self.low}
-        return Designs(**sizes, sense=sense)
+    def designs(self, like: Designs) -> Designs:
+        """The boxes as designs of Intervals, of cams that turn as another one."""
+        return like.with_values({n: Interval(self.low[n], self.high[n]) for n in self.low})
 
     def halved(self) -> "Boxes":
         """Each box cut in two across its side."""

@@ -103,7 +103,7 @@ class BoxSearch:
             boxes = boxes.below(self.incumbent.size[0])
         if not len(boxes):
             return boxes
-        designs = boxes.designs(self.problem.design.sense)
+        designs = boxes.designs(self.problem.design)
         seen = examined(self.problem, self.claims, designs, list(boxes.free))
         unseen = boxes.side == UNKNOWN
         side = np.where(unseen, seen.side, boxes.side)
@@ -141,13 +141,13 @@ class BoxSearch:
         side = np.full(len(boxes), UNKNOWN)
         if self.crossings is None:
             return replace(boxes, side=side)
-        designs, free = boxes.designs(self.problem.design.sense), boxes.free
+        designs, free = boxes.designs(self.problem.design), boxes.free
         possible = ~self.problem.setup.mechanism.impossible(designs, self.problem.programme)
         inside, exists = representatives(self.problem, designs, list(free), possible)
         low, high = (np.array([ends[n] for n in free]) for ends in (boxes.low, boxes.high))
         empty, index = np.zeros(len(boxes), dtype=bool), np.flatnonzero(exists)
         if index.size:
-            point = np.array([inside.sizes[n][index] for n in free])
+            point = np.array([inside.values[n][index] for n in free])
             span = Interval(low[:, index] - point, high[:, index] - point)
             with np.errstate(all="ignore"):
                 over = Excesses.of(self.crossings.excess(designs.take(index), inside.take(index), free))

@@ -83,7 +83,7 @@ def closed_form(problem: Problem, bounds: Bounds) -> Designs | None:
     if not 0.0 < size <= high:
         return None
     fields = {name: np.array([middle.get(name, bounds[name][0])]) for name in bounds}
-    return Designs(**{**fields, "size": np.array([size])}, sense=problem.design.sense)
+    return problem.design.with_values({**fields, "size": np.array([size])})
 
 
 def _nearest_in_polygon(

@@ -108,7 +108,7 @@ def _design(problem: Problem, form: Form, point: FloatArray, bounds: Bounds) -> 
     sizes = {name: low for name, (low, _) in bounds.items()} | {"roller_radius": bounds["roller_radius"][1]}
     sizes |= form.sizes(point, sizes["roller_radius"])
     arrays = {name: np.clip([value], *bounds[name]) for name, value in sizes.items() if name != "size"}
-    return Designs(**arrays, size=np.array([sizes["size"]]), sense=problem.design.sense)
+    return problem.design.with_values({**arrays, "size": np.array([sizes["size"]])})
 
 
 def _first_planes(form: Form, limits: list[LinearLimit], programme: Programme, bounds: Bounds) -> Planes:

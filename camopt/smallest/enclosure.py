@@ -43,7 +43,7 @@ def designs_at(problem: Problem, low: dict[str, FloatArray], high: dict[str, Flo
     """One design of each box: its middle, but at a given share of the way from least to largest size."""
     middle = {name: (low[name] + high[name]) / 2 for name in low}
     size = low["size"] + share * (high["size"] - low["size"])
-    return Designs(**{**middle, "size": size}, sense=problem.design.sense)
+    return problem.design.with_values({**middle, "size": size})
 
 
 class Examined(NamedTuple):
@@ -70,12 +70,12 @@ def examined(problem: Problem, claims: list[Claim], box: Designs, free: list[str
     """
     empty = problem.setup.mechanism.impossible(box, problem.programme)
     inside, exists = representatives(problem, box, free, ~empty)
-    intervals: dict[str, Any] = box.sizes
+    intervals: dict[str, Any] = box.values
     low, high = (np.array([getattr(intervals[n], end) for n in free]) for end in ("low", "high"))
     side, index, level = np.argmax(high - low, axis=0), np.flatnonzero(exists), exists.copy()
     present = present_claims(problem, claims)
     if index.size and present:
-        point = np.array([inside.sizes[n][index] for n in free])
+        point = np.array([inside.values[n][index] for n in free])
         span = Interval(low[:, index] - point, high[:, index] - point)
         with np.errstate(all="ignore"):
             over = _excesses(problem, present, box.take(index), inside.take(index), free)
@@ -126,11 +126,11 @@ def rounded(state: Any, programme: Programme) -> tuple[Any, ...]:
 
 def sloped_boxes(box: Designs, inside: Designs, free: list[str], rows: int) -> tuple[Designs, Sloped]:
     """Boxes as designs of Sloped sizes, so many times one after the other; and one of these."""
-    intervals: dict[str, Any] = box.sizes
+    intervals: dict[str, Any] = box.values
     ends = [Interval(*(np.tile(getattr(intervals[n], end), rows) for end in ("low", "high"))) for n in free]
-    sizes = dict(zip(free, variables(ends, [np.tile(inside.sizes[n], rows) for n in free]), strict=True))
-    fixed = {n: np.tile(v, rows) for n, v in inside.sizes.items() if n not in free}
-    return Designs(**{**fixed, **sizes}, sense=box.sense), sizes[free[0]]  # type: ignore[arg-type]
+    sloped = dict(zip(free, variables(ends, [np.tile(inside.values[n], rows) for n in free]), strict=True))
+    fixed = {n: np.tile(v, rows) for n, v in inside.values.items() if n not in free}
+    return inside.with_values({**fixed, **sloped}), sloped[free[0]]
 
 
 def representatives(problem: Problem, box: Designs, free: list[str], wanted: Any) -> tuple[Designs, Any]:
@@ -138,7 +138,7 @@ def representatives(problem: Problem, box: Designs, free: list[str], wanted: Any
 
     Tried in turn: the middle; the largest size with the offset nearest to zero; the least size; every corner.
     """
-    intervals: dict[str, Any] = box.sizes
+    intervals: dict[str, Any] = box.values
     low = {name: interval.low for name, interval in intervals.items()}
     high = {name: interval.high for name, interval in intervals.items()}
     chosen = designs_at(problem, low, high, 0.5)
@@ -146,11 +146,11 @@ def representatives(problem: Problem, box: Designs, free: list[str], wanted: Any
     largest = replace(designs_at(problem, low, high, 1.0), offset=nearest)
     exists = wanted & problem.setup.mechanism.exists(chosen, problem.programme)
     ends = product(*((low[name], high[name]) for name in free))
-    corners = (replace(chosen, **dict(zip(free, corner, strict=True))) for corner in ends)
+    corners = (chosen.with_values(dict(zip(free, corner, strict=True))) for corner in ends)
     for other in (largest, designs_at(problem, low, high, 0.0), *corners):
         if not np.any(wanted & ~exists):
             break
         better = wanted & ~exists & problem.setup.mechanism.exists(other, problem.programme)
-        sizes = {name: np.where(better, other.sizes[name], a) for name, a in chosen.sizes.items()}
-        chosen, exists = Designs(**sizes, sense=chosen.sense), exists | better
+        values = {name: np.where(better, other.values[name], a) for name, a in chosen.values.items()}
+        chosen, exists = chosen.with_values(values), exists | better
     return chosen, exists

@@ -75,7 +75,7 @@ def coarse_grid(problem: Problem, bounds: Bounds, lift: float, values: int) -> D
     others = {n: np.linspace(a, b, values if b > a else 1) for n, (a, b) in bounds.items() if n != "size"}
     mesh = np.meshgrid(*others.values(), sizes[sizes > 0.0], indexing="ij")
     fields = dict(zip([*others, "size"], (m.ravel() for m in mesh), strict=True))
-    return Designs(**fields, sense=problem.design.sense)
+    return problem.design.with_values(fields)
 
 
 def largest_size(problem: Problem, bounds: Bounds) -> float:

@@ -51,9 +51,9 @@ def _zoomed(
             break
         steps = [np.linspace(-1, 1, STEPS) * spans[name] for name in free]
         mesh = [m.ravel() for m in np.meshgrid(*steps, indexing="ij")]
-        moved = {n: np.clip(design.sizes[n] + m, *free[n]) for n, m in zip(free, mesh, strict=True)}
+        moved = {n: np.clip(design.values[n] + m, *free[n]) for n, m in zip(free, mesh, strict=True)}
         ones = np.ones(mesh[0].size if mesh else 1)
-        points = Designs(**{n: moved.get(n, v * ones) for n, v in design.sizes.items()}, sense=design.sense)
+        points = design.with_values({n: moved.get(n, v * ones) for n, v in design.values.items()})
         points = points.take(problem.setup.mechanism.exists(points, problem.programme) & (points.size > 0.0))
         if len(points):
             excess = weighed(problem, points, frozenset(), until).outer

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.effects import Case
-from camopt.mechanisms import SIZES, Designs
+from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
 from camopt.motion.stroke import Stroke
 from camopt.numerics import LARGEST, LEAST, FloatArray
@@ -26,7 +26,13 @@ from camopt.smallest.excesses import Excesses
 
 IDLE = -0.5  # a limit that no point of a box exceeds by more, relative, is not looked at more closely
 SHARES = 17  # of a stroke at which every box is looked at, even
+ANGLE = "angle "  # before the number of a segment: what boxes call its angle
 ADDED = 64  # and so many more at most, where cams that were looked at exceed a limit the most
+
+
+def without_angles(cam: Designs, values: Mapping[str, Any]) -> Designs:
+    """Designs of some sizes and numbers, that turn as another cam; what names angles is left out."""
+    return cam.with_values({name: value for name, value in values.items() if not name.startswith(ANGLE)})
 
 
 class SlopedBoxes(NamedTuple):
@@ -35,16 +41,17 @@ class SlopedBoxes(NamedTuple):
     sloped: Mapping[str, Any]
     point: Mapping[str, FloatArray]
     like: Sloped
-    sense: float
+    cam: Designs
+    """Any one, which tells how they turn."""
 
     @classmethod
-    def of(cls, ends: Mapping[str, Interval], point: Mapping[str, FloatArray], sense: float) -> "SlopedBoxes":
+    def of(cls, ends: Mapping[str, Interval], point: Mapping[str, FloatArray], cam: Designs) -> "SlopedBoxes":
         """From the ends of what is free."""
         sides = dict(zip(ends, variables(list(ends.values()), [point[name] for name in ends]), strict=True))
-        return cls({**point, **sides}, point, next(iter(sides.values())), sense)
+        return cls({**point, **sides}, point, next(iter(sides.values())), cam)
 
     def designs(self, values: Mapping[str, Any]) -> Designs:
-        return Designs(**{name: values[name] for name in SIZES}, sense=self.sense)
+        return without_angles(self.cam, values)
 
 
 @dataclass

@@ -17,7 +17,6 @@ from typing import Any
 import numpy as np
 
 from camopt.effects.peak import Derivative
-from camopt.mechanisms import SIZES, Designs
 from camopt.mechanisms.design import Bounds
 from camopt.motion.programme import Programme, span
 from camopt.motion.stroke import Stroke
@@ -37,7 +36,7 @@ from camopt.smallest.excesses import ROUNDING, Excesses, chained_excesses, cut_o
 from camopt.smallest.first_look import largest_size, scale_of
 from camopt.smallest.result import Smallest, first_feasible, gap_of, known_crossings
 from camopt.smallest.smallest import small
-from camopt.smallest.stroke_limits import SlopedBoxes, stroke_limits
+from camopt.smallest.stroke_limits import ANGLE, SlopedBoxes, stroke_limits, without_angles
 from camopt.smallest.turns import SAME, AngleRanges, BestTurn, SegmentAngles, better
 
 FEW, MANY = 32, 256  # boxes examined together: no fewer, for they take no longer, and no more, to stop in time
@@ -73,7 +72,7 @@ class TurnSearch:
     def names(self) -> dict[str, int]:
         """The place among the freed segments of each that moves, by the name that its angle has in boxes."""
         motion = self.problem.scene.motion
-        return {f"angle {i}": k for k, i in enumerate(self.turns.freed) if motion[i].segment != "dwell"}
+        return {f"{ANGLE}{i}": k for k, i in enumerate(self.turns.freed) if motion[i].segment != "dwell"}
 
     @cached_property
     def strokes(self) -> dict[Stroke, str | None]:
@@ -84,7 +83,7 @@ class TurnSearch:
         present = [i for i in range(len(motion)) if longest[i] > 0.0]
         for i, stroke in zip(present, self.longest.strokes, strict=True):
             if stroke.kind != DWELL:
-                found[stroke] = f"angle {i}" if i in self.turns.freed else None
+                found[stroke] = f"{ANGLE}{i}" if i in self.turns.freed else None
             elif least[i] > 0.0 or abs(stroke.low) <= SAME:  # at the lowest there is one in all of these turns
                 found[stroke] = None
         return found
@@ -147,7 +146,7 @@ class TurnSearch:
             return boxes
         point = {name: (low + boxes.high[name]) / 2.0 for name, low in boxes.low.items()}
         ends = {name: Interval(boxes.low[name], boxes.high[name]) for name in boxes.free}
-        looked = SlopedBoxes.of(ends, point, self.problem.design.sense)
+        looked = SlopedBoxes.of(ends, point, self.problem.design)
         with np.errstate(all="ignore"):
             reach = looked.like.span
             alone = [each for limit in self.limits for each in limit.excesses(looked)]
@@ -188,7 +187,7 @@ class TurnSearch:
     def look_into(self, boxes: Boxes, *, closely: bool) -> None:
         """Look at cams in the middle of the least box, and for where they exceed limits the most."""
         middle = {name: (low[:1] + boxes.high[name][:1]) / 2.0 for name, low in boxes.low.items()}
-        design = Designs(**{name: middle[name] for name in SIZES}, sense=self.problem.design.sense)
+        design = without_angles(self.problem.design, middle)
         if self.problem.setup.mechanism.exists(design, self.longest)[0]:
             for limit in self.limits:
                 limit.look_at(self.problem, design, middle)

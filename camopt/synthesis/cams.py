@@ -183,7 +183,7 @@ def term_of(demand: Demand, programme: Programme, name: str, size: float) -> flo
     if name == "size":
         return size
     if name == residual.TERM:
-        return demand.per_unit[name] * vibration(programme, *demand.train).residual
+        return float(demand.per_unit[name] * vibration(programme, *demand.train).residual)
     if name in ORDERS:
         return demand.per_unit[name] * peak(programme, ORDERS[name], TURN)
     return demand.per_unit[name] * root_mean_square(programme, SQUARES[name])

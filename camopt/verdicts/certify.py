@@ -64,8 +64,7 @@ def _displacement(moved: list[Ball]) -> tuple[Any, Any]:
 
 def in_balls(design: Designs) -> Designs:
     """One design with its sizes as balls, taken as exact."""
-    balls: dict[str, Any] = {name: Ball(value) for name, value in design.sizes.items()}
-    return Designs(**balls, sense=design.sense)
+    return design.with_values({name: Ball(value) for name, value in design.sizes.items()})
 
 
 def of_curve(made: Any) -> Callable[[list[Ball]], tuple[Any, Any]]:

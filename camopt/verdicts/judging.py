@@ -174,7 +174,7 @@ def _by_balls(problem: Problem, designs: Designs, rows: Rows, until: float) -> R
     from camopt.verdicts.certify import certify_limits
     from camopt.verdicts.deciding import BROKEN, HELD
 
-    found = [list(certify_limits(problem, designs.take([i]), until).values()) for i in range(len(designs))]
+    found = [list(certify_limits(*problem.alone(designs.take([i])), until).values()) for i in range(len(designs))]
     verdicts = np.array(found).T
     feasible = np.all(verdicts == HELD, axis=0)
     settled = feasible | np.any(verdicts == BROKEN, axis=0)

@@ -36,7 +36,7 @@ def narrowed(problem: Problem, designs: Designs, rows: Rows) -> Rows:
     columns, half_width = dict(rows.columns), half_width.copy()
     for k in open_:
         row = rows.take(np.array([k]))
-        proved = _proved(problem, designs.take([k]), row, asked)
+        proved = _proved(*problem.alone(designs.take([k])), row, asked)
         for name, (low, high) in proved.items():
             if not low <= row.column(name)[0] <= high:
                 columns[name] = np.array(np.broadcast_to(columns[name], rows.count))

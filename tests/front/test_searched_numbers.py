@@ -26,9 +26,10 @@ from camopt import (
     synthesise,
 )
 from camopt.cli.main import main
-from camopt.effects import offered
+from camopt.effects import case, offered
 from camopt.front import front_search
 from camopt.front.certified import certify_table
+from camopt.numerics.extremes import extremes
 from camopt.problem.problem import resolve
 from camopt.problem.sample import searched_space
 from camopt.problem.settings import MOST_SETTINGS
@@ -333,7 +334,24 @@ def test_numbers_that_cannot_be_searched_are_mistakes(changes, message):
     assert len(caught.value.mistakes) == 1
 
 
-TOO_MANY = f"search: must be ranges and lists of at most {MOST_SETTINGS:,} combinations of other numbers than sizes"
+def test_many_springs_ask_the_kernels_as_often_as_few(monkeypatch):
+    """Numbers are arrays of the designs, as sizes are: no search of extremes is for one setting alone."""
+    asked = []
+    monkeypatch.setattr(case, "extremes", lambda *given: asked.append(given[1]) or extremes(*given))
+    limited = VALVE.replace(**{"limits.torque": 500, "limits.side_thrust": 5000, "search.follower": None})
+    calls = []
+    for count in (16, 1024):
+        asked.clear()
+        springs = np.linspace(10.0, 20.0, count)
+        found = evaluate_designs(limited, {"base_radius_mm": springs + 40.0, "spring_rate_N_per_mm": springs})
+        assert len(found) == count
+        calls.append(len(asked))
+    assert calls[0] == calls[1] > 0
+
+
+TOO_MANY = (
+    f"search: must be ranges and lists of at most {MOST_SETTINGS:,} combinations of numbers that are taken one"
+)
 JAMMING = {"mass": 1, "guide_length": 50, "overhang": 50, "friction": 0.1}
 
 
@@ -345,11 +363,11 @@ JAMMING = {"mass": 1, "guide_length": 50, "overhang": 50, "friction": 0.1}
             "search.cam.rpm.step: must be a step above 0, for a sweep of",
         ),
         (
-            {"search.cam.rpm": {"start": 1, "stop": 2, "step": 1e-4}},
+            {"search.cam.rpm": {"start": 1, "stop": 2, "step": 1e-4}, "search.refine": True},
             TOO_MANY,
         ),
         (
-            {"search.samples": MOST_SETTINGS + 1},
+            {"search.cam.shaft_diameter": {"start": 1, "stop": 2}, "search.samples": MOST_SETTINGS + 1},
             TOO_MANY,
         ),
         (

@@ -67,5 +67,5 @@ def designs_of(problem: Problem, seed: int = 0) -> Designs:
         share = {name: rng.uniform(0.9, 1.3, count) for name in ("size", "roller_radius", "offset")}
         plain = problem.design.sizes.items()
         sizes = {name: value * share.get(name, np.ones(count)) for name, value in plain}
-        designs = Designs(**sizes, sense=problem.design.sense)
+        designs = problem.design.with_values(sizes)
     return designs.take(problem.setup.mechanism.exists(designs, problem.programme)).take(slice(DESIGNS))

@@ -1,0 +1,132 @@
+"""The numbers that a scene gives of speed, loads and materials, and what they are in inside units.
+
+Each may be one number, an array with a number for each of many designs, or a range of numbers, with slopes or
+without: what is made of them is arithmetic. None where a scene does not say; what presses the follower on the cam
+is 0 then.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from math import pi
+from typing import Any
+
+Number = Any
+"""A number, an array (designs,), an Interval or a Sloped; None where a scene does not say."""
+
+
+@dataclass(frozen=True)
+class Dynamics:
+    """What moves with the follower: mm, s, N, t; oscillating: t·mm², N·mm/rad, N·mm, N·mm·s/rad."""
+
+    mass: Number = None
+    damping: Number = 0.0
+    stiffness: Number = 0.0
+    preload: Number = 0.0
+    load: Number = 0.0
+    """Constant external force on the follower, its weight included, positive towards the cam."""
+    friction: Number = 0.0
+    guide_length: Number = None
+    overhang: Number = None
+    stem_diameter: Number = None
+    natural_frequency: Number = None
+    damping_ratio: Number = 0.0
+    fluctuation: Number = None
+    lash: Number = None
+    """The clearance that the follower takes up before what it drives moves, mm (rad)."""
+    lash_variation: Number = 0.0
+
+
+@dataclass(frozen=True)
+class Bodies:
+    """The bodies in contact and their lubricant: MPa, mm, N, s."""
+
+    modulus: Number = None
+    """E*, 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂."""
+    face_width: Number = None
+    wear_rate: Number = None
+    """Volume worn off the cam by load and sliding distance, mm²/N."""
+    viscosity: Number = None
+    pressure_viscosity: Number = None
+    roughness: Number = None
+    """Root mean square of both surfaces."""
+
+
+@dataclass(frozen=True)
+class Given:
+    """Numbers by key of the scene, such as ``cam.rpm``, in its units; None, or absent, if not given."""
+
+    values: Mapping[str, Number] = field(default_factory=dict)
+    angular: bool = False
+    """Whether the follower oscillates: what is a force and a mass elsewhere is a moment and an inertia."""
+
+    def with_numbers(self, numbers: Mapping[str, Number]) -> "Given":
+        """The same with other numbers."""
+        return replace(self, values={**self.values, **numbers})
+
+    def __getitem__(self, key: str) -> Number:
+        return self.values.get(key)
+
+    def times(self, key: str, factor: float, absent: float | None = None) -> Number:
+        """A number in inside units; what is absent as it is."""
+        value = self[key]
+        return absent if value is None else value * factor
+
+    @property
+    def rpm(self) -> Number:
+        return self["cam.rpm"]
+
+    @property
+    def shaft_radius(self) -> Number:
+        return self.times("cam.shaft_diameter", 0.5)
+
+    @property
+    def dynamics(self) -> Dynamics:
+        """The follower's dynamics."""
+        torque, length = (1e3, pi / 180) if self.angular else (1.0, 1.0)
+        mass = self.times(f"{OF_FOLLOWER}inertia", 1e3) if self.angular else self.times(f"{OF_FOLLOWER}mass", 1e-3)
+        weight = (0.0 if mass is None else mass) * self._of_follower("gravity", 1.0, 0.0) * 1e3
+        return Dynamics(
+            mass=mass,  # t from kg, t·mm² from kg·m²
+            damping=self._of_follower("damping", torque, 0.0),
+            stiffness=self._of_follower("spring_rate", torque, 0.0),
+            preload=self._of_follower("preload", torque, 0.0),
+            load=self._of_follower("load", torque, 0.0) + weight,
+            friction=self._of_follower("friction", 1.0, 0.0),
+            guide_length=self._of_follower("guide_length"),
+            overhang=self._of_follower("overhang"),
+            stem_diameter=self._of_follower("stem_diameter"),
+            natural_frequency=self._of_follower("natural_frequency"),
+            damping_ratio=self._of_follower("damping_ratio", 1.0, 0.0),
+            fluctuation=self._of_follower("fluctuation"),
+            lash=self._of_follower("lash", length),
+            lash_variation=self._of_follower("lash_variation", length, 0.0),
+        )
+
+    def _of_follower(self, name: str, factor: float = 1.0, absent: float | None = None) -> Any:
+        return self.times(f"{OF_FOLLOWER}{name}", factor, absent)
+
+    @property
+    def bodies(self) -> Bodies:
+        """The bodies in contact."""
+        return Bodies(
+            modulus=self._modulus,
+            face_width=self["materials.face_width"],
+            wear_rate=self["materials.wear_rate"],
+            viscosity=self.times("materials.viscosity", 1e-6),
+            pressure_viscosity=self.times("materials.pressure_viscosity", 1e-3),
+            roughness=self.times("materials.roughness", 1e-3),
+        )
+
+    @property
+    def _modulus(self) -> Number:
+        """E* in MPa; None unless modulus and Poisson's ratio of both bodies are known."""
+        compliance: Any = 0.0
+        for body in ("cam", "follower"):
+            modulus, poisson = (self[f"materials.{body}_{name}"] for name in ("modulus", "poisson"))
+            if modulus is None or poisson is None:
+                return None
+            compliance = compliance + (1.0 - poisson**2) / (1e3 * modulus)
+        return 1.0 / compliance
+
+
+OF_FOLLOWER = "follower.dynamics."
