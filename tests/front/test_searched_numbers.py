@@ -338,7 +338,9 @@ def test_many_springs_ask_the_kernels_as_often_as_few(monkeypatch):
     """Numbers are arrays of the designs, as sizes are: no search of extremes is for one setting alone."""
     asked = []
     monkeypatch.setattr(case, "extremes", lambda *given: asked.append(given[1]) or extremes(*given))
-    limited = VALVE.replace(**{"limits.torque": 500, "limits.side_thrust": 5000, "search.follower": None})
+    limited = VALVE.replace(
+        **{"limits.torque": 500, "limits.side_thrust": 5000, "search.follower": None, "search.minimise": None}
+    )
     calls = []
     for count in (16, 1024):
         asked.clear()
