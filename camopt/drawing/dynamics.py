@@ -9,7 +9,8 @@ from camopt.drawing.loads import by_way
 from camopt.drawing.panels import Panel, greatest_and_least, known, limit, peak_of
 from camopt.drawing.picture import Picture, four_digits
 from camopt.effects import vibration
-from camopt.effects.loads import force_curve, torque_curve, ways
+from camopt.effects.force import force_curve
+from camopt.effects.loads import torque_curve, ways
 from camopt.effects.motion import scale
 from camopt.effects.peak import Variant
 from camopt.motion.table import DWELL, TURN

@@ -128,7 +128,8 @@ class Case:
         if not numbers:
             return find(self.setup)
         settings, which = np.unique(np.column_stack([*numbers.values()]), axis=0, return_inverse=True)
-        found = [find(self.setup.with_numbers(dict(zip(numbers, row, strict=True)))) for row in settings.tolist()]
+        chosen = [dict(zip(numbers, row, strict=True)) for row in settings.tolist()] or [{}]  # of no design
+        found = [find(self.setup.with_numbers(each)) for each in chosen]
         columns = np.array(found).T[..., which.reshape(-1)]
         return type(found[0])(*columns) if isinstance(found[0], tuple) else columns
 

@@ -11,6 +11,7 @@ its cam without force, which is no loss of contact.
 Source: Norton, Cam Design and Manufacturing Handbook, ch. 8 and 9.
 """
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache, partial
 from itertools import product
@@ -21,6 +22,7 @@ import numpy as np
 
 from camopt.effects.case import Bounded, Case, Effect, Setup
 from camopt.effects.given import Dynamics
+from camopt.effects.peak import Peak, at_corners
 from camopt.mechanisms.design import Designs
 from camopt.motion.programme import Programme, span
 from camopt.motion.table import TURN
@@ -147,6 +149,27 @@ def required_stiffness(programme: Programme, dynamics: Dynamics, omega: float) -
     return high
 
 
+def peaks(setup: Setup) -> dict[str, Peak]:
+    """The ends of F as those of a curve, where designs bring numbers of their own; if not, they are exact."""
+    if not setup.free or setup.omega is None or CONTACT[0] not in offers(setup):
+        return {}
+    along = ((partial(force_curve, setup), TURN),)
+    return {name: Peak(along, goal, jumps=at_corners) for name, goal in zip(CONTACT, (LEAST, LARGEST), strict=True)}
+
+
+def force_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
+    """F, N; F/l of an oscillating follower with a trace point, the moment (N·mm) of an oscillating flat face."""
+    lever = designs.arm_length if setup.angular and setup.mechanism.curvature else np.ones(len(designs))
+    return force_of(setup.at(designs), lever, programme)
+
+
+def force_at_speed(setup: Setup, designs: Designs, programme: Programme, speed: Callable[[Setup], Any]) -> Any:
+    """F at another speed, rad/s, than that of the scene, N (N·mm)."""
+    own, ones = setup.at(designs), np.ones(len(designs))
+    steady = Linear(*(weight * ones for weight in weights(own.dynamics, speed(own))))
+    return steady if programme.load is None else ChangingForce(steady, ones)
+
+
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     setup, programme, own = case.setup, case.programme, case.each
     columns: dict[str, Any] = {}
@@ -213,4 +236,4 @@ def _preload(preload: Any, least: Any, unit: float) -> Any:
     return Bounded(required * unit, (far - required) * unit, np.maximum(required, least.scale) * unit)
 
 
-EFFECT = Effect("force", offers, run, lacks, of_motion=lambda setup: True)
+EFFECT = Effect("force", offers, run, lacks, of_motion=lambda setup: True, peaks=peaks)

@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.effects.case import Case, Setup
-from camopt.effects.force import force_of, own_force_curve
+from camopt.effects.force import force_curve, own_force_curve
 from camopt.effects.given import Dynamics
 from camopt.mechanisms.design import Designs
 from camopt.motion.programme import Programme
@@ -199,12 +199,6 @@ def face_load(f, i, y, y1, y2, y3):
 def shaft_torque(f, i, y, y1, y2, y3):
     along, along1 = curve(f.along, i, y, y1, y2, y3)
     return along * y1, along1 * y1 + along * y2
-
-
-def force_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
-    """F, N; F/l of an oscillating follower with a trace point, the moment (N·mm) of an oscillating flat face."""
-    lever = designs.arm_length if setup.angular and setup.mechanism.curvature else np.ones(len(designs))
-    return force_of(setup.at(designs), lever, programme)
 
 
 def rubs(setup: Setup) -> bool:

@@ -2,19 +2,20 @@
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from math import inf, nan, pi
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.effects import EFFECTS, Setup, outline, solid, wall
+from camopt.effects import EFFECTS, Setup, force, outline, solid, wall
 from camopt.effects.crossing import find_crossing
 from camopt.effects.curvature import CONVEX, CUTTER, PITCH
 from camopt.effects.peak import BeyondBody, Peak, never
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
 from camopt.motion.table import DWELL, RISE, TURN
-from camopt.numerics import LARGEST_MAGNITUDE, FloatArray
+from camopt.numerics import LARGEST_MAGNITUDE, LEAST, FloatArray
 from camopt.problem.claims import Claim, Plain, claims_of
 from camopt.problem.rows import Columns
 from camopt.quantities import AT_LEAST, BOUNDED, DERIVATIVES, QUANTITIES, motion_quantity
@@ -92,6 +93,7 @@ class Limit:
         return any(EFFECTS[QUANTITIES[name].effect].last for name in self.needs)
 
 
+NO_FORCE = 1e-9  # N: less than nothing by so much is rounding
 THINNEST = 1e-12  # of the base radius: the wall that a keyway or bore leaves, since a scene has to have one
 UNDERCUT, SELF_CROSSING = "undercut", "self_crossing"  # names of limits that every cam has to hold
 LOADS = {
@@ -161,7 +163,7 @@ def _bounded(name: str, bound: float, quantity: str, setup: Setup) -> Limit:
         bound,
         (quantity, "arm_length_mm") if by_arm else (quantity,),
         excess,
-        claims_of(peak, bound) if peak else (),
+        claims_of(peak, bound) if peak else tuple(_of_jump(quantity, bound, setup)),
         peak.jumps if peak else never,
         (quantity,),
         QUANTITIES[quantity].relation,
@@ -193,6 +195,16 @@ def _least_force(quantity: str, bound: float, setup: Setup) -> LeastForce | None
     if quantity == "contact_force_min_N" and setup.omega is not None:
         return LeastForce(setup.omega, bound)
     return None
+
+
+def _of_jump(quantity: str, bound: float, setup: Setup) -> Iterator[Claim]:
+    """What a jump speed says of designs that bring numbers of their own: at that speed contact is kept."""
+    speeds: dict[str, Callable[[Setup], Any]] = {
+        "jump_speed_rpm": lambda own: bound * pi / 30,
+        "jump_speed_ratio": lambda own: bound * own.omega,
+    }
+    if setup.free and quantity in speeds:
+        yield Claim(partial(force.force_at_speed, setup, speed=speeds[quantity]), TURN, LEAST, Plain(-NO_FORCE))
 
 
 def _cutter(name: str, bound: float, setup: Setup) -> Limit:
@@ -338,4 +350,4 @@ def limits_of(scene: Scene, setup: Setup) -> tuple[Limit, ...]:
 
 def _of_motion(limit: Limit, setup: Setup) -> bool:
     effects = [EFFECTS[QUANTITIES[name].effect] for name in limit.needs]
-    return bool(effects) and all(effect.of_motion(setup) for effect in effects)
+    return bool(effects) and not setup.free and all(effect.of_motion(setup) for effect in effects)

@@ -193,7 +193,7 @@ def missing_sizes(problem: Problem, searched: Collection[str] = ()) -> list[Mist
 def missing_numbers(problem: Problem, searched: Collection[str] = ()) -> list[Mistake]:
     """As ``missing_sizes``, for the other numbers that ``[search]`` varies; ``searched`` are keys of the scene."""
     scene = problem.scene
-    why = "missing; only a sweep, whose [search] has it, can do without it"
+    why = "missing; only sweep and optimise can do without it, if [search] has it"
     return [
         Mistake(scene.file, key, None, why, bare=True)
         for key, value in scene.numbers(scene.search.numbers).items()

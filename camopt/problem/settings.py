@@ -89,9 +89,16 @@ def too_many_settings(problem: Problem, count: int) -> list[Mistake]:
     return [Mistake(problem.scene.file, "search", None, why)] if count > MOST_SETTINGS else []
 
 
+def numbers_of_problem(problem: Problem, who: str) -> list[Mistake]:
+    """A mistake for each number that all designs of a problem share and ``[search]`` varies."""
+    what = f"{who} this number from the scene; only sweep can vary it"
+    varied = OF_PROBLEM & problem.numbers.keys()
+    return [Mistake(problem.scene.file, f"search.{key}", None, what, bare=True) for key in sorted(varied)]
+
+
 def freed_numbers(problem: Problem, who: str) -> list[Mistake]:
     """A mistake for each number, no size, that ``[search]`` varies, for those that take the scene's own."""
-    what = f"{who} this number from the scene; only sweep can vary it"
+    what = f"{who} this number from the scene; only sweep and optimise can vary it"
     return [Mistake(problem.scene.file, f"search.{key}", None, what, bare=True) for key in problem.numbers]
 
 

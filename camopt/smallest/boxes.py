@@ -1,5 +1,6 @@
 """Boxes of designs as arrays, and how they are cut."""
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -27,13 +28,16 @@ class Boxes:
     """The sizes of which boxes have a range."""
     scale: float
     """Up to this size boxes are cut in the middle, mm; beyond, where one spans multiples, at the geometric mean."""
+    units: dict[str, float]
+    """What the free sizes, angles and numbers are of the order of."""
 
     @classmethod
-    def one(cls, ends: Bounds, scale: float) -> "Boxes":
-        """The box between the given ends."""
+    def one(cls, ends: Bounds, scale: float, numbers: Collection[str] = ()) -> "Boxes":
+        """The box between the given ends; ``numbers`` are neither lengths nor angles."""
         low, high = ({n: np.array([end[k]]) for n, end in ends.items()} for k in (0, 1))
         free = tuple(n for n, (a, b) in ends.items() if b > a)
-        return cls(low, high, np.array([free.index("size")]), free, scale)
+        units = {n: max(map(abs, ends[n])) if n in numbers else scale for n in free}
+        return cls(low, high, np.array([free.index("size")]), free, scale, units)
 
     def __len__(self) -> int:
         return int(self.low["size"].size)
@@ -46,13 +50,13 @@ class Boxes:
     @property
     def _width(self) -> FloatArray:
         """How many times each side is as wide as one that is not to be cut (sides, boxes)."""
-        least = [NARROW * np.maximum(self.scale, np.abs(self.low[n])) for n in self.free]
+        least = [NARROW * np.maximum(self.units[n], np.abs(self.low[n])) for n in self.free]
         wide = np.array([self.high[n] - self.low[n] for n in self.free])
         return np.where(wide > 0.0, wide, 0.0) / np.array(least)
 
     def take(self, index: Any) -> "Boxes":
         low, high = ({n: v[index] for n, v in ends.items()} for ends in (self.low, self.high))
-        return Boxes(low, high, self.side[index], self.free, self.scale)
+        return replace(self, low=low, high=high, side=self.side[index])
 
     def below(self, most: float) -> "Boxes":
         """The boxes without what is larger than a size."""
@@ -69,7 +73,7 @@ class Boxes:
         """These boxes and others."""
         low = {n: np.concatenate([v, other.low[n]]) for n, v in self.low.items()}
         high = {n: np.concatenate([v, other.high[n]]) for n, v in self.high.items()}
-        return Boxes(low, high, np.concatenate([self.side, other.side]), self.free, self.scale)
+        return replace(self, low=low, high=high, side=np.concatenate([self.side, other.side]))
 
     def designs(self, like: Designs) -> Designs:
         """The boxes as designs of Intervals, of cams that turn as another one."""
@@ -82,8 +86,7 @@ class Boxes:
             middle = self._middle(name)
             below[name] = np.where(self.side == k, middle, self.high[name])
             above[name] = np.where(self.side == k, middle, self.low[name])
-        first = Boxes(self.low, below, self.side, self.free, self.scale)
-        return first.and_(Boxes(above, self.high, self.side, self.free, self.scale))
+        return replace(self, high=below).and_(replace(self, low=above))
 
     def _middle(self, name: str) -> FloatArray:
         low, high = self.low[name], self.high[name]

@@ -53,7 +53,7 @@ def branch_and_bound(problem: Problem, bounds: Bounds, floor: float = 0.0, until
         most = _last_assembled(problem, bounds, most)
     if look.hopeless or most <= least:
         return Smallest(look.design, inf, look.nearest)
-    boxes = Boxes.one({**bounds, "size": (least, most)}, scale_of(bounds, problem.programme.lift))
+    boxes = Boxes.one({**bounds, "size": (least, most)}, scale_of(problem, bounds), problem.setup.free)
     crossings = known_crossings(problem)
     search = BoxSearch(problem, claims_on_size(problem), crossings, look.design, until)
     floor = search.run(boxes)

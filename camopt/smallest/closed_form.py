@@ -8,8 +8,7 @@ so the smallest prime radius √(s₀² + e²) is the point of a convex polygon 
 radius and a cylindrical cam's pressure angle are linear in the size.
 """
 
-from dataclasses import replace
-from itertools import combinations
+from itertools import combinations, product
 
 import numpy as np
 
@@ -18,9 +17,11 @@ from camopt.mechanisms import Designs, translating, translating_flat
 from camopt.mechanisms.design import Bounds
 from camopt.motion.programme import span
 from camopt.motion.table import DWELL, TURN
+from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem, claims_on
 from camopt.smallest.result import GAP, feasible
 
+SHARES = 5  # of the range of each free number at which the smallest size is tried
 NUDGES = (0.0, 1e-15, 4e-15, 1.6e-14, 6.4e-14, 2.6e-13, 1e-12, 4e-12)  # of the prime radius
 
 
@@ -111,10 +112,27 @@ def _nearest_in_polygon(
     return float(leads[best]), float(primes[best])
 
 
-def nudged(problem: Problem, design: Designs, most: float) -> Designs | None:
-    """The design made larger by a few units in the last place, until rounding leaves it feasible."""
-    steps = np.array(NUDGES) * design.prime_radius
+def nudged(problem: Problem, design: Designs, bounds: Bounds) -> Designs | None:
+    """The design made larger by a few units in the last place, until rounding leaves it feasible.
+
+    Numbers that it brings may be any within bounds: those nearest to the middle are tried first.
+    """
+    numbers = _numbers(problem, bounds)
+    tried = max((column.size for column in numbers.values()), default=1)
+    steps = np.repeat(np.array(NUDGES) * design.prime_radius, tried)
     larger = design.take(np.zeros(steps.size, dtype=int))
-    larger = replace(larger, size=larger.size + steps)
-    held = np.flatnonzero(feasible(problem, larger) & (larger.size <= most))
+    brought = {key: np.tile(column, len(NUDGES)) for key, column in numbers.items()}
+    larger = larger.with_values({"size": larger.size + steps, **brought})
+    held = np.flatnonzero(feasible(problem, larger) & (larger.size <= bounds["size"][1]))
     return larger.take(held[:1]) if held.size else None
+
+
+def _numbers(problem: Problem, bounds: Bounds) -> dict[str, FloatArray]:
+    """Values of free numbers all over their ranges, by key; those in the middle first."""
+    free = sorted(problem.setup.free)
+    if not free:
+        return {}
+    shares = np.array(list(product(np.linspace(0.0, 1.0, SHARES), repeat=len(free)))).T
+    shares = shares[:, np.argsort(np.abs(shares - 0.5).max(axis=0), kind="stable")]
+    ends = (bounds[key] for key in free)
+    return {key: low + share * (high - low) for key, share, (low, high) in zip(free, shares, ends, strict=True)}

@@ -8,16 +8,18 @@ Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analy
 """
 
 from dataclasses import replace
+from functools import partial
 from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from camopt.effects import Case
+from camopt.effects.peak import Derivative
 from camopt.mechanisms import Designs
-from camopt.motion.programme import Programme
+from camopt.motion.programme import Programme, peak
 from camopt.numerics import LARGEST, LEAST, FloatArray
-from camopt.numerics.curves import curve
+from camopt.numerics.curves import Linear, curve
 from camopt.numerics.interval import Interval
 from camopt.numerics.sloped import Quotient, Sloped, as_quotient, as_sloped, at_point, variables
 from camopt.problem.claims import Claim
@@ -27,8 +29,21 @@ from camopt.smallest.excesses import Excesses, chained_excesses, cut_off, kept, 
 
 
 def claims_on_size(problem: Problem) -> list[Claim]:
-    """The claims of the limits that depend on the size of the cam."""
-    return [claim for limit in problem.limits if not limit.of_motion for claim in limit.claims]
+    """The claims of the limits that depend on the sizes of the cam, or on numbers that it brings."""
+    return [_of_designs(claim) for limit in problem.limits if not limit.of_motion for claim in limit.claims]
+
+
+def _of_designs(claim: Claim) -> Claim:
+    """A claim whose curve is that of designs: what the motion has of a derivative at most is the same for all."""
+    if not isinstance(claim.curve, Derivative):
+        return claim
+    return claim._replace(curve=partial(_level, order=claim.curve.order, strokes=claim.strokes))
+
+
+def _level(designs: Designs, programme: Programme, order: int, strokes: int) -> Linear:
+    """The largest magnitude of a derivative of the motion, as a curve."""
+    most, none = peak(programme, order, strokes), np.zeros(len(designs))
+    return Linear(none, none, none, none + most)
 
 
 def excess_of(claim: Claim, side: FloatArray, found: Quotient, designs: Designs) -> Any:

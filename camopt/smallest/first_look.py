@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from camopt.mechanisms import SIZES as SIZE_FIELDS
 from camopt.mechanisms import Designs
 from camopt.mechanisms.design import Bounds
 from camopt.numerics import FloatArray
@@ -60,16 +61,20 @@ def spread(low: Any, high: Any, scale: float, count: int) -> FloatArray:
     return np.asarray(np.clip(sizes, low, high))
 
 
-def scale_of(bounds: Bounds, lift: float) -> float:
-    """A length that the sizes of interest are no larger than by orders of magnitude, mm."""
-    lengths = [*(end for name, ends in bounds.items() if name != "size" for end in ends), bounds["size"][0]]
-    return max([abs(length) for length in lengths] + [lift])
+def scale_of(problem: Problem, bounds: Bounds, lift: float | None = None) -> float:
+    """A length that the sizes of interest are no larger than by orders of magnitude, mm.
+
+    Of a motion with another lift than that of the problem if one is given.
+    """
+    sizes = (ends for name, ends in bounds.items() if name in SIZE_FIELDS and name != "size")
+    lengths = [*(end for ends in sizes for end in ends), bounds["size"][0]]
+    return max([abs(length) for length in lengths] + [problem.programme.lift if lift is None else lift])
 
 
 def coarse_grid(problem: Problem, bounds: Bounds, lift: float, values: int) -> Designs:
     """Sizes even near the least and geometric beyond, at a few values of each other free size."""
     low, high = bounds["size"][0], largest_size(problem, bounds)
-    scale = scale_of(bounds, lift)
+    scale = scale_of(problem, bounds, lift)
     near = np.linspace(low, min(high, low + 20 * scale), SIZES // 2)
     sizes = np.unique(np.concatenate([near, spread(low, high, scale, SIZES // 2)])) if high >= low else near[:0]
     others = {n: np.linspace(a, b, values if b > a else 1) for n, (a, b) in bounds.items() if n != "size"}

@@ -1,7 +1,7 @@
 """What a search may change of one cam: free sizes and free angles, and the excesses of limits around it."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from math import inf
 from typing import NamedTuple
@@ -13,6 +13,7 @@ from camopt.mechanisms import FIELDS
 from camopt.numerics import FloatArray
 from camopt.problem.limits import Limit
 from camopt.problem.problem import Problem
+from camopt.quantities import QUANTITIES
 from camopt.scene.choices import Range
 from camopt.smallest.turns import SegmentAngles
 from camopt.verdicts.judging import excesses, run_effects
@@ -38,7 +39,10 @@ class End(NamedTuple):
 
 @dataclass(frozen=True)
 class Freedom:
-    """The free variables of the cam that a problem's design is: its size first, other sizes (mm), angles (deg)."""
+    """The free variables of the cam that a problem's design is.
+
+    Its size first, other sizes (mm), other numbers that it brings (in the units of the scene), angles (deg).
+    """
 
     problem: Problem
     turns: SegmentAngles
@@ -54,22 +58,29 @@ class Freedom:
 
     @cached_property
     def keys(self) -> dict[str, str]:
-        """The keys of ``[search]`` that give free sizes, by field of Designs; the size is always free."""
+        """The keys of free sizes and numbers in ``[search]``, as Designs name them; the size is always free."""
         search = self.problem.scene.search
         ranges = {field: key for key, field in FIELDS.items() if isinstance(getattr(search, key), Range)}
-        return {"size": self.problem.size_name.removesuffix("_mm"), **ranges}
+        return {"size": self.problem.size_name.removesuffix("_mm"), **ranges, **{key: key for key in self.numbers}}
+
+    @property
+    def numbers(self) -> dict[str, Range]:
+        """The ranges of free numbers by key."""
+        chosen = self.problem.scene.search.numbers
+        return {k: c for k, c in chosen.items() if k in self.problem.setup.free and isinstance(c, Range)}
 
     @cached_property
     def at(self) -> FloatArray:
         """The variables of the cam."""
-        sizes = [float(self.problem.design.sizes[field][0]) for field in self.keys]
-        return np.array([*sizes, *self.angles])
+        values = [float(self.problem.design.values[field][0]) for field in self.keys]
+        return np.array([*values, *self.angles])
 
     @cached_property
     def scales(self) -> FloatArray:
-        """What the variables are of the order of: the prime radius, and the degrees that free segments share."""
+        """Their orders: the prime radius, the degrees that free segments share, an end of the range of a number."""
         prime, total = float(self.problem.design.prime_radius[0]), self.angles.sum()
-        return np.where(np.arange(self.at.size) < len(self.keys), prime, total)
+        ends = {key: max(abs(choice.start), abs(choice.stop)) for key, choice in self.numbers.items()}
+        return np.array([*(ends.get(field, prime) for field in self.keys), *[total] * len(self.turns.freed)])
 
     @cached_property
     def directions(self) -> FloatArray:
@@ -86,7 +97,9 @@ class Freedom:
         """The ends of the ranges that ``[search]`` gives to the variables."""
         search, motion = self.problem.scene.search, self.problem.scene.motion
         for number, key in enumerate(self.keys.values()):
-            yield from _ends(f"search.{key}", getattr(search, key), "mm", number)
+            name = self.problem.numbers.get(key)
+            choice, unit = (self.numbers[key], QUANTITIES[name].unit) if name else (getattr(search, key), "mm")
+            yield from _ends(f"search.{key}", choice, unit, number)
         for number, segment in enumerate(self.turns.freed, start=len(self.keys)):
             kind = motion[segment].segment
             yield from _ends(f"search.angle_{kind}", search.angle_of(kind), "deg", number)
@@ -103,8 +116,8 @@ class Freedom:
         for freed in dict.fromkeys(map(tuple, angles)):
             some = np.flatnonzero((angles == freed).all(axis=1))
             problem = self.turns.problem_of(np.array(freed)) if freed else self.problem
-            sizes = {field: values[some, number] for number, field in enumerate(self.keys)}
-            designs = replace(problem.design.take(np.zeros(some.size, dtype=int)), **sizes)
+            varied = {field: values[some, number] for number, field in enumerate(self.keys)}
+            designs = problem.design.take(np.zeros(some.size, dtype=int)).with_values(varied)
             needs = [name for limit in limits for name in limit.needs]
             columns = run_effects(Case(problem.setup, problem.programme, designs), needs).columns
             found[:, some] = excesses(limits, columns, designs)

@@ -14,7 +14,7 @@ from camopt.motion.table import RETURN, RISE
 from camopt.numerics import FloatArray
 from camopt.numerics.clock import now, share
 from camopt.problem.problem import Problem, exactly, resolve
-from camopt.problem.settings import freed_numbers, given_profile, laws_of
+from camopt.problem.settings import freed_of, given_profile, laws_of, numbers_of_problem
 from camopt.problem.space import boxes_of, choices
 from camopt.quantities import QUANTITIES
 from camopt.scene.scene import Scene
@@ -91,9 +91,9 @@ class Optimum(Shown):
 def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SECONDS) -> Optimum:
     """Find the smallest base radius (mean radius of a cylindrical cam) with which every limit of a scene is met.
 
-    The base radius is free, within the range that ``[search]`` gives it, if any. For other sizes, a range in
-    ``[search]`` means any value in it, and a list one of its values; sizes that ``[search]`` does not name stay as
-    they are in the scene.
+    The base radius is free, within the range that ``[search]`` gives it, if any. For other sizes and numbers, such
+    as a spring rate, a range in ``[search]`` means any value in it, and a list one of its values; what ``[search]``
+    does not name stays as it is in the scene.
 
     Parameters
     ----------
@@ -113,8 +113,8 @@ def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SE
     Raises
     ------
     BadInput
-        If nothing limits the size from below, so that there is no smallest cam; if ``[search]`` varies numbers that
-        are no sizes.
+        If nothing limits the size from below, so that there is no smallest cam; if ``[search]`` varies the diameter
+        of the shaft, or a number that a quantity needs above 0 down to 0.
     Stopped
         If ``progress`` returned False.
 
@@ -130,9 +130,9 @@ def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SE
     (54.5395, True)
     """
     problem, end = exactly(resolve(scene)), end_of(seconds)
-    fixed = given_profile(problem, "the base radius")
-    if freed := [*fixed, *freed_numbers(problem, "optimise takes")]:
-        raise BadInput(freed)
+    if fixed := [*given_profile(problem, "the base radius"), *numbers_of_problem(problem, "optimise takes")]:
+        raise BadInput(fixed)
+    problem = freed_of(problem)
     found: dict[str, dict[str, Any]] = {}
     cams: dict[str, Problem] = {}
     misses: list[tuple[tuple[float, float], dict[str, Any]]] = []
@@ -147,9 +147,10 @@ def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SE
         out_of_time |= now() > until
         least = least_of(problem, answers)
         if least is not None:
-            found[laws] = _described(least.problem, least.answer, until) | least.angles
             assert least.answer.design is not None
-            cams[laws] = replace(least.problem, design=least.answer.design)
+            alone, design = least.problem.alone(least.answer.design)
+            found[laws] = _described(alone, replace(least.answer, design=design), until) | least.angles
+            cams[laws] = replace(alone, design=design)
             continue
         obstacles[laws] = _obstacle(problem, answers, max(until, share(end, len(programmes) - done)))
         misses += [_missed(each.problem, each.answer.nearest) for each in answers if each.answer.nearest]

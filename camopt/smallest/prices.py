@@ -14,7 +14,7 @@ from camopt.motion.table import RETURN, RISE
 from camopt.numerics.clock import now, share
 from camopt.problem.limits import Limit
 from camopt.problem.problem import exactly, resolve
-from camopt.problem.settings import laws_of
+from camopt.problem.settings import freed_of, laws_of
 from camopt.smallest.freedom import Freedom
 from camopt.smallest.multipliers import NOTHING, Bound, Rates, bounds_met, rates
 from camopt.smallest.optimise import SECONDS, Optimum, answers_of, end_of, least_of
@@ -129,7 +129,7 @@ def prices(optimum: Optimum, seconds: float = SECONDS) -> dict[str, list[Price]]
 
 def _cams(optimum: Optimum) -> Iterator[tuple[str, Freedom]]:
     """The smallest cam of each law; not by its scene, which may be one that a part in it forbids."""
-    problem = exactly(resolve(optimum.scene))
+    problem = freed_of(exactly(resolve(optimum.scene)))
     for programme, pair in laws_of(problem).items():
         laws = joined_laws(programme.law_names(RISE), programme.law_names(RETURN))
         row = optimum.by_law.get(laws)
@@ -137,10 +137,11 @@ def _cams(optimum: Optimum) -> Iterator[tuple[str, Freedom]]:
             continue
         turns = SegmentAngles(problem, pair)
         columns = {name: problem.size_name if name == "size" else f"{name}_mm" for name in SIZES}
-        sizes: dict[str, Any] = {name: np.array([row[column]]) for name, column in columns.items() if column in row}
+        columns |= {key: problem.numbers[key] for key in problem.setup.free}
+        values = {name: np.array([row[column]]) for name, column in columns.items() if column in row}
         freed = np.array([row["angles_deg"][segment] for segment in turns.freed])
         turned = turns.problem_of(freed) if turns.freed else problem.with_programme(programme)
-        yield laws, Freedom(replace(turned, design=replace(problem.design, **sizes)), turns, freed)
+        yield laws, Freedom(replace(turned, design=problem.design.with_values(values)), turns, freed)
 
 
 def _prices_at(cam: Freedom) -> list[Price]:

@@ -102,7 +102,7 @@ class TurnSearch:
         least, most = ends["size"]
         if most <= least:  # as small as any cam may be
             return self.found._replace(answer=replace(self.found.answer, floor=least))
-        boxes = Boxes.one(ends, scale_of(self.bounds, self.longest.lift))
+        boxes = Boxes.one(ends, scale_of(self.problem, self.bounds, self.longest.lift), self.problem.setup.free)
         while len(boxes) and seen < MOST_BOXES and now() < self.turns.until:
             while len(boxes) < FEW:
                 boxes = boxes.halved()

@@ -263,16 +263,18 @@ def test_a_table_with_numbers_that_no_scene_has_is_refused(value, tmp_path):
 def test_numbers_that_only_the_search_has_are_missing_elsewhere():
     scene = VALVE.replace(**{"cam.rpm": None, "search.cam.rpm": [400, 500]})
     assert sweep(scene).best["poly345"]["rpm"] in (400.0, 500.0)
-    with pytest.raises(BadInput, match=r"cam\.rpm: missing; only a sweep, whose \[search\] has it") as caught:
+    with pytest.raises(BadInput, match=r"cam\.rpm: missing; only sweep and optimise can do without it") as caught:
         evaluate(scene)
     assert len(caught.value.mistakes) == 1
 
 
-@pytest.mark.parametrize("command", [optimise, synthesise])
-def test_commands_that_take_the_scene_s_own_numbers_say_so(command):
-    with pytest.raises(BadInput, match=r"search\.follower\.dynamics\.preload: .* only sweep can vary it") as caught:
-        command(VALVE)
+def test_commands_that_take_the_scene_s_own_numbers_say_so():
+    what = r"search\.follower\.dynamics\.preload: .* only sweep and optimise can vary it"
+    with pytest.raises(BadInput, match=what) as caught:
+        synthesise(VALVE)
     assert len(caught.value.mistakes) == 2
+    with pytest.raises(BadInput, match=r"search\.cam\.shaft_diameter: .* only sweep can vary it"):
+        optimise(VALVE.replace(**{"search.cam.shaft_diameter": [20, 30]}))
 
 
 @pytest.mark.parametrize("key", sorted(NUMBERS))
