@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from camopt.scene.scene import Scene, find_scene, shipped_scenes
     from camopt.smallest.optimise import Optimum, optimise
     from camopt.smallest.prices import Price, prices
+    from camopt.studies.sensitivities import Sensitivities, Sensitivity, sensitivities
     from camopt.studies.spectrum import response_spectrum
     from camopt.synthesis.frontier import Frontier, frontier
     from camopt.synthesis.prices import synthesis_prices
@@ -100,6 +101,9 @@ _HOMES = {
     "prices": "smallest.prices",
     "report": "reporting.report",
     "response_spectrum": "studies.spectrum",
+    "Sensitivities": "studies.sensitivities",
+    "Sensitivity": "studies.sensitivities",
+    "sensitivities": "studies.sensitivities",
     "scene_of": "tables.designs",
     "shipped_scenes": "scene.scene",
     "sweep": "front.sweep",
@@ -124,6 +128,8 @@ __all__ = [
     "Optimum",
     "Price",
     "Scene",
+    "Sensitivities",
+    "Sensitivity",
     "Stopped",
     "Sweep",
     "SweepPart",
@@ -158,6 +164,7 @@ __all__ = [
     "report",
     "response_spectrum",
     "scene_of",
+    "sensitivities",
     "shipped_scenes",
     "sweep",
     "sweep_part",

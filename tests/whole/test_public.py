@@ -91,6 +91,7 @@ MISTAKEN = {
     "animate": lambda: camopt.animate(SCENE, "cam.bmp"),
     "cam_points": lambda: camopt.cam_points(SCENE, step=-1.0),
     "response_spectrum": lambda: camopt.response_spectrum("cycloydal", [1.0]),
+    "sensitivities": lambda: camopt.sensitivities(SCENE.replace(**{"cam.base_radius": None})),
     "certify": lambda: camopt.certify(SCENE.replace(**{"cam.base_radius": None})),
     "load": lambda: camopt.load(str(Path(__file__))),
     "evaluate_designs": lambda: camopt.evaluate_designs(SCENE, {"base_radius": [50.0]}),

@@ -1,0 +1,181 @@
+"""Sensitivities: how much each quantity of a cam changes with each of its sizes and numbers.
+
+    f'(x) ≈ (f(x − 2h) − 8·f(x − h) + 8·f(x + h) − f(x + 2h))/(12·h)
+
+All points about the cam are designs of one block, so that every effect runs once. Where a quantity has a kink, as
+the largest of two peaks that are equal, it has a slope on each side:
+
+    f'(x±) ≈ ∓(3·f(x) − 4·f(x ± h) + f(x ± 2h))/(2·h)
+
+Source: A. Griewank, A. Walther, Evaluating Derivatives, ch. 1; the envelope theorem says that the peak of a curve
+changes as the curve does at its cam angle.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from camopt.effects import Case
+from camopt.mechanisms import FIELDS, Designs
+from camopt.mistakes import UnknownName, nearest
+from camopt.numerics import FloatArray
+from camopt.problem.problem import Problem, exactly, resolve_design, size_keys
+from camopt.problem.settings import OF_PROBLEM
+from camopt.quantities import NUMBERS, QUANTITIES
+from camopt.scene.scene import Scene
+from camopt.verdicts.judging import run_effects
+
+STEP = 1e-3  # of what a variable is of the order of: the error of the formula is its fourth power
+STEPS = np.array([-2.0, -1.0, 1.0, 2.0])
+CENTRAL = np.array([1.0, -8.0, 8.0, -1.0]) / 12.0
+KINK = 1e-4  # of a slope, or of the quantity over the variable's order: two sides that differ by more make a kink
+
+
+class Sensitivity(NamedTuple):
+    """The derivative of a quantity by a variable, in the quantity's unit by the variable's in the scene.
+
+    None where the quantity is infinite or the cam cannot be assembled on one side, and at a kink, where ``below``
+    and ``above`` differ.
+
+    Examples
+    --------
+    >>> found = camopt.sensitivities(camopt.find_scene("belt-matching"))
+    >>> slope = found["pressure_angle_max_deg", "cam.base_radius"]
+    >>> slope.derivative < 0, round(slope.below / slope.above, 6)
+    (True, 1.0)
+    """
+
+    derivative: float | None
+    below: float | None
+    """Towards less of the variable."""
+    above: float | None
+    """Towards more of it."""
+
+
+@dataclass(frozen=True)
+class Sensitivities(Mapping[tuple[str, str], Sensitivity]):
+    """The sensitivities of one cam by (quantity, key of the variable).
+
+    Attributes
+    ----------
+    scene : Scene
+        The cam.
+    quantities : dict
+        Those of the cam itself.
+    found : dict
+        The sensitivities.
+
+    Examples
+    --------
+    >>> found = camopt.sensitivities(camopt.find_scene("roller-1000rpm"))
+    >>> round(found["pressure_angle_max_deg", "cam.base_radius"].derivative, 4)
+    -0.4006
+    """
+
+    scene: Scene
+    quantities: dict[str, float]
+    found: dict[tuple[str, str], Sensitivity]
+
+    def __getitem__(self, pair: tuple[str, str]) -> Sensitivity:
+        if pair not in self.found:
+            known = [*dict.fromkeys(name for each in self.found for name in each)]
+            wrong = next((str(name) for name in pair if name not in known), str(pair))
+            raise UnknownName(f"{wrong!r} is no quantity or variable of this cam; {nearest(wrong, known)}")
+        return self.found[pair]
+
+    def __iter__(self) -> Iterator[tuple[str, str]]:
+        return iter(self.found)
+
+    def __len__(self) -> int:
+        return len(self.found)
+
+    def __repr__(self) -> str:
+        variables = len({key for _, key in self.found})
+        return f"<Sensitivities of {self.scene.name}: {len(self.quantities)} quantities by {variables} variables>"
+
+
+def sensitivities(scene: Scene) -> Sensitivities:
+    """Find the derivative of each quantity of a cam by each of its sizes and numbers.
+
+    Quantities are those that ``evaluate`` gives for the scene and that are numbers. Variables are the sizes of the
+    mechanism, as ``cam.base_radius``, and the numbers other than 0 of speed, dynamics and materials that the scene
+    gives, as ``follower.dynamics.spring_rate``; everything else stays as it is.
+
+    Parameters
+    ----------
+    scene : Scene
+        A scene with sizes of its own.
+
+    Returns
+    -------
+    Sensitivities
+        A mapping from (quantity, key) to ``Sensitivity``, to some 1e-8 where the quantity is smooth.
+
+    Raises
+    ------
+    BadInput
+        If the scene lacks a size or number.
+
+    References
+    ----------
+    A. Griewank, A. Walther, Evaluating Derivatives, ch. 1.
+
+    Examples
+    --------
+    >>> scene = camopt.find_scene("roller-1000rpm")
+    >>> round(camopt.sensitivities(scene)["acceleration_max_m_s2", "cam.rpm"].derivative, 4)
+    1.7778
+    """
+    problem = exactly(resolve_design(scene))
+    variables = _variables(problem, scene)
+    numbers = {key: value for key, (value, _) in variables.items() if key in NUMBERS}
+    freed, names = problem.freed(numbers), [n for n in problem.wanted if QUANTITIES[n].kind is float]
+    around = _around(problem.design, variables)
+    columns = run_effects(Case(freed.setup, freed.programme, around), names).columns
+    exists = freed.setup.mechanism.exists(around, freed.programme)
+    found, values = {}, {}
+    for name in (n for n in QUANTITIES if n in columns):
+        column = np.where(exists, np.broadcast_to(columns[name], len(around)), np.nan).astype(float)
+        values[name] = float(column[0])
+        for number, (key, (_, order)) in enumerate(variables.items()):
+            beside = column[1 + len(STEPS) * number : 1 + len(STEPS) * (number + 1)]
+            found[name, key] = _slope(column[0], beside, STEP * order)
+    return Sensitivities(scene, values, found)
+
+
+def _variables(problem: Problem, scene: Scene) -> dict[str, tuple[float, float]]:
+    """The value of each variable by key, and what it is of the order of."""
+    design, prime = problem.design, float(problem.design.prime_radius[0])
+    sizes = {key: float(design.sizes[FIELDS[key.partition(".")[2]]][0]) for key in size_keys(scene)}
+    found = {key: (value, max(abs(value), 0.1 * prime)) for key, value in sizes.items()}
+    numbers = {key: value for key, value in problem.setup.given.values.items() if value and key not in OF_PROBLEM}
+    return found | {key: (float(value), abs(float(value))) for key, value in numbers.items()}
+
+
+def _around(design: Designs, variables: Mapping[str, tuple[float, float]]) -> Designs:
+    """The cam, and for each variable those with a little less and a little more of it."""
+    values: dict[str, Any] = {}
+    count = 1 + len(STEPS) * len(variables)
+    for number, (key, (value, order)) in enumerate(variables.items()):
+        column = np.full(count, value)
+        column[1 + len(STEPS) * number : 1 + len(STEPS) * (number + 1)] += STEPS * STEP * order
+        values[FIELDS.get(key.partition(".")[2], key) if key not in NUMBERS else key] = column
+    return design.take(np.zeros(count, dtype=int)).with_values(values)
+
+
+def _slope(value: float, beside: FloatArray, step: float) -> Sensitivity:
+    """The slopes of a quantity from its values at the points beside the cam's own."""
+    with np.errstate(invalid="ignore"):
+        change = beside - value
+        below = float(change[0] - 4.0 * change[1]) / (2.0 * step)
+        above = float(4.0 * change[2] - change[3]) / (2.0 * step)
+        middle = float(CENTRAL @ change) / step
+    known = KINK * max(abs(below), abs(above), abs(value) * STEP / step) if np.isfinite(below + above) else 0.0
+    smooth = np.isfinite(middle) and abs(above - below) <= known
+    return Sensitivity(middle if smooth else None, _finite(below), _finite(above))
+
+
+def _finite(value: float) -> float | None:
+    return value if np.isfinite(value) else None
