@@ -28,15 +28,13 @@ class Checked:
     file : pathlib.Path
         The file.
     state : str
-        "whole": each byte is as it was written. "damaged": it is not, and a part of it is named. "changed": it is
-        not the file that was written, by another hand or by damage. "missing", "unreadable": so it is. "unknown":
+        "whole": each byte is as it was written. "damaged": by its own digests it is not. "changed": it is not the
+        file that the manifest names, by another hand or by damage. "missing", "unreadable": so it is. "unknown":
         nothing tells what was written, so this is not "whole".
     told : str
-        The same in words, with the place of the damage.
+        The same in words.
     rows : int or None
         Of a table that is whole.
-    row_digest : str
-        Of a table that is whole, the digest of its rows: tables with the same rows have the same.
 
     Examples
     --------
@@ -50,7 +48,6 @@ class Checked:
     state: State
     told: str
     rows: int | None = None
-    row_digest: str = ""
 
     @property
     def is_whole(self) -> bool:
@@ -163,14 +160,13 @@ def _by_itself(path: Path, file: BufferedReader) -> Checked:
 
 
 def _table(path: Path, file: BufferedReader) -> Checked:
-    from camopt.tables.damage import fault, rows_of
+    from camopt.tables.damage import Fault, open_table
 
-    if found := fault(file):
-        return Checked(path, "damaged" if found.damaged else "unknown", found.told)
-    if not (table := rows_of(file)):
-        return Checked(path, "damaged", "damaged before it was written: its rows are not those of its digest")
-    rows, digest = table
-    return Checked(path, "whole", f"whole, {rows:,} row{'s' * (rows != 1)}", rows, digest)
+    try:
+        rows = open_table(file).metadata.num_rows
+    except Fault as fault:
+        return Checked(path, "damaged" if fault.damaged else "unknown", str(fault))
+    return Checked(path, "whole", f"whole, {rows:,} row{'s' * (rows != 1)}", rows)
 
 
 def _part(path: Path, file: BufferedReader) -> Checked:

@@ -401,8 +401,8 @@ def _earlier(unit: Unit, manifest: Manifest) -> Mapping[str, Fact]:
 def _foreign(unit: Unit, manifest: Manifest, name: str) -> str:
     """What of a file is not camopt's, in words; empty if all is, or there is none.
 
-    Where no manifest names it, a table says of itself who wrote it. Other files do not: they are taken for those of
-    an older camopt, which wrote no manifest, until there is one of this command.
+    Where no manifest names it, a table says of itself whether it is as it was written. Other files do not: they are
+    taken for those of an older camopt, which wrote no manifest, until there is one of this command.
     """
     path, fact = unit.folder / name, manifest.files.get(name)
     if not path.is_file():
@@ -410,15 +410,17 @@ def _foreign(unit: Unit, manifest: Manifest, name: str) -> str:
     if fact:
         return "" if path.suffix in DATA or fact_of(path) == fact else "this was edited since camopt wrote it"
     own = _is_own(path) if path.suffix == TABLE else unit.command not in manifest.results
-    return "" if own else "camopt did not write this"
+    return "" if own else "camopt did not write this as it is"
 
 
 def _is_own(path: Path) -> bool:
-    """Whether a table says of itself that camopt wrote it."""
-    from camopt.tables.sealed import is_own
+    """Whether a file is a table, and as camopt wrote it."""
+    from camopt.tables.damage import Fault, open_table
 
-    with path.open("rb") as file:
-        return is_own(file)
+    with path.open("rb") as file, suppress(Fault):
+        open_table(file)
+        return True
+    return False
 
 
 def _commit(unit: Unit, made: list[Path]) -> None:

@@ -30,8 +30,6 @@ class DesignTable:
     count: int
     read: Callable[[list[str]], pa.Table]
     """Some of its columns."""
-    digest: str = ""
-    """That of its rows, if it is known: tables with the same digest have the same rows in the same order."""
 
     @property
     def names(self) -> list[str]:

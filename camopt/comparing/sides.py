@@ -62,7 +62,7 @@ def _alone(table: DesignTable, *files: Path) -> Side:
     return Side(table.name, {ONE_SCENE: table.scene}, {ONE_TABLE: table}, files)
 
 
-def _checked(name: str, layout: pa.Schema, count: int, read: Any, digest: str = "") -> DesignTable:
+def _checked(name: str, layout: pa.Schema, count: int, read: Any) -> DesignTable:
     """A table of designs; BadInput if it is another."""
     if not is_of_designs(layout):
         raise no_table(name, "this is not one of designs, with their laws and the scene that was searched")
@@ -71,11 +71,11 @@ def _checked(name: str, layout: pa.Schema, count: int, read: Any, digest: str = 
             raise no_table(name, f"this has the column {field.name} twice")
         if field.type != type_of(field):
             raise no_table(name, f"its column {field.name} has not the type {type_of(field)}")
-    return DesignTable(name, scene_in(layout, name), layout, count, read, digest)
+    return DesignTable(name, scene_in(layout, name), layout, count, read)
 
 
 def _of_a_file(name: str, file: TableFile) -> DesignTable:
-    return _checked(name, file.layout, file.count, file.read, file.row_digest)
+    return _checked(name, file.layout, file.count, file.read)
 
 
 @side_of.register

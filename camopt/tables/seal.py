@@ -1,28 +1,29 @@
-"""The seal of a table: digests in its footer, by which each byte of the file is known to be as it was written.
+"""The seal of a table: two digests in its footer, by which each byte of the file is known to be as it was written.
 
 A Parquet file is a row of pages, then a footer that says where they are. ``camopt_pages`` is the SHA-256 of all
 that comes before the footer, ``camopt_footer`` that of the footer itself, to the end of the file, with zeros in
-its own place; ``camopt_rows`` is the digest of the rows. So the seal needs nothing beside the file, and any program
-that reads Parquet reads a sealed table.
+its own place. So the seal needs nothing beside the file, and any program that reads Parquet reads a sealed table.
+Parquet's own checksums leave out the footer and the headers of pages, where a few bytes make another table.
 """
 
 import os
 import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from functools import partial
 from hashlib import sha256
 from typing import Any, BinaryIO
 
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from camopt.tables.row_digest import RowDigest
-
-KEYS = ROWS, PAGES, FOOTER = "camopt_rows", "camopt_pages", "camopt_footer"
+KEYS = PAGES, FOOTER = "camopt_pages", "camopt_footer"
+OLD_KEY = "camopt_rows"
+"""What the seal of earlier tables has besides."""
 BLANK = "0" * 64
 ROWS_IN_GROUP = 1 << 17
 LONGEST_FOOTER = 1 << 28  # bytes: those of a table of a terabyte
+AT_ONCE = 1 << 22  # bytes
 END = 8
 """Bytes at the end of a Parquet file: the length of the footer, and PAR1."""
 
@@ -40,45 +41,30 @@ def sealed(file: BinaryIO, layout: pa.Schema, **options: Any) -> Iterator[Callab
     **options
         Options of ``pyarrow.parquet.ParquetWriter``.
     """
-    hashed, digest = _Hashed(file), RowDigest(layout)
-    with pq.ParquetWriter(hashed, layout, compression="zstd", write_page_checksum=True, **options) as parquet:
-
-        def add(rows: pa.Table) -> None:
-            digest.update(rows)
-            parquet.write_table(rows, row_group_size=ROWS_IN_GROUP)
-
-        yield add
-        digests = {ROWS: digest.hexdigest(), PAGES: hashed.hexdigest(), FOOTER: BLANK}
-        parquet.add_key_value_metadata(digests)
+    with pq.ParquetWriter(file, layout, compression="zstd", write_page_checksum=True, **options) as parquet:
+        yield partial(parquet.write_table, row_group_size=ROWS_IN_GROUP)
+        parquet.add_key_value_metadata(dict.fromkeys(KEYS, BLANK))
     close_seal(file)
 
 
-class _Hashed:
-    """A file to write, with the digest of what was written so far."""
-
-    def __init__(self, file: BinaryIO) -> None:
-        self._file, self._digest = file, sha256()
-        self.tell, self.flush = file.tell, file.flush
-
-    def write(self, data: bytes) -> None:
-        self._digest.update(data)
-        self._file.write(data)
-
-    @property
-    def closed(self) -> bool:
-        return self._file.closed
-
-    def hexdigest(self) -> str:
-        return self._digest.hexdigest()
-
-
 def close_seal(file: BinaryIO) -> None:
-    """Put the digest of the footer into its place."""
+    """Put the digests into their places."""
     start, footer = footer_of(file)
-    seal = Seal.of(footer)
-    file.seek(start + seal.place)
-    file.write(seal.digest_of(footer).encode())
+    file.seek(start)
+    file.write(_with_digests(file, start, footer))
     file.flush()
+
+
+def is_whole(file: BinaryIO) -> bool:
+    """Whether each byte of a sealed table is as it was written.
+
+    Raises
+    ------
+    ValueError
+        If there is no footer, or no seal in it.
+    """
+    start, footer = footer_of(file)
+    return _with_digests(file, start, footer) == footer
 
 
 def footer_of(file: BinaryIO) -> tuple[int, bytes]:
@@ -98,39 +84,34 @@ def footer_of(file: BinaryIO) -> tuple[int, bytes]:
     return start, file.read()
 
 
-@dataclass(frozen=True)
-class Seal:
-    """The digests that a footer has."""
-
-    rows: str
-    pages: str
-    footer: str
-    place: int
-    """Where in the footer the digest of it starts."""
-
-    @classmethod
-    def of(cls, footer: bytes) -> "Seal":
-        """The seal in a footer; a KeyError unless each digest is there once."""
-        rows, pages, own = (_only(key, footer) for key in KEYS)
-        return cls(rows[1].decode(), pages[1].decode(), own[1].decode(), own.start(1))
-
-    def digest_of(self, footer: bytes) -> str:
-        """The digest that the footer has, with zeros in the place of it."""
-        end = self.place + len(BLANK)
-        return sha256(b"".join((footer[: self.place], BLANK.encode(), footer[end:]))).hexdigest()
+def _with_digests(file: BinaryIO, start: int, footer: bytes) -> bytes:
+    """A footer with the digests that belong into it."""
+    pages, own = (_place(key, footer) for key in KEYS)
+    found = bytearray(footer)
+    found[pages], found[own] = _digest(file, start).encode(), BLANK.encode()
+    found[own] = sha256(found).hexdigest().encode()
+    return bytes(found)
 
 
-def _only(key: str, footer: bytes) -> re.Match[bytes]:
-    """The one digest under a key of the metadata: a text of 64 bytes in Thrift's compact protocol."""
+def _place(key: str, footer: bytes) -> slice:
+    """Where the one digest under a key of the metadata is: a text of 64 bytes in Thrift's compact protocol."""
     found = [*re.finditer(key.encode() + rb"\x18\x40([0-9a-f]{64})", footer)]
     if len(found) != 1:
-        raise KeyError(key)
-    return found[0]
+        raise ValueError("no seal")
+    return slice(*found[0].span(1))
+
+
+def _digest(file: BinaryIO, size: int) -> str:
+    """SHA-256 of the first bytes of a file, which are read in parts."""
+    digest = sha256()
+    file.seek(0)
+    while size > 0 and (part := file.read(min(AT_ONCE, size))):
+        digest.update(part)
+        size -= len(part)
+    return digest.hexdigest()
 
 
 def without_seal(layout: pa.Schema) -> pa.Schema:
     """A schema as it was given to be written; pyarrow reads the seal as a part of its metadata."""
-    kept = {
-        key: value for key, value in (layout.metadata or {}).items() if key.decode(errors="replace") not in KEYS
-    }
-    return layout.with_metadata(kept)
+    seal = {key.encode() for key in (*KEYS, OLD_KEY)}
+    return layout.with_metadata({k: value for k, value in (layout.metadata or {}).items() if k not in seal})

@@ -4,22 +4,20 @@ import json
 import os
 from collections.abc import Hashable, Iterator, Mapping
 from contextlib import contextmanager
-from errno import EINVAL
 from typing import Any, BinaryIO
 
 import pyarrow as pa
-import pyarrow.parquet as pq
 
 from camopt.files import whole_file
 from camopt.manifest import settled_file
 from camopt.mistakes import BadInput, Mistake
 from camopt.scene.scene import Scene
-from camopt.tables.damage import TROUBLE, fault, raise_if_of_the_disk
-from camopt.tables.seal import FOOTER, Seal, footer_of, sealed, without_seal
+from camopt.tables.damage import TROUBLE, Fault, open_table, raise_if_of_the_disk
+from camopt.tables.seal import sealed, without_seal
 
 TYPES = {float: pa.float64(), bool: pa.bool_(), str: pa.string()}
 COLUMN_TYPES = (*TYPES.values(), pa.int64(), pa.null(), pa.list_(pa.string()))
-SCENE, VERSION_KEY = b"camopt_scene", b"camopt_version"
+SCENE = b"camopt_scene"
 
 
 def write_table(table: pa.Table, path: str | os.PathLike[str]) -> None:
@@ -36,7 +34,7 @@ def read_table(path: str | os.PathLike[str]) -> pa.Table:
     Raises
     ------
     BadInput
-        If the file is something else, or damaged; it says where.
+        If the file is something else, or damaged.
     OSError
         If there is no such file, or it cannot be read.
     """
@@ -50,12 +48,9 @@ class TableFile:
     def __init__(self, path: str | os.PathLike[str], file: BinaryIO) -> None:
         self._path = path
         with _refused(path):
-            if found := fault(file):
-                raise no_table(path, f"this is {found.told}")
-            self._parquet = pq.ParquetFile(file)
+            self._parquet = open_table(file)
             self.layout: pa.Schema = without_seal(self._parquet.schema_arrow)
             self.count: int = self._parquet.metadata.num_rows
-            self.row_digest: str = Seal.of(footer_of(file)[1]).rows
             if why := _oddity(self.layout):  # before the data, of which odd types may be
                 raise no_table(path, why)
 
@@ -74,25 +69,12 @@ def _refused(path: str | os.PathLike[str]) -> Iterator[None]:
         yield
     except BadInput:
         raise
+    except Fault as fault:
+        raise no_table(path, f"this is {fault}") from None
     except TROUBLE as trouble:
         raise_if_of_the_disk(trouble)
         why = f"this is none: {str(trouble).splitlines()[0]}" if str(trouble) else "this is none"
         raise no_table(path, why) from None
-
-
-def is_own(file: BinaryIO) -> bool:
-    """Whether camopt wrote a table, as its footer says: the seal of it or, before there were seals, a version."""
-    try:
-        footer = footer_of(file)[1]
-    except (ValueError, OSError) as trouble:
-        if isinstance(trouble, OSError) and trouble.errno != EINVAL:  # it is shorter than any end of a table
-            raise
-        return False
-    try:
-        seal = Seal.of(footer)
-    except KeyError:
-        return FOOTER.encode() not in footer and VERSION_KEY in footer
-    return seal.digest_of(footer) == seal.footer
 
 
 def no_table(path: str | os.PathLike[str], why: str) -> BadInput:

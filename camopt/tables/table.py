@@ -136,8 +136,7 @@ def load(path: str | os.PathLike[str]) -> "pd.DataFrame":
     Raises
     ------
     BadInput
-        If the file is no table of camopt's, or damaged: a digest of all its bytes is verified, and the message
-        says where they differ.
+        If the file is no table of camopt's, or damaged: digests of all its bytes are verified.
     OSError
         If there is no such file, or it cannot be read.
 

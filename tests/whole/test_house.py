@@ -54,7 +54,7 @@ LATE = {
     ("verdicts.judging", "verdicts.deciding"): "balls are for what rounding leaves open",
     ("tables.designs", "tables.table"): "it imports pyarrow",
     ("front.asked", "kernels.dispatchers"): "it imports numba",
-    ("publishing", "tables.sealed"): "it imports pyarrow",
+    ("publishing", "tables.damage"): "it imports pyarrow",
     ("points.points", "tables.sealed"): "it imports pyarrow",
     ("points.points", "tables.workbook"): "it imports XlsxWriter",
     ("studies.spectrum", "tables.sealed"): "it imports pyarrow",

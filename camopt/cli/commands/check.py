@@ -12,7 +12,7 @@ from camopt.cli.options import Command, Place, output_options
 @click.argument("files", nargs=-1, required=True, metavar="FILE...", type=Place())
 @output_options
 def check(files: tuple[Path, ...], as_json: bool, quiet: bool) -> int:
-    """Check whether files are as camopt wrote them, bit for bit; of those that are not, say where.
+    """Check whether files are as camopt wrote them, bit for bit.
 
     FILE is a table, any other file of a result, or a folder. Tables and parts of sweeps have digests of their own;
     other files of a result are known by manifest.json beside them, and so are files that are missing, or of another
