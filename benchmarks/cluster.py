@@ -19,6 +19,7 @@ from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from statistics import median
 from tempfile import TemporaryDirectory
 from time import monotonic, process_time, sleep
 from typing import Any, NamedTuple
@@ -26,7 +27,7 @@ from typing import Any, NamedTuple
 import psutil
 
 import camopt
-from camopt.engines.dask_cluster import RATE, Pace
+from camopt.engines.dask_cluster import RATE, items_of_task
 from camopt.front.asked import asked_of
 
 KEEP = "pareto"
@@ -161,26 +162,23 @@ def files(folder: Path) -> dict[str, bytes]:
 
 
 def reckoned(fineness: int) -> None:
-    """Print what a great sweep takes, from a few tasks of this one."""
+    """Print what a great sweep takes, from a few blocks of this one."""
     asked = asked_of(scene(fineness), KEEP)
-    some, pace = range(len(asked.blocks) // 3, len(asked.blocks) // 3 + 8), Pace(0.0)
+    some = range(len(asked.blocks) // 3, len(asked.blocks) // 3 + 8)
     asked.evaluated(some)
-    for _ in range(8):  # each with its own curves, as a worker that comes anew
+    each = []
+    for _ in range(8):  # with its own curves, as a worker that comes anew
         fresh, start = asked_of(scene(fineness), KEEP), process_time()
-        size = len(pickle.dumps(fresh.evaluated(some), protocol=pickle.HIGHEST_PROTOCOL))
-        pace.learn(len(some), process_time() - start, size)
+        size = len(pickle.dumps(fresh.evaluated(some)))
+        each.append(((process_time() - start) / len(some), size / len(some)))
+    seconds, size = map(median, zip(*each, strict=True))
     blocks = DESIGNS / asked.block
-    each = pace.items(10**12, WORKERS)
-    tasks = blocks / each
-    seconds = blocks * pace.seconds / WORKERS
-    print(
-        f"a block: {1e3 * pace.seconds:.1f} ms; a task of {len(some)} blocks gives {pace.bytes * len(some):,.0f} B"
-    )
-    print(f"{DESIGNS:.0e} designs are {blocks:.3g} blocks, {tasks:.3g} tasks of {each} blocks")
-    print(f"on {WORKERS:,} workers {seconds:,.0f} s, {tasks / seconds:.0f} tasks/s (at most {RATE:.0f})")
-    print(
-        f"rows: at most {blocks * pace.bytes / 1e9:.3g} GB in all, {blocks * pace.bytes / seconds / 1e6:.3g} MB/s"
-    )
+    count = items_of_task(10**12, WORKERS, seconds, size)
+    tasks, wall = blocks / count, blocks * seconds / WORKERS
+    print(f"a block: {1e3 * seconds:.1f} ms; a task of {len(some)} blocks gives {size * len(some):,.0f} B")
+    print(f"{DESIGNS:.0e} designs are {blocks:.3g} blocks, {tasks:.3g} tasks of {count} blocks")
+    print(f"on {WORKERS:,} workers {wall:,.0f} s, {tasks / wall:.0f} tasks/s (at most {RATE:.0f})")
+    print(f"rows: at most {blocks * size / 1e9:.3g} GB in all, {blocks * size / wall / 1e6:.3g} MB/s")
 
 
 def overhead() -> None:

@@ -1,8 +1,7 @@
 """A Dask cluster: workers on many machines, which may join late and die.
 
 Work travels once to each worker, which is ready when it has done a sample of it (``dask_worker``). A task is a few
-items, a second or two of work, and what travels back is their pickled result. A task whose workers die is given to
-others.
+items, a second or two of work. Dask gives a task whose worker dies to others.
 
 Source: distributed, ``Scheduler._remove_worker``: a task is given up after ``allowed-failures`` dead workers.
 """
@@ -12,9 +11,10 @@ import re
 import signal
 import warnings
 from asyncio import gather
+from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from errno import ECHILD, ECONNREFUSED, ECONNRESET
 from logging import CRITICAL, getLogger
 from math import ceil
@@ -22,11 +22,11 @@ from multiprocessing import resource_tracker
 from os import cpu_count
 from tempfile import TemporaryDirectory
 from time import monotonic
-from typing import Any, Generic
+from typing import Any
 from uuid import uuid4
 
 import dask
-from distributed import Client, Future, KilledWorker, LocalCluster, as_completed
+from distributed import CancelledError, Client, Future, KilledWorker, LocalCluster
 from distributed.comm.core import CommClosedError
 from distributed.gc import disable_gc_diagnosis
 from distributed.versions import VersionMismatchWarning
@@ -39,9 +39,7 @@ SECONDS = 2.0  # of work in a task: little is lost with a worker
 RATE = 200.0  # tasks a second of all workers, at most: the scheduler can do some times as many
 BYTES = 1 << 26  # of a result, at most about
 AHEAD = 4  # tasks for each thread that the reader has not had yet
-SHARES = 2  # tasks for each thread of what is left, at least, so that all end together
-TRIES = 3  # for a task, each of which ends with as many dead workers as the scheduler allows
-COUNTED = 5.0  # seconds after which workers are counted again
+SHARES = 4  # tasks for each thread, at least, so that all end together
 CONNECTED, JOINED = 20.0, 60.0  # seconds to wait for a scheduler, and for its first worker
 LEFT = 0.5  # seconds for a worker to end by itself
 TRIM = "distributed.nanny.pre-spawn-environ.MALLOC_TRIM_THRESHOLD_"
@@ -51,33 +49,11 @@ SILENT = CRITICAL + 1
 ADDRESS = re.compile(r"([a-z]+://)?[^\s/]+:\d+")
 
 
-@dataclass
-class Pace:
-    """How many items a task has, by the seconds and bytes that an item took so far."""
-
-    seconds: float
-    bytes: float = 0.0
-
-    def learn(self, items: int, seconds: float, size: int) -> None:
-        """Take in what a task was like: the latest ones count most."""
-        self.seconds += (seconds / items - self.seconds) / 2.0
-        self.bytes += (size / items - self.bytes) / 2.0
-
-    def items(self, left: int, threads: int) -> int:
-        """The number of items of the next task, of those that are left."""
-        by_time = max(SECONDS, threads / RATE) / max(self.seconds, 1e-6)
-        by_size = BYTES / max(self.bytes, 1.0)
-        return max(1, int(min(by_time, by_size, ceil(left / (SHARES * threads)))))
-
-
-@dataclass(frozen=True)
-class Task:
-    """Some items that workers were given."""
-
-    number: int
-    first: int
-    last: int
-    tries: int = 1
+def items_of_task(items: int, threads: int, seconds: float, size: float) -> int:
+    """How many items a task has, of all items, by the seconds and bytes of one."""
+    by_time = max(SECONDS, threads / RATE) / max(seconds, 1e-6)
+    by_size = BYTES / max(size, 1.0)
+    return max(1, int(min(by_time, by_size, ceil(items / (SHARES * threads)))))
 
 
 @dataclass(frozen=True)
@@ -110,14 +86,16 @@ class Cluster:
         """
         if not items:
             return
-        self._check_connected()
-        start = monotonic()
-        expected = digest(work(sample)) if sample else ""
-        pace = Pace((monotonic() - start) / max(len(sample), 1))
+        threads, count, expected = self.workers, 1, ""
+        if sample:
+            start, found = monotonic(), work(sample)
+            seconds, expected = monotonic() - start, digest(found)
+            size = len(pickle.dumps(found))
+            count = items_of_task(len(items), threads, seconds / len(sample), size / len(sample))
         ready = Ready(f"camopt-{uuid4().hex}", work, sample, expected)
         try:
             self._prepare(ready)
-            yield from Run[Item, Result](self, ready.name, items, pace).results()
+            yield from self._results(ready.name, (items[k : k + count] for k in range(0, len(items), count)))
         except OSError as trouble:  # as it is when a scheduler is gone, Dask says that a connection took too long
             if isinstance(trouble, CommClosedError) or self.client.status != "running":
                 raise self.gone() from None
@@ -126,6 +104,31 @@ class Cluster:
             if self.client.status == "running":
                 with suppress(OSError, ValueError):
                     self.client.unregister_worker_plugin(ready.name)
+
+    def _results(self, name: str, tasks: Iterator[Sequence[Item]]) -> Iterator[Any]:
+        """What becomes of tasks, in order: so many at a time are given to workers, or wait to be read."""
+        given: deque[Future[Any]] = deque()
+        try:
+            for items in tasks:
+                given.append(self.client.submit(run, name, items, pure=False))
+                if len(given) >= AHEAD * self.workers:
+                    yield self._result(given.popleft())
+            while given:
+                yield self._result(given.popleft())
+        finally:
+            if given and self.client.status == "running":
+                with suppress(OSError):
+                    self.client.cancel([*given])
+
+    def _result(self, future: Future[Any]) -> Any:
+        """The result of a task; an error of it is raised here."""
+        try:
+            return future.result()
+        except CancelledError:
+            raise self.gone() from None
+        except KilledWorker:
+            why = "all workers died that tried one task: they may lack memory; the cluster's logs say more"
+            raise ChildProcessError(ECHILD, why, self.address) from None
 
     def _prepare(self, ready: Ready) -> None:
         """Have all workers made ready, and those that join later before they take a task."""
@@ -152,72 +155,6 @@ class Cluster:
     def gone(self) -> ConnectionError:
         """What to say when the scheduler does not answer, or the block of ``cluster`` has ended."""
         return self._trouble("no longer connected to the Dask scheduler")
-
-
-@dataclass
-class Run(Generic[Item, Result]):
-    """Items on their way through a cluster."""
-
-    cluster: Cluster
-    name: str
-    items: Sequence[Item]
-    pace: Pace
-    running: dict[Future[Any], Task] = field(default_factory=dict)
-    done: dict[int, bytes] = field(default_factory=dict)
-    """Pickled results by number of their task, which wait for those before them."""
-    tasks: int = 0
-    """Given to workers so far, and what they have of the items:"""
-    given: int = 0
-    threads: int = 1
-    counted: float = -COUNTED
-
-    def results(self) -> Iterator[Result]:
-        """The results of tasks, in order."""
-        self.completed = as_completed(loop=self.cluster.client.loop, with_results=True, raise_errors=False)
-        following = 0
-        try:
-            while self._filled():
-                for future, result in self.completed.next_batch():
-                    self._take(future, result)
-                while following in self.done:
-                    yield pickle.loads(self.done.pop(following))
-                    following += 1
-        finally:
-            if self.running and self.cluster.client.status == "running":
-                with suppress(OSError):
-                    self.cluster.client.cancel(list(self.running))
-
-    def _filled(self) -> bool:
-        """Whether tasks are running, once all were given that workers can soon take."""
-        if monotonic() - self.counted > COUNTED:
-            self.threads, self.counted = self.cluster.workers, monotonic()
-        while self.given < len(self.items) and len(self.running) + len(self.done) < AHEAD * self.threads:
-            last = self.given + self.pace.items(len(self.items) - self.given, self.threads)
-            self._give(Task(self.tasks, self.given, last))
-            self.tasks, self.given = self.tasks + 1, last
-        return bool(self.running)
-
-    def _give(self, task: Task) -> None:
-        items, key = self.items[task.first : task.last], f"{self.name}-{task.number}-{task.tries}"
-        future = self.cluster.client.submit(run, self.name, items, key=key, pure=False, priority=task.tries)
-        self.running[future] = task
-        self.completed.add(future)
-
-    def _take(self, future: Future[Any], result: Any) -> None:
-        """Keep the result of a task, or see what became of it."""
-        task = self.running.pop(future)
-        if future.status == "finished":
-            seconds, self.done[task.number] = result
-            self.pace.learn(task.last - task.first, seconds, len(self.done[task.number]))
-        elif future.status != "error":
-            raise self.cluster.gone()
-        elif not isinstance(result[1], KilledWorker):
-            raise result[1].with_traceback(result[2])
-        elif task.tries == TRIES:
-            why = "all workers died that tried one task: they may lack memory; the cluster's logs say more"
-            raise ChildProcessError(ECHILD, why, self.cluster.address)
-        else:
-            self._give(replace(task, tries=task.tries + 1))
 
 
 @contextmanager

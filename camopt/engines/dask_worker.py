@@ -8,7 +8,6 @@ import pickle
 from _thread import LockType
 from collections.abc import Callable
 from threading import Lock
-from time import monotonic
 from typing import Any
 
 import numpy as np
@@ -95,12 +94,9 @@ class Ready(WorkerPlugin):
         return work  # type: ignore[no-any-return]
 
 
-def run(name: str, items: Any) -> tuple[float, bytes]:
-    """Work on some items, in a worker: seconds, and the pickled result."""
+def run(name: str, items: Any) -> Any:
+    """Work on some items, in a worker."""
     ready: Any = get_worker().plugins.get(name)
     if ready is None:
         raise Reschedule  # it will be here in a moment
-    work = ready.prepared()
-    start = monotonic()
-    result = work(items)
-    return monotonic() - start, pickle.dumps(result, protocol=pickle.HIGHEST_PROTOCOL)
+    return ready.prepared()(items)

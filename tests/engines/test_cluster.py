@@ -11,12 +11,13 @@ from socket import socket
 import numpy as np
 import psutil
 import pytest
+from distributed import CancelledError
 
 import camopt
 from camopt.cli import exits
 from camopt.cli.main import main
 from camopt.engines import cluster, dask_cluster, dask_worker
-from camopt.engines.dask_cluster import BYTES, RATE, SECONDS, Pace
+from camopt.engines.dask_cluster import BYTES, RATE, SECONDS, items_of_task
 from camopt.front import journal
 from camopt.mistakes import BadInput
 
@@ -105,8 +106,7 @@ def test_a_worker_with_other_software_is_refused(engine, monkeypatch):
         list(engine.in_order(sines, range(3)))
 
 
-def test_a_task_that_ends_every_worker_is_given_up(engine, monkeypatch):
-    monkeypatch.setattr(dask_cluster, "TRIES", 2)
+def test_a_task_that_ends_every_worker_is_given_up(engine):
     patient = allow_failures(engine, 0)
     with pytest.raises(ChildProcessError, match="all workers died that tried one task"):
         list(engine.in_order(death, range(1)))
@@ -196,8 +196,26 @@ class Bereaved:
         raise OSError("Timed out trying to connect to tcp://10.0.0.1:8786 after 20 s")
 
 
-def test_a_scheduler_that_dies_while_workers_are_made_ready_is_told_as_one(tmp_path):
-    engine = dask_cluster.Cluster(Bereaved(), "tcp://10.0.0.1:8786")
+class BereavedLater(Bereaved):
+    """A client whose scheduler dies while tasks are under way."""
+
+    def wait_for_workers(self, number, timeout):
+        pass
+
+    def register_plugin(self, plugin):
+        pass
+
+    def submit(self, *arguments, pure):
+        return self
+
+    def result(self):
+        self.status = "connecting"
+        raise CancelledError("scheduler-connection-lost")
+
+
+@pytest.mark.parametrize("client", [Bereaved, BereavedLater])
+def test_a_scheduler_that_dies_is_told_as_one(client, tmp_path):
+    engine = dask_cluster.Cluster(client(), "tcp://10.0.0.1:8786")
     with pytest.raises(ConnectionError, match="no longer connected to the Dask scheduler") as end:
         camopt.sweep(SCENE, tmp_path / "out", engine=engine)
     assert end.value.filename == "tcp://10.0.0.1:8786"
@@ -205,30 +223,18 @@ def test_a_scheduler_that_dies_while_workers_are_made_ready_is_told_as_one(tmp_p
 
 
 @pytest.mark.parametrize(
-    ("pace", "left", "threads", "items"),
+    ("items", "threads", "seconds", "size", "expected"),
     [
-        (Pace(SECONDS / 10.0), 10_000, 2, 10),
-        (Pace(10.0 * SECONDS), 10_000, 2, 1),
-        (
-            Pace(SECONDS / 10.0),
-            10**9,
-            int(5 * SECONDS * RATE),
-            50,
-        ),  # so many workers that the scheduler has to be spared
-        (Pace(0.0), 10_000, 2, 2500),  # guided self-scheduling: a share of what is left
-        (Pace(0.0), 3, 2, 1),
-        (Pace(0.0, BYTES / 5.0), 10_000, 2, 5),
+        (10_000, 2, SECONDS / 10.0, 0.0, 10),
+        (10_000, 2, 10.0 * SECONDS, 0.0, 1),
+        (10**9, int(5 * SECONDS * RATE), SECONDS / 10.0, 0.0, 50),  # so many workers that the scheduler is spared
+        (10_000, 2, 0.0, 0.0, 1250),  # some tasks for each thread
+        (3, 2, 0.0, 0.0, 1),
+        (10_000, 2, 0.0, BYTES / 5.0, 5),
     ],
 )
-def test_a_task_has_items_for_a_second_or_two(pace, left, threads, items):
-    assert pace.items(left, threads) == items
-
-
-def test_the_pace_is_learnt_from_tasks():
-    pace = Pace(100.0)
-    for _ in range(40):
-        pace.learn(4, 2.0, 1000)
-    assert (pace.seconds, pace.bytes) == (pytest.approx(0.5), pytest.approx(250.0))
+def test_a_task_has_items_for_a_second_or_two(items, threads, seconds, size, expected):
+    assert items_of_task(items, threads, seconds, size) == expected
 
 
 @pytest.mark.parametrize(
