@@ -24,7 +24,7 @@ from camopt.front.pareto import Archive, non_dominated, objectives, signs
 from camopt.front.streaming import Seen
 from camopt.problem.rows import Rows
 from camopt.problem.space import Space
-from camopt.smallest.result import Progress, report_progress
+from camopt.progress import Progress, report_progress
 from camopt.verdicts.judging import Effort
 from camopt.verdicts.screening import screened
 

@@ -30,10 +30,10 @@ from camopt.front.streaming import Seen, gathered
 from camopt.front.sweep import Keeps, Sweep, Write, result_of, swept_already
 from camopt.manifest import settled_paths
 from camopt.mistakes import BadInput, Mistake
+from camopt.progress import Progress
 from camopt.publishing import PART, published
 from camopt.scene.scene import Scene
 from camopt.shown import Shown
-from camopt.smallest.result import Progress
 from camopt.verdicts.judging import Effort
 
 COMMAND = "part"

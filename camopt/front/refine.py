@@ -22,9 +22,9 @@ from camopt.numerics.clock import now, share
 from camopt.problem.problem import Problem, exactly
 from camopt.problem.rows import Rows, joined
 from camopt.problem.space import Space, boxes_of
+from camopt.progress import Progress, report_progress
 from camopt.quantities import QUANTITIES
 from camopt.smallest.optimise import SECONDS
-from camopt.smallest.result import Progress, report_progress
 from camopt.smallest.smallest import smallest
 from camopt.verdicts.judging import judged
 

@@ -7,7 +7,7 @@ from camopt.front.blocks import Batch
 from camopt.front.pareto import Archive, best_of_laws
 from camopt.problem.rows import Rows, joined
 from camopt.problem.space import Space
-from camopt.smallest.result import Progress, report_progress
+from camopt.progress import Progress, report_progress
 from camopt.verdicts.judging import Effort
 
 NONE = Rows({}, 0)  # where there are no blocks

@@ -28,11 +28,11 @@ from camopt.mistakes import BadInput, Mistake
 from camopt.problem.problem import Problem, exactly
 from camopt.problem.rows import Rows, joined
 from camopt.problem.space import Space
+from camopt.progress import Progress
 from camopt.publishing import Unit, published
 from camopt.quantities import QUANTITIES
 from camopt.scene.scene import Scene
 from camopt.shown import Shown
-from camopt.smallest.result import Progress
 from camopt.tables.cells import to_json
 from camopt.tables.columns import joined_laws
 from camopt.tables.designs import ByLaw, Design

@@ -16,13 +16,14 @@ from camopt.numerics.clock import now, share
 from camopt.problem.problem import Problem, exactly, resolve
 from camopt.problem.settings import freed_of, given_profile, laws_of, numbers_of_problem
 from camopt.problem.space import boxes_of, choices
+from camopt.progress import Progress, report_progress
 from camopt.quantities import QUANTITIES
 from camopt.scene.scene import Scene
 from camopt.shown import Shown
 from camopt.smallest.closed_form import negligible
 from camopt.smallest.multipliers import BINDS
 from camopt.smallest.reasons import reason
-from camopt.smallest.result import GAP, Progress, Smallest, feasible, report_progress
+from camopt.smallest.result import GAP, Smallest, feasible
 from camopt.smallest.smallest import smallest
 from camopt.smallest.smallest_turn import smallest_of_turns
 from camopt.smallest.turns import SegmentAngles

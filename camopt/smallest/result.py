@@ -10,16 +10,12 @@ import numpy as np
 from camopt.effects import Case
 from camopt.effects.crossing_boxes import KnownCrossings
 from camopt.mechanisms import Designs
-from camopt.mistakes import Stopped
 from camopt.numerics.clock import now
 from camopt.problem.problem import Problem
 from camopt.problem.rows import Rows
 from camopt.verdicts.judging import AT_ONCE, excesses, extended, planned
 
 GAP = 1e-9  # of the prime radius: a size is proved if the least feasible one is smaller by no more
-
-Progress = Callable[[int, int], bool | None]
-"""Called with how much is done, and of how much, which may change; False ends the work."""
 
 
 @dataclass(frozen=True)
@@ -46,18 +42,6 @@ class Smallest:
     def proved(self) -> bool:
         """Whether no feasible design of these bounds is smaller by more than ``gap_of``."""
         return self.gap <= (0.0 if self.design is None else gap_of(self.design))
-
-
-def report_progress(progress: Progress | None, done: int, total: int) -> None:
-    """Tell a caller how far the work is.
-
-    Raises
-    ------
-    Stopped
-        If the caller's answer is False. None, which most functions return, is no answer.
-    """
-    if progress and progress(done, total) is False:
-        raise Stopped("stopped by the caller")
 
 
 def gap_of(design: Designs) -> float:

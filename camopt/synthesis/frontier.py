@@ -23,10 +23,10 @@ from camopt.mistakes import BadInput, Mistake, Unmet, nearest
 from camopt.numerics import FloatArray
 from camopt.problem.limits import limited_quantity
 from camopt.problem.problem import resolve
+from camopt.progress import Progress, report_progress
 from camopt.scene.scene import Scene
 from camopt.scene.tables import TERMS
 from camopt.shown import Shown
-from camopt.smallest.result import Progress, report_progress
 from camopt.synthesis import residual
 from camopt.synthesis.axis_minimiser import AxisMinimiser, FrontierCam
 from camopt.synthesis.cams import known_laws, known_row

@@ -18,8 +18,8 @@ from camopt.motion.law import Law
 from camopt.motion.stroke import Stroke
 from camopt.numerics import FloatArray
 from camopt.problem.problem import resolve
+from camopt.progress import Progress, report_progress
 from camopt.scene.scene import Scene
-from camopt.smallest.result import Progress, report_progress
 from camopt.synthesis import residual
 from camopt.synthesis.cams import (
     cam_for,

@@ -16,7 +16,7 @@ from camopt.scene.tables import Limits
 
 PACKAGE = Path(camopt.__file__).parent
 ROOMS = (
-    *("mistakes", "version", "files", "manifest", "quantities", "shown", "kernels", "engines"),
+    *("mistakes", "version", "progress", "files", "manifest", "quantities", "shown", "kernels", "engines"),
     *("numerics", "motion", "mechanisms", "effects", "scene", "problem", "verdicts", "tables", "publishing"),
     *("smallest", "front", "synthesis", "measured", "contour", "comparing", "drawing", "sheet", "points"),
     *("exporting", "studies", "checking", "reporting", "serving", "cli"),

@@ -19,8 +19,8 @@ from camopt.numerics import FloatArray
 from camopt.numerics.extremes import Precision, extremes
 from camopt.problem.problem import EXACT, Problem, resolve
 from camopt.problem.settings import problems_of
+from camopt.progress import Progress, report_progress
 from camopt.scene.scene import Scene
-from camopt.smallest.result import Progress, report_progress
 from camopt.studies.accuracy.methods import METHODS, Method, enclosed
 from camopt.studies.accuracy.radius import bracketed, reference_radius, smallest_radii
 from camopt.studies.accuracy.reference import ALIKE, reference
