@@ -1,6 +1,6 @@
 """What faults of files leave of results: ``python benchmarks/faults.py [MOST [CASE …]]``.
 
-For each case of ``tests/publishing/test_faults.py``: the work is killed, interrupted, or has a failing call, at
+For each case of ``tests/storage/test_faults.py``: the work is killed, interrupted, or has a failing call, at
 each of its calls on files; and the power is cut after each of them, with any of the names and contents lost that
 were not synced. It is good if the older result or the new one is there, whole, and the next run gives the bytes of
 a run without faults. At most MOST of each, or somewhat more, are tried, spread evenly (0, as by default: all).
@@ -14,7 +14,7 @@ from tempfile import TemporaryDirectory
 from traceback import extract_tb
 
 ROOT = Path(__file__).parents[1]
-sys.path[:0] = [str(ROOT), str(ROOT / "tests"), str(ROOT / "tests" / "publishing")]
+sys.path[:0] = [str(ROOT), str(ROOT / "tests"), str(ROOT / "tests" / "storage")]
 from support.faults import FAULTS  # noqa: E402
 from test_faults import CASES, Bench, spread  # noqa: E402
 

@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Any
 from camopt.version import VERSION as __version__  # noqa: N811
 
 if TYPE_CHECKING:
-    from camopt.checking import Checked, check
     from camopt.comparing.compare import Compared, compare
     from camopt.drawing.accuracy import plot_accuracy
     from camopt.drawing.animation import Animation, animate
@@ -42,6 +41,7 @@ if TYPE_CHECKING:
     from camopt.scene.scene import Scene, find_scene, shipped_scenes
     from camopt.smallest.optimise import Optimum, optimise
     from camopt.smallest.prices import Price, prices
+    from camopt.storage.checking import Checked, check
     from camopt.studies.sensitivities import Sensitivities, Sensitivity, sensitivities
     from camopt.studies.spectrum import response_spectrum
     from camopt.synthesis.frontier import Frontier, frontier
@@ -56,7 +56,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "Animation": "drawing.animation",
     "BadInput": "mistakes",
-    "Checked": "checking",
+    "Checked": "storage.checking",
     "Compared": "comparing.compare",
     "Design": "tables.designs",
     "Evaluation": "verdicts.evaluation",
@@ -79,7 +79,7 @@ _HOMES = {
     "animate": "drawing.animation",
     "cam_points": "points.points",
     "certify": "verdicts.certify",
-    "check": "checking",
+    "check": "storage.checking",
     "cluster": "engines",
     "compare": "comparing.compare",
     "evaluate": "verdicts.evaluation",

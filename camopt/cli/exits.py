@@ -15,7 +15,7 @@ from warnings import catch_warnings
 import click
 
 from camopt.cli import interrupts
-from camopt.files import Untidy
+from camopt.storage.files import Untidy
 
 NOTHING_FEASIBLE, BAD_INPUT, FILE_TROUBLE, NOT_REACHED = 1, 2, 3, 4
 INTERNAL, READER_GONE = 70, 141  # the numbers of sysexits.h and of shells

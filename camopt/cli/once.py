@@ -10,7 +10,8 @@ from typing import Any, NamedTuple
 
 from camopt.cli import terminal
 from camopt.front.asked import version_of_rows
-from camopt.publishing import Unit, already_done, answered, published
+from camopt.storage.publishing import already_done, answered, published
+from camopt.storage.unit import Unit
 
 
 class Told(NamedTuple):

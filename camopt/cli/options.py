@@ -238,7 +238,7 @@ class Place(click.ParamType):  # type: ignore[type-arg]
         self.suffixes = suffixes
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
-        from camopt.files import check_writable, checked_suffix, path_of
+        from camopt.storage.files import check_writable, checked_suffix, path_of
 
         try:
             path = path_of(value)

@@ -18,9 +18,9 @@ def resumed(scene: Any, keep: str, out: Path, part: tuple[int, int] | None) -> t
     from camopt.front.asked import KEPT, asked_again, asked_of, asked_of_result
     from camopt.front.journal import interrupted
     from camopt.front.parts import COMMAND, folder_of
-    from camopt.manifest import has_result
     from camopt.mistakes import BadInput, Mistake
     from camopt.scene.scene import find_scene
+    from camopt.storage.manifest import has_result
 
     folder, command = (out / folder_of(*part), COMMAND) if part else (out, "sweep")
     question = interrupted(folder, command) or asked_of_result(folder, command)

@@ -18,8 +18,8 @@ from camopt.comparing.fronts import Fronts, compared_fronts
 from camopt.comparing.settings import Difference, differing
 from camopt.comparing.sides import Side, side_of
 from camopt.mistakes import BadInput, Mistake
+from camopt.storage.sealed import no_table
 from camopt.tables.designs import DESIGNS, PARETO
-from camopt.tables.sealed import no_table
 
 FEW = 5
 """Designs of each kind that are shown."""

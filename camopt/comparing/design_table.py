@@ -12,9 +12,9 @@ from camopt.numerics import FloatArray
 from camopt.problem.problem import size_keys
 from camopt.quantities import NUMBERS, QUANTITIES
 from camopt.scene.scene import Scene
+from camopt.storage.sealed import SCENE, TYPES, about
 from camopt.tables.columns import DERIVED, axes_of
 from camopt.tables.designs import column_of
-from camopt.tables.sealed import SCENE, TYPES, about
 
 LAW, OWN_SCENE, FREE = "law_rise", "scene", "free"
 """Columns: one that every table of designs has; two that a frontier has."""

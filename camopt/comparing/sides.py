@@ -10,16 +10,17 @@ from typing import Any
 import pyarrow as pa
 
 from camopt.comparing.design_table import DesignTable, is_of_designs, type_of
-from camopt.files import checked_path
 from camopt.front.sweep import Sweep
-from camopt.manifest import of_one_run, settled_file, settled_path, settled_paths
 from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.scene.scene import Scene, find_scene, shipped_scenes
+from camopt.storage.files import checked_path
+from camopt.storage.manifest import of_one_run, settled_file, settled_path, settled_paths
+from camopt.storage.sealed import SCENE as SCENE_OF_TABLE
+from camopt.storage.sealed import TableFile, no_table
 from camopt.synthesis.files import KNOWN, SCENE, frontier_table
 from camopt.synthesis.frontier import Frontier
 from camopt.tables.designs import OPTIMUM
-from camopt.tables.sealed import SCENE as SCENE_OF_TABLE
-from camopt.tables.sealed import TableFile, no_table, scene_in
+from camopt.tables.table import scene_in
 
 SCENES = ("scene.toml", SCENE, KNOWN, OPTIMUM)
 """The scenes in the folders that commands write."""

@@ -11,9 +11,9 @@ from camopt.drawing.frames import ffmpeg, write_gif, write_mp4
 from camopt.drawing.moving_svg import moving_svg
 from camopt.drawing.picture import Picture
 from camopt.drawing.stage import DISC_SIZE, GROOVE_SIZE, set_stage
-from camopt.files import checked_suffix, whole_file
 from camopt.problem.problem import resolve_design
 from camopt.scene.scene import Scene
+from camopt.storage.files import checked_suffix, whole_file
 
 KINDS = (".svg", ".gif", ".mp4")
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from camopt.drawing.style import RC
-from camopt.files import checked_suffix, whole_file
+from camopt.storage.files import checked_suffix, whole_file
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -15,8 +15,8 @@ from camopt.contour.follow import CHORD
 from camopt.contour.path import ArcPath, CubicPath
 from camopt.exporting.exported import Exported, told
 from camopt.exporting.layers import CHAIN, DASHED, THIN, VISIBLE, Layer, plan_of
-from camopt.files import whole_file
 from camopt.problem.problem import Problem
+from camopt.storage.files import whole_file
 from camopt.version import VERSION
 
 LINES = {VISIBLE: ("CONTINUOUS", 50), THIN: ("CONTINUOUS", 25), CHAIN: ("CENTER", 25), DASHED: ("DASHED", 25)}

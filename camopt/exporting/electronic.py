@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from camopt.exporting.exported import Exported
-from camopt.files import write_text
 from camopt.mistakes import BadInput, Mistake
 from camopt.problem.problem import Problem
+from camopt.storage.files import write_text
 from camopt.version import VERSION
 
 FEWEST, MOST = 2, 1_000_000

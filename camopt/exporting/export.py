@@ -13,10 +13,10 @@ from camopt.contour.curve import curves_of
 from camopt.effects import Case
 from camopt.exporting.endings import ENDINGS
 from camopt.exporting.exported import Exported
-from camopt.files import check_writable, checked_suffix, path_of
 from camopt.mistakes import BadInput, Mistake
 from camopt.problem.problem import Problem, resolve_design
 from camopt.scene.scene import Scene
+from camopt.storage.files import check_writable, checked_suffix, path_of
 from camopt.verdicts.evaluation import evaluate
 from camopt.verdicts.judging import run_effects
 

@@ -17,10 +17,10 @@ from camopt.contour.deviation import deviation
 from camopt.contour.follow import CHORD, Followed, follow
 from camopt.contour.path import ArcPath
 from camopt.exporting.exported import Exported, told
-from camopt.files import write_text
 from camopt.mistakes import BadInput, Mistake
 from camopt.points.points import check_cutter
 from camopt.problem.problem import Problem
+from camopt.storage.files import write_text
 from camopt.version import VERSION
 
 DIGITS, CENTRE_DIGITS = 4, 5  # decimals of mm

@@ -13,12 +13,12 @@ import numpy as np
 
 from camopt.contour.curve import CamCurve, Span, curves_of
 from camopt.exporting.exported import Exported
-from camopt.files import write_text
 from camopt.mistakes import BadInput, Mistake
 from camopt.numerics import FloatArray
 from camopt.points.points import check_cutter
 from camopt.points.spacing import in_steps
 from camopt.problem.problem import Problem
+from camopt.storage.files import write_text
 from camopt.version import VERSION
 
 HALVINGS = 60

@@ -3,8 +3,8 @@
 from pathlib import Path
 
 from camopt.exporting.exported import Exported
-from camopt.files import write_text
 from camopt.problem.problem import Problem
+from camopt.storage.files import write_text
 
 
 def write(problem: Problem, path: Path) -> Exported:

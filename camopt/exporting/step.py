@@ -18,8 +18,8 @@ from OCP.TCollection import TCollection_HAsciiString
 from camopt.contour.follow import CHORD
 from camopt.exporting.exported import Exported
 from camopt.exporting.solid import solid_of
-from camopt.files import whole_file
 from camopt.problem.problem import Problem
+from camopt.storage.files import whole_file
 from camopt.version import VERSION
 
 CURVES_TWICE = "write.surfacecurve.mode"  # edges in the parameters of their surfaces as well: as many bytes again

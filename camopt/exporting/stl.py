@@ -14,10 +14,10 @@ from camopt.contour.curve import curves_of
 from camopt.contour.follow import CHORD, LEAST, check
 from camopt.exporting.exported import Exported
 from camopt.exporting.solid import solid_of
-from camopt.files import whole_file
 from camopt.mistakes import BadInput, Mistake
 from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem
+from camopt.storage.files import whole_file
 
 HEADER = 84  # bytes before the first triangle
 TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])

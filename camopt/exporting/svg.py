@@ -8,8 +8,8 @@ from camopt.contour.follow import CHORD
 from camopt.contour.path import ArcPath, CubicPath
 from camopt.exporting.exported import Exported, told
 from camopt.exporting.layers import CHAIN, DASHED, THIN, VISIBLE, Layer, plan_of
-from camopt.files import whole_file
 from camopt.problem.problem import Problem
+from camopt.storage.files import whole_file
 from camopt.version import VERSION
 
 MARGIN = 5.0  # mm

@@ -14,13 +14,13 @@ import numpy as np
 from camopt.engines import Engine
 from camopt.front.blocks import BLOCK, Batch, Blocks, merged
 from camopt.front.box_bounds import all_bounded
-from camopt.manifest import question_in
 from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.problem.problem import VERDICT, Problem, resolve
 from camopt.problem.sample import searched_space
 from camopt.problem.space import Space
 from camopt.quantities import QUANTITIES, motion_quantity
 from camopt.scene.scene import Scene
+from camopt.storage.manifest import question_in
 from camopt.version import VERSION
 
 FRONT_ONLY = "front-only"

@@ -12,9 +12,9 @@ from camopt.problem.rows import Rows
 from camopt.problem.settings import problems_of
 from camopt.problem.space import Space
 from camopt.progress import Progress, report_progress
-from camopt.publishing import revised
-from camopt.tables.sealed import no_table, read_table, scene_in, write_table
-from camopt.tables.table import schema
+from camopt.storage.publishing import revised
+from camopt.storage.sealed import no_table, read_table, write_table
+from camopt.tables.table import scene_in, schema
 from camopt.verdicts.certify import certify_design, summary
 
 COLUMN = "proof"

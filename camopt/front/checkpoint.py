@@ -9,13 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from camopt.files import whole_file
 from camopt.front.asked import Asked, Question
 from camopt.front.front_search import FrontSearch
 from camopt.front.grid_boxes import GridBoxes
-from camopt.front.journal import MAGIC, Tell, packed, records, say_of_another
+from camopt.front.journal import Tell, say_of_another
 from camopt.numerics.clock import now
 from camopt.problem.rows import Rows
+from camopt.storage.files import whole_file
+from camopt.storage.records import MAGIC, packed, records
 from camopt.verdicts.judging import Effort
 
 SECONDS = 10.0  # between states: a search that is shorter keeps none

@@ -10,10 +10,8 @@ import os
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager, suppress
-from hashlib import sha256
 from pathlib import Path
 from shutil import copyfile
-from struct import Struct
 from typing import Any, BinaryIO, TypeVar
 
 import numpy as np
@@ -21,23 +19,21 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from camopt.engines import Engine
-from camopt.files import regular_file, synced, whole_file
 from camopt.front.asked import Asked, Question
 from camopt.front.blocks import Batch, merged
 from camopt.front.oddities import oddities
 from camopt.mistakes import Stopped
 from camopt.numerics.clock import now
 from camopt.problem.rows import Rows
-from camopt.publishing import already_done, answered, journal_path
-from camopt.tables.damage import TROUBLE, raise_if_of_the_disk
+from camopt.storage.damage import TROUBLE, raise_if_of_the_disk
+from camopt.storage.files import regular_file, synced, whole_file
+from camopt.storage.publishing import already_done, answered
+from camopt.storage.records import END, MAGIC, cut_after, packed, records
+from camopt.storage.unit import journal_path
 from camopt.tables.table import parquet_options, schema, to_table
 from camopt.verdicts.judging import Effort
 
-MAGIC = b"camopt journal 1\n"
 SECONDS = 1.0  # between records: less is lost at most, and a sweep that is shorter writes none
-HEAD = Struct("<Q32s")  # length and digest of a record
-AT_ONCE = 1 << 22  # bytes
-END = b"end"
 TABLES = ("kept", "front", "best")
 
 Found = TypeVar("Found")
@@ -228,52 +224,6 @@ def going_on(journal: Journal, engine: Engine, tell: Tell | None = None) -> Iter
     for batch in journal.asked.batches(range(journal.done, journal.numbers.stop), engine):
         journal.add(batch)
         yield batch
-
-
-def packed(payload: bytes) -> bytes:
-    """A record: length, digest, payload."""
-    return HEAD.pack(len(payload), sha256(payload).digest()) + payload
-
-
-def records(file: BinaryIO) -> Iterator[tuple[bytes, int]]:
-    """The records of a journal, each with where it ends, up to where it is whole."""
-    size = file.seek(0, os.SEEK_END)
-    file.seek(0)
-    if file.read(len(MAGIC)) != MAGIC:
-        return
-    while len(head := file.read(HEAD.size)) == HEAD.size:
-        length, digest = HEAD.unpack(head)
-        payload = file.read(length) if length <= size - file.tell() else b""
-        if len(payload) != length or sha256(payload).digest() != digest:
-            return
-        yield payload, file.tell()
-
-
-def whole_until(file: BinaryIO) -> tuple[int, bool]:
-    """Up to where a journal is whole, and whether that is its end; of records of any length, in bounded memory."""
-    file.seek(0)
-    whole, digest = len(MAGIC) if file.read(len(MAGIC)) == MAGIC else 0, b""
-    while whole and len(head := file.read(HEAD.size)) == HEAD.size:
-        length, digest = HEAD.unpack(head)
-        found = sha256()
-        while length and (data := file.read(min(length, AT_ONCE))):
-            found.update(data)
-            length -= len(data)
-        if length or found.digest() != digest:
-            break
-        whole = file.tell()
-    return whole, digest == sha256(END).digest() and whole == file.seek(0, os.SEEK_END)
-
-
-def damage_of(file: BinaryIO) -> str:
-    """What keeps a file from being a whole part of a sweep, in words; empty if nothing does."""
-    whole, ended = whole_until(file)
-    return "" if ended else cut_after(whole)
-
-
-def cut_after(whole: int) -> str:
-    """What is said of a journal that is whole up to a byte and no further."""
-    return f"damaged, or cut short, after {whole:,} bytes"
 
 
 def interrupted(folder: Path, command: str) -> Question | None:

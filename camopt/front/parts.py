@@ -10,14 +10,12 @@ from typing import Any
 
 from camopt.engines import Engine
 from camopt.engines.threads import Threads
-from camopt.files import regular_file
 from camopt.front.asked import MOST_PARTS, Asked, Question, asked_again, asked_of
 from camopt.front.blocks import Batch
 from camopt.front.estimate import foresee
 from camopt.front.journal import (
     Broken,
     Tell,
-    damage_of,
     going_on,
     interrupted,
     journal_at,
@@ -28,12 +26,15 @@ from camopt.front.journal import (
 )
 from camopt.front.streaming import Seen, gathered
 from camopt.front.sweep import Keeps, Sweep, Write, result_of, swept_already
-from camopt.manifest import settled_paths
 from camopt.mistakes import BadInput, Mistake
 from camopt.progress import Progress
-from camopt.publishing import PART, published
 from camopt.scene.scene import Scene
 from camopt.shown import Shown
+from camopt.storage.files import regular_file
+from camopt.storage.manifest import settled_paths
+from camopt.storage.publishing import published
+from camopt.storage.records import damage_of
+from camopt.storage.unit import PART
 from camopt.verdicts.judging import Effort
 
 COMMAND = "part"

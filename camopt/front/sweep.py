@@ -12,7 +12,6 @@ import numpy as np
 
 from camopt.engines import Engine
 from camopt.engines.threads import Threads
-from camopt.files import write_text
 from camopt.front.asked import FRONT_ONLY, TABLED, Asked, asked_of, column_names
 from camopt.front.blocks import BLOCK
 from camopt.front.checkpoint import Checkpoint, checkpoint_at
@@ -29,10 +28,12 @@ from camopt.problem.problem import Problem, exactly
 from camopt.problem.rows import Rows, joined
 from camopt.problem.space import Space
 from camopt.progress import Progress
-from camopt.publishing import Unit, published
 from camopt.quantities import QUANTITIES
 from camopt.scene.scene import Scene
 from camopt.shown import Shown
+from camopt.storage.files import write_text
+from camopt.storage.publishing import published
+from camopt.storage.unit import Unit
 from camopt.tables.cells import to_json
 from camopt.tables.columns import joined_laws
 from camopt.tables.designs import ByLaw, Design

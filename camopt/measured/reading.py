@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from camopt.files import read_bytes
 from camopt.measured.columns import FAR, LENGTHS, XY, Columns, chosen_columns
 from camopt.measured.delimited import decoded, text_rows
 from camopt.measured.number_table import NumberTable, bad, number_table
@@ -17,6 +16,7 @@ from camopt.measured.workbook import WORKBOOKS, workbook_rows
 from camopt.mechanisms.design import ComplexArray
 from camopt.mistakes import BadInput
 from camopt.numerics import FloatArray
+from camopt.storage.files import read_bytes
 
 TURN = 360.0
 FEWEST = 12  # points

@@ -9,7 +9,6 @@ from numpy.typing import ArrayLike
 from camopt.contour.curve import CamCurve, curves_of
 from camopt.drawing.picture import Picture
 from camopt.effects import Case
-from camopt.files import checked_suffix, whole_file
 from camopt.mechanisms.design import ComplexArray
 from camopt.mistakes import BadInput, Mistake
 from camopt.numerics import FloatArray
@@ -17,6 +16,7 @@ from camopt.points.loads import LOADS, loads_at
 from camopt.points.spacing import checked_angles, in_steps, within_chord
 from camopt.problem.problem import Problem, resolve_design
 from camopt.scene.scene import Scene
+from camopt.storage.files import checked_suffix, whole_file
 from camopt.verdicts.judging import run_effects
 from camopt.version import VERSION
 
@@ -204,7 +204,7 @@ def _write_csv(columns: dict[str, FloatArray], scene: Scene, path: str | os.Path
 
 
 def _write_parquet(columns: dict[str, FloatArray], scene: Scene, path: str | os.PathLike[str]) -> None:
-    from camopt.tables.sealed import write_table
+    from camopt.storage.sealed import write_table
 
     write_table(_table(columns, scene), path)
 

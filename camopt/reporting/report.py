@@ -8,14 +8,22 @@ from functools import partial, singledispatch
 from pathlib import Path
 from typing import Any
 
-from camopt.files import check_writable, checked_path, checked_suffix, path_of, read_bytes, text_of, write_text
 from camopt.front.sweep import Sweep
-from camopt.manifest import of_one_run, settled_path, settled_paths
 from camopt.mistakes import BadInput, Mistake
 from camopt.reporting.cams import Shown, cams_page
 from camopt.reporting.results import Result, of_frame, results_page
 from camopt.scene.scene import Scene, find_scene
 from camopt.smallest.optimise import Optimum
+from camopt.storage.files import (
+    check_writable,
+    checked_path,
+    checked_suffix,
+    path_of,
+    read_bytes,
+    text_of,
+    write_text,
+)
+from camopt.storage.manifest import of_one_run, settled_path, settled_paths
 from camopt.synthesis.compare import compared
 from camopt.synthesis.files import FRONTIER, KNOWN, SCENE, SUMMARY
 from camopt.synthesis.synthesised import Synthesised

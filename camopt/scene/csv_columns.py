@@ -4,8 +4,8 @@ import csv
 from collections.abc import Iterator
 from pathlib import Path
 
-from camopt.files import read_bytes, text_of
 from camopt.mistakes import BadInput
+from camopt.storage.files import read_bytes, text_of
 
 MOST_VALUES = 2000  # of a law or load: each span of one is a panel of its own in every kernel
 SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "bars"}

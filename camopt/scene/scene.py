@@ -15,8 +15,6 @@ from typing import Annotated, Any
 import tomli_w
 from pydantic import BaseModel, BeforeValidator, Field, PrivateAttr, ValidationError
 
-from camopt.files import read_bytes
-from camopt.manifest import settled_path
 from camopt.mistakes import BadInput, Mistake, nearest, printable
 from camopt.scene.checks import check
 from camopt.scene.complaints import mistakes_of
@@ -44,6 +42,8 @@ from camopt.scene.tables import (
 )
 from camopt.scene.text import parsed, plain
 from camopt.shown import Shown
+from camopt.storage.files import read_bytes
+from camopt.storage.manifest import settled_path
 
 
 class Scene(Shown, Table):

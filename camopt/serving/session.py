@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 from camopt.drawing.picture import Picture
-from camopt.files import write_text
 from camopt.mistakes import BadInput, Mistake
 from camopt.numerics.clock import now
 from camopt.problem.problem import resolve_design
@@ -34,6 +33,7 @@ from camopt.reporting.sections import (
 from camopt.scene.scene import Scene
 from camopt.serving.controls import FOLDED, Control, controls_of, scene_with, values_of
 from camopt.serving.search import Search
+from camopt.storage.files import write_text
 from camopt.verdicts.deciding import BROKEN, HELD, UNDECIDED
 from camopt.verdicts.evaluation import Evaluation, evaluate_design
 from camopt.verdicts.judging import ASSEMBLY, judged

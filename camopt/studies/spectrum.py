@@ -181,7 +181,7 @@ def write_spectrum(rows: "Rows", folder: str | os.PathLike[str]) -> tuple[Path, 
     import pyarrow as pa
 
     from camopt.drawing.spectrum import plot_spectrum
-    from camopt.tables.sealed import TYPES, write_table
+    from camopt.storage.sealed import TYPES, write_table
     from camopt.tables.table import to_table
 
     fields = []

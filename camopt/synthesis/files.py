@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from camopt.files import whole_file, write_text
 from camopt.quantities import QUANTITIES
+from camopt.storage.files import whole_file, write_text
+from camopt.storage.sealed import write_table
 from camopt.synthesis.compare import Comparison
 from camopt.synthesis.frontier import Frontier
 from camopt.synthesis.synthesised import Synthesised
 from camopt.synthesis.told import bound_in_words
 from camopt.synthesis.units import unit_of
-from camopt.tables.sealed import write_table
 from camopt.version import VERSION
 
 if TYPE_CHECKING:

@@ -1,1 +1,1 @@
-"""Rows and tables of designs: columns, units, Parquet files that say whether they are whole."""
+"""Tables of designs: columns with units and symbols, cells, workbooks, and the scene of each row."""

@@ -8,7 +8,6 @@ from itertools import chain, count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, overload
 
-from camopt.files import write_text
 from camopt.mechanisms import FIELDS
 from camopt.mistakes import BadInput, Mistake, UnknownName, nearest
 from camopt.motion import LAWS
@@ -16,6 +15,7 @@ from camopt.problem.problem import size_keys
 from camopt.quantities import Flag, Word, number_quantity
 from camopt.scene.scene import Scene
 from camopt.shown import Shown
+from camopt.storage.files import write_text
 from camopt.tables.columns import joined_laws
 
 if TYPE_CHECKING:

@@ -9,11 +9,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pyarrow as pa
 
-from camopt.files import whole_file
+from camopt.mistakes import BadInput
 from camopt.problem.rows import Rows
 from camopt.quantities import QUANTITIES
-from camopt.tables.seal import ROWS_IN_GROUP, sealed
-from camopt.tables.sealed import TYPES, about, read_table
+from camopt.scene.scene import Scene
+from camopt.storage.files import whole_file
+from camopt.storage.seal import ROWS_IN_GROUP, sealed
+from camopt.storage.sealed import SCENE, TYPES, about, no_table, read_table
 from camopt.version import VERSION
 
 if TYPE_CHECKING:
@@ -28,6 +30,18 @@ def schema(names: tuple[str, ...], scene: str) -> pa.Schema:
         about = {"unit": quantity.unit, "symbol": quantity.symbol, "description": quantity.sentence}
         fields.append(pa.field(name, TYPES[quantity.kind], nullable=False, metadata=about))
     return pa.schema(fields, metadata={"camopt_version": VERSION, "camopt_scene": scene})
+
+
+def scene_in(layout: pa.Schema, path: str | os.PathLike[str]) -> Scene:
+    """The scene that a table was made of, in its metadata; BadInput if it has none, or one with mistakes."""
+    text = (layout.metadata or {}).get(SCENE)
+    if not text:
+        raise no_table(path, "this has no scene in it")
+    try:
+        return Scene.embedded(text.decode(), os.fsdecode(path))
+    except BadInput as bad:
+        first = bad.mistakes[0]
+        raise no_table(path, f"the scene in this has mistakes, such as {first.key}: {first.allowed}") from None
 
 
 def to_table(rows: Rows, layout: pa.Schema) -> pa.Table:

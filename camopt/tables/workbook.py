@@ -4,10 +4,10 @@ import os
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 
-from camopt.files import whole_file
 from camopt.mistakes import BadInput, Mistake
 from camopt.numerics import FloatArray
 from camopt.scene.scene import Scene
+from camopt.storage.files import whole_file
 
 Sheet = tuple[Sequence[str], Sequence[str], Sequence[FloatArray]]
 """Headings, units and columns of numbers."""

@@ -20,8 +20,8 @@ from camopt.comparing.compare import FEW, compare
 from camopt.comparing.fronts import compared_fronts
 from camopt.comparing.settings import differing
 from camopt.front.pareto import REFERENCE, undominated
+from camopt.storage.sealed import read_table, write_table
 from camopt.synthesis.files import write_frontier
-from camopt.tables.sealed import read_table, write_table
 
 SCENE = find_scene("roller-1000rpm")
 TOLERANCE = SCENE.accuracy.tolerance

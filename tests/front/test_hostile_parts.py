@@ -13,7 +13,8 @@ import camopt
 from camopt.cli.exits import BAD_INPUT
 from camopt.cli.main import main
 from camopt.front.asked import Question
-from camopt.front.journal import END, MAGIC, TABLES, _parted, _table_bytes, packed, records
+from camopt.front.journal import TABLES, _parted, _table_bytes
+from camopt.storage.records import END, MAGIC, packed, records
 
 SCENE = camopt.find_scene("roller-1000rpm").replace(
     search={"base_radius": [60, 80, 100, 120], "offset": [0, 10], "roller_radius": [20], "law": ["cycloidal"]}

@@ -12,12 +12,12 @@ from camopt.front import pattern_search, refine
 from camopt.front.certified import certify_table
 from camopt.front.pareto import objectives, signs
 from camopt.front.pattern_search import PatternSearch, by_closed_form, by_search
-from camopt.manifest import MANIFEST
 from camopt.numerics.clock import now
 from camopt.problem.problem import exactly, resolve
 from camopt.problem.rows import Rows
 from camopt.problem.space import space_of
 from camopt.smallest.smallest import smallest
+from camopt.storage.manifest import MANIFEST
 
 LEVELS = 12
 PLAIN = {

@@ -23,9 +23,9 @@ from camopt.front.estimate import Estimate, check_room, estimated, size_in_words
 from camopt.front.front_search import FrontSearch
 from camopt.front.journal import decoded, encoded, interrupted
 from camopt.front.sweep import sweep
-from camopt.manifest import manifest_of
 from camopt.mistakes import BadInput, Stopped
-from camopt.publishing import published
+from camopt.storage.manifest import manifest_of
+from camopt.storage.publishing import published
 
 LAWS = ["harmonic", "cycloidal"]
 SEARCH = {"base_radius": {"start": 30, "stop": 149, "step": 1}, "offset": {"start": 0, "stop": 18, "step": 2}}

@@ -37,7 +37,7 @@ from camopt.problem.unused import unused
 from camopt.quantities import QUANTITIES, number_quantity
 from camopt.scene.checks import SEARCHED
 from camopt.scene.tables import Cam, Dynamics, Materials
-from camopt.tables.sealed import read_table
+from camopt.storage.sealed import read_table
 
 TABLES = {"cam": Cam, "follower.dynamics": Dynamics, "materials": Materials}
 NUMBERS = {

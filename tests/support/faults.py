@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 from unittest.mock import patch
 from warnings import catch_warnings
 
-from camopt.files import Untidy
+from camopt.storage.files import Untidy
 
 PATHS = ("open", "replace", "rename", "link", "unlink", "remove", "mkdir", "rmdir", "chmod")
 DESCRIPTORS = ("write", "fsync")

@@ -8,8 +8,8 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from camopt.tables.seal import BLANK, KEYS, close_seal
-from camopt.tables.sealed import SCENE
+from camopt.storage.seal import BLANK, KEYS, close_seal
+from camopt.storage.sealed import SCENE
 
 Change = Callable[[pa.Table], pa.Table]
 

@@ -15,7 +15,7 @@ from camopt import BadInput, Scene, find_scene, sweep
 from camopt.cli.exits import BAD_INPUT, FILE_TROUBLE, INTERNAL
 from camopt.cli.main import main
 from camopt.front.certified import certify_table
-from camopt.tables.sealed import read_table, write_table
+from camopt.storage.sealed import read_table, write_table
 
 CHANGES = {
     "search.base_radius": [60, 100],

@@ -16,10 +16,10 @@ from camopt.scene.tables import Limits
 
 PACKAGE = Path(camopt.__file__).parent
 ROOMS = (
-    *("mistakes", "version", "progress", "files", "manifest", "quantities", "shown", "kernels", "engines"),
-    *("numerics", "motion", "mechanisms", "effects", "scene", "problem", "verdicts", "tables", "publishing"),
+    *("mistakes", "version", "progress", "storage", "quantities", "shown", "kernels", "engines"),
+    *("numerics", "motion", "mechanisms", "effects", "scene", "problem", "verdicts", "tables"),
     *("smallest", "front", "synthesis", "measured", "contour", "comparing", "drawing", "sheet", "points"),
-    *("exporting", "studies", "checking", "reporting", "serving", "cli"),
+    *("exporting", "studies", "reporting", "serving", "cli"),
 )
 """Folders and modules of the package in the order of the data: each imports from itself and those before it."""
 DOORS = {"__init__", "__main__"}
@@ -54,16 +54,15 @@ LATE = {
     ("verdicts.judging", "verdicts.deciding"): "balls are for what rounding leaves open",
     ("tables.designs", "tables.table"): "it imports pyarrow",
     ("front.asked", "kernels.dispatchers"): "it imports numba",
-    ("publishing", "tables.damage"): "it imports pyarrow",
-    ("points.points", "tables.sealed"): "it imports pyarrow",
+    ("storage.ownership", "storage.damage"): "it imports pyarrow",
+    ("points.points", "storage.sealed"): "it imports pyarrow",
     ("points.points", "tables.workbook"): "it imports XlsxWriter",
-    ("studies.spectrum", "tables.sealed"): "it imports pyarrow",
+    ("studies.spectrum", "storage.sealed"): "it imports pyarrow",
     ("studies.spectrum", "tables.table"): "it imports pyarrow",
     ("studies.spectrum", "drawing.spectrum"): "it imports matplotlib",
     ("studies.accuracy.table", "drawing.accuracy"): "it imports matplotlib",
     ("reporting.report", "tables.table"): "it imports pyarrow",
-    ("checking", "tables.damage"): "it imports pyarrow",
-    ("checking", "front.journal"): "it imports pyarrow",
+    ("storage.checking", "storage.damage"): "it imports pyarrow",
 }
 """Imports of the package's own modules inside functions, and why. Commands import what they run."""
 

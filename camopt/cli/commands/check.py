@@ -20,9 +20,9 @@ def check(files: tuple[Path, ...], as_json: bool, quiet: bool) -> int:
 
     Ends with 3 if a file is damaged, changed or missing; else with 2 if there is nothing to check one by.
     """
-    from camopt.checking import check as run
     from camopt.cli import terminal
     from camopt.cli.commands.check_report import show_checked
+    from camopt.storage.checking import check as run
 
     with terminal.progress(quiet, ""):
         found = run(*files)

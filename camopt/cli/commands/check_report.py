@@ -8,7 +8,7 @@ from camopt.cli.terminal import print_json, show_lines
 from camopt.mistakes import printable
 
 if TYPE_CHECKING:
-    from camopt.checking import Checked
+    from camopt.storage.checking import Checked
 
 
 def show_checked(found: "Iterable[Checked]", as_json: bool) -> None:

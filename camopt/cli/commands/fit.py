@@ -72,9 +72,9 @@ def fit(
     """
     from camopt.cli import terminal
     from camopt.cli.commands.fit_report import show_fit
-    from camopt.files import write_text
     from camopt.measured.fit import fit as run
     from camopt.measured.profile import MeasuredProfile
+    from camopt.storage.files import write_text
 
     check_file(target, out)
     if profile is None:

@@ -21,11 +21,11 @@ from camopt.problem.problem import EXACT, Problem, resolve
 from camopt.problem.settings import problems_of
 from camopt.progress import Progress, report_progress
 from camopt.scene.scene import Scene
+from camopt.storage.sealed import write_table
 from camopt.studies.accuracy.methods import METHODS, Method, enclosed
 from camopt.studies.accuracy.radius import bracketed, reference_radius, smallest_radii
 from camopt.studies.accuracy.reference import ALIKE, reference
 from camopt.studies.accuracy.subjects import DESIGNS, REFERENCED, Subject, designs_of, subjects_of
-from camopt.tables.sealed import write_table
 from camopt.version import VERSION
 
 ACCURACY = ("accuracy.parquet", "accuracy.png", "accuracy.svg")

@@ -15,9 +15,9 @@ import camopt
 from camopt import BadInput
 from camopt.cli.exits import BAD_INPUT
 from camopt.cli.main import main
-from camopt.tables.damage import Fault, open_table
-from camopt.tables.seal import BLANK, KEYS, LONGEST_FOOTER, OLD_KEY, ROWS_IN_GROUP, close_seal, footer_of, sealed
-from camopt.tables.sealed import read_table, write_table
+from camopt.storage.damage import Fault, open_table
+from camopt.storage.seal import BLANK, KEYS, LONGEST_FOOTER, OLD_KEY, ROWS_IN_GROUP, close_seal, footer_of, sealed
+from camopt.storage.sealed import read_table, write_table
 
 COLUMNS = {
     "size_mm": pa.array([60.0, -0.0, None, 5e-324], pa.float64()),

@@ -7,7 +7,7 @@ from typing import BinaryIO
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from camopt.tables.seal import END, FOOTER, KEYS, footer_of, is_whole
+from camopt.storage.seal import END, FOOTER, KEYS, footer_of, is_whole
 
 MAGIC = b"PAR1"
 LEAST = len(MAGIC) + END  # bytes of a Parquet file

@@ -17,13 +17,14 @@ from typing import Any, BinaryIO
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from camopt.storage.files import AT_ONCE
+
 KEYS = PAGES, FOOTER = "camopt_pages", "camopt_footer"
 OLD_KEY = "camopt_rows"
 """What the seal of earlier tables has besides."""
 BLANK = "0" * 64
 ROWS_IN_GROUP = 1 << 17
 LONGEST_FOOTER = 1 << 28  # bytes: those of a table of a terabyte
-AT_ONCE = 1 << 22  # bytes
 END = 8
 """Bytes at the end of a Parquet file: the length of the footer, and PAR1."""
 

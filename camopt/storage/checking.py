@@ -9,9 +9,10 @@ from io import BufferedReader
 from pathlib import Path
 from typing import Literal
 
-from camopt.manifest import MANIFEST, Damaged, Fact, Manifest, manifest_of, of_one_run, settled_file
 from camopt.mistakes import BadInput, Mistake
-from camopt.publishing import PART, TABLE
+from camopt.storage.manifest import MANIFEST, Damaged, Fact, Manifest, manifest_of, of_one_run, settled_file
+from camopt.storage.records import damage_of
+from camopt.storage.unit import PART, TABLE
 
 State = Literal["whole", "damaged", "changed", "missing", "unreadable", "unknown"]
 TABLE_START, PART_START = b"PAR1", b"camopt journal"
@@ -160,7 +161,7 @@ def _by_itself(path: Path, file: BufferedReader) -> Checked:
 
 
 def _table(path: Path, file: BufferedReader) -> Checked:
-    from camopt.tables.damage import Fault, open_table
+    from camopt.storage.damage import Fault, open_table
 
     try:
         rows = open_table(file).metadata.num_rows
@@ -170,8 +171,6 @@ def _table(path: Path, file: BufferedReader) -> Checked:
 
 
 def _part(path: Path, file: BufferedReader) -> Checked:
-    from camopt.front.journal import damage_of
-
     damage = damage_of(file)
     return Checked(path, "damaged" if damage else "whole", damage or "whole")
 

@@ -21,6 +21,7 @@ except ImportError:  # Windows
     fcntl = None  # type: ignore[assignment]
 
 LARGEST_TEXT = 1 << 24
+AT_ONCE = 1 << 22  # bytes of a file in memory at a time
 NO_TEXT = {
     b"PK\x03\x04": "an Excel workbook or another archive; save the table as CSV",
     b"\xd0\xcf\x11\xe0": "an old Excel workbook; save the table as CSV",

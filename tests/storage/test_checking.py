@@ -17,9 +17,9 @@ from camopt import BadInput, check, find_scene, sweep
 from camopt.cli.exits import BAD_INPUT, FILE_TROUBLE
 from camopt.cli.main import main
 from camopt.front.certified import certify_table
-from camopt.front.journal import MAGIC as JOURNAL
-from camopt.manifest import manifest_of
-from camopt.tables.sealed import read_table
+from camopt.storage.manifest import manifest_of
+from camopt.storage.records import MAGIC as JOURNAL
+from camopt.storage.sealed import read_table
 
 SEARCH = {"search.offset": [10], "search.roller_radius": [5], "search.law": ["harmonic", "cycloidal"]}
 FILES = ("designs.parquet", "manifest.json", "pareto.parquet", "scene.toml")
@@ -247,7 +247,7 @@ def test_a_disk_that_fails_is_told(result, monkeypatch):
     def failing(path):
         raise OSError(5, "Input/output error", os.fspath(path))
 
-    monkeypatch.setattr("camopt.checking.settled_file", failing)
+    monkeypatch.setattr("camopt.storage.checking.settled_file", failing)
     assert states(result) == {**dict.fromkeys(FILES, "unreadable"), "manifest.json": "whole"}
     assert main(["check", str(result)]) == FILE_TROUBLE
 

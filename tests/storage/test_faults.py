@@ -22,10 +22,10 @@ from camopt import export, find_scene, merge, sweep, sweep_part
 from camopt.cli import exits
 from camopt.cli.main import main
 from camopt.exporting.endings import ENDINGS
-from camopt.files import Untidy, write_text
 from camopt.front.certified import certify_table
-from camopt.manifest import settled_path
-from camopt.publishing import published
+from camopt.storage.files import Untidy, write_text
+from camopt.storage.manifest import settled_path
+from camopt.storage.publishing import published
 
 Try = TypeVar("Try")
 SCENE = find_scene("roller-1000rpm")

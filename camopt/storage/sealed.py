@@ -8,12 +8,11 @@ from typing import Any, BinaryIO
 
 import pyarrow as pa
 
-from camopt.files import whole_file
-from camopt.manifest import settled_file
 from camopt.mistakes import BadInput, Mistake
-from camopt.scene.scene import Scene
-from camopt.tables.damage import TROUBLE, Fault, open_table, raise_if_of_the_disk
-from camopt.tables.seal import sealed, without_seal
+from camopt.storage.damage import TROUBLE, Fault, open_table, raise_if_of_the_disk
+from camopt.storage.files import whole_file
+from camopt.storage.manifest import settled_file
+from camopt.storage.seal import sealed, without_seal
 
 TYPES = {float: pa.float64(), bool: pa.bool_(), str: pa.string()}
 COLUMN_TYPES = (*TYPES.values(), pa.int64(), pa.null(), pa.list_(pa.string()))
@@ -105,18 +104,6 @@ def _has(said: Any, kinds: Mapping[str, Any]) -> bool:
     return said is None or (
         isinstance(said, dict) and all(isinstance(said.get(name), kind) for name, kind in kinds.items())
     )
-
-
-def scene_in(layout: pa.Schema, path: str | os.PathLike[str]) -> Scene:
-    """The scene that a table was made of, in its metadata; BadInput if it has none, or one with mistakes."""
-    text = (layout.metadata or {}).get(SCENE)
-    if not text:
-        raise no_table(path, "this has no scene in it")
-    try:
-        return Scene.embedded(text.decode(), os.fsdecode(path))
-    except BadInput as bad:
-        first = bad.mistakes[0]
-        raise no_table(path, f"the scene in this has mistakes, such as {first.key}: {first.allowed}") from None
 
 
 def about(layout: pa.Schema) -> dict[Hashable | None, Any]:

@@ -20,8 +20,8 @@ from support.depth import times
 from camopt import BadInput
 from camopt.cli.exits import BAD_INPUT
 from camopt.cli.main import main
-from camopt.files import WORK, whole_file, write_text
-from camopt.manifest import (
+from camopt.storage.files import WORK, whole_file, write_text
+from camopt.storage.manifest import (
     MANIFEST,
     Damaged,
     manifest_of,
@@ -30,8 +30,8 @@ from camopt.manifest import (
     settled_path,
     settled_paths,
 )
-from camopt.publishing import published, revised
-from camopt.tables.sealed import write_table
+from camopt.storage.publishing import published, revised
+from camopt.storage.sealed import write_table
 
 MAY_WRITE = ("a.txt", "b.txt", "c.txt")
 
@@ -239,7 +239,7 @@ def test_the_second_of_two_runs_is_told_of_the_first(tmp_path):
 DIES = """
 import os, sys
 from pathlib import Path
-from camopt.publishing import published, revised
+from camopt.storage.publishing import published, revised
 with published(sys.argv[1], "sweep", ("a.txt",)) as unit:
     unit.path("a.txt").write_text("lost")
     unit.journal.write_text("kept")
@@ -307,7 +307,7 @@ def test_a_file_that_gets_its_name_while_it_is_opened_is_read(tmp_path):
     publish(tmp_path, {"a.txt": "1"})
     found = iter([tmp_path / WORK / "run" / "a.txt"])  # where it waited a moment ago
     with (
-        patch("camopt.manifest.settled_path", lambda path: next(found, path)),
+        patch("camopt.storage.manifest.settled_path", lambda path: next(found, path)),
         settled_file(tmp_path / "a.txt") as file,
     ):
         assert file.read() == b"1"

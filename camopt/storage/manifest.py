@@ -16,8 +16,8 @@ from io import BufferedReader
 from pathlib import Path
 from typing import Any, TypeVar
 
-from camopt.files import WORK, read_bytes, regular_file
 from camopt.mistakes import BadInput, Mistake
+from camopt.storage.files import WORK, read_bytes, regular_file
 from camopt.version import VERSION
 
 PathLike = TypeVar("PathLike", bound=str | os.PathLike[str])
@@ -254,4 +254,12 @@ def _known(folder: Path) -> Manifest:
     try:
         return manifest_of(folder) or Manifest()
     except (BadInput, OSError):
+        return Manifest()
+
+
+def manifest_to_renew(folder: Path) -> Manifest:
+    """The manifest of a folder; a new one if there is none, or it is damaged. That of another program stays."""
+    try:
+        return manifest_of(folder) or Manifest()
+    except Damaged:
         return Manifest()

@@ -1,0 +1,1 @@
+"""Files on disk: whole or not there, published as one result, tables with a seal, records, and checks of all."""

@@ -1,0 +1,62 @@
+"""Records of a journal, each with its length and digest: what was cut short, or is damaged, is known.
+
+A file starts with ``MAGIC``. A part of a sweep is a journal whose last record is ``END``.
+"""
+
+import os
+from collections.abc import Iterator
+from hashlib import sha256
+from struct import Struct
+from typing import BinaryIO
+
+from camopt.storage.files import AT_ONCE
+
+MAGIC = b"camopt journal 1\n"
+HEAD = Struct("<Q32s")  # length and digest of a record
+END = b"end"
+
+
+def packed(payload: bytes) -> bytes:
+    """A record: length, digest, payload."""
+    return HEAD.pack(len(payload), sha256(payload).digest()) + payload
+
+
+def records(file: BinaryIO) -> Iterator[tuple[bytes, int]]:
+    """The records of a journal, each with where it ends, up to where it is whole."""
+    size = file.seek(0, os.SEEK_END)
+    file.seek(0)
+    if file.read(len(MAGIC)) != MAGIC:
+        return
+    while len(head := file.read(HEAD.size)) == HEAD.size:
+        length, digest = HEAD.unpack(head)
+        payload = file.read(length) if length <= size - file.tell() else b""
+        if len(payload) != length or sha256(payload).digest() != digest:
+            return
+        yield payload, file.tell()
+
+
+def whole_until(file: BinaryIO) -> tuple[int, bool]:
+    """Up to where a journal is whole, and whether that is its end; of records of any length, in bounded memory."""
+    file.seek(0)
+    whole, digest = len(MAGIC) if file.read(len(MAGIC)) == MAGIC else 0, b""
+    while whole and len(head := file.read(HEAD.size)) == HEAD.size:
+        length, digest = HEAD.unpack(head)
+        found = sha256()
+        while length and (data := file.read(min(length, AT_ONCE))):
+            found.update(data)
+            length -= len(data)
+        if length or found.digest() != digest:
+            break
+        whole = file.tell()
+    return whole, digest == sha256(END).digest() and whole == file.seek(0, os.SEEK_END)
+
+
+def damage_of(file: BinaryIO) -> str:
+    """What keeps a file from being a whole part of a sweep, in words; empty if nothing does."""
+    whole, ended = whole_until(file)
+    return "" if ended else cut_after(whole)
+
+
+def cut_after(whole: int) -> str:
+    """What is said of a journal that is whole up to a byte and no further."""
+    return f"damaged, or cut short, after {whole:,} bytes"
