@@ -20,6 +20,7 @@ from camopt.numerics.clock import now
 from camopt.numerics.interval import Interval
 from camopt.problem.claims import Claim
 from camopt.problem.problem import Problem
+from camopt.smallest.bisection import Bisection
 from camopt.smallest.boxes import Boxes
 from camopt.smallest.closed_form import NUDGES, negligible
 from camopt.smallest.enclosure import Examined, claims_on_size, designs_at, examined, representatives
@@ -35,8 +36,7 @@ from camopt.smallest.result import (
 )
 from camopt.verdicts.judging import judged
 
-FEW, MANY = 32, 512  # boxes examined together: no fewer, for they take no longer, and no more, to stop in time
-MOST_BOXES = 1_000_000
+MANY = 512  # boxes examined together, at most, to stop in time
 UNKNOWN = -1  # which side to cut
 
 
@@ -56,13 +56,15 @@ def branch_and_bound(problem: Problem, bounds: Bounds, floor: float = 0.0, until
     boxes = Boxes.one({**bounds, "size": (least, most)}, scale_of(problem, bounds), problem.setup.free)
     crossings = known_crossings(problem)
     search = BoxSearch(problem, claims_on_size(problem), crossings, look.design, until)
-    floor = search.run(boxes)
+    floor = search.bisect(boxes, until)
     return Smallest(search.incumbent, floor, look.nearest)
 
 
 @dataclass
-class BoxSearch:
-    """A search in progress."""
+class BoxSearch(Bisection):
+    """A search over sizes, and numbers that are free as they are."""
+
+    most_boxes = 1_000_000
 
     problem: Problem
     claims: list[Claim]
@@ -72,19 +74,6 @@ class BoxSearch:
     """The smallest feasible design so far."""
     until: float = inf
     """When to stop (``clock.now``)."""
-    floor: float = inf
-    """The least size of the boxes that are not shown to be empty and not worth another look."""
-
-    def run(self, boxes: Boxes) -> float:
-        """Search all boxes; a size that no feasible design undercuts."""
-        seen = 0
-        while len(boxes) and seen < MOST_BOXES and now() < self.until:
-            while len(boxes) < FEW:
-                boxes = boxes.halved()
-            chosen, rest = self.split(boxes)
-            seen += len(chosen)
-            boxes = rest.and_(self.narrowed(chosen).halved())
-        return float(np.min(boxes.low["size"], initial=self.floor))
 
     def split(self, boxes: Boxes) -> tuple[Boxes, Boxes]:
         """The boxes to look at next, and the rest: the smallest cams, or the widest while none is feasible."""
@@ -159,11 +148,6 @@ class BoxSearch:
         left_low, left_high = (dict(zip(free, end, strict=True)) for end in (low, high))
         boxes = replace(boxes, low={**boxes.low, **left_low}, high={**boxes.high, **left_high}, side=side)
         return boxes.take(~empty)
-
-    def left(self, boxes: Boxes, done: Any) -> Boxes:
-        """Some boxes without those that are done with, though they may hold a feasible design."""
-        self.floor = float(np.min(boxes.low["size"][done], initial=self.floor))
-        return boxes.take(~done)
 
     def improve(self, boxes: Boxes) -> None:
         """Make the least feasible of the middles of boxes, also at their least and largest size, the incumbent."""

@@ -11,8 +11,6 @@ Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analy
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import cached_property
-from math import inf
-from typing import Any
 
 import numpy as np
 
@@ -22,12 +20,12 @@ from camopt.motion.programme import Programme, span
 from camopt.motion.stroke import Stroke
 from camopt.motion.table import DWELL, TURN
 from camopt.numerics import FloatArray
-from camopt.numerics.clock import now
 from camopt.numerics.curves import LOADED
 from camopt.numerics.interval import Interval
 from camopt.numerics.sloped import Sloped
 from camopt.problem.limits import Limit
 from camopt.problem.problem import Problem, exactly
+from camopt.smallest.bisection import Bisection
 from camopt.smallest.boxes import Boxes
 from camopt.smallest.closed_form import least_size
 from camopt.smallest.combined import combined
@@ -39,17 +37,18 @@ from camopt.smallest.smallest import small
 from camopt.smallest.stroke_limits import ANGLE, SlopedBoxes, stroke_limits, without_angles
 from camopt.smallest.turns import SAME, AngleRanges, BestTurn, SegmentAngles, better
 
-FEW, MANY = 32, 256  # boxes examined together: no fewer, for they take no longer, and no more, to stop in time
-MOST_BOXES = 50_000
+MANY = 256  # boxes examined together, at most, to stop in time
 LOOKED_INTO = 12  # boxes whose middle is searched: the best turn so far may be in another valley
 LADDERS, LADDER = 3, 16  # how often so many sizes of a box are looked at, closer and closer
 
 
-class TurnSearch:
-    """A search in progress among the turns that have the same segments, below the best cam so far."""
+class TurnSearch(Bisection):
+    """A search among the turns that have the same segments, below the best cam so far."""
+
+    most_boxes = 50_000
 
     def __init__(self, turns: SegmentAngles, bounds: Bounds, found: BestTurn) -> None:
-        self.turns, self.bounds, self.found, self.floor = turns, bounds, found, inf
+        self.turns, self.bounds, self.found, self.looked = turns, bounds, found, 0
         self.problem, self.box = exactly(turns.problem), turns.box
         self.longest = turns.programme(self.box.high)
         """The strokes at their longest angles: no turn, but each of its strokes is one of turns."""
@@ -98,22 +97,27 @@ class TurnSearch:
 
     def run(self) -> BestTurn:
         """The smallest cam, with a size that no cam of these turns undercuts."""
-        ends, seen = self.ends(), 0
+        ends = self.ends()
         least, most = ends["size"]
         if most <= least:  # as small as any cam may be
             return self.found._replace(answer=replace(self.found.answer, floor=least))
         boxes = Boxes.one(ends, scale_of(self.problem, self.bounds, self.longest.lift), self.problem.setup.free)
-        while len(boxes) and seen < MOST_BOXES and now() < self.turns.until:
-            while len(boxes) < FEW:
-                boxes = boxes.halved()
-            order = np.argsort(boxes.low["size"], kind="stable")
-            chosen, boxes = self.summed(boxes.take(order[:MANY])), boxes.take(order[MANY:])
-            seen += MANY
-            if len(chosen):
-                self.look_into(chosen, closely=seen <= LOOKED_INTO * MANY)
-                boxes = boxes.and_(self.narrowed(chosen).halved())
-        floor = float(np.min(boxes.low["size"], initial=self.floor))
+        floor = self.bisect(boxes, self.turns.until)
         return self.found._replace(answer=replace(self.found.answer, floor=floor))
+
+    def split(self, boxes: Boxes) -> tuple[Boxes, Boxes]:
+        """Those with the smallest cams, and the rest."""
+        order = np.argsort(boxes.low["size"], kind="stable")
+        return boxes.take(order[:MANY]), boxes.take(order[MANY:])
+
+    def narrowed(self, boxes: Boxes) -> Boxes:
+        """What of some boxes may be part of a turn and hold a smaller cam, which is looked for there."""
+        boxes = self.summed(boxes)
+        if not len(boxes):
+            return boxes
+        self.looked += 1
+        self.look_into(boxes, closely=self.looked <= LOOKED_INTO)
+        return self.cut(boxes)
 
     def ends(self) -> Bounds:
         """Between which sizes and angles are worth a look."""
@@ -137,7 +141,7 @@ class TurnSearch:
                 least = max(least, np.degrees(stroke.angle) * share ** (1.0 / order) * (1.0 - 16.0 * ROUNDING))
         return float(least)
 
-    def narrowed(self, boxes: Boxes) -> Boxes:
+    def cut(self, boxes: Boxes) -> Boxes:
         """Those of some boxes that may hold a smaller cam, without what limits cut off, and the side to cut."""
         best = self.found.answer
         if best.design is not None:
@@ -178,11 +182,6 @@ class TurnSearch:
         high = np.minimum(high, self.room[1] - (low.sum(axis=0) - low))
         ends = ({n: end for n, end in zip(names, each, strict=True) if n in boxes.free} for each in (low, high))
         return boxes.narrowed(next(ends), next(ends), boxes.side).take(np.all(low <= high + SAME, axis=0))
-
-    def left(self, boxes: Boxes, done: Any) -> Boxes:
-        """Some boxes without those that are done with, though they may hold a feasible cam."""
-        self.floor = float(np.min(boxes.low["size"][done], initial=self.floor))
-        return boxes.take(~done)
 
     def look_into(self, boxes: Boxes, *, closely: bool) -> None:
         """Look at cams in the middle of the least box, and for where they exceed limits the most."""

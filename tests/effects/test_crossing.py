@@ -437,7 +437,7 @@ def test_of_the_main_job_the_largest_pressure_angle_decides_all_but_a_few():
 )  # fmt: skip
 def test_two_free_sizes_are_proved_in_so_many_boxes(monkeypatch, scene, free, ends, boxes):
     """From a roller at which the cam can only just be assembled, to one at which the flanks cross sooner."""
-    monkeypatch.setattr("camopt.smallest.branch_and_bound.MOST_BOXES", boxes)
+    monkeypatch.setattr("camopt.smallest.branch_and_bound.BoxSearch.most_boxes", boxes)
     scene = scene()
     best = optimise(
         scene.replace(**{f"search.{free}": dict(zip(("start", "stop"), ends, strict=True))}), seconds=600

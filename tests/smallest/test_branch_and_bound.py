@@ -16,7 +16,7 @@ from camopt.numerics import LARGEST, evaluating
 from camopt.numerics.extremes import search_curve
 from camopt.problem.problem import exactly, resolve
 from camopt.problem.space import boxes_of
-from camopt.smallest import branch_and_bound
+from camopt.smallest.branch_and_bound import BoxSearch
 from camopt.smallest.result import feasible, gap_of
 from camopt.smallest.smallest import smallest
 
@@ -31,7 +31,7 @@ MOST_BOXES = {
 
 @pytest.mark.parametrize("seed", MOST_BOXES)
 def test_few_boxes_prove_the_smallest_cam(seed, monkeypatch):
-    monkeypatch.setattr(branch_and_bound, "MOST_BOXES", MOST_BOXES[seed])
+    monkeypatch.setattr(BoxSearch, "most_boxes", MOST_BOXES[seed])
     problem = exactly(resolve(Scene.from_dict(slow_scenes.random_scene(seed)[1])))
     (bounds,) = boxes_of(problem)
     found = smallest(problem, bounds)

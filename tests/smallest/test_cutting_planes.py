@@ -17,8 +17,7 @@ from camopt.motion.programme import BESIDE, Programme
 from camopt.motion.table import DWELL, RETURN, RISE, TURN
 from camopt.problem.problem import exactly, resolve
 from camopt.problem.space import boxes_of
-from camopt.smallest import branch_and_bound as boxes
-from camopt.smallest.branch_and_bound import branch_and_bound
+from camopt.smallest.branch_and_bound import BoxSearch, branch_and_bound
 from camopt.smallest.closed_form import least_size
 from camopt.smallest.cutting_planes import FORMS, by_cutting_planes
 from camopt.smallest.linear_forms import ARM, FACE
@@ -253,7 +252,7 @@ def _drawn(name):
 
 @pytest.mark.parametrize("name", sorted(FORMS))
 def test_boxes_find_the_same_cam_with_and_without_the_floor(name, monkeypatch):
-    monkeypatch.setattr(boxes, "MOST_BOXES", 5000)
+    monkeypatch.setattr(BoxSearch, "most_boxes", 5000)
     compared = 0
     for problem, bounds in _drawn(name):
         cut = by_cutting_planes(problem, bounds)
