@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.effects.given import Bodies, Dynamics, Given
+from camopt.effects.mean import Mean
 from camopt.effects.peak import Peak, PerDesign, Scale
 from camopt.mechanisms.design import Designs, Mechanism
 from camopt.motion.programme import Programme
@@ -182,6 +183,8 @@ class Effect:
     """Whether its quantities depend on the motion and the speed alone, whatever the design."""
     peaks: Callable[[Setup], Mapping[str, Peak]] = lambda setup: {}
     """Its quantities that extremes of curves decide; of those that it offers, or more."""
+    means: Callable[[Setup], Mapping[str, Mean]] = lambda setup: {}
+    """And those that are means of curves over the turn."""
     of_sizes: bool = False
     """Whether it is arithmetic on sizes, which runs on ranges of them (Intervals) too."""
     last: bool = False

@@ -23,11 +23,13 @@ import numpy as np
 from camopt.effects.case import Bounded, Case, Effect, Setup
 from camopt.effects.given import Dynamics
 from camopt.effects.peak import Peak, at_corners
+from camopt.effects.work import added, derivative
 from camopt.mechanisms.design import Designs
 from camopt.motion.programme import Programme, span
 from camopt.motion.table import TURN
 from camopt.numerics import LARGEST, LEAST, FloatArray
 from camopt.numerics.curves import Linear, curve, formula
+from camopt.numerics.piecewise import load_series
 
 HALVINGS = 60
 CONTACT = ("contact_force_min_N", "contact_force_max_N")
@@ -79,6 +81,15 @@ def weights(dynamics: Dynamics, omega: Any) -> tuple[Any, Any, Any, Any]:
     assert dynamics.mass is not None
     constant = dynamics.preload + dynamics.load
     return dynamics.stiffness, dynamics.damping * omega, dynamics.mass * omega**2, constant
+
+
+def force_series(programme: Programme, dynamics: Dynamics, omega: float) -> FloatArray:
+    """F on the panels, N (N·mm)."""
+    table = programme.table
+    *factors, constant = weights(dynamics, omega)
+    along = added(*(factor * derivative(table, order) for order, factor in enumerate(factors)), load_series(table))
+    along[0] += constant
+    return along
 
 
 def force_span(programme: Programme, dynamics: Dynamics, omega: float) -> tuple[float, float]:

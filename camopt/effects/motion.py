@@ -8,7 +8,7 @@ from math import degrees
 from typing import Any
 
 from camopt.effects.case import Case, Effect, Setup, of_setting
-from camopt.effects.peak import ByTime, Derivative, InDegrees, Peak, Times
+from camopt.effects.peak import ByTime, Derivative, InDegrees, Peak, Scale, Times
 from camopt.motion.programme import peak
 from camopt.motion.table import RETURN, RISE
 from camopt.numerics import LARGEST_MAGNITUDE
@@ -38,6 +38,15 @@ def scale(setup: Setup, order: int) -> Any:
     return degrees(1.0) if setup.angular else 1.0
 
 
+def scale_of(setup: Setup, order: int) -> Scale:
+    """As ``scale``, for any kind of number."""
+    if setup.rpm is None:
+        return InDegrees(int(setup.angular))
+    unit = 1.0 if setup.angular else 1e3
+    by_time, by_unit = ByTime(unit, order, setup.rpm), Times(1.0 / unit)
+    return of_setting(setup, by_time, by_unit, lambda each: each.omega**order)
+
+
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     return {
         name: peak(case.programme, order, kinds) * scale(case.each, order)
@@ -52,12 +61,7 @@ def peaks(setup: Setup) -> dict[str, Peak]:
 
 def _peak(setup: Setup, order: int, kinds: int) -> Peak:
     by_angle = Derivative(order)
-    if setup.rpm is None:
-        return Peak(((by_angle, kinds),), LARGEST_MAGNITUDE, InDegrees(int(setup.angular)), by_angle.jumps)
-    unit = 1.0 if setup.angular else 1e3
-    by_time, by_unit = ByTime(unit, order, setup.rpm), Times(1.0 / unit)
-    scale = of_setting(setup, by_time, by_unit, lambda each: each.omega**order)
-    return Peak(((by_angle, kinds),), LARGEST_MAGNITUDE, scale, by_angle.jumps)
+    return Peak(((by_angle, kinds),), LARGEST_MAGNITUDE, scale_of(setup, order), by_angle.jumps)
 
 
 EFFECT = Effect("motion", offers, run, of_motion=lambda setup: True, peaks=peaks)

@@ -140,7 +140,7 @@ class ByTime(Scale):
     rpm: float
 
     def quantity(self, extreme: Any, designs: Designs) -> Any:
-        return extreme * ((self.rpm * math.pi / 30) ** self.order / self.unit)
+        return extreme * ((self.rpm * 2 * math.pi / 60) ** self.order * (1.0 / self.unit))
 
     def extreme_at(self, quantity: float, numbers: NumberKind) -> Any:
         speed = numbers.of(self.rpm) * numbers.pi() / 30
@@ -149,15 +149,16 @@ class ByTime(Scale):
 
 @dataclass(frozen=True)
 class InDegrees(Scale):
-    """An extreme in which one angle is in deg in place of rad: extreme·(180/π)ⁿ, n = 1 or −1."""
+    """A multiple of what has one angle in deg in place of rad: factor·extreme·(180/π)ⁿ, n = 1 or −1."""
 
     power: int
+    factor: float = 1.0
 
     def quantity(self, extreme: Any, designs: Designs) -> Any:
-        return extreme * (180.0 / math.pi) ** self.power
+        return self.factor * extreme * (180.0 / math.pi) ** self.power
 
     def extreme_at(self, quantity: float, numbers: NumberKind) -> Any:
-        return numbers.of(quantity) / (180 / numbers.pi()) ** self.power
+        return numbers.of(quantity) / numbers.of(self.factor) / (180 / numbers.pi()) ** self.power
 
 
 @dataclass(frozen=True)

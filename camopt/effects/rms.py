@@ -6,33 +6,35 @@ The motion is a polynomial on each panel, and the integral of its square exact. 
 derivative jumps. It depends on the motion and the speed alone.
 """
 
-from math import inf
 from typing import Any
 
 from camopt.effects.case import Case, Effect, Setup
-from camopt.effects.motion import scale
+from camopt.effects.mean import Mean
+from camopt.effects.mean_columns import mean_column
+from camopt.effects.motion import scale_of
 from camopt.effects.peak import Derivative
-from camopt.motion.programme import Programme, root_mean_square
+from camopt.motion.table import TURN
 from camopt.quantities import MEANS, motion_mean
 
 
-def _names(setup: Setup) -> dict[str, int]:
-    """Name of each quantity with its order of derivative."""
+def _mean(setup: Setup, order: int) -> Mean:
+    by_angle = Derivative(order)
+    return Mean(((by_angle, TURN),), 2, scale_of(setup, order), by_angle.jumps)
+
+
+def means(setup: Setup) -> dict[str, Mean]:
     timed = setup.omega is not None
-    return {motion_mean(each, angular=setup.angular, timed=timed): order for each, order in MEANS.items()}
+    return {
+        motion_mean(each, angular=setup.angular, timed=timed): _mean(setup, order) for each, order in MEANS.items()
+    }
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
-    return tuple(_names(setup))
+    return tuple(means(setup))
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
-    names = {name: order for name, order in _names(case.setup).items() if name in wanted}
-    return {name: _mean(case.programme, order) * scale(case.each, order) for name, order in names.items()}
+    return {name: mean_column(case, mean) for name, mean in means(case.setup).items() if name in wanted}
 
 
-def _mean(programme: Programme, order: int) -> float:
-    return inf if Derivative(order).jumps(programme) else root_mean_square(programme, order)
-
-
-EFFECT = Effect("rms", offers, run, of_motion=lambda setup: True)
+EFFECT = Effect("rms", offers, run, of_motion=lambda setup: True, means=means)

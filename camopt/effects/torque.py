@@ -12,8 +12,8 @@ up to a constant, the fluctuation of energy is ΔE = max W − min W and the fly
 
 A follower that rubs in its guide asks for more: T = G·y' with the force G that the cam gives along the motion
 (``effects.loads``), whose work over a turn is greater by what the guide takes. It depends on the design then; its
-extremes are found as those of the other loads, its integrals from panel polynomials (``effects.guided``). It is
-infinite where the follower jams, and none of it is known at a corner.
+extremes and means are found as those of other curves (``effects.peak``, ``effects.mean``), and its fluctuation from
+panel polynomials (``effects.guided``). It is infinite where the follower jams, and none of it is known at a corner.
 
 At a corner of the motion y' passes from one value to the other at once: T is infinite, upwards where |y'| grows,
 downwards where it falls; W is not.
@@ -31,15 +31,20 @@ from numpy.polynomial import polynomial
 
 from camopt.effects import force
 from camopt.effects.case import Bounded, Case, Effect, Setup, of_setting
+from camopt.effects.force import ChangingForce
 from camopt.effects.given import Dynamics
-from camopt.effects.guided import guided_torque
-from camopt.effects.loads import drag_of, driven, rubs, torque_curve, ways
+from camopt.effects.guided import guided_torque, smooth_parts
+from camopt.effects.loads import ShaftTorque, drag_of, driven, rubs, torque_curve, ways
+from camopt.effects.mean import Mean
+from camopt.effects.mean_columns import mean_column
 from camopt.effects.peak import AS_IT_IS, Peak, Scale, Times, at_corners
 from camopt.effects.peak_columns import extreme_of
 from camopt.effects.work import ROUNDED, added, derivative, integral, largest_of_series, product, total
+from camopt.mechanisms.design import Designs
 from camopt.motion.programme import SAME, Programme
-from camopt.motion.table import INWARD, OUTWARD
+from camopt.motion.table import INWARD, OUTWARD, TURN
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
+from camopt.numerics.curves import Linear
 from camopt.numerics.piecewise import load_series
 
 NAMES = (
@@ -54,6 +59,7 @@ NAMES = (
 )
 EXTREMES = frozenset(("torque_max_N_m", "torque_min_N_m", "torque_peak_N_m", "power_peak_W"))
 FLYWHEEL = "flywheel_inertia_kg_m2"
+FLUCTUATING = frozenset(("energy_fluctuation_J", FLYWHEEL))
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
@@ -67,30 +73,34 @@ def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
     return {name: lacking for name, lacking in wanted.items() if lacking}
 
 
-class Turn(NamedTuple):
-    """What the torque amounts to over a turn, N·mm: numbers, or arrays where it depends on the design."""
+class Span(NamedTuple):
+    """Extremes of the torque and its fluctuation, N·mm: numbers, or arrays where it depends on the design."""
 
     largest: Any
     least: Any
-    mean: Any
-    rms: Any
     fluctuation: Any
     room: Any
     """By how much the largest magnitude may be above."""
 
 
-def force_series(programme: Programme, dynamics: Dynamics, omega: float) -> FloatArray:
-    """F on the panels, N (N·mm)."""
-    table = programme.table
-    *factors, constant = force.weights(dynamics, omega)
-    along = added(*(factor * derivative(table, order) for order, factor in enumerate(factors)), load_series(table))
-    along[0] += constant
-    return along
+class Turn(NamedTuple):
+    """What the torque amounts to over a turn, whatever the design, N·mm."""
+
+    largest: float
+    least: float
+    mean: float
+    rms: float
+    fluctuation: float
+    room: float
+
+    @property
+    def span(self) -> Span:
+        return Span(self.largest, self.least, self.fluctuation, self.room)
 
 
 def torque_series(programme: Programme, dynamics: Dynamics, omega: float) -> FloatArray:
     """T on the panels, N·mm; impulses at corners are apart."""
-    return product(force_series(programme, dynamics, omega), derivative(programme.table, 1))
+    return product(force.force_series(programme, dynamics, omega), derivative(programme.table, 1))
 
 
 @lru_cache(maxsize=4096)
@@ -112,11 +122,11 @@ def turn_of(programme: Programme, dynamics: Dynamics, omega: float) -> Turn:
     )
 
 
-def extremes_of_turn(case: Case) -> Turn:
+def extremes_of_turn(case: Case) -> Span:
     """The extremes alone, of designs that bring numbers of their own; the motion has no corners."""
     known, unknown = peaks(case.setup), np.full(len(case.designs), inf)
     most, least = (extreme_of(case, known[name]) for name in ("torque_max_N_m", "torque_min_N_m"))
-    return Turn(most.value, least.value, unknown, unknown, unknown, np.maximum(most.width, least.width))
+    return Span(most.value, least.value, unknown, np.maximum(most.width, least.width))
 
 
 def lasting(programme: Programme, dynamics: Dynamics, omega: float) -> FloatArray:
@@ -144,48 +154,42 @@ def _fluctuation(programme: Programme, dynamics: Dynamics, omega: float, mean: f
     return largest_of_series(work) - min([-largest_of_series(-work), *map(float, within)])
 
 
-def guided_turn(case: Case, *, integrals: bool) -> Turn:
-    """As ``turn_of`` where followers rub in their guides, arrays (designs,); infinite for those that jam."""
-    programme, count = case.programme, len(case.designs)
-    top, mean, rms, fluctuation = np.full((4, count), inf)
-    turn = Turn(top, np.full(count, -inf), mean, rms, fluctuation, np.zeros(count))
-    index = np.flatnonzero(_runs_free(case) & (not programme.corners))
+def guided_span(case: Case, runs: Any, wanted: frozenset[str]) -> Span:
+    """That of followers that rub in their guides, arrays (designs,); infinite for those that do not run."""
+    count, index = len(case.designs), np.flatnonzero(runs)
+    span = Span(np.full(count, inf), np.full(count, -inf), np.full(count, inf), np.zeros(count))
     if not index.size:
-        return turn
+        return span
     some = replace(case, designs=case.designs.take(index))
     known = peaks(case.setup)
     most, least = (extreme_of(some, known[name]) for name in ("torque_max_N_m", "torque_min_N_m"))
-    turn.largest[index], turn.least[index] = most.value, least.value
-    turn.room[index] = np.maximum(most.width, least.width)
-    for number in index if integrals else ():
-        setup, design = case.setup.alone(case.designs.take([number]))
-        along = force_series(programme, setup.dynamics, setup.omega)
-        turn.mean[number], turn.rms[number], turn.fluctuation[number] = _integrals(
-            *guided_torque(setup, design, programme, along)
-        )
-    return turn
+    span.largest[index], span.least[index] = most.value, least.value
+    span.room[index] = np.maximum(most.width, least.width)
+    for number in index if wanted & FLUCTUATING else ():
+        torque = guided_torque(*case.setup.alone(case.designs.take([number])), case.programme)
+        span.fluctuation[number] = _fluctuation_of(*torque)
+    return span
 
 
 def _runs_free(case: Case) -> Any:
-    """Designs that surely jam nowhere: outward only where nothing pulls the follower off its cam."""
+    """Designs that surely jam nowhere, of a motion without corners: outward only where nothing pulls them off."""
     least, _ = force.least_and_largest(case)
-    pulled = (least.value if isinstance(least, Bounded) else least) < 0.0
+    pulled, smooth = (least.value if isinstance(least, Bounded) else least) < 0.0, not case.programme.corners
 
     def free(kinds: int) -> Any:
         drag = drag_of(case, kinds)
-        return drag.value[0] + drag.width[0] < 1.0
+        return (drag.value[0] + drag.width[0] < 1.0) & smooth
 
     if np.ndim(pulled) == 0:
         return free(OUTWARD | INWARD if pulled else driven(case.setup))
     return np.where(pulled, free(OUTWARD | INWARD), free(driven(case.setup)))
 
 
-def _integrals(half_width: FloatArray, series: FloatArray) -> tuple[float, float, float]:
-    """Mean, root mean square and fluctuation of energy of a torque on panels of these half-widths."""
+def _fluctuation_of(half_width: FloatArray, series: FloatArray) -> float:
+    """The fluctuation of energy of a torque on panels of these half-widths."""
     mean = total(half_width, series) / (2.0 * pi)
-    square = total(half_width, product(series, series)) / (2.0 * pi)
     work = integral(half_width, added(series, np.full((1, half_width.size), -mean)))
-    return mean, sqrt(square), largest_of_series(work) + largest_of_series(-work)
+    return largest_of_series(work) + largest_of_series(-work)
 
 
 def peaks(setup: Setup) -> dict[str, Peak]:
@@ -195,34 +199,65 @@ def peaks(setup: Setup) -> dict[str, Peak]:
     goals = {"torque_max_N_m": LARGEST, "torque_min_N_m": LEAST}
     goals |= dict.fromkeys(("torque_peak_N_m", "power_peak_W"), LARGEST_MAGNITUDE)
     in_newton_metres = Times(1e-3)
-    power = of_setting(setup, Times(1e-3 * setup.omega), AS_IT_IS, lambda each: 1e-3 * each.omega)
-    units: dict[str, Scale] = dict.fromkeys(goals, in_newton_metres) | {"power_peak_W": power}
+    units: dict[str, Scale] = dict.fromkeys(goals, in_newton_metres) | {"power_peak_W": _in_watts(setup)}
     return {name: Peak(curves, goal, units[name], at_corners) for name, goal in goals.items()}
+
+
+def _in_watts(setup: Setup) -> Scale:
+    """From a torque in N·mm to the power."""
+    return of_setting(setup, Times(1e-3 * setup.omega), AS_IT_IS, lambda each: 1e-3 * each.omega)
+
+
+def means(setup: Setup) -> dict[str, Mean]:
+    if setup.omega is None:
+        return {}
+    whole = tuple((partial(torque_curve, setup, way=way), kinds) for way, kinds in ways(setup))
+    units: dict[str, Scale] = {"torque_mean_N_m": Times(1e-3), "power_mean_W": _in_watts(setup)}
+    if rubs(setup):
+        smooth = partial(smooth_parts, setup)
+        found = {name: Mean(whole, 1, unit, at_corners, smooth) for name, unit in units.items()}
+        return found | {"torque_rms_N_m": Mean(whole, 2, Times(1e-3), at_corners, smooth)}
+    spent = ((partial(spent_curve, setup), TURN),)
+    return {name: Mean(spent, 1, unit) for name, unit in units.items()} | {
+        "torque_rms_N_m": Mean(whole, 2, Times(1e-3), at_corners)
+    }
+
+
+def spent_curve(setup: Setup, designs: Designs, programme: Programme) -> ShaftTorque:
+    """The torque of what does not give back what it took (``lasting``), which has no impulses at corners."""
+    each, ones = setup.at(designs), np.ones(len(designs))
+    damped = Linear(0.0 * ones, each.dynamics.damping * each.omega * ones, 0.0 * ones, 0.0 * ones)
+    return ShaftTorque(damped if programme.load is None else ChangingForce(damped, ones))
 
 
 def of_pitch(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     dynamics, omega = case.each.dynamics, case.each.omega
     assert omega is not None
     if rubs(case.setup):
-        turn = guided_turn(case, integrals=not wanted <= EXTREMES)
-    elif case.designs.numbers and wanted <= EXTREMES and not case.programme.corners:
-        turn = extremes_of_turn(case)
-    else:
-        turn = case.by_setting(lambda each: turn_of(case.programme, each.dynamics, each.omega))
+        runs, known = _runs_free(case), means(case.setup)
+        found = {name: mean_column(case, known[name], runs) for name in wanted & known.keys()}
+        return _of_span(guided_span(case, runs, wanted), dynamics, omega) | found
+    if case.designs.numbers and wanted <= EXTREMES and not case.programme.corners:
+        return _of_span(extremes_of_turn(case), dynamics, omega)
+    turn, unit = case.by_setting(lambda each: turn_of(case.programme, each.dynamics, each.omega)), 1e-3
+    columns = _of_span(turn.span, dynamics, omega)
+    columns |= {"torque_mean_N_m": turn.mean * unit, "torque_rms_N_m": turn.rms * unit}
+    return columns | {"power_mean_W": turn.mean * (unit * omega)}
+
+
+def _of_span(span: Span, dynamics: Dynamics, omega: Any) -> dict[str, Any]:
+    """The columns of extremes and of the fluctuation."""
     unit, power = 1e-3, 1e-3 * omega  # to N·m from N·mm, to W from N·mm
-    peak, room = np.maximum(turn.largest, -turn.least), turn.room
+    peak, room = np.maximum(span.largest, -span.least), span.room
     columns: dict[str, Any] = {
-        "torque_max_N_m": turn.largest * unit,
-        "torque_min_N_m": turn.least * unit,
+        "torque_max_N_m": span.largest * unit,
+        "torque_min_N_m": span.least * unit,
         "torque_peak_N_m": Bounded(peak * unit, room * unit, peak * unit),
-        "torque_mean_N_m": turn.mean * unit,
-        "torque_rms_N_m": turn.rms * unit,
         "power_peak_W": Bounded(peak * power, room * power, peak * power),
-        "power_mean_W": turn.mean * power,
-        "energy_fluctuation_J": turn.fluctuation * unit,
+        "energy_fluctuation_J": span.fluctuation * unit,
     }
     if dynamics.fluctuation is not None:
-        columns[FLYWHEEL] = turn.fluctuation * unit / (dynamics.fluctuation * omega**2)
+        columns[FLYWHEEL] = span.fluctuation * unit / (dynamics.fluctuation * omega**2)
     return columns
 
 
@@ -233,4 +268,5 @@ EFFECT = Effect(
     of_pitch=of_pitch,
     of_motion=lambda setup: not rubs(setup),
     peaks=peaks,
+    means=means,
 )

@@ -13,6 +13,7 @@ import numpy as np
 
 from camopt.effects import EFFECTS, Case, Setup
 from camopt.effects.case import Bounded, Effect
+from camopt.effects.mean import Mean
 from camopt.effects.peak import Peak
 from camopt.front.pareto import signs
 from camopt.mechanisms import Designs
@@ -28,12 +29,14 @@ from camopt.problem.rows import Columns
 from camopt.quantities import QUANTITIES
 from camopt.smallest.enclosure import (
     excess_of,
+    means_on_size,
     present_claims,
     representatives,
     rounded,
-    sloped_boxes,
 )
 from camopt.smallest.excesses import LARGE, LEVEL
+from camopt.smallest.mean_boxes import mean_excess, powers_over
+from camopt.smallest.sloped_designs import sloped_boxes
 from camopt.verdicts.judging import planned
 
 COARSE = 1e-4  # of the cam angles at which curves are evaluated: any would do, those of extremes tell the most
@@ -51,8 +54,8 @@ def is_bounded(name: str, sign: float, setup: Setup) -> bool:
     effect = EFFECTS.get(QUANTITIES[name].effect)
     if effect is None or is_ranged(effect, setup):
         return effect is not None
-    known = effect.peaks(setup)
-    return name in known and known[name].is_least == (sign < 0.0)
+    known = effect.peaks(setup).get(name) or effect.means(setup).get(name)
+    return known is not None and known.is_least == (sign < 0.0)
 
 
 def all_bounded(problem: Problem) -> bool:
@@ -118,8 +121,12 @@ class Bounds(NamedTuple):
                 costs[:, k], moved = self._by_arithmetic(name, sign, box, inside)
                 change = np.maximum(change, moved)
             elif index.size:
-                known = effect.peaks(self.problem.setup)[name]
-                costs[index, k], moved = self._by_extreme(known, sign, some, middle)
+                mean = effect.means(self.problem.setup).get(name)
+                if mean is None:
+                    known = effect.peaks(self.problem.setup)[name]
+                    costs[index, k], moved = self._by_extreme(known, sign, some, middle)
+                else:
+                    costs[index, k], moved = self._by_mean(mean, sign, some, middle)
                 change[:, index] = np.maximum(change[:, index], moved)
         return Looked(costs, change, inside, exists)
 
@@ -140,6 +147,11 @@ class Bounds(NamedTuple):
             angle, side = self._worst(claim.curve, asked, inside)
             value, designs, like = self._over(claim.curve, angle, some, inside)
             over = as_sloped(excess_of(claim, side, as_quotient(value), designs), like)
+            moved = _finite(over.slopes.largest_magnitude) * width
+            broken[index] |= over.value.low > LEVEL
+            change[:, index] = np.maximum(change[:, index], np.where(over.value.high > 0.0, moved, 0.0))
+        for mean in means_on_size(self.problem):
+            over = mean_excess(self.problem, mean, some, inside, self.free)
             moved = _finite(over.slopes.largest_magnitude) * width
             broken[index] |= over.value.low > LEVEL
             change[:, index] = np.maximum(change[:, index], np.where(over.value.high > 0.0, moved, 0.0))
@@ -175,6 +187,13 @@ class Bounds(NamedTuple):
         cost = sign * as_interval(known.scale.quantity(as_interval(turned), box))
         low = np.where(np.isnan(cost.low) | np.isneginf(extreme), -np.inf, cost.low)
         return _lowered(low), change
+
+    def _by_mean(self, mean: Mean, sign: float, box: Designs, inside: Designs) -> tuple[Any, FloatArray]:
+        """The least cost of an objective that a mean decides, and its relative change."""
+        made = mean.of_powers(powers_over(self.problem, mean, box, inside, self.free))
+        cost = sign * as_interval(mean.scale.quantity(made.value, box))
+        low = np.where(np.isnan(cost.low), -np.inf, cost.low)
+        return _lowered(low), _relative(made.slopes, _widths(box, self.free), made.at.largest_magnitude)
 
     def _room(self, value: Sloped, least: FloatArray, at: FloatArray) -> FloatArray:
         """By how much kernels may find an extreme less than it is."""

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from math import inf, pi
+from math import inf, pi, sqrt
 from typing import Any
 
 import numpy as np
@@ -348,13 +348,18 @@ def _stationary_values(series: FloatArray, slope: FloatArray) -> list[float]:
     return [float(v) for v in polynomial.polyval(real, series)]
 
 
-def root_mean_square(programme: Programme, order: int) -> float:
-    """√(1/2π·∫ (y⁽ᵏ⁾)² dθ) over the turn; Gauss's rule on each panel of the motion, exact for splines."""
+def mean_of_powers(programme: Programme, order: int, power: int) -> float:
+    """1/2π·∫ (y⁽ᵏ⁾)ᵖ dθ over the turn, p = 1 or 2; Gauss's rule on each panel, exact for its polynomial."""
     table = programme.table
     nodes, weights = np.polynomial.legendre.leggauss(table.coefficients.shape[1])
     values = polynomial.polyval(nodes, polynomial.polyder(table.coefficients.T, order), tensor=True)
-    squares = (values / table.half_width[:, None] ** order) ** 2 @ weights * table.half_width
-    return float(np.sqrt(squares.sum() / (2 * pi)))
+    powers = (values / table.half_width[:, None] ** order) ** power @ weights * table.half_width
+    return float(powers.sum() / (2 * pi))
+
+
+def root_mean_square(programme: Programme, order: int) -> float:
+    """√(1/2π·∫ (y⁽ᵏ⁾)² dθ) over the turn."""
+    return sqrt(mean_of_powers(programme, order, 2))
 
 
 def unit_span(law: Law) -> tuple[float, float]:

@@ -89,9 +89,14 @@ def by_chain(value: Interval, at: Interval, parts: Sequence[tuple[Any, Any]]) ->
     sloped = [(operand, partial) for operand, partial in parts if isinstance(operand, Sloped)]
     span = sloped[0][0].span
     slopes = reduce(add, [_times(partial, operand.slopes) for operand, partial in sloped])
-    moved = slopes * span
     every = span.low.shape[1:]
-    at = widened(at if at.low.shape == every else at + as_interval(np.zeros(every)))
+    return by_mean_value(value, at if at.low.shape == every else at + as_interval(np.zeros(every)), slopes, span)
+
+
+def by_mean_value(value: Interval, at: Interval, slopes: Interval, span: Interval) -> Sloped:
+    """A quantity from its range, its value at the point and its slopes, which narrow the range."""
+    moved = slopes * span
+    at = widened(at)
     value, rounding = widened(value), GIVEN * moved.largest_magnitude.sum(axis=0)
     low = np.fmax(value.low, at.low + moved.low.sum(axis=0) - rounding)  # fmax: what is unknown narrows nothing
     high = np.fmin(value.high, at.high + moved.high.sum(axis=0) + rounding)

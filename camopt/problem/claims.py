@@ -7,9 +7,11 @@ same claims, each in its own numbers. A solver asks a claim which curve it is ab
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+from camopt.effects.mean import Mean
 from camopt.effects.peak import DOUBLES, BodyRadiusPlus, NumberKind, Peak, Scale, unweighted
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
+from camopt.motion.table import TURN
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST
 
 
@@ -85,3 +87,35 @@ def claims_of(peak: Peak, bound: float) -> tuple[Claim, ...]:
     """What a bound on a quantity requires of the curves that decide it."""
     at, weight = At(peak.scale, bound), peak.scale.weight(bound)
     return tuple(Claim(make, kinds, peak.goal, at, weight, peak.unit or unweighted) for make, kinds in peak.curves)
+
+
+class MeanClaim(NamedTuple):
+    """What a limit requires of the mean of a curve to a power over the turn: at most, or at least, so much."""
+
+    mean: Mean
+    quantity: float
+    """The bound on the quantity."""
+    side: float
+    """−1 where the mean must be at least so much, else 1."""
+
+    @property
+    def strokes(self) -> int:
+        """The kinds of stroke that it is about: all."""
+        return TURN
+
+    def allowed(self, numbers: NumberKind = DOUBLES) -> Any:
+        """The mean of the curve to the power that is just allowed, times the factor."""
+        return self.mean.mean_of_powers_at(self.quantity, numbers)
+
+    def factor(self, designs: Designs) -> Any:
+        """What that mean is multiplied with, which may depend on the design; not below 0."""
+        factor = self.mean.scale.weight(self.quantity)(designs)
+        return factor * factor if self.mean.power == 2 else factor
+
+
+AnyClaim = Claim | MeanClaim
+
+
+def mean_claim_of(mean: Mean, bound: float, side: float) -> MeanClaim:
+    """What a bound on a quantity, from a side of it, requires of the mean that decides it."""
+    return MeanClaim(mean, bound, -side if mean.scale.falls else side)

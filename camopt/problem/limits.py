@@ -11,12 +11,13 @@ import numpy as np
 from camopt.effects import EFFECTS, Setup, force, outline, solid, wall
 from camopt.effects.crossing import find_crossing
 from camopt.effects.curvature import CONVEX, CUTTER, PITCH
+from camopt.effects.mean import Mean
 from camopt.effects.peak import BeyondBody, Peak, never
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
 from camopt.motion.table import DWELL, RISE, TURN
 from camopt.numerics import LARGEST_MAGNITUDE, LEAST, FloatArray
-from camopt.problem.claims import Claim, Plain, claims_of
+from camopt.problem.claims import Claim, MeanClaim, Plain, claims_of, mean_claim_of
 from camopt.problem.rows import Columns
 from camopt.quantities import AT_LEAST, BOUNDED, DERIVATIVES, QUANTITIES, motion_quantity
 from camopt.scene.scene import Scene
@@ -55,6 +56,8 @@ class Limit:
     excess: Callable[[Columns, Designs], FloatArray]
     claims: tuple[Claim, ...] = ()
     """The curves that decide it, for searches, proofs and pictures; none if it is not decided by curves."""
+    mean: MeanClaim | None = None
+    """What decides it, if that is the mean of a curve."""
     infinite_at: Callable[[Programme], bool] = never
     """Whether jumps of a motion make infinite what it bounds, so that no design whatever meets it."""
     shown: tuple[str, ...] = ()
@@ -148,11 +151,17 @@ def peak_of(quantity: str, setup: Setup) -> Peak | None:
     return EFFECTS[QUANTITIES[quantity].effect].peaks(setup).get(quantity)
 
 
+def mean_of(quantity: str, setup: Setup) -> Mean | None:
+    """The mean of a curve that a quantity is, if it is one."""
+    return EFFECTS[QUANTITIES[quantity].effect].means(setup).get(quantity)
+
+
 def _bounded(name: str, bound: float, quantity: str, setup: Setup) -> Limit:
     """A quantity is bounded, from the side that its list says."""
     if quantity in OF_CURVATURE:
         return OF_CURVATURE[quantity](name, bound, setup)
     unit, peak, side = abs(bound) or 1.0, peak_of(quantity, setup), QUANTITIES[quantity].side
+    mean = mean_of(quantity, setup)
 
     def excess(columns: Columns, designs: Designs) -> Any:
         return side * (columns[quantity] - bound) / unit + np.zeros(len(designs))
@@ -164,7 +173,8 @@ def _bounded(name: str, bound: float, quantity: str, setup: Setup) -> Limit:
         (quantity, "arm_length_mm") if by_arm else (quantity,),
         excess,
         claims_of(peak, bound) if peak else tuple(_of_jump(quantity, bound, setup)),
-        peak.jumps if peak else never,
+        mean_claim_of(mean, bound, side) if mean else None,
+        peak.jumps if peak else mean.jumps if mean else never,
         (quantity,),
         QUANTITIES[quantity].relation,
         implies=_least_force(quantity, bound, setup),
@@ -225,7 +235,7 @@ def _cutter(name: str, bound: float, setup: Setup) -> Limit:
         return np.asarray(np.where(finite, np.where(finite, hollowest, 0.0) * beyond(designs), hollowest) - 1.0)
 
     claims, needs = claims_of(peak, bound), (*PITCH, CUTTER)
-    return Limit(name, bound, needs, excess, claims, peak.jumps, (CUTTER,), AT_LEAST, by_bound=deepest)
+    return Limit(name, bound, needs, excess, claims, None, peak.jumps, (CUTTER,), AT_LEAST, by_bound=deepest)
 
 
 def _curvature(name: str, bound: float, setup: Setup) -> Limit:
@@ -254,7 +264,7 @@ def _curvature(name: str, bound: float, setup: Setup) -> Limit:
     assert peak is not None
     traced, shown = setup.mechanism.curvature is not None, (CONVEX,)
     needs, excess, by = ((*PITCH, CONVEX), trace, sharpest) if traced else (shown, flat, by_bound)
-    return Limit(name, bound, needs, excess, claims_of(peak, bound), peak.jumps, shown, relation, by_bound=by)
+    return Limit(name, bound, needs, excess, claims_of(peak, bound), None, peak.jumps, shown, relation, by_bound=by)
 
 
 OF_CURVATURE: dict[str, Callable[[str, float, Setup], Limit]] = {CONVEX: _curvature, CUTTER: _cutter}

@@ -84,7 +84,9 @@ def _proof(limit: Limit | None) -> str:
         return MARGINS
     if limit.claims:
         return BALLS
-    return INTEGRALS if is_integrated(limit.needs) else SIZES if not limit.needs else BALLS
+    if limit.mean is not None or is_integrated(limit.needs):
+        return INTEGRALS
+    return BALLS if limit.needs else SIZES
 
 
 def _reached(limit: Limit | None, found: Evaluation, verdict: str) -> Iterator[tuple[str, str, str]]:

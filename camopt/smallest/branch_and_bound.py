@@ -7,6 +7,7 @@ that is as small. What is left when the search is stopped bounds how much smalle
 Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, ch. 11.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import inf
 from typing import Any
@@ -18,12 +19,12 @@ from camopt.mechanisms import Designs
 from camopt.mechanisms.design import Bounds
 from camopt.numerics.clock import now
 from camopt.numerics.interval import Interval
-from camopt.problem.claims import Claim
+from camopt.problem.claims import AnyClaim
 from camopt.problem.problem import Problem
 from camopt.smallest.bisection import Bisection
 from camopt.smallest.boxes import Boxes
 from camopt.smallest.closed_form import NUDGES, negligible
-from camopt.smallest.enclosure import Examined, claims_on_size, designs_at, examined, representatives
+from camopt.smallest.enclosure import Examined, claims_on_size, designs_at, examined, means_on_size, representatives
 from camopt.smallest.excesses import Excesses, cut_off, kept, widest
 from camopt.smallest.first_look import FEW_VALUES, VALUES, coarse_grid, first_look, largest_size, scale_of
 from camopt.smallest.result import (
@@ -55,7 +56,8 @@ def branch_and_bound(problem: Problem, bounds: Bounds, floor: float = 0.0, until
         return Smallest(look.design, inf, look.nearest)
     boxes = Boxes.one({**bounds, "size": (least, most)}, scale_of(problem, bounds), problem.setup.free)
     crossings = known_crossings(problem)
-    search = BoxSearch(problem, claims_on_size(problem), crossings, look.design, until)
+    claims: list[AnyClaim] = [*claims_on_size(problem), *means_on_size(problem)]
+    search = BoxSearch(problem, claims, crossings, look.design, until)
     floor = search.bisect(boxes, until)
     return Smallest(search.incumbent, floor, look.nearest)
 
@@ -67,7 +69,7 @@ class BoxSearch(Bisection):
     most_boxes = 1_000_000
 
     problem: Problem
-    claims: list[Claim]
+    claims: Sequence[AnyClaim]
     crossings: KnownCrossings | None
     """What shows that cams of a box cross themselves, if that is a limit."""
     incumbent: Designs | None

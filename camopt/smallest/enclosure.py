@@ -7,10 +7,11 @@ the box is empty; if it is above 0 at one end of a size, that end is cut off.
 Source: R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, ch. 8 (interval Newton).
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import product
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -21,11 +22,15 @@ from camopt.motion.programme import Programme, peak
 from camopt.numerics import LARGEST, LEAST, FloatArray
 from camopt.numerics.curves import Linear, curve
 from camopt.numerics.interval import Interval
-from camopt.numerics.sloped import Quotient, Sloped, as_quotient, as_sloped, at_point, variables
-from camopt.problem.claims import Claim
+from camopt.numerics.sloped import Quotient, as_quotient, as_sloped, at_point
+from camopt.problem.claims import AnyClaim, Claim, MeanClaim
 from camopt.problem.problem import Problem
 from camopt.smallest.combined import combined
 from camopt.smallest.excesses import Excesses, chained_excesses, cut_off, kept, widest
+from camopt.smallest.mean_boxes import mean_excess
+from camopt.smallest.sloped_designs import sloped_boxes
+
+Present = TypeVar("Present", Claim, MeanClaim, AnyClaim)
 
 
 def claims_on_size(problem: Problem) -> list[Claim]:
@@ -44,6 +49,11 @@ def _level(designs: Designs, programme: Programme, order: int, strokes: int) -> 
     """The largest magnitude of a derivative of the motion, as a curve."""
     most, none = peak(programme, order, strokes), np.zeros(len(designs))
     return Linear(none, none, none, none + most)
+
+
+def means_on_size(problem: Problem) -> list[MeanClaim]:
+    """What limits that depend on the size of the cam say of means."""
+    return [limit.mean for limit in problem.limits if limit.mean is not None and not limit.of_motion]
 
 
 def excess_of(claim: Claim, side: FloatArray, found: Quotient, designs: Designs) -> Any:
@@ -77,7 +87,7 @@ class Examined(NamedTuple):
     """The ends between which the feasible designs lie, (n,) of each free size."""
 
 
-def examined(problem: Problem, claims: list[Claim], box: Designs, free: list[str]) -> Examined:
+def examined(problem: Problem, claims: Sequence[AnyClaim], box: Designs, free: list[str]) -> Examined:
     """What the limits say of boxes, each at the cam angles where they are worst for one design of the box.
 
     The side to cut is the one across which the excess over the worst limit changes the most; the longest, where no
@@ -105,21 +115,27 @@ def examined(problem: Problem, claims: list[Claim], box: Designs, free: list[str
     return Examined(empty, level, inside, side, *ends)
 
 
-def present_claims(problem: Problem, claims: list[Claim]) -> list[Claim]:
+def present_claims(problem: Problem, claims: Sequence[Present]) -> list[Present]:
     """Those of some claims whose strokes the motion has."""
     return [each for each in claims if problem.programme.has(each.strokes)]
 
 
 def _excesses(
     problem: Problem,
-    claims: list[Claim],
+    claims: Sequence[AnyClaim],
     box: Designs,
     inside: Designs,
     free: list[str],
 ) -> Excesses:
-    """The limits on both sides of the cam angles where one design of each box exceeds them the most."""
+    """The limits on both sides of the cam angles where one design of each box exceeds them the most.
+
+    Those on means are over the whole turn.
+    """
     case, count, found = Case(problem.setup, problem.programme, inside), len(inside), []
     for claim in claims:
+        if isinstance(claim, MeanClaim):
+            found.append(Excesses.of(mean_excess(problem, claim, box, inside, free)))
+            continue
         goals = [(claim.strokes, LARGEST if side > 0.0 else LEAST) for side in claim.sides]
         angles = problem.programme.beside(case.extremes(claim.curve, goals).where, claim.strokes).ravel()
         rows = angles.size // count
@@ -137,15 +153,6 @@ def rounded(state: Any, programme: Programme) -> tuple[Any, ...]:
     y, y1, y2, rest = state
     error = programme.table.error.max(axis=0)
     return *(Interval(x - e, x + e) for x, e in zip((y, y1, y2), error[:3], strict=True)), rest
-
-
-def sloped_boxes(box: Designs, inside: Designs, free: list[str], rows: int) -> tuple[Designs, Sloped]:
-    """Boxes as designs of Sloped sizes, so many times one after the other; and one of these."""
-    intervals: dict[str, Any] = box.values
-    ends = [Interval(*(np.tile(getattr(intervals[n], end), rows) for end in ("low", "high"))) for n in free]
-    sloped = dict(zip(free, variables(ends, [np.tile(inside.values[n], rows) for n in free]), strict=True))
-    fixed = {n: np.tile(v, rows) for n, v in inside.values.items() if n not in free}
-    return inside.with_values({**fixed, **sloped}), sloped[free[0]]
 
 
 def representatives(problem: Problem, box: Designs, free: list[str], wanted: Any) -> tuple[Designs, Any]:

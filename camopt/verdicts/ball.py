@@ -1,6 +1,7 @@
 """Balls: real numbers with a rigorous error, at 200 bits, that the formulas run on as they run on numbers.
 
-A ``Ball`` wraps python-flint's ``arb``. Every operation encloses all results that its operands allow.
+A ``Ball`` wraps python-flint's ``arb``, or an ``arb_series``, a Taylor series with such coefficients. Every
+operation encloses all results that its operands allow.
 """
 
 from collections.abc import Callable, Iterator
@@ -9,7 +10,9 @@ from threading import RLock
 from typing import Any
 
 import numpy as np
-from flint import arb, ctx
+from flint import arb, arb_series, ctx
+
+from camopt.numerics.taylor import quotient, root
 
 BITS = 200
 TERMS = 16  # of series at most
@@ -17,34 +20,57 @@ TURNS = RLock()
 
 
 @contextmanager
-def precisely() -> Iterator[None]:
+def precisely(terms: int = TERMS) -> Iterator[None]:
     """Ball arithmetic at ``BITS`` within, and after it at the precision of before; a decorator, too.
 
-    Series have up to ``TERMS`` terms. flint has one precision for the whole process, so that proofs in several
+    Series have up to so many terms. flint has one precision for the whole process, so that proofs in several
     threads wait for each other.
     """
     with TURNS, ctx.workprec(BITS):
-        before, ctx.cap = ctx.cap, TERMS
+        before, ctx.cap = ctx.cap, terms
         try:
             yield
         finally:
             ctx.cap = before
 
 
-def _root(a: arb) -> arb:
+class NoSeries(ArithmeticError):
+    """Where a function of a series has a kink, and no series."""
+
+
+def _root(a: Any) -> Any:
     """√a of what is not below 0, though its ball may reach below: of a ball that lies there, not a number."""
+    if isinstance(a, arb_series):
+        return root(a)
     return arb(0).union(a.upper().sqrt()) if a.contains(0) else a.sqrt()
+
+
+def _divided(a: Any, b: Any) -> Any:
+    return quotient(a, b) if isinstance(b, arb_series) else a / b
+
+
+def _sign(a: Any) -> Any:
+    """Of a series, which is that of its first term all along."""
+    if not isinstance(a, arb_series):
+        return a.sgn()
+    if not (a[0] > 0 or a[0] < 0):
+        raise NoSeries
+    return a[0].sgn()
+
+
+def _absolute(a: Any) -> Any:
+    return a * _sign(a) if isinstance(a, arb_series) else abs(a)
 
 
 RULES: dict[np.ufunc, Callable[..., Any]] = {
     np.add: lambda a, b: a + b,
     np.subtract: lambda a, b: a - b,
     np.multiply: lambda a, b: a * b,
-    np.true_divide: lambda a, b: a / b,
+    np.true_divide: _divided,
     np.negative: lambda a: -a,
     np.square: lambda a: a * a,
-    np.absolute: abs,
-    np.sign: lambda a: a.sgn(),
+    np.absolute: _absolute,
+    np.sign: _sign,
     np.sqrt: _root,
     np.power: lambda a, b: a**b,
     np.sin: lambda a: a.sin(),
@@ -57,35 +83,35 @@ RULES: dict[np.ufunc, Callable[..., Any]] = {
 
 
 class Ball(np.lib.mixins.NDArrayOperatorsMixin):
-    """One ball, with the operators and the indexing of an array of one number."""
+    """One ball, or a series, with the operators and the indexing of an array of one number."""
 
     __slots__ = ("arb",)
     size = 1
 
     def __init__(self, value: Any) -> None:
-        self.arb = as_arb(value)
+        self.arb = _within(value)
 
     # the operators that formulas are made of, without the way through numpy, which takes longer than the arithmetic
     def __add__(self, other: Any) -> "Ball":
-        return Ball(self.arb + as_arb(other))
+        return Ball(self.arb + _within(other))
 
     def __sub__(self, other: Any) -> "Ball":
-        return Ball(self.arb - as_arb(other))
+        return Ball(self.arb - _within(other))
 
     def __mul__(self, other: Any) -> "Ball":
-        return Ball(self.arb * as_arb(other))
+        return Ball(self.arb * _within(other))
 
     def __truediv__(self, other: Any) -> "Ball":
-        return Ball(self.arb / as_arb(other))
+        return Ball(_divided(self.arb, _within(other)))
 
     def __radd__(self, other: Any) -> "Ball":
-        return Ball(as_arb(other) + self.arb)
+        return Ball(_within(other) + self.arb)
 
     def __rsub__(self, other: Any) -> "Ball":
-        return Ball(as_arb(other) - self.arb)
+        return Ball(_within(other) - self.arb)
 
     def __rmul__(self, other: Any) -> "Ball":
-        return Ball(as_arb(other) * self.arb)
+        return Ball(_within(other) * self.arb)
 
     def __neg__(self) -> "Ball":
         return Ball(-self.arb)
@@ -93,7 +119,7 @@ class Ball(np.lib.mixins.NDArrayOperatorsMixin):
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> Any:
         if method != "__call__" or kwargs or ufunc not in RULES:
             return NotImplemented
-        return Ball(RULES[ufunc](*(as_arb(x) for x in inputs)))
+        return Ball(RULES[ufunc](*(_within(x) for x in inputs)))
 
     def __getitem__(self, index: Any) -> "Ball":
         return self
@@ -101,7 +127,13 @@ class Ball(np.lib.mixins.NDArrayOperatorsMixin):
 
 def as_arb(value: Any) -> arb:
     """A ball, or a number taken as exact."""
-    if isinstance(value, arb):
+    found: arb = _within(value)
+    return found
+
+
+def _within(value: Any) -> Any:
+    """As ``as_arb``; or a series."""
+    if isinstance(value, (arb, arb_series)):
         return value
     if isinstance(value, Ball):
         return value.arb

@@ -4,37 +4,36 @@ A limit is a claim that a curve stays below a bound, which ``deciding`` decides.
 mechanisms, run on balls; the laws are exact (``exact_laws``).
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from itertools import product
 from math import inf
-from typing import Any, cast
+from typing import cast
 
 from flint import arb
 
 import camopt.verdicts.exact_point_contact  # noqa: F401  what formulas do to balls at a point contact
 from camopt.effects import Case
-from camopt.effects.peak import Derivative, NumberKind
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
 from camopt.motion.table import TURN
 from camopt.numerics.clock import now
-from camopt.numerics.curves import curve
 from camopt.problem.claims import Claim
 from camopt.problem.limits import SELF_CROSSING, UNDERCUT, Limit
 from camopt.problem.problem import Problem, exactly, resolve_design
 from camopt.problem.rows import Rows
 from camopt.scene.scene import Scene
 from camopt.verdicts.asked import conditions_verdict
-from camopt.verdicts.ball import Ball, as_arb, precisely
+from camopt.verdicts.ball import as_arb, precisely
 from camopt.verdicts.deciding import BROKEN, HELD, UNDECIDED, Statement, decide, sign_of, worst
+from camopt.verdicts.exact_curve import BALLS, in_balls, of_curve
+from camopt.verdicts.exact_mean import mean_verdict
 from camopt.verdicts.exact_motion import ExactMotion, motion_of
 from camopt.verdicts.exact_section import integrated_rows, is_integrated
 from camopt.verdicts.judging import ASSEMBLY, run_effects
 
 CONDITIONS = "conditions"
 NEAR = (1e-14, 1e-12, 1e-9)  # shares of a lift that its double may be off
-BALLS = NumberKind(arb, arb.pi, arb.tan)
 
 
 @precisely()
@@ -56,27 +55,6 @@ def _highest(motion: ExactMotion, lift: float) -> arb:
         if (low, high) == (BROKEN, HELD):
             return arb(lift, lift * share)
     raise ArithmeticError("the highest of the turn is not where the table of the motion has it")
-
-
-def _displacement(moved: list[Ball]) -> tuple[Any, Any]:
-    return moved[0], moved[1]
-
-
-def in_balls(design: Designs) -> Designs:
-    """One design with its sizes as balls, taken as exact."""
-    return design.with_values({name: Ball(value) for name, value in design.sizes.items()})
-
-
-def of_curve(made: Any) -> Callable[[list[Ball]], tuple[Any, Any]]:
-    """Value and slope of a curve, from the motion and its derivatives, and a load that changes."""
-
-    def values(motion: list[Ball]) -> tuple[Any, Any]:
-        if isinstance(made, Derivative):
-            return motion[made.order], motion[made.order + 1]
-        y, y1, y2, y3, _, *load = motion
-        return curve(made, ..., y, y1, y2, (y3, *load) if load else y3)
-
-    return values
 
 
 def statements_of(claim: Claim, design: Designs, motion: ExactMotion) -> list[Statement]:
@@ -149,6 +127,8 @@ def certify_limits(problem: Problem, design: Designs, until: float = inf) -> dic
         found = [each for claim in limit.claims for each in claim_verdicts(problem, claim, exact, motion, until)]
         if (presumed := verdicts.get(limit.presumes, HELD)) != HELD:
             found = [presumed]
+        elif limit.mean is not None:
+            found = [mean_verdict(limit.mean, exact, motion, until)]
         elif not limit.claims:
             found = [_without_curves(problem, limit, design, exact, motion, until)]
         if limit.infinite_at(problem.programme):

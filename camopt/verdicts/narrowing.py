@@ -18,8 +18,9 @@ from camopt.problem.limits import peak_of
 from camopt.problem.problem import EXACT, Problem
 from camopt.problem.rows import Rows
 from camopt.verdicts.ball import precisely
-from camopt.verdicts.certify import claim_verdicts, in_balls, turn_of
+from camopt.verdicts.certify import claim_verdicts, turn_of
 from camopt.verdicts.deciding import BROKEN, HELD, worst
+from camopt.verdicts.exact_curve import in_balls
 
 MOST = 64  # designs at a time: a proof takes some hundredths of a second
 WIDEST = 1e-3  # relative: what kernels are never off by

@@ -27,7 +27,8 @@ from camopt.problem.problem import exactly, resolve, resolve_design
 from camopt.quantities import AT_MOST, QUANTITIES
 from camopt.reporting.sections import limits_sheet
 from camopt.scene.tables import Limits
-from camopt.verdicts.certify import in_balls, turn_of
+from camopt.verdicts.certify import turn_of
+from camopt.verdicts.exact_curve import in_balls
 from camopt.verdicts.exact_section import PARTS, integrated_rows, section_rows
 
 OPEN = [contact for contact in CONTACTS if contact not in GROOVED]

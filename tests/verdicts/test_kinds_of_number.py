@@ -24,7 +24,7 @@ from camopt.problem.limits import PART as PART_KEYS
 from camopt.problem.problem import exactly, resolve
 from camopt.quantities import AT_LEAST, DERIVATIVES, MEANS, QUANTITIES, STROKES, motion_mean, motion_quantity
 from camopt.scene.tables import Limits, ShortLimits
-from camopt.smallest.enclosure import claims_on_size, examined
+from camopt.smallest.enclosure import claims_on_size, examined, means_on_size
 from camopt.synthesis import ceilings
 from camopt.synthesis.from_scene import demand_of
 from camopt.synthesis.linear_constraints import is_linear
@@ -136,7 +136,7 @@ def in_ranges(problem):
     """Of a box without width."""
     sizes = {name: Interval(value, value) for name, value in problem.design.sizes.items()}
     box = replace(problem.design, **sizes)
-    found = examined(problem, claims_on_size(problem), box, ["size"])
+    found = examined(problem, [*claims_on_size(problem), *means_on_size(problem)], box, ["size"])
     assert bool(found.empty[0]) != bool(found.level[0])
     return bool(found.empty[0])
 
@@ -239,7 +239,9 @@ def test_a_limit_is_decided_alike_on_either_side_of_its_bound(contact, key, side
     assert in_doubles(scene, key) == broken
     if key != "groove_length_mm":  # certify leaves integrals of a groove open
         assert in_balls(problem, key) == broken
-    if limit.claims and not limit.of_motion:
+    if limit.mean is not None and not limit.of_motion:
+        assert in_ranges(problem) == broken
+    elif limit.claims and not limit.of_motion:
         assert in_ranges(problem) == broken
         assert in_planes(problem, key, monkeypatch) == broken
     elif limit.implies is not None:

@@ -34,8 +34,9 @@ from camopt.problem.limits import LOADS
 from camopt.problem.problem import resolve
 from camopt.quantities import QUANTITIES
 from camopt.verdicts.ball import TERMS, Ball, between, precisely
-from camopt.verdicts.certify import certify_design, certify_limits, in_balls, statements_of, summary
+from camopt.verdicts.certify import certify_design, certify_limits, statements_of, summary
 from camopt.verdicts.deciding import FIRST_PARTS, decide
+from camopt.verdicts.exact_curve import in_balls
 from camopt.verdicts.exact_laws import EXACT, pieces_of
 from camopt.verdicts.exact_motion import motion_at, motion_of
 from camopt.verdicts.judging import judged, settled

@@ -19,7 +19,7 @@ from camopt.studies.accuracy.methods import Method, enclosed
 from camopt.studies.accuracy.reference import ALIKE, reference
 from camopt.studies.accuracy.subjects import Subject
 from camopt.verdicts.ball import Ball, as_arb, precisely
-from camopt.verdicts.certify import in_balls
+from camopt.verdicts.exact_curve import in_balls
 
 ROOM = 0.1  # relative, to both sides of a design's own size
 find_root: Any = elementwise.find_root  # its stubs know no arguments beside the root

@@ -10,8 +10,9 @@ from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
 from camopt.problem.problem import Problem
 from camopt.studies.accuracy.subjects import Subject
 from camopt.verdicts.ball import as_arb, precisely
-from camopt.verdicts.certify import in_balls, of_curve, turn_of
+from camopt.verdicts.certify import turn_of
 from camopt.verdicts.deciding import HELD, Statement, decide
+from camopt.verdicts.exact_curve import in_balls, of_curve
 from camopt.verdicts.exact_laws import Stretch, stretches_of
 from camopt.verdicts.exact_motion import ExactStroke, motion_at
 

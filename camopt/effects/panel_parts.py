@@ -1,0 +1,47 @@
+"""Parts of the panels of a motion."""
+
+from collections.abc import Iterable
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.polynomial import polynomial
+
+from camopt.effects.work import derivative
+from camopt.motion.programme import Programme
+from camopt.motion.table import IntArray
+from camopt.numerics import FloatArray
+from camopt.numerics.piecewise import MotionTable, load_series
+
+
+class PanelParts(NamedTuple):
+    """Parts of panels (n,): the panel, and its ends in u."""
+
+    panel: IntArray
+    low: FloatArray
+    high: FloatArray
+
+    def at(self, share: FloatArray) -> FloatArray:
+        """u at places from −1 to 1 of each part."""
+        return 0.5 * ((1.0 - share) * self.low + (1.0 + share) * self.high)
+
+    def take(self, index: Any) -> "PanelParts":
+        """Some of the parts."""
+        return PanelParts(self.panel[index], self.low[index], self.high[index])
+
+
+def cut_panels(table: MotionTable, cuts: Iterable[tuple[int, float]]) -> PanelParts:
+    """All panels of a motion, cut at (panel, u)."""
+    whole = [(panel, -1.0) for panel in range(len(table.centre))]
+    panel, low = (np.array(column) for column in zip(*sorted([*whole, *cuts]), strict=True))
+    last = np.diff(panel, append=len(table.centre)) != 0
+    return PanelParts(panel, low, np.where(last, 1.0, np.append(low[1:], 1.0)))
+
+
+def motion_in(programme: Programme, parts: PanelParts, u: FloatArray) -> tuple[Any, ...]:
+    """What curves take at places (…, n) of parts; y''' is left out, so that slopes mean nothing."""
+    table = programme.table
+    rows = [polynomial.polyval(u, derivative(table, order)[:, parts.panel], tensor=False) for order in range(3)]
+    if programme.load is None:
+        return *rows, 0.0
+    load = polynomial.polyval(u, load_series(table)[:, parts.panel], tensor=False)
+    return *rows, (0.0, load, 0.0)

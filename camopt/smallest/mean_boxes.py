@@ -1,0 +1,84 @@
+"""Means over the turn of boxes of designs: their range, their value at one design of each box, and their slopes.
+
+On each panel the motion has a range, and the formula of the curve, on it and on the box, one too: the mean of
+these over the turn encloses that of every design of the box, and the mean of their slopes its slopes. At one design
+of each box it is far better known (``effects.mean_columns``); with the slopes, that narrows the range
+(``numerics.sloped``).
+"""
+
+from typing import Any
+
+import numpy as np
+
+from camopt.effects import Case
+from camopt.effects.mean import Mean
+from camopt.effects.mean_columns import powers_of
+from camopt.effects.peak import Derivative
+from camopt.mechanisms import Designs
+from camopt.motion.programme import Programme
+from camopt.numerics import FloatArray
+from camopt.numerics.curves import curve
+from camopt.numerics.interval import Interval
+from camopt.numerics.sloped import Quotient, Sloped, as_sloped, at_point, by_mean_value
+from camopt.problem.claims import MeanClaim
+from camopt.problem.problem import Problem, exactly
+from camopt.smallest.sloped_designs import sloped_boxes
+
+ROUNDED = 1e-13  # of the sum of magnitudes: what sums over panels lose
+
+
+def powers_over(problem: Problem, mean: Mean, box: Designs, inside: Designs, free: list[str]) -> Sloped:
+    """The mean of the curve to the power p over n boxes of designs, seen from one design of each."""
+    if isinstance(mean.curves[0][0], Derivative):
+        same = powers_of(Case(problem.setup, problem.programme, inside), mean).value
+        return as_sloped(same, sloped_boxes(box, inside, free, 1)[1])
+    parts = [_of_curve(problem.programme, mean, k, box, inside, free) for k in range(len(mean.curves))]
+    value, slopes = (sum((part[k] for part in parts[1:]), parts[0][k]) for k in (0, 1))
+    found = powers_of(Case(exactly(problem).setup, problem.programme, inside), mean)
+    known = np.isfinite(found.value)
+    at = Interval(*(np.where(known, found.value + side * found.error, side * np.inf) for side in (-1.0, 1.0)))
+    return by_mean_value(value, at, slopes, sloped_boxes(box, inside, free, 1)[1].span)
+
+
+def _of_curve(
+    programme: Programme, mean: Mean, number: int, box: Designs, inside: Designs, free: list[str]
+) -> tuple[Interval, Interval]:
+    """The share of the pieces of one curve: its range (n,) and its slopes (d, n)."""
+    make, kinds = mean.curves[number]
+    panels, count = np.flatnonzero(programme.panels_of(kinds)), len(box)
+    designs, like = sloped_boxes(box, inside, free, max(panels.size, 1))
+    weights = programme.table.half_width[panels] / np.pi
+    if not panels.size:
+        return 0.0 * like.value, 0.0 * like.slopes
+    value, _ = curve(make(designs, programme), ..., *_ranges(programme, np.repeat(panels, count)))
+    made = value.divided() if isinstance(value, Quotient) else as_sloped(value, like)
+    power = np.square(made) if mean.power == 2 else made
+    return _weighted(weights, power.value, count), _weighted(weights, power.slopes, count)
+
+
+def _ranges(programme: Programme, panels: Any) -> tuple[Any, ...]:
+    """What curves take over whole panels, as ranges; no jerk, so that slopes by the cam angle mean nothing."""
+    table, load = programme.table, programme.table.load
+    error = table.error[panels]
+    rows = [Interval(table.low[panels, k] - error[:, k], table.high[panels, k] + error[:, k]) for k in range(3)]
+    if load is None:
+        return *rows, 0.0
+    off = load.error[panels, 0]
+    return *rows, (0.0, Interval(load.low[panels] - off, load.high[panels] + off), 0.0)
+
+
+def _weighted(weights: FloatArray, ranges: Interval, count: int) -> Interval:
+    """Sums (…, n) of ranges (…, m·n), each with its weight, and their rounding."""
+    rows = ranges.reshaped(*ranges.low.shape[:-1], weights.size, count)
+    low, high = (np.einsum("m,...mn->...n", weights, end) for end in (rows.low, rows.high))
+    room = ROUNDED * np.einsum("m,...mn->...n", weights, rows.largest_magnitude)
+    return Interval(low - room, high + room)
+
+
+def mean_excess(problem: Problem, claim: MeanClaim, box: Designs, inside: Designs, free: list[str]) -> Sloped:
+    """What is above 0 where a limit on a mean does not hold, relative to its terms."""
+    designs, _ = sloped_boxes(box, inside, free, 1)
+    found, allowed = powers_over(problem, claim.mean, box, inside, free) * claim.factor(designs), claim.allowed()
+    scale = at_point(found).least_magnitude + abs(allowed)
+    excess: Sloped = (found - allowed) * claim.side / np.where(scale > 0.0, scale, 1.0)
+    return excess

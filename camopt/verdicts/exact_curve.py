@@ -1,0 +1,32 @@
+"""Curves in balls: the formulas of mechanisms and loads, run on the motion of one design in balls."""
+
+from collections.abc import Callable
+from typing import Any
+
+from flint import arb
+
+from camopt.effects.peak import Derivative, NumberKind
+from camopt.mechanisms import Designs
+from camopt.numerics.curves import curve
+from camopt.verdicts.ball import Ball
+
+BALLS = NumberKind(arb, arb.pi, arb.tan)
+ExactCurve = Callable[[list[Ball]], tuple[Any, Any]]
+"""From the motion, its derivatives and a load to value and slope."""
+
+
+def in_balls(design: Designs) -> Designs:
+    """One design with its sizes as balls, taken as exact."""
+    return design.with_values({name: Ball(value) for name, value in design.sizes.items()})
+
+
+def of_curve(made: Any) -> ExactCurve:
+    """Value and slope of a curve, from the motion and its derivatives, and a load that changes."""
+
+    def values(motion: list[Ball]) -> tuple[Any, Any]:
+        if isinstance(made, Derivative):
+            return motion[made.order], motion[made.order + 1]
+        y, y1, y2, y3, _, *load = motion
+        return curve(made, ..., y, y1, y2, (y3, *load) if load else y3)
+
+    return values

@@ -1,0 +1,185 @@
+"""Means over the turn in balls: the formula of the curve run on Taylor series by the cam angle, and integrated.
+
+A part of the turn has K terms about its middle; the term of order K is taken over the whole part, and bounds what
+is left out:
+
+    ∫f dθ over ±h ∈ Σ 2·f_k·h^(k+1)/(k + 1), even k < K, + 2·[f_K]·h^(K+1)/(K + 1)
+
+Of a polynomial of lower degree nothing is left out. Where a formula has a kink, as the friction of a guide where
+the load changes sides, the part has no series, but the range of the curve. Parts that tell too little are halved.
+
+Source: Moore, Kearfott and Cloud, Introduction to Interval Analysis, ch. 9.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import reduce
+from math import factorial, inf
+from typing import Any, NamedTuple, cast
+
+from flint import arb, arb_series
+
+from camopt.effects.mean import Mean
+from camopt.mechanisms import Designs
+from camopt.motion.programme import Programme
+from camopt.numerics.clock import now
+from camopt.problem.claims import MeanClaim
+from camopt.verdicts.ball import Ball, NoSeries, as_arb, between, precisely
+from camopt.verdicts.deciding import BROKEN, HELD, UNDECIDED, Statement
+from camopt.verdicts.exact_curve import BALLS, ExactCurve, of_curve
+from camopt.verdicts.exact_laws import Stretch
+from camopt.verdicts.exact_load import LoadLine
+from camopt.verdicts.exact_motion import ExactMotion, ExactStroke
+
+ORDER = 26
+ROWS = 5  # y and its first derivatives, as curves take them
+TERMS = ORDER + ROWS  # of the displacement: the last of its derivatives has ORDER + 1
+MOST_PARTS = 20_000
+SMALLER = 4  # than the widest: parts that are halved with it
+NARROWEST = 2.0**-150  # of the mean: what balls may leave
+
+
+class TurnPart(NamedTuple):
+    """A part of a stroke where motion and load are smooth, from one x to another."""
+
+    stroke: ExactStroke
+    piece: Stretch | None
+    line: LoadLine | None
+    low: arb
+    high: arb
+
+    @property
+    def whole(self) -> arb:
+        return between(self.low, self.high)
+
+    @property
+    def angle(self) -> arb:
+        """Its cam angle, rad."""
+        return (self.high - self.low) * self.stroke.angle
+
+    def halves(self) -> "tuple[TurnPart, TurnPart]":
+        middle = (self.low + self.high) / 2
+        return self._replace(high=middle), self._replace(low=middle)
+
+    def derivatives(self) -> tuple[list[arb], list[arb]]:
+        """The displacement and its derivatives by the cam angle in its middle, and over all of it: mean values.
+
+        f(x) = Σ f⁽ʲ⁾(m)·(x − m)ʲ/j!, whose last term alone is taken over the part, does not lose what cancels.
+        """
+        if self.piece is None:
+            return [self.stroke.low], [self.stroke.low]
+        middle, by = (self.low + self.high) / 2, self.whole - (self.low + self.high) / 2
+        near, wide = (self.piece.derivatives(TERMS, x) for x in (middle, self.whole))
+        terms = [arb(1)]
+        for j in range(1, TERMS):
+            terms.append(terms[-1] * by / j)
+        whole = [wide[-1]]
+        for k in reversed(range(TERMS - 1)):
+            rest = sum((near[j] * terms[j - k] for j in range(k, TERMS - 1)), arb(0))
+            whole.append(rest + wide[-1] * terms[TERMS - 1 - k])
+        return self._by_angle(near), self._by_angle(whole[::-1])
+
+    def _by_angle(self, rows: list[arb]) -> list[arb]:
+        """Derivatives of the unit stroke by x as those of the displacement."""
+        first, *rest = (self.stroke.size * row / self.stroke.angle**k for k, row in enumerate(rows))
+        return [self.stroke.low + first, *rest]
+
+    def load(self, x: arb) -> list[arb]:
+        """A load that changes at x, and its slope; nothing of one that does not."""
+        return [] if self.line is None else [self.line.at(x), self.line.slope / self.stroke.angle]
+
+
+def _ranges(rows: list[arb], load: list[arb]) -> list[Ball]:
+    """What curves take: the first of some derivatives."""
+    padded = rows[:ROWS] + [arb(0)] * (ROWS - len(rows))
+    return [Ball(each) for each in padded + load]
+
+
+def _series(rows: list[arb], load: list[arb]) -> list[Ball]:
+    """As ``_ranges``, as Taylor series."""
+    found = [arb_series([row / factorial(k) for k, row in enumerate(rows)], TERMS)]
+    for _ in range(ROWS - 1):
+        found.append(found[-1].derivative())
+    if load:
+        found += [arb_series(load, TERMS), arb_series(load[1:], TERMS)]
+    return [Ball(each) for each in found]
+
+
+@dataclass(frozen=True)
+class MeanOfPowers:
+    """The mean over the turn of a curve of one design, in balls, to a power."""
+
+    curves: Sequence[tuple[ExactCurve, int]]
+    """The curve on pieces of some kinds."""
+    power: int
+    motion: ExactMotion
+
+    @classmethod
+    def of(cls, mean: Mean, design: Designs, motion: ExactMotion) -> "MeanOfPowers":
+        """That of a quantity."""
+        turn = cast(Programme, motion)
+        return cls([(of_curve(make(design, turn)), kinds) for make, kinds in mean.curves], mean.power, motion)
+
+    def enclosures(self, until: float = inf) -> Iterator[arb]:
+        """Balls of it, each narrower than the one before, as long as that is worth while."""
+        parts = [TurnPart(stroke, *smooth) for stroke in self.motion.strokes for smooth in stroke.smooth()]
+        known = [(part, self._over(part)) for part in parts]
+        while True:
+            found = sum((ball for _, ball in known), arb(0)) / (2 * arb.pi())
+            yield found
+            widths = [_width(ball) for _, ball in known]
+            widest = max(widths)
+            done = widest <= NARROWEST * float(abs(found).mid()) or len(known) > MOST_PARTS or now() > until
+            if done:
+                return
+            kept = [each for each, width in zip(known, widths, strict=True) if width * SMALLER < widest]
+            cut = [each for (each, _), width in zip(known, widths, strict=True) if width * SMALLER >= widest]
+            known = [*kept, *((half, self._over(half)) for part in cut for half in part.halves())]
+
+    def _over(self, part: TurnPart) -> arb:
+        """The integral over a part; where the follower may move one way or the other, by the ranges of both."""
+        near, whole = part.derivatives()
+        moved = _ranges(whole, part.load(part.whole))
+        curves = [values for values, kinds in self.curves if _may_be(kinds, part.stroke, moved[1].arb)]
+        ranged: arb = reduce(arb.union, [self._power(values(moved)[0]) * part.angle for values in curves])
+        if len(curves) > 1 or (part.piece is None and part.line is None):
+            return ranged
+        try:
+            about, rest = (
+                self._power(curves[0](_series(rows, part.load(x)))[0])
+                for rows, x in ((near, (part.low + part.high) / 2), (whole, part.whole))
+            )
+        except NoSeries:
+            return ranged
+        if isinstance(rest, arb_series) and rest.prec <= ORDER:
+            raise ArithmeticError("a series ends before the term that bounds what it leaves out")
+        half = part.angle / 2
+        found = sum((2 * about[k] * half ** (k + 1) / (k + 1) for k in range(0, ORDER, 2)), arb(0))
+        found += 2 * rest[ORDER] * half ** (ORDER + 1) / (ORDER + 1)
+        return ranged if _width(ranged) < _width(found) else found
+
+    def _power(self, value: Any) -> Any:
+        made = Ball(value).arb
+        return made * made if self.power == 2 else made
+
+
+def _may_be(kinds: int, stroke: ExactStroke, speed: arb) -> bool:
+    """Whether a follower that moves with this y' may be on a piece of some kinds."""
+    about = Statement(lambda moved: (moved[0], moved[1]), kinds, arb(1), arb(0)).on(stroke)
+    return about is not None and about.applies(speed)[0]
+
+
+def _width(ball: arb) -> float:
+    """Infinite for what is not known."""
+    return float(ball.rad()) if ball.is_finite() else inf
+
+
+@precisely(TERMS)
+def mean_verdict(claim: MeanClaim, design: Designs, motion: ExactMotion, until: float = inf) -> str:
+    """Whether a design (in balls) meets what a limit requires of a mean."""
+    allowed, factor = claim.allowed(BALLS), as_arb(claim.factor(design))
+    for found in MeanOfPowers.of(claim.mean, design, motion).enclosures(until):
+        over = (found * factor - allowed) * claim.side
+        if over <= 0 or over > 0:
+            return HELD if over <= 0 else BROKEN
+    return UNDECIDED
