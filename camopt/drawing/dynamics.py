@@ -5,15 +5,16 @@ from math import degrees, pi
 
 import numpy as np
 
+from camopt.drawing.limit_lines import limit_lines
 from camopt.drawing.loads import by_way
-from camopt.drawing.panels import Panel, greatest_and_least, known, limit, peak_of
+from camopt.drawing.panels import Panel, greatest_and_least, known, peak_of
 from camopt.drawing.picture import Picture, four_digits
 from camopt.effects import vibration
 from camopt.effects.force import force_curve
 from camopt.effects.loads import torque_curve, ways
 from camopt.effects.motion import scale
 from camopt.effects.peak import Variant
-from camopt.motion.table import DWELL, TURN
+from camopt.motion.table import DWELL
 from camopt.numerics import FloatArray
 from camopt.numerics.oscillator import Wave
 from camopt.quantities import QUANTITIES
@@ -34,7 +35,7 @@ def _force(picture: Picture) -> list[Panel]:
         "Force along the motion", "N", values, greatest_and_least(picture, values, *ends), quantity=ends[0]
     )
     panel.note = _below_zero(picture)
-    panel.limits = limit(picture, "contact_force_min_N")
+    panel.limits = limit_lines(picture, "contact_force_min_N")
     return [panel]
 
 
@@ -59,8 +60,7 @@ def _torque(picture: Picture) -> list[Panel]:
     mean = picture.values["torque_mean_N_m"]
     panel.reference = [np.full_like(value, mean) for value in values]
     panel.note = f"dash-dot: mean {four_digits(mean)} N·m"
-    power = [(kinds, bound / setup.omega) for kinds, bound in limit(picture, "power_peak_W", TURN)]
-    panel.limits = [*limit(picture, "torque_peak_N_m", TURN), *power]
+    panel.limits = limit_lines(picture, ends[0])
     return [panel]
 
 
@@ -93,7 +93,7 @@ def _train(picture: Picture) -> list[Panel]:
     moved = _sampled(picture, wave, unit)
     travel = Panel("Deviation of the mass from the motion", length, moved, quantity=overshoot)
     travel.peaks = [peak_of(picture, moved, overshoot)]
-    travel.limits = limit(picture, f"residual_vibration_max_{length}", DWELL)
+    travel.limits = limit_lines(picture, f"residual_vibration_max_{length}", DWELL)
     found = [mass, travel]
     least = "contact_force_elastic_min_N"
     if known(picture, least):
@@ -107,7 +107,7 @@ def _train(picture: Picture) -> list[Panel]:
             greatest_and_least(picture, values, "", least),
             quantity=least,
         )
-        force.note, force.limits = _below_zero(picture), limit(picture, least)
+        force.note, force.limits = _below_zero(picture), limit_lines(picture, least)
         found.append(force)
     return found
 

@@ -6,12 +6,12 @@ from math import pi
 
 import numpy as np
 
-from camopt.drawing.panels import Panel, Values, known, limit, peak_of
+from camopt.drawing.limit_lines import limit_lines
+from camopt.drawing.panels import Panel, Values, known, peak_of
 from camopt.drawing.picture import Picture
 from camopt.effects import hertz, surface, thrust
 from camopt.effects.loads import normal_curve, ways
 from camopt.effects.peak import Variant
-from camopt.motion.table import TURN
 from camopt.numerics import FloatArray
 from camopt.quantities import QUANTITIES
 
@@ -32,7 +32,7 @@ def _thrust(picture: Picture, every: bool) -> list[Panel]:
         ("Reaction at the near end of the guide", "guide_reaction_max_N"),
         ("Bending stress of the stem", "stem_bending_stress_max_MPa"),
     ):
-        limits = limit(picture, name, TURN)
+        limits = limit_lines(picture, name)
         if not known(picture, name) or not (every or name == main or limits):
             continue
         normal = name == "normal_force_max_N"
@@ -53,7 +53,7 @@ def _stress(picture: Picture) -> list[Panel]:
     loads = by_way(picture, [variant for *_, variant in hertz.variants(setup)], pressed)
     values = [hertz.stress_of(setup, load, picture.problem.design) for load in loads]
     panel = Panel("Contact stress", "MPa", values, [peak_of(picture, values, hertz.STRESS)], quantity=hertz.STRESS)
-    panel.limits = limit(picture, hertz.STRESS)
+    panel.limits = limit_lines(picture, hertz.STRESS)
     return [panel]
 
 
@@ -71,7 +71,7 @@ def _sliding(picture: Picture) -> list[Panel]:
     values = [factor * value for value in picture.curve_values(curve)]
     title = "Speed of the roller in its follower" if rolls else "Sliding speed"
     panel = Panel(title, QUANTITIES[name].unit, values, [peak_of(picture, values, name)], quantity=name)
-    panel.limits = limit(picture, name, TURN)
+    panel.limits = limit_lines(picture, name)
     return [panel]
 
 
@@ -88,7 +88,7 @@ def _wear(picture: Picture) -> list[Panel]:
         [peak_of(picture, values, surface.WEAR)],
         quantity=surface.WEAR,
     )
-    panel.limits = limit(picture, surface.WEAR)
+    panel.limits = limit_lines(picture, surface.WEAR)
     return [panel]
 
 
@@ -103,7 +103,7 @@ def _film(picture: Picture) -> list[Panel]:
     values = [np.where(value > 0.0, factor / value, 0.0) for value in thinness]
     title = "Film over roughness" if name == surface.RATIO else "Film thickness"
     panel = Panel(title, QUANTITIES[name].unit, values, [peak_of(picture, values, name, least=True)], quantity=name)
-    panel.limits = limit(picture, name)
+    panel.limits = limit_lines(picture, name)
     return [panel]
 
 

@@ -8,14 +8,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from camopt.drawing.limit_lines import limit_lines
 from camopt.drawing.picture import NAMES, Picture, four_digits
 from camopt.drawing.style import INK, REFERENCE
 from camopt.effects.motion import scale
 from camopt.mechanisms.design import BoolArray
 from camopt.motion.table import RETURN, RISE, TURN
 from camopt.numerics import FloatArray
-from camopt.problem.claims import At
-from camopt.problem.problem import claims_on
 from camopt.quantities import DERIVATIVES, QUANTITIES, motion_quantity
 
 SAME = 1e-6  # jumps below this share of the range are none, samples this near the peak are the peak
@@ -120,7 +119,7 @@ def _derivative(picture: Picture, name: str, order: int) -> Panel:
         panel.note = f"arrows: impulses, where the {below} jumps"
     if order == 3 and programme.corners:
         panel.note = "no jerk at the corners, where the velocity jumps"
-    panel.limits = limit(picture, motion_quantity(name, "", angular=setup.angular, timed=True), TURN)
+    panel.limits = limit_lines(picture, motion_quantity(name, "", angular=setup.angular, timed=timed))
     return panel
 
 
@@ -136,15 +135,16 @@ def _pressure(picture: Picture) -> Panel:
         reach = partial(picture.curve_at, mechanism.reach(design, programme))
         values = [reach(angles) for angles in picture.pieces]
         peaks = greatest_and_least(picture, values, "face_reach_max_mm", "face_reach_min_mm")
-        return Panel("Contact on the face", "mm", values, peaks, note="pressure angle 0 throughout", at=reach)
+        face = Panel("Contact on the face", "mm", values, peaks, note="pressure angle 0 throughout", at=reach)
+        face.limits = limit_lines(picture, "face_reach_max_mm")
+        return face
     tangent = partial(picture.curve_at, mechanism.pressure(design, programme))
     values = [np.degrees(np.arctan(tangent(angles))) for angles in picture.pieces]
     bounds = {kind: exact[f"pressure_angle_max_{NAMES[kind]}_deg"] for kind in (RISE, RETURN)}
     panel = Panel("Pressure angle", "deg", values, _peaks(picture, values, bounds, "°"))
     panel.at = lambda angles: np.degrees(np.arctan(tangent(angles)))
     _mark_pitch_point(panel, exact)
-    claims = claims_on(picture.problem, mechanism.pressure)
-    panel.limits = [(c.strokes, c.bound.quantity) for c in claims if isinstance(c.bound, At)]
+    panel.limits = limit_lines(picture, "pressure_angle_max_deg")
     return panel
 
 
@@ -170,7 +170,7 @@ def _curvature(picture: Picture) -> Panel:
         peaks = bounds(picture, values, (np.nan, least)) if isfinite(least) else []
         panel = Panel("Radius of curvature of the profile", "mm", values, peaks)
         panel.alarm = [v <= 0.0 for v in values]
-        panel.limits = limit(picture, "profile_radius_min_mm")
+        panel.limits = limit_lines(picture, "profile_radius_min_mm")
     else:
         assert mechanism.curvature is not None
         panel = _trace_curvature(picture, picture.curve_values(mechanism.curvature(design, programme)))
@@ -197,7 +197,7 @@ def _trace_curvature(picture: Picture, pitch: Values) -> Panel:
     if isfinite(least) and least > 0.0 and not grooved:
         peaks = bounds(picture, profiles[0], (1.0 / least, np.nan))
         panel.peaks = [Peak(p.angle, p.value, f"ρ {four_digits(least)} mm") for p in peaks if abs(p.value) <= cap]
-    panel.limits = [(kinds, 1.0 / bound) for kinds, bound in limit(picture, "profile_radius_min_mm")]
+    panel.limits = [(kinds, 1.0 / bound) for kinds, bound in limit_lines(picture, "profile_radius_min_mm")]
     return panel
 
 
@@ -216,11 +216,6 @@ def _offset_curvature(pitch: FloatArray, radius: float, cap: float) -> FloatArra
     with np.errstate(all="ignore"):
         curvature = pitch / share
     return np.where((share > 0.0) & (np.abs(curvature) <= cap), curvature, np.nan)
-
-
-def limit(picture: Picture, name: str, kinds: int = 0) -> list[tuple[int, float]]:
-    """The bound that the scene sets on a quantity: itself, or its magnitude over some kinds of stroke."""
-    return [(kinds, each.bound) for each in picture.problem.limits if each.asked and name in each.shown]
 
 
 def known(picture: Picture, *names: str) -> bool:

@@ -11,8 +11,10 @@ import camopt
 from camopt.drawing.dynamics import dynamics_panels
 from camopt.drawing.figures import plot
 from camopt.drawing.loads import load_panels
+from camopt.drawing.panels import panels
 from camopt.drawing.picture import Picture
 from camopt.mistakes import BadInput
+from camopt.motion.table import RISE
 from camopt.points.points import cam_points, write_points
 from camopt.problem.problem import resolve
 from camopt.scene.scene import Scene, find_scene, shipped_scenes
@@ -288,3 +290,16 @@ def test_a_limit_on_power_is_a_line_of_torque() -> None:
     (panel,) = load_diagrams(loaded("roller", outputs=["sizes"], limits={"power": 100.0}))
     ((_, bound),) = panel.limits
     assert bound == pytest.approx(100.0 / (200.0 * np.pi / 30), rel=1e-12)
+
+
+def test_every_limit_on_the_curve_of_a_diagram_is_a_line_of_it() -> None:
+    """By any quantity that is an extreme of the curve, of both signs where that is a magnitude."""
+    limits = {"torque_max_N_m": 8.0, "torque_min_N_m": -5.0, "torque_peak_N_m": 9.0, "torque_rms_N_m": 4.0}
+    (panel,) = load_diagrams(loaded("roller", outputs=["sizes"], limits=limits))
+    assert {(kinds > 0, bound) for kinds, bound in panel.limits} == {(False, 8.0), (False, -5.0), (True, 9.0)}
+    limits = {"velocity_max_rise_m_s": 1.0, "velocity_max_m_s": 2.0, "lift_change_max_mm_per_deg": 0.5}
+    picture = Picture(resolve(loaded("roller", limits=limits)))
+    _, velocity, *_ = panels(picture)
+    per_second = 200.0 * 6.0 * 1e-3
+    assert [kinds for kinds, _ in velocity.limits].count(RISE) == 1
+    assert sorted(bound for _, bound in velocity.limits) == pytest.approx(sorted([0.5 * per_second, 1.0, 2.0]))

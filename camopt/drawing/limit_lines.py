@@ -1,0 +1,53 @@
+"""The lines of limits in a diagram: of every limit on the curve that it shows, at the bound in its own unit."""
+
+from collections.abc import Hashable
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from camopt.drawing.picture import Picture
+from camopt.effects.peak import DOUBLES, Peak
+from camopt.motion.table import RETURN, RISE, TURN, WAYS
+from camopt.numerics import LARGEST_MAGNITUDE
+from camopt.problem.claims import At, Claim
+from camopt.problem.limits import peak_of
+
+Lines = list[tuple[int, float]]
+"""Kinds of stroke over which a magnitude is bounded, or 0 for one side of the turn; the level."""
+
+
+def limit_lines(picture: Picture, name: str, kinds: int = 0) -> Lines:
+    """The lines of all limits on the curve of which a quantity is an extreme, in the unit of the quantity.
+
+    One of a quantity that is no extreme of a curve is at its own bound, over some kinds of stroke.
+    """
+    asked = [limit for limit in picture.problem.limits if limit.asked]
+    peak = peak_of(name, picture.problem.setup)
+    if peak is None:
+        return [(kinds, limit.bound) for limit in asked if name in limit.shown]
+    shown = {_identity(make) for make, _ in peak.curves}
+    found = [claim for limit in asked for claim in limit.claims if _identity(claim.curve) in shown]
+    return list(dict.fromkeys((_kinds(claim), _level(claim, peak, picture)) for claim in found))
+
+
+def _identity(make: Any) -> Hashable:
+    """What tells the curves of one setup apart."""
+    return (make.func, frozenset(make.keywords.items())) if isinstance(make, partial) else make
+
+
+def _kinds(claim: Claim) -> int:
+    """The kinds of stroke over which a magnitude is bounded; 0 for one side of the turn."""
+    if claim.goal != LARGEST_MAGNITUDE:
+        return 0
+    everywhere = claim.strokes & WAYS or claim.strokes & (RISE | RETURN) == RISE | RETURN
+    return TURN if everywhere else claim.strokes
+
+
+def _level(claim: Claim, peak: Peak, picture: Picture) -> float:
+    """The bound of a claim as a value of the quantity that a peak is."""
+    if isinstance(claim.bound, At) and claim.bound.scale == peak.scale:
+        return claim.bound.quantity
+    design = picture.problem.design
+    extreme = claim.bound.value(DOUBLES) / np.asarray(claim.factor(design))
+    return float(np.squeeze(peak.scale.quantity(extreme, design)))
