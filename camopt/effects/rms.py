@@ -1,9 +1,10 @@
-"""Root mean square of the follower's acceleration and jerk over the turn: what heats a drive and excites a machine.
+"""Means of the motion: root mean square of acceleration and jerk, which heat a drive, and the area below the lift.
 
     √(1/(2π)·∮a² dθ),  a = ω²·y'', or the derivative by the cam angle without a speed; the jerk likewise
+    ∮y dθ from the lowest of the turn, which says how long a valve is how far open
 
-The motion is a polynomial on each panel, and the integral of its square exact. It is infinite where a lower
-derivative jumps. It depends on the motion and the speed alone.
+The motion is a polynomial on each panel, and these integrals exact. A root mean square is infinite where a lower
+derivative jumps. They depend on the motion and the speed alone.
 """
 
 from typing import Any
@@ -12,7 +13,7 @@ from camopt.effects.case import Case, Effect, Setup
 from camopt.effects.mean import Mean
 from camopt.effects.mean_columns import mean_column
 from camopt.effects.motion import scale_of
-from camopt.effects.peak import Derivative
+from camopt.effects.peak import Derivative, InDegrees
 from camopt.motion.table import TURN
 from camopt.quantities import MEANS, motion_mean
 
@@ -22,11 +23,16 @@ def _mean(setup: Setup, order: int) -> Mean:
     return Mean(((by_angle, TURN),), 2, scale_of(setup, order), by_angle.jumps)
 
 
+def _lift_area(setup: Setup) -> dict[str, Mean]:
+    """360° times the mean displacement."""
+    name = f"lift_area_{'deg' if setup.angular else 'mm'}_deg"
+    return {name: Mean(((Derivative(0), TURN),), 1, InDegrees(int(setup.angular), 360.0))}
+
+
 def means(setup: Setup) -> dict[str, Mean]:
     timed = setup.omega is not None
-    return {
-        motion_mean(each, angular=setup.angular, timed=timed): _mean(setup, order) for each, order in MEANS.items()
-    }
+    roots = {motion_mean(n, angular=setup.angular, timed=timed): _mean(setup, order) for n, order in MEANS.items()}
+    return roots | _lift_area(setup)
 
 
 def offers(setup: Setup) -> tuple[str, ...]:

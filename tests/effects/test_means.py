@@ -142,6 +142,18 @@ def test_root_mean_squares_of_a_polynomial_are_those_in_closed_form():
         assert found == pytest.approx(float(true), rel=1e-14)
 
 
+@pytest.mark.parametrize(("contact", "unit"), [("knife", "mm"), ("arm", "deg")])
+@pytest.mark.parametrize("law", ["cycloidal", "poly345", "harmonic"])
+def test_the_lift_area_of_a_symmetric_law_is_half_that_of_its_box(contact, unit, law):
+    """h·(110/2 + 40 + 95/2) for these strokes; the volume that a valve lets through, and a limit from below."""
+    lift = 14.0 if unit == "deg" else 24.0
+    name, true = f"lift_area_{unit}_deg", lift * (110 / 2 + 40 + 95 / 2)
+    scene = scene_of(contact, law, outputs=["rms"])
+    assert evaluate(scene)[name] == pytest.approx(true, rel=1e-14)
+    for share, verdict in ((1 - 1e-12, "held"), (1 + 1e-12, "broken")):
+        assert certify(scene.replace(limits={name: true * share}))[name] == verdict
+
+
 @pytest.mark.parametrize("law", ["cycloidal", "modified-sine", "poly345", "harmonic"])
 @pytest.mark.parametrize("contact", ["flat", "arm", "groove-arm"])
 def test_springs_and_masses_give_back_what_they_take(contact, law):
