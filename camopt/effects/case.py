@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.effects.given import Bodies, Dynamics, Given
+from camopt.effects.implied import Implied
 from camopt.effects.mean import Mean
 from camopt.effects.peak import Peak, PerDesign, Scale
 from camopt.mechanisms.design import Designs, Mechanism
@@ -185,6 +186,8 @@ class Effect:
     """Its quantities that extremes of curves decide; of those that it offers, or more."""
     means: Callable[[Setup], Mapping[str, Mean]] = lambda setup: {}
     """And those that are means of curves over the turn."""
+    implies: Callable[[Setup, str, float], Implied] = lambda setup, name, bound: Implied()
+    """What a bound on one of its quantities implies of the cam, whatever else it is."""
     of_sizes: bool = False
     """Whether it is arithmetic on sizes, which runs on ranges of them (Intervals) too."""
     last: bool = False

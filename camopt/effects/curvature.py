@@ -7,12 +7,13 @@ face touches the profile itself: ρ is linear in y and y''. A corner of the moti
 cam that is given by its profile the radii are known.
 """
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from camopt.effects.case import Bounded, Case, Effect, Setup
-from camopt.effects.peak import ConvexRadius, Cutter, GrooveCutter, Peak, size_of
+from camopt.effects.peak import ConvexRadius, Cutter, Peak, size_of
 from camopt.effects.peak_columns import column_of, columns_of_ends
 from camopt.motion.programme import Programme
 from camopt.motion.table import TURN
@@ -32,15 +33,16 @@ def peaks(setup: Setup) -> dict[str, Peak]:
     mechanism = setup.mechanism
     if mechanism.curvature is None:
         assert mechanism.profile_radius is not None
-        radius = Peak(((mechanism.profile_radius, TURN),), LEAST, jumps=is_pointed, unit=size_of)
+        radius = Peak(((mechanism.profile_radius, TURN),), LEAST, jumps=is_pointed, unit=size_of, open_at_zero=True)
         return {CONVEX: radius}
     curves = ((mechanism.curvature, TURN),)
     if mechanism.grooved:  # either wall may be the sharper one, and either the hollower
         sharpest = Peak(curves, LARGEST_MAGNITUDE, ConvexRadius(), has_corner)
-        deepest = Peak(curves, LARGEST_MAGNITUDE, GrooveCutter(), has_corner)
+        deepest = Peak(curves, LARGEST_MAGNITUDE, Cutter(1.0), has_corner)
     else:
         sharpest = Peak(curves, LARGEST, ConvexRadius(), is_pointed)
-        deepest = Peak(curves, LEAST, Cutter(), is_notched)
+        deepest = Peak(curves, LEAST, Cutter(-1.0), is_notched)
+    sharpest, deepest = replace(sharpest, extremes=PITCH, open_at_zero=True), replace(deepest, extremes=PITCH)
     most, least = (is_notched, is_pointed) if mechanism.grooved else (is_pointed, is_notched)
     largest, smallest = Peak(curves, LARGEST, jumps=most), Peak(curves, LEAST, jumps=least)
     return dict(zip((*PITCH, CONVEX, CUTTER), (largest, smallest, sharpest, deepest), strict=True))

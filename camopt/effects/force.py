@@ -22,6 +22,7 @@ import numpy as np
 
 from camopt.effects.case import Bounded, Case, Effect, Setup
 from camopt.effects.given import Dynamics
+from camopt.effects.implied import Implied, LeastForce
 from camopt.effects.peak import Peak, at_corners
 from camopt.effects.work import added, derivative
 from camopt.mechanisms.design import Designs
@@ -247,4 +248,15 @@ def _preload(preload: Any, least: Any, unit: float) -> Any:
     return Bounded(required * unit, (far - required) * unit, np.maximum(required, least.scale) * unit)
 
 
-EFFECT = Effect("force", offers, run, lacks, of_motion=lambda setup: True, peaks=peaks)
+def implies(setup: Setup, name: str, bound: float) -> Implied:
+    """The contact force: up to its jump speed a cam keeps contact."""
+    if name == "jump_speed_rpm":
+        return Implied(force=LeastForce(bound * pi / 30, 0.0))
+    if name == "jump_speed_ratio" and setup.omega is not None:
+        return Implied(force=LeastForce(bound * setup.omega, 0.0))
+    if name == "contact_force_min_N" and setup.omega is not None:
+        return Implied(force=LeastForce(setup.omega, bound))
+    return Implied()
+
+
+EFFECT = Effect("force", offers, run, lacks, of_motion=lambda setup: True, peaks=peaks, implies=implies)

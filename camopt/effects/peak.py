@@ -15,7 +15,7 @@ import numpy as np
 
 from camopt.mechanisms.design import Designs
 from camopt.motion.programme import Programme
-from camopt.numerics import LEAST, FloatArray
+from camopt.numerics import LARGEST_MAGNITUDE, LEAST, FloatArray
 
 Variant = tuple[Callable[[Designs, Programme], Any], int]
 """A curve and the kinds of piece over which it counts."""
@@ -239,29 +239,20 @@ class ConvexRadius(Scale):
 
 @dataclass(frozen=True)
 class Cutter(Scale):
-    """The largest cutter that reaches every hollow flank, from the least κ of the pitch curve: R_r − 1/κ."""
+    """The largest cutter that reaches every hollow flank: R_r + 1/(side·κ), of the κ of the pitch curve."""
+
+    side: float
+    """−1 for the least κ of a disc cam, hollow below 0; 1 for |κ| in a groove, where either flank may be."""
+
+    @property
+    def falls(self) -> bool:  # type: ignore[override]
+        return self.side > 0.0
 
     def quantity(self, extreme: Any, designs: Designs) -> Any:
-        return designs.roller_radius + 1.0 / np.maximum(-extreme, 0.0)
+        return designs.roller_radius + 1.0 / np.maximum(self.side * extreme, 0.0)
 
     def extreme_at(self, quantity: float, numbers: NumberKind) -> Any:
-        return numbers.of(-1.0)
-
-    def weight(self, quantity: float) -> Callable[[Designs], Any]:
-        return BeyondBody(quantity)
-
-
-@dataclass(frozen=True)
-class GrooveCutter(Scale):
-    """As ``Cutter`` in a groove, where either flank may be the hollow one: R_r + 1/|κ|."""
-
-    falls: ClassVar[bool] = True
-
-    def quantity(self, extreme: Any, designs: Designs) -> Any:
-        return designs.roller_radius + 1.0 / np.maximum(extreme, 0.0)
-
-    def extreme_at(self, quantity: float, numbers: NumberKind) -> Any:
-        return numbers.of(1.0)
+        return numbers.of(self.side)
 
     def weight(self, quantity: float) -> Callable[[Designs], Any]:
         return BeyondBody(quantity)
@@ -329,6 +320,10 @@ class Peak:
     """Whether jumps of a motion make it infinite, whatever the design."""
     unit: Callable[[Designs], Any] | None = None
     """What its error is relative to where that is larger than itself."""
+    extremes: tuple[str, ...] = ()
+    """The quantities that are the largest and the least of its curves, where a bound is compared with these."""
+    open_at_zero: bool = False
+    """Whether a bound of 0 is not met at 0."""
 
     @property
     def is_least(self) -> bool:
@@ -338,3 +333,7 @@ class Peak:
     def over(self, kinds: int) -> "Peak":
         """The same over other kinds of piece."""
         return replace(self, curves=tuple((make, kinds) for make, _ in self.curves))
+
+    def either_way(self) -> "Peak":
+        """The largest magnitude of the same curves."""
+        return replace(self, goal=LARGEST_MAGNITUDE)

@@ -14,12 +14,13 @@ Source: Bronshtein et al., Handbook of Mathematics, ch. 8 (line integrals).
 """
 
 from collections.abc import Iterator
-from math import pi
+from math import pi, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from camopt.effects.case import Bounded, Case, Effect, Setup
+from camopt.effects.implied import Implied
 from camopt.mechanisms.design import ComplexArray, Designs
 from camopt.motion.programme import BESIDE
 from camopt.numerics import FloatArray
@@ -29,6 +30,7 @@ AREA, LENGTH, POLAR = "area_mm2", "profile_length_mm", "polar_moment_mm4"
 CENTROID = ("centroid_x_mm", "centroid_y_mm")
 GROOVE = "groove_length_mm"
 AT_ONCE = 2**15  # points of all designs of a block
+BEYOND = 1.0 + 1e-12  # of a size, for rounding
 RADIAL = 6  # points along the depth of a groove, over which integrands hardly change
 
 
@@ -162,4 +164,9 @@ def groove_integrals(case: Case, designs: Designs, rule: Rule) -> FloatArray:
     return total
 
 
-EFFECT = Effect("section", offers, run)
+def implies(setup: Setup, name: str, bound: float) -> Implied:
+    """The base radius above which no profile encloses as little: it goes round the base circle."""
+    return Implied(most_size=sqrt(bound / pi) * BEYOND) if name == AREA else Implied()
+
+
+EFFECT = Effect("section", offers, run, implies=implies)

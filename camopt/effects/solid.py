@@ -15,18 +15,18 @@ is nowhere further than R_r²/(2·R_m) from that. Edges are sharp, and what is u
 ``effects.section``.
 """
 
-from math import inf, pi, sqrt
+from math import pi, sqrt
 from typing import Any
 
 import numpy as np
 
 from camopt.effects.case import Bounded, Case, Effect, Setup, Solid
 from camopt.effects.figures import Figure, disc, keyway
-from camopt.effects.section import AREA, CENTROID, POLAR, groove_of
+from camopt.effects.implied import Implied
+from camopt.effects.section import AREA, BEYOND, CENTROID, POLAR, groove_of
 
 MASS, INERTIA = "cam_mass_kg", "cam_inertia_kg_m2"
 BALANCE = ("unbalance_g_mm", "centre_of_gravity_mm")
-BEYOND = 1.0 + 1e-12  # of a size, for rounding
 KG, KG_M2, G_MM = 1e3, 1e-3, 1e6  # of t, t·mm², t·mm
 
 
@@ -47,16 +47,14 @@ def reads(setup: Setup) -> tuple[str, ...]:
     return () if setup.mechanism.grooved else (AREA, *CENTROID, POLAR)
 
 
-def most_size(setup: Setup, name: str, most: float) -> float:
-    """A base radius above which no disc cam has as little of a quantity: its profile goes round the base circle.
+def implies(setup: Setup, name: str, bound: float) -> Implied:
+    """The base radius above which no disc cam has as little: its profile goes round the base circle."""
+    if setup.mechanism.grooved or name not in (MASS, INERTIA):
+        return Implied()
+    return Implied(most_size=_most_size(setup.solid, name, bound))
 
-    Infinite for other quantities, and for cylindrical cams.
-    """
-    solid = setup.solid
-    if setup.mechanism.grooved or name not in (AREA, MASS, INERTIA):
-        return inf
-    if name == AREA:
-        return sqrt(most / pi) * BEYOND
+
+def _most_size(solid: Solid, name: str, most: float) -> float:
     assert solid.thickness is not None
     assert solid.density is not None
     rest, sought = _rest(solid), most / (KG if name == MASS else KG_M2) / solid.density
@@ -119,4 +117,4 @@ def _grooved(case: Case) -> tuple[Figure, Figure]:
     return cylinder.without(Figure(band[0], 0.0, band[1])), Figure(off[0], 0.0, off[1])
 
 
-EFFECT = Effect("solid", offers, run, lacks, reads)
+EFFECT = Effect("solid", offers, run, lacks, reads, implies=implies)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from camopt.effects.case import Case, Effect, Setup
+from camopt.effects.implied import Implied
 
 WALL = "hub_wall_min_mm"
 
@@ -36,4 +37,8 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     return {WALL: np.minimum(about, solid.hub_radius - solid.bore_reach) if solid.hub_radius else about}
 
 
-EFFECT = Effect("wall", offers, run, lacks, of_sizes=True)
+def implies(setup: Setup, name: str, bound: float) -> Implied:
+    return Implied(least_size=least_size(setup, bound))
+
+
+EFFECT = Effect("wall", offers, run, lacks, implies=implies, of_sizes=True)

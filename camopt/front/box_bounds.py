@@ -23,7 +23,7 @@ from camopt.numerics.curves import curve
 from camopt.numerics.interval import Interval, as_interval
 from camopt.numerics.sloped import Quotient, Sloped, as_quotient, as_sloped
 from camopt.problem.claims import Claim
-from camopt.problem.limits import Limit
+from camopt.problem.limit import Limit
 from camopt.problem.problem import Problem, strictest
 from camopt.problem.rows import Columns
 from camopt.quantities import QUANTITIES

@@ -15,7 +15,8 @@ from camopt.motion.law import Law
 from camopt.motion.programme import Programme
 from camopt.motion.segments import Segment
 from camopt.problem.claims import Claim
-from camopt.problem.limits import OF_QUANTITIES, Limit, limited_quantity, limits_of
+from camopt.problem.limit import Limit
+from camopt.problem.limits import OF_QUANTITIES, limited_quantity, limits_of
 from camopt.problem.setup import load_and_unit, setup_of
 from camopt.quantities import EVERYTHING, GEOMETRY, QUANTITIES, number_quantity
 from camopt.scene import segments

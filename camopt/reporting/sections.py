@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from math import isfinite
 from typing import Any, NamedTuple
 
-from camopt.problem.limits import Limit
+from camopt.problem.limit import Limit
 from camopt.problem.problem import Problem
 from camopt.quantities import NUMBERS, QUANTITIES, number_quantity
 from camopt.scene.scene import Scene

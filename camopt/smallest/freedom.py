@@ -11,7 +11,7 @@ import numpy as np
 from camopt.effects import Case
 from camopt.mechanisms import FIELDS
 from camopt.numerics import FloatArray
-from camopt.problem.limits import Limit
+from camopt.problem.limit import Limit
 from camopt.problem.problem import Problem
 from camopt.quantities import QUANTITIES
 from camopt.scene.choices import Range

@@ -25,7 +25,7 @@ import numpy as np
 
 from camopt.effects import Case
 from camopt.numerics import FloatArray
-from camopt.problem.limits import Limit
+from camopt.problem.limit import Limit
 from camopt.quantities import QUANTITIES
 from camopt.smallest.freedom import STEP, Freedom
 from camopt.verdicts.judging import excesses, run_effects

@@ -12,7 +12,7 @@ from camopt.mechanisms import SIZES
 from camopt.mistakes import BadInput
 from camopt.motion.table import RETURN, RISE
 from camopt.numerics.clock import now, share
-from camopt.problem.limits import Limit
+from camopt.problem.limit import Limit
 from camopt.problem.problem import exactly, resolve
 from camopt.problem.settings import freed_of, laws_of
 from camopt.smallest.freedom import Freedom

@@ -12,7 +12,7 @@ from dataclasses import replace
 from math import ceil, floor, inf, log10
 
 from camopt.mechanisms.design import Bounds
-from camopt.problem.limits import Limit
+from camopt.problem.limit import Limit
 from camopt.problem.problem import Problem, exactly
 from camopt.smallest.first_look import FEW_VALUES, coarse_grid, first_look
 from camopt.smallest.smallest import smallest

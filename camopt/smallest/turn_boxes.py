@@ -23,7 +23,7 @@ from camopt.numerics import FloatArray
 from camopt.numerics.curves import LOADED
 from camopt.numerics.interval import Interval
 from camopt.numerics.sloped import Sloped
-from camopt.problem.limits import Limit
+from camopt.problem.limit import Limit
 from camopt.problem.problem import Problem, exactly
 from camopt.smallest.bisection import Bisection
 from camopt.smallest.boxes import Boxes

@@ -10,10 +10,10 @@ from dataclasses import replace
 from typing import Any
 
 from camopt.effects import force
+from camopt.effects.implied import LeastForce
 from camopt.effects.peak import Derivative
 from camopt.mechanisms import cylindrical, translating, translating_flat
 from camopt.problem.claims import Claim
-from camopt.problem.limits import LeastForce
 from camopt.problem.problem import Problem, strictest
 from camopt.synthesis.demand import LinearConstraint
 

@@ -8,7 +8,7 @@ from typing import Any
 from camopt.mistakes import Unmet, listed
 from camopt.motion.segments import MOVE
 from camopt.numerics.irreducible import irreducible
-from camopt.problem.limits import Limit
+from camopt.problem.limit import Limit
 from camopt.problem.problem import resolve
 from camopt.quantities import QUANTITIES
 from camopt.scene.scene import Scene

@@ -19,7 +19,7 @@ from camopt.motion.programme import Programme
 from camopt.motion.table import TURN
 from camopt.numerics.clock import now
 from camopt.problem.claims import Claim
-from camopt.problem.limits import SELF_CROSSING, UNDERCUT, Limit
+from camopt.problem.limit import SELF_CROSSING, UNDERCUT, Limit
 from camopt.problem.problem import Problem, exactly, resolve_design
 from camopt.problem.rows import Rows
 from camopt.scene.scene import Scene

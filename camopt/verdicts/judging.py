@@ -19,7 +19,7 @@ from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.numerics.clock import now
-from camopt.problem.limits import Limit
+from camopt.problem.limit import Limit
 from camopt.problem.problem import EXACT, Problem, exactly
 from camopt.problem.rows import Columns, Rows
 

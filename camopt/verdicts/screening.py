@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from camopt.effects import Case, Effect
 from camopt.mechanisms import Designs
 from camopt.mechanisms.design import BoolArray
-from camopt.problem.limits import Limit
+from camopt.problem.limit import Limit
 from camopt.problem.problem import Problem, exactly
 from camopt.problem.rows import Rows
 from camopt.verdicts.judging import (

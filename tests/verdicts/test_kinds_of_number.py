@@ -1,6 +1,6 @@
 """Every limit of every mechanism, next to its bound: doubles, ranges, balls and convex steps decide it alike."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cache
 from itertools import product
 
@@ -19,7 +19,8 @@ from camopt.motion.table import TURN
 from camopt.numerics import LARGEST, LEAST
 from camopt.numerics.interval import Interval
 from camopt.problem.claims import SIDES, Claim, Plain
-from camopt.problem.limits import LOADS, Limit, limited_quantity
+from camopt.problem.limit import Limit
+from camopt.problem.limits import LOADS, limited_quantity
 from camopt.problem.limits import PART as PART_KEYS
 from camopt.problem.problem import exactly, resolve
 from camopt.quantities import AT_LEAST, DERIVATIVES, MEANS, QUANTITIES, STROKES, motion_mean, motion_quantity
@@ -141,6 +142,20 @@ def in_ranges(problem):
     return bool(found.empty[0])
 
 
+@dataclass(frozen=True, eq=False)
+class Bent(Limit):
+    """A limit that says one thing of a curve."""
+
+    claim: Claim = None
+
+    def excess(self, columns, designs):
+        return np.zeros(len(designs))
+
+    @property
+    def claims(self):
+        return (self.claim,)
+
+
 @pytest.mark.parametrize("side", ENDS)
 @pytest.mark.parametrize("goal", SIDES)
 def test_a_factor_counts_for_every_goal(goal, side, monkeypatch):
@@ -151,8 +166,7 @@ def test_a_factor_counts_for_every_goal(goal, side, monkeypatch):
     value = (extreme[0] * claim.factor(problem.design)).item()
     outwards = 1.0 if (side == "held") == (goal != LEAST) else -1.0
     claim = claim._replace(bound=Plain(value + outwards * NEAR * abs(value)))
-    limit = Limit("bent", claim.bound.number, (), lambda columns, designs: np.zeros(len(designs)), (claim,))
-    problem = replace(problem, limits=(limit,))
+    problem = replace(problem, limits=(Bent("bent", claim.bound.number, problem.setup, claim=claim),))
     assert in_balls(problem, "bent") == in_ranges(problem) == (side == "broken")
     assert in_planes(problem, "bent", monkeypatch) == (side == "broken")
 

@@ -1,0 +1,260 @@
+"""A limit: a bound on what a cam has, and what follows for verdicts, searches, proofs, prices and pictures."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from camopt.effects import EFFECTS, Setup
+from camopt.effects.crossing import find_crossing
+from camopt.effects.implied import Implied, LeastForce
+from camopt.effects.mean import Mean
+from camopt.effects.peak import DOUBLES, Peak
+from camopt.mechanisms import Designs
+from camopt.motion.programme import Programme
+from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, FloatArray
+from camopt.problem.claims import Claim, MeanClaim, claims_of, mean_claim_of
+from camopt.problem.rows import Columns
+from camopt.quantities import AT_LEAST, AT_MOST, QUANTITIES, SIGNED
+
+UNDERCUT, SELF_CROSSING = "undercut", "self_crossing"  # names of limits that every cam has to hold
+
+Decide = Callable[[Setup, Designs, Programme], bool | None]
+
+
+@dataclass(frozen=True, eq=False)
+class Limit(ABC):
+    """One limit of a scene, under its key in ``[limits]``."""
+
+    name: str
+    bound: float
+    """In the unit of its key."""
+    setup: Setup = field(repr=False)
+    asked: bool = True
+    """Whether the scene asks for it; False for limits that every cam must meet."""
+    given_by: str = ""
+    """The key of the scene that gives its bound, if that is not ``[limits]`` with its name."""
+
+    @abstractmethod
+    def excess(self, columns: Columns, designs: Designs) -> Any:
+        """By how much designs exceed it, relative: held where ≤ 0, exceeded by 10 % at 0.1. Its sign is exact."""
+
+    def by_bound(self, columns: Columns, designs: Designs) -> FloatArray:
+        """∂excess/∂bound of designs that just meet it; bound − excess/by_bound is the bound that a design meets."""
+        return np.full(len(designs), np.nan)
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """The quantities that it calls for."""
+        return ()
+
+    @property
+    def shown(self) -> tuple[str, ...]:
+        """The quantities that people read beside the bound."""
+        return ()
+
+    @property
+    def relation(self) -> str:
+        """How each of them must compare with the bound; ± where its magnitude must be ≤."""
+        return AT_MOST
+
+    @property
+    def claims(self) -> tuple[Claim, ...]:
+        """The curves that decide it, for searches, proofs and pictures; none if it is not decided by curves."""
+        return ()
+
+    @property
+    def mean(self) -> MeanClaim | None:
+        """What decides it, if that is the mean of a curve."""
+        return None
+
+    def infinite_at(self, programme: Programme) -> bool:
+        """Whether jumps of a motion make infinite what it bounds, so that no design whatever meets it."""
+        return False
+
+    @property
+    def decided(self) -> Decide | None:
+        """Whether one design breaks it, None if that stays open; for a limit that is not decided by curves."""
+        return None
+
+    @property
+    def presumes(self) -> str:
+        """Another limit that must be met first."""
+        return ""
+
+    @property
+    def implied(self) -> Implied:
+        """What has to be, whatever else the cam is."""
+        return Implied()
+
+    @property
+    def implies(self) -> LeastForce | None:
+        """The contact force without which it cannot be met."""
+        return self.implied.force
+
+    @property
+    def least_size(self) -> float:
+        """A base (mean) radius below which no design meets it."""
+        return self.implied.least_size
+
+    @property
+    def most_size(self) -> float:
+        """And one above which none does."""
+        return self.implied.most_size
+
+    @property
+    def of_base(self) -> bool:
+        """Whether its bound is the least diameter of the base circle."""
+        return False
+
+    @cached_property
+    def of_motion(self) -> bool:
+        """Whether the motion and the speed decide it, whatever the design."""
+        effects = [EFFECTS[QUANTITIES[name].effect] for name in self.needs]
+        return bool(effects) and not self.setup.free and all(effect.of_motion(self.setup) for effect in effects)
+
+    @property
+    def key(self) -> str:
+        """The key of the scene that gives its bound; the name of a limit that has none there."""
+        return self.given_by or (f"limits.{self.name}" if self.asked else self.name)
+
+    @cached_property
+    def last(self) -> bool:
+        """Whether it is checked only for designs that meet all other limits."""
+        return any(EFFECTS[QUANTITIES[name].effect].last for name in self.needs)
+
+
+@dataclass(frozen=True, eq=False)
+class QuantityLimit(Limit):
+    """A quantity is bounded from the side that its list says; of several their largest magnitude is."""
+
+    quantities: tuple[str, ...] = ()
+    form: Peak | Mean | None = None
+    """The extreme or the mean of curves that they are, if they are one."""
+    others: tuple[Claim, ...] = ()
+    """What it says of other curves."""
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        first, extremes = self.quantities[0], self.form.extremes if isinstance(self.form, Peak) else ()
+        by_arm = first.startswith("contact_force") and self.setup.angular  # a moment over the length of the arm
+        return (*extremes, *self.quantities, *(("arm_length_mm",) if by_arm else ()))
+
+    @property
+    def shown(self) -> tuple[str, ...]:
+        return self.quantities if self._of_both_signs else self.quantities[:1]
+
+    @property
+    def _of_both_signs(self) -> bool:
+        return len(self.quantities) > 1 and self.quantities[0] in SIGNED
+
+    @property
+    def relation(self) -> str:
+        if self._of_both_signs:
+            return "±"
+        return ">" if self._is_open else QUANTITIES[self.quantities[0]].relation
+
+    @property
+    def _is_open(self) -> bool:
+        """Whether it is not met at the bound itself."""
+        return self.bound == 0.0 and isinstance(self.form, Peak) and self.form.open_at_zero
+
+    @property
+    def _side(self) -> float:
+        return QUANTITIES[self.quantities[0]].side
+
+    @cached_property
+    def claims(self) -> tuple[Claim, ...]:
+        return claims_of(self.form, self.bound) if isinstance(self.form, Peak) else self.others
+
+    @cached_property
+    def mean(self) -> MeanClaim | None:
+        return mean_claim_of(self.form, self.bound, self._side) if isinstance(self.form, Mean) else None
+
+    def infinite_at(self, programme: Programme) -> bool:
+        return self.form is not None and self.form.jumps(programme)
+
+    @cached_property
+    def implied(self) -> Implied:
+        name = self.quantities[0]
+        return EFFECTS[QUANTITIES[name].effect].implies(self.setup, name, self.bound)
+
+    def excess(self, columns: Columns, designs: Designs) -> Any:
+        peak = self.form
+        over = self._of_extreme(peak, columns, designs) if isinstance(peak, Peak) and peak.extremes else None
+        if over is None:
+            values = [columns[name] for name in self.quantities]
+            value = values[0] if len(values) == 1 else np.max(np.broadcast_arrays(*map(np.abs, values)), axis=0)
+            over = self._side * (value - self.bound) / self._unit(designs) + np.zeros(len(designs))
+        return np.where(over == 0.0, np.finfo(float).tiny, over) if self._is_open else over
+
+    def _unit(self, designs: Designs) -> Any:
+        """What an excess is relative to."""
+        if self.bound or not isinstance(self.form, Peak) or self.form.unit is None:
+            return abs(self.bound) or 1.0
+        return self.form.unit(designs)
+
+    def _of_extreme(self, peak: Peak, columns: Columns, designs: Designs) -> FloatArray:
+        """The excess by the extreme of the curve, times its weight, over what it is allowed to be."""
+        extreme, weight = self._outward(peak, columns, designs), peak.scale.weight(self.bound)(designs)
+        finite = np.isfinite(extreme)
+        return np.asarray(np.where(finite, np.where(finite, extreme, 0.0) * weight, extreme) - 1.0)
+
+    def _outward(self, peak: Peak, columns: Columns, designs: Designs) -> FloatArray:
+        """The extreme as a share of what it is allowed to be, but for its weight."""
+        most, least = (np.asarray(columns[name] + np.zeros(len(designs))) for name in peak.extremes)
+        extreme = {LARGEST: most, LARGEST_MAGNITUDE: np.maximum(most, -least)}.get(peak.goal, least)
+        return np.asarray(extreme * peak.scale.extreme_at(self.bound, DOUBLES))
+
+    def by_bound(self, columns: Columns, designs: Designs) -> FloatArray:
+        if isinstance(self.form, Peak) and self.form.extremes:
+            return self._outward(self.form, columns, designs)  # weights rise with a bound as 1 does
+        return np.asarray(-self._side / self._unit(designs) + np.zeros(len(designs)))
+
+
+@dataclass(frozen=True, eq=False)
+class SelfCrossing(Limit):
+    """The profile does not cross itself: held or not, without a measure of how far."""
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        return (SELF_CROSSING,)
+
+    @property
+    def presumes(self) -> str:
+        return UNDERCUT
+
+    def excess(self, columns: Columns, designs: Designs) -> FloatArray:
+        return np.asarray(columns[SELF_CROSSING] - 0.5 + np.zeros(len(designs)))
+
+    @property
+    def decided(self) -> Decide:
+        return lambda setup, design, programme: find_crossing(setup, design, programme).shown
+
+
+@dataclass(frozen=True, eq=False)
+class WithinBase(Limit):
+    """What has the bound as its diameter lies within the base circle, the least radius of every profile."""
+
+    @property
+    def relation(self) -> str:
+        return AT_LEAST
+
+    @property
+    def of_base(self) -> bool:
+        return True
+
+    @property
+    def implied(self) -> Implied:
+        return Implied(least_size=self.bound / 2.0)
+
+    def excess(self, columns: Columns, designs: Designs) -> FloatArray:
+        radius = self.bound / 2.0
+        result: FloatArray = (radius - designs.size) / radius
+        return result
+
+    def by_bound(self, columns: Columns, designs: Designs) -> FloatArray:
+        return np.full(len(designs), 1.0 / self.bound)
