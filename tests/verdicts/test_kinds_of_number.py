@@ -11,7 +11,7 @@ from support.cams import CONTACTS, GUIDED, SWUNG, WORN, cam_with
 from support.depth import is_deep
 
 from camopt import Scene, evaluate
-from camopt.effects import EFFECTS, Case
+from camopt.effects import EFFECTS, Case, offered
 from camopt.effects.peak import BodyRadiusPlus
 from camopt.kernels import compile
 from camopt.mistakes import BadInput
@@ -283,6 +283,17 @@ def test_a_short_key_and_the_name_of_its_quantity_say_the_same(contact):
         assert [c._replace(curve=None) for c in short.claims] == [c._replace(curve=None) for c in long.claims]
         same = (short.needs, short.shown, short.relation, short.implies, short.least_size, short.most_size)
         assert same == (long.needs, long.shown, long.relation, long.implies, long.least_size, long.most_size)
+
+
+@pytest.mark.parametrize("contact", CONTACTS)
+def test_every_quantity_that_is_a_peak_or_a_mean_is_limited_here(contact):
+    setup = resolve(scene_of(contact)).setup
+    names = {name for effect in EFFECTS.values() for name in (*effect.peaks(setup), *effect.means(setup))}
+    names &= {name for name in offered(setup) if QUANTITIES[name].relation}
+    assert len(names) > 20
+    assert names <= {limited_quantity(key, setup) for key in limits_of(contact)}
+    decided = {name for name in names if limits_of(contact)[name].claims or limits_of(contact)[name].mean}
+    assert decided == names
 
 
 @pytest.mark.parametrize("contact", CONTACTS)
