@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 from scipy.optimize import brentq
-from support.cams import CONTACTS, GUIDED, SWUNG, cam_with
+from support.cams import CONTACTS, FREE, GUIDED, SWUNG, cam_with
 
 from camopt import Scene, certify, evaluate, optimise, prices
 from camopt.effects import EFFECTS, Case
@@ -279,6 +279,27 @@ def test_the_smallest_cam_under_a_limit_on_a_mean_is_proved_and_has_a_price():
     (price,) = (each for each in prices(found)["poly345"] if each.key == "limits.torque_rms_N_m")
     slope = (torque(least + 0.01) - torque(least - 0.01)) / 0.02
     assert price.price == pytest.approx(1.0 / slope, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("key", "ends", "name"),
+    [
+        ("follower.dynamics.spring_rate", (1, 20), "torque_rms_N_m"),
+        ("follower.dynamics.damping", (0.01, 0.1), "torque_mean_N_m"),
+        ("cam.rpm", (200, 900), "jerk_rms_m_s3"),
+    ],
+)
+def test_a_free_number_takes_a_value_that_its_mean_allows_if_there_is_one(key, ends, name):
+    """The torque and the jerk are known at both ends of the range, and least at, or near, one value."""
+    least = Scene.from_dict(cam_with("roller", "poly345", FREE, outputs=[name]))
+    values = [evaluate(least.replace(**{key: float(value)}))[name] for value in np.linspace(*ends, 39)]
+    free = {f"search.{key}": dict(zip(("start", "stop"), ends, strict=True))}
+    searched = least.replace(**free, **{"search.base_radius": {"start": 30, "stop": 120}})
+    found = optimise(searched.replace(limits={name: min(values) * 1.02, "pressure_angle": 26})).best
+    assert found["proved"]
+    assert evaluate(found.scene)[name] <= min(values) * 1.02
+    assert set(certify(found.scene).values()) == {"held"}
+    assert optimise(searched.replace(limits={name: min(values) * 0.98, "pressure_angle": 26})).best is None
 
 
 def test_every_mean_is_bounded_from_the_side_that_its_list_says():
