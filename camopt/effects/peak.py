@@ -148,6 +148,17 @@ class ByTime(Scale):
 
 
 @dataclass(frozen=True)
+class OverTurn(Scale):
+    """The integral over the turn that has the extreme as its mean: 2π·extreme."""
+
+    def quantity(self, extreme: Any, designs: Designs) -> Any:
+        return extreme * (2.0 * math.pi)
+
+    def extreme_at(self, quantity: float, numbers: NumberKind) -> Any:
+        return numbers.of(quantity) / (2 * numbers.pi())
+
+
+@dataclass(frozen=True)
 class InDegrees(Scale):
     """A multiple of what has one angle in deg in place of rad: factor·extreme·(180/π)ⁿ, n = 1 or −1."""
 

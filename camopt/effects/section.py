@@ -21,8 +21,11 @@ import numpy as np
 
 from camopt.effects.case import Bounded, Case, Effect, Setup
 from camopt.effects.implied import Implied
+from camopt.effects.mean import Mean
+from camopt.effects.peak import OverTurn
 from camopt.mechanisms.design import ComplexArray, Designs
 from camopt.motion.programme import BESIDE
+from camopt.motion.table import TURN
 from camopt.numerics import FloatArray
 from camopt.numerics.quadrature import Integrated, Rule, by_orders, gauss
 
@@ -164,9 +167,14 @@ def groove_integrals(case: Case, designs: Designs, rule: Rule) -> FloatArray:
     return total
 
 
+def means(setup: Setup) -> dict[str, Mean]:
+    path = setup.mechanism.path
+    return {} if path is None else {GROOVE: Mean(((path, TURN),), 1, OverTurn())}
+
+
 def implies(setup: Setup, name: str, bound: float) -> Implied:
     """The base radius above which no profile encloses as little: it goes round the base circle."""
     return Implied(most_size=sqrt(bound / pi) * BEYOND) if name == AREA else Implied()
 
 
-EFFECT = Effect("section", offers, run, implies=implies)
+EFFECT = Effect("section", offers, run, means=means, implies=implies)

@@ -5,6 +5,8 @@ tan β = y'/R_m,    κ = (y''/R_m²) / (1 + (y'/R_m)²)^{3/2};    both flanks of
 
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from camopt.mechanisms.design import Contact, Designs, Mechanism, without_roller
 from camopt.mechanisms.trace import trace_curvature
 from camopt.motion.programme import Programme
@@ -18,6 +20,12 @@ class CylindricalPressureAngle(NamedTuple):
     mean_radius: FloatArray
 
 
+class CylindricalPath(NamedTuple):
+    """The length of the pitch curve by the cam angle, √(R_m² + y'²), mm/rad; R_m in mm."""
+
+    mean_radius: FloatArray
+
+
 class CylindricalPitchCurvature(NamedTuple):
     """κ of the developed pitch curve, 1/mm; R_m in mm."""
 
@@ -27,6 +35,12 @@ class CylindricalPitchCurvature(NamedTuple):
 @formula(CylindricalPressureAngle)
 def pressure_angle(f, i, y, y1, y2, y3):
     return y1 / f.mean_radius[i], y2 / f.mean_radius[i]
+
+
+@formula(CylindricalPath)
+def path(f, i, y, y1, y2, y3):
+    value = np.sqrt(np.square(f.mean_radius[i]) + np.square(y1))
+    return value, y1 * y2 / value
 
 
 @formula(CylindricalPitchCurvature)
@@ -46,6 +60,7 @@ MECHANISM = Mechanism(
     name="cylindrical cam, translating follower",
     pressure=lambda designs, programme: CylindricalPressureAngle(designs.size),
     curvature=lambda designs, programme: CylindricalPitchCurvature(designs.size),
+    path=lambda designs, programme: CylindricalPath(designs.size),
     assembly_margins=_assembly_margins,
     assembly="the mean radius has to be above 0",
     contact=_contact,

@@ -37,6 +37,16 @@ class CylindricalOscillatingPressureAngle(NamedTuple):
     sense: FloatArray
 
 
+class CylindricalOscillatingPath(NamedTuple):
+    """The length of the pitch curve by the cam angle, N, mm/rad; fields as in its pressure angle."""
+
+    mean_radius: FloatArray
+    arm_length: FloatArray
+    cosine: FloatArray
+    sine: FloatArray
+    sense: FloatArray
+
+
 class CylindricalOscillatingPitchCurvature(NamedTuple):
     """κ of the developed pitch curve, 1/mm; fields as in CylindricalOscillatingPressureAngle."""
 
@@ -53,6 +63,17 @@ def pressure_angle(f, i, y, y1, y2, y3):
     cosine, sine = turned(f.cosine[i], f.sine[i], y)
     tangent = (l / r * y1 + f.sense[i] * sine) / cosine
     return tangent, (l / r * y2 + f.sense[i] * cosine * y1 + tangent * sine * y1) / cosine
+
+
+@formula(CylindricalOscillatingPath)
+def path(f, i, y, y1, y2, y3):
+    r, l = f.mean_radius[i], f.arm_length[i]  # noqa: E741
+    cosine, sine = turned(f.cosine[i], f.sine[i], y)
+    swing, swing1 = f.sense[i] * l * y1, f.sense[i] * l * y2
+    along, along1 = r + swing * sine, swing1 * sine + swing * cosine * y1
+    up, up1 = swing * cosine, swing1 * cosine - swing * sine * y1
+    value = np.sqrt(np.square(along) + np.square(up))
+    return value, (along * along1 + up * up1) / value
 
 
 @formula(CylindricalOscillatingPitchCurvature)
@@ -86,6 +107,7 @@ MECHANISM = Mechanism(
     name="cylindrical cam, oscillating follower",
     pressure=lambda designs, programme: CylindricalOscillatingPressureAngle(*_fields(designs, programme)),
     curvature=lambda designs, programme: CylindricalOscillatingPitchCurvature(*_fields(designs, programme)),
+    path=lambda designs, programme: CylindricalOscillatingPath(*_fields(designs, programme)),
     assembly_margins=_assembly_margins,
     assembly="the mean radius has to be above 0, and the swing below 180 deg",
     contact=_contact,

@@ -165,6 +165,8 @@ class Mechanism:
     reach: Callable[[Designs, Programme], Any] | None = None
     outline: Callable[[Designs, Programme], Any] | None = None
     """Curve whose largest value is that of the distance of a disc cam's profile from its axis, mm."""
+    path: Callable[[Designs, Programme], Any] | None = None
+    """Of a cylindrical cam, curve of how far the trace point moves along the developed groove, mm/rad."""
     pitch: Callable[[Designs], Designs] = itself
     """For designs those with the same pitch curves that are alike if these are."""
     grooved: bool = False
