@@ -28,7 +28,7 @@ from camopt.drawing.canvas import canvas
 from camopt.drawing.style import SERIES, dress
 from camopt.effects import Case
 from camopt.front import refine
-from camopt.front.pareto import costs_of, hypervolume, non_dominated, objectives, scale_of_costs
+from camopt.front.pareto import costs_of, hypervolume, non_dominated, row_costs, scale_of_costs
 from camopt.mechanisms import Designs
 from camopt.numerics import FloatArray
 from camopt.problem.problem import resolve
@@ -54,7 +54,7 @@ class Cams(Problem):  # type: ignore[misc]
         super().__init__(n_var=4, n_obj=len(search.minimise), n_ieq_constr=limits, xl=low, xu=high)
 
     def _evaluate(self, x: FloatArray, out: dict[str, Any], *args: Any, **kwargs: Any) -> None:
-        scene, fixed = self.problem.scene, self.problem.design
+        fixed = self.problem.design
         law = np.minimum(x[:, 0].astype(int), len(self.motions) - 1)
         roller = self.rollers[np.minimum(x[:, 1].astype(int), len(self.rollers) - 1)]
         out["F"], out["G"] = np.empty((len(x), self.n_obj)), np.full((len(x), self.n_ieq_constr), WORST)
@@ -66,7 +66,7 @@ class Cams(Problem):  # type: ignore[misc]
             index = np.flatnonzero((law == k) & (np.abs(x[:, 2]) < designs.prime_radius))
             chosen = designs.take(index)
             columns = run_effects(Case(problem.setup, problem.programme, chosen), self.problem.needed).columns
-            out["F"][index] = costs_of(columns, len(chosen), scene.search)
+            out["F"][index] = costs_of(columns, len(chosen), self.problem.objectives)
             excess = excesses(self.problem.limits, columns, chosen)
             out["G"][index] = np.clip(excess, -WORST, WORST).T
         out["F"][np.all(out["G"] == WORST, axis=1)] = WORST  # cannot be put together
@@ -77,14 +77,14 @@ class Archive(Callback):  # type: ignore[misc]
 
     def __init__(self, scene: Scene) -> None:
         super().__init__()
-        self.search, self.rows = scene.search, None
+        self.objectives, self.rows = scene.search.objectives, None
 
     def notify(self, algorithm: Any) -> None:
         new = algorithm.off if algorithm.off is not None else algorithm.pop
         costs = new.get("F")[np.all(new.get("G") <= 0.0, axis=1)]
         costs = costs if self.rows is None else np.concatenate([self.rows, costs])
-        columns = dict(zip(self.search.minimise, costs.T, strict=True))
-        self.rows = objectives(non_dominated(Rows(columns, len(costs)), self.search), self.search)
+        columns = dict(zip(self.objectives, costs.T, strict=True))
+        self.rows = row_costs(non_dominated(Rows(columns, len(costs)), self.objectives), self.objectives)
 
 
 class Run(NamedTuple):

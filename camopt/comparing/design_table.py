@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import pyarrow as pa
 
-from camopt.front.pareto import signs, undominated
+from camopt.front.pareto import undominated
 from camopt.mechanisms.design import BoolArray
 from camopt.numerics import FloatArray
 from camopt.problem.problem import size_keys
@@ -71,7 +71,7 @@ class DesignTable:
     def objectives(self) -> dict[str, float]:
         """The objectives, and what turns each into a cost; of a frontier its axes."""
         axes = axes_of(self.names)
-        found = dict.fromkeys(axes, 1.0) if axes else signs(self.scene.search)
+        found = dict.fromkeys(axes, 1.0) if axes else self.scene.search.objectives
         numbers = {field.name for field in self.layout if pa.types.is_floating(field.type)}
         return found if {*found} <= numbers else {}
 

@@ -42,7 +42,7 @@ def _of_a_scene(scene: Scene) -> str:
 @html_of.register
 def _of_an_evaluation(result: Evaluation) -> str:
     """Every quantity with its unit, limit and meaning, a row each."""
-    names = [name for name in result if not is_nothing(result.scene, name, [result])]
+    names = [name for name in result if not is_nothing(result.scene.search.sizes, name, [result])]
     table = _down(result.scene.name, result.scene, result, names, result.unbounded)
     return _beside_the_cam(table, lambda: result.scene)
 
@@ -86,7 +86,8 @@ def _of_a_frontier(result: Frontier) -> str:
     """The cams of free laws, the axes first."""
     if not result.rows:
         return f"<b>{escape(_title(result))}</b>"
-    names = [*result.axes, "bound", *(n for n in sizes_shown(result.scene, result.rows) if not n.startswith("law"))]
+    sizes = sizes_shown(result.scene.search.sizes, result.rows)
+    names = [*result.axes, "bound", *(name for name in sizes if not name.startswith("law"))]
     units = {axis: unit_of(axis, result.scene) for axis in result.axes}
     units["bound"] = units[result.axes[0]]
     rows = [["" if row[name] is None else _text(row[name]) for name in names] for row in result.rows]

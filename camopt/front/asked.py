@@ -91,15 +91,12 @@ class Question:
 class Asked:
     """A sweep to be run."""
 
-    problem: Problem
+    scene: Scene
     """With objectives."""
+    problem: Problem
     space: Space
     keep: str
     block: int = BLOCK
-
-    @property
-    def scene(self) -> Scene:
-        return self.problem.scene
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -110,7 +107,9 @@ class Asked:
     def by_boxes(self) -> bool:
         """Whether boxes of designs are decided together: the front alone is wanted, and objectives allow it."""
         return (
-            self.keep == FRONT_ONLY and not self.scene.search.samples and all(map(all_bounded, self.space.problems))
+            self.keep == FRONT_ONLY
+            and not self.problem.choices.samples
+            and all(map(all_bounded, self.space.problems))
         )
 
     @cached_property
@@ -128,7 +127,7 @@ class Asked:
 
     def evaluated(self, numbers: Sequence[int]) -> Batch:
         """What blocks that follow each other give."""
-        return merged([self.blocks.batch(number) for number in numbers], self.scene.search)
+        return merged([self.blocks.batch(number) for number in numbers], self.problem.objectives)
 
     def batches(self, numbers: range, engine: Engine) -> Iterator[Batch]:
         """What blocks give on an engine, some at a time, in order."""
@@ -167,11 +166,14 @@ def asked_of(scene: Scene, keep: str, block: int = BLOCK) -> Asked:
     """What a sweep of a scene is asked. Errors are those of ``sweep``."""
     if keep not in KEPT:
         raise BadInput([Mistake("camopt", "keep", keep, f"a choice of designs; {nearest(str(keep), KEPT)}")])
-    problem = with_objectives(resolve(scene))
+    given = resolve(scene)
+    problem = with_objectives(given)
+    if problem is not given:
+        scene = scene.with_values({"search.minimise": tuple(problem.objectives)})
     space = searched_space(problem)
     if keep == FRONT_ONLY or scene.search.refine:
         space.check_apart()
-    return Asked(problem, space, keep, block)
+    return Asked(scene, problem, space, keep, block)
 
 
 def asked_again(question: Question) -> Asked:
@@ -184,19 +186,18 @@ def with_objectives(problem: Problem) -> Problem:
 
     A flat face is square to its motion, or its pressure angle all but given: it is no objective there.
     """
-    search, setup = problem.scene.search, problem.setup
-    if not (search.minimise or search.maximise):
-        timed = setup.omega is not None
-        acceleration = motion_quantity("acceleration", "", angular=setup.angular, timed=timed)
-        names = [problem.size_name, acceleration]
-        names += [] if setup.mechanism.curvature is None else ["pressure_angle_max_deg"]
-        return replace(problem, scene=problem.scene.replace(**{"search.minimise": names}))
-    return problem
+    if problem.objectives:
+        return problem
+    setup = problem.setup
+    acceleration = motion_quantity("acceleration", "", angular=setup.angular, timed=setup.omega is not None)
+    names = [problem.size_name, acceleration]
+    names += [] if setup.mechanism.curvature is None else ["pressure_angle_max_deg"]
+    return replace(problem, objectives=dict.fromkeys(names, 1.0))
 
 
 def column_names(problem: Problem) -> tuple[str, ...]:
     """The columns of a sweep: sizes, what limits and objectives need, named outputs, and the verdict."""
     numbers = {name for name in problem.needed if QUANTITIES[name].kind is float}  # the verdict tells the rest
-    outputs = problem.named if problem.scene.outputs else frozenset()
+    outputs = problem.named if problem.outputs else frozenset()
     names = problem.sizes | numbers | outputs | set(VERDICT)
     return tuple(name for name in QUANTITIES if name in names)

@@ -11,9 +11,8 @@ import numpy as np
 from camopt.front.pareto import best_of_laws, non_dominated
 from camopt.front.shared_curves import SharedCurves, curve_numbers
 from camopt.problem.problem import Problem
-from camopt.problem.rows import Rows, joined
+from camopt.problem.rows import Objectives, Rows, joined
 from camopt.problem.space import Space
-from camopt.scene.search import Search
 from camopt.verdicts.judging import Effort, settled
 from camopt.verdicts.screening import screened, screened_beyond_pitch
 
@@ -43,7 +42,7 @@ class Batch:
     """Rows with the best feasible one of each law."""
 
 
-def merged(batches: Sequence[Batch], search: Search) -> Batch:
+def merged(batches: Sequence[Batch], objectives: Objectives) -> Batch:
     """One batch for several that follow each other."""
     if len(batches) == 1:
         return batches[0]
@@ -59,8 +58,8 @@ def merged(batches: Sequence[Batch], search: Search) -> Batch:
         effort=effort,
         reached=max(batch.reached for batch in batches),
         kept=joined(batch.kept for batch in batches),
-        front=non_dominated(joined(batch.front for batch in batches), search),
-        best=best_of_laws(joined(batch.best for batch in batches), search),
+        front=non_dominated(joined(batch.front for batch in batches), objectives),
+        best=best_of_laws(joined(batch.best for batch in batches), objectives),
     )
 
 
@@ -119,7 +118,7 @@ class Blocks:
         existing, evaluated, effort = self._evaluated(part, problem, first, last)
         evaluated = evaluated.only(self._names)
         feasible = evaluated.take(evaluated.column("feasible").astype(bool))
-        front = non_dominated(feasible, problem.scene.search)
+        front = non_dominated(feasible, problem.objectives)
         return Batch(
             first=number,
             last=number + 1,
@@ -130,7 +129,7 @@ class Blocks:
             reached=float(np.max(evaluated.columns["relative_half_width"], initial=0.0)),
             kept=evaluated if self._kept else evaluated.take(np.arange(0)),
             front=front,
-            best=best_of_laws(front, problem.scene.search),
+            best=best_of_laws(front, problem.objectives),
         )
 
     def _evaluated(self, part: int, problem: Problem, first: int, last: int) -> tuple[int, Rows, Effort]:

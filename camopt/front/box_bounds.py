@@ -15,7 +15,6 @@ from camopt.effects import EFFECTS, Case, Setup
 from camopt.effects.case import Bounded, Effect
 from camopt.effects.mean import Mean
 from camopt.effects.peak import Peak
-from camopt.front.pareto import signs
 from camopt.mechanisms import Designs
 from camopt.motion.table import DWELL, RETURN, RISE, TURN
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
@@ -60,7 +59,7 @@ def is_bounded(name: str, sign: float, setup: Setup) -> bool:
 
 def all_bounded(problem: Problem) -> bool:
     """Whether boxes of designs bound all objectives from their better sides."""
-    return all(is_bounded(name, sign, problem.setup) for name, sign in signs(problem.scene.search).items())
+    return all(is_bounded(name, sign, problem.setup) for name, sign in problem.objectives.items())
 
 
 def is_hopeless(problem: Problem) -> bool:
@@ -111,7 +110,7 @@ class Bounds(NamedTuple):
     def look(self, box: Designs) -> Looked:
         """The bounds of objectives."""
         inside, exists = representatives(self.problem, box, self.free, np.ones(len(box), dtype=bool))
-        asked = signs(self.problem.scene.search)
+        asked = self.problem.objectives
         costs, change = np.full((len(box), len(asked)), -np.inf), np.zeros((len(self.free), len(box)))
         index = np.flatnonzero(exists)
         some, middle = box.take(index), inside.take(index)

@@ -38,8 +38,9 @@ def certify_table(path: str | os.PathLike[str], progress: Progress | None = None
     table = read_table(path)
     if COLUMN in table.column_names:
         table = table.drop_columns([COLUMN])
-    problem = resolve(scene_in(table.schema, path))
-    for why in oddities(table, problem):
+    scene = scene_in(table.schema, path)
+    problem = resolve(scene)
+    for why in oddities(table, scene, problem):
         raise no_table(path, why)
     rows = Rows({name: table[name].to_numpy() for name in table.column_names}, table.num_rows)
     space = Space(problem, problems_of(problem), {})

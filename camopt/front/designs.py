@@ -84,8 +84,8 @@ def evaluate_designs(scene: Scene, designs: "Mapping[str, Any] | pd.DataFrame") 
         frame = pd.DataFrame(designs)
     except (ValueError, TypeError) as trouble:  # columns of several lengths, or no columns at all
         raise BadInput([Mistake("camopt", FILE, None, f"columns of one length: {trouble}")]) from None
-    given = _given(problem, frame)
-    problem = freed_of(_searching(problem, frame))
+    given = _given(problem, frame, size_keys(scene))
+    problem = freed_of(_searching(scene, problem, frame))
     names = problem.wanted | problem.sizes | frozenset(VERDICT)
     parts = [_evaluated(each, given.take(rows), names).set_axis(rows) for each, rows in _by_motion(problem, frame)]
     found = pd.concat(parts).sort_index().set_axis(frame.index)
@@ -95,9 +95,9 @@ def evaluate_designs(scene: Scene, designs: "Mapping[str, Any] | pd.DataFrame") 
     return found
 
 
-def _given(problem: Problem, frame: "pd.DataFrame") -> Designs:
-    """The designs of a table: its columns, and the scene's own sizes."""
-    keys = {f"{key.partition('.')[2]}_mm": key for key in size_keys(problem.scene)}
+def _given(problem: Problem, frame: "pd.DataFrame", size_keys: Iterable[str]) -> Designs:
+    """The designs of a table: its columns, and the scene's own sizes, which have keys there."""
+    keys = {f"{key.partition('.')[2]}_mm": key for key in size_keys}
     numbers = _numbers(problem, frame)
     if odd := list(_odd_columns(frame, keys, _numbers(problem))):
         raise BadInput(odd)
@@ -126,13 +126,13 @@ def _numbers(problem: Problem, names: Container[str] | None = None) -> dict[str,
     return {name: key for name, key in keys.items() if names is None or name in names}
 
 
-def _searching(problem: Problem, frame: "pd.DataFrame") -> Problem:
+def _searching(scene: Scene, problem: Problem, frame: "pd.DataFrame") -> Problem:
     """The problem of a scene whose search varies the numbers of which a faultless table has columns."""
     numbers = {} if frame.empty else _numbers(problem, frame)
     ends = {f"search.{key}": [float(frame[name].min()), float(frame[name].max())] for name, key in numbers.items()}
     columns = {f"search.{key}": name for name, key in numbers.items()}
     try:
-        return resolve(problem.scene.replace(**ends)) if ends else problem
+        return resolve(scene.replace(**ends)) if ends else problem
     except BadInput as error:
         raise BadInput(
             replace(each, file=FILE, key=columns.get(each.key, each.key)) for each in error.mistakes

@@ -20,7 +20,7 @@ import numpy as np
 from camopt.front.box_bounds import Bounds, is_hopeless
 from camopt.front.dominance import Dominators
 from camopt.front.grid_boxes import Grid, GridBoxes, IntArray, chained_boxes
-from camopt.front.pareto import Archive, non_dominated, objectives, signs
+from camopt.front.pareto import Archive, non_dominated, row_costs
 from camopt.front.streaming import Seen
 from camopt.problem.rows import Rows
 from camopt.problem.space import Space
@@ -76,8 +76,8 @@ class FrontSearch:
     """Whether there were boxes to begin with."""
 
     def __post_init__(self) -> None:
-        self.grid, self.search = Grid(self.space), self.space.problem.scene.search
-        self.archive = Archive(self.search, BLOCK)
+        self.grid, self.objectives = Grid(self.space), self.space.problem.objectives
+        self.archive = Archive(self.objectives, BLOCK)
 
     def run(self, after_step: Callable[["FrontSearch"], None] | None = None) -> Seen:
         """The front, its rows in the order of the space. What is called after each step may keep the state."""
@@ -99,7 +99,7 @@ class FrontSearch:
     def start(self) -> None:
         """The motions that may meet the limits, halved until there are some boxes: to bound few takes as long."""
         hopeless = np.array([is_hopeless(problem) for problem in self.space.problems])
-        boxes = self.kept(self.grid.whole(len(signs(self.search))), ~hopeless)
+        boxes = self.kept(self.grid.whole(len(self.objectives)), ~hopeless)
         while 0 < len(boxes) < SOME and np.all(boxes.counts > LARGE * FEW):
             boxes = boxes.halved(np.argmax(boxes.high - boxes.low, axis=1))
         self.evaluate(boxes.motion[:0], boxes.motion[:0])  # a front without rows has columns
@@ -147,7 +147,7 @@ class FrontSearch:
         bounds = Bounds(self.space.problems[boxes.motion[0]], self.grid.free)
         designs = self.grid.designs(boxes)
         open_, change = ~bounds.impossible(designs), np.zeros((len(self.grid.free), len(boxes)))
-        costs = np.full((len(boxes), len(signs(self.search))), -np.inf)
+        costs = np.full((len(boxes), len(self.objectives)), -np.inf)
         looked = bounds.look(designs.take(open_))
         costs[open_], change[:, open_] = looked.costs, looked.change
         costs = np.nan_to_num(costs)
@@ -195,12 +195,12 @@ class FrontSearch:
         exists = problem.setup.mechanism.exists(designs, problem.programme)
         found = screened(problem, designs.take(exists), frozenset(self.names))
         numbered = {NUMBER: number[exists][found.which] + motion * self.space.designs_each}
-        rows = non_dominated(replace(found.rows, columns=found.rows.columns | numbered), self.search)
+        rows = non_dominated(replace(found.rows, columns=found.rows.columns | numbered), self.objectives)
         return Evaluated(rows, found.effort, float(np.max(found.rows.columns["relative_half_width"], initial=0.0)))
 
     def dominators(self) -> Dominators:
         """The front of what has been evaluated."""
-        return Dominators(np.nan_to_num(objectives(self.archive.front(), self.search)))
+        return Dominators(np.nan_to_num(row_costs(self.archive.front(), self.objectives)))
 
     def each(self, work: Callable[[Item], Result], items: list[Item]) -> Iterable[Result]:
         """Results in order; of a single item in this thread, so that an interrupt ends it while it compiles."""

@@ -133,7 +133,7 @@ class Journal:
         self._wait()
         some, self._pending = self._pending, []
         if some and not self.trouble:
-            batch = merged(some, self.asked.scene.search)
+            batch = merged(some, self.asked.problem.objectives)
             self._writing = self._thread.submit(self._write, batch)
 
     def _wait(self) -> None:
@@ -330,7 +330,7 @@ def _sound(payload: bytes, asked: Asked) -> Batch | None:
     """A batch from its bytes; None if it is not what blocks of a sweep give, though its digest may be right."""
     try:
         numbers, tables = _parted(payload)
-        if any(why for table in tables.values() for why in oddities(table, asked.problem)):
+        if any(why for table in tables.values() for why in oddities(table, asked.scene, asked.problem)):
             return None
         batch = _batch(numbers, tables)
         return batch if _counted(batch, asked) else None

@@ -13,12 +13,13 @@ from camopt.motion.table import RETURN, RISE
 from camopt.problem.problem import Problem
 from camopt.problem.settings import problems_of
 from camopt.quantities import QUANTITIES
+from camopt.scene.scene import Scene
 from camopt.scene.tables import LONGEST, SHORTEST
 from camopt.tables.table import schema
 
 
-def oddities(table: pa.Table, problem: Problem) -> Iterator[str]:
-    """What keeps a table from being one of a sweep of a scene."""
+def oddities(table: pa.Table, scene: Scene, problem: Problem) -> Iterator[str]:
+    """What keeps a table from being one of a sweep of a scene, which poses a problem."""
     names = column_names(problem)
     expected = schema((*names, "refined") if "refined" in table.column_names else names, "")
     if table.column_names != expected.names:
@@ -36,7 +37,7 @@ def oddities(table: pa.Table, problem: Problem) -> Iterator[str]:
             return
     for key, name in problem.numbers.items():
         try:
-            problem.scene.replace(**{f"search.{key}": pc.unique(table[name]).to_pylist() or None})
+            scene.replace(**{f"search.{key}": pc.unique(table[name]).to_pylist() or None})
         except BadInput as error:
             yield f"its column {name} has values that {key} cannot have: {error.mistakes[0]}"
             return

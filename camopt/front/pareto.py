@@ -11,8 +11,7 @@ import numpy as np
 
 from camopt.mechanisms.design import BoolArray
 from camopt.numerics import FloatArray
-from camopt.problem.rows import Columns, Rows, finite, joined
-from camopt.scene.search import Search
+from camopt.problem.rows import Columns, Objectives, Rows, finite, joined
 
 LARGEST = np.finfo(float).max
 REFERENCE = 1.1  # in normalised objectives: a tenth beyond the nadir, so that the ends of a front count
@@ -21,41 +20,36 @@ EXACT_WORK = 1e9  # points^(objectives − 2) up to which an exact hypervolume t
 SAMPLED_WORK = 1e9  # points × directions of an approximate one, as long
 
 
-def signs(search: Search) -> dict[str, float]:
-    """Each objective, and what turns it into a cost: 1 if minimised, −1 if maximised."""
-    return dict.fromkeys(search.minimise, 1.0) | dict.fromkeys(search.maximise, -1.0)
-
-
-def costs_of(columns: Columns, count: int, search: Search) -> FloatArray:
+def costs_of(columns: Columns, count: int, objectives: Objectives) -> FloatArray:
     """The objectives as numbers to minimise, (rows, objectives)."""
-    return np.column_stack([sign * columns[name] + np.zeros(count) for name, sign in signs(search).items()])
+    return np.column_stack([sign * columns[name] + np.zeros(count) for name, sign in objectives.items()])
 
 
-def objectives(rows: Rows, search: Search) -> FloatArray:
+def row_costs(rows: Rows, objectives: Objectives) -> FloatArray:
     """The objectives of each row as numbers to minimise, (rows, objectives)."""
-    return costs_of(rows.columns, rows.count, search)
+    return costs_of(rows.columns, rows.count, objectives)
 
 
-def ranked(rows: Rows, search: Search) -> Rows:
+def ranked(rows: Rows, objectives: Objectives) -> Rows:
     """The rows sorted by the first objective, ties by the next, and so on."""
-    return rows.take(np.lexsort(objectives(rows, search).T[::-1])) if rows.count else rows
+    return rows.take(np.lexsort(row_costs(rows, objectives).T[::-1])) if rows.count else rows
 
 
-def best_of_laws(rows: Rows, search: Search) -> Rows:
+def best_of_laws(rows: Rows, objectives: Objectives) -> Rows:
     """The first row of each pair of laws when sorted by the objectives in turn, the best law first."""
-    rows = ranked(rows, search)
+    rows = ranked(rows, objectives)
     first: dict[tuple[str, str], int] = {}
     for i, laws in enumerate(zip(rows.column("law_rise"), rows.column("law_return"), strict=True)):
         first.setdefault(laws, i)
     return rows.take(np.array([*first.values()], dtype=int))
 
 
-def non_dominated(rows: Rows, search: Search) -> Rows:
+def non_dominated(rows: Rows, objectives: Objectives) -> Rows:
     """The rows that no other row betters in one objective without losing in another, in their order.
 
     Rows equal in all objectives are all kept: they are other designs.
     """
-    return rows.take(undominated(objectives(rows, search))) if rows.count else rows
+    return rows.take(undominated(row_costs(rows, objectives))) if rows.count else rows
 
 
 def undominated(costs: FloatArray) -> BoolArray:
@@ -68,9 +62,9 @@ def undominated(costs: FloatArray) -> BoolArray:
 class Archive:
     """The exact front of rows that come in blocks; it holds a few times as many rows as remain, and no more."""
 
-    def __init__(self, search: Search, least: int) -> None:
+    def __init__(self, objectives: Objectives, least: int) -> None:
         """Rows are sifted once there are ``least`` new ones, and as many as there were before."""
-        self._search, self._least = search, least
+        self._objectives, self._least = objectives, least
         self._parts: list[Rows] = []
         self._kept = self._new = 0
 
@@ -83,7 +77,7 @@ class Archive:
 
     def front(self) -> Rows:
         """The non-dominated ones of all rows so far, in the order in which they came."""
-        front = non_dominated(joined(self._parts), self._search)
+        front = non_dominated(joined(self._parts), self._objectives)
         self._parts, self._kept, self._new = [front], front.count, 0
         return front
 
@@ -146,7 +140,7 @@ def _sums(normalised: FloatArray) -> FloatArray:
     return sums
 
 
-def thinned(rows: Rows, search: Search, epsilon: float) -> Rows:
+def thinned(rows: Rows, objectives: Objectives, epsilon: float) -> Rows:
     """Rows of a front that stand for all of it: each row has one among them that costs at most ε more.
 
     It does so in every objective, normalised over the front. One row is kept in each box of side ε that no other
@@ -156,7 +150,7 @@ def thinned(rows: Rows, search: Search, epsilon: float) -> Rows:
         return rows
     import moocore
 
-    costs = objectives(rows, search)
+    costs = row_costs(rows, objectives)
     normalised = scale_of_costs(costs).normalised(costs)
     sums, boxes = _sums(normalised), np.nan_to_num(np.floor(normalised / epsilon))
     order = np.argsort(sums, kind="stable")
@@ -190,27 +184,27 @@ class Front:
         return {**vars(self), "knee": finite(self.knee)}
 
 
-def front_of(rows: Rows, search: Search, grid: Rows | None = None) -> Front | None:
+def front_of(rows: Rows, objectives: Objectives, grid: Rows | None = None) -> Front | None:
     """What is said of a front, and of the front of the grid that it refines; None if it is empty."""
     if not rows.count:
         return None
-    costs = objectives(rows, search)
+    costs = row_costs(rows, objectives)
     scale = scale_of_costs(costs)
     normalised = scale.normalised(costs)
     volume, exact = hypervolume(normalised)
-    before = None if grid is None else hypervolume(scale.normalised(objectives(grid, search)))[0]
+    before = None if grid is None else hypervolume(scale.normalised(row_costs(grid, objectives)))[0]
     return Front(
         points=rows.count,
         hypervolume=volume,
         exact=exact,
-        ideal=_values(scale.ideal, search),
-        nadir=_values(scale.nadir, search),
+        ideal=_values(scale.ideal, objectives),
+        nadir=_values(scale.nadir, objectives),
         knee=rows.take(np.array([knee(normalised)])).records()[0],
         grid_points=None if grid is None else grid.count,
         grid_hypervolume=before,
     )
 
 
-def _values(costs: FloatArray, search: Search) -> dict[str, float]:
+def _values(costs: FloatArray, objectives: Objectives) -> dict[str, float]:
     """Costs as values of the objectives."""
-    return {name: sign * float(cost) + 0.0 for (name, sign), cost in zip(signs(search).items(), costs, strict=True)}
+    return {name: sign * float(cost) + 0.0 for (name, sign), cost in zip(objectives.items(), costs, strict=True)}

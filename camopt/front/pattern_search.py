@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from camopt.front.pareto import costs_of, signs
+from camopt.front.pareto import costs_of
 from camopt.mechanisms import Designs, chained
 from camopt.mechanisms.design import Bounds
 from camopt.numerics import FloatArray
@@ -36,21 +36,22 @@ class PatternSearch:
 
     def column(self, objective: str) -> int:
         """The place of an objective among the costs."""
-        return list(signs(self.problem.scene.search)).index(objective)
+        return list(self.problem.objectives).index(objective)
 
     @property
     def of_size(self) -> bool:
         """Whether the objective is the size of the cam, to be lowered."""
-        return self.objective == self.problem.size_name and self.objective in self.problem.scene.search.minimise
+        name = self.problem.size_name
+        return self.objective == name and self.problem.objectives.get(name, 0.0) > 0.0
 
     def costs(self, designs: Designs) -> tuple[FloatArray, Any]:
         """The far side of each objective as a cost, (designs, objectives); and which designs are feasible."""
         problem = self.problem
         held = problem.setup.mechanism.exists(designs, self.problem.programme) & (designs.size > 0.0)
-        costs = np.full((len(designs), len(signs(problem.scene.search))), np.inf)
+        costs = np.full((len(designs), len(problem.objectives)), np.inf)
         some = designs.take(held)
         rows, excess, _ = weighed(problem, some, frozenset())
-        costs[held] = costs_of(rows.shifted(1.0), len(some), problem.scene.search)
+        costs[held] = costs_of(rows.shifted(1.0), len(some), problem.objectives)
         held[held] = np.all(excess <= 0.0, axis=0)
         return costs, held
 
@@ -155,7 +156,7 @@ def by_closed_form(pattern: PatternSearch, designs: Designs, ceilings: FloatArra
 def _smallest(pattern: PatternSearch, design: Designs, ceilings: FloatArray) -> Designs | None:
     """A design that no allowed one undercuts in size; None if no closed form gives one."""
     problem = pattern.problem
-    most = dict(zip(signs(problem.scene.search), ceilings, strict=True))
+    most = dict(zip(problem.objectives, ceilings, strict=True))
     angle = most.get("pressure_angle_max_deg", np.inf)
     on_return = min(angle, most.get("pressure_angle_max_return_deg", np.inf))
     if on_return <= 0.0:

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from camopt.effects import EFFECTS
-from camopt.front.pareto import non_dominated, signs, thinned
+from camopt.front.pareto import non_dominated, thinned
 from camopt.front.pattern_search import PatternSearch, by_search, polished
 from camopt.mechanisms import Designs, chained
 from camopt.mechanisms.design import Bounds
@@ -39,15 +39,15 @@ def refined(space: Space, grid: Rows, progress: Progress | None = None) -> Rows:
     No row of the grid's front is better than all of its rows. ``progress`` is called with (designs done, designs
     in all).
     """
-    problem, names, search = exactly(space.problem), frozenset(grid.columns), space.problem.scene.search
+    problem, names = exactly(space.problem), frozenset(grid.columns)
     free = free_sizes(problem)
     decided = [name for name in decided_objectives(problem) if name != problem.size_name or "size" in free]
     if not free or not decided or not grid.count:
         return _marked(grid, False)
-    sized = "size" in free and problem.size_name in search.minimise
+    sized = "size" in free and problem.objectives.get(problem.size_name, 0.0) > 0.0
     objective = problem.size_name if sized else decided[0]
     cams = _smallest_cams(space, names) if sized else ()
-    start = non_dominated(joined([grid, *cams]), search)
+    start = non_dominated(joined([grid, *cams]), problem.objectives)
     groups = list(space.designs_of(start))
     parts, done, total = [], 0, start.count + LEVELS * len(groups)
 
@@ -67,21 +67,21 @@ def refined(space: Space, grid: Rows, progress: Progress | None = None) -> Rows:
         designs = chained(at_optima(pattern, designs, pattern.costs(designs)[0]))
         designs = chained([designs, *at_optima(pattern, *_levels(pattern, designs, decided))])
         parts.append(_marked(_rows(pattern.problem, designs, names), True))
-    return thinned(non_dominated(joined(parts), search), search, SAME)
+    front = non_dominated(joined(parts), problem.objectives)
+    return thinned(front, problem.objectives, SAME)
 
 
 def free_sizes(problem: Problem) -> Bounds:
     """The sizes that a front moves in: those that ``[search]`` gives a range, and the cam's own if it varies."""
-    search = problem.scene.search
     free = {name: ends for name, ends in boxes_of(problem)[0].items() if ends[1] > ends[0]}
-    if search.base_radius is None and search.mean_radius is None:
+    if problem.size_name.removesuffix("_mm") not in problem.choices.sizes:
         free.pop("size", None)
     return free
 
 
 def decided_objectives(problem: Problem) -> list[str]:
     """The objectives that depend on the sizes of the design, not on motion and numbers of the scene alone."""
-    names = [name for name in signs(problem.scene.search) if name not in problem.setup.varied.values()]
+    names = [name for name in problem.objectives if name not in problem.setup.varied.values()]
     effects = {name: EFFECTS[QUANTITIES[name].effect] for name in names}
     return [name for name, effect in effects.items() if not effect.of_motion(problem.setup)]
 

@@ -45,8 +45,8 @@ def gathered(
     ``progress`` is called with (designs done, designs in all). Rows are the same however the space was cut.
     """
     designs, existing, feasible, effort, reached = 0, 0, 0, Effort(), 0.0
-    search, total, best = space.problem.scene.search, len(space), NONE
-    archive = Archive(search, block)
+    objectives, total, best = space.problem.objectives, len(space), NONE
+    archive = Archive(objectives, block)
     for batch in batches:
         designs += batch.designs
         existing += batch.existing
@@ -54,7 +54,7 @@ def gathered(
         effort = effort.plus(batch.effort)
         reached = max(reached, batch.reached)
         archive.add(batch.front)
-        best = batch.best if best is NONE else best_of_laws(joined([best, batch.best]), search)
+        best = batch.best if best is NONE else best_of_laws(joined([best, batch.best]), objectives)
         write(batch.kept)
         report_progress(progress, designs, total)
     front = NONE if best is NONE else archive.front()

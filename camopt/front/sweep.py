@@ -246,8 +246,8 @@ def result_of(
         kept = stack.enter_context(keep(unit.journal)) if unit and keep else None
         tables = _tables(stack, unit, asked) if unit else {}
         seen = search(kept, tables["designs"].append if tables and asked.keep in TABLED else _nowhere)
-        rows, grid = _fronts(space, seen.front, progress)
-        front = front_of(rows, scene.search, grid if scene.search.refine else None)
+        rows, grid = _fronts(asked, seen.front, progress)
+        front = front_of(rows, asked.problem.objectives, grid if scene.search.refine else None)
         front = front and replace(front, knee=Design(front.knee, scene))
         result = Sweep(
             scene=scene,
@@ -258,8 +258,8 @@ def result_of(
             reached=seen.reached,
             pareto=rows.count,
             files=_places(asked, unit.folder) if unit else (),
-            best=best_of_each_law(space, seen.best),
-            nearest_miss=nearest_miss_of_space(space, asked.block) if seen.feasible == 0 else None,
+            best=best_of_each_law(asked, seen.best),
+            nearest_miss=nearest_miss_of_space(asked) if seen.feasible == 0 else None,
             front=front,
             obstacle="" if seen.existing != 0 else asked.problem.setup.mechanism.assembly,
             evaluated=seen.evaluated,
@@ -299,11 +299,11 @@ def _nowhere(rows: Rows) -> None:
     """Rows of which no table is written."""
 
 
-def _fronts(space: Space, found: Rows, progress: Progress | None) -> tuple[Rows, Rows]:
+def _fronts(asked: Asked, found: Rows, progress: Progress | None) -> tuple[Rows, Rows]:
     """The front as the scene asks for it, refined and thinned, and that of the grid, with digits to compare."""
-    search = space.problem.scene.search
+    space, search = asked.space, asked.scene.search
     rows = refined(space, found, progress) if search.refine else found
-    rows = rows if search.thin is None else thinned(rows, search, search.thin)
+    rows = rows if search.thin is None else thinned(rows, asked.problem.objectives, search.thin)
     compared = to_compare(space, rows)
     return compared, compared if rows is found else to_compare(space, found)
 
@@ -339,14 +339,12 @@ def _places(asked: Asked, folder: Path) -> tuple[Path, ...]:
     return tuple(folder / name for name in files_of(asked))
 
 
-def best_of_each_law(space: Space, rows: Rows) -> dict[str, Design]:
+def best_of_each_law(asked: Asked, rows: Rows) -> dict[str, Design]:
     """The best row of each pair of laws as a design, the best law first."""
-    scene = space.problem.scene
-    best = to_compare(space, best_of_laws(rows, scene.search)).records()
-    return ByLaw(
-        (joined_laws(row["law_rise"], row["law_return"]), Design({**row, "held_by": held_by(space, row)}, scene))
-        for row in best
-    )
+    space = asked.space
+    best = to_compare(space, best_of_laws(rows, asked.problem.objectives)).records()
+    told = ({**row, "held_by": held_by(space, row)} for row in best)
+    return ByLaw((joined_laws(row["law_rise"], row["law_return"]), Design(row, asked.scene)) for row in told)
 
 
 def to_compare(space: Space, rows: Rows) -> Rows:
@@ -384,11 +382,12 @@ def held_by(space: Space, row: dict[str, Any]) -> str:
     return str(judged(problem, design, frozenset()).column("violated")[0]).replace(",", ", ")
 
 
-def nearest_miss_of_space(space: Space, block: int) -> Design | None:
+def nearest_miss_of_space(asked: Asked) -> Design | None:
     """The design of the space that misses its limits the least, with its quantities; of many, of some blocks."""
+    space = asked.space
     best: tuple[tuple[float, float], Problem, Designs] | None = None
     step = max(len(space) // MOST_LOOKED_AT, 1)
-    for problem, first, last in islice(space.blocks(block), step // 2, None, step):
+    for problem, first, last in islice(space.blocks(asked.block), step // 2, None, step):
         designs = space.designs(np.arange(first, last))
         designs = designs.take(problem.setup.mechanism.exists(designs, problem.programme))
         if not len(designs):
@@ -402,4 +401,4 @@ def nearest_miss_of_space(space: Space, block: int) -> Design | None:
         return None
     _, problem, design = best
     (row,) = as_evaluated(problem, design, frozenset(column_names(problem))).records()
-    return Design(row, problem.scene)
+    return Design(row, asked.scene)

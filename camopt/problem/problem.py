@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
-from math import isnan, nan
+from math import inf, nan
 from typing import Any
 
 import numpy as np
@@ -14,18 +14,20 @@ from camopt.motion import LAWS
 from camopt.motion.law import Law
 from camopt.motion.programme import Programme
 from camopt.motion.segments import Segment
+from camopt.problem.choices import Choices, choices_of
 from camopt.problem.claims import Claim
 from camopt.problem.limit import Limit
 from camopt.problem.limits import OF_QUANTITIES, limited_quantity, limits_of
+from camopt.problem.rows import Objectives
 from camopt.problem.setup import load_and_unit, setup_of
 from camopt.quantities import EVERYTHING, GEOMETRY, QUANTITIES, number_quantity
-from camopt.scene import segments
 from camopt.scene.checks import sizes_of
 from camopt.scene.choices import Range
 from camopt.scene.load import constant_and_changing
 from camopt.scene.own_laws import law_of
 from camopt.scene.profile import programme_of
 from camopt.scene.scene import Scene
+from camopt.scene.segments import segments_of
 
 VERDICT = ("feasible", "violated", "status", "relative_half_width")
 EXACT = 1e-13  # tolerance for single designs, whose digits people compare: it costs nothing there
@@ -35,14 +37,29 @@ EXACT = 1e-13  # tolerance for single designs, whose digits people compare: it c
 class Problem:
     """A scene resolved: its setup, laws, programme and design in inside units, its limits, what it calls for."""
 
-    scene: Scene
+    file: str
+    """What messages call the scene."""
     setup: Setup
     laws: Mapping[str, Law]
     """Every law that the scene can name: the built-in ones and its own."""
     programme: Programme
+    segments: tuple[Segment, ...]
+    """The turn as the scene gives it; none where it gives the profile of the cam."""
+    profile: tuple[float, ...]
+    """The radii of that profile's arcs, mm; below 0 where hollow, infinite for a line."""
     design: Designs
     """The scene's own design; a size that the scene leaves to its search is not a number (``resolve_design``)."""
     limits: tuple[Limit, ...]
+    objectives: Objectives
+    outputs: tuple[str, ...]
+    """Quantities and effects to report besides, by name."""
+    choices: Choices
+    missing: tuple[str, ...]
+    """The keys of sizes and other numbers that the scene leaves to its search."""
+    accuracy: float
+    """The largest relative error of reported values that is asked; the setup's tolerance may be smaller."""
+    values: "SceneValues"
+    scene: Scene
 
     def with_programme(self, programme: Programme) -> "Problem":
         """The problem of another motion of the same follower, with the same limits."""
@@ -52,9 +69,9 @@ class Problem:
         """The problem with other numbers of the scene that are no sizes, by key; at the same tolerance."""
         if not numbers:
             return self
-        scene = self.scene.with_numbers(numbers)
-        setup = replace(setup_of(scene), tolerance=self.setup.tolerance, free=self.setup.free - numbers.keys())
-        return replace(self, scene=scene, setup=setup, limits=limits_of(scene, setup))
+        values = self.values.replaced(numbers)
+        setup = replace(values.setup, tolerance=self.setup.tolerance, free=self.setup.free - numbers.keys())
+        return replace(self, values=values, setup=setup, limits=values.limits(setup))
 
     def freed(self, numbers: Mapping[str, float]) -> "Problem":
         """The problem of designs that bring some numbers, by key of the scene, which may be as large as here."""
@@ -62,7 +79,7 @@ class Problem:
             return self
         setup = self.with_numbers(numbers).setup
         setup = replace(setup, free=setup.free | numbers.keys())
-        return replace(self, setup=setup, limits=limits_of(self.scene, setup))
+        return replace(self, setup=setup, limits=self.values.limits(setup))
 
     def alone(self, design: Designs) -> "tuple[Problem, Designs]":
         """The problem of one design, with the numbers that it brings, and the design without them."""
@@ -82,7 +99,7 @@ class Problem:
     @property
     def numbers(self) -> dict[str, str]:
         """The quantities of the numbers that ``[search]`` varies and that are no sizes, by key of the scene."""
-        return {key: number_quantity(key, angular=self.setup.angular) for key in self.scene.search.numbers}
+        return {key: number_quantity(key, angular=self.setup.angular) for key in self.choices.numbers}
 
     @property
     def size_name(self) -> str:
@@ -112,13 +129,12 @@ class Problem:
     @property
     def needed(self) -> frozenset[str]:
         """The quantities that limits and objectives call for."""
-        objectives = (*self.scene.search.minimise, *self.scene.search.maximise)
-        return frozenset([*objectives, *(need for limit in self.limits for need in limit.needs)])
+        return frozenset([*self.objectives, *(need for limit in self.limits for need in limit.needs)])
 
     @property
     def named(self) -> frozenset[str]:
         """The quantities of the scene's named outputs, or else those of motion and geometry."""
-        outputs = self.scene.outputs or GEOMETRY
+        outputs = self.outputs or GEOMETRY
         named = [n for n in offered(self.setup) if QUANTITIES[n].effect in outputs or EVERYTHING in outputs]
         return frozenset(named) | (frozenset(outputs) & QUANTITIES.keys())
 
@@ -128,11 +144,31 @@ class Problem:
         return self.needed | self.named
 
 
+@dataclass(frozen=True)
+class SceneValues:
+    """The values of a scene that make setup and limits, in whose place others can be; nobody else asks them."""
+
+    _scene: Scene
+
+    def replaced(self, values: Mapping[str, float | None]) -> "SceneValues":
+        """These with others by key of the scene, which are checked already; None takes one away."""
+        return SceneValues(self._scene.with_values(values))
+
+    @property
+    def setup(self) -> Setup:
+        """The setup that they make."""
+        return setup_of(self._scene)
+
+    def limits(self, setup: Setup) -> tuple[Limit, ...]:
+        """The limits that they set to designs of a setup."""
+        return limits_of(self._scene, setup)
+
+
 def resolve(scene: Scene) -> Problem:
     """Turn a validated scene into inside units: mm, s, rad."""
     if not isinstance(scene, Scene):
         raise BadInput([Mistake("camopt", "scene", scene, "a Scene, such as find_scene or Scene.from_toml give")])
-    setup = setup_of(scene.with_numbers(_first_values(scene)))
+    setup = setup_of(scene.with_values(_first_values(scene)))
     sizes = {FIELDS[key.partition(".")[2]]: np.array([_given(scene, key)]) for key in size_keys(scene)}
     absent = {name: np.zeros(1) for name in SIZES if name not in sizes}
     arrays: dict[str, Any] = {**sizes, **absent}
@@ -142,15 +178,28 @@ def resolve(scene: Scene) -> Problem:
         raise BadInput(mistakes)
     laws = {**LAWS, **{name: law_of(name, law.model_dump()) for name, law in scene.laws.items()}}
     _, load = constant_and_changing(*load_and_unit(scene))
+    turn = segments_of([segment.model_dump() for segment in scene.motion], scene.cam.rpm)
     programme = programme_of(scene.model_dump(mode="json"), load) if scene.profile else None
     if programme is None:
-        programme = Programme.from_segments(segments_of(scene), angular=setup.angular, laws=laws, load=load)
-    return Problem(scene, setup, laws, programme, design, limits_of(scene, setup))
-
-
-def segments_of(scene: Scene) -> list[Segment]:
-    """The segments of the scene's turn as the motion takes them."""
-    return segments.segments_of([segment.model_dump() for segment in scene.motion], scene.cam.rpm)
+        programme = Programme.from_segments(turn, angular=setup.angular, laws=laws, load=load)
+    given = scene.numbers([*size_keys(scene), *scene.search.numbers])
+    return Problem(
+        file=scene.file,
+        setup=setup,
+        laws=laws,
+        programme=programme,
+        segments=tuple(turn),
+        profile=tuple(inf if each.radius is None else each.radius for each in scene.profile),
+        design=design,
+        limits=limits_of(scene, setup),
+        objectives=scene.search.objectives,
+        outputs=scene.outputs,
+        choices=choices_of(scene.search),
+        missing=tuple(key for key, value in given.items() if value is None),
+        accuracy=scene.accuracy.tolerance,
+        values=SceneValues(scene),
+        scene=scene,
+    )
 
 
 def _first_values(scene: Scene) -> dict[str, float]:
@@ -180,25 +229,23 @@ def resolve_design(scene: Scene) -> Problem:
 
 def missing_sizes(problem: Problem, searched: Collection[str] = ()) -> list[Mistake]:
     """A mistake for each size that the scene does not give, but for those searched (keys of ``[search]``)."""
-    scene = problem.scene
     why = (
         "missing; only what finds sizes can do without it: optimise, serve, effects, a sweep whose [search] has it"
     )
     return [
-        Mistake(scene.file, key, None, why, bare=True)
-        for key in size_keys(scene)
-        if isnan(_given(scene, key)) and key.partition(".")[2] not in searched
+        Mistake(problem.file, key, None, why, bare=True)
+        for key in problem.missing
+        if key not in problem.choices.numbers and key.partition(".")[2] not in searched
     ]
 
 
 def missing_numbers(problem: Problem, searched: Collection[str] = ()) -> list[Mistake]:
     """As ``missing_sizes``, for the other numbers that ``[search]`` varies; ``searched`` are keys of the scene."""
-    scene = problem.scene
     why = "missing; only sweep and optimise can do without it, if [search] has it"
     return [
-        Mistake(scene.file, key, None, why, bare=True)
-        for key, value in scene.numbers(scene.search.numbers).items()
-        if value is None and key not in searched
+        Mistake(problem.file, key, None, why, bare=True)
+        for key in problem.missing
+        if key in problem.choices.numbers and key not in searched
     ]
 
 

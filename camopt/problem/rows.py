@@ -1,6 +1,6 @@
 """Rows: designs and their quantities inside the program, before they become a table."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from math import isinf
 from typing import Any
@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 Columns = dict[str, Any]
 """Quantities by name: an array (rows,), or one value that holds for all rows."""
+Objectives = Mapping[str, float]
+"""The quantities to minimise or to maximise, and what turns each into a cost: 1 if minimised, −1 if maximised."""
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from camopt.mechanisms import FIELDS
 from camopt.mistakes import BadInput, Mistake
 from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem, missing_sizes
@@ -60,20 +59,19 @@ def searched_space(problem: Problem) -> Space:
     BadInput
         As ``space_of``; for a sample if nothing is free. The step of a range does not matter to one.
     """
-    search, file = problem.scene.search, problem.scene.file
-    if search.samples is None:
+    choices, file = problem.choices, problem.file
+    if choices.samples is None:
         return space_of(problem)
-    sizes = {key: choice for key in FIELDS if (choice := getattr(search, key)) is not None}
-    mistakes = [*missing_sizes(problem, sizes), *freed_angles(problem, "a sweep takes")]
-    if not (choices := sizes | search.numbers):
+    mistakes = [*missing_sizes(problem, choices.sizes), *freed_angles(problem, "a sweep takes")]
+    if not (chosen := {**choices.sizes, **choices.numbers}):
         why = "needs a range or a list of some size or other number in [search]"
-        mistakes.append(Mistake(file, "search.samples", search.samples, why, bare=True))
+        mistakes.append(Mistake(file, "search.samples", choices.samples, why, bare=True))
     if mistakes:
         raise BadInput(mistakes)
-    points = SAMPLERS[search.sampler](len(choices), search.samples, search.seed)
-    drawn = {key: placed(choice, column) for (key, choice), column in zip(choices.items(), points.T, strict=True)}
-    of_problem = [key for key in search.numbers if key in OF_PROBLEM]
-    settings, which = _settings([drawn.pop(key) for key in of_problem], search.samples)
+    points = SAMPLERS[choices.sampler](len(chosen), choices.samples, choices.seed)
+    drawn = {key: placed(choice, column) for (key, choice), column in zip(chosen.items(), points.T, strict=True)}
+    of_problem = [key for key in choices.numbers if key in OF_PROBLEM]
+    settings, which = _settings([drawn.pop(key) for key in of_problem], choices.samples)
     if mistakes := too_many_settings(problem, len(settings)):
         raise BadInput(mistakes)
     free = freed_of(problem)

@@ -5,11 +5,11 @@ for each setting only of what decides which limits there are, or for searches th
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from itertools import product
 
 from camopt.effects import lacking
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion.programme import Programme
+from camopt.problem.choices import LawPair
 from camopt.problem.problem import Problem
 from camopt.scene.choices import Chosen, Range
 
@@ -21,14 +21,9 @@ Setting = Mapping[str, float]
 """Values of numbers of the scene that are no sizes, by key."""
 
 
-def laws_of(problem: Problem) -> dict[Programme, tuple[str | None, str | None]]:
+def laws_of(problem: Problem) -> dict[Programme, LawPair]:
     """The scene's programme under every choice of laws in ``[search]``, and the laws on its rises and returns."""
-    search = problem.scene.search
-    if search.law:
-        pairs: list[tuple[str | None, str | None]] = [(law, law) for law in search.law]
-    else:
-        pairs = list(product(search.law_rise or (None,), search.law_return or (None,)))
-    return {problem.with_laws(*pair): pair for pair in pairs}
+    return {problem.with_laws(*pair): pair for pair in problem.choices.laws}
 
 
 def problems_of(problem: Problem, settings: Sequence[Setting] = ({},)) -> tuple[Problem, ...]:
@@ -51,7 +46,7 @@ def freed_of(problem: Problem) -> Problem:
     BadInput
         If a quantity that the problem calls for cannot be computed with the least of one of the numbers.
     """
-    choices = {key: choice for key, choice in problem.scene.search.numbers.items() if key not in OF_PROBLEM}
+    choices = {key: choice for key, choice in problem.choices.numbers.items() if key not in OF_PROBLEM}
     ends = {key: ends_of(choice) for key, choice in choices.items()}
     set_up(problem, [{key: least for key, (least, _) in ends.items()}])
     return problem.freed({key: largest for key, (_, largest) in ends.items()})
@@ -79,37 +74,37 @@ def _lacking(problem: Problem, set_: Iterable[Problem]) -> Iterator[Mistake]:
                 found.setdefault(key, set()).add(name)
     for key, names in found.items():
         needed = f"{', '.join(sorted(names))} {'need' if len(names) > 1 else 'needs'} it"
-        yield Mistake(problem.scene.file, f"search.{key}", 0.0, f"above 0: {needed}")
+        yield Mistake(problem.file, f"search.{key}", 0.0, f"above 0: {needed}")
 
 
 def too_many_settings(problem: Problem, count: int) -> list[Mistake]:
     """A mistake if there are more settings than there can be problems for."""
     allowed = f"ranges and lists of at most {MOST_SETTINGS:,} combinations of numbers that are taken one by one"
     why = f"{allowed}; these have {count:,}"
-    return [Mistake(problem.scene.file, "search", None, why)] if count > MOST_SETTINGS else []
+    return [Mistake(problem.file, "search", None, why)] if count > MOST_SETTINGS else []
 
 
 def numbers_of_problem(problem: Problem, who: str) -> list[Mistake]:
     """A mistake for each number that all designs of a problem share and ``[search]`` varies."""
     what = f"{who} this number from the scene; only sweep can vary it"
     varied = OF_PROBLEM & problem.numbers.keys()
-    return [Mistake(problem.scene.file, f"search.{key}", None, what, bare=True) for key in sorted(varied)]
+    return [Mistake(problem.file, f"search.{key}", None, what, bare=True) for key in sorted(varied)]
 
 
 def freed_numbers(problem: Problem, who: str) -> list[Mistake]:
     """A mistake for each number, no size, that ``[search]`` varies, for those that take the scene's own."""
     what = f"{who} this number from the scene; only sweep and optimise can vary it"
-    return [Mistake(problem.scene.file, f"search.{key}", None, what, bare=True) for key in problem.numbers]
+    return [Mistake(problem.file, f"search.{key}", None, what, bare=True) for key in problem.numbers]
 
 
 def freed_angles(problem: Problem, who: str) -> list[Mistake]:
     """A mistake for each kind of segment that ``[search]`` frees, for those that take angles as they are."""
-    search, what = problem.scene.search, f"{who} the angles of the scene; only optimise can vary them"
-    freed = [kind for kind in ("rise", "return", "dwell") if search.angle_of(kind) is not None]
-    return [Mistake(problem.scene.file, f"search.angle_{kind}", None, what, bare=True) for kind in freed]
+    what = f"{who} the angles of the scene; only optimise can vary them"
+    freed = problem.choices.angles
+    return [Mistake(problem.file, f"search.angle_{kind}", None, what, bare=True) for kind in freed]
 
 
 def given_profile(problem: Problem, what: str) -> list[Mistake]:
     """A mistake if the cam is given by its profile, for those that look for another size, or another motion."""
     why = f"{what} cannot change, for the profile of the cam is given"
-    return [Mistake(problem.scene.file, "profile", None, why, bare=True)] if problem.scene.profile else []
+    return [Mistake(problem.file, "profile", None, why, bare=True)] if problem.profile else []

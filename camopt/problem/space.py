@@ -118,12 +118,11 @@ class Space:
 
 def space_of(problem: Problem) -> Space:
     """The space that a scene's ``[search]`` spans; a range without a step is a mistake here."""
-    file, search = problem.scene.file, problem.scene.search
-    sizes = {key: choice for key in FIELDS if (choice := getattr(search, key)) is not None}
-    mistakes = [m for key, choice in (sizes | search.numbers).items() for m in _ungridded(file, key, choice)]
+    file, sizes, numbers = problem.file, problem.choices.sizes, problem.choices.numbers
+    mistakes = [m for key, choice in {**sizes, **numbers}.items() for m in _ungridded(file, key, choice)]
     mistakes += [*missing_sizes(problem, sizes), *freed_angles(problem, "a sweep takes")]
-    choices = search.numbers | sizes
-    of_problem = {key: choices.pop(key) for key in search.numbers if key in OF_PROBLEM}
+    choices = {**numbers, **sizes}
+    of_problem = {key: choices.pop(key) for key in numbers if key in OF_PROBLEM}
     settings = prod(map(value_count, of_problem.values()))
     mistakes += too_many_settings(problem, settings)
     if (count := len(laws_of(problem)) * settings * prod(map(value_count, choices.values()))) > MOST_DESIGNS:
@@ -161,16 +160,12 @@ def number_values(choice: Chosen) -> list[float]:
 
 def boxes_of(problem: Problem) -> list[Bounds]:
     """The boxes to search: every combination of what is listed, with an interval for every range."""
-    scene, fixed = problem.scene, problem.design
-    cam = scene.cam.form
-    size_key = "base_radius" if cam == "disc" else "mean_radius"
-    options = {name: [(float(value[0]), float(value[0]))] for name, value in fixed.sizes.items()}
+    size_key = problem.size_name.removesuffix("_mm")
+    options = {name: [(float(value[0]), float(value[0]))] for name, value in problem.design.sizes.items()}
     options["size"] = [(0.0, inf)]
-    numbers = {key: choice for key, choice in scene.search.numbers.items() if key in problem.setup.free}
-    for key, choice in ({key: getattr(scene.search, key) for key in FIELDS} | numbers).items():
+    numbers = {key: choice for key, choice in problem.choices.numbers.items() if key in problem.setup.free}
+    for key, choice in {**problem.choices.sizes, **numbers}.items():
         field = field_of(key)
-        if choice is None:
-            continue
         if isinstance(choice, Range):
             options[field] = [(choice.start, choice.stop)]
         elif key == size_key:
@@ -182,8 +177,7 @@ def boxes_of(problem: Problem) -> list[Bounds]:
 
 def choices(problem: Problem, bounds: Bounds) -> str:
     """What a box has of the sizes of which ``[search]`` lists several, as a user writes them."""
-    search = problem.scene.search
-    chosen = {key: getattr(search, key) for key in FIELDS} | search.numbers
+    chosen = {**problem.choices.sizes, **problem.choices.numbers}
     listed = {
         key: bounds[field_of(key)][0]
         for key, choice in chosen.items()

@@ -51,7 +51,7 @@ def cams_page(cams: Sequence[Shown], title: str = "", told: Sequence[str] = ()) 
     ``told`` are sentences for the head of the page.
     """
     problems = [resolve_design(shown.scene) for shown in cams]
-    found = [evaluate_design(problem) for problem in problems]
+    found = [evaluate_design(shown.scene, problem) for shown, problem in zip(cams, problems, strict=True)]
     labels = [shown.label for shown in cams]
     limits = [limits_sheet(each, problem) for each, problem in zip(found, problems, strict=True)]
     several = len(cams) > 1

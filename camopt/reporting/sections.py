@@ -149,7 +149,7 @@ def is_held(sheet: Sheet) -> bool:
 
 def quantities_sheet(found: list[Evaluation], problems: Iterable[Problem], labels: Iterable[str]) -> Sheet:
     """Every quantity of some designs side by side, with unit, limit and meaning."""
-    names = dict.fromkeys(name for each in found for name in each if not is_nothing(each.scene, name, [each]))
+    names = dict.fromkeys(n for each in found for n in each if not is_nothing(each.scene.search.sizes, n, [each]))
     bounds = _common_bounds(problems)
     heads = [Cell("quantity"), Cell("symbol"), *(Cell(label, NUMBER) for label in labels)]
     rows = [

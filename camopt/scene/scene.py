@@ -243,15 +243,15 @@ class Scene(Shown, Table):
                 found[key] = getattr(found[key], name, None)
         return found
 
-    def with_numbers(self, numbers: Mapping[str, float | None]) -> "Scene":
-        """The scene with other numbers by dotted key; they are checked already, as those of ``[search]`` are."""
+    def with_values(self, values: Mapping[str, Any]) -> "Scene":
+        """The scene with other values by dotted key, which are checked already, as those of ``[search]`` are."""
         scene = self
-        for key, value in numbers.items():
+        for key, value in values.items():
             scene = _changed(scene, key.split("."), value)
         return scene
 
 
-def _changed(table: Any, keys: list[str], value: float | None) -> Any:
+def _changed(table: Any, keys: list[str], value: Any) -> Any:
     """A table with another value under a path of keys, unchecked; [follower.dynamics] may be absent."""
     first, *rest = keys
     changed = _changed(getattr(table, first) or Dynamics(), rest, value) if rest else value

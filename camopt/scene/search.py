@@ -6,7 +6,8 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BeforeValidator, Field
 
-from camopt.scene.choices import Choice, NumberRange, Range, free_numbers
+from camopt.scene.checks import SEARCHED
+from camopt.scene.choices import Choice, Chosen, NumberRange, Range, free_numbers
 from camopt.scene.tables import (
     Cam,
     Follower,
@@ -94,10 +95,21 @@ class Search(Table):
     refine: Switch = False
     """Move each row of the front off the grid, to an optimum of the continuous problem."""
 
-    def angle_of(self, segment: str) -> Range | None:
-        """The range of the angle of a rise, dwell or return; None where it stays as it is."""
-        found: Range | None = getattr(self, f"angle_{segment}", None)
-        return found
+    @property
+    def angles(self) -> dict[str, Range]:
+        """The ranges of the angles of rises, returns and dwells, by kind of segment; those that are given."""
+        kinds = {"rise": self.angle_rise, "return": self.angle_return, "dwell": self.angle_dwell}
+        return {kind: ends for kind, ends in kinds.items() if ends is not None}
+
+    @property
+    def objectives(self) -> dict[str, float]:
+        """The objectives, and what turns each into a cost: 1 if minimised, −1 if maximised."""
+        return dict.fromkeys(self.minimise, 1.0) | dict.fromkeys(self.maximise, -1.0)
+
+    @property
+    def sizes(self) -> dict[str, Chosen]:
+        """The choices for sizes, by key; those that are given."""
+        return {key: choice for key in SEARCHED if (choice := getattr(self, key)) is not None}
 
     @property
     def numbers(self) -> dict[str, NumberRange | tuple[float, ...]]:

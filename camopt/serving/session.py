@@ -112,7 +112,7 @@ class Session:
         """The cam where the controls rest: every limit proved, all quantities, more samples."""
         scene = self.scene_of(asked)
         problem = resolve_design(scene)
-        found, picture = evaluate_design(problem), Picture(problem)
+        found, picture = evaluate_design(scene, problem), Picture(problem)
         sheet = limits_sheet(found, problem)
         sections = [
             Section("Quantities", [quantities_sheet([found], [problem], ["value"])]),

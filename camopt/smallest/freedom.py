@@ -59,14 +59,14 @@ class Freedom:
     @cached_property
     def keys(self) -> dict[str, str]:
         """The keys of free sizes and numbers in ``[search]``, as Designs name them; the size is always free."""
-        search = self.problem.scene.search
-        ranges = {field: key for key, field in FIELDS.items() if isinstance(getattr(search, key), Range)}
+        sizes = self.problem.choices.sizes
+        ranges = {FIELDS[key]: key for key, choice in sizes.items() if isinstance(choice, Range)}
         return {"size": self.problem.size_name.removesuffix("_mm"), **ranges, **{key: key for key in self.numbers}}
 
     @property
     def numbers(self) -> dict[str, Range]:
         """The ranges of free numbers by key."""
-        chosen = self.problem.scene.search.numbers
+        chosen = self.problem.choices.numbers
         return {k: c for k, c in chosen.items() if k in self.problem.setup.free and isinstance(c, Range)}
 
     @cached_property
@@ -95,14 +95,14 @@ class Freedom:
     @property
     def ends(self) -> Iterator[End]:
         """The ends of the ranges that ``[search]`` gives to the variables."""
-        search, motion = self.problem.scene.search, self.problem.scene.motion
+        choices, segments = self.problem.choices, self.turns.segments
         for number, key in enumerate(self.keys.values()):
             name = self.problem.numbers.get(key)
-            choice, unit = (self.numbers[key], QUANTITIES[name].unit) if name else (getattr(search, key), "mm")
+            choice, unit = (self.numbers[key], QUANTITIES[name].unit) if name else (choices.sizes.get(key), "mm")
             yield from _ends(f"search.{key}", choice, unit, number)
         for number, segment in enumerate(self.turns.freed, start=len(self.keys)):
-            kind = motion[segment].segment
-            yield from _ends(f"search.angle_{kind}", search.angle_of(kind), "deg", number)
+            kind = segments[segment].segment
+            yield from _ends(f"search.angle_{kind}", choices.angles[kind], "deg", number)
 
     def excesses(self, limits: Sequence[Limit], steps: FloatArray) -> FloatArray:
         """The relative excesses over limits, (limits, points), at steps along the directions (points, directions).

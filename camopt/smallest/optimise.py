@@ -215,7 +215,7 @@ def least_of(problem: Problem, answers: list[Answered]) -> Answered | None:
     if least.answer.size <= 2 * max(negligible(each.problem, each.bounds) for each in answers):
         wanted = "a limit that small cams break, such as pressure_angle or curvature_radius"
         what = f"nothing limits the size: add {wanted}"
-        raise BadInput([Mistake(problem.scene.file, "limits", None, what, bare=True)])
+        raise BadInput([Mistake(problem.file, "limits", None, what, bare=True)])
     return least._replace(answer=replace(least.answer, floor=min(each.answer.floor for each in answers)))
 
 

@@ -70,16 +70,15 @@ class TurnSearch(Bisection):
     @cached_property
     def names(self) -> dict[str, int]:
         """The place among the freed segments of each that moves, by the name that its angle has in boxes."""
-        motion = self.problem.scene.motion
-        return {f"{ANGLE}{i}": k for k, i in enumerate(self.turns.freed) if motion[i].segment != "dwell"}
+        segments = self.turns.segments
+        return {f"{ANGLE}{i}": k for k, i in enumerate(self.turns.freed) if segments[i].segment != "dwell"}
 
     @cached_property
     def strokes(self) -> dict[Stroke, str | None]:
         """What all of these turns have: strokes with the names of their angles, and rests, which have none."""
-        motion, longest = self.problem.scene.motion, self.turns.angles(self.box.high)
-        least = self.turns.angles(self.box.low)
+        least, longest = self.turns.angles(self.box.low), self.turns.angles(self.box.high)
         found: dict[Stroke, str | None] = {}
-        present = [i for i in range(len(motion)) if longest[i] > 0.0]
+        present = [i for i in range(len(longest)) if longest[i] > 0.0]
         for i, stroke in zip(present, self.longest.strokes, strict=True):
             if stroke.kind != DWELL:
                 found[stroke] = f"{ANGLE}{i}" if i in self.turns.freed else None

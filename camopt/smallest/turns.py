@@ -1,7 +1,6 @@
 """The turns of a scene whose freed segments share out the degrees that they have together."""
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 from math import inf
 from typing import NamedTuple
 
@@ -10,7 +9,8 @@ import numpy as np
 from camopt.motion.programme import Programme
 from camopt.motion.segments import Segment, ends_of
 from camopt.numerics import FloatArray
-from camopt.problem.problem import Problem, segments_of
+from camopt.problem.choices import LawPair
+from camopt.problem.problem import Problem
 from camopt.smallest.result import Smallest
 
 SAME = 1e-9  # mm or deg of displacement
@@ -28,34 +28,33 @@ class SegmentAngles:
     """The turns of a scene under one choice of laws, by the angles (deg) of its freed segments."""
 
     problem: Problem
-    laws: tuple[str | None, str | None]
+    laws: LawPair
     without: tuple[int, ...] = ()
     """Freed dwells that these turns go without."""
     until: float = inf
     """When the search among them is to stop (``clock.now``)."""
 
-    @cached_property
-    def segments(self) -> list[Segment]:
+    @property
+    def segments(self) -> tuple[Segment, ...]:
         """The segments of the scene's turn."""
-        return segments_of(self.problem.scene)
+        return self.problem.segments
 
     @property
     def freed(self) -> tuple[int, ...]:
         """The segments whose angles ``[search]`` frees."""
-        scene = self.problem.scene
-        return tuple(i for i, s in enumerate(scene.motion) if scene.search.angle_of(s.segment) is not None)
+        ranges = self.problem.choices.angles
+        return tuple(i for i, s in enumerate(self.segments) if s.segment in ranges)
 
     @property
     def scene_angles(self) -> FloatArray:
         """The angles of the freed segments in the scene itself."""
-        return np.array([self.problem.scene.motion[i].angle for i in self.freed])
+        return np.array([self.segments[i].angle for i in self.freed])
 
     @property
     def box(self) -> AngleRanges:
         """All angles."""
-        scene = self.problem.scene
-        ranges = [scene.search.angle_of(scene.motion[i].segment) for i in self.freed]
-        ends = [(r.start, r.stop) for r in ranges if r is not None]
+        ranges = [self.problem.choices.angles[self.segments[i].segment] for i in self.freed]
+        ends = [(each.start, each.stop) for each in ranges]
         low, high = np.array(ends, dtype=float).reshape(-1, 2).T
         high[[i in self.without for i in self.freed]] = 0.0
         return self.tightened(AngleRanges(low, high))
@@ -66,12 +65,12 @@ class SegmentAngles:
 
         However short, such a rest is an arc of the base circle, and has its curvature.
         """
-        scene, ends = self.problem.scene, ends_of(self.segments)
+        ends = ends_of(self.segments)
         lowest = min(ends)
         rests = [i for i, s in enumerate(self.segments) if s.segment == "dwell" and ends[i] - lowest <= SAME]
         without = replace(self, without=tuple(i for i in rests if i in self.freed))
         least = dict(zip(self.freed, self.box.low, strict=True))
-        gone = all(least.get(i, scene.motion[i].angle) == 0.0 for i in rests)
+        gone = all(least.get(i, self.segments[i].angle) == 0.0 for i in rests)
         room = without.box.high.sum() >= self.scene_angles.sum()
         return [self, without] if rests and gone and room else [self]
 
@@ -98,7 +97,7 @@ class SegmentAngles:
     def angles(self, freed: FloatArray) -> list[float]:
         """The angles of all segments of a turn."""
         given = dict(zip(self.freed, map(float, freed), strict=True))
-        return [given.get(i, s.angle) for i, s in enumerate(self.problem.scene.motion)]
+        return [given.get(i, s.angle) for i, s in enumerate(self.segments)]
 
     def programme(self, freed: FloatArray) -> Programme:
         """The turn with these angles of its freed segments."""

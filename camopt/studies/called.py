@@ -35,13 +35,12 @@ def what_runs(problem: Problem) -> list[Called]:
 
 def _callers(problem: Problem, asked: dict[str, set[str]], names: set[str]) -> list[str]:
     """What asks for any of some quantities."""
-    scene, search = problem.scene, problem.scene.search
     found = [f"limits.{limit.name}" for limit in problem.limits if names & set(limit.needs)]
-    for key, objectives in (("search.minimise", search.minimise), ("search.maximise", search.maximise)):
-        found += [f"{key} {name}" for name in objectives if name in names]
+    signs = problem.objectives.items()
+    found += [f"search.{'minimise' if sign > 0 else 'maximise'} {name}" for name, sign in signs if name in names]
     effect = QUANTITIES[next(iter(names))].effect
-    found += [f"outputs {name}" for name in scene.outputs if name in (*names, effect, EVERYTHING)]
-    if not scene.outputs and names & (problem.wanted - problem.needed):
+    found += [f"outputs {name}" for name in problem.outputs if name in (*names, effect, EVERYTHING)]
+    if not problem.outputs and names & (problem.wanted - problem.needed):
         found.append("the default outputs (motion and geometry)")
     found += [f"effect {name}" for name in asked if set(EFFECTS[name].reads(problem.setup)) & names]
     return found

@@ -16,7 +16,7 @@ from camopt.motion.conditions import Condition
 from camopt.motion.programme import Programme
 from camopt.motion.segments import start_of
 from camopt.motion.stroke import Stroke
-from camopt.problem.problem import Problem, segments_of
+from camopt.problem.problem import Problem
 
 SAME = 1e-9  # of the lift: levels nearer than that are one
 LOOKED = 3601  # angles of a turn at which its lowest is looked for
@@ -37,7 +37,7 @@ class Ground(NamedTuple):
 def ground_of(problem: Problem) -> Ground:
     """The lowest position that is given, or else that of the scene's own motion."""
     programme, unit = problem.programme, problem.programme.unit
-    zero = start_of(segments_of(problem.scene)) - programme.start
+    zero = start_of(problem.segments) - programme.start
     levels = _levels(programme)
     lowest = min(levels.kept)
     beyond = [low for low in (*levels.left, *levels.allowed) if low < lowest + SAME * programme.lift]

@@ -1,11 +1,10 @@
 """Which quantities a table of designs shows, and the limits that it sets beside them."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from typing import Any
 
 from camopt.problem.problem import Problem
 from camopt.quantities import QUANTITIES
-from camopt.scene.scene import Scene
 
 Row = Mapping[str, Any]
 WHOLE_TURN, PARTS = "pressure_angle_max_deg", ("pressure_angle_max_rise_deg", "pressure_angle_max_return_deg")
@@ -31,20 +30,23 @@ def columns_of(problem: Problem, rows: Iterable[Row], asked: Iterable[str] = ())
     A law on rises and returns alike is one column, ``law``; so is a pressure angle that is asked over the turn.
     """
     rows, bounds = list(rows), bounds_of(problem)
-    outputs = problem.wanted - problem.needed if problem.scene.outputs else frozenset()
+    outputs = problem.wanted - problem.needed if problem.outputs else frozenset()
     asked = [*asked, *(name for name in QUANTITIES if name in outputs)]
     twice = {WHOLE_TURN} - {*asked} or {*PARTS} - {*asked}
     named = dict.fromkeys([*asked, *(name for name in bounds if WHOLE_TURN not in bounds or name not in twice)])
-    shown = [name for name in named if name in rows[0] and not is_nothing(problem.scene, name, rows)]
-    sizes = sizes_shown(problem.scene, rows)
+    shown = [name for name in named if name in rows[0] and not is_nothing(problem.choices.sizes, name, rows)]
+    sizes = sizes_shown(problem.choices.sizes, rows)
     return [*sizes, *(name for name in shown if name not in sizes)]
 
 
-def sizes_shown(scene: Scene, rows: Iterable[Row]) -> list[str]:
-    """The sizes worth a column: no law twice, no sum or difference of others, none that is 0 and not searched."""
+def sizes_shown(searched: Container[str], rows: Iterable[Row]) -> list[str]:
+    """The sizes worth a column: no law twice, no sum or difference of others, none that is 0 and not searched.
+
+    ``searched`` are the keys of the sizes in ``[search]``.
+    """
     rows = list(rows)
     sizes = [name for name in rows[0] if name in QUANTITIES and QUANTITIES[name].effect == "sizes"]
-    kept = [name for name in sizes if name not in DERIVED and not is_nothing(scene, name, rows)]
+    kept = [name for name in sizes if name not in DERIVED and not is_nothing(searched, name, rows)]
     return [*laws_shown(rows), *(name for name in kept if name not in LAWS)]
 
 
@@ -73,10 +75,13 @@ def axes_of(names: Sequence[str]) -> list[str]:
     return list(names[names.index("free") + 1 : names.index("bound")])
 
 
-def is_nothing(scene: Scene, name: str, rows: Iterable[Row]) -> bool:
-    """Whether a quantity is 0, or no name, whatever the design: a roller radius of a knife, a law of moves."""
+def is_nothing(searched: Container[str], name: str, rows: Iterable[Row]) -> bool:
+    """Whether a quantity is 0, or no name, whatever the design: a roller radius of a knife, a law of moves.
+
+    ``searched`` are the keys of the sizes in ``[search]``.
+    """
     if any(row[name] not in (0.0, "") for row in rows):
         return False
     effect = QUANTITIES[name].effect
-    unsearched = not getattr(scene.search, name.removesuffix("_mm"), None)
+    unsearched = name.removesuffix("_mm") not in searched
     return effect == "pressure" or (effect == "sizes" and unsearched)

@@ -7,7 +7,7 @@ mechanisms, run on balls; the laws are exact (``exact_laws``).
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import product
-from math import inf
+from math import inf, isinf
 from typing import cast
 
 from flint import arb
@@ -69,7 +69,7 @@ def claim_verdicts(
 ) -> Iterator[str]:
     """The verdicts on the sides of a claim for a design (in balls)."""
     mechanism = problem.setup.mechanism
-    if problem.programme.radii and claim.curve in (mechanism.curvature, mechanism.profile_radius):
+    if problem.profile and claim.curve in (mechanism.curvature, mechanism.profile_radius):
         yield from _on_arcs(problem, claim, design)
         return
     for each in statements_of(claim, design, motion):
@@ -82,14 +82,14 @@ def _on_arcs(problem: Problem, claim: Claim, design: Designs) -> Iterator[str]:
     A limit is often just that of the sharpest arc, and is not divided by, so that this is seen.
     """
     factor, allowed = as_arb(claim.factor(design)), claim.allowed(BALLS)
-    for side, element in product(claim.sides, problem.scene.profile):
-        if element.radius is None:
+    for side, radius in product(claim.sides, problem.profile):
+        if isinf(radius):  # a line
             yield sign_of(-allowed)
         elif problem.setup.mechanism.curvature is None:
-            yield sign_of(factor * side * element.radius - allowed)
+            yield sign_of(factor * side * radius - allowed)
         else:
-            radius = as_arb(design.roller_radius) + element.radius
-            yield sign_of((factor * side - allowed * radius) * radius.sgn())
+            of_pitch = as_arb(design.roller_radius) + radius
+            yield sign_of((factor * side - allowed * of_pitch) * of_pitch.sgn())
 
 
 def _without_curves(

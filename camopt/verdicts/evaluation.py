@@ -110,16 +110,16 @@ def evaluate(scene: Scene) -> Evaluation:
     >>> round(cam["pressure_angle_max_deg"], 3), cam["violated"]
     (41.626, 'pressure_angle')
     """
-    return evaluate_design(resolve_design(scene))
+    return evaluate_design(scene, resolve_design(scene))
 
 
-def evaluate_design(problem: Problem) -> Evaluation:
-    """As ``evaluate``, for a scene already resolved."""
+def evaluate_design(scene: Scene, problem: Problem) -> Evaluation:
+    """As ``evaluate``, for a scene already resolved to a problem."""
     problem = exactly(problem)
     (found,) = judged(problem, problem.design, problem.wanted).records()
     values = {name: found[name] for name in QUANTITIES if name in found}
     unbounded = {n: _reason(n, problem) for n, v in values.items() if v in (inf, -inf)}
-    return Evaluation(problem.scene, values, unbounded, warnings_of(problem))
+    return Evaluation(scene, values, unbounded, warnings_of(problem))
 
 
 LOADS = ("force", "torque", "thrust", "hertz", "surface")

@@ -162,7 +162,7 @@ def weighed(problem: Problem, designs: Designs, wanted: frozenset[str], until: f
 
 def as_asked(problem: Problem, designs: Designs, rows: Rows) -> Rows:
     """The rows, with numbers that doubles leave less exact than the scene asks proved in balls."""
-    if np.all(np.asarray(rows.half_width) <= problem.scene.accuracy.tolerance):
+    if np.all(np.asarray(rows.half_width) <= problem.accuracy):
         return rows
     from camopt.verdicts.narrowing import narrowed
 

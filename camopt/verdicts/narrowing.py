@@ -29,7 +29,7 @@ WIDER = 16.0
 
 def narrowed(problem: Problem, designs: Designs, rows: Rows) -> Rows:
     """Rows whose numbers are as exact as the scene asks, where there are few designs of which they are not."""
-    asked = problem.scene.accuracy.tolerance
+    asked = problem.accuracy
     half_width = np.broadcast_to(rows.half_width, rows.count)
     open_ = np.flatnonzero(~(half_width <= asked) & problem.setup.mechanism.exists(designs, problem.programme))
     if not 0 < open_.size <= MOST or asked < EXACT:

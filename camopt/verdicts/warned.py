@@ -15,7 +15,7 @@ from camopt.motion.programme import Programme
 from camopt.motion.segments import start_of
 from camopt.motion.stroke import Stroke
 from camopt.numerics.piecewise import sign_changes
-from camopt.problem.problem import Problem, segments_of
+from camopt.problem.problem import Problem
 from camopt.verdicts.judging import run_effects
 
 RIGID, ELASTIC = "contact_force_min_N", "contact_force_elastic_min_N"
@@ -58,7 +58,7 @@ def _beyond_what_was_asked(problem: Problem) -> Iterator[str]:
         extreme, asked = _extreme(programme, side), _farthest_asked(programme, side)
         if _has_to_go_on(programme, extreme.stroke):
             continue
-        start = start_of(segments_of(problem.scene)) - programme.strokes[0].low / programme.unit
+        start = start_of(problem.segments) - programme.strokes[0].low / programme.unit
         at, most = (f"{start + position / programme.unit:.6g}" for position in (extreme.position, asked))
         unit = "deg" if problem.setup.angular else "mm"
         reached = f"the motion goes to {at} {unit} at {degrees(extreme.angle):.4g}°"

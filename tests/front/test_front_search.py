@@ -24,8 +24,7 @@ from camopt.front.box_bounds import Bounds, all_bounded, is_bounded
 from camopt.front.dominance import Dominators
 from camopt.front.front_search import FrontSearch
 from camopt.front.grid_boxes import Grid
-from camopt.front.pareto import LARGEST, signs
-from camopt.front.pareto import objectives as objectives_of
+from camopt.front.pareto import LARGEST, row_costs
 from camopt.front.shared_curves import SharedCurves, curve_numbers
 from camopt.front.streaming import gathered
 from camopt.problem.limits import LOADS
@@ -224,7 +223,7 @@ def test_no_design_of_a_box_costs_less_than_its_bound(contact, seed):
     space = space_of(problem)
     grid, problem = Grid(space), space.problems[0]
     assume(grid.free)
-    boxes = grid.whole(len(signs(problem.scene.search))).take(slice(0, 1))
+    boxes = grid.whole(len(problem.objectives)).take(slice(0, 1))
     while rng.random() < 0.8 and np.any(boxes.counts > 1):
         boxes = boxes.take(boxes.counts > 1)
         boxes = boxes.halved(np.argmax((boxes.high - boxes.low) * rng.random(boxes.low.shape), axis=1))
@@ -232,7 +231,7 @@ def test_no_design_of_a_box_costs_less_than_its_bound(contact, seed):
     designs, home = space.designs(grid.numbers(boxes)), np.repeat(np.arange(len(boxes)), boxes.counts)
     exists = problem.setup.mechanism.exists(designs, problem.programme)
     rows = run_effects(Case(problem.setup, problem.programme, designs.take(exists)), problem.needed)
-    costs = objectives_of(rows, problem.scene.search)
+    costs = row_costs(rows, problem.objectives)
     assert np.all(looked.costs[home[exists]] <= costs)
 
 

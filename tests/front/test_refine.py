@@ -10,7 +10,7 @@ from support.depth import times
 from camopt import find_scene, load, optimise, sweep
 from camopt.front import pattern_search, refine
 from camopt.front.certified import certify_table
-from camopt.front.pareto import objectives, signs
+from camopt.front.pareto import row_costs
 from camopt.front.pattern_search import PatternSearch, by_closed_form, by_search
 from camopt.numerics.clock import now
 from camopt.problem.problem import exactly, resolve
@@ -96,7 +96,7 @@ def rows_of(table):
 
 
 def costs_of(rows, result):
-    return objectives(rows, result.scene.search)
+    return row_costs(rows, result.scene.search.objectives)
 
 
 def test_the_smallest_cams_share_the_time_of_a_search(monkeypatch):
@@ -219,7 +219,7 @@ def test_the_search_finds_what_the_closed_form_proves(swept):
 def test_the_smallest_cam_of_each_law_is_on_the_front_unless_bettered(swept):
     result, rows, _ = swept
     fine = costs_of(rows, result)
-    names = list(signs(result.scene.search))
+    names = list(result.scene.search.objectives)
     for best in optimise(result.scene).by_law.values():
         row = np.array([best[name] for name in names])
         assert np.any(np.all(fine <= row * (1 + 1e-9), axis=1))

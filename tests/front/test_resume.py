@@ -218,7 +218,7 @@ def test_what_is_no_journal_is_as_none(data, tmp_path, whole):
 
 def test_a_batch_is_the_same_from_its_bytes():
     asked = asked_of(SCENE.replace(**{"limits.pressure_angle": None}), "all", BLOCK)
-    batch = merged([asked.blocks.batch(n) for n in (11, 12)], asked.scene.search)  # of two laws
+    batch = merged([asked.blocks.batch(n) for n in (11, 12)], asked.problem.objectives)  # of two laws
     again = decoded(encoded(batch, asked.names))
     for name in ("first", "last", "designs", "existing", "feasible", "effort", "reached"):
         assert getattr(again, name) == getattr(batch, name)

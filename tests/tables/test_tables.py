@@ -116,7 +116,7 @@ def test_no_column_is_zero_whatever_the_design(name):
     row = evaluate(scene)
     zero = {"roller_radius_mm"} if name.startswith("knife") else {n for n in row if n.startswith("pressure_angle")}
     assert {n for n in row if n != "offset_mm" and n in row and not isinstance(row[n], (str, bool))
-            and is_nothing(scene, n, [row])} == zero  # fmt: skip
+            and is_nothing(scene.search.sizes, n, [row])} == zero  # fmt: skip
     assert zero
     assert not zero & set(columns_of(resolve(scene), [row]))
 

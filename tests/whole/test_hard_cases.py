@@ -350,12 +350,12 @@ def test_pareto_ties_duplicates_and_infinities():
     sizes = np.array([1.0, 1.0, 2.0, 2.0, 3.0, 4.0, 5.0])
     peaks = np.array([9.0, 9.0, 5.0, 6.0, infinite, 5.0, 4.0])
     rows = Rows({"base_radius_mm": sizes, "acceleration_max_m_s2": peaks}, 7)
-    search = Search(minimise=["base_radius_mm", "acceleration_max_m_s2"])
-    assert non_dominated(rows, search).column("base_radius_mm").tolist() == [1.0, 1.0, 2.0, 5.0]
+    objectives = Search(minimise=["base_radius_mm", "acceleration_max_m_s2"]).objectives
+    assert non_dominated(rows, objectives).column("base_radius_mm").tolist() == [1.0, 1.0, 2.0, 5.0]
     rng = np.random.default_rng(0)  # against the definition, on numbers with many ties
     costs = rng.choice([0.0, 1.0, 2.0, 3.0, infinite], size=(400, 2))
     rows = Rows({"base_radius_mm": costs[:, 0], "acceleration_max_m_s2": costs[:, 1]}, 400)
-    found = non_dominated(rows, search)
+    found = non_dominated(rows, objectives)
     better = (costs[:, None] <= costs[None]).all(axis=2) & (costs[:, None] < costs[None]).any(axis=2)
     expected = costs[~better.any(axis=0)]
-    assert np.column_stack([found.column(name) for name in search.minimise]).tolist() == expected.tolist()
+    assert np.column_stack([found.column(name) for name in objectives]).tolist() == expected.tolist()

@@ -20,7 +20,7 @@ def show_evaluation(result: "Evaluation", as_json: bool) -> None:
     """Every quantity of a design, one a line."""
     if as_json:
         return print_json(result.to_json())
-    names = [name for name in result if not is_nothing(result.scene, name, [result])]
+    names = [name for name in result if not is_nothing(result.scene.search.sizes, name, [result])]
     explained = room_across() >= ROOM_TO_EXPLAIN
     about = {n: result.unbounded.get(n) or (QUANTITIES[n].sentence if explained else "") for n in names}
     show(design_table(result.scene.name, resolve(result.scene), result, about))

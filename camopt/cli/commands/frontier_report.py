@@ -32,7 +32,7 @@ def show_frontier(found: "Frontier", as_json: bool) -> None:
     for row in found.known:
         laws = joined_laws(row["law_rise"], row["law_return"]) or OWN_MOVES
         rows.append({**row, "law": laws if row["within"] else f"{laws} *"})
-    sizes = [name for name in sizes_shown(found.scene, rows) if not name.startswith("law")]
+    sizes = [name for name in sizes_shown(found.scene.search.sizes, rows) if not name.startswith("law")]
     shown = [{**row, "bound": "" if row.get("bound") is None else row["bound"]} for row in rows]
     units = {axis: unit_of(axis, found.scene) for axis in found.axes}
     units["bound"] = units[found.axes[0]]
