@@ -15,14 +15,13 @@ import cvxpy as cp
 import numpy as np
 
 from camopt.mistakes import Unsolved
-from camopt.problem.problem import resolve
 from camopt.scene.scene import Scene
 from camopt.scene.tables import TERMS
 from camopt.synthesis.cams import cam_for, programme_with, scene_with, term_of, within
 from camopt.synthesis.ceilings import ceilings_at, ceilings_of, quantities
 from camopt.synthesis.convex import Convex, convex
 from camopt.synthesis.demand import Demand
-from camopt.synthesis.from_scene import by_offset, demand_of
+from camopt.synthesis.from_scene import by_offset, demand_of, objective_in
 from camopt.synthesis.iterate import Iterate, iterate_of
 from camopt.synthesis.relaxation import RelaxedMotion
 from camopt.synthesis.sequential_convex import SequentialConvex
@@ -59,10 +58,9 @@ class AxisMinimiser:
     """The programme of one axis with others held; built once, for all their values."""
 
     def __init__(self, scene: Scene, axes: Sequence[str], first: str, held: Sequence[str]) -> None:
-        problem = resolve(scene)
         self.scene, self.axes, self.first = scene, axes, first
-        self.keys = {name: key for name, key in quantities(problem).items() if name in (first, *held)}
-        demand = demand_of(problem, {axis: 1.0 for axis in axes if axis in TERMS})
+        demand = demand_of(scene, {axis: 1.0 for axis in axes if axis in TERMS})
+        self.keys = {name: key for name, key in quantities(demand.problem).items() if name in (first, *held)}
         self.demand = replace(demand, objective={} if first in self.keys else {first: 1.0})
         self.held = {term: cp.Parameter(nonneg=True) for term in held if term in TERMS}
         self.known: list[Iterate] | None = None
@@ -95,9 +93,9 @@ class AxisMinimiser:
         """The best cam with the other axes held at values; None if none is found."""
         if not value and self.first in TERMS:
             return self._end()
-        demand, best = self._demand(value), None
+        scene, demand, best = self.scene.with_values(self._limits(value)), self._demand(value), None
         for laws in self._candidates(demand, value, starts):
-            row = self._row(demand, laws, value)
+            row = self._row(scene, demand, laws, value)
             if row and (best is None or row[self.first] < best.row[self.first]):
                 best = FrontierCam(row, laws)
             if best and self.first in TERMS and self._close(best.row[self.first]):
@@ -110,17 +108,21 @@ class AxisMinimiser:
 
     def _end(self) -> FrontierCam:
         """The least of a term with nothing held: what ``synthesise`` finds."""
-        cam, laws = best_of(by_offset(self.demand), lambda done, most: None)
+        cam, laws = best_of(self.scene, by_offset(self.demand), lambda done, most: None)
         row = self._terms(cam, laws) | {"bound": None, "local": not cam.convex}
         return FrontierCam(row, laws)
 
-    def _demand(self, value: Mapping[str, float]) -> Demand:
-        """The demand with the held quantities as limits of the scene."""
+    def _limits(self, value: Mapping[str, float]) -> dict[str, float]:
+        """The bounds of the scene, by key, that hold quantities at a value."""
         limits = {}
         for name in self.keys.keys() & value.keys():
             own = getattr(self.scene.limits, self.keys[name])
             limits[f"limits.{self.keys[name]}"] = min(value[name], inf if own is None else own)
-        return replace(self.demand, problem=resolve(self.scene.replace(**limits)))
+        return limits
+
+    def _demand(self, value: Mapping[str, float]) -> Demand:
+        """The demand with the held quantities as limits of the scene."""
+        return replace(self.demand, problem=self.demand.problem.with_numbers(self._limits(value)))
 
     def _solve(self, model: Convex, value: Mapping[str, float], margin: float) -> float:
         """The least objective with the terms held at a value; infinite if there is none.
@@ -157,19 +159,21 @@ class AxisMinimiser:
     def _placed(self, plain: Iterate) -> list[Iterate]:
         """Known laws on their smallest cams, which do not depend on the values."""
         if self.known is None:
-            self.known = placed(self.demand, plain)
+            self.known = placed(self.demand, plain, objective_in(self.scene.synthesis))
         return self.known
 
     def _close(self, objective: float) -> bool:
         """Whether no better cam is worth looking for."""
         return objective <= self.free.enough(self.optimum) + WORSE * (abs(self.optimum) + self.free.unit)
 
-    def _row(self, demand: Demand, laws: Iterate, value: Mapping[str, float]) -> dict[str, Any] | None:
+    def _row(
+        self, scene: Scene, demand: Demand, laws: Iterate, value: Mapping[str, float]
+    ) -> dict[str, Any] | None:
         """A cam of laws that holds every limit and value; None if there is none."""
         programme = programme_with(demand, laws)
         if not within(demand, programme):
             return None
-        cam = self._as_solved(laws) if self.keys and not _listed(self.scene) else cam_for(demand, laws)
+        cam = self._as_solved(laws) if self.keys and not _listed(self.scene) else cam_for(scene, demand, laws)
         if cam is None:
             return None
         row = self._terms(cam, laws)
@@ -189,7 +193,7 @@ class AxisMinimiser:
         a load decides.
         """
         demand = self.demand
-        scene, name = scene_with(demand, laws), demand.problem.size_name
+        scene, name = scene_with(self.scene, demand, laws), demand.problem.size_name
         lead, height = (demand.length * each for each in laws[:2])
         prime = max(float(np.hypot(lead, height)) if demand.traced else height, demand.prime[0])
         offset = demand.problem.design.sense * lead
@@ -198,7 +202,7 @@ class AxisMinimiser:
             cam = chosen(scene, {**sizes, name: prime * (1.0 + larger) - demand.roller})
             found = evaluate(cam)
             if found["feasible"]:
-                return Synthesised(demand.problem.scene, cam, Design(found, cam), 0.0)
+                return Synthesised(self.scene, cam, Design(found, cam), 0.0)
         return None
 
     def _bound(self, value: Mapping[str, float], best: FrontierCam) -> float | None:

@@ -1,8 +1,8 @@
 """Free laws as laws of a scene, and the smallest cams for them."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
-from math import isfinite
+from math import isfinite, isnan
 from typing import Any
 
 import numpy as np
@@ -39,9 +39,9 @@ def known_laws(scene: Scene) -> dict[str, Design]:
     named = scene.search.law or scene.search.law_rise or scene.search.law_return
     chosen_by_law = any(segment.segment in ("rise", "return") for segment in scene.motion)
     known = [name for name, law in LAWS.items() if is_still(law)]
-    sought = scene if named or not chosen_by_law else scene.replace(**{"search.law": known})
+    sought = scene if named or not chosen_by_law else scene.with_values({"search.law": tuple(known)})
     found = smallest_cams(sought).by_law
-    own = scene.replace(**dict.fromkeys(("search.law", "search.law_rise", "search.law_return")))
+    own = scene.with_values(dict.fromkeys(("search.law", "search.law_rise", "search.law_return"), ()))
     if not any(own_laws(scene) == law_names_of(row) for row in found.values()):
         found = {**found, **smallest_cams(own).by_law}
     return found
@@ -72,31 +72,42 @@ def known_row(demand: Demand, row: Design) -> Design:
 
 def smallest_cams(scene: Scene) -> Optimum:
     """What ``optimise`` finds; of the scene's own size where neither limits nor the objective bear on it."""
-    return optimise(_with_size_sought(scene))
+    problem = resolve(scene)
+    if has_own_size(problem, objective_in(scene.synthesis)):
+        scene = scene.with_values({f"search.{_size_key(problem)}": (float(problem.design.size[0]),)})
+    return optimise(scene)
 
 
-def smallest_design(problem: Problem) -> Designs | None:
-    """The smallest design that holds all limits; else one that breaks them by little, if any is found."""
-    sought = resolve(_with_size_sought(problem.scene)).with_programme(problem.programme)
+def smallest_design(problem: Problem, objective: Collection[str]) -> Designs | None:
+    """The smallest design that holds all limits; else one that breaks them by little, if any is found.
+
+    Of the scene's own size where neither limits nor the terms of the objective bear on it.
+    """
+    sought = problem
+    if has_own_size(problem, objective):
+        sizes = {**problem.choices.sizes, _size_key(problem): (float(problem.design.size[0]),)}
+        sought = replace(problem, choices=replace(problem.choices, sizes=sizes))
     until = now() + SECONDS
     answers = sorted((smallest(sought, bounds, until) for bounds in boxes_of(sought)), key=lambda each: each.size)
     found = (*(each.design for each in answers), *(each.nearest for each in answers))
     return next((design for design in found if design is not None), None)
 
 
-def _with_size_sought(scene: Scene) -> Scene:
-    key = "base_radius" if scene.cam.form == "disc" else "mean_radius"
-    own, sought = getattr(scene.cam, key), getattr(scene.search, key)
-    limited = any(limit.asked and not limit.of_motion for limit in resolve(scene).limits)
-    if own is None or sought is not None or limited or "size" in objective_in(scene.synthesis):
-        return scene
-    return scene.replace(**{f"search.{key}": [own]})
+def has_own_size(problem: Problem, objective: Collection[str]) -> bool:
+    """Whether the size is the scene's own: neither its search, nor limits, nor the objective bear on it."""
+    limited = any(limit.asked and not limit.of_motion for limit in problem.limits)
+    sought = _size_key(problem) in problem.choices.sizes or "size" in objective
+    return not (limited or sought or isnan(problem.design.size[0]))
 
 
-def scene_with(demand: Demand, found: Iterate) -> Scene:
+def _size_key(problem: Problem) -> str:
+    """The key of the size of the cam, in ``[search]`` as in ``[cam]``."""
+    return problem.size_name.removesuffix("_mm")
+
+
+def scene_with(scene: Scene, demand: Demand, found: Iterate) -> Scene:
     """The scene of a demand with free laws in place of its own."""
-    scene, strokes = demand.problem.scene, iter(strokes_with(demand, found))
-    data = scene.to_dict()
+    data, strokes = scene.to_dict(), iter(strokes_with(demand, found))
     laws = data.setdefault("laws", {})
     for segment in data["motion"]:
         stroke = next(strokes) if segment["angle"] > 0.0 else None
@@ -120,7 +131,7 @@ def scene_with(demand: Demand, found: Iterate) -> Scene:
 
 def strokes_with(demand: Demand, found: Iterate) -> tuple[Stroke, ...]:
     """The strokes of a demand with free laws."""
-    free = iter(zip(free_names(demand.problem.scene), found.coefficients, strict=True))
+    free = iter(zip(free_names(demand.problem.segments), found.coefficients, strict=True))
     return tuple(
         demand.splines_of(stroke).on(stroke, *next(free), demand.scale) if stroke.is_free else stroke
         for stroke in demand.strokes
@@ -159,9 +170,9 @@ def _meets(demand: Demand, stroke: Stroke, up: float, condition: Condition) -> b
     return bool(np.all((values >= condition.low - room) & (values <= condition.high + room)))
 
 
-def cam_for(demand: Demand, found: Iterate) -> Synthesised | None:
+def cam_for(asked: Scene, demand: Demand, found: Iterate) -> Synthesised | None:
     """The smallest cam for free laws, proved, under every limit of the scene; None if there is none."""
-    scene = scene_with(demand, found)
+    scene = scene_with(asked, demand, found)
     best = smallest_cams(scene).best
     if best is None:
         return None
@@ -169,7 +180,7 @@ def cam_for(demand: Demand, found: Iterate) -> Synthesised | None:
     if best[size] + demand.roller > demand.prime[1]:
         return None
     objective = objective_of(demand, found, best[size])
-    return Synthesised(demand.problem.scene, chosen(scene, best), best, objective)
+    return Synthesised(asked, chosen(scene, best), best, objective)
 
 
 def objective_of(demand: Demand, found: Iterate, size: float) -> float:

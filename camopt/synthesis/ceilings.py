@@ -17,7 +17,7 @@ from camopt.numerics import LARGEST_MAGNITUDE, LEAST, FloatArray
 from camopt.numerics.curves import curve
 from camopt.problem.claims import Claim
 from camopt.problem.limits import LOADS, limited_quantity
-from camopt.problem.problem import Problem, resolve, strictest
+from camopt.problem.problem import Problem, strictest
 from camopt.quantities import AT_MOST, QUANTITIES
 from camopt.synthesis.demand import Demand
 from camopt.synthesis.linear_constraints import is_linear
@@ -46,7 +46,7 @@ def ceilings_of(demand: Demand) -> tuple[Claim, ...]:
 
 def ceilings_at(problem: Problem, key: str, bound: float) -> tuple[Claim, ...]:
     """The claims of one limit on loads at a bound; none where it cannot be held."""
-    limited = resolve(problem.scene.replace(**{f"limits.{key}": bound}))
+    limited = problem.with_numbers({f"limits.{key}": bound})
     found = next(limit.claims for limit in limited.limits if limit.name == key)
     return tuple(claim for claim in found if claim.allowed() > 0.0)
 

@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 
-from camopt.problem.problem import resolve
 from camopt.scene.scene import Scene
 from camopt.synthesis.cams import known_laws, known_row, law_names_of, own_laws
 from camopt.synthesis.from_scene import demand_of
@@ -37,7 +36,7 @@ class Comparison:
 
 def compared(scene: Scene) -> Comparison:
     """The known laws of a scene that ``synthesise`` takes."""
-    demand = demand_of(resolve(scene))
+    demand = demand_of(scene)
     rows = {law or OWN_MOVES: known_row(demand, row) for law, row in known_laws(scene).items()}
     weights = demand.objective
     for row in rows.values():

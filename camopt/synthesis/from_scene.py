@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from math import inf, radians
+from math import inf, isnan, radians
 
 from camopt.effects.peak import Derivative
 from camopt.mechanisms import translating, translating_flat
@@ -32,7 +32,7 @@ AMPLE = 1.25  # times what a scene's own moves have of what it limits nowhere
 GENTLE = "poly345"  # whose peaks hold where a scene limits neither acceleration nor jerk
 
 
-def demand_of(problem: Problem, objective: Mapping[str, float] | None = None) -> Demand:
+def demand_of(scene: Scene, objective: Mapping[str, float] | None = None) -> Demand:
     """The demand of a scene, with its own objective or another.
 
     Raises
@@ -40,7 +40,11 @@ def demand_of(problem: Problem, objective: Mapping[str, float] | None = None) ->
     BadInput
         If a point or a size cannot be met by any law.
     """
-    scene, asked = problem.scene, problem.scene.synthesis
+    return demand_on(resolve(scene), scene.synthesis, objective)
+
+
+def demand_on(problem: Problem, asked: Synthesis, objective: Mapping[str, float] | None = None) -> Demand:
+    """As ``demand_of``, of a scene already resolved and its ``[synthesis]``."""
     objective = objective_in(asked) if objective is None else dict(objective)
     _check_rest(problem, asked, objective)
     _check_peaks(problem, asked)
@@ -51,11 +55,11 @@ def demand_of(problem: Problem, objective: Mapping[str, float] | None = None) ->
         raise BadInput(freed)
     if not any(stroke.is_free for stroke in problem.programme.strokes):
         why = "has nothing to choose: it needs a rise, a return or a move"
-        raise BadInput([Mistake(scene.file, "motion", None, why, bare=True)])
+        raise BadInput([Mistake(problem.file, "motion", None, why, bare=True)])
     ground = ground_of(problem)
     strokes, body = ground.strokes, _body(problem)
     roller = roller_of(problem, body)
-    size = _size(scene, problem.size_name, objective)
+    size = _size(problem, objective)
     least = least_size(problem, {"size": size})
     _check_sizes(problem, least, size[1])
     return Demand(
@@ -71,7 +75,7 @@ def demand_of(problem: Problem, objective: Mapping[str, float] | None = None) ->
         body=body,
         ranges=tuple(_ranges(problem, asked, strokes, _orders(objective))),
         floors=tuple(floors_of(problem)),
-        residual=scene.limits.residual_vibration,
+        residual=_residual(problem),
         rest=asked.rest,
         monotone=asked.monotone or (isinstance(asked.peak_velocity, tuple) and asked.peak_velocity[0] == 0.0),
         conditions=(*conditions_of(ground), *_points(problem, asked, ground)),
@@ -91,7 +95,7 @@ def _check_sizes(problem: Problem, least: float, most: float) -> None:
 
 def by_offset(demand: Demand) -> list[Demand]:
     """The demand for each offset that a scene lists: between them there is no cam."""
-    listed = demand.problem.scene.search.offset
+    listed = demand.problem.choices.sizes.get("offset")
     if not isinstance(listed, tuple):
         return [demand]
     leads = [demand.problem.design.sense * offset for offset in dict.fromkeys(listed)]
@@ -104,7 +108,7 @@ def _check_rest(problem: Problem, asked: Synthesis, objective: Mapping[str, floa
     bounded = limited or asked.peak_jerk is not None
     if asked.rest == 1 and (bounded or 3 in _orders(objective)):
         what = "at least 2 where the jerk is limited or minimised: the acceleration may not jump then"
-        raise BadInput([Mistake(problem.scene.file, "synthesis.rest", asked.rest, what)])
+        raise BadInput([Mistake(problem.file, "synthesis.rest", asked.rest, what)])
 
 
 def _check_peaks(problem: Problem, asked: Synthesis) -> None:
@@ -113,14 +117,14 @@ def _check_peaks(problem: Problem, asked: Synthesis) -> None:
     if given and not any(stroke.kind in (RISE, RETURN) for stroke in problem.programme.strokes):
         what = "is for the unit stroke of rises and returns, and this motion has none: give [limits]"
         key, value = f"synthesis.{given[0]}", getattr(asked, given[0])
-        raise BadInput([Mistake(problem.scene.file, key, value, what, bare=True)])
+        raise BadInput([Mistake(problem.file, key, value, what, bare=True)])
 
 
 def _check_train(problem: Problem, objective: Mapping[str, float]) -> None:
     """A residual vibration is that of a train, at a speed, in a dwell."""
-    scene, setup = problem.scene, problem.setup
-    key = "synthesis.minimise" if residual.TERM in objective else "limits.residual_vibration"
-    if residual.TERM not in objective and scene.limits.residual_vibration is None:
+    setup = problem.setup
+    key = "synthesis.minimise" if residual.TERM in objective else f"limits.{residual.TERM}"
+    if residual.TERM not in objective and _residual(problem) is None:
         return
     speed = () if setup.omega is not None else ("cam.rpm",)
     train = () if setup.dynamics.natural_frequency is not None else ("follower.dynamics.natural_frequency",)
@@ -132,24 +136,29 @@ def _check_train(problem: Problem, objective: Mapping[str, float]) -> None:
     elif all(stroke.kind != DWELL for stroke in problem.programme.strokes):
         what = "needs a dwell"
     if what:
-        raise BadInput([Mistake(scene.file, key, residual.TERM, what, bare=True)])
+        raise BadInput([Mistake(problem.file, key, residual.TERM, what, bare=True)])
+
+
+def _residual(problem: Problem) -> float | None:
+    """The largest residual vibration that a limit allows, mm or deg."""
+    return next((limit.bound for limit in problem.limits if limit.name == residual.TERM), None)
 
 
 def objective_in(asked: Synthesis) -> dict[str, float]:
     return {asked.minimise: 1.0} if isinstance(asked.minimise, str) else dict(asked.minimise)
 
 
-def _size(scene: Scene, name: str, objective: Mapping[str, float]) -> LowHigh:
+def _size(problem: Problem, objective: Mapping[str, float]) -> LowHigh:
     """The range of the cam's radius: that of [search], or up to the scene's own where the objective is another."""
-    key = name.removesuffix("_mm")
-    choice, own = getattr(scene.search, key), getattr(scene.cam, key)
+    key, own = problem.size_name.removesuffix("_mm"), float(problem.design.size[0])
+    choice = problem.choices.sizes.get(key)
     if choice is not None:
         return _ends(choice, own)
     if "size" in objective:
         return 0.0, inf
-    if own is None:
+    if isnan(own):
         what = "missing; an objective other than the size needs the largest radius, there or in [search]"
-        raise BadInput([Mistake(scene.file, f"cam.{key}", None, what, bare=True)])
+        raise BadInput([Mistake(problem.file, f"cam.{key}", None, what, bare=True)])
     return 0.0, own
 
 
@@ -158,7 +167,7 @@ def _mirror(problem: Problem, ground: Ground) -> tuple[int, ...]:
     places = mirrored(ground.strokes)
     if places is None:
         what = "the segments are no mirror image of themselves, about whatever cam angle"
-        raise BadInput([Mistake(problem.scene.file, "synthesis.symmetric", True, what, bare=True)])
+        raise BadInput([Mistake(problem.file, "synthesis.symmetric", True, what, bare=True)])
     return places
 
 
@@ -181,7 +190,7 @@ def _points(problem: Problem, asked: Synthesis, ground: Ground) -> Iterator[Cond
             yield Condition(key, 0, angle, angle, y, y)
             taken.append(angle)
             continue
-        mistakes.append(Mistake(problem.scene.file, key, [given_angle, given], what))
+        mistakes.append(Mistake(problem.file, key, [given_angle, given], what))
     if mistakes:
         raise BadInput(mistakes)
 
@@ -191,8 +200,8 @@ def _body(problem: Problem) -> float:
     own = float(problem.design.roller_radius[0])
     if problem.setup.pointed or problem.setup.mechanism.curvature is None:
         return own
-    search = problem.scene.search
-    return _ends(search.face_radius if problem.setup.spherical else search.roller_radius, own)[1]
+    key = "face_radius" if problem.setup.spherical else "roller_radius"
+    return _ends(problem.choices.sizes.get(key), own)[1]
 
 
 def _ends(choice: Range | tuple[float, ...] | None, own: float) -> LowHigh:
@@ -206,7 +215,7 @@ def _lead(problem: Problem) -> LowHigh:
     """e, within the offsets that the scene allows."""
     if problem.setup.mechanism not in (translating.MECHANISM, translating_flat.MECHANISM):
         return 0.0, 0.0
-    ends = _ends(problem.scene.search.offset, problem.scene.follower.offset)
+    ends = _ends(problem.choices.sizes.get("offset"), float(problem.design.offset[0]))
     low, high = sorted(problem.design.sense * e for e in ends)
     return low, high
 
@@ -218,7 +227,7 @@ def _ranges(
 
     Derivatives that are minimised have none but these.
     """
-    of_moves = _own_peaks(problem, minimised) if any(s.is_move and s.is_free for s in strokes) else {}
+    of_moves = _own_peaks(problem, asked, minimised) if any(s.is_move and s.is_free for s in strokes) else {}
     peaks = {name: value for name in PEAKS if (value := getattr(asked, name)) is not None}
     peaks |= dict.fromkeys(_unasked(problem, asked, minimised), GENTLE)
     of_unit = {PEAKS[name]: _peak(problem, name, value) for name, value in peaks.items()}
@@ -253,7 +262,7 @@ def _within_both(limits: dict[int, LowHigh], of_unit: dict[int, LowHigh], stroke
     return found
 
 
-def _own_peaks(problem: Problem, minimised: set[int]) -> dict[int, LowHigh]:
+def _own_peaks(problem: Problem, asked: Synthesis, minimised: set[int]) -> dict[int, LowHigh]:
     """What moves hold of derivatives that [limits] bound nowhere: little more than those of least jerk have in any.
 
     The peaks of [synthesis] are those of unit strokes, and not about moves.
@@ -261,7 +270,7 @@ def _own_peaks(problem: Problem, minimised: set[int]) -> dict[int, LowHigh]:
     freed = [replace(stroke, named=False) if stroke.is_move else stroke for stroke in problem.programme.strokes]
     own = Programme(tuple(stroke for stroke in joined(freed) if stroke.is_move))
     orders = [] if _bounded(problem) else [order for order in USUAL.values() if order not in minimised]
-    orders = [order for order in orders if order <= problem.scene.synthesis.rest + 1]
+    orders = [order for order in orders if order <= asked.rest + 1]
     spans = {order: span(own, (0.0,) * order + (1.0,), TURN) for order in orders}
     largest = {order: max(-least, most) for order, (least, most) in spans.items()}
     return {order: (-AMPLE * most, AMPLE * most) for order, most in largest.items() if most > 0.0}
@@ -302,6 +311,6 @@ def _peak(problem: Problem, name: str, value: float | str | tuple[float, float])
         found = law_peaks(problem.laws[value])[name]
         if not isinstance(found, float) or found == inf:
             what = f"a law whose {name.replace('_', ' ')} is finite, or a number"
-            raise BadInput([Mistake(problem.scene.file, f"synthesis.{name}", value, what)])
+            raise BadInput([Mistake(problem.file, f"synthesis.{name}", value, what)])
         value = found
     return -value, value

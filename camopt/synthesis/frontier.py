@@ -161,7 +161,7 @@ def frontier(
     [30.6]
     """
     scene, axes = _checked(scene, axes)
-    demand = demand_of(resolve(scene), {axis: 1.0 for axis in axes if axis in TERMS})
+    demand = demand_of(scene, {axis: 1.0 for axis in axes if axis in TERMS})
     with nullcontext(engine) if engine else processes(workers or cpu_count() or 1) as used:
         pairs = len(axes) * (len(axes) - 1)
         terms = sum(axis in TERMS for axis in axes)
@@ -224,7 +224,7 @@ def _checked(scene: Scene, axes: Sequence[str]) -> tuple[Scene, tuple[str, ...]]
         raise BadInput(mistakes)
     called = [axis for axis in axes if axis not in TERMS]
     outputs = {"sizes", *(scene.outputs or problem.wanted), *called}
-    return scene.replace(outputs=sorted(outputs)) if called else scene, tuple(axes)
+    return scene.with_values({"outputs": tuple(sorted(outputs))}) if called else scene, tuple(axes)
 
 
 FrontierEnds = dict[tuple[str, str], FrontierCam]

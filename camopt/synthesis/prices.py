@@ -127,7 +127,7 @@ class Optimum(NamedTuple):
 
         None if that scene has another number of curves: at its bound a limit may be one that no motion holds.
         """
-        side = _programme(by_offset(demand_of(resolve(scene)))[self.number], self.margin)
+        side = _programme(by_offset(demand_of(scene))[self.number], self.margin)
         for variable, value in zip(side.problem.variables(), self.point, strict=True):
             variable.value = value
         found = [limit.expr.value for limit in side.problem.constraints]
@@ -146,7 +146,7 @@ def _programme(demand: Demand, margin: float) -> Convex:
 
 def _optimum(scene: Scene, result: Synthesised) -> Optimum | None:
     """The optimum that a result is; None if the solver fails, or the result is none."""
-    demands = by_offset(demand_of(resolve(scene)))  # one for each offset that the scene lists
+    demands = by_offset(demand_of(scene))  # one for each offset that the scene lists
     for margin in MARGINS:
         models = [_programme(demand, margin) for demand in demands]
         try:
@@ -182,7 +182,7 @@ def _local(optimum: Optimum, result: Synthesised) -> Optimum | None:
 
 def iterate_in(demand: Demand, result: Synthesised) -> Iterate:
     """The laws and the sizes of a result, as a demand counts them."""
-    names = iter(free_names(result.asked))
+    names = iter(free_names(result.asked.motion))
     coefficients = []
     for stroke in demand.free:
         law = result.scene.laws[next(names)].model_dump()

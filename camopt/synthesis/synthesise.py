@@ -5,7 +5,7 @@ the smallest cam for them is found and proved as for any other: every limit of t
 the convex programme knows it or not, and the gap to the bound says what that costs.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from math import inf, sqrt
@@ -17,7 +17,6 @@ from camopt.motion import LAWS
 from camopt.motion.law import Law
 from camopt.motion.stroke import Stroke
 from camopt.numerics import FloatArray
-from camopt.problem.problem import resolve
 from camopt.progress import Progress, report_progress
 from camopt.scene.scene import Scene
 from camopt.synthesis import residual
@@ -32,7 +31,7 @@ from camopt.synthesis.cams import (
 from camopt.synthesis.ceilings import ceilings_of
 from camopt.synthesis.convex import SOLVED, Convex, convex, solve
 from camopt.synthesis.demand import Demand
-from camopt.synthesis.from_scene import by_offset, demand_of
+from camopt.synthesis.from_scene import by_offset, demand_of, objective_in
 from camopt.synthesis.iterate import Iterate, cleaned, iterate_of
 from camopt.synthesis.relaxation import RelaxedMotion
 from camopt.synthesis.sequential_convex import SequentialConvex
@@ -85,19 +84,19 @@ def synthesise(scene: Scene, progress: Progress | None = None) -> Synthesised:
     >>> round(camopt.synthesise(coarse).design["base_radius_mm"], 1)
     39.8
     """
-    demands = by_offset(demand_of(resolve(scene)))
+    demands = by_offset(demand_of(scene))
     bounds = [bound_of(demand) for demand in demands]
     some = [demand for demand, bound in zip(demands, bounds, strict=True) if bound != inf]
     if not some:
-        raise contradiction(demands[0], bound_of)
-    best, _ = best_of(some, partial(report_progress, progress))
+        raise contradiction(scene, demands[0], bound_of)
+    best, _ = best_of(scene, some, partial(report_progress, progress))
     known = [bound for bound in bounds if bound is not None]
     right = len(known) == len(bounds) and min(known) <= best.objective  # or else a solver erred
     return replace(best, bound=min(known) if right else None)
 
 
-def best_of(demands: Sequence[Demand], advance: Progress) -> tuple[Synthesised, Iterate]:
-    """The best cam of some demands, without a bound, and its free laws.
+def best_of(scene: Scene, demands: Sequence[Demand], advance: Progress) -> tuple[Synthesised, Iterate]:
+    """The best cam of some demands of a scene, without a bound, and its free laws.
 
     Raises
     ------
@@ -109,7 +108,7 @@ def best_of(demands: Sequence[Demand], advance: Progress) -> tuple[Synthesised, 
     found, why = [], Unmet("")
     for demand in demands:
         try:
-            found.append(_best(demand, advance))
+            found.append(_best(scene, demand, advance))
         except Unmet as reason:
             why = reason
     if not found:
@@ -117,22 +116,22 @@ def best_of(demands: Sequence[Demand], advance: Progress) -> tuple[Synthesised, 
     return _least(found)
 
 
-def _best(demand: Demand, advance: Progress) -> tuple[Synthesised, Iterate]:
+def _best(scene: Scene, demand: Demand, advance: Progress) -> tuple[Synthesised, Iterate]:
     """The best free laws of a demand, and their cam."""
     advance(0, 1)  # as far as is known: where the convex optimum is a cam, nothing starts from other laws
     ceilings = ceilings_of(demand)
     for first in range(len(MARGINS)):
         model, start, least = solved(demand, MARGINS[first:])
-        cam = cam_for(demand, start)
+        cam = cam_for(scene, demand, start)
         if cam or ceilings:
             break  # if not, a solver's error takes the cam beyond its limits, which a wider margin mends
     found = [(cam, start)] if cam else []
     free = cam is not None and cam.objective <= least + WORSE * (abs(least) + model.unit)
-    steps = [] if free or not ceilings else list(_by_convex_steps(model, demand, start, advance))
+    steps = [] if free or not ceilings else list(_by_convex_steps(scene, model, demand, start, advance))
     found += [(each, last) for each, last in steps if each]
     if not found:
         tried = [start, *(last for _, last in steps)][:LOOKED_AT]
-        raise no_cam([smallest_cams(scene_with(demand, each)) for each in tried])
+        raise no_cam([smallest_cams(scene_with(scene, demand, each)) for each in tried])
     cam, laws = _least(found)
     return replace(cam, convex=free), laws
 
@@ -212,29 +211,28 @@ def tightened(demand: Demand, margin: float) -> Demand:
 
 
 def _by_convex_steps(
-    model: Convex, demand: Demand, start: Iterate, advance: Progress
+    scene: Scene, model: Convex, demand: Demand, start: Iterate, advance: Progress
 ) -> Iterator[tuple[Synthesised | None, Iterate]]:
     """The laws that convex steps reach from the convex optimum and from known laws, and their cams, if any."""
-    starts = [start, *placed(demand, start)]
+    starts = [start, *placed(demand, start, objective_in(scene.synthesis))]
     ceilings = ceilings_of(demand)
     steps = SequentialConvex(model, ceilings)
     for number, each in enumerate(starts):
         advance(number, len(starts))
         last = steps.run(each, ceilings)
-        yield cam_for(demand, last) if within(demand, programme_with(demand, last)) else None, last
+        yield cam_for(scene, demand, last) if within(demand, programme_with(demand, last)) else None, last
 
 
-def placed(demand: Demand, start: Iterate) -> list[Iterate]:
+def placed(demand: Demand, start: Iterate, objective: Collection[str]) -> list[Iterate]:
     """Laws on the smallest cam for them: the known ones within the limits, and the convex optimum.
 
     Not the latter where the size is part of it: it lies on its smallest cam already, but for other limits.
+    ``objective`` are the terms that the scene minimises.
     """
-    scene = demand.problem.scene
     if demand.residual is not None:  # known laws have more of it; the steps begin at the nearest that have not
-        easier = scene.replace(**{f"limits.{residual.TERM}": None})
-        demand = replace(demand, residual=None, problem=resolve(easier))
+        demand = replace(demand, residual=None, problem=demand.problem.without(f"limits.{residual.TERM}"))
     laws = [*([] if demand.sized else [start]), *_known(demand, start)]
-    return [_placed(demand, each) for each in laws]
+    return [_placed(demand, each, objective) for each in laws]
 
 
 def _known(demand: Demand, start: Iterate) -> Iterator[Iterate]:
@@ -255,9 +253,9 @@ def _fit(demand: Demand, stroke: Stroke, law: Law) -> FloatArray:
     return np.asarray(np.linalg.lstsq(splines.at(x, 0).toarray(), values, rcond=None)[0])
 
 
-def _placed(demand: Demand, known: Iterate) -> Iterate:
+def _placed(demand: Demand, known: Iterate, objective: Collection[str]) -> Iterate:
     """Laws on the smallest cam for them, or on one that misses its limits by little."""
-    cam = smallest_design(demand.problem.with_programme(programme_with(demand, known)))
+    cam = smallest_design(demand.problem.with_programme(programme_with(demand, known)), objective)
     if cam is None:
         return known
     lead, prime = float(cam.sense * cam.offset[0]), float(cam.size[0]) + demand.roller

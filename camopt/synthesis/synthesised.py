@@ -1,15 +1,16 @@
 """The result of a synthesis: free laws, the smallest cam for them, and how good they are."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 from camopt.motion import LAWS
 from camopt.motion.programme import PEAKS, law_peaks, peaks_inside
-from camopt.motion.segments import MOVE
+from camopt.motion.segments import MOVE, Segment
 from camopt.motion.spline import SplineLaw
 from camopt.problem.problem import resolve
+from camopt.scene import tables
 from camopt.scene.scene import Scene
 from camopt.shown import Shown
 from camopt.tables.designs import Design
@@ -63,7 +64,7 @@ class Synthesised(Shown):
     @cached_property
     def laws(self) -> dict[str, SplineLaw]:
         """The free laws by name."""
-        names = free_names(self.scene)
+        names = free_names(self.scene.motion)
         return {n: law for n, law in resolve(self.scene).laws.items() if n in names and isinstance(law, SplineLaw)}
 
     @cached_property
@@ -83,8 +84,8 @@ def peaks_of(row: Mapping[str, Any], result: Synthesised) -> dict[str, float]:
     return {name: max(float(peaks[name]) for peaks in each) for name in PEAKS if each}
 
 
-def free_names(scene: Scene) -> list[str]:
-    """Names for the free laws of a scene's rises, returns and moves, in order."""
-    kinds = [segment.segment for segment in scene.motion if segment.segment in FREE]
+def free_names(segments: Sequence[tables.Segment] | Sequence[Segment]) -> list[str]:
+    """Names for the free laws of the rises, returns and moves of a turn, in order."""
+    kinds = [segment.segment for segment in segments if segment.segment in FREE]
     counts = [kinds[: n + 1].count(kind) for n, kind in enumerate(kinds)]
     return [f"free-{k}-{n}" if kinds.count(k) > 1 else f"free-{k}" for k, n in zip(kinds, counts, strict=True)]

@@ -61,18 +61,17 @@ def _reached(limit: Limit, row: Mapping[str, Any]) -> tuple[str, float]:
     return f"{worst} = {number(values[worst])} was reached, {asked} is asked", by
 
 
-def contradiction(demand: Demand, bound_of: Bound) -> Unmet:
+def contradiction(scene: Scene, demand: Demand, bound_of: Bound) -> Unmet:
     """The limits and conditions that no motion holds together: without any one of these one does."""
-    scene = demand.problem.scene
     found = irreducible(demand.names, lambda kept: bound_of(demand.only(kept)) != inf)
     usual = [name for name in _usual(scene, demand) if name in found]
-    asked = [_asked(demand, name, found, bound_of) for name in found if name not in usual]
+    asked = [_asked(scene, demand, name, found, bound_of) for name in found if name not in usual]
     if not usual:
         count = "two" if len(asked) == 2 else len(asked)
         alone = "by itself it is this one that none holds"
         together = alone if len(asked) == 1 else f"these {count} contradict each other"
         return Unmet(f"no motion whatever holds all limits; {together}: {listed(asked)}")
-    default = " and ".join(f"{name}{_least(demand, name, found, bound_of)}" for name in usual)
+    default = " and ".join(f"{name}{_least(scene, demand, name, found, bound_of)}" for name in usual)
     within = f"within the {default} that it may have by default ({_gentle(scene)})"
     return Unmet(f"no motion whatever holds {listed(asked) or 'the segments'} {within}; {_lifted_by(scene)}")
 
@@ -104,23 +103,23 @@ def _has_unit_strokes(scene: Scene) -> bool:
     return any(segment.segment in ("rise", "return") for segment in scene.motion)
 
 
-def _asked(demand: Demand, name: str, found: Sequence[str], bound_of: Bound) -> str:
+def _asked(scene: Scene, demand: Demand, name: str, found: Sequence[str], bound_of: Bound) -> str:
     """A limit or condition by its key, with the least that any motion needs of it where the others hold."""
-    return f"{_key(demand, name)}{_least(demand, name, found, bound_of)}"
+    return f"{_key(scene, demand, name)}{_least(scene, demand, name, found, bound_of)}"
 
 
-def _key(demand: Demand, name: str) -> str:
+def _key(scene: Scene, demand: Demand, name: str) -> str:
     """The key that gives a limit or condition of a demand."""
     if name == SIZE:
         key = demand.problem.size_name.removesuffix("_mm")
-        return f"{SIZE} ({'search' if getattr(demand.problem.scene.search, key) is not None else 'cam'}.{key})"
+        return f"{SIZE} ({'search' if key in demand.problem.choices.sizes else 'cam'}.{key})"
     limits = {limit.name: key_of(limit) for limit in demand.problem.limits}
     if name in limits or "." in name:
         return limits.get(name, name)
-    return f"synthesis.peak_{name}" if getattr(demand.problem.scene.synthesis, f"peak_{name}", None) else name
+    return f"synthesis.peak_{name}" if getattr(scene.synthesis, f"peak_{name}", None) else name
 
 
-def _least(demand: Demand, name: str, found: Sequence[str], bound_of: Bound) -> str:
+def _least(scene: Scene, demand: Demand, name: str, found: Sequence[str], bound_of: Bound) -> str:
     """In words, the least of a term of the objective that a motion has with the other limits found."""
     term = "size" if name == SIZE else name
     if term not in TERMS:
@@ -129,4 +128,4 @@ def _least(demand: Demand, name: str, found: Sequence[str], bound_of: Bound) -> 
     least = bound_of(replace(others, objective={term: 1.0}))
     if not least or least == inf:
         return ""
-    return f" (at least {number(least)} {unit_of(term, demand.problem.scene)} with the rest)"
+    return f" (at least {number(least)} {unit_of(term, scene)} with the rest)"

@@ -86,7 +86,7 @@ def test_the_least_jerk_meets_random_conditions_and_no_motion_has_less(seed):
     programme = resolve(scene).programme
     assert meets(programme, conditions, 1e-8)
     assert not programme.jumps
-    demand = demand_of(resolve(scene))
+    demand = demand_of(scene)
     wide = demand.only([name for name in demand.names if name not in ("jerk", "acceleration", "the size")])
     freed = wide.only([name for name in wide.names if name != "the lowest position"])
     bound, own = bound_of(freed), root_mean_square(programme, 3)

@@ -91,7 +91,7 @@ def test_a_scene_with_free_moves_is_read_again_and_asks_the_same(name):
     scene, result = free(name, "acceleration")
     again = Scene.from_dict(tomllib.loads(result.scene.to_toml()))
     assert evaluate(again) == evaluate(result.scene)
-    first, second = (demand_of(resolve(each)) for each in (scene, again))
+    first, second = (demand_of(each) for each in (scene, again))
     assert [c.key for c in first.conditions] == [c.key for c in second.conditions]
     assert first.zero == pytest.approx(second.zero, abs=1e-9)
 
@@ -244,7 +244,7 @@ def test_the_residual_vibration_of_moves_is_linear_in_their_coefficients(name):
         scene = find_scene(name)
     train = TRAIN | {"follower.dynamics.natural_frequency": 6.1 * scene.cam.rpm / 60}
     scene = scene.replace(**train, **{"synthesis.minimise": "residual_vibration", "synthesis.pieces": 8})
-    demand = demand_of(resolve(scene))
+    demand = demand_of(scene)
     model, start, _ = solved(demand)
     random = np.random.default_rng(5)
     noisy = [c + 0.05 * random.normal(size=c.size) for c in start.coefficients]
@@ -334,7 +334,7 @@ def test_free_laws_of_free_laws_hold_the_same_limits():
     scene, result = free("belt-matching", "acceleration")
     again = synthesise(result.scene)
     assert again.objective == pytest.approx(result.objective, rel=1e-4)
-    assert demand_of(resolve(result.scene)).ranges == demand_of(resolve(scene)).ranges
+    assert demand_of(result.scene).ranges == demand_of(scene).ranges
 
 
 def test_what_free_moves_cannot_do_is_said():

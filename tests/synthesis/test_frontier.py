@@ -12,7 +12,6 @@ from camopt import BadInput, Scene, certify, evaluate, find_scene, frontier, loa
 from camopt.cli.commands.frontier_report import show_frontier
 from camopt.cli.main import main
 from camopt.mistakes import Unmet
-from camopt.problem.problem import resolve
 from camopt.scene.tables import TERMS
 from camopt.smallest.optimise import optimise
 from camopt.synthesis import foresight, sequential_convex
@@ -124,8 +123,8 @@ def test_a_law_is_within_its_own_peaks(name, law):
             segment | ({"lift": lift} if "lift" in segment else {})
             for segment in find_scene(name).to_dict()["motion"]
         ]
-        problem = resolve(find_scene(name).replace(motion=motion, **peaks))
-        assert within(demand_of(problem), problem.with_laws(law, law))
+        demand = demand_of(find_scene(name).replace(motion=motion, **peaks))
+        assert within(demand, demand.problem.with_laws(law, law))
 
 
 def test_the_picture_of_a_frontier(found, tmp_path):

@@ -187,7 +187,7 @@ def test_units_of_the_objective_and_any_speed(speed):
 
 def test_no_bound_is_below_zero():
     """A knife edge under a limit that hardly matters: the least size is next to nothing."""
-    demand = demand_of(resolve(made(KNIFE, limits__pressure_angle=89)))
+    demand = demand_of(made(KNIFE, limits__pressure_angle=89))
     assert 0.0 <= bound_of(demand) < 1.0
 
 
@@ -267,7 +267,7 @@ def test_no_motion_passes_the_bound(case):
     """Of any motion within the ranges, the values at the nodes hold every inequality of the relaxation."""
     scene, laws = case
     programme = resolve(scene).programme.with_laws(*laws)
-    demand = demand_of(resolve(scene))
+    demand = demand_of(scene)
     relaxed = convex(demand, partial(RelaxedMotion, 12))
     angles = [stroke.start + stroke.angle * np.linspace(0, 1, 13) for stroke in demand.strokes]
     fixed = []
@@ -294,7 +294,7 @@ def test_no_motion_passes_the_bound(case):
 @pytest.mark.parametrize("base", [ROLLER, FLAT, GROOVE], ids=["roller", "flat", "groove"])
 @pytest.mark.parametrize("minimise", ["size", "jerk"])
 def test_the_bound_grows_with_the_panels_and_stays_below_free_laws(base, minimise):
-    demand = demand_of(resolve(made(base, synthesis__minimise=minimise)))
+    demand = demand_of(made(base, synthesis__minimise=minimise))
     bounds = [convex(demand, partial(RelaxedMotion, panels)).solve() for panels in (4, 8, 16, 32, 64)]
     assert all(after >= before * (1 - 1e-6) for before, after in pairwise(bounds))
     assert bounds[-1] <= solved(demand)[2]
@@ -324,12 +324,12 @@ def test_what_no_motion_holds_is_said_and_what_one_holds_is_not():
     assert least == pytest.approx(0.4298, abs=1e-3)
     assert largest == pytest.approx(1 - least, abs=1e-9)
     beyond, inside = (made(synthesis__points=[[60, 50 * least + off]]) for off in (-0.3, 0.3))
-    assert bound_of(demand_of(resolve(beyond))) == inf
-    assert bound_of(demand_of(resolve(inside))) < inf
+    assert bound_of(demand_of(beyond)) == inf
+    assert bound_of(demand_of(inside)) < inf
     with pytest.raises(Unmet, match="no motion whatever"):
         synthesise(beyond)
-    assert bound_of(demand_of(resolve(made(synthesis__peak_acceleration=4, synthesis__rest=1)))) < inf
-    assert bound_of(demand_of(resolve(made(synthesis__peak_acceleration=3.9, synthesis__rest=1)))) == inf
+    assert bound_of(demand_of(made(synthesis__peak_acceleration=4, synthesis__rest=1))) < inf
+    assert bound_of(demand_of(made(synthesis__peak_acceleration=3.9, synthesis__rest=1))) == inf
 
 
 def test_a_stroke_of_a_hundredth_of_a_degree_has_a_bound_below_its_cam():
@@ -349,14 +349,15 @@ TRAIN = {"follower.dynamics": {"natural_frequency": 110, "damping_ratio": 0.05},
 def test_the_residual_vibration_of_coefficients_is_that_of_the_response(motion, frequency, damping):
     """Linear in the coefficients: any motion has what the sum over its coefficients says."""
     train = {"natural_frequency": frequency + 1 / 3, "damping_ratio": damping}
-    demand = demand_of(resolve(made(motion=motion, follower__dynamics=train, synthesis__pieces=8)))
+    asked = made(motion=motion, follower__dynamics=train, synthesis__pieces=8)
+    demand = demand_of(asked)
     model = convex(replace(demand, objective={"residual_vibration": 1.0}), SplineMotion)
     random = np.random.default_rng(4)
     each = [np.sort(random.random(demand.splines.count)) for _ in moving(model)]
     found = Iterate(0.0, 1.0, cleaned(demand, each))
     for stroke, coefficients in zip(moving(model), found.coefficients, strict=True):
         stroke.coefficients.value = coefficients
-    scene = scene_with(demand, found).replace(outputs=["vibration"])
+    scene = scene_with(asked, demand, found).replace(outputs=["vibration"])
     wanted = evaluate(scene)["residual_vibration_max_mm"]
     assert model.unit * model.goal.value == pytest.approx(wanted, rel=1e-7)
 
@@ -366,7 +367,7 @@ def test_the_least_residual_vibration_is_the_effects_own():
     calm = free(scene.replace(**{"cam.base_radius": 53.0}))
     assert calm.bound == 0.0
     assert calm.objective == sound(calm)["residual_vibration_max_mm"]
-    least = solved(demand_of(resolve(scene.replace(**{"cam.base_radius": 53.0}))))[2]
+    least = solved(demand_of(scene.replace(**{"cam.base_radius": 53.0})))[2]
     assert least > 0.01
     assert calm.objective == pytest.approx(least, rel=1e-3)
     smallest = free(made(**TRAIN))
@@ -597,7 +598,7 @@ LOADED = {
 @pytest.mark.parametrize("base", [ROLLER, SPHERE, GROOVE, FLAT], ids=["roller", "sphere", "groove", "flat"])
 def test_planes_are_tangent_to_the_curves_of_limits(base):
     """Whatever the curve: against its values a little away, in the motion and the sizes together."""
-    demand = demand_of(resolve(Scene.from_dict(base).replace(**LOADED, **{"synthesis.pieces": 6})))
+    demand = demand_of(Scene.from_dict(base).replace(**LOADED, **{"synthesis.pieces": 6}))
     ceilings, random, unit = ceilings_of(demand), np.random.default_rng(2), demand.scale
     for stroke in demand.strokes:
         sampled = Sampled(demand, stroke)
@@ -617,7 +618,7 @@ def test_planes_are_tangent_to_the_curves_of_limits(base):
 
 def test_values_of_ceilings_by_hand():
     """The pitch curvature and the torque from their textbook formulas."""
-    demand = demand_of(resolve(made(VALVE, synthesis__pieces=6)))
+    demand = demand_of(made(VALVE, synthesis__pieces=6))
     (curvature,) = ceilings_of(demand)
     assert curvature.factor(demand.problem.design).item() == 23
     stroke = demand.strokes[0]
@@ -625,7 +626,7 @@ def test_values_of_ceilings_by_hand():
     a, w = 50 + y, y1 - 7
     kappa = (a**2 + w * (2 * y1 - 7) - a * y2) / np.hypot(a, w) ** 3
     np.testing.assert_allclose(Sampled(demand, stroke).values([curvature], state, (7.0, 50.0))[0], 23 * kappa)
-    demand = demand_of(resolve(made(follower__dynamics=DYNAMICS, limits__torque=200, synthesis__pieces=6)))
+    demand = demand_of(made(follower__dynamics=DYNAMICS, limits__torque=200, synthesis__pieces=6))
     (ceiling,) = [c for c in ceilings_of(demand) if c.goal == LARGEST_MAGNITUDE]
     omega = 1000 * pi / 30
     torque = (0.5e-3 * omega**2 * y2 + 30 * y + 3000) * y1
@@ -646,11 +647,12 @@ def test_a_limit_on_torque_is_held_by_the_motion():
 
 @pytest.mark.parametrize("motion", [STRAIGHT_DOWN, NO_DWELL, SEVERAL], ids=["down", "no dwell", "several"])
 def test_a_solvers_error_at_a_joint_is_no_jump(motion):
-    demand = demand_of(resolve(made(motion=motion)))
+    asked = made(motion=motion)
+    demand = demand_of(asked)
     found = solved(demand)[1]
     random = np.random.default_rng(3)
     noisy = cleaned(demand, [c + 1e-8 * random.normal(size=c.size) for c in found.coefficients])
-    scene = scene_with(demand, found._replace(coefficients=noisy))
+    scene = scene_with(asked, demand, found._replace(coefficients=noisy))
     assert not resolve(scene).programme.jumps
 
 
@@ -781,7 +783,7 @@ JUNK = st.recursive(
 @given(st.dictionaries(st.sampled_from([*Synthesis.model_fields, "x"]), JUNK, min_size=1, max_size=3))
 def test_junk_is_bad_input_or_a_demand(junk):
     try:
-        demand = demand_of(resolve(Scene.from_dict(ROLLER | {"synthesis": junk})))
+        demand = demand_of(Scene.from_dict(ROLLER | {"synthesis": junk}))
     except BadInput:
         demand = None
     assert demand is None or demand.splines.count > demand.splines.degree
@@ -939,8 +941,8 @@ def test_default_peaks_are_those_that_the_demand_holds():
     scene = made()
     peaks = default_peaks(scene)
     assert peaks == pytest.approx({"peak_acceleration": 10 / 3**0.5, "peak_jerk": 60.0})
-    given = demand_of(resolve(scene.replace(**{f"synthesis.{name}": value for name, value in peaks.items()})))
-    assert given.ranges == demand_of(resolve(scene)).ranges
+    given = demand_of(scene.replace(**{f"synthesis.{name}": value for name, value in peaks.items()}))
+    assert given.ranges == demand_of(scene).ranges
     assert list(default_peaks(scene, ("size", "acceleration"))) == ["peak_jerk"]
     assert default_peaks(made(limits__jerk=1e6)) == {}
 

@@ -95,7 +95,7 @@ def test_the_mirrored_cam_with_the_turn_backwards_is_as_large(name):
 
 @pytest.mark.parametrize("name", SWUNG)
 def test_planes_are_tangent_to_the_curves_of_limits(name):
-    demand = demand_of(resolve(Scene.from_dict(SWUNG[name]).replace(**{"synthesis.pieces": 6})))
+    demand = demand_of(Scene.from_dict(SWUNG[name]).replace(**{"synthesis.pieces": 6}))
     ceilings, random = ceilings_of(demand), np.random.default_rng(2)
     assert ceilings
     for stroke in demand.strokes:

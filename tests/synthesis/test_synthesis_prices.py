@@ -62,7 +62,7 @@ def with_bound(case, key, value):
 
 def least(case):
     """The least objective of the convex programmes of a scene."""
-    return min(convex(tightened(d, 1e-7), SplineMotion).solve() for d in by_offset(demand_of(resolve(case))))
+    return min(convex(tightened(d, 1e-7), SplineMotion).solve() for d in by_offset(demand_of(case)))
 
 
 @pytest.mark.parametrize("name", CASES)

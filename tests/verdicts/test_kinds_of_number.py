@@ -24,10 +24,10 @@ from camopt.problem.limits import LOADS, limited_quantity
 from camopt.problem.limits import PART as PART_KEYS
 from camopt.problem.problem import exactly, resolve
 from camopt.quantities import AT_LEAST, DERIVATIVES, MEANS, QUANTITIES, STROKES, motion_mean, motion_quantity
-from camopt.scene.tables import Limits, ShortLimits
+from camopt.scene.tables import Limits, ShortLimits, Synthesis
 from camopt.smallest.enclosure import claims_on_size, examined, means_on_size
 from camopt.synthesis import ceilings
-from camopt.synthesis.from_scene import demand_of
+from camopt.synthesis.from_scene import demand_on
 from camopt.synthesis.linear_constraints import is_linear
 from camopt.verdicts.certify import certify_limits
 from camopt.verdicts.deciding import BROKEN, HELD
@@ -233,7 +233,7 @@ def below_planes(demand, name):
 
 def in_planes(problem, key, monkeypatch):
     """Over the samples of convex steps, or below the linear limits."""
-    demand = demand_of(problem)
+    demand = demand_on(problem, Synthesis())
     limit = next(each for each in problem.limits if each.name == key)
     over = [v for c in limit.claims if not is_linear(c) for v in over_samples(demand, c, monkeypatch)]
     return any(excess > 0.0 for excess in (*over, *below_planes(demand, key)))
@@ -269,9 +269,10 @@ def test_bounds_on_derivatives_by_the_cam_angle_need_no_speed(contact):
     assert len(names) == 11
     for name in names:
         for share in (1 + NEAR, 1 - NEAR):
-            problem = resolve(still.replace(limits={name: cam[name] * share}))
+            scene = still.replace(limits={name: cam[name] * share})
+            problem = resolve(scene)
             assert certify_limits(problem, problem.design)[name] == (HELD if share > 1 else BROKEN)
-            assert evaluate(problem.scene)["feasible"] == (share > 1)
+            assert evaluate(scene)["feasible"] == (share > 1)
 
 
 @pytest.mark.parametrize("contact", CONTACTS)
