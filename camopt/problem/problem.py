@@ -176,11 +176,12 @@ def resolve(scene: Scene) -> Problem:
     mistakes = [*_not_offered(scene, setup), *_out_of_reach(scene, setup)]
     if mistakes:
         raise BadInput(mistakes)
-    laws = {**LAWS, **{name: law_of(name, law.model_dump()) for name, law in scene.laws.items()}}
+    laws = {**LAWS, **{name: law_of(name, law) for name, law in scene.laws.items()}}
     _, load = constant_and_changing(*load_and_unit(scene))
-    turn = segments_of([segment.model_dump() for segment in scene.motion], scene.cam.rpm)
-    programme = programme_of(scene.model_dump(mode="json"), load) if scene.profile else None
-    if programme is None:
+    turn = segments_of(scene.motion, scene.cam.rpm)
+    if scene.profile:
+        programme = programme_of(scene.profile, scene.cam, scene.follower, load)
+    else:
         programme = Programme.from_segments(turn, angular=setup.angular, laws=laws, load=load)
     given = scene.numbers([*size_keys(scene), *scene.search.numbers])
     return Problem(

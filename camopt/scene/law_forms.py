@@ -18,7 +18,7 @@ from camopt.numerics.neighbours import noise_of_table
 
 Fault = tuple[str, Any, str]
 Given = Mapping[str, Any]
-"""The table of a law in the plain mapping of a scene."""
+"""The values of a law by key: of the plain mapping of a scene, or of ``tables.OwnLaw``."""
 DEGREES = range(3, 13)  # a jerk is its third derivative, and the panels of a motion hold polynomials of degree 12
 CLOSE = 1e-9  # to 0 or 1, of what has to be just that
 MOST_LEEWAY = 0.005  # of a stroke: more is no noise

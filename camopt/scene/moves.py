@@ -18,7 +18,7 @@ from camopt.motion.stroke import Stroke, range_of
 from camopt.motion.table import TURN
 from camopt.scene.law_forms import CLOSE, Fault
 from camopt.scene.mapping import tables_in
-from camopt.scene.own_laws import are_faultless, law_of, own_laws
+from camopt.scene.own_laws import are_faultless, law_in, own_laws
 from camopt.scene.segments import as_asked
 
 INSIDE = 1e-6  # of a move: the least distance of a condition from its ends, and the least length of a range
@@ -47,7 +47,7 @@ def has_laws(data: Mapping[str, Any], given: Sequence[Segment]) -> bool:
 
 def turn_as_given(data: Mapping[str, Any], given: Sequence[Segment]) -> Programme:
     """The turn of faultless laws and segments, displacements as they are given."""
-    own = {name: law_of(name, law) for name, law in own_laws(data).items()}
+    own = {name: law_in(name, law) for name, law in own_laws(data).items()}
     return Programme.from_segments(given, angular=False, laws={**LAWS, **own})
 
 
@@ -68,7 +68,7 @@ def _laws_of_moves(data: Mapping[str, Any], given: Sequence[Segment]) -> Iterato
                 return
         through = tuple(each._replace(start=radians(each.start), end=radians(each.end)) for each in segment.through)
         asked = segment._replace(through=through)
-        yield from _missed(law_of(segment.law, tables[segment.law]), asked, before, starts[k - 1], f"motion.{k}")
+        yield from _missed(law_in(segment.law, tables[segment.law]), asked, before, starts[k - 1], f"motion.{k}")
 
 
 def _conditions(rows: Sequence[Mapping[str, Any]]) -> Iterator[Fault]:

@@ -15,6 +15,7 @@ from camopt.motion.spline import SplineLaw
 from camopt.motion.turned import SkewedLaw
 from camopt.scene.csv_columns import MOST_VALUES, read_columns
 from camopt.scene.law_forms import DEGREES, FORMS, Fault, Given, form_of, leeway
+from camopt.scene.tables import OwnLaw
 
 GIVEN_BY = "law, scca, start and end, degree, knots and coefficients (of a move: positions), x and s, or a file"
 PLAIN = {"degree", "law"}  # keys with one value
@@ -22,8 +23,13 @@ FAR = 1e9  # that a number may be from 0
 NEAREST = 0.01  # of a crossing to an end of the stroke
 
 
-def law_of(name: str, law: Given) -> Law:
-    """The law that a faultless table of a scene describes. Its ends are at 0 and 1, without rounding."""
+def law_of(name: str, law: OwnLaw) -> Law:
+    """The law that a table of a scene describes. Its ends are at 0 and 1, without rounding."""
+    return law_in(name, vars(law))
+
+
+def law_in(name: str, law: Given) -> Law:
+    """The law that a faultless table of the plain mapping of a scene describes."""
     crossing, mirror, make = _crossing(law), law.get("mirror") is True, form_of(law).make
     if crossing is None:
         return make(name, law, mirror)
@@ -177,7 +183,7 @@ def _skew(key: str, law: Given) -> Iterator[Fault]:
 
 def _mirror(name: str, law: Given) -> Iterator[Fault]:
     """Whether a law that is to be mirrored is another law then."""
-    if law.get("mirror") is True and is_symmetric(law_of(name, {**law, "mirror": False})):
+    if law.get("mirror") is True and is_symmetric(law_in(name, {**law, "mirror": False})):
         yield f"laws.{name}.mirror", True, f"{law.get('law') or 'the law'} is the same from both ends; leave it out"
 
 
@@ -185,7 +191,7 @@ def _shape(name: str, law: Given) -> Iterator[Fault]:
     """Whether the law stays between the ends of its stroke, unless it may go beyond them."""
     if law.get("overshoot") is True or form_of(law).of_moves:
         return
-    made = law_of(name, law)
+    made = law_in(name, law)
     if isinstance(made, SplineLaw) and min(made.coefficients) >= 0.0 and max(made.coefficients) <= 1.0:
         return  # a spline is within the range of its coefficients
     least, largest = unit_span(made)

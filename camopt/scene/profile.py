@@ -3,7 +3,7 @@
 The checks work on the plain mapping of a scene, as those of ``scene.checks`` do.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from math import degrees
 from typing import Any
@@ -13,6 +13,7 @@ from camopt.motion.load import ExternalLoad
 from camopt.motion.profile import CLOSE, Element, Unfit, least_radius, parts_of
 from camopt.motion.profile_law import programme_on
 from camopt.motion.programme import Programme
+from camopt.scene import tables
 from camopt.scene.law_forms import Fault
 from camopt.scene.mapping import at, length, number, tables_in
 from camopt.scene.own_laws import FAR
@@ -30,22 +31,31 @@ def read_profile(data: dict[str, Any]) -> None:
                 cam["base_radius"] = least
 
 
-def programme_of(data: Mapping[str, Any], load: ExternalLoad | None = None) -> Programme | None:
-    """The turn of a scene with a profile; None where a number that it needs is missing or wrong.
+def programme_of(
+    profile: Sequence[tables.Element], cam: tables.Cam, follower: tables.Follower, load: ExternalLoad | None
+) -> Programme:
+    """The turn of a scene with a profile.
 
     Raises
     ------
     Unfit
         If the arcs and lines are no profile, or its follower cannot be on it.
     """
+    elements, contact = [_element_of(each, cam.rotation) for each in profile], _contact_of(follower, cam.rotation)
+    assert contact is not None, "a scene has the sizes of its follower"
+    return programme_on(parts_of(elements), contact, load)
+
+
+def _programme_in(data: Mapping[str, Any]) -> Programme | None:
+    """The turn of the plain mapping of a scene; None where a number that it needs is missing or wrong."""
     elements, contact = _elements(data), _contact(data)
-    return programme_on(parts_of(elements), contact, load) if elements and contact else None
+    return programme_on(parts_of(elements), contact) if elements and contact else None
 
 
 def highest_on_profile(data: Mapping[str, Any]) -> float | None:
     """The highest displacement above the lowest, mm or deg; None where it is not known."""
     try:
-        programme = programme_of(data)
+        programme = _programme_in(data)
     except Unfit:
         return None
     if programme is None:
@@ -64,7 +74,7 @@ def check_profile(data: Mapping[str, Any]) -> Iterator[Fault]:
     if elements := _elements(data):
         try:
             yield from _base(data, least_radius(parts_of(elements)))
-            programme_of(data)
+            _programme_in(data)
         except Unfit as unfit:
             yield f"profile.{unfit.number}" if unfit.number else "profile", None, unfit.why
 
@@ -101,34 +111,51 @@ def _element(row: Mapping[str, Any], key: str) -> Iterator[Fault]:
 
 def _elements(data: Mapping[str, Any]) -> list[Element] | None:
     """The elements as the motion takes them; None where a number or a kind is missing or wrong."""
-    mirrored, found = at(data, "cam.rotation") != "cw", []
+    found = []
     for row in _rows(data):
         given = {name: row[name] for name in ("radius", "x", "y") if row.get(name) is not None}
-        numbers = {name: value for name, each in given.items() if (value := number(each)) is not None}
+        numbers: dict[str, Any] = {
+            name: value for name, each in given.items() if (value := number(each)) is not None
+        }
         wrong = row.get("element") not in ("arc", "line") or len(numbers) < len(given)
         if wrong or max(map(abs, numbers.values()), default=0.0) > FAR or any(_element(row, "")):
             return None
-        centre = complex(numbers["x"], -numbers["y"] if mirrored else numbers["y"]) if "x" in numbers else None
-        found.append(Element(numbers.get("radius"), centre))
+        found.append(_element_of(tables.Element.model_construct(**numbers), at(data, "cam.rotation")))
     return found
+
+
+def _element_of(row: tables.Element, rotation: str) -> Element:
+    """An element as the motion takes it: in a plane that is mirrored unless the cam turns cw."""
+    if row.x is None or row.y is None:
+        return Element(row.radius)
+    return Element(row.radius, complex(row.x, row.y if rotation == "cw" else -row.y))
 
 
 def _contact(data: Mapping[str, Any]) -> Contact | None:
     """The follower as the profile meets it; None where a size is missing or wrong."""
-    kind = at(data, "follower.motion"), at(data, "follower.contact")
-    sense = -1.0 if at(data, "cam.rotation") == "cw" else 1.0
-    named = {"roller": "roller_radius", "spherical": "face_radius"}.get(str(kind[1]))
-    radius = length(data, f"follower.{named}") if named else 0.0 if kind[1] == "knife" else None
-    centre_distance = length(data, "follower.centre_distance")
+    given: dict[str, Any] = {name: str(at(data, f"follower.{name}")) for name in ("motion", "contact")}
+    given |= {name: length(data, f"follower.{name}") for name in LENGTHS}
+    given |= {"face_offset": number(at(data, "follower.face_offset"))}
+    given |= {"offset": number(at(data, "follower.offset") or 0.0)}
+    return _contact_of(tables.Follower.model_construct(**given), at(data, "cam.rotation"))
+
+
+LENGTHS = ("roller_radius", "face_radius", "arm_length", "centre_distance")
+
+
+def _contact_of(follower: tables.Follower, rotation: str) -> Contact | None:
+    """The follower as the profile meets it; None where it has not the sizes for that."""
+    kind, sense = (follower.motion, follower.contact), -1.0 if rotation == "cw" else 1.0
+    radii = {"roller": follower.roller_radius, "spherical": follower.face_radius, "knife": 0.0}
+    radius, centre_distance, arm = radii.get(follower.contact), follower.centre_distance, follower.arm_length
     if kind == ("translating", "flat"):
         return TranslatingFace()
     if kind == ("oscillating", "flat"):
-        face = number(at(data, "follower.face_offset"))
+        face = follower.face_offset
         return OscillatingFace(centre_distance, face, sense) if centre_distance and face is not None else None
-    if kind[0] == "translating":
-        offset = number(at(data, "follower.offset") or 0.0)
+    if follower.motion == "translating":
+        offset = follower.offset
         return TranslatingPoint(radius, sense * offset) if radius is not None and offset is not None else None
-    arm = length(data, "follower.arm_length")
-    if kind[0] != "oscillating" or radius is None or not centre_distance or not arm:
+    if follower.motion != "oscillating" or radius is None or not centre_distance or not arm:
         return None
     return OscillatingPoint(radius, centre_distance, arm, sense)

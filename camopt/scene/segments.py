@@ -1,19 +1,21 @@
 """The segments of a scene's turn as the motion takes them: derivatives by the cam angle in rad."""
 
 from collections.abc import Mapping, Sequence
-from math import inf, pi, radians
-from typing import Any
+from math import pi, radians
+from typing import Any, TypeVar
 
 from camopt.motion.conditions import NAMES
 from camopt.motion.segments import CONSTANT_VELOCITY, MOVE, Segment
 from camopt.motion.stroke import Asked, Through, range_of
 from camopt.quantities import DERIVATIVES
+from camopt.scene import tables
 from camopt.scene.mapping import number, tables_in
 
+Row = TypeVar("Row")
 NOTHING = 1e-100  # mm or deg: a position no further from 0 is there
 
 
-def segments_of(rows: Sequence[Mapping[str, Any]], rpm: float | None) -> list[Segment]:
+def segments_of(rows: Sequence[tables.Segment], rpm: float | None) -> list[Segment]:
     """Faultless segments of a scene as the motion takes them: derivatives by the cam angle in rad.
 
     A move that gives no position ends where the constant velocity after it has to start, or, before another move,
@@ -30,32 +32,46 @@ def segments_of(rows: Sequence[Mapping[str, Any]], rpm: float | None) -> list[Se
     return found
 
 
-def after_each(rows: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
+def segment_in(row: Mapping[str, Any]) -> tables.Segment:
+    """A segment of the plain mapping of a scene, whatever its values are, by the keys that segments have."""
+    through = tuple(
+        tables.Through.model_construct(**{"angle": None, **_known(tables.Through, each)})
+        for each in tables_in(row.get("through"))
+    )
+    own = {"segment": "", "angle": None, **_known(tables.Segment, row)}
+    return tables.Segment.model_construct(**{**own, "through": through})
+
+
+def _known(table: type[tables.Table], row: Mapping[str, Any]) -> dict[str, Any]:
+    return {key: row[key] for key in table.model_fields if key in row}
+
+
+def after_each(rows: Sequence[Row]) -> list[Row]:
     """The segment after each, round the turn."""
     return [*rows[1:], *rows[:1]]
 
 
-def starts_itself(row: Mapping[str, Any], after: Mapping[str, Any]) -> bool:
+def starts_itself(row: tables.Segment, after: tables.Segment) -> bool:
     """Whether a segment is a move before a constant velocity that gives both its velocity and its position.
 
     It then ends where that starts, which a move with a law of its own says again.
     """
-    stretch = after.get("segment") == CONSTANT_VELOCITY
-    both = after.get("to") is not None and after.get("velocity") is not None
-    return stretch and both and row.get("segment") == MOVE and (row.get("to") is None or row.get("law") is not None)
+    stretch = after.segment == CONSTANT_VELOCITY
+    both = after.to is not None and after.velocity is not None
+    return stretch and both and row.segment == MOVE and (row.to is None or row.law is not None)
 
 
-def _per_rad(row: Mapping[str, Any], rpm: float | None) -> float:
+def _per_rad(row: tables.Segment, rpm: float | None) -> float:
     """What a velocity of a segment is multiplied by, to be by the cam angle in rad."""
-    return {"rad": 1.0, "deg": 180 / pi, "s": 30 / (pi * rpm) if rpm else 1.0}[row.get("per") or "rad"]
+    return {"rad": 1.0, "deg": 180 / pi, "s": 30 / (pi * rpm) if rpm else 1.0}[row.per or "rad"]
 
 
-def _through_of(row: Mapping[str, Any], rpm: float | None) -> tuple[Through, ...]:
+def _through_of(row: tables.Segment, rpm: float | None) -> tuple[Through, ...]:
     """What a move is asked for on its way, its angles in deg of the turn, its derivatives by rad."""
     per, found = _per_rad(row, rpm), []
-    for each in tables_in(row.get("through")):
-        start, end = range_of(as_asked(each["angle"]))
-        asked = (_times(as_asked(each.get(name)), per**order) for order, name in enumerate(NAMES))
+    for each in row.through:
+        start, end = range_of(as_asked(each.angle))
+        asked = (_times(as_asked(getattr(each, name)), per**order) for order, name in enumerate(NAMES))
         found.append(Through(start, end, tuple(asked)))
     return tuple(found)
 
@@ -65,19 +81,20 @@ def as_asked(value: Any) -> Asked:
     return tuple(value) if isinstance(value, (list, tuple)) else value
 
 
-def _segment_of(row: Mapping[str, Any], rpm: float | None) -> Segment:
+def _segment_of(row: tables.Segment, rpm: float | None) -> Segment:
     per = _per_rad(row, rpm)
-    wanted = [row.get(key) for key in DERIVATIVES]
+    wanted = [getattr(row, key) for key in DERIVATIVES]
     by_angle = tuple(_times(value, per**order) for order, value in enumerate(wanted, start=1))
-    kind, angle, lift, to = row["segment"], row["angle"], row.get("lift") or 0.0, row.get("to")
+    kind, angle, lift, to = row.segment, row.angle, row.lift or 0.0, as_asked(row.to)
+    position = None if isinstance(to, tuple) else to
     if kind == CONSTANT_VELOCITY:
-        lift = (row.get("velocity") or 0.0) * per * radians(angle)
+        lift = (number(row.velocity) or 0.0) * per * radians(angle)
     if kind != MOVE:
-        return Segment(kind, angle, lift, row.get("law"), to)
-    if (position := number(to)) is not None:
-        to = position if abs(position) > NOTHING else 0.0
-        return Segment(kind, angle, law=row.get("law"), to=to, wanted=by_angle)
-    return Segment(kind, angle, wanted=by_angle, between=(-inf, inf) if to is None else tuple(to))
+        return Segment(kind, angle, lift, row.law, position)
+    if position is not None:
+        position = float(position) if abs(position) > NOTHING else 0.0
+        return Segment(kind, angle, law=row.law, to=position, wanted=by_angle)
+    return Segment(kind, angle, wanted=by_angle, between=range_of(to))
 
 
 def _times(asked: Asked, factor: float) -> Asked:

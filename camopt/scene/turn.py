@@ -17,7 +17,7 @@ from camopt.scene.law_forms import CLOSE, Fault
 from camopt.scene.mapping import at, number, segments, tables_in
 from camopt.scene.moves import check_moves, has_laws, turn_as_given
 from camopt.scene.own_laws import FAR, is_of_moves, law_names, laws_of_moves, own_laws
-from camopt.scene.segments import after_each, segments_of, starts_itself
+from camopt.scene.segments import after_each, segment_in, segments_of, starts_itself
 
 LEAST = {"angle": 1e-6, "lift": 1e-9}  # of a rise or return, deg and mm or deg
 LAST = ", mm (deg when oscillating), unless another move follows it in the turn"
@@ -100,7 +100,7 @@ def _given(data: Mapping[str, Any]) -> list[Segment] | None:
             return None
         if row.get("per") not in (None, "rad", "deg", "s"):
             return None
-    return segments_of(rows, number(at(data, "cam.rpm")))
+    return segments_of([*map(segment_in, rows)], number(at(data, "cam.rpm")))
 
 
 def _segment(
@@ -151,7 +151,7 @@ def _needs_position(row: Mapping[str, Any], after: Mapping[str, Any], last: bool
     """
     if row.get("law") is not None:
         return number(row.get("to")) is None
-    free = starts_itself(row, after) or (after.get("segment") == MOVE and not last)
+    free = starts_itself(segment_in(row), segment_in(after)) or (after.get("segment") == MOVE and not last)
     return number(row.get("to")) is None and not free
 
 
@@ -202,7 +202,9 @@ def _stretch(row: Mapping[str, Any], before: Mapping[str, Any], key: str) -> Ite
     """A constant velocity has a position at its end or a velocity; both if the move before it ends as it starts."""
     if row.get("to") is None and row.get("velocity") is None:
         yield f"{key}.to", None, "missing; give the position at its end (to), or the velocity"
-    elif None not in (row.get("to"), row.get("velocity")) and not starts_itself(before, row):
+    elif None not in (row.get("to"), row.get("velocity")) and not starts_itself(
+        segment_in(before), segment_in(row)
+    ):
         why = "give the velocity, or the position at its end (to): where it starts is given by what is before it"
         yield f"{key}.velocity", row["velocity"], why
 

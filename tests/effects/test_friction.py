@@ -18,7 +18,7 @@ from camopt.numerics.curves import Linear, curve
 from camopt.numerics.interval import Interval
 from camopt.numerics.jet import Jet
 from camopt.problem.problem import resolve
-from camopt.scene.own_laws import law_of
+from camopt.scene.own_laws import law_in
 from camopt.verdicts.ball import Ball
 
 # each mechanism once, laws that turn back, loads that change, contact that is lost, a follower that jams
@@ -225,7 +225,7 @@ def test_jets_know_corners():
 
 
 def test_a_law_that_turns_back_is_cut_where_it_does():
-    law = law_of("wavy", friction.WAVY["wavy"])
+    law = law_in("wavy", friction.WAVY["wavy"])
     places = turnings(law, 24)
     assert len(places) == 2
     assert np.abs(law.velocity(np.array(places))).max() < 1e-12

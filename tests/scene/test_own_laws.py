@@ -27,7 +27,7 @@ from camopt.motion.spline import SplineLaw, tabulated
 from camopt.problem.problem import resolve
 from camopt.scene.law_forms import leeway
 from camopt.scene.oddities import oddities
-from camopt.scene.own_laws import check_laws, law_of
+from camopt.scene.own_laws import check_laws, law_in
 from camopt.verdicts.ball import precisely
 from camopt.verdicts.exact_laws import pieces_of
 
@@ -153,12 +153,12 @@ made_of_few_numbers = st.one_of(
 
 def mirrored(law):
     """The table of a law for its other end: the same if it is the same from there."""
-    return law if is_symmetric(law_of("", law)) else {**law, "mirror": not law.get("mirror")}
+    return law if is_symmetric(law_in("", law)) else {**law, "mirror": not law.get("mirror")}
 
 
 @settings(max_examples=times(40, deep=1000))
 @given(made_of_few_numbers, st.booleans())
-def test_any_law_of_a_few_numbers_gives_a_cam_without_nan(law, mirror):
+def test_any_law_in_a_few_numbers_gives_a_cam_without_nan(law, mirror):
     scene = with_law("roller-1000rpm", mirrored(law) if mirror else law)
     found = evaluate(scene)
     assert not any(isinstance(value, float) and np.isnan(value) for value in found.values())
@@ -243,7 +243,7 @@ EXAMPLES = {
 
 
 @pytest.mark.parametrize("law", EXAMPLES.values(), ids=EXAMPLES)
-def test_a_law_of_any_form_is_written_and_read_and_mirrored(law):
+def test_a_law_in_any_form_is_written_and_read_and_mirrored(law):
     laws = {"own": law, "back": mirrored(law)}
     motion = [
         {"segment": "rise", "angle": 120, "lift": 20, "law": "own"},
@@ -517,7 +517,7 @@ ANY_ENDS = st.lists(st.floats(-8.0, 8.0), max_size=3)
 @given(ANY_ENDS, ANY_ENDS)
 def test_how_far_a_law_overshoots_is_told(start, end):
     law = {"start": [0, *start], "end": [1, *end]}
-    s = law_of("own", law).displacement(np.linspace(0.0, 1.0, 4001))
+    s = law_in("own", law).displacement(np.linspace(0.0, 1.0, 4001))
     by = max(-s.min(), s.max() - 1.0)
     faults = list(check_laws({"laws": {"own": law}}))
     assert not list(check_laws({"laws": {"own": {**law, "overshoot": True}}}))
@@ -589,7 +589,7 @@ REST = {"both": (True, True), "start": (True, False), "end": (False, True), "non
 def test_a_table_rests_where_it_says(rest, mirror):
     """Half of a harmonic motion: it rests at its start, and has its velocity or its acceleration at its end."""
     x = np.linspace(0.0, 1.0, 31)
-    law = law_of(
+    law = law_in(
         "table", {"x": x.tolist(), "s": (1 - np.cos(np.pi * x / 2)).tolist(), "rest": rest, "mirror": mirror}
     )
     for place, resting in zip((0.0, 1.0), REST[rest][:: -1 if mirror else 1], strict=True):
@@ -638,7 +638,7 @@ def test_the_rounding_of_a_table_is_allowed_and_the_base_circle_is_where_it_is_l
     beyond = []
     for decimals in (4, 5, 6):
         rounded = np.round(9.5 * steep(181), decimals) / 9.5
-        least = float(unit_span(law_of("t", {"x": np.linspace(0, 1, 181).tolist(), "s": rounded.tolist()}))[0])
+        least = float(unit_span(law_in("t", {"x": np.linspace(0, 1, 181).tolist(), "s": rounded.tolist()}))[0])
         beyond.append(least * 10**decimals)
         assert resolve(table_scene(rounded)).programme.levels[0] == pytest.approx(0.0, abs=1e-9)
     assert -1.0 < min(beyond) < 0.0  # of the last decimal

@@ -15,7 +15,7 @@ from camopt.motion.polynomial import PolynomialLaw
 from camopt.motion.scca import SCCALaw
 from camopt.motion.spline import SplineLaw
 from camopt.motion.turned import SkewedLaw
-from camopt.scene.own_laws import law_of
+from camopt.scene.own_laws import law_in
 from support import naive
 
 X = [0.0, 0.06, 0.15, 0.2, 0.31, 0.4, 0.52, 0.6, 0.73, 0.8, 0.88, 0.95, 1.0]
@@ -30,7 +30,7 @@ TABLES = {
     "own-scca": {"scca": [0.1, 0.2, 0.3, 0.4]},
     "own-skewed": {"law": "cycloidal", "crossing": 0.35},
 }
-OWN = {name: law_of(name, table) for name, table in TABLES.items()}
+OWN = {name: law_in(name, table) for name, table in TABLES.items()}
 EVERY = {**LAWS, **OWN}
 STILL = [name for name, law in EVERY.items() if is_still(law)]
 
