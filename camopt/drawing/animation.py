@@ -79,7 +79,7 @@ def animate(scene: Scene, path: Target = None) -> Animation:
     suffix = None if path is None else checked_suffix(path, "path", KINDS)
     if suffix == ".mp4":
         ffmpeg()  # or the trouble is known before the work
-    picture = Picture(resolve_design(scene))
+    picture = Picture(scene, resolve_design(scene))
     with canvas(None, GROOVE_SIZE if picture.problem.setup.mechanism.grooved else DISC_SIZE) as figure:
         stage = set_stage(figure, picture)
         animation = Animation(scene.name, moving_svg(stage))

@@ -45,7 +45,7 @@ def plot(scene: Scene, path: Target = None) -> "Figure":
     --------
     >>> figure = camopt.plot(camopt.find_scene("two-pauses"), "cam.svg")
     """
-    picture = Picture(resolve_design(scene))
+    picture = Picture(scene, resolve_design(scene))
     grooved = picture.problem.setup.mechanism.grooved
     shown = [*panels(picture), *dynamics_panels(picture), *load_panels(picture)]
     page = _below_a_groove(len(shown)) if grooved else _beside_a_disc(len(shown))
@@ -128,7 +128,7 @@ def _below_a_groove(count: int) -> Page:
 
 def _header(figure: Any, picture: Picture) -> None:
     """The scene's name, its mechanism and sizes, and what came out."""
-    name = picture.problem.scene.name
+    name = picture.scene.name
     shown = name if len(name) <= 90 else name[:89] + "…"
     inch = 1.0 / figure.get_figheight()
     figure.text(0.045, 1.0 - 0.42 * inch, shown, fontsize=PAGE_TITLE, fontweight="bold")
@@ -142,7 +142,7 @@ def _header(figure: Any, picture: Picture) -> None:
 
 def sizes_in_words(picture: Picture) -> str:
     """The mechanism, its speed, its sizes and laws, as a line under a title."""
-    scene, values = picture.problem.scene, picture.values
+    scene, values = picture.scene, picture.values
     words = [f"{scene.cam.form} cam, {scene.follower.motion} {scene.follower.contact} follower", scene.cam.rotation]
     words += [] if scene.cam.rpm is None else [f"{scene.cam.rpm:g} rpm"]
     round_body = "face radius" if scene.follower.contact == "spherical" else "roller radius"

@@ -46,7 +46,7 @@ def plot_fit(result: Fitted, path: Target = None) -> "Figure":
     >>> cam = {"cam": {"form": "disc", "base_radius": 20}, "follower": {"motion": "translating", "contact": "flat"}}
     >>> figure = camopt.plot_fit(camopt.fit(lifts, cam, band=0.01), "fit.png")
     """
-    picture = Picture(resolve(result.scene))
+    picture = Picture(result.scene, resolve(result.scene))
     size = WIDE if result.profile else PAGE
     with canvas(path, size) as figure:
         count = f"{result.points.angles.size} points, noise {four_digits(result.noise)} {result.unit}"

@@ -66,7 +66,7 @@ def _draw_stem(parts: Parts, picture: Picture, seat: complex, size: float) -> li
 
 def _draw_tip(parts: Parts, picture: Picture, trace: complex, up: complex, size: float) -> complex:
     """A knife edge, roller or spherical face whose trace point moves along ``up``; where its carrier sits."""
-    contact, axes = picture.problem.scene.follower.contact, parts.follower
+    contact, axes = picture.scene.follower.contact, parts.follower
     radius = float(picture.problem.design.roller_radius[0])
     if contact == "knife":
         wedge = trace + up * size * np.array([0, 0.12 - 0.045j, 0.12 + 0.045j])

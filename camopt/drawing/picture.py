@@ -14,6 +14,7 @@ from camopt.numerics import FloatArray
 from camopt.numerics.curves import curve
 from camopt.problem.problem import Problem
 from camopt.quantities import GEOMETRY, QUANTITIES
+from camopt.scene.scene import Scene
 from camopt.verdicts.judging import run_effects
 
 NAMES = {RISE: "rise", RETURN: "return", DWELL: "dwell"}
@@ -22,8 +23,9 @@ INSIDE = 1e-9  # share of a piece that samples keep from its ends, to be on its 
 
 @dataclass(frozen=True)
 class Picture:
-    """What is drawn: a problem, sampled piece by piece so that no sample lies on a jump."""
+    """What is drawn: the problem that a scene poses, sampled piece by piece so that no sample lies on a jump."""
 
+    scene: Scene
     problem: Problem
     per_degree: ClassVar[float] = 4.0
     """Samples a degree."""

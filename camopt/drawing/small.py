@@ -18,7 +18,7 @@ NEAR = 2.0  # pixels: points closer together than that are left out
 
 def small_cam(scene: Scene) -> str:
     """The profile of a disc cam and its base circle, or the developed flanks of a groove; "" if there is no cam."""
-    picture = Picture(resolve_design(scene))
+    picture = Picture(scene, resolve_design(scene))
     if not picture.exists:
         return ""
     grooved = picture.problem.setup.mechanism.grooved

@@ -34,7 +34,7 @@ def set_stage(figure: Any, picture: Picture) -> Stage:
     from matplotlib.transforms import Affine2D
 
     grooved = picture.problem.setup.mechanism.grooved
-    name = picture.problem.scene.name
+    name = picture.scene.name
     figure.text(0.03, 0.955, name if len(name) <= 70 else f"{name[:69]}…", fontsize=TITLE, fontweight="bold")
     figure.text(0.03, 0.935, _folded(sizes_in_words(picture)), fontsize=SMALL, color=MUTED, va="top")
     bodies = (_groove if grooved else _disc)(figure, picture)

@@ -16,6 +16,7 @@ from camopt.effects.motion import scale
 from camopt.motion.table import RETURN, RISE
 from camopt.problem.problem import resolve
 from camopt.quantities import QUANTITIES, motion_quantity
+from camopt.scene.scene import Scene
 from camopt.synthesis.compare import OWN_MOVES, Comparison, compared
 from camopt.synthesis.synthesised import Synthesised
 from camopt.tables.columns import joined_laws
@@ -48,8 +49,8 @@ def plot_synthesis(result: Synthesised, path: Target = None, known: Comparison |
     known = known or compared(result.asked)
     with canvas(path, (15.5, 9.0)) as figure:
         pictures = {
-            "best known law": None if known.best is None else Picture(resolve(known.rows[known.best].scene)),
-            "free laws": Picture(resolve(result.scene)),
+            "best known law": None if known.best is None else _picture_of(known.rows[known.best].scene),
+            "free laws": _picture_of(result.scene),
         }
         if known.best is not None and known.best == known.own:
             own = "the scene's own moves" if known.best == OWN_MOVES else "the scene's own law"
@@ -60,6 +61,10 @@ def plot_synthesis(result: Synthesised, path: Target = None, known: Comparison |
         _cams(figure, drawn)
         _motions(figure, list(drawn.values()))
     return figure
+
+
+def _picture_of(scene: Scene) -> Picture:
+    return Picture(scene, resolve(scene))
 
 
 def _own(known: Comparison) -> str:

@@ -16,6 +16,7 @@ import numpy as np
 from camopt.exporting import shapes
 from camopt.exporting.groove import SIDES, Groove, Skin, groove_of, sectioned, skin, through, undercut_at
 from camopt.exporting.shapes import Shape
+from camopt.exporting.workpiece import Workpiece
 from camopt.mistakes import BadInput, Mistake
 from camopt.motion.programme import span
 from camopt.motion.table import TURN
@@ -27,7 +28,7 @@ INNER, OUTER = 0, -1  # of the edges of a wall
 CLOSER = 0.1  # of what is asked for: how near walls come, so that they meet cylinders well
 
 
-def cylinder(problem: Problem, chord: float) -> tuple[Shape, float]:
+def cylinder(work: Workpiece, chord: float) -> tuple[Shape, float]:
     """The cam without its bore, and how far at most its walls are off the true ones where they are compared, mm.
 
     Raises
@@ -36,10 +37,10 @@ def cylinder(problem: Problem, chord: float) -> tuple[Shape, float]:
         If the groove is so deep that at some radius the roller would cut away a part of a wall, or no walls come
         within ``chord`` mm.
     """
-    height = problem.scene.whole_part.thickness
+    height = work.part.thickness
     assert height
-    groove = sectioned(_possible_groove(problem), CLOSER * chord)
-    lift = height / 2 - _middle(problem)
+    groove = sectioned(_possible_groove(work), CLOSER * chord)
+    lift = height / 2 - _middle(work.problem)
     walls = [
         [skin(groove, sector, side, CLOSER * chord).lifted(lift) for side in SIDES] for sector in groove.sectors()
     ]
@@ -49,13 +50,13 @@ def cylinder(problem: Problem, chord: float) -> tuple[Shape, float]:
     return shapes.sewn(_faces(groove, walls, height)), off
 
 
-def _possible_groove(problem: Problem) -> Groove:
+def _possible_groove(work: Workpiece) -> Groove:
     """The groove; BadInput if it is undercut at some radius."""
-    groove, part = groove_of(problem), problem.scene.whole_part
+    groove, part = groove_of(work), work.part
     lost = undercut_at(groove)
     if lost is not None:
         why = f"smaller: at the radius {lost:.6g} the roller would cut away a part of a wall"
-        raise BadInput([Mistake(problem.scene.file, "part.groove_depth", part.groove_depth, why)])
+        raise BadInput([Mistake(work.scene.file, "part.groove_depth", part.groove_depth, why)])
     return groove
 
 

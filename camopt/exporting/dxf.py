@@ -15,7 +15,7 @@ from camopt.contour.follow import CHORD
 from camopt.contour.path import ArcPath, CubicPath
 from camopt.exporting.exported import Exported, told
 from camopt.exporting.layers import CHAIN, DASHED, THIN, VISIBLE, Layer, plan_of
-from camopt.problem.problem import Problem
+from camopt.exporting.workpiece import Workpiece
 from camopt.storage.files import whole_file
 from camopt.version import VERSION
 
@@ -25,16 +25,16 @@ COLOURS = {VISIBLE: 7, THIN: 8, CHAIN: 5, DASHED: 3}
 
 
 def write(
-    problem: Problem,
+    work: Workpiece,
     path: Path,
     chord: float = CHORD,
     curves: str = "arcs",
     cutter_radius: float | None = None,
 ) -> Exported:
     """Write the plan of a cam in mm, each kind of curve on a layer of its own."""
-    plan = plan_of(problem, chord, curves, cutter_radius)
+    plan = plan_of(work, chord, curves, cutter_radius)
     with _same_each_time():
-        document = _document(problem)
+        document = _document(work.scene.name)
         for layer in plan.layers:
             kind, width = LINES[layer.line]
             document.layers.add(layer.name.upper(), color=COLOURS[layer.line], linetype=kind, lineweight=width)
@@ -58,11 +58,11 @@ def _same_each_time() -> Iterator[None]:
         options.write_fixed_meta_data_for_testing = before
 
 
-def _document(problem: Problem) -> Drawing:
-    """An empty drawing in mm."""
+def _document(name: str) -> Drawing:
+    """An empty drawing in mm, of a cam of some name."""
     document = new("R2010", setup=["linetypes"], units=units.MM)
     document.header.custom_vars.append("camopt", VERSION)
-    document.header.custom_vars.append("cam", problem.scene.name)
+    document.header.custom_vars.append("cam", name)
     return document
 
 

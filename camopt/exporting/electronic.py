@@ -9,15 +9,15 @@ from pathlib import Path
 import numpy as np
 
 from camopt.exporting.exported import Exported
+from camopt.exporting.workpiece import Workpiece
 from camopt.mistakes import BadInput, Mistake
-from camopt.problem.problem import Problem
 from camopt.storage.files import write_text
 from camopt.version import VERSION
 
 FEWEST, MOST = 2, 1_000_000
 
 
-def write(problem: Problem, path: Path, points: int = 361) -> Exported:
+def write(work: Workpiece, path: Path, points: int = 361) -> Exported:
     """Write a number of points at even steps of the master's angle, from 0 to 360 deg, both included.
 
     Where the acceleration jumps it is that after the jump.
@@ -25,13 +25,13 @@ def write(problem: Problem, path: Path, points: int = 361) -> Exported:
     if not FEWEST <= points <= MOST:
         raise BadInput([Mistake("camopt", "points", points, f"from {FEWEST} to {MOST:,}")])
     degrees = np.linspace(0.0, 360.0, points)
-    y, y1, y2, _ = problem.programme.at(np.radians(degrees))
-    unit, per = ("deg", np.radians(1.0)) if problem.setup.angular else ("mm", 1.0)
+    y, y1, y2, _ = work.problem.programme.at(np.radians(degrees))
+    unit, per = ("deg", np.radians(1.0)) if work.problem.setup.angular else ("mm", 1.0)
     rate = np.radians(1.0)  # of the master, rad per deg
     columns = degrees, y / per, y1 * rate / per, y2 * rate**2 / per
-    rpm = problem.scene.cam.rpm
+    rpm = work.scene.cam.rpm
     lines = [
-        f"# {problem.scene.name}",
+        f"# {work.scene.name}",
         f"# camopt {VERSION}; {points} points"
         + ("" if rpm is None else f"; designed for {rpm:g} rpm of the master"),
         f"# master_deg position_{unit} velocity_{unit}_per_deg acceleration_{unit}_per_deg2",

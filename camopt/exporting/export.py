@@ -13,6 +13,7 @@ from camopt.contour.curve import curves_of
 from camopt.effects import Case
 from camopt.exporting.endings import ENDINGS
 from camopt.exporting.exported import Exported
+from camopt.exporting.workpiece import Workpiece
 from camopt.mistakes import BadInput, Mistake
 from camopt.problem.problem import Problem, resolve_design
 from camopt.scene.scene import Scene
@@ -65,7 +66,7 @@ def export(scene: Scene, path: str | os.PathLike[str], **settings: Any) -> Expor
     problem = resolve_design(scene)
     if ENDINGS[suffix].of_cam:
         check_makable(problem)
-    found: Exported = write(problem, place, **settings)
+    found: Exported = write(Workpiece(scene, problem), place, **settings)
     return replace(found, notes=(*found.notes, *_notes(scene)))
 
 
@@ -92,7 +93,7 @@ def writer(suffix: str) -> Callable[..., Exported]:
 
 def _unknown(suffix: str, write: Callable[..., Exported], settings: Mapping[str, Any]) -> list[Mistake]:
     """A mistake for each setting that files of an ending have not."""
-    known = [name for name in signature(write).parameters if name not in ("problem", "path")]
+    known = [name for name in signature(write).parameters if name not in ("work", "path")]
     taken = ", ".join(name.replace("_", " ") for name in known)
     why = f"has no meaning in a {suffix} file" + (f"; that takes: {taken}" if known else "")
     return [Mistake("camopt", name, settings[name], why, bare=True) for name in settings if name not in known]
@@ -107,7 +108,7 @@ def check_makable(problem: Problem) -> None:
         f"torn: the velocity jumps at {degrees:.6g}°, and the {name} with it" for name, degrees in _torn(problem)
     ]
     if faults:
-        raise BadInput([Mistake(problem.scene.file, "cam", None, f"cannot be made: {faults[0]}", bare=True)])
+        raise BadInput([Mistake(problem.file, "cam", None, f"cannot be made: {faults[0]}", bare=True)])
 
 
 FAULTS = {

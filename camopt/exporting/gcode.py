@@ -17,9 +17,10 @@ from camopt.contour.deviation import deviation
 from camopt.contour.follow import CHORD, Followed, follow
 from camopt.contour.path import ArcPath
 from camopt.exporting.exported import Exported, told
+from camopt.exporting.workpiece import Workpiece
 from camopt.mistakes import BadInput, Mistake
 from camopt.points.points import check_cutter
-from camopt.problem.problem import Problem
+from camopt.scene.part import Part
 from camopt.storage.files import write_text
 from camopt.version import VERSION
 
@@ -31,7 +32,7 @@ CLEARANCE, OVERRUN = 5.0, 1.0  # mm above and below the plate
 
 
 def write(
-    problem: Problem,
+    work: Workpiece,
     path: Path,
     cutter_radius: float | None = None,
     feed: float | None = None,
@@ -47,17 +48,17 @@ def write(
     Z, as for wires and lasers. ``roughing`` is what a first cut leaves (mm). Quarter circles have the radius of the
     cutter.
     """
-    depth = _through(problem) if depth is None else depth
-    _check(problem, cutter_radius, feed, depth, roughing, direction, chord)
+    depth = _through(work.part) if depth is None else depth
+    _check(work, cutter_radius, feed, depth, roughing, direction, chord)
     assert cutter_radius is not None
     assert feed is not None
-    check_cutter(problem, cutter_radius)
-    finished = curves_of(problem, cutter_radius)["cutter"]
+    check_cutter(work.problem, cutter_radius)
+    finished = curves_of(work.problem, cutter_radius)["cutter"]
     cuts = {"roughing": finished.distance + roughing} if roughing else {}
     cuts |= {"cutter": finished.distance}
     followed = {name: _rounded(replace(finished, distance=each), chord) for name, each in cuts.items()}
     lines = [
-        f"({_plain(problem.scene.whole_part.name or 'cam')})",
+        f"({_plain(work.part.name or 'cam')})",
         f"(camopt {VERSION}; cutter radius {cutter_radius:g} mm, {direction} milling)",
         *(f"({name}: {len(each.path)} arcs, within {each.deviation:.6f} mm)" for name, each in followed.items()),
         "(zero: centre of the cam, top face of the plate, a hub below it; X and Y as in the cam's drawing)",
@@ -67,21 +68,20 @@ def write(
         lines.append(f"G0 Z{CLEARANCE:g}")
     for each in followed.values():
         assert isinstance(each.path, ArcPath)
-        wanted = (direction == "climb") == (problem.design.sense > 0)  # the path of a ccw cam runs clockwise
+        wanted = (direction == "climb") == (work.problem.design.sense > 0)  # the path of a ccw cam runs clockwise
         lines += _cut(each.path if wanted else each.path.backwards, cutter_radius, depth, feed)
     write_text(path, "\n".join([*lines, "M30"]) + "\n")
     notes = () if depth is not None else ("neither a depth nor part.thickness is given: the program has no Z",)
     return Exported(path, told(followed), notes=notes)
 
 
-def _through(problem: Problem) -> float | None:
+def _through(part: Part) -> float | None:
     """How deep the plate is cut, if its thickness is known: a little more, but not beside a hub."""
-    part = problem.scene.whole_part
     return part.thickness if part.thickness is None or part.stands_on_hub else part.thickness + OVERRUN
 
 
 def _check(
-    problem: Problem,
+    work: Workpiece,
     cutter_radius: float | None,
     feed: float | None,
     depth: float | None,
@@ -91,7 +91,7 @@ def _check(
 ) -> None:
     """BadInput for settings that are missing or out of range."""
     mistakes = []
-    if problem.setup.mechanism.grooved:
+    if work.problem.setup.mechanism.grooved:
         why = "written for disc cams; a groove is cut from its .dxf, .csv or .step"
         mistakes.append(Mistake("camopt", "file", "….nc", why))
     for name, value in (("cutter_radius", cutter_radius), ("feed", feed)):
@@ -100,7 +100,7 @@ def _check(
     for name, value in (("feed", feed), ("depth", depth)):
         if value is not None and not (isfinite(value) and value > 0.0):
             mistakes.append(Mistake("camopt", name, value, "above 0"))
-    part = problem.scene.whole_part
+    part = work.part
     if depth is not None and part.thickness is not None and part.stands_on_hub and depth > part.thickness:
         mistakes.append(
             Mistake("camopt", "depth", depth, f"at most part.thickness ({part.thickness:g} mm): a hub is below")

@@ -13,11 +13,11 @@ import numpy as np
 
 from camopt.contour.curve import CamCurve, Span, curves_of
 from camopt.exporting.exported import Exported
+from camopt.exporting.workpiece import Workpiece
 from camopt.mistakes import BadInput, Mistake
 from camopt.numerics import FloatArray
 from camopt.points.points import check_cutter
 from camopt.points.spacing import in_steps
-from camopt.problem.problem import Problem
 from camopt.storage.files import write_text
 from camopt.version import VERSION
 
@@ -25,22 +25,23 @@ HALVINGS = 60
 LOOKED = 20_001  # cam angles at which the path must go round one way
 
 
-def write(problem: Problem, path: Path, cutter_radius: float | None = None, step: float = 1.0) -> Exported:
+def write(work: Workpiece, path: Path, cutter_radius: float | None = None, step: float = 1.0) -> Exported:
     """Write angles (deg), lifts and distances of the centres (mm), in even steps of the workpiece's angle.
 
     The angle is that of the direction from the axis to the wheel's centre, from the y axis of the cam's drawing, in
     the sense in which the cam angle grows. ``cutter_radius`` (mm) is that of the wheel.
     """
+    problem = work.problem
     if problem.setup.mechanism.grooved:
         raise BadInput([Mistake("camopt", "file", path.name, "written for disc cams; a groove is not ground so")])
     if cutter_radius is None:
         raise BadInput([Mistake("camopt", "cutter_radius", None, "missing: the radius of the wheel", bare=True)])
     check_cutter(problem, cutter_radius)
     angles = in_steps(step)
-    radii = _radii(problem, curves_of(problem, cutter_radius)["cutter"], angles)
+    radii = _radii(work, curves_of(problem, cutter_radius)["cutter"], angles)
     lifts = radii - radii.min()
     lines = [
-        f"# {problem.scene.whole_part.name}",
+        f"# {work.part.name}",
         f"# camopt {VERSION}; wheel or roller of radius {cutter_radius:.9g} mm, moving straight towards the axis",
         "# angle_deg: of the wheel's centre about the axis, from the y axis of the drawing, as the cam angle grows",
         f"# lift_mm: of the centre above its least distance from the axis, {radii.min():.6f} mm",
@@ -57,7 +58,7 @@ def _turned(curve: CamCurve, span: Span, angles: FloatArray) -> FloatArray:
     return np.asarray(-curve.sense * np.angle(points))
 
 
-def _radii(problem: Problem, curve: CamCurve, degrees: FloatArray) -> FloatArray:
+def _radii(work: Workpiece, curve: CamCurve, degrees: FloatArray) -> FloatArray:
     """Distance of the curve from the axis in some directions: the cam angles by halving."""
 
     def ahead(angles: FloatArray) -> FloatArray:
@@ -67,7 +68,7 @@ def _radii(problem: Problem, curve: CamCurve, degrees: FloatArray) -> FloatArray
     directions = looked + ahead(looked)
     if np.any(np.diff(directions) <= 0.0):
         why = "a cam whose wheel path goes round the axis one way; this one comes back: choose a smaller wheel"
-        raise BadInput([Mistake(problem.scene.file, "cam", None, why, bare=True)])
+        raise BadInput([Mistake(work.scene.file, "cam", None, why, bare=True)])
     wanted = np.radians(degrees)
     wanted = directions[0] + (wanted - directions[0]) % (2.0 * np.pi)
     place = np.clip(np.searchsorted(directions, wanted, side="right") - 1, 0, LOOKED - 2)

@@ -23,9 +23,9 @@ import numpy as np
 from scipy.interpolate import BSpline, make_interp_spline
 
 from camopt.contour.curve import CamCurve, Span, curve_of
+from camopt.exporting.workpiece import Workpiece
 from camopt.mechanisms.design import BoolArray, ComplexArray
 from camopt.numerics import FloatArray
-from camopt.problem.problem import Problem
 
 SIDES = (-1.0, 1.0)  # of the lower and the upper wall
 WIDEST = 1.6  # rad: of a sector of the turn
@@ -116,11 +116,11 @@ class Groove:
         return np.pi / 2 - self.sense * around
 
 
-def groove_of(problem: Problem) -> Groove:
-    """The groove of a problem's own design, of the depth in ``[part]``, with the mean radius in its middle."""
-    mean, depth = float(problem.design.size[0]), problem.scene.whole_part.groove_depth
+def groove_of(work: Workpiece) -> Groove:
+    """The groove of a cylindrical cam, of the depth in ``[part]``, with the mean radius in its middle."""
+    mean, depth = float(work.problem.design.size[0]), work.part.groove_depth
     assert depth
-    return Groove(curve_of(problem, 0.0), mean - depth / 2, mean + depth / 2)
+    return Groove(curve_of(work.problem, 0.0), mean - depth / 2, mean + depth / 2)
 
 
 def undercut_at(groove: Groove) -> float | None:

@@ -9,6 +9,7 @@ from camopt.contour.curve import CamCurve, curves_of
 from camopt.contour.follow import Followed, check, follow
 from camopt.contour.hole import bore_with_keyway
 from camopt.contour.path import ArcPath, CubicPath
+from camopt.exporting.workpiece import Workpiece
 from camopt.points.points import check_cutter
 from camopt.problem.problem import Problem
 
@@ -38,14 +39,15 @@ class Plan:
     """Corners of the rectangle that holds all layers, mm."""
 
 
-def plan_of(problem: Problem, chord: float, curves: str, cutter_radius: float | None) -> Plan:
+def plan_of(work: Workpiece, chord: float, curves: str, cutter_radius: float | None) -> Plan:
     """The plan of a cam whose curves are followed within ``chord`` mm by arcs, a spline or a polyline."""
+    problem = work.problem
     check(curves, chord)
     check_cutter(problem, cutter_radius)
     followed = {name: follow(curve, curves, chord) for name, curve in _drawn(problem, cutter_radius).items()}
     layers = [Layer(name, _line(name), (each.path,)) for name, each in followed.items()]
     corners = np.concatenate([_corners(each.path) for each in followed.values()])
-    layers += _developed(problem, corners) if problem.setup.mechanism.grooved else _round(problem, corners)
+    layers += _developed(problem, corners) if problem.setup.mechanism.grooved else _round(work, corners)
     ends = [end for layer in layers for line in layer.lines for end in line]
     every = np.concatenate([corners, np.array(ends, dtype=complex)])
     low, high = complex(every.real.min(), every.imag.min()), complex(every.real.max(), every.imag.max())
@@ -70,16 +72,16 @@ def _corners(path: ArcPath | CubicPath) -> np.ndarray:
     return np.concatenate([path.vertices, inner.ravel()])
 
 
-def _round(problem: Problem, corners: np.ndarray) -> Iterator[Layer]:
+def _round(work: Workpiece, corners: np.ndarray) -> Iterator[Layer]:
     """Of a disc cam."""
-    part, design = problem.scene.whole_part, problem.design
+    part, design = work.part, work.problem.design
     base, prime = float(design.size[0]), float(design.prime_radius[0])
     hub = (part.hub_diameter or 0.0) / 2
     left, low = (min(float(each.min()), -hub) for each in (corners.real, corners.imag))
     right, high = (max(float(each.max()), hub) for each in (corners.real, corners.imag))
     beyond = BEYOND * max(right - left, high - low)
     yield Layer("base-circle", CHAIN, circles=(base,))
-    if prime > base and problem.setup.mechanism.curvature is not None:
+    if prime > base and work.problem.setup.mechanism.curvature is not None:
         yield Layer("prime-circle", CHAIN, circles=(prime,))
     if part.hub_diameter:
         yield Layer("hub", VISIBLE, circles=(part.hub_diameter / 2,))

@@ -3,14 +3,14 @@
 from pathlib import Path
 
 from camopt.exporting.exported import CurveInFile, Exported
-from camopt.problem.problem import Problem
+from camopt.exporting.workpiece import Workpiece
 from camopt.sheet.paper import scale_name
 from camopt.sheet.sheet import write_sheet
 
 
-def write(problem: Problem, path: Path) -> Exported:
+def write(work: Workpiece, path: Path) -> Exported:
     """Draw the sheet of a cam; its curves are lines in its own mm, whatever the scale."""
-    sheet = write_sheet(problem, path)
+    sheet = write_sheet(work.scene, work.problem, path)
     curves = {
         name: CurveInFile(found.points.size - 1, "lines", found.deviation)
         for name, found in sheet.cam.curves.items()

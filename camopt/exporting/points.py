@@ -9,13 +9,13 @@ from camopt.contour.deviation import deviation
 from camopt.contour.fit import through
 from camopt.contour.follow import CHORD, MARGIN, check
 from camopt.exporting.exported import CurveInFile, Exported
+from camopt.exporting.workpiece import Workpiece
 from camopt.mistakes import BadInput, Mistake
 from camopt.points.points import cam_points, write_columns
-from camopt.problem.problem import Problem
 
 
 def write(
-    problem: Problem,
+    work: Workpiece,
     path: Path,
     chord: float | None = None,
     step: float | None = None,
@@ -29,11 +29,11 @@ def write(
         raise BadInput([Mistake("camopt", "step", step, "not together with a chord: one of both", bare=True)])
     check("polyline", CHORD if chord is None else chord)
     spacing = {"chord": MARGIN * (chord or CHORD)} if step is None else {"step": step}
-    columns = cam_points(problem.scene, None, cutter_radius, **spacing)
+    columns = cam_points(work.scene, None, cutter_radius, **spacing)
     angles = np.radians(columns["cam_angle_deg"])
     curves = {
         name: CurveInFile(angles.size - 1, "lines", deviation(curve, through(curve, angles), chord or CHORD))
-        for name, curve in curves_of(problem, cutter_radius).items()
+        for name, curve in curves_of(work.problem, cutter_radius).items()
     }
-    write_columns(columns, problem.scene, path, path.suffix.lower())
+    write_columns(columns, work.scene, path, path.suffix.lower())
     return Exported(path, curves, {"points": angles.size})

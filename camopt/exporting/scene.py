@@ -3,11 +3,11 @@
 from pathlib import Path
 
 from camopt.exporting.exported import Exported
-from camopt.problem.problem import Problem
+from camopt.exporting.workpiece import Workpiece
 from camopt.storage.files import write_text
 
 
-def write(problem: Problem, path: Path) -> Exported:
+def write(work: Workpiece, path: Path) -> Exported:
     """Write the scene as TOML, with all that it takes from other files."""
-    write_text(path, problem.scene.to_toml())
+    write_text(path, work.scene.to_toml())
     return Exported(path)

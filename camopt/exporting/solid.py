@@ -18,8 +18,9 @@ from camopt.exporting import shapes
 from camopt.exporting.cylinder import cylinder
 from camopt.exporting.exported import CurveInFile, told
 from camopt.exporting.shapes import Shape
+from camopt.exporting.workpiece import Workpiece
 from camopt.mistakes import BadInput, Mistake
-from camopt.problem.problem import Problem
+from camopt.scene.part import Part
 
 BEYOND = 1.0  # mm: by how much a bore is cut longer than the part, at both ends
 
@@ -36,8 +37,8 @@ class Solid(NamedTuple):
     about: dict[str, Any]
 
 
-def solid_of(problem: Problem, chord: float, curves: str) -> Solid:
-    """The solid of a problem's own design, its profile or groove within ``chord`` mm of the true one.
+def solid_of(work: Workpiece, chord: float, curves: str) -> Solid:
+    """The solid of a cam, its profile or groove within ``chord`` mm of the true one.
 
     Raises
     ------
@@ -45,55 +46,54 @@ def solid_of(problem: Problem, chord: float, curves: str) -> Solid:
         For each size of ``[part]`` that a solid needs and the scene has not, for a groove that is undercut at some
         depth, for a ``chord`` as large as a wall, and where Open CASCADE finds that the solid is none.
     """
-    mistakes = list(_lacks(problem))
+    mistakes = list(_lacks(work))
     if mistakes:
         raise BadInput(mistakes)
     try:
-        found = _grooved(problem, chord) if problem.setup.mechanism.grooved else _disc(problem, chord, curves)
+        found = _grooved(work, chord) if work.problem.setup.mechanism.grooved else _disc(work, chord, curves)
     except IMPOSSIBLE:
         found = None
     if found is None or not shapes.is_sound(found.shape):
         faults = f"faces cross each other, or are smaller than {shapes.HAIR} mm"
         why = f"makes no valid solid at a chord of {chord:g} mm: {faults}"
-        raise BadInput([Mistake(problem.scene.file, "part", None, why, bare=True)])
+        raise BadInput([Mistake(work.scene.file, "part", None, why, bare=True)])
     return found._replace(about=found.about | shapes.measures(found.shape))
 
 
-def _disc(problem: Problem, chord: float, curves: str) -> Solid:
+def _disc(work: Workpiece, chord: float, curves: str) -> Solid:
     check(curves, chord)
-    profile = follow(curves_of(problem)["profile"], curves, chord - shapes.FLAT)
+    profile = follow(curves_of(work.problem)["profile"], curves, chord - shapes.FLAT)
     profile = profile._replace(deviation=profile.deviation + shapes.FLAT)
-    _check_wall(problem, chord, profile.deviation)
-    body = _plate(problem, shapes.closed_wire(profile.path))
-    return Solid(_with_bore(problem, body), told({"profile": profile}), {})
+    _check_wall(work, chord, profile.deviation)
+    body = _plate(work.part, shapes.closed_wire(profile.path))
+    return Solid(_with_bore(work.part, body), told({"profile": profile}), {})
 
 
-def _grooved(problem: Problem, chord: float) -> Solid:
-    body, off = cylinder(problem, chord)
-    return Solid(_with_bore(problem, body), {}, {"wall_deviation_measured_mm": off})
+def _grooved(work: Workpiece, chord: float) -> Solid:
+    body, off = cylinder(work, chord)
+    return Solid(_with_bore(work.part, body), {}, {"wall_deviation_measured_mm": off})
 
 
-def _lacks(problem: Problem) -> Iterator[Mistake]:
-    scene, part, grooved = problem.scene, problem.scene.whole_part, problem.setup.mechanism.grooved
+def _lacks(work: Workpiece) -> Iterator[Mistake]:
+    scene, part, grooved = work.scene, work.part, work.problem.setup.mechanism.grooved
     for key in ("thickness", "groove_depth") if grooved else ("thickness",):
         if getattr(part, key) is None:
             yield Mistake(scene.file, f"part.{key}", None, "missing; a solid needs it", bare=True)
-    base = float(problem.design.size[0])
+    base = float(work.problem.design.size[0])
     if not grooved and part.bore_reach >= base:
         why = f"must leave a wall to the base circle (radius {base:g}); a bore as wide leaves no solid"
         yield Mistake(scene.file, "cam.shaft_diameter", scene.cam.shaft_diameter, why, bare=True)
 
 
-def _check_wall(problem: Problem, chord: float, deviation: float) -> None:
+def _check_wall(work: Workpiece, chord: float, deviation: float) -> None:
     """BadInput if the profile may be so far off that it meets the bore."""
-    wall = float(problem.design.size[0]) - problem.scene.whole_part.bore_reach
+    wall = float(work.problem.design.size[0]) - work.part.bore_reach
     if deviation >= wall:
         raise BadInput([Mistake("camopt", "chord", chord, f"smaller: the wall about the bore has {wall:.3g} mm")])
 
 
-def _plate(problem: Problem, profile: Shape) -> Shape:
+def _plate(part: Part, profile: Shape) -> Shape:
     """The plate with its hub."""
-    part = problem.scene.whole_part
     assert part.thickness
     plate = shapes.extruded(profile, 0.0, part.thickness)
     if not part.hub_diameter or not part.hub_length or part.hub_length - part.thickness <= shapes.HAIR:
@@ -102,9 +102,8 @@ def _plate(problem: Problem, profile: Shape) -> Shape:
     return shapes.fused(plate, hub)
 
 
-def _with_bore(problem: Problem, body: Shape) -> Shape:
+def _with_bore(part: Part, body: Shape) -> Shape:
     """A body that stands on z = 0, less its bore and keyway."""
-    part = problem.scene.whole_part
     if not part.bore:
         return body
     outline = shapes.closed_wire(bore_with_keyway(part)) if part.keyway_width else shapes.circle(part.bore / 2)

@@ -18,7 +18,7 @@ from OCP.TCollection import TCollection_HAsciiString
 from camopt.contour.follow import CHORD
 from camopt.exporting.exported import Exported
 from camopt.exporting.solid import solid_of
-from camopt.problem.problem import Problem
+from camopt.exporting.workpiece import Workpiece
 from camopt.storage.files import whole_file
 from camopt.version import VERSION
 
@@ -26,9 +26,9 @@ CURVES_TWICE = "write.surfacecurve.mode"  # edges in the parameters of their sur
 NO_TIME = "1970-01-01T00:00:00"
 
 
-def write(problem: Problem, path: Path, chord: float = CHORD, curves: str = "arcs") -> Exported:
+def write(work: Workpiece, path: Path, chord: float = CHORD, curves: str = "arcs") -> Exported:
     """Write the solid of a cam that has a thickness; walls of a groove are B-splines, whatever ``curves`` says."""
-    solid, part = solid_of(problem, chord, curves), problem.scene.whole_part
+    solid, part = solid_of(work, chord, curves), work.part
     with whole_file(path) as partial, quiet():
         writer = STEPControl_Writer()
         Interface_Static.SetIVal_s(CURVES_TWICE, 0)

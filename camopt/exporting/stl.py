@@ -14,6 +14,7 @@ from camopt.contour.curve import curves_of
 from camopt.contour.follow import CHORD, LEAST, check
 from camopt.exporting.exported import Exported
 from camopt.exporting.solid import solid_of
+from camopt.exporting.workpiece import Workpiece
 from camopt.mistakes import BadInput, Mistake
 from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem
@@ -27,11 +28,11 @@ STEEPEST = 0.35  # rad between neighbours: of round things that are small beside
 ROUNDED = 2.0**-24 * 2.0**0.5  # of the largest coordinate: how far single precision moves a point of a profile
 
 
-def write(problem: Problem, path: Path, chord: float = CHORD) -> Exported:
+def write(work: Workpiece, path: Path, chord: float = CHORD) -> Exported:
     """Write the solid of a cam that has a thickness; the deviations told include the rounding of the file."""
     check("polyline", chord)
-    aim = max(SHARE * chord - _rounded(problem), LEAST)
-    solid = solid_of(problem, aim, "polyline")
+    aim = max(SHARE * chord - _rounded(work.problem), LEAST)
+    solid = solid_of(work, aim, "polyline")
     BRepMesh_IncrementalMesh(solid.shape, aim, False, STEEPEST)
     with whole_file(path) as partial:
         writer = StlAPI_Writer()

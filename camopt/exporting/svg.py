@@ -8,7 +8,7 @@ from camopt.contour.follow import CHORD
 from camopt.contour.path import ArcPath, CubicPath
 from camopt.exporting.exported import Exported, told
 from camopt.exporting.layers import CHAIN, DASHED, THIN, VISIBLE, Layer, plan_of
-from camopt.problem.problem import Problem
+from camopt.exporting.workpiece import Workpiece
 from camopt.storage.files import whole_file
 from camopt.version import VERSION
 
@@ -21,14 +21,14 @@ COLOURS = {VISIBLE: "#000000", THIN: "#606060", CHAIN: "#3050a0", DASHED: "#2080
 
 
 def write(
-    problem: Problem,
+    work: Workpiece,
     path: Path,
     chord: float = CHORD,
     curves: str = "arcs",
     cutter_radius: float | None = None,
 ) -> Exported:
     """Write the plan of a cam at scale 1:1, a group of its own for each kind of curve."""
-    plan = plan_of(problem, chord, curves, cutter_radius)
+    plan = plan_of(work, chord, curves, cutter_radius)
     low, high = plan.reach
     size = high - low + 2 * complex(MARGIN, MARGIN)
     left, top = low.real - MARGIN, -high.imag - MARGIN
@@ -39,7 +39,7 @@ def write(
         height=f"{size.imag:.6f}mm",
         viewBox=f"{left:.6f} {top:.6f} {size.real:.6f} {size.imag:.6f}",
     )
-    Xml.SubElement(root, "title").text = f"{problem.scene.whole_part.name} (camopt {VERSION})"
+    Xml.SubElement(root, "title").text = f"{work.part.name} (camopt {VERSION})"
     plane = Xml.SubElement(root, "g", transform="scale(1 -1)", fill="none")
     for layer in plan.layers:
         _draw(plane, layer)

@@ -46,7 +46,7 @@ def loads_at(picture: Picture, degrees: FloatArray) -> dict[str, FloatArray]:
 
     A load that is infinite somewhere has none.
     """
-    sampled = _Sampled(picture.problem, degrees)
+    sampled = _Sampled(picture.scene, picture.problem, degrees)
     columns = {}
     for panel in [*dynamics_panels(sampled), *load_panels(sampled, every=True)]:
         values = np.empty(degrees.size)

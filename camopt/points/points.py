@@ -118,7 +118,7 @@ def cam_points(
         columns |= {f"{name}_x_mm": points.real.copy(), f"{name}_y_mm": points.imag.copy()}
     for name in (name for name in curves if name.startswith("profile")):
         columns |= {f"{name}_{key}": v for key, v in _form(curves[name], radians, at[name]).items()}
-    return columns | loads_at(Picture(problem), degrees)
+    return columns | loads_at(Picture(scene, problem), degrees)
 
 
 def _form(curve: CamCurve, angles: FloatArray, points: ComplexArray) -> dict[str, FloatArray]:

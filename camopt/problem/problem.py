@@ -59,7 +59,6 @@ class Problem:
     accuracy: float
     """The largest relative error of reported values that is asked; the setup's tolerance may be smaller."""
     values: "SceneValues"
-    scene: Scene
 
     def with_programme(self, programme: Programme) -> "Problem":
         """The problem of another motion of the same follower, with the same limits."""
@@ -199,7 +198,6 @@ def resolve(scene: Scene) -> Problem:
         missing=tuple(key for key, value in given.items() if value is None),
         accuracy=scene.accuracy.tolerance,
         values=SceneValues(scene),
-        scene=scene,
     )
 
 

@@ -12,6 +12,7 @@ from camopt.drawing.panels import Panel, panels
 from camopt.drawing.picture import NAMES, Picture
 from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem
+from camopt.scene.scene import Scene
 
 LARGEST_POWER = 300
 POWERS = np.array([float(f"1e{power}") for power in range(-LARGEST_POWER, LARGEST_POWER + 1)])
@@ -26,7 +27,7 @@ def cam_of(picture: Picture) -> dict[str, Any]:
     shown = [*panels(picture), *dynamics_panels(picture), *load_panels(picture)]
     return {
         "exists": True,
-        **kind_of(problem),
+        **kind_of(picture.scene, problem),
         "sizes": {name: plain(values[0]) for name, values in problem.design.sizes.items()},
         "motion": motion_of(picture),
         "strokes": _strokes(problem),
@@ -38,15 +39,14 @@ def cam_of(picture: Picture) -> dict[str, Any]:
     }
 
 
-def kind_of(problem: Problem) -> dict[str, Any]:
+def kind_of(scene: Scene, problem: Problem) -> dict[str, Any]:
     """What decides the formulas: the kinds of cam, motion and contact, the sense of rotation, and the shaft."""
-    scene, setup = problem.scene, problem.setup
     return {
         "form": scene.cam.form,
         "moves": scene.follower.motion,
         "contact": scene.follower.contact,
         "sense": problem.design.sense,
-        "shaft": setup.shaft_radius,
+        "shaft": problem.setup.shaft_radius,
         "rpm": scene.cam.rpm,
     }
 

@@ -55,7 +55,7 @@ def cams_page(cams: Sequence[Shown], title: str = "", told: Sequence[str] = ()) 
     labels = [shown.label for shown in cams]
     limits = [limits_sheet(each, problem) for each, problem in zip(found, problems, strict=True)]
     several = len(cams) > 1
-    pictures = [Picture(problem) for problem in problems]
+    pictures = [Picture(shown.scene, problem) for shown, problem in zip(cams, problems, strict=True)]
     words = [words_of(picture) for picture in pictures]
     head = [*([] if several else words[0]), *told]
     lines = [*_verdicts(cams, limits, labels), *_warnings(found, labels), *(Cell(text) for text in head)]
@@ -100,7 +100,7 @@ def _warnings(found: Sequence[Evaluation], labels: list[str]) -> list[Cell]:
 
 def words_of(picture: Picture) -> list[str]:
     """The sizes and the first results of a cam, and if it has no wall about its bore."""
-    thin = [f"{each[0].upper()}{each[1:]}." for each in no_wall(picture.problem.scene)]
+    thin = [f"{each[0].upper()}{each[1:]}." for each in no_wall(picture.scene)]
     return [sizes_in_words(picture), *([results_in_words(picture)] if picture.exists else []), *thin]
 
 

@@ -187,16 +187,17 @@ def _motions(results: Sequence[Result]) -> tuple[list[Any], list[int]]:
 
 
 def _motion(searched: Scene, row: Mapping[str, Any]) -> Any:
-    problem = resolve_design(scene_of_row(searched, _known(row)))
-    return {"motion": motion_of(CoarsePicture(problem))}
+    scene = scene_of_row(searched, _known(row))
+    return {"motion": motion_of(CoarsePicture(scene, resolve_design(scene)))}
 
 
 def _kind(result: Result, frame: "pd.DataFrame") -> dict[str, Any]:
     """What decides the shape of the cams of a result: formulas, sizes that stay, and the columns of the others."""
-    problem = resolve_design(scene_of_row(result.scene, _known(result.frame.iloc[:1].to_dict("records")[0])))
+    scene = scene_of_row(result.scene, _known(result.frame.iloc[:1].to_dict("records")[0]))
+    problem = resolve_design(scene)
     sizes = {name: plain(values[0]) for name, values in problem.design.sizes.items()}
     own = {"pitch_point": None, "undercut": False, "left": None, "exists": True}
-    return {"kind": {**kind_of(problem), **own}, "sizes": sizes, "columns": _size_columns(result, frame)}
+    return {"kind": {**kind_of(scene, problem), **own}, "sizes": sizes, "columns": _size_columns(result, frame)}
 
 
 def _size_columns(result: Result, frame: "pd.DataFrame") -> dict[str, str]:

@@ -46,7 +46,7 @@ class Control:
 def controls_of(scene: Scene) -> list[Control]:
     """The controls of a scene, group by group."""
     problem = resolve(scene)
-    return [*_numbers(problem), *_laws(problem), *_limits(problem), *_angles(scene), *_loads(problem)]
+    return [*_numbers(scene), *_laws(scene, problem), *_limits(scene, problem), *_angles(scene), *_loads(scene)]
 
 
 def values_of(scene: Scene, keys: Mapping[str, Any] | list[str]) -> dict[str, Any]:
@@ -104,9 +104,9 @@ def _of_motion(key: str) -> bool:
     return key.startswith("motion.") or key in LAW.values()
 
 
-def _numbers(problem: Problem) -> Iterator[Control]:
+def _numbers(scene: Scene) -> Iterator[Control]:
     """The sizes, and the speed."""
-    scene, found = problem.scene, problem.scene.numbers([*size_keys(problem.scene), "cam.rpm"])
+    found = scene.numbers([*size_keys(scene), "cam.rpm"])
     for key, value in found.items():
         if value is None or (scene.profile and key == "cam.base_radius"):  # which follows from the profile
             continue
@@ -116,29 +116,28 @@ def _numbers(problem: Problem) -> Iterator[Control]:
         yield _number(scene, key, "Speed" if key == "cam.rpm" else "Sizes", unit, value, chosen)
 
 
-def _loads(problem: Problem) -> Iterator[Control]:
+def _loads(scene: Scene) -> Iterator[Control]:
     """The other numbers that the scene gives, such as masses and springs."""
-    scene = problem.scene
     for key, value, unit in numbers_read(scene):
         if isinstance(value, float) and key != "cam.rpm":
             yield _number(scene, key, OTHERS, unit, value, scene.search.numbers.get(key))
 
 
-def _limits(problem: Problem) -> Iterator[Control]:
+def _limits(scene: Scene, problem: Problem) -> Iterator[Control]:
     """The bounds that the scene sets."""
     bounds = {limit.key: limit for limit in problem.limits if limit.asked and limit.key.startswith("limits.")}
     for key, limit in bounds.items():
         unit = QUANTITIES[limit.shown[0]].unit if limit.shown else ""
-        yield _number(problem.scene, key, "Limits", unit, limit.bound, None)
+        yield _number(scene, key, "Limits", unit, limit.bound, None)
 
 
-def _laws(problem: Problem) -> Iterator[Control]:
+def _laws(scene: Scene, problem: Problem) -> Iterator[Control]:
     """The laws of rises and returns; those given as positions are for moves."""
-    own = problem.scene.laws
+    own = scene.laws
     laws = tuple(name for name in problem.laws if name not in own or own[name].positions is None)
-    values = values_of(problem.scene, list(LAW.values()))
+    values = values_of(scene, list(LAW.values()))
     for kind, key in LAW.items():
-        if any(segment.segment == kind for segment in problem.scene.motion):
+        if any(segment.segment == kind for segment in scene.motion):
             options = laws if values[key] else ("", *laws)  # several laws stay as they are until one is chosen
             yield Control(key, "Laws", f"law of the {kind}s", "", values[key], options=options)
 

@@ -104,7 +104,7 @@ class Session:
         """The cam while a control moves: what double precision says of it, within milliseconds."""
         scene = self.scene_of(asked)
         problem = resolve_design(scene)
-        sketch = Sketch(problem)
+        sketch = Sketch(scene, problem)
         sheet = _quick_sheet(sketch)
         return self._shown(sketch, [_quick_line(sketch, sheet)], sheet, [])
 
@@ -112,7 +112,7 @@ class Session:
         """The cam where the controls rest: every limit proved, all quantities, more samples."""
         scene = self.scene_of(asked)
         problem = resolve_design(scene)
-        found, picture = evaluate_design(scene, problem), Picture(problem)
+        found, picture = evaluate_design(scene, problem), Picture(scene, problem)
         sheet = limits_sheet(found, problem)
         sections = [
             Section("Quantities", [quantities_sheet([found], [problem], ["value"])]),
@@ -126,7 +126,7 @@ class Session:
             "lines": [*lines, *(Cell(text) for text in words_of(picture))],
             "limits": asdict(sheet),
             "sections": [asdict(section) for section in sections],
-            "values": values_of(picture.problem.scene, list(self.own)),
+            "values": values_of(picture.scene, list(self.own)),
         }
 
     def smallest(self, asked: Mapping[str, Any]) -> Answer:
@@ -167,13 +167,13 @@ def stem_of(scene: Scene) -> str:
 
 
 def _evaluation(sketch: Sketch) -> Evaluation:
-    return Evaluation(sketch.problem.scene, {n: sketch.values[n] for n in QUANTITIES if n in sketch.values})
+    return Evaluation(sketch.scene, {n: sketch.values[n] for n in QUANTITIES if n in sketch.values})
 
 
 def _quick_line(sketch: Sketch, sheet: Sheet) -> Cell:
     """The verdict in a sentence, as long as it is not proved."""
     if not is_held(sheet):
-        return verdict_line(sheet, sketch.problem.scene)
+        return verdict_line(sheet, sketch.scene)
     return Cell("Feasible in double precision. The proof follows where the controls rest.", "verdict held")
 
 

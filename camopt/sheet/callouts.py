@@ -147,7 +147,7 @@ def _plane_end(foot: complex, seen: complex) -> Marks:
 
 
 def _rotation(view: FrontView, turn: float) -> Marks:
-    rpm = view.cam.problem.scene.cam.rpm
+    rpm = view.cam.scene.cam.rpm
     radius = view.ring + OUTSIDE + 4.0
     words = "rotation" if rpm is None else f"{number(rpm)} rpm"
     at = (radius + 2.0) * np.exp(1j * turn) - (1j * LARGE if sin(turn) < 0.0 else 0.0)

@@ -17,6 +17,7 @@ from camopt.mechanisms.design import ComplexArray
 from camopt.motion.stroke import Stroke
 from camopt.problem.problem import Problem
 from camopt.scene.part import Part
+from camopt.scene.scene import Scene
 from camopt.sheet.marks import number
 from camopt.verdicts.judging import run_effects
 
@@ -65,15 +66,16 @@ def _named(stroke: Stroke, stretches: Iterable[tuple[str, float, float]]) -> str
 class Cam:
     """A cam of true size: mm in its own frame."""
 
+    scene: Scene
     problem: Problem
 
     @cached_property
     def picture(self) -> Picture:
-        return Picture(self.problem)
+        return Picture(self.scene, self.problem)
 
     @cached_property
     def part(self) -> Part:
-        return self.problem.scene.whole_part
+        return self.scene.whole_part
 
     @property
     def size(self) -> float:
@@ -106,7 +108,7 @@ class Cam:
     def segments(self) -> list[tuple[str, float, float]]:
         """What the follower does, and between which cam angles, rad: the segments of the scene, if it has any."""
         found = [(NAMES[kind], begin, end) for kind, begin, end in self.picture.stretches]
-        if self.problem.scene.motion:
+        if self.problem.segments:
             found = [(_named(each, found), each.start, each.end) for each in self.problem.programme.strokes]
         return [(f"{name} {number(degrees(end - begin), 2)}°", begin, end) for name, begin, end in found]
 

@@ -43,7 +43,7 @@ def texts_of(cam: Cam) -> Iterator[str]:
 
 
 def _follower(cam: Cam) -> str:
-    follower, design = cam.problem.scene.follower, cam.problem.design
+    follower, design = cam.scene.follower, cam.problem.design
     words = f"{'an' if follower.motion == 'oscillating' else 'a'} {follower.motion} follower"
     radius = cam.roller
     contact = {
@@ -65,7 +65,7 @@ def _follower(cam: Cam) -> str:
 
 
 def _turning(cam: Cam) -> Iterator[str]:
-    scene = cam.problem.scene
+    scene = cam.scene
     speed = "" if scene.cam.rpm is None else f" at {number(scene.cam.rpm)} rpm"
     if cam.problem.setup.mechanism.grooved:
         yield f"The surface moves as the arrow shows{speed}." if speed else "The surface moves as the arrow shows."

@@ -8,6 +8,7 @@ from typing import NamedTuple
 from camopt.drawing.canvas import canvas
 from camopt.mistakes import BadInput, Mistake
 from camopt.problem.problem import Problem
+from camopt.scene.scene import Scene
 from camopt.sheet.cam import Cam
 from camopt.sheet.layout import Desk, Views, forms, together
 from camopt.sheet.marks import Marks, draw
@@ -27,12 +28,12 @@ class Sheet(NamedTuple):
     marks: Marks
 
 
-def write_sheet(problem: Problem, path: str | os.PathLike[str]) -> Sheet:
-    """The workshop drawing of a problem's own design, as a PDF of its true size.
+def write_sheet(scene: Scene, problem: Problem, path: str | os.PathLike[str]) -> Sheet:
+    """The workshop drawing of the cam of a scene, which poses a problem, as a PDF of its true size.
 
     One sheet, A4 or A3: the front view of a disc cam with the angles of its motion, and its section; or the
     developed groove of a cylindrical cam, its section and its hole; the table of the profile; notes; the title
-    block. At 1:1 where that fits, or else at the nearest standard scale. The same problem gives the same file.
+    block. At 1:1 where that fits, or else at the nearest standard scale. The same scene gives the same file.
 
     Raises
     ------
@@ -41,7 +42,7 @@ def write_sheet(problem: Problem, path: str | os.PathLike[str]) -> Sheet:
     OSError
         If the file cannot be written.
     """
-    sheet = sheet_of(problem)
+    sheet = sheet_of(scene, problem)
     paper = sheet.paper
     with canvas(path, (paper.width / INCH, paper.height / INCH)) as figure:
         axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
@@ -52,9 +53,9 @@ def write_sheet(problem: Problem, path: str | os.PathLike[str]) -> Sheet:
     return sheet
 
 
-def sheet_of(problem: Problem) -> Sheet:
+def sheet_of(scene: Scene, problem: Problem) -> Sheet:
     """The first of the scales and forms, the best first, that holds the drawing."""
-    cam = Cam(problem)
+    cam = Cam(scene, problem)
     width = 2.0 * cam.size * (pi if problem.setup.mechanism.grooved else 1.0)
     texts = tuple(texts_of(cam))
     desks = [Desk(cam, form, texts) for form in forms(problem.setup.mechanism.grooved)]
@@ -63,4 +64,4 @@ def sheet_of(problem: Problem) -> Sheet:
         for desk in desks:
             if marks := together(desk.form.place(desk, views)):
                 return Sheet(cam, desk.form.paper, scale, [*desk.standing(scale), *marks])
-    raise BadInput([Mistake(problem.scene.file, "scene", problem.scene.name, "a cam that fits on a sheet of A3")])
+    raise BadInput([Mistake(scene.file, "scene", scene.name, "a cam that fits on a sheet of A3")])

@@ -41,7 +41,7 @@ SCENES = {
 @cache
 def staged(name):
     """What is drawn, where it goes, and the SVG file made of it."""
-    picture = Picture(resolve_design(SCENES[name]))
+    picture = Picture(SCENES[name], resolve_design(SCENES[name]))
     with canvas(None, DISC_SIZE) as figure:
         stage = set_stage(figure, picture)
         return picture, stage, ElementTree.fromstring(moving_svg(stage))
@@ -166,7 +166,7 @@ def test_the_command_writes_a_gif_whose_first_frame_is_the_picture_without_motio
             image.seek(frame)
             shown.append(np.asarray(image.convert("RGB"), float))
     with canvas(None, DISC_SIZE) as figure:
-        set_stage(figure, Picture(resolve_design(find_scene("two-pauses"))))
+        set_stage(figure, Picture(find_scene("two-pauses"), resolve_design(find_scene("two-pauses"))))
         figure.set_dpi(100)
         figure.canvas.draw()
         still = np.asarray(figure.canvas.buffer_rgba())[..., :3].astype(float)

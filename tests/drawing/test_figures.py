@@ -240,7 +240,7 @@ def loaded(name: str, **changes: Any) -> Scene:
 
 
 def load_diagrams(scene: Scene) -> list[Any]:
-    picture = Picture(resolve(scene))
+    picture = Picture(scene, resolve(scene))
     return [*dynamics_panels(picture), *load_panels(picture)]
 
 
@@ -255,7 +255,7 @@ def test_curves_of_loads_reach_the_exact_values_and_no_further(name: str) -> Non
     for panel in shown:
         every = np.concatenate(panel.values)
         assert np.isfinite(every).all(), panel.title
-        angles = np.degrees(np.concatenate(Picture(resolve(loaded(name))).pieces))
+        angles = np.degrees(np.concatenate(Picture(loaded(name), resolve(loaded(name))).pieces))
         size = np.abs(every).max()
         assert panel.peaks, panel.title
         for peak in panel.peaks:

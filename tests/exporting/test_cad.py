@@ -26,6 +26,7 @@ from camopt.exporting.groove import groove_of, undercut_at
 from camopt.exporting.solid import solid_of
 from camopt.exporting.step import quiet, text
 from camopt.exporting.stl import is_watertight, read_triangles, volume
+from camopt.exporting.workpiece import Workpiece
 from camopt.mechanisms.geometry import cam_curves
 from camopt.problem.problem import resolve_design
 
@@ -68,6 +69,10 @@ def read_back(path):
         reader.TransferRoots()
     (solid,) = shapes.parts(reader.OneShape(), shapes.SOLID)
     return solid
+
+
+def work_of(scene):
+    return Workpiece(scene, resolve_design(scene))
 
 
 def true_profile(scene, count=40_001):
@@ -125,7 +130,7 @@ CASES = [(name, curves) for curves in ("arcs", "spline") for name in DISCS]
 @pytest.mark.parametrize(("name", "curves"), covering(CASES, kind_of))
 def test_a_disc_read_back_is_whole_as_large_as_green_says_and_within_the_chord_both_ways(name, curves, tmp_path):
     scene = disc(name)
-    told = step.write(resolve_design(scene), tmp_path / "cam.step", CHORD, curves)
+    told = step.write(work_of(scene), tmp_path / "cam.step", CHORD, curves)
     off, solid, true = told.curves["profile"].deviation_mm, read_back(tmp_path / "cam.step"), true_profile(scene)
     assert shapes.is_sound(solid)
     assert off <= CHORD
@@ -163,7 +168,7 @@ def test_two_ways_of_a_profile_have_different_points():
 )
 def test_volumes_of_plate_hub_bore_and_keyway_add_up(part, tmp_path):
     scene = find_scene("flat-reciprocating").replace(part={**PLATE, **part})
-    told = step.write(resolve_design(scene), tmp_path / "cam.step", CHORD)
+    told = step.write(work_of(scene), tmp_path / "cam.step", CHORD)
     sizes = {key: value for key, value in {**PLATE, **part}.items() if value is not None}
     true, plate, whole = true_profile(scene), sizes["thickness"], sizes["hub_length"]
     inside = hole(sizes) if "bore" in sizes else 0.0
@@ -188,9 +193,9 @@ def test_any_part_that_goes_together_is_a_solid(thickness, bore, share, depth, a
     base = find_scene("exhaust-valve").cam.base_radius
     hub = {"hub_diameter": 2 * min(reach + wider, base), "hub_length": thickness + longer}
     part = {"thickness": thickness, "bore": bore, **keyway, **hub}
-    problem = resolve_design(find_scene("exhaust-valve").replace(part=part))
-    found = solid_of(problem, 0.01, "arcs")
-    area = enclosed(true_profile(problem.scene, 5001))
+    scene = find_scene("exhaust-valve").replace(part=part)
+    found = solid_of(work_of(scene), 0.01, "arcs")
+    area = enclosed(true_profile(scene, 5001))
     expected = thickness * area + longer * pi / 4 * hub["hub_diameter"] ** 2 - (thickness + longer) * hole(part)
     assert shapes.volume(found.shape) == pytest.approx(expected, rel=1e-3)
 
@@ -226,7 +231,7 @@ def walls(solid):
 @pytest.mark.parametrize("name", GROOVES)
 def test_a_groove_read_back_is_whole_and_touches_its_roller_at_every_depth(name, tmp_path):
     scene = GROOVES[name]
-    told = step.write(resolve_design(scene), tmp_path / "cam.step", CHORD)
+    told = step.write(work_of(scene), tmp_path / "cam.step", CHORD)
     solid = read_back(tmp_path / "cam.step")
     assert shapes.is_sound(solid)
     assert told.about["wall_deviation_measured_mm"] <= CHORD
@@ -245,9 +250,9 @@ def test_a_groove_read_back_is_whole_and_touches_its_roller_at_every_depth(name,
 
 @pytest.mark.parametrize("name", GROOVES)
 def test_the_true_wall_is_on_the_solid(name, tmp_path):
-    problem = resolve_design(GROOVES[name])
-    solid, groove = solid_of(problem, CHORD, "arcs"), groove_of(problem)
-    middle = problem.scene.part.thickness / 2 - (0.0 if problem.setup.angular else problem.programme.lift / 2)
+    work = work_of(GROOVES[name])
+    solid, groove = solid_of(work, CHORD, "arcs"), groove_of(work)
+    middle = work.part.thickness / 2 - (0.0 if work.problem.setup.angular else work.problem.programme.lift / 2)
     for sector in groove.sectors():
         for side in (-1.0, 1.0):
             angles = np.linspace(sector.start, sector.end, 4)[1:-1]
@@ -261,7 +266,7 @@ def test_the_true_wall_is_on_the_solid(name, tmp_path):
 def test_a_groove_almost_down_to_the_axis_is_refused(depth, tmp_path):
     scene = GROOVES["groove-arm-ccw"].replace(part={"thickness": 70, "groove_depth": depth})
     with pytest.raises(BadInput, match=f"part.groove_depth = {depth:g}.*: must be smaller"):
-        stl.write(resolve_design(scene), tmp_path / "cam.stl")
+        stl.write(work_of(scene), tmp_path / "cam.stl")
 
 
 def test_the_groove_of_a_small_cam_is_undercut_at_its_bottom_alone(tmp_path):
@@ -269,16 +274,16 @@ def test_the_groove_of_a_small_cam_is_undercut_at_its_bottom_alone(tmp_path):
     scene = GROOVES["groove-ccw"].replace(**{"cam.mean_radius": 30, "part.bore": 5})
     deep = scene.replace(**{"part.groove_depth": 40})
     assert not evaluate(deep.replace(outputs=["undercut"]))["undercut"]
-    assert undercut_at(groove_of(resolve_design(deep))) < 30
+    assert undercut_at(groove_of(work_of(deep))) < 30
     with pytest.raises(BadInput, match=r"part.groove_depth = 40.0: must be smaller: at the radius .* cut away"):
-        step.write(resolve_design(deep), tmp_path / "cam.step")
+        step.write(work_of(deep), tmp_path / "cam.step")
     assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("name", ["bucket-valve", "uniform-knife-offset", "tangent-cam"])
 def test_triangles_of_a_disc_are_watertight_and_within_the_chord(name, tmp_path):
     scene = disc(name)
-    told = stl.write(resolve_design(scene), tmp_path / "cam.stl", CHORD)
+    told = stl.write(work_of(scene), tmp_path / "cam.stl", CHORD)
     triangles, off = read_triangles(tmp_path / "cam.stl"), told.curves["profile"].deviation_mm
     assert told.about["triangles"] == len(triangles)
     assert is_watertight(triangles)
@@ -294,10 +299,10 @@ def test_triangles_of_a_disc_are_watertight_and_within_the_chord(name, tmp_path)
 
 def test_triangles_of_a_groove_are_watertight_and_touch_the_roller(tmp_path):
     scene, chord = GROOVES["groove-arm-cw"], 0.02
-    told = stl.write(resolve_design(scene), tmp_path / "cam.stl", chord)
+    told = stl.write(work_of(scene), tmp_path / "cam.stl", chord)
     triangles = read_triangles(tmp_path / "cam.stl")
     assert is_watertight(triangles)
-    exact = step.write(resolve_design(scene), tmp_path / "cam.step").about["volume_mm3"]
+    exact = step.write(work_of(scene), tmp_path / "cam.step").about["volume_mm3"]
     assert told.about["volume_mm3"] == pytest.approx(exact, rel=2e-4)
     middles = triangles.mean(axis=1)
     within = np.abs(np.hypot(*middles.T[:2]) - scene.cam.mean_radius) < 0.45 * scene.part.groove_depth
@@ -307,7 +312,7 @@ def test_triangles_of_a_groove_are_watertight_and_touch_the_roller(tmp_path):
 
 
 def test_what_leaks_is_found(tmp_path):
-    stl.write(resolve_design(disc("bucket-valve")), tmp_path / "cam.stl", 0.1)
+    stl.write(work_of(disc("bucket-valve")), tmp_path / "cam.stl", 0.1)
     triangles = read_triangles(tmp_path / "cam.stl")
     assert is_watertight(triangles)
     assert not is_watertight(triangles[1:])
@@ -369,7 +374,7 @@ def test_a_chord_wider_than_the_wall_is_refused(tmp_path):
 def test_what_is_too_small_for_a_solid_is_told(tmp_path):
     scene = find_scene("bucket-valve").replace(part={"thickness": 1e-9})
     with pytest.raises(BadInput, match=r"^bucket-valve: part: makes no valid solid at a chord of 0.001 mm"):
-        step.write(resolve_design(scene), tmp_path / "cam.step", CHORD)
+        step.write(work_of(scene), tmp_path / "cam.step", CHORD)
     assert not list(tmp_path.iterdir())
 
 

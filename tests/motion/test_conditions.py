@@ -133,7 +133,7 @@ def test_conditions_are_kept_by_text_proved_beside_and_drawn(tmp_path):
     scene = study.scene_with([BELT, {"angle": 40, "position": [2, 5]}], **{"limits.pressure_angle": 35})
     assert Scene.from_dict(scene.to_dict()) == scene
     assert certify(scene)["pressure_angle"] == "held"
-    displacement, velocity, *_ = panels(Picture(resolve(scene)))
+    displacement, velocity, *_ = panels(Picture(scene, resolve(scene)))
     assert displacement.note.startswith("squares and bands: asked of moves")
     assert (90, 120) in [(round(mark.start), round(mark.end)) for mark in velocity.marks]
     (tmp_path / "cam.toml").write_text(scene.to_toml(), encoding="utf-8")

@@ -587,7 +587,7 @@ def test_kinds_of_segments_are_known_everywhere():
 def test_what_a_move_is_given_is_marked_in_its_diagrams():
     """A square at the end of each move, and at each derivative that is given there; a band where the lash is."""
     scene = find_scene("bucket-valve")
-    displacement, velocity, acceleration, *_ = panels(Picture(resolve(scene)))
+    displacement, velocity, acceleration, *_ = panels(Picture(scene, resolve(scene)))
     assert [round(mark.end) for mark in displacement.marks] == [12, 24, 46, 92, 138, 160, 172, 184]
     assert displacement.marks[3][2:] == pytest.approx((9.0, 9.0))
     omega = 3000 * 2 * pi / 60
@@ -601,7 +601,7 @@ def test_ranges_of_a_scene_are_kept_by_text_and_drawn_as_bars():
     scene = Scene.from_dict(scene_of(*rows))
     assert Scene.from_dict(scene.to_dict()) == scene
     assert scene.to_dict()["motion"][0]["to"] == [18, 22]
-    displacement, velocity, *_ = panels(Picture(resolve(scene)))
+    displacement, velocity, *_ = panels(Picture(scene, resolve(scene)))
     assert displacement.marks[0] == pytest.approx((120.0, 120.0, 18.0, 22.0))
     assert velocity.marks[0] == pytest.approx((120.0, 120.0, 2.0, 9.0))
     assert 18 - 1e-9 <= resolve(scene).programme.strokes[0].high <= 22 + 1e-9

@@ -84,7 +84,7 @@ def test_the_page_draws_the_curves_of_the_cam(name, page_of_all, folder, monkeyp
     scene, page = mechanisms()[name], page_of_all
     opened(page, camopt.report(scene, folder / "cam.html"))
     drawn = page.evaluate("curvesOf(data.cams[0]).map(({pitch, profile, flank}) => ({pitch, profile, flank}))")
-    picture = Picture(resolve_design(scene))
+    picture = Picture(scene, resolve_design(scene))
     size = max(np.abs(curves.pitch).max() for curves in picture.curves)
     for found, curves in zip(drawn, picture.curves, strict=True):
         pitch = np.array(found["pitch"]) @ [1, 1j]

@@ -82,7 +82,7 @@ CHECKED = [name for name in covering(SCENES, features) if name != "many strokes"
 
 @cache
 def sheet(name):
-    return sheet_of(resolve_design(SCENES[name]))
+    return sheet_of(SCENES[name], resolve_design(SCENES[name]))
 
 
 def texts(name):
@@ -135,10 +135,12 @@ def test_segments_are_those_of_the_scene(name):
 
 def test_a_move_goes_one_way_or_is_called_a_move():
     names = ["rise 70°", "constant velocity 60°", "move 80°", "constant velocity 48°", "return 62°", "dwell 40°"]
-    assert [name for name, _, _ in Cam(resolve_design(SCENES["belt-matching"])).segments] == names
+    assert [
+        name for name, _, _ in Cam(SCENES["belt-matching"], resolve_design(SCENES["belt-matching"])).segments
+    ] == names
     there_and_back = [{"segment": "move", "angle": 360, "to": 0, "through": [{"angle": 90, "position": 10}]}]
     scene = find_scene("belt-matching").replace(motion=there_and_back)
-    assert [name for name, _, _ in Cam(resolve_design(scene)).segments] == ["move 360°"]
+    assert [name for name, _, _ in Cam(scene, resolve_design(scene)).segments] == ["move 360°"]
 
 
 @pytest.mark.parametrize("name", CHECKED)
@@ -165,7 +167,14 @@ def test_a_cutter_is_not_told_where_no_flank_is_hollow():
 
     radius = brentq(lambda radius: 1 / hollow(radius) - 1e-5 if np.isfinite(hollow(radius)) else -1e-5, 25.0, 100.0)
     said = {
-        each: " ".join(texts_of(Cam(resolve_design(scene.replace(**{"cam.base_radius": each})))))
+        each: " ".join(
+            texts_of(
+                Cam(
+                    scene.replace(**{"cam.base_radius": each}),
+                    resolve_design(scene.replace(**{"cam.base_radius": each})),
+                )
+            )
+        )
         for each in (25.0, radius)
     }
     assert hollow(radius) > 1e4
@@ -176,7 +185,7 @@ def test_a_cutter_is_not_told_where_no_flank_is_hollow():
 def test_a_section_has_no_line_inside_its_metal():
     """Where plate and hub meet they are one."""
     part = PLATE.whole_part
-    outline = Cam(resolve_design(PLATE)).curve("profile")
+    outline = Cam(PLATE, resolve_design(PLATE)).curve("profile")
     plate, hub = part.thickness, part.hub_diameter / 2
     for mark in section(outline, part, 1.0):
         if isinstance(mark, Stroke) and mark.pen == THICK and np.all(mark.points.real == plate):

@@ -300,7 +300,7 @@ def test_a_cam_without_a_wall_about_its_bore_is_told_where_none_is_asked(changes
     assert found == [line for line in oddities(scene) if "wall" in line]
     assert [line.partition(": ")[0] for line in found] == ([told] if told else [])
     assert all("limits.hub_wall" in line for line in found)
-    lines = words_of(Picture(resolve_design(scene)))
+    lines = words_of(Picture(scene, resolve_design(scene)))
     assert [line for line in lines if "wall between" in line] == [f"T{line[1:]}." for line in found]
 
 
