@@ -141,8 +141,8 @@ def chosen(scene: Scene, row: Mapping[str, Any]) -> Scene:
     """The scene with the sizes, other numbers, laws and angles of a row; what the row does not have stays."""
     columns = {key: column_of(scene, key) for key in (*size_keys(scene), *scene.search.numbers)}
     changes: dict[str, Any] = {key: row[column] + 0.0 for key, column in columns.items() if column in row}  # no −0
-    known, motion = {*LAWS, *scene.laws}, scene.to_dict()["motion"]
-    for number, segment in enumerate(motion):
+    known, motion = {*LAWS, *scene.laws}, scene.to_dict().get("motion")
+    for number, segment in enumerate(motion or ()):
         law = row.get(f"law_{segment['segment']}")
         segment |= {"law": law} if law in known else {}  # others name several: the scene's own, one after the other
         segment |= {"angle": row["angles_deg"][number]} if "angles_deg" in row else {}

@@ -421,6 +421,9 @@ def test_other_sizes_are_refused_and_other_speeds_are_not(tmp_path):
     assert found["acceleration_max_m_s2"][1] == pytest.approx(fast["acceleration_max_m_s2"], rel=1e-8)
     swept = sweep(scene.replace(**{"search.cam.rpm": [300, 600]}), tmp_path)
     assert swept.feasible == 2
+    slowest = swept.best[""]
+    assert evaluate(slowest.scene)["acceleration_max_m_s2"] == slowest["acceleration_max_m_s2"]
+    assert slowest.scene.profile == scene.profile
 
 
 def test_measured_points_replace_a_profile():
