@@ -28,6 +28,7 @@ from camopt.verdicts.exact_curve import in_balls
 from camopt.verdicts.exact_mean import ORDER, TERMS, MeanOfPowers
 
 DIGITS = 50
+LONG = 3600.0  # seconds: searches end when they have proved what they find
 
 
 def scene_of(contact, law="poly345", **more):
@@ -287,7 +288,7 @@ def test_the_smallest_cam_under_a_limit_on_a_mean_is_proved_and_has_a_price():
 
     least = brentq(lambda radius: torque(radius) - bound, 60.0, 75.0, xtol=1e-9)
     asked = scene.replace(**{"cam.base_radius": None, "limits": {"torque_rms_N_m": bound}, "outputs": ["sizes"]})
-    found = optimise(asked.replace(search={"base_radius": {"start": 60, "stop": 80, "step": 1}}))
+    found = optimise(asked.replace(search={"base_radius": {"start": 60, "stop": 80, "step": 1}}), seconds=LONG)
     row = found.by_law["poly345"]
     assert row["proved"]
     assert row["base_radius_mm"] == pytest.approx(least, rel=1e-7)
@@ -310,11 +311,14 @@ def test_a_free_number_takes_a_value_that_its_mean_allows_if_there_is_one(key, e
     values = [evaluate(least.replace(**{key: float(value)}))[name] for value in np.linspace(*ends, 39)]
     free = {f"search.{key}": dict(zip(("start", "stop"), ends, strict=True))}
     searched = least.replace(**free, **{"search.base_radius": {"start": 30, "stop": 120}})
-    found = optimise(searched.replace(limits={name: min(values) * 1.02, "pressure_angle": 26})).best
+    found = optimise(searched.replace(limits={name: min(values) * 1.02, "pressure_angle": 26}), seconds=LONG).best
     assert found["proved"]
     assert evaluate(found.scene)[name] <= min(values) * 1.02
     assert set(certify(found.scene).values()) == {"held"}
-    assert optimise(searched.replace(limits={name: min(values) * 0.98, "pressure_angle": 26})).best is None
+    assert (
+        optimise(searched.replace(limits={name: min(values) * 0.98, "pressure_angle": 26}), seconds=LONG).best
+        is None
+    )
 
 
 def test_every_mean_is_bounded_from_the_side_that_its_list_says():
