@@ -120,7 +120,7 @@ def test_a_signal_ends_a_command_in_order(name):
 def test_a_signal_that_was_ignored_stays_ignored(name):
     with waiting(ignored=[name]) as running:
         running.send_signal(signal.Signals[name])
-        with pytest.raises(subprocess.TimeoutExpired):
+        with pytest.raises(subprocess.TimeoutExpired, match="timed out"):
             running.wait(timeout=0.3)
 
 

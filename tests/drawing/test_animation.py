@@ -238,6 +238,6 @@ def test_the_command_writes_the_same_animated_svg_as_python_beside_a_picture(tmp
 def test_another_ending_and_a_folder_that_is_not_there_are_refused(tmp_path):
     with pytest.raises(BadInput, match=r"path.*\.svg, \.gif or \.mp4"):
         animate(SCENES["roller"], tmp_path / "a.png")
-    with pytest.raises(FileNotFoundError):
+    with pytest.raises(FileNotFoundError, match=r"a\.svg"):
         animate(SCENES["roller"], tmp_path / "none" / "a.svg")
     assert not list(tmp_path.iterdir())

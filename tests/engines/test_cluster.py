@@ -154,7 +154,7 @@ def test_a_sweep_that_is_stopped_goes_on_without_the_cluster_and_with_it(engine,
     monkeypatch.setattr(journal, "SECONDS", 0.0)
     one = camopt.sweep(SCENE, tmp_path / "one", block=100, workers=1)
     for share, used in ((0.3, engine), (0.6, None)):
-        with pytest.raises(camopt.Stopped):
+        with pytest.raises(camopt.Stopped, match="designs are done and kept"):
             camopt.sweep(
                 SCENE,
                 tmp_path / "two",

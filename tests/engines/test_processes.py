@@ -99,7 +99,7 @@ def test_the_end_of_the_block_ends_what_they_are_at():
         found = engine.in_order(slow_but_first, range(9))
         assert next(found) == 0
     assert {process.returncode for process in engine._started} == {-signal.SIGKILL}
-    with pytest.raises(RuntimeError):
+    with pytest.raises(RuntimeError, match="after shutdown"):
         list(engine.in_order(slow_but_first, range(9)))
 
 

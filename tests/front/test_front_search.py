@@ -304,9 +304,9 @@ def test_where_nothing_is_feasible():
 
 def test_an_interrupt_leaves_no_files(ties, tmp_path):
     def stop(done, total):
-        raise KeyboardInterrupt
+        raise KeyboardInterrupt("by hand")
 
-    with pytest.raises(KeyboardInterrupt):
+    with pytest.raises(KeyboardInterrupt, match="by hand"):
         sweep(ties, tmp_path / "new", "front-only", progress=stop)
     assert list(tmp_path.iterdir()) == []
 

@@ -202,7 +202,7 @@ def test_what_is_called_by_address_is_what_is_called_from_python():
 
 @pytest.mark.usefixtures("_no_disk")
 def test_arguments_that_an_address_does_not_take_are_refused():
-    with pytest.raises(TypingError):
+    with pytest.raises(TypingError, match="No implementation of function"):
         scaled_wrongly(1.0, 1.0, np.ones(2))
 
 
@@ -222,12 +222,12 @@ def test_an_interrupt_while_a_kernel_is_compiled_that_another_calls_is_an_interr
     """An address that was never made ended the process."""
 
     def interrupted(*_):
-        raise KeyboardInterrupt
+        raise KeyboardInterrupt("while it is compiled")
 
     x, kernel = np.ones(2), Reached(halve_all, (Kind(NUMBER.name, 1),))
     with monkeypatch.context() as patch:
         patch.setattr(halve_all.dispatcher, "get_compile_result", interrupted)
-        with pytest.raises(KeyboardInterrupt):
+        with pytest.raises(KeyboardInterrupt, match="while it is compiled"):
             by_address(x, kernel)
     by_address(x, kernel)
     assert np.array_equal(x, [0.5, 0.5])

@@ -332,7 +332,12 @@ def test_whatever_is_in_a_file_is_read_or_refused(data, tmp_path_factory):
     assert len(told) == 1
 
 
-@pytest.mark.parametrize("points", ["abc", [["a", 1]], [[[1.0]]], [], None, object()])
+@pytest.mark.parametrize("points", [[["a", 1]], [[[1.0]]], [], None, object()])
 def test_what_is_no_points_is_refused(points):
-    with pytest.raises((BadInput, OSError)):
+    with pytest.raises(BadInput, match="points: rows: must be a path, or rows of an angle and a lift"):
         read_points(points, Columns())
+
+
+def test_a_file_that_is_not_there_is_told():
+    with pytest.raises(FileNotFoundError, match="'abc'"):
+        read_points("abc", Columns())

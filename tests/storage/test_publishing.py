@@ -44,7 +44,7 @@ def publish(folder, texts, command="sweep", may_write=MAY_WRITE, then=lambda uni
 
 
 def failing(unit):
-    raise RuntimeError
+    raise RuntimeError("no result")
 
 
 def seen(folder):
@@ -208,7 +208,7 @@ def test_a_run_that_fails_leaves_the_earlier_result_and_nothing_else(tmp_path):
         if old:
             publish(folder, old)
         before = names(folder) if old else None
-        with pytest.raises(RuntimeError):
+        with pytest.raises(RuntimeError, match="no result"):
             publish(folder, {"a.txt": "2"}, then=failing)
         assert (names(folder) if folder.exists() else None) == before
         assert not old or seen(folder) == old
@@ -270,7 +270,7 @@ def test_files_that_wait_for_their_names_are_read_and_get_them(tmp_path, placed)
     assert [settled_path(tmp_path / name).read_text() for name in ("a.txt", "b.txt")] == ["2", "2"]
     assert not settled_path(tmp_path / "c.txt").exists()
     assert [path.name for path in settled_paths(tmp_path, "*.txt")] == ["a.txt", "b.txt"]
-    with pytest.raises(RuntimeError):
+    with pytest.raises(RuntimeError, match="no result"):
         publish(tmp_path, {}, "frontier", then=failing)
     assert seen(tmp_path) == {"a.txt": "2", "b.txt": "2"}
     assert names(tmp_path) == ["a.txt", "b.txt", MANIFEST]
@@ -311,7 +311,7 @@ def test_a_file_that_gets_its_name_while_it_is_opened_is_read(tmp_path):
         settled_file(tmp_path / "a.txt") as file,
     ):
         assert file.read() == b"1"
-    with pytest.raises(FileNotFoundError), settled_file(tmp_path / "b.txt"):
+    with pytest.raises(FileNotFoundError, match=r"b\.txt"), settled_file(tmp_path / "b.txt"):
         pass
 
 
@@ -413,7 +413,7 @@ def test_an_odd_work_folder_is_not_emptied(tmp_path):
     (tmp_path / "mine" / "file").write_text("mine")
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / WORK).symlink_to(tmp_path / "mine")
-    with pytest.raises(NotADirectoryError):
+    with pytest.raises(NotADirectoryError, match=WORK):
         publish(tmp_path / "out", {"a.txt": "1"})
     assert names(tmp_path / "mine") == ["file"]
 
@@ -458,7 +458,7 @@ def test_a_file_is_written_anew_as_a_part_of_the_result_that_has_it(tmp_path):
     with published(tmp_path, "sweep", MAY_WRITE, revises=True) as unit:
         unit.journal.write_text("of a sweep to go on with")
         publish_in_vain = revised(tmp_path / "a.txt")
-        with pytest.raises(BlockingIOError):
+        with pytest.raises(BlockingIOError, match="another run writes to this folder"):
             publish_in_vain.__enter__()
     with revised(tmp_path / "a.txt") as place:
         write_text(place, "22")
@@ -537,7 +537,7 @@ def test_runs_at_the_same_time_do_not_disturb_each_other(tmp_path):
 def test_a_lock_that_leads_nowhere_is_an_error(tmp_path):
     (tmp_path / WORK).mkdir()
     (tmp_path / WORK / "lock").symlink_to(tmp_path / "none" / "lock")
-    with pytest.raises(FileNotFoundError):
+    with pytest.raises(FileNotFoundError, match="lock"):
         publish(tmp_path, {"a.txt": "1"})
 
 

@@ -124,7 +124,7 @@ def test_pipes_devices_and_folders_are_no_tables(tmp_path):
             camopt.load(path)
         with pytest.raises(BadInput, match="must be a regular file"):
             certify_table(path)
-    with pytest.raises(FileNotFoundError):
+    with pytest.raises(FileNotFoundError, match=r"absent\.parquet"):
         camopt.load(tmp_path / "absent.parquet")
 
 
