@@ -1,11 +1,12 @@
 """Cams given by arcs and lines: the motion of each follower, the profile that it has, and bad ones."""
 
+import re
 from math import cos, hypot, inf, pi, radians, sin, sqrt, tan
 
 import mpmath
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from support import lowered
 
@@ -442,25 +443,39 @@ def test_a_fixed_centre_is_as_good_as_a_found_one():
     assert found == pytest.approx(same, abs=1e-10)
 
 
+TOLD = [
+    r"profile\.[24]: no arc of this radius touches both neighbours",
+    r"profile\.[1-4]: a flat face jumps over a hollow flank",
+    r"profile\.[1-4]: too steep: the pressure angle would exceed 89 deg, or the follower does not come so far",
+    r"profile\.[1-4]: the follower bridges this hollow flank: its radius \(.+\) is too large for it",
+    "profile: the elements do not go round the cam once",
+    r"profile: the axis of the cam \(0, 0\) is outside the profile",
+    "profile: the arcs are one circle about the cam's axis but for a millionth: nothing moves",
+    r"motion\.lift: the arm starts at .+ deg and rises .+: it stays below 180 deg",
+]
+"""Why arcs and a follower make no motion, whatever their numbers are."""
+
+
 @settings(max_examples=150, deadline=None)
 @given(
     base=st.floats(5, 60),
     nose=st.floats(0.5, 60),
     distance=st.floats(0, 80),
-    flanks=st.tuples(*[st.floats(-200, 200).filter(lambda radius: abs(radius) > 1e-3)] * 2),
+    flanks=st.one_of(
+        st.tuples(radius, radius)  # the second kind mostly makes a cam
+        for radius in (st.floats(-200, 200).filter(lambda radius: abs(radius) > 1e-3), st.floats(60, 200))
+    ),
     follower=st.sampled_from(sorted(FOLLOWERS)),
 )
 def test_any_numbers_make_a_motion_or_a_message(base, nose, distance, flanks, follower):
     elements = [arc(base, 0, 0), flank(flanks[0]), arc(nose, 0, distance), flank(flanks[1])]
+    scene, told = None, ""
     try:
         scene = scene_of(elements, follower)
     except BadInput as error:
-        found = str(error).splitlines()
-    else:
-        found = []
-    assert len(found) <= 1
-    if found:
-        return
+        told = str(error)
+    assert not told or any(re.fullmatch(f"scene: {line}", told) for line in TOLD)
+    assume(scene)
     programme = resolve_design(scene).programme
     motion = programme.at(np.linspace(0, 2 * pi, 100))
     assert np.isfinite(motion).all()

@@ -4,7 +4,6 @@ import io
 import json
 import os
 import tomllib
-from contextlib import suppress
 from pathlib import Path
 from random import Random
 
@@ -335,21 +334,24 @@ def test_the_smallest_cam_round_its_shaft_is_told_to_have_no_wall(capsys, tmp_pa
 
 
 def test_python_names_the_same_things(tmp_path):
-    for call in (camopt.find_scene, camopt.load):
-        with pytest.raises((BadInput, OSError)):
-            call(tmp_path)
+    with pytest.raises(BadInput, match="must be a TOML file or a shipped scene; this is a folder"):
+        camopt.find_scene(tmp_path)
+    with pytest.raises(BadInput, match="must be a regular file, no folder"):
+        camopt.load(tmp_path)
 
 
-@pytest.mark.parametrize("name", shipped_scenes())
+LAWFUL = [name for name in shipped_scenes() if any(segment.law for segment in find_scene(name).motion)]
+
+
+@pytest.mark.parametrize("name", LAWFUL)
 def test_a_law_that_is_not_there_is_told_in_every_turn(name):
     data = find_scene(name).to_dict()
     named = [(k, row) for k, row in enumerate(data.get("motion", ()), start=1) if row.get("law")]
     for _, row in named:
         row["law"] = "cycloydal"
-    if named:
-        with pytest.raises(BadInput) as error:
-            Scene.from_dict(data)
-        assert {f"motion.{k}.law" for k, _ in named} <= {mistake.key for mistake in error.value.mistakes}
+    with pytest.raises(BadInput) as error:
+        Scene.from_dict(data)
+    assert {f"motion.{k}.law" for k, _ in named} <= {mistake.key for mistake in error.value.mistakes}
 
 
 def numbers_in(data):
@@ -358,12 +360,18 @@ def numbers_in(data):
         yield from [(data, key)] if isinstance(value, float | int) else numbers_in(value)
 
 
-@pytest.mark.parametrize("value", [1e300, -1e300, 5e-324, 10**400])
+@pytest.mark.parametrize("value", [1e300, -1e300, 5e-324, pytest.param(10**400, id="10**400")])
 @pytest.mark.parametrize("name", shipped_scenes())
 def test_a_number_of_any_size_is_a_mistake_at_most(name, value):
     data = find_scene(name).to_dict()
     for table, last in numbers_in(data):
         before, table[last] = table[last], value
-        with suppress(BadInput):
-            assert evaluate(Scene.from_dict(data))
+        told = []
+        try:
+            found = [*evaluate(Scene.from_dict(data)).values()]
+        except BadInput as error:
+            found, told = [], str(error).splitlines()
+        assert not any(number != number for number in found)
+        assert all(line.startswith("scene: ") for line in told)
+        assert bool(found) != bool(told)
         table[last] = before
