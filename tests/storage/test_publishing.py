@@ -404,7 +404,7 @@ def test_a_manifest_names_no_files_elsewhere(tmp_path, name):
     about["results"]["sweep"]["replaces"] = [name]
     digest = sha256(json.dumps(about, sort_keys=True).encode()).hexdigest()
     (tmp_path / MANIFEST).write_text(json.dumps({**about, "digest": digest}))
-    with pytest.raises(Damaged):
+    with pytest.raises(Damaged, match="this is damaged"):
         manifest_of(tmp_path)
 
 
