@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from camopt import find_scene
 from camopt.cli import pace
 from camopt.cli.pace import Lines, Pace, rate_of, time_left
 
@@ -89,8 +90,16 @@ sys.exit(main(sys.argv[1:]))
 LINE = re.compile(r"camopt: \d+ of \d+ laws \(\d+%\)")
 
 
-def test_a_command_in_a_log_has_lines_and_none_if_it_is_quiet():
-    line = [sys.executable, "-c", COMMAND, "optimise", "two-pauses"]
+@pytest.fixture
+def line(tmp_path):
+    """A command over few laws, which takes a moment."""
+    path = tmp_path / "few.toml"
+    scene = find_scene("two-pauses").replace(**{"search.law": ["cycloidal", "poly345"]})
+    path.write_text(scene.to_toml(), encoding="utf-8")
+    return [sys.executable, "-c", COMMAND, "optimise", str(path)]
+
+
+def test_a_command_in_a_log_has_lines_and_none_if_it_is_quiet(line):
     told, quiet = (
         subprocess.run([*line, *more], capture_output=True, text=True, timeout=300) for more in ([], ["--quiet"])
     )
@@ -100,9 +109,8 @@ def test_a_command_in_a_log_has_lines_and_none_if_it_is_quiet():
     assert told.stdout == quiet.stdout
 
 
-def test_a_command_in_a_terminal_has_a_bar():
+def test_a_command_in_a_terminal_has_a_bar(line):
     ours, its = pty.openpty()
-    line = [sys.executable, "-c", COMMAND, "optimise", "two-pauses"]
     with subprocess.Popen(line, stdout=subprocess.DEVNULL, stderr=its, env={**os.environ, "TERM": "xterm"}) as run:
         os.close(its)
         said = b""

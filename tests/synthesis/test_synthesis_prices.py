@@ -9,7 +9,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from support.depth import times
-from test_synthesis import DYNAMICS, VALVE, made
+from test_synthesis import DYNAMICS, VALVE, free, made
 
 from camopt import Unmet, Unsolved, find_scene, synthesis_prices, synthesise
 from camopt.cli.main import main
@@ -47,7 +47,7 @@ CASES = {
 @cache
 def priced(name):
     """The prices of a case: tests share its synthesis."""
-    return synthesis_prices(synthesise(CASES[name]))
+    return synthesis_prices(free(CASES[name]))
 
 
 def with_bound(case, key, value):
@@ -61,6 +61,7 @@ def with_bound(case, key, value):
     return case.replace(**{**(kept if key in kept else {}), key: value})
 
 
+@cache
 def least(case):
     """The least objective of the convex programmes of a scene."""
     return min(convex(tightened(d, 1e-7), SplineMotion).solve() for d in by_offset(demand_of(case)))
@@ -93,8 +94,7 @@ def test_what_has_no_price_may_change_a_little(name):
 @pytest.mark.parametrize("key", ["limits.pressure_angle", "limits.pressure_angle_return", "synthesis.peak_jerk"])
 def test_so_much_smaller_is_the_cam_of_another_synthesis(key):
     """The cam itself, proved, not the optimum of a programme; other laws, a bound eased and tightened by 2 %."""
-    result = synthesise(COARSE)
-    price = next(each for each in synthesis_prices(result) if each.key == key)
+    price = next(each for each in priced("size") if each.key == key)
     step = 0.02 * price.bound
     sizes = [synthesise(with_bound(COARSE, key, price.bound + k * step)).objective for k in (-1, 1)]
     assert (sizes[1] - sizes[0]) / (2.0 * step) == pytest.approx(price.price, rel=0.02)
@@ -111,8 +111,7 @@ def test_a_larger_cam_costs_more_per_degree_and_as_much_per_mm():
     for segment in data["motion"]:
         segment.update({"lift": segment["lift"] * 3.0} if "lift" in segment else {})
     own, scaled = (
-        {p.key: p.price for p in synthesis_prices(synthesise(type(case).from_dict(d)))}
-        for d in (case.to_dict(), data)
+        {p.key: p.price for p in synthesis_prices(free(type(case).from_dict(d)))} for d in (case.to_dict(), data)
     )
     assert own.keys() == scaled.keys()
     assert "search.offset.stop" in own
@@ -199,6 +198,6 @@ def test_the_command_prints_prices(capsys, tmp_path, monkeypatch):
     assert "mm per unit" in text
     assert main(["synthesise", "coarse.toml", "--quiet", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)["prices"]
-    expected = synthesis_prices(synthesise(COARSE))
+    expected = priced("size")
     assert [price["key"] for price in found] == [price.key for price in expected]
     assert [price["price"] for price in found] == pytest.approx([price.price for price in expected], rel=1e-6)
