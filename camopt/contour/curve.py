@@ -73,12 +73,12 @@ class CamCurve:
     @property
     def closed(self) -> bool:
         """Whether the last point is the first: on a disc cam, not on a developed cylinder."""
-        return not self.mechanism.grooved
+        return self.mechanism.body.closed
 
     @property
     def sense(self) -> float:
         """How the cam's frame turns: +1 against the sense of a ccw cam, 0 for a developed one."""
-        return 0.0 if self.mechanism.grooved else self.design.sense
+        return 0.0 if self.mechanism.body.developed else self.design.sense
 
     def placed(self, angle: Any, y: Any, y1: Any) -> tuple[Any, Any]:
         """x and y, mm, from the cam angle (rad), y and y': arrays, or series."""

@@ -80,7 +80,7 @@ def animate(scene: Scene, path: Target = None) -> Animation:
     if suffix == ".mp4":
         ffmpeg()  # or the trouble is known before the work
     picture = Picture(scene, resolve_design(scene))
-    with canvas(None, GROOVE_SIZE if picture.problem.setup.mechanism.grooved else DISC_SIZE) as figure:
+    with canvas(None, GROOVE_SIZE if picture.problem.setup.mechanism.body.developed else DISC_SIZE) as figure:
         stage = set_stage(figure, picture)
         animation = Animation(scene.name, moving_svg(stage))
         if path is not None and suffix is not None:

@@ -41,8 +41,8 @@ def _force(picture: Picture) -> list[Panel]:
 
 def _below_zero(picture: Picture) -> str:
     """What a force below 0 means."""
-    grooved = picture.problem.setup.mechanism.grooved
-    return "below 0, the other flank bears" if grooved else "contact is lost below 0"
+    pulls = picture.problem.setup.mechanism.pulls
+    return "below 0, the other flank bears" if pulls else "contact is lost below 0"
 
 
 def _torque(picture: Picture) -> list[Panel]:

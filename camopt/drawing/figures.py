@@ -46,9 +46,9 @@ def plot(scene: Scene, path: Target = None) -> "Figure":
     >>> figure = camopt.plot(camopt.find_scene("two-pauses"), "cam.svg")
     """
     picture = Picture(scene, resolve_design(scene))
-    grooved = picture.problem.setup.mechanism.grooved
+    developed = picture.problem.setup.mechanism.body.developed
     shown = [*panels(picture), *dynamics_panels(picture), *load_panels(picture)]
-    page = _below_a_groove(len(shown)) if grooved else _beside_a_disc(len(shown))
+    page = _below_a_groove(len(shown)) if developed else _beside_a_disc(len(shown))
     with canvas(path, (WIDTH, page.height)) as figure:
         axes = [figure.add_axes(page.on_figure(box)) for box in page.panels]
         _header(figure, picture)
@@ -59,16 +59,16 @@ def plot(scene: Scene, path: Target = None) -> "Figure":
 
 def _draw_cam(figure: Any, picture: Picture, page: Any) -> list[Label]:
     """The cam to scale, with the legend of its lines; the labels to settle."""
-    grooved = picture.problem.setup.mechanism.grooved
+    developed = picture.problem.setup.mechanism.body.developed
     cam = figure.add_axes(page.on_figure(page.cam))
     if not picture.exists:
         cam.set_axis_off()
         cam.text(0.5, 0.5, "this mechanism cannot be put together", ha="center", color=ALARM, fontsize=TITLE)
         return []
-    labels: list[Label] = (draw_groove if grooved else draw_disc)(cam, picture)
+    labels: list[Label] = (draw_groove if developed else draw_disc)(cam, picture)
     handles, names = cam.get_legend_handles_labels()
     place: dict[str, Any] = {"bbox_to_anchor": (page.legend[0], page.legend[1] / page.height)}
-    columns = len(names) if grooved else min(len(names), 4)
+    columns = len(names) if developed else min(len(names), 4)
     place |= {"ncols": columns, "columnspacing": 1.8}
     figure.legend(handles, names, loc="lower center", **place)
     return labels

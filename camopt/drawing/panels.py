@@ -180,21 +180,21 @@ def _curvature(picture: Picture) -> Panel:
 
 
 def _trace_curvature(picture: Picture, pitch: Values) -> Panel:
-    radius, grooved = float(picture.problem.design.roller_radius[0]), picture.problem.setup.mechanism.grooved
-    sides = (1.0, -1.0) if grooved and radius else (1.0,)
+    radius, both = float(picture.problem.design.roller_radius[0]), picture.problem.setup.mechanism.two_sided
+    sides = (1.0, -1.0) if both and radius else (1.0,)
     cap = _cap(np.concatenate(pitch), radius)
     profiles = [[_offset_curvature(k, side * radius, cap) for k in pitch] for side in sides]
-    panel = Panel(f"Curvature of the {'flanks' if grooved else 'profile'}", "1/mm", profiles[0])
+    panel = Panel(f"Curvature of the {'flanks' if both else 'profile'}", "1/mm", profiles[0])
     if radius > 0.0:
         panel.reference = pitch
-        panel.other = profiles[1] if grooved else None
-        panel.alarm = [(np.abs(k) if grooved else k) * radius >= 1.0 for k in pitch]
-        panel.note = "thin: left flank  ·  dash-dot: pitch curve" if grooved else "dash-dot: pitch curve"
+        panel.other = profiles[1] if both else None
+        panel.alarm = [(np.abs(k) if both else k) * radius >= 1.0 for k in pitch]
+        panel.note = "thin: left flank  ·  dash-dot: pitch curve" if both else "dash-dot: pitch curve"
     finite = np.concatenate([*pitch, *(values for side in profiles for values in side)])
     finite = finite[np.isfinite(finite) & (np.abs(finite) <= cap)]
     panel.span = (float(finite.min(initial=0.0)), float(finite.max(initial=0.0)))
     least = picture.values["profile_radius_min_mm"]
-    if isfinite(least) and least > 0.0 and not grooved:
+    if isfinite(least) and least > 0.0 and not both:
         peaks = bounds(picture, profiles[0], (1.0 / least, np.nan))
         panel.peaks = [Peak(p.angle, p.value, f"ρ {four_digits(least)} mm") for p in peaks if abs(p.value) <= cap]
     panel.limits = [(kinds, 1.0 / bound) for kinds, bound in limit_lines(picture, "profile_radius_min_mm")]

@@ -21,10 +21,10 @@ def small_cam(scene: Scene) -> str:
     picture = Picture(scene, resolve_design(scene))
     if not picture.exists:
         return ""
-    grooved = picture.problem.setup.mechanism.grooved
-    sides = [curves.profile[: 2 if grooved else 1] for curves in picture.curves]
+    body = picture.problem.setup.mechanism.body
+    sides = [curves.profile for curves in picture.curves]
     size = float(picture.problem.design.size[0])
-    circle = np.zeros(0, dtype=complex) if grooved else size * np.exp(2j * np.pi * np.linspace(0.0, 1.0, 61))
+    circle = np.zeros(0, dtype=complex) if body.developed else size * np.exp(2j * np.pi * np.linspace(0.0, 1.0, 61))
     every = np.concatenate([circle, *(side for piece in sides for side in piece)])
     if not np.isfinite(every).all():
         return ""
@@ -35,14 +35,14 @@ def small_cam(scene: Scene) -> str:
     def path(points: Any, **style: object) -> str:
         return _path((points - corner).conj() * scale, **style)
 
-    drawn = [] if grooved else [path(np.concatenate([s[0] for s in sides]), fill=FILL), path(circle, stroke=MUTED)]
+    drawn = []
+    if not body.developed:
+        drawn = [path(np.concatenate([s[0] for s in sides]), fill=FILL), path(circle, stroke=MUTED)]
     for kind, piece in zip(picture.kinds, sides, strict=True):
         drawn += [path(side, stroke=COLOURS[kind], stroke_width=2) for side in piece]
     cross = 0.06 * size * np.array([-1, 1], dtype=complex)
-    drawn += [] if grooved else [path(cross, stroke=INK), path(1j * cross, stroke=INK)]
-    return _page(
-        drawn, scale * extent, f"{'mean' if grooved else 'base'} radius {four_digits(size)} mm", scene.name
-    )
+    drawn += [] if body.developed else [path(cross, stroke=INK), path(1j * cross, stroke=INK)]
+    return _page(drawn, scale * extent, f"{body.size_name} {four_digits(size)} mm", scene.name)
 
 
 def _path(points: ComplexArray, **style: object) -> str:

@@ -33,16 +33,16 @@ def set_stage(figure: Any, picture: Picture) -> Stage:
     """Draw a design on an empty figure, as it is at cam angle 0."""
     from matplotlib.transforms import Affine2D
 
-    grooved = picture.problem.setup.mechanism.grooved
+    developed = picture.problem.setup.mechanism.body.developed
     name = picture.scene.name
     figure.text(0.03, 0.955, name if len(name) <= 70 else f"{name[:69]}…", fontsize=TITLE, fontweight="bold")
     figure.text(0.03, 0.935, _folded(sizes_in_words(picture)), fontsize=SMALL, color=MUTED, va="top")
-    bodies = (_groove if grooved else _disc)(figure, picture)
+    bodies = (_groove if developed else _disc)(figure, picture)
     for body in bodies:
         for artist in artists_of(body):
             artist.set_clip_on(False)
             artist.set_transform(Affine2D() + body.axes.transData)  # or what is off the axes now is left out
-    cursors, readings = _diagrams(figure, picture, BELOW if grooved else PANELS)
+    cursors, readings = _diagrams(figure, picture, BELOW if developed else PANELS)
     for body in (*bodies, *cursors):
         body.axes.set_axis_off()
     return Stage(figure, [*bodies, *cursors], readings)
@@ -115,7 +115,7 @@ def _with_the_follower(axes: Any, picture: Picture) -> Body:
     rise = problem.programme.at(ANGLES % (2 * np.pi))[0] - picture.start
     if not problem.setup.angular:
         return Shifting(axes, 1j * rise)
-    if problem.setup.mechanism.grooved:
+    if problem.setup.mechanism.body.developed:
         pivot = design.sense * float(design.arm_length[0]) * np.cos(problem.programme.lift / 2)
         return Turning(axes, complex(pivot), -design.sense * rise)
     return Turning(axes, complex(design.centre_distance[0]), -rise)

@@ -84,15 +84,15 @@ def _own(known: Comparison) -> str:
 
 def _cams(figure: Any, pictures: dict[str, Picture]) -> None:
     """The cams, in axes of the same limits: discs side by side, developed grooves one above the other."""
-    disc = not next(iter(pictures.values())).problem.setup.mechanism.grooved
+    body = next(iter(pictures.values())).problem.setup.mechanism.body
     places = [(0.03, 0.06, 0.27, 0.80), (0.31, 0.06, 0.27, 0.80)]
-    if not disc:
+    if body.developed:
         places = [(0.07, 0.52, 0.51, 0.34), (0.07, 0.08, 0.51, 0.34)]
     places = places[: len(pictures)]
     axes, labels = [figure.add_axes(place) for place in places], []
     for ax, picture in zip(axes, pictures.values(), strict=True):
-        labels += (draw_disc if disc else draw_groove)(ax, picture)
-        if not disc:  # a sheet is far wider than high
+        labels += (draw_groove if body.developed else draw_disc)(ax, picture)
+        if body.developed:  # a sheet is far wider than high
             low, high = ax.dataLim.intervaly
             ax.set_ylim(low - 0.15 * (high - low), high + 0.15 * (high - low))
     limits = np.array([[*ax.get_xlim(), *ax.get_ylim()] for ax in axes])
@@ -101,10 +101,10 @@ def _cams(figure: Any, pictures: dict[str, Picture]) -> None:
         ax.set_position(place)
         ax.set(xlim=(limits[:, 0].min(), limits[:, 1].max()), ylim=(limits[:, 2].min(), limits[:, 3].max()))
         ax.set_aspect("equal", anchor="NW")
-        size = f"{'base' if disc else 'mean'} radius {four_digits(float(picture.problem.design.size[0]))} mm"
+        size = f"{body.size_name} {four_digits(float(picture.problem.design.size[0]))} mm"
         title = ": ".join(filter(None, (word, "" if word == "free laws" else _laws(picture))))
         ax.set_title(f"{title}\n{size}", loc="left", fontsize=TITLE, color=AFTER if word == "free laws" else BEFORE)
-        if disc and each != lowest:  # one bar for the scale of both
+        if not body.developed and each != lowest:  # one bar for the scale of both
             ax.lines[-1].remove()
             ax.texts[-1].remove()
     settle(figure, labels)

@@ -43,7 +43,7 @@ class Crossing(NamedTuple):
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
-    return () if setup.mechanism.grooved else ("self_crossing",)
+    return ("self_crossing",) if setup.mechanism.body.closed else ()
 
 
 def reads(setup: Setup) -> tuple[str, ...]:

@@ -36,14 +36,14 @@ def peaks(setup: Setup) -> dict[str, Peak]:
         radius = Peak(((mechanism.profile_radius, TURN),), LEAST, jumps=is_pointed, unit=size_of, open_at_zero=True)
         return {CONVEX: radius}
     curves = ((mechanism.curvature, TURN),)
-    if mechanism.grooved:  # either wall may be the sharper one, and either the hollower
+    if mechanism.two_sided:  # either flank may be the sharper one, and either the hollower
         sharpest = Peak(curves, LARGEST_MAGNITUDE, ConvexRadius(), has_corner)
         deepest = Peak(curves, LARGEST_MAGNITUDE, Cutter(1.0), has_corner)
     else:
         sharpest = Peak(curves, LARGEST, ConvexRadius(), is_pointed)
         deepest = Peak(curves, LEAST, Cutter(-1.0), is_notched)
     sharpest, deepest = replace(sharpest, extremes=PITCH, open_at_zero=True), replace(deepest, extremes=PITCH)
-    most, least = (is_notched, is_pointed) if mechanism.grooved else (is_pointed, is_notched)
+    most, least = (is_pointed, is_notched) if mechanism.body.convex > 0.0 else (is_notched, is_pointed)
     largest, smallest = Peak(curves, LARGEST, jumps=most), Peak(curves, LEAST, jumps=least)
     return dict(zip((*PITCH, CONVEX, CUTTER), (largest, smallest, sharpest, deepest), strict=True))
 
@@ -99,11 +99,11 @@ def _flat(case: Case) -> dict[str, Any]:
 
 
 def _trace_point(case: Case) -> dict[str, Any]:
-    grooved, roller = case.setup.mechanism.grooved, case.designs.roller_radius
+    roller = case.designs.roller_radius
     (most, least), (highest, lowest) = map(case.found.__getitem__, PITCH), map(case.far, PITCH)
     sharpest, sharper = np.maximum(most, 0.0), np.maximum(highest, 0.0)
     concave, deeper = np.maximum(-least, 0.0), np.maximum(-lowest, 0.0)
-    if grooved:
+    if case.setup.mechanism.two_sided:
         sharpest = concave = np.maximum(sharpest, concave)
         sharper = deeper = np.maximum(sharper, deeper)
     radius, widest = _inverse(sharpest), _inverse(concave)

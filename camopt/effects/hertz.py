@@ -24,9 +24,6 @@ import numpy as np
 from camopt.effects import force
 from camopt.effects.case import Case, Effect, Setup, of_setting
 from camopt.effects.loads import (
-    PULLS,
-    PUSHES,
-    bulge,
     contact_load,
     is_sound,
     normal_curve,
@@ -35,6 +32,7 @@ from camopt.effects.loads import (
 )
 from camopt.effects.peak import Peak, Root, Scale, Variant, at_corners
 from camopt.effects.peak_columns import Extreme, as_column, column_of, extreme_of
+from camopt.mechanisms.body import Flank
 from camopt.mechanisms.design import Designs
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, FloatArray
 from camopt.numerics.curves import curve
@@ -45,15 +43,15 @@ STRESS, WIDTH, LENGTH = "contact_stress_max_MPa", "contact_half_width_mm", "cont
 SHEARED = "contact_shear_max_MPa"
 LINE = (STRESS, WIDTH, SHEARED, "contact_shear_depth_mm")
 POINT = (STRESS, WIDTH, LENGTH)
-FLANKS = {"contact_stress_push_MPa": PUSHES, "contact_stress_pull_MPa": PULLS}
-"""The flank of a groove behind each."""
+FLANKS = {"contact_stress_push_MPa": 1.0, "contact_stress_pull_MPa": -1.0}
+"""The sign of the normal force on the flank behind each, where there is one that pulls."""
 EITHER = "contact_stress_either_MPa"
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
     if setup.pointed:
         return (STRESS,)
-    flanks = (*FLANKS, EITHER) if setup.mechanism.grooved else ()
+    flanks = (*FLANKS, EITHER) if setup.mechanism.pulls else ()
     return (*(POINT if setup.spherical else LINE), *flanks)
 
 
@@ -72,12 +70,11 @@ def reads(setup: Setup) -> tuple[str, ...]:
     return ("undercut", *(("jamming_margin",) if rubs(setup) else ()))
 
 
-def variants(setup: Setup) -> list[tuple[float, float, Variant]]:
+def variants(setup: Setup) -> list[tuple[Flank, float, Variant]]:
     """The load that decides the stress on each flank, with the guide's friction each way: (flank, way, it)."""
-    flanks = (PUSHES, PULLS) if setup.mechanism.grooved else (PUSHES,)
     return [
         (flank, way, (partial(contact_load, setup, flank=flank, way=way), kinds))
-        for flank in flanks
+        for flank in setup.mechanism.flanks
         for way, kinds in ways(setup)
     ]
 
@@ -111,15 +108,15 @@ def peaks(setup: Setup) -> dict[str, Peak]:
     found = {STRESS: Peak(curves, LARGEST, stress, at_corners)}
     if not setup.spherical:
         found[SHEARED] = Peak(curves, LARGEST, scale_of(setup, SHEAR), at_corners)
-    if setup.mechanism.grooved:
+    if setup.mechanism.pulls:
         found[EITHER] = Peak(curves, LARGEST_MAGNITUDE, stress, at_corners)
         found |= {name: Peak(tuple(_on_flank(setup, name)), LARGEST, stress, at_corners) for name in FLANKS}
     return found
 
 
 def _on_flank(setup: Setup, name: str) -> list[Variant]:
-    """The load on one flank of a groove."""
-    return [variant for flank, _, variant in variants(setup) if flank == FLANKS[name]]
+    """The load on the flanks that one sign of the normal force presses on."""
+    return [variant for flank, _, variant in variants(setup) if flank.pressing == FLANKS[name]]
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
@@ -146,7 +143,7 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
 
 
 def _patch(
-    case: Case, make: Any, flank: float, way: float, index: Any, top: Extreme
+    case: Case, make: Any, flank: Flank, way: float, index: Any, top: Extreme
 ) -> tuple[FloatArray, FloatArray]:
     """Half-axes of the contact where the stress is largest, in the plane of the cam and across it.
 
@@ -165,7 +162,7 @@ def _patch(
     stress, bodies = stress_of(setup, top.value[index], designs), setup.at(designs).bodies
     if setup.spherical:
         assert bodies.modulus is not None
-        mu = ellipticity_of(1.0 - bulge(setup, flank) * designs.roller_radius * bend)
+        mu = ellipticity_of(1.0 - setup.mechanism.bulge(flank) * designs.roller_radius * bend)
         b, _ = integrals(mu)
         across = np.asarray(2.0 * designs.roller_radius * stress * b / bodies.modulus)
         return across / mu, across

@@ -24,6 +24,7 @@ import numpy as np
 from camopt.effects.case import Case, Setup
 from camopt.effects.force import force_curve, own_force_curve
 from camopt.effects.given import Dynamics
+from camopt.mechanisms.body import Flank
 from camopt.mechanisms.design import Designs
 from camopt.motion.programme import Programme
 from camopt.motion.table import INWARD, OUTWARD, RESTING, TURN
@@ -31,9 +32,6 @@ from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, FloatArray
 from camopt.numerics.curves import curve, formula
 from camopt.numerics.extremes import Extremes
 from camopt.numerics.point_contact import pressure_factor, pressure_table
-
-PUSHES, PULLS = 1.0, -1.0
-"""The flanks of a groove, by the sign of the N that presses on each; an open cam has the first one."""
 
 
 class Borne(NamedTuple):
@@ -224,7 +222,7 @@ def along_curve(
     """G, N (F/l, or the moment of an oscillating flat face), of a follower that moves outward (1), inward (−1) or
     rests (0); ``pulls`` says that the cam gives F < 0 too."""
     force = force_curve(setup, designs, programme)
-    if not (pulls or setup.mechanism.grooved):
+    if not (pulls or setup.mechanism.pulls):
         force = Borne(force)
     if not rubs(setup):
         return force
@@ -250,19 +248,18 @@ def torque_curve(setup: Setup, designs: Designs, programme: Programme, way: floa
     return ShaftTorque(own_force_curve(setup, designs, programme))
 
 
-def bulge(setup: Setup, flank: float) -> float:
-    """1 if κ > 0 bends a flank towards the follower, −1 if away; in a groove κ > 0 is a bend outward."""
-    return -flank if setup.mechanism.grooved else flank
-
-
 def contact_load(
-    setup: Setup, designs: Designs, programme: Programme, flank: float = PUSHES, way: float = 0.0
+    setup: Setup, designs: Designs, programme: Programme, flank: Flank | None = None, way: float = 0.0
 ) -> Any:
-    """What decides the contact stress on a flank: N/R, N/mm; at a spherical face N·h/R_s², N/mm²."""
+    """What decides the contact stress on a flank: N/R, N/mm; at a spherical face N·h/R_s², N/mm².
+
+    Without a flank, that on the first one, which pushes.
+    """
+    flank = flank or setup.mechanism.flanks[0]
     normal = normal_curve(setup, designs, programme, way)
     if setup.mechanism.curvature:
         curvature = setup.mechanism.curvature(designs, programme)
-        pressing, bent = (np.full(len(designs), sign) for sign in (flank, bulge(setup, flank)))
+        pressing, bent = (np.full(len(designs), sign) for sign in (flank.pressing, setup.mechanism.bulge(flank)))
         if setup.spherical:
             return PointLoad(normal, curvature, designs.roller_radius, pressing, bent, pressure_table())
         return RollerLoad(normal, curvature, designs.roller_radius, pressing, bent)
@@ -277,7 +274,7 @@ def ways(setup: Setup) -> tuple[tuple[float, int], ...]:
 
 def driven(setup: Setup) -> int:
     """The pieces on which the cam works against the guide's friction, so that the follower may jam."""
-    return OUTWARD | INWARD if setup.mechanism.grooved else OUTWARD
+    return OUTWARD | INWARD if setup.mechanism.pulls else OUTWARD
 
 
 def drag_curve(setup: Setup, designs: Designs, programme: Programme) -> GuideDrag:
@@ -292,8 +289,8 @@ def drag_of(case: Case, kinds: int) -> Extremes:
 
 
 def goal_of(setup: Setup) -> int:
-    """A groove pulls as well as it pushes."""
-    return LARGEST_MAGNITUDE if setup.mechanism.grooved else LARGEST
+    """Which extreme of a force along the motion is the largest that the flanks bear."""
+    return LARGEST_MAGNITUDE if setup.mechanism.pulls else LARGEST
 
 
 def is_sound(case: Case) -> Any:

@@ -18,7 +18,7 @@ KINDS = {"rise": RISE, "return": RETURN, "dwell": DWELL}
 def offers(setup: Setup) -> tuple[str, ...]:
     names = ["pressure_angle_max_deg", *(f"pressure_angle_max_{kind}_deg" for kind in KINDS)]
     names.append("pressure_angle_max_at_deg")
-    return (*names, *(() if setup.mechanism.grooved else ("pitch_circle_radius_mm",)))
+    return (*names, *(() if setup.mechanism.body.developed else ("pitch_circle_radius_mm",)))
 
 
 def peaks(setup: Setup) -> dict[str, Peak]:

@@ -38,11 +38,11 @@ RADIAL = 6  # points along the depth of a groove, over which integrands hardly c
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
-    return (GROOVE,) if setup.mechanism.grooved else (AREA, LENGTH, *CENTROID, POLAR)
+    return (AREA, LENGTH, *CENTROID, POLAR) if setup.mechanism.body.closed else (GROOVE,)
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
-    if case.setup.mechanism.grooved:
+    if not case.setup.mechanism.body.closed:
         groove = groove_of(case)
         return {GROOVE: Bounded(groove.value[0], groove.error[0], groove.value[0])}
     found = section_of(case)

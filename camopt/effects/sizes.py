@@ -12,15 +12,14 @@ from camopt.motion.table import RETURN, RISE
 
 def offers(setup: Setup) -> tuple[str, ...]:
     mechanism = setup.mechanism
-    names = ["law_rise", "law_return"]
-    names += ["mean_radius_mm"] if mechanism.grooved else ["base_radius_mm"]
+    names = ["law_rise", "law_return", mechanism.body.size_quantity]
     if mechanism.curvature is not None:
         names += ["roller_radius_mm"]
-        names += [] if mechanism.grooved else ["prime_radius_mm"]
+        names += ["prime_radius_mm"] if mechanism.body.closed else []
         names += ["arm_length_mm"] if setup.angular else []
     elif setup.angular:
         names += ["face_offset_mm"]
-    if not mechanism.grooved:
+    if mechanism.body.closed:
         names += ["centre_distance_mm"] if setup.angular else ["offset_mm"]
     if setup.shaft_radius is not None:
         names += ["shaft_clearance_mm"]
@@ -32,8 +31,7 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     return {
         "law_rise": case.programme.law_names(RISE),
         "law_return": case.programme.law_names(RETURN),
-        "base_radius_mm": designs.size,
-        "mean_radius_mm": designs.size,
+        case.setup.mechanism.body.size_quantity: designs.size,
         "roller_radius_mm": designs.roller_radius,
         "prime_radius_mm": designs.prime_radius,
         "offset_mm": designs.offset,

@@ -15,8 +15,9 @@ is nowhere further than R_r²/(2·R_m) from that. Edges are sharp, and what is u
 ``effects.section``.
 """
 
+from collections.abc import Callable
 from math import pi, sqrt
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -24,6 +25,7 @@ from camopt.effects.case import Bounded, Case, Effect, Setup, Solid
 from camopt.effects.figures import Figure, disc, keyway
 from camopt.effects.implied import Implied
 from camopt.effects.section import AREA, BEYOND, CENTROID, POLAR, groove_of
+from camopt.mechanisms.body import CYLINDER, DISC
 
 MASS, INERTIA = "cam_mass_kg", "cam_inertia_kg_m2"
 BALANCE = ("unbalance_g_mm", "centre_of_gravity_mm")
@@ -31,11 +33,11 @@ KG, KG_M2, G_MM = 1e3, 1e-3, 1e6  # of t, t·mm², t·mm
 
 
 def offers(setup: Setup) -> tuple[str, ...]:
-    return (MASS, INERTIA) if setup.mechanism.grooved else (MASS, *BALANCE, INERTIA)
+    return FORMULAS[setup.mechanism.body].offers
 
 
 def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
-    sizes = ("thickness", "groove_depth") if setup.mechanism.grooved else ("thickness",)
+    sizes = setup.mechanism.body.solid
     keys = tuple(f"part.{key}" for key in (*sizes, "density") if getattr(setup.solid, key) is None)
     found = dict.fromkeys(offers(setup), keys)
     if BALANCE[1] in found:
@@ -44,12 +46,12 @@ def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
 
 
 def reads(setup: Setup) -> tuple[str, ...]:
-    return () if setup.mechanism.grooved else (AREA, *CENTROID, POLAR)
+    return FORMULAS[setup.mechanism.body].reads
 
 
 def implies(setup: Setup, name: str, bound: float) -> Implied:
     """The base radius above which no disc cam has as little: its profile goes round the base circle."""
-    if setup.mechanism.grooved or name not in (MASS, INERTIA):
+    if not setup.mechanism.body.closed or name not in (MASS, INERTIA):
         return Implied()
     return Implied(most_size=_most_size(setup.solid, name, bound))
 
@@ -68,13 +70,13 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
     solid, size = case.setup.solid, case.designs.size
     assert solid.thickness is not None
     density = 1.0 if solid.density is None else solid.density
-    body, off = _grooved(case) if case.setup.mechanism.grooved else _plate(case)
+    body, off = FORMULAS[case.setup.mechanism.body].volume(case)
     mass, inertia = density * body.area, density * body.polar
     columns = {
         MASS: Bounded(mass * KG, density * off.area * KG, np.abs(mass) * KG),
         INERTIA: Bounded(inertia * KG_M2, density * off.polar * KG_M2, np.abs(inertia) * KG_M2),
     }
-    if case.setup.mechanism.grooved:
+    if BALANCE[0] not in offers(case.setup):
         return columns
     moment, scale = np.abs(body.moment), np.abs(body.area) * size
     columns[BALANCE[0]] = Bounded(density * moment * G_MM, density * off.moment * G_MM, density * scale * G_MM)
@@ -107,7 +109,7 @@ def _rest(solid: Solid) -> Figure:
     return disc(solid.hub_radius).without(hollow).times(beside).without(hollow.times(solid.thickness))
 
 
-def _grooved(case: Case) -> tuple[Figure, Figure]:
+def _cylinder(case: Case) -> tuple[Figure, Figure]:
     """The volume of a cylinder with its groove, its moments without the first, and how far each may be off."""
     solid, designs, groove = case.setup.solid, case.designs, groove_of(case)
     assert solid.thickness is not None
@@ -116,5 +118,19 @@ def _grooved(case: Case) -> tuple[Figure, Figure]:
     (_, *band), (_, *off) = (2.0 * designs.roller_radius * rows for rows in groove)
     return cylinder.without(Figure(band[0], 0.0, band[1])), Figure(off[0], 0.0, off[1])
 
+
+class Formula(NamedTuple):
+    """How a body's volume and its moments are found, and how far each may be off."""
+
+    volume: Callable[[Case], tuple[Figure, Figure]]
+    offers: tuple[str, ...]
+    reads: tuple[str, ...] = ()
+
+
+FORMULAS = {
+    DISC: Formula(_plate, (MASS, *BALANCE, INERTIA), (AREA, *CENTROID, POLAR)),
+    CYLINDER: Formula(_cylinder, (MASS, INERTIA)),
+}
+"""By body."""
 
 EFFECT = Effect("solid", offers, run, lacks, reads, implies=implies)

@@ -101,7 +101,7 @@ def _unknown(suffix: str, write: Callable[..., Exported], settings: Mapping[str,
 
 def check_makable(problem: Problem) -> None:
     """BadInput for a cam that no machine can make: undercut, crossing itself, or torn where the velocity jumps."""
-    asked = ["undercut"] if problem.setup.mechanism.grooved else ["undercut", "self_crossing"]
+    asked = ["undercut", "self_crossing"] if problem.setup.mechanism.body.closed else ["undercut"]
     found = run_effects(Case(problem.setup, problem.programme, problem.design), asked)
     faults = [FAULTS[name] for name in asked if found.column(name)[0]]
     faults += [

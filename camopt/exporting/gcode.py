@@ -91,7 +91,7 @@ def _check(
 ) -> None:
     """BadInput for settings that are missing or out of range."""
     mistakes = []
-    if work.problem.setup.mechanism.grooved:
+    if work.problem.setup.mechanism.body.developed:
         why = "written for disc cams; a groove is cut from its .dxf, .csv or .step"
         mistakes.append(Mistake("camopt", "file", "….nc", why))
     for name, value in (("cutter_radius", cutter_radius), ("feed", feed)):

@@ -47,7 +47,7 @@ def plan_of(work: Workpiece, chord: float, curves: str, cutter_radius: float | N
     followed = {name: follow(curve, curves, chord) for name, curve in _drawn(problem, cutter_radius).items()}
     layers = [Layer(name, _line(name), (each.path,)) for name, each in followed.items()]
     corners = np.concatenate([_corners(each.path) for each in followed.values()])
-    layers += _developed(problem, corners) if problem.setup.mechanism.grooved else _round(work, corners)
+    layers += _developed(problem, corners) if problem.setup.mechanism.body.developed else _round(work, corners)
     ends = [end for layer in layers for line in layer.lines for end in line]
     every = np.concatenate([corners, np.array(ends, dtype=complex)])
     low, high = complex(every.real.min(), every.imag.min()), complex(every.real.max(), every.imag.max())

@@ -19,6 +19,7 @@ from camopt.exporting.cylinder import cylinder
 from camopt.exporting.exported import CurveInFile, told
 from camopt.exporting.shapes import Shape
 from camopt.exporting.workpiece import Workpiece
+from camopt.mechanisms.body import CYLINDER, DISC
 from camopt.mistakes import BadInput, Mistake
 from camopt.scene.part import Part
 
@@ -50,7 +51,7 @@ def solid_of(work: Workpiece, chord: float, curves: str) -> Solid:
     if mistakes:
         raise BadInput(mistakes)
     try:
-        found = _grooved(work, chord) if work.problem.setup.mechanism.grooved else _disc(work, chord, curves)
+        found = _MAKERS[work.problem.setup.mechanism.body](work, chord, curves)
     except IMPOSSIBLE:
         found = None
     if found is None or not shapes.is_sound(found.shape):
@@ -69,18 +70,22 @@ def _disc(work: Workpiece, chord: float, curves: str) -> Solid:
     return Solid(_with_bore(work.part, body), told({"profile": profile}), {})
 
 
-def _grooved(work: Workpiece, chord: float) -> Solid:
+def _cylinder(work: Workpiece, chord: float, curves: str) -> Solid:
     body, off = cylinder(work, chord)
     return Solid(_with_bore(work.part, body), {}, {"wall_deviation_measured_mm": off})
 
 
+_MAKERS = {DISC: _disc, CYLINDER: _cylinder}
+"""By body."""
+
+
 def _lacks(work: Workpiece) -> Iterator[Mistake]:
-    scene, part, grooved = work.scene, work.part, work.problem.setup.mechanism.grooved
-    for key in ("thickness", "groove_depth") if grooved else ("thickness",):
+    scene, part, body = work.scene, work.part, work.problem.setup.mechanism.body
+    for key in body.solid:
         if getattr(part, key) is None:
             yield Mistake(scene.file, f"part.{key}", None, "missing; a solid needs it", bare=True)
     base = float(work.problem.design.size[0])
-    if not grooved and part.bore_reach >= base:
+    if body.closed and part.bore_reach >= base:
         why = f"must leave a wall to the base circle (radius {base:g}); a bore as wide leaves no solid"
         yield Mistake(scene.file, "cam.shaft_diameter", scene.cam.shaft_diameter, why, bare=True)
 

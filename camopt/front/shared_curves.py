@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camopt.mechanisms import Designs
+from camopt.mechanisms.design import without_roller
 from camopt.problem.problem import Problem
 from camopt.problem.rows import Columns, Rows
 from camopt.problem.space import Space, field_of
@@ -125,7 +126,7 @@ class SharedCurves:
 def curve_numbers(space: Space) -> CurveNumbers | None:
     """The numbers of the pitch curves of a space; None where they are not worth keeping, or too many to keep."""
     varied = [values.size > 1 for key, values in space.axes.items() if field_of(key) in MERGED]
-    if not space.axes or (sum(varied) < 2 and not space.problem.setup.mechanism.grooved):
+    if not space.axes or (sum(varied) < 2 and space.problem.setup.mechanism.pitch is not without_roller):
         return None
     merged = prod(values.size for key, values in space.axes.items() if field_of(key) in MERGED)
     if max(merged, space.designs_each // merged) > MOST_CURVES:

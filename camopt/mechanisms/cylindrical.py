@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from camopt.mechanisms.body import CYLINDER, GROOVE
 from camopt.mechanisms.design import Contact, Designs, Mechanism, without_roller
 from camopt.mechanisms.trace import trace_curvature
 from camopt.motion.programme import Programme
@@ -57,6 +58,8 @@ def _contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> Conta
 
 
 MECHANISM = Mechanism(
+    body=CYLINDER,
+    flanks=GROOVE,
     name="cylindrical cam, translating follower",
     pressure=lambda designs, programme: CylindricalPressureAngle(designs.size),
     curvature=lambda designs, programme: CylindricalPitchCurvature(designs.size),
@@ -65,5 +68,4 @@ MECHANISM = Mechanism(
     assembly="the mean radius has to be above 0",
     contact=_contact,
     pitch=without_roller,
-    grooved=True,
 )

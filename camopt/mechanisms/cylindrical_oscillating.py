@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from camopt.mechanisms.body import CYLINDER, GROOVE
 from camopt.mechanisms.design import Contact, Designs, Mechanism, without_roller
 from camopt.mechanisms.trace import trace_curvature
 from camopt.motion.programme import Programme
@@ -104,6 +105,8 @@ def _contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> Conta
 
 
 MECHANISM = Mechanism(
+    body=CYLINDER,
+    flanks=GROOVE,
     name="cylindrical cam, oscillating follower",
     pressure=lambda designs, programme: CylindricalOscillatingPressureAngle(*_fields(designs, programme)),
     curvature=lambda designs, programme: CylindricalOscillatingPitchCurvature(*_fields(designs, programme)),
@@ -112,5 +115,4 @@ MECHANISM = Mechanism(
     assembly="the mean radius has to be above 0, and the swing below 180 deg",
     contact=_contact,
     pitch=without_roller,
-    grooved=True,
 )

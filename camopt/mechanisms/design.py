@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from camopt.mechanisms.body import Body, Flank
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.numerics.interval import as_interval
@@ -36,8 +37,8 @@ Bounds = dict[str, tuple[float, float]]
 class Designs:
     """Sizes of n designs that share a programme; lengths in mm, each an array (n,).
 
-    ``size`` is the base radius of a disc cam, or the mean radius of a cylindrical one. ``roller_radius`` is the
-    radius of whatever round body touches the cam: 0 for a knife edge, the face radius of a spherical face.
+    ``size`` is that of the cam's body: the base radius of a disc, the mean radius of a cylinder. ``roller_radius``
+    is the radius of whatever round body touches the cam: 0 for a knife edge, the face radius of a spherical face.
     ``sense`` is +1 for a cam that turns ccw, −1 for cw. Sizes that a mechanism has not are 0.
     """
 
@@ -145,6 +146,8 @@ class Mechanism:
     ``curvature`` (of the pitch curve), a flat-faced one ``profile_radius`` and ``reach``.
     """
 
+    body: Body
+    flanks: tuple[Flank, ...]
     name: str
     pressure: Callable[[Designs, Programme], Any]
     """Curve tan β."""
@@ -169,8 +172,20 @@ class Mechanism:
     """Of a cylindrical cam, curve of how far the trace point moves along the developed groove, mm/rad."""
     pitch: Callable[[Designs], Designs] = itself
     """For designs those with the same pitch curves that are alike if these are."""
-    grooved: bool = False
-    """Both flanks of the pitch curve touch the follower, as in a cylindrical cam."""
+
+    @property
+    def pulls(self) -> bool:
+        """Whether a flank bears a force that pulls the follower back towards the cam."""
+        return any(flank.pressing < 0.0 for flank in self.flanks)
+
+    @property
+    def two_sided(self) -> bool:
+        """Whether each bend of the pitch curve is a bulge of one flank and a hollow of another."""
+        return len({flank.side for flank in self.flanks}) > 1
+
+    def bulge(self, flank: Flank) -> float:
+        """1 if κ > 0 of the pitch curve bends a flank towards the follower, −1 if away."""
+        return -flank.side * self.body.convex
 
     def travel(self, design: Designs, programme: Programme, angles: FloatArray) -> Travel:
         """Trace point (flat faces: contact point) and unit normal of one design at cam angles (m,)."""

@@ -12,7 +12,7 @@ from camopt.numerics import FloatArray
 class CamCurves(NamedTuple):
     """Curves of one design at cam angles (m,). A disc cam in its own frame; a cylindrical cam developed.
 
-    ``profile`` has two rows for a groove (its flanks), one otherwise. For a flat face pitch curve and profile
+    ``profile`` has a row for each flank of the mechanism. For a flat face pitch curve and profile
     are the same: the contact points.
     """
 
@@ -32,11 +32,11 @@ def cam_curves(
     p = e^{∓iθ}·(trace point), profile p − R_r·n; angles in rad, lengths in mm.
     """
     travel = mechanism.travel(design, programme, angles)
-    turn = np.ones_like(angles) if mechanism.grooved else np.exp(-1j * design.sense * angles)
+    turn = np.ones_like(angles) if mechanism.body.developed else np.exp(-1j * design.sense * angles)
     pitch, normal = turn * travel.trace, turn * travel.normal
     radius = design.roller_radius[0]
-    sides = np.array([[1.0], [-1.0]]) if mechanism.grooved else np.array([[1.0]])
-    profile = pitch - sides * radius * normal
+    inwards = np.array([[-flank.side] for flank in mechanism.flanks])
+    profile = pitch - inwards * radius * normal
     return CamCurves(pitch, normal, profile)
 
 
@@ -44,18 +44,16 @@ def distances(mechanism: Mechanism, design: Designs, cutter_radius: float | None
     """Distance (mm) of each curve of one design along the normal of its pitch curve, or of its flat face, by name.
 
     ``pitch`` (not for a flat face, which has no trace point), ``profile``, and ``cutter``, the path of the centre
-    of a cutter, if its radius is given. The groove of a cylindrical cam has ``profile_left`` and ``profile_right``,
-    and likewise two cutter paths: left and right are seen along the motion of the roller in it.
+    of a cutter, if its radius is given. A groove has ``profile_left`` and ``profile_right``, and two cutter paths
+    likewise: left and right are seen along the motion of the roller in it.
     """
     radius = float(design.roller_radius[0])
     found = {} if mechanism.curvature is None else {"pitch": 0.0}
     out = {"profile": -radius} | ({} if cutter_radius is None else {"cutter": cutter_radius - radius})
-    if not mechanism.grooved:
-        return found | out
-    return found | {f"{name}_{side}": sign * d for name, d in out.items() for side, sign in SIDES.items()}
-
-
-SIDES = {"left": -1.0, "right": 1.0}
+    for name, distance in out.items():
+        for flank in reversed(mechanism.flanks):
+            found[f"{name}_{flank.name}" if flank.name else name] = -flank.side * distance
+    return found
 
 
 def profile_points(mechanism: Mechanism, design: Designs, programme: Programme, angles: FloatArray) -> ComplexArray:

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from camopt.mechanisms.body import DISC, OUTER
 from camopt.mechanisms.design import Contact, Designs, Mechanism
 from camopt.motion.programme import Programme, span
 from camopt.motion.table import TURN
@@ -141,6 +142,8 @@ def _contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> Conta
 
 
 MECHANISM = Mechanism(
+    body=DISC,
+    flanks=OUTER,
     name="disc cam, oscillating flat-faced follower",
     pressure=lambda designs, programme: OscillatingFlatPressureAngle(*_fields(designs)),
     profile_radius=lambda designs, programme: OscillatingFlatProfileRadius(*_fields(designs)),

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from camopt.mechanisms.body import DISC, OUTER
 from camopt.mechanisms.design import Contact, Designs, Mechanism, drawn_by_point
 from camopt.mechanisms.trace import trace_curvature
 from camopt.motion.programme import Programme
@@ -96,6 +97,8 @@ def _contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> Conta
 
 
 MECHANISM = Mechanism(
+    body=DISC,
+    flanks=OUTER,
     name="disc cam, translating follower with a trace point",
     pressure=lambda designs, programme: TranslatingPressureAngle(designs.lead, height(designs)),
     sliding=lambda designs, programme: TranslatingPitchSpeed(designs.lead, height(designs)),

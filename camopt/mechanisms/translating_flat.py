@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from camopt.mechanisms.body import DISC, OUTER
 from camopt.mechanisms.design import Contact, Designs, Mechanism
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
@@ -29,6 +30,8 @@ def _contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> Conta
 
 
 MECHANISM = Mechanism(
+    body=DISC,
+    flanks=OUTER,
     name="disc cam, translating flat-faced follower",
     pressure=lambda designs, programme: _linear(designs, 0, 0, 0, np.zeros(1)),
     profile_radius=lambda designs, programme: _linear(designs, 1, 0, 1, designs.size),

@@ -102,7 +102,7 @@ def _implied(setup: Setup) -> list[Limit]:
     if not setup.pointed:
         limits.append(replace(bound_on(UNDERCUT, 0.0, setup, CONVEX), asked=False))
     limits += _within_base(setup)
-    if setup.mechanism.curvature is not None and not (setup.mechanism.grooved or setup.pointed):
+    if setup.mechanism.curvature is not None and setup.mechanism.body.closed and not setup.pointed:
         limits.append(SelfCrossing(SELF_CROSSING, 0.0, setup, asked=False))
     return limits
 

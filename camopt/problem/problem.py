@@ -103,7 +103,7 @@ class Problem:
     @property
     def size_name(self) -> str:
         """The quantity that says how large the cam is."""
-        return "mean_radius_mm" if self.setup.mechanism.grooved else "base_radius_mm"
+        return self.setup.mechanism.body.size_quantity
 
     @property
     def sizes(self) -> frozenset[str]:

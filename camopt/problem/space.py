@@ -83,8 +83,7 @@ class Space:
 
     def next_smaller(self, size: float) -> float | None:
         """The next smaller size of the cam; None at the edge of the space."""
-        key = "mean_radius" if self.problem.setup.mechanism.grooved else "base_radius"
-        smaller = self.axes.get(key, np.array([]))
+        smaller = self.axes.get(self.problem.setup.mechanism.body.size, np.array([]))
         smaller = smaller[smaller < size]
         return float(smaller.max()) if smaller.size else None
 
@@ -160,7 +159,6 @@ def number_values(choice: Chosen) -> list[float]:
 
 def boxes_of(problem: Problem) -> list[Bounds]:
     """The boxes to search: every combination of what is listed, with an interval for every range."""
-    size_key = problem.size_name.removesuffix("_mm")
     options = {name: [(float(value[0]), float(value[0]))] for name, value in problem.design.sizes.items()}
     options["size"] = [(0.0, inf)]
     numbers = {key: choice for key, choice in problem.choices.numbers.items() if key in problem.setup.free}
@@ -168,7 +166,7 @@ def boxes_of(problem: Problem) -> list[Bounds]:
         field = field_of(key)
         if isinstance(choice, Range):
             options[field] = [(choice.start, choice.stop)]
-        elif key == size_key:
+        elif key == problem.setup.mechanism.body.size:
             options[field] = [(float(min(choice)), float(max(choice)))]
         else:
             options[field] = [(float(v), float(v)) for v in axis_values(choice)]

@@ -80,7 +80,7 @@ def _strokes(problem: Problem) -> list[dict[str, Any]]:
 
 def _left(picture: Picture) -> list[list[float | None]] | None:
     """The outline of an undercut disc cam: what its follower leaves of it."""
-    if not picture.undercut or picture.problem.setup.mechanism.grooved:
+    if not picture.undercut or not picture.problem.setup.mechanism.body.closed:
         return None
     outline = remaining(picture)
     return [row(outline.real), row(outline.imag)]

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
+from camopt.mechanisms.body import Body
 from camopt.sheet.callouts import with_callouts
 from camopt.sheet.cam import Cam
 from camopt.sheet.developed import groove_and_body
@@ -157,9 +158,9 @@ def _within(box: Box, room: Box) -> bool:
     return all(gap.real >= -HAIR and gap.imag >= -HAIR for gap in ends)
 
 
-def forms(grooved: bool) -> Iterator[Form]:
+def forms(body: Body) -> Iterator[Form]:
     """What is tried at each scale, the best first."""
-    if grooved:
+    if body.developed:
         yield from (Form(A3, 5.0, 4, cylinder), Form(A3, 10.0, 3, cylinder), Form(A3, 10.0, 2, cylinder))
         return
     yield from (Form(A4, 10.0, blocks, disc_above) for blocks in (3, 2))

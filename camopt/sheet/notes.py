@@ -67,7 +67,7 @@ def _follower(cam: Cam) -> str:
 def _turning(cam: Cam) -> Iterator[str]:
     scene = cam.scene
     speed = "" if scene.cam.rpm is None else f" at {number(scene.cam.rpm)} rpm"
-    if cam.problem.setup.mechanism.grooved:
+    if cam.problem.setup.mechanism.body.developed:
         yield f"The surface moves as the arrow shows{speed}." if speed else "The surface moves as the arrow shows."
         return
     yield f"Turns {SENSES[scene.cam.rotation]}{speed}, as seen in the front view, which is at cam angle 0."
@@ -87,7 +87,7 @@ def _keyway(cam: Cam) -> Iterator[str]:
     if not part.keyway_width:
         return
     angle = round(degrees(cam.sense * (pi / 2 - keyway_turn(part))) % 360.0, 3) % 360.0
-    if cam.problem.setup.mechanism.grooved:
+    if cam.problem.setup.mechanism.body.developed:
         yield f"The keyway is at cam angle {number(angle)}°{', where the section is' if part.groove_depth else ''}."
         return
     if angle:
@@ -117,7 +117,7 @@ def _steady(stroke: Stroke) -> str:
 
 def _columns(cam: Cam) -> Iterator[str]:
     setup = cam.problem.setup
-    if setup.mechanism.grooved:
+    if setup.mechanism.body.developed:
         yield "Table: cam angle θ, lift s; roller centre x round the mean radius, y along the axis."
         return
     radius = float(cam.problem.design.roller_radius[0])

@@ -46,7 +46,7 @@ def columns_of(cam: Cam, step: float) -> list[Column]:
         Column(("", "θ", "°"), tuple(f"{each:g}" for each in degrees)),
         Column(("", "s", "°" if unit == "deg" else unit), _written(np.asarray(shown))),
     ]
-    if problem.setup.mechanism.grooved:
+    if problem.setup.mechanism.body.developed:
         columns.append(Column(("roller", "x", "mm"), _written(curves.pitch.real)))
         return [*columns, Column(("centre", "y", "mm"), _written(curves.pitch.imag))]
     centred = not (problem.setup.pointed or problem.setup.mechanism.curvature is None)

@@ -56,9 +56,10 @@ def write_sheet(scene: Scene, problem: Problem, path: str | os.PathLike[str]) ->
 def sheet_of(scene: Scene, problem: Problem) -> Sheet:
     """The first of the scales and forms, the best first, that holds the drawing."""
     cam = Cam(scene, problem)
-    width = 2.0 * cam.size * (pi if problem.setup.mechanism.grooved else 1.0)
+    body = problem.setup.mechanism.body
+    width = 2.0 * cam.size * (pi if body.developed else 1.0)
     texts = tuple(texts_of(cam))
-    desks = [Desk(cam, form, texts) for form in forms(problem.setup.mechanism.grooved)]
+    desks = [Desk(cam, form, texts) for form in forms(body)]
     for scale in (each for each in islice(scales(2.0 * cam.size), TRIED) if width * each < A3.width):
         views = Views(cam, scale)
         for desk in desks:

@@ -13,7 +13,7 @@ from itertools import combinations, product
 import numpy as np
 
 from camopt.effects.peak import BodyRadiusPlus
-from camopt.mechanisms import Designs, translating, translating_flat
+from camopt.mechanisms import Designs, cylindrical, translating, translating_flat
 from camopt.mechanisms.design import Bounds
 from camopt.motion.programme import span
 from camopt.motion.table import DWELL, TURN
@@ -33,7 +33,7 @@ def least_size(problem: Problem, bounds: Bounds) -> float:
     of_limits = max((limit.least_size for limit in problem.limits), default=0.0)
     least = max(bounds["size"][0], of_limits, negligible(problem, bounds))
     rests = any(stroke.kind == DWELL and stroke.low == 0.0 for stroke in problem.programme.strokes)
-    if rests and not problem.setup.mechanism.grooved:
+    if rests and problem.setup.mechanism.body.closed:
         least = max(least, least_profile_radius(problem))
     return least
 
@@ -75,7 +75,7 @@ def closed_form(problem: Problem, bounds: Bounds) -> Designs | None:
         radius = least_profile_radius(problem)
         size = max(low, radius - span(problem.programme, (1, 0, 1), TURN)[0])
         middle.setdefault("offset", problem.design.offset[0])
-    elif mechanism.grooved and not problem.setup.angular and slopes:
+    elif mechanism is cylindrical.MECHANISM and slopes:
         steepest = [max(map(abs, span(problem.programme, (0, 1), kinds))) / tangent for tangent, kinds in slopes]
         size = max(low, *steepest)
         middle.setdefault("roller_radius", bounds["roller_radius"][1])

@@ -140,7 +140,7 @@ def certify_limits(problem: Problem, design: Designs, until: float = inf) -> dic
 def certify_design(problem: Problem, design: Designs) -> dict[str, str]:
     """As ``certify_limits``, and for a disc cam whether it is free of a self-crossing, under ``self_crossing``."""
     verdicts = certify_limits(problem, design)
-    if problem.setup.mechanism.grooved or ASSEMBLY in verdicts:
+    if not problem.setup.mechanism.body.closed or ASSEMBLY in verdicts:
         return verdicts
     undercut = verdicts.get(UNDERCUT, HELD)  # flat faces and knife edges make no other crossing
     return verdicts | {SELF_CROSSING: verdicts.get(SELF_CROSSING, undercut)}

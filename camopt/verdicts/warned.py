@@ -32,7 +32,7 @@ def _lost_contact(problem: Problem) -> Iterator[str]:
     """Contact that only a rigid train keeps, where the scene gives what tells: a limit on it says so itself."""
     setup, needed = problem.setup, {RIGID, ELASTIC}
     limited = any(ELASTIC in limit.needs for limit in problem.limits)
-    if setup.mechanism.grooved or limited or not needed.issubset(offered(setup)):
+    if setup.mechanism.pulls or limited or not needed.issubset(offered(setup)):
         return
     columns = run_effects(Case(setup, problem.programme, problem.design), needed).columns
     rigid, elastic = (float(np.broadcast_to(columns[name], 1)[0]) for name in (RIGID, ELASTIC))

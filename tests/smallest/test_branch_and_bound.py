@@ -59,7 +59,7 @@ def test_what_has_no_bound_is_not_looked_at_to_the_last_part(monkeypatch):
     plain = getattr(search_curve, "py_func", search_curve)
     monkeypatch.setattr("camopt.numerics.extremes.search_curve", plain)
     found = Case(problem.setup, problem.programme, undercut).extremes(
-        partial(contact_load, problem.setup, flank=1.0, way=0.0), [(TURN, LARGEST)]
+        partial(contact_load, problem.setup), [(TURN, LARGEST)]
     )
     assert np.isinf(found.width).all()
     assert len(parts) < 4000

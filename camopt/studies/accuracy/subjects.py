@@ -50,7 +50,7 @@ def subjects_of(problem: Problem) -> list[Subject]:
 
     found = [Subject("pressure angle", mechanism.pressure, strokes, angle)]
     if mechanism.curvature:
-        goal = LARGEST_MAGNITUDE if mechanism.grooved else LARGEST
+        goal = LARGEST_MAGNITUDE if mechanism.two_sided else LARGEST
         found.append(Subject("curvature", mechanism.curvature, np.array([(turn, goal)]), only))
     elif mechanism.profile_radius:
         found.append(Subject("radius of curvature", mechanism.profile_radius, np.array([(turn, LEAST)]), only))

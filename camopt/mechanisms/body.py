@@ -1,0 +1,52 @@
+"""What a cam is made as, and its flanks: the sides of it that touch the follower."""
+
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+Form = Literal["disc", "cylindrical"]
+"""The forms of cams, as ``cam.form`` has them."""
+
+
+@dataclass(frozen=True)
+class Body:
+    """The body of a cam: the keys of its sizes, and what its form decides."""
+
+    form: Form
+    size: str
+    """The key of its size in ``[cam]``; the quantity of that ends with its unit, mm."""
+    size_name: str
+    """The size in words."""
+    developed: bool
+    """Whether its curves are drawn on its mantle, laid flat. Others turn about the axis in a plane square to it."""
+    closed: bool
+    """Whether a profile goes round the axis in a plane: it encloses an area, and may cross itself."""
+    convex: float
+    """The sign of κ where a pitch curve is convex, seen from where its normal points."""
+    solid: tuple[str, ...]
+    """The keys of ``[part]`` without which its mass is not known, the density apart."""
+
+    @property
+    def size_quantity(self) -> str:
+        """The quantity that says how large it is."""
+        return f"{self.size}_mm"
+
+
+DISC = Body("disc", "base_radius", "base radius", False, True, 1.0, ("thickness",))
+CYLINDER = Body("cylindrical", "mean_radius", "mean radius", True, False, -1.0, ("thickness", "groove_depth"))
+
+
+class Flank(NamedTuple):
+    """A side of a cam that touches the follower, at the radius of that from the pitch curve."""
+
+    name: str
+    """What tells it from the other ones, seen along the motion of the follower over the cam; "" of the only one."""
+    side: float
+    """Where it is along the outward normal of the pitch curve: −1 below the trace point, +1 beyond it."""
+    pressing: float
+    """The sign of the normal force N that presses the follower on it."""
+
+
+OUTER = (Flank("", -1.0, 1.0),)
+"""The profile of an open cam: it can push the follower outward, and not pull it back."""
+GROOVE = (Flank("right", -1.0, 1.0), Flank("left", 1.0, -1.0))
+"""Both walls of a groove: the one pushes the roller outward, the other pulls it back."""
