@@ -69,7 +69,7 @@ def _picture_of(scene: Scene) -> Picture:
 
 def _own(known: Comparison) -> str:
     """What becomes of the scene's own law, and whether any known law holds the limits."""
-    size = "base" if known.scene.cam.form == "disc" else "mean"
+    body = known.scene.mechanism.body
     words = [] if known.best is not None else ["no known law meets all limits"]
     if known.own is None:
         words.append("nor does the scene's own" if words else "no feasible cam with the scene's own law")
@@ -77,7 +77,7 @@ def _own(known: Comparison) -> str:
         row = known.rows[known.own]
         beyond = "" if row["within"] else ", which breaks the limits on its motion"
         words.append(
-            f"the scene's own law, {known.own}: {size} radius {four_digits(row[f'{size}_radius_mm'])} mm{beyond}"
+            f"the scene's own law, {known.own}: {body.size_name} {four_digits(row[body.size_quantity])} mm{beyond}"
         )
     return "  ·  ".join(words)
 

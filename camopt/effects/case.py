@@ -13,6 +13,7 @@ from camopt.effects.implied import Implied
 from camopt.effects.mean import Mean
 from camopt.effects.peak import Peak, PerDesign, Scale
 from camopt.mechanisms.design import Designs, Mechanism
+from camopt.mechanisms.follower import KNIFE, ROLLER, SPHERICAL, Tip
 from camopt.motion.programme import Programme
 from camopt.numerics.extremes import Extremes, Precision, extremes
 
@@ -39,16 +40,12 @@ class Setup:
     """What all designs of a problem share: the mechanism and the speed. Lengths in mm."""
 
     mechanism: Mechanism
-    angular: bool
-    """Whether the follower oscillates, so that its displacement is an angle."""
-    pointed: bool
-    """Whether the follower is a knife edge."""
+    tip: Tip
+    """What of the follower touches the cam."""
     tolerance: float = 1e-9
     given: Given = field(default_factory=Given)
     """Speed, loads and materials, as the scene gives them."""
     solid: Solid = Solid()
-    spherical: bool = False
-    """Whether the follower touches the cam in a point."""
     varied: Mapping[str, str] = field(default_factory=dict)
     """The quantities that numbers of the scene are which a search varies, by key."""
     free: frozenset[str] = frozenset()
@@ -66,6 +63,26 @@ class Setup:
     def at(self, designs: Designs) -> "Setup":
         """The setup with the numbers that some designs bring: arrays, or ranges."""
         return replace(self, given=self.given.with_numbers(designs.numbers)) if designs.numbers else self
+
+    @property
+    def angular(self) -> bool:
+        """Whether the follower oscillates, so that its displacement is an angle."""
+        return self.mechanism.motion.angular
+
+    @property
+    def pointed(self) -> bool:
+        """Whether the follower is a knife edge."""
+        return self.tip == KNIFE
+
+    @property
+    def rolls(self) -> bool:
+        """Whether the follower has a roller."""
+        return self.tip == ROLLER
+
+    @property
+    def spherical(self) -> bool:
+        """Whether the follower touches the cam in a point."""
+        return self.tip == SPHERICAL
 
     @cached_property
     def dynamics(self) -> Dynamics:

@@ -12,18 +12,17 @@ from camopt.motion.table import RETURN, RISE
 
 def offers(setup: Setup) -> tuple[str, ...]:
     mechanism = setup.mechanism
-    names = ["law_rise", "law_return", mechanism.body.size_quantity]
-    if mechanism.curvature is not None:
-        names += ["roller_radius_mm"]
-        names += ["prime_radius_mm"] if mechanism.body.closed else []
-        names += ["arm_length_mm"] if setup.angular else []
-    elif setup.angular:
-        names += ["face_offset_mm"]
-    if mechanism.body.closed:
-        names += ["centre_distance_mm"] if setup.angular else ["offset_mm"]
+    names = ["law_rise", "law_return", mechanism.body.size_quantity, *_of_follower(setup)]
+    if mechanism.body.closed and mechanism.curvature is not None:
+        names += ["prime_radius_mm"]
     if setup.shaft_radius is not None:
         names += ["shaft_clearance_mm"]
     return (*names, *setup.varied.values())
+
+
+def _of_follower(setup: Setup) -> dict[str, str]:
+    """The sizes of the follower: the quantity of each with its field of ``Designs``."""
+    return {f"{field}_mm": field for field in setup.mechanism.sizes}
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
@@ -32,12 +31,8 @@ def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
         "law_rise": case.programme.law_names(RISE),
         "law_return": case.programme.law_names(RETURN),
         case.setup.mechanism.body.size_quantity: designs.size,
-        "roller_radius_mm": designs.roller_radius,
+        **{name: designs.sizes[field] for name, field in _of_follower(case.setup).items()},
         "prime_radius_mm": designs.prime_radius,
-        "offset_mm": designs.offset,
-        "arm_length_mm": designs.arm_length,
-        "centre_distance_mm": designs.centre_distance,
-        "face_offset_mm": designs.face_offset,
         "shaft_clearance_mm": designs.size - (case.setup.shaft_radius or 0.0),
         **{name: case.each.given[key] for key, name in case.setup.varied.items()},
     }

@@ -148,17 +148,12 @@ def thinness(f, i, y, y1, y2, y3):
     return value, value * (OF_LOAD * n1 / n - OF_SPEED * u1 / u - OF_RADIUS * r1 / r)
 
 
-def rolls(setup: Setup) -> bool:
-    """Whether the follower has a roller."""
-    return setup.mechanism.curvature is not None and not setup.pointed and not setup.spherical
-
-
 def offers(setup: Setup) -> tuple[str, ...]:
     if setup.mechanism.sliding is None:
         return ()
-    worn = () if setup.spherical or rolls(setup) else (WEAR,)
+    worn = () if setup.spherical or setup.rolls else (WEAR,)
     carried = () if setup.spherical or setup.pointed else (FILM, RATIO)
-    return (SPIN if rolls(setup) else SLIDING, FASTEST, SLOWEST, *worn, *carried)
+    return (SPIN if setup.rolls else SLIDING, FASTEST, SLOWEST, *worn, *carried)
 
 
 def lacks(setup: Setup) -> dict[str, tuple[str, ...]]:
@@ -203,7 +198,7 @@ def entrainment_curve(setup: Setup, designs: Designs, programme: Programme) -> A
     if mechanism.curvature is None:
         assert mechanism.profile_radius is not None
         return FaceEntrainment(mechanism.profile_radius(designs, programme), sliding, turns)
-    slip = np.full(len(designs), 0.0 if rolls(setup) else 1.0)
+    slip = np.full(len(designs), 0.0 if setup.rolls else 1.0)
     return TraceEntrainment(sliding, mechanism.curvature(designs, programme), designs.roller_radius, turns, slip)
 
 
@@ -267,11 +262,11 @@ def _speeds(setup: Setup) -> dict[str, Peak]:
     jumps = never if setup.pointed else at_corners
     speed = of_setting(setup, Times(setup.omega / 1e3), AS_IT_IS, lambda each: each.omega / 1e3)
     scale = speed
-    if rolls(setup):
+    if setup.rolls:
         turns = 30.0 / pi * setup.omega
         scale = of_setting(setup, PerRoller(turns), PerRoller(1.0), lambda each: 30.0 / pi * each.omega)
     return {
-        SPIN if rolls(setup) else SLIDING: Peak((sliding,), LARGEST_MAGNITUDE, scale),
+        SPIN if setup.rolls else SLIDING: Peak((sliding,), LARGEST_MAGNITUDE, scale),
         FASTEST: Peak((carrying,), LARGEST, speed, jumps),
         SLOWEST: Peak((carrying,), LEAST, speed, jumps),
     }

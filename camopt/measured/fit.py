@@ -21,6 +21,8 @@ from camopt.measured.noise import NARROWEST, Errors, band_factor, errors_of, noi
 from camopt.measured.outline import EARLIER, outline_of
 from camopt.measured.profile import MeasuredProfile, Touched, touched
 from camopt.measured.reading import Points, read_points
+from camopt.mechanisms.body import BODIES, DISC
+from camopt.mechanisms.follower import OSCILLATING, TRANSLATING
 from camopt.mistakes import BadInput, Mistake, Unmet, Unsolved, printable
 from camopt.problem.problem import Problem, resolve, resolve_design
 from camopt.scene.scene import Scene
@@ -150,8 +152,9 @@ def _resting(tables: Mapping[str, Any], radius: float, file: str) -> Problem:
     """The cam and follower of a profile before its motion is known, nearly at rest on its least radius, mm."""
     parts = {key: tables[key] for key in ("cam", "follower") if key in tables}
     whole = {key: dict(table) for key, table in parts.items() if isinstance(table, Mapping)}
-    if whole.get("cam", {}).get("form") == "cylindrical":
-        raise BadInput([Mistake(file, "cam.form", "cylindrical", "disc: a profile is that of a disc cam")])
+    form = whole.get("cam", {}).get("form")
+    if form in [*BODIES] and form != DISC.form:
+        raise BadInput([Mistake(file, "cam.form", form, "disc: a profile is that of a disc cam")])
     whole.get("cam", {})["base_radius"] = radius
     whole.get("follower", {}).pop("dynamics", None)
     return resolve_design(Scene.from_dict({**parts, **whole, "name": "", "motion": HARDLY_MOVING}, file))
@@ -185,10 +188,10 @@ def _without_motion(scene: Scene | Mapping[str, Any]) -> dict[str, Any]:
 def _lift_unit(tables: Mapping[str, Any], given: str | None, profile: MeasuredProfile | None) -> str:
     """The unit of the lifts, or of a profile: that of the follower's motion, or one that fits to it."""
     follower = tables.get("follower")
-    angular = isinstance(follower, Mapping) and follower.get("motion") == "oscillating" and not profile
+    angular = isinstance(follower, Mapping) and follower.get("motion") == OSCILLATING.name and not profile
     known = ("deg",) if angular else tuple(LENGTHS)
     if given is not None and given not in known:
-        of = "a profile" if profile else f"{'an oscillating' if angular else 'a translating'} follower"
+        of = "a profile" if profile else f"{(OSCILLATING if angular else TRANSLATING).words} follower"
         what = f"{' or '.join(known)} for {of}"
         raise BadInput([Mistake("camopt", "lift_unit", given, what)])
     return given or known[0]

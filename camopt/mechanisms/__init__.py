@@ -9,20 +9,28 @@ from camopt.mechanisms import (
     translating_flat,
 )
 from camopt.mechanisms.design import FIELDS, SIZES, Designs, Mechanism, chained
+from camopt.mechanisms.follower import FLAT, TIPS
 
 __all__ = ["FIELDS", "MECHANISMS", "SIZES", "Designs", "Mechanism", "chained", "mechanism_for"]
 
 MECHANISMS: dict[tuple[str, str, bool], Mechanism] = {
-    ("disc", "translating", False): translating.MECHANISM,
-    ("disc", "translating", True): translating_flat.MECHANISM,
-    ("disc", "oscillating", False): oscillating.MECHANISM,
-    ("disc", "oscillating", True): oscillating_flat.MECHANISM,
-    ("cylindrical", "translating", False): cylindrical.MECHANISM,
-    ("cylindrical", "oscillating", False): cylindrical_oscillating.MECHANISM,
+    (mechanism.body.form, mechanism.motion.name, FLAT in mechanism.tips): mechanism
+    for mechanism in (
+        translating.MECHANISM,
+        translating_flat.MECHANISM,
+        oscillating.MECHANISM,
+        oscillating_flat.MECHANISM,
+        cylindrical.MECHANISM,
+        cylindrical_oscillating.MECHANISM,
+    )
 }
 """By form of the cam, motion of the follower, and whether its face is flat."""
 
 
 def mechanism_for(form: str, motion: str, contact: str) -> Mechanism:
-    """The mechanism of a scene's ``cam.form``, ``follower.motion`` and ``follower.contact``."""
-    return MECHANISMS[form, motion, contact == "flat"]
+    """The mechanism of a scene's ``cam.form``, ``follower.motion`` and ``follower.contact``.
+
+    Where none has the contact, the first of that form and motion.
+    """
+    known = [m for m in MECHANISMS.values() if (m.body.form, m.motion.name) == (form, motion)]
+    return next((m for m in known if TIPS.get(contact) in m.tips), known[0])

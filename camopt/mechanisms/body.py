@@ -12,18 +12,28 @@ class Body:
     """The body of a cam: the keys of its sizes, and what its form decides."""
 
     form: Form
-    size: str
-    """The key of its size in ``[cam]``; the quantity of that ends with its unit, mm."""
-    size_name: str
-    """The size in words."""
+    cam: tuple[str, ...]
+    """The keys of ``[cam]`` that it alone has, that of its size first."""
     developed: bool
     """Whether its curves are drawn on its mantle, laid flat. Others turn about the axis in a plane square to it."""
     closed: bool
     """Whether a profile goes round the axis in a plane: it encloses an area, and may cross itself."""
     convex: float
     """The sign of κ where a pitch curve is convex, seen from where its normal points."""
+    part: tuple[str, ...]
+    """The keys of ``[part]`` that it alone has."""
     solid: tuple[str, ...]
     """The keys of ``[part]`` without which its mass is not known, the density apart."""
+
+    @property
+    def size(self) -> str:
+        """The key of its size in ``[cam]``, and in ``[search]``."""
+        return self.cam[0]
+
+    @property
+    def size_name(self) -> str:
+        """The size in words."""
+        return self.size.replace("_", " ")
 
     @property
     def size_quantity(self) -> str:
@@ -31,8 +41,25 @@ class Body:
         return f"{self.size}_mm"
 
 
-DISC = Body("disc", "base_radius", "base radius", False, True, 1.0, ("thickness",))
-CYLINDER = Body("cylindrical", "mean_radius", "mean radius", True, False, -1.0, ("thickness", "groove_depth"))
+DISC = Body(
+    "disc",
+    cam=("base_radius", "shaft_diameter"),
+    developed=False,
+    closed=True,
+    convex=1.0,
+    part=("hub_diameter", "hub_length"),
+    solid=("thickness",),
+)
+CYLINDER = Body(
+    "cylindrical",
+    cam=("mean_radius",),
+    developed=True,
+    closed=False,
+    convex=-1.0,
+    part=("groove_depth",),
+    solid=("thickness", "groove_depth"),
+)
+BODIES: dict[str, Body] = {body.form: body for body in (DISC, CYLINDER)}
 
 
 class Flank(NamedTuple):

@@ -9,6 +9,7 @@ import numpy as np
 
 from camopt.mechanisms.body import CYLINDER, GROOVE
 from camopt.mechanisms.design import Contact, Designs, Mechanism, without_roller
+from camopt.mechanisms.follower import ROUND, TRANSLATING
 from camopt.mechanisms.trace import trace_curvature
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
@@ -60,6 +61,9 @@ def _contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> Conta
 MECHANISM = Mechanism(
     body=CYLINDER,
     flanks=GROOVE,
+    motion=TRANSLATING,
+    tips=ROUND,
+    sizes=("roller_radius",),
     name="cylindrical cam, translating follower",
     pressure=lambda designs, programme: CylindricalPressureAngle(designs.size),
     curvature=lambda designs, programme: CylindricalPitchCurvature(designs.size),

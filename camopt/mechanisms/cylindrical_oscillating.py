@@ -15,12 +15,14 @@ of contact, and lies x²/(2R_m) above the cylinder; wrapping it instead of layin
 x³/(6R_m²) round the cylinder (for l = 100, h = 20°, R_m = 60 mm: x = 1.5 mm, 0.02 mm and 0.0002 mm).
 """
 
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from camopt.mechanisms.body import CYLINDER, GROOVE
-from camopt.mechanisms.design import Contact, Designs, Mechanism, without_roller
+from camopt.mechanisms.design import Contact, Designs, Mechanism, Misfit, without_roller
+from camopt.mechanisms.follower import OSCILLATING, ROUND
 from camopt.mechanisms.trace import trace_curvature
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
@@ -104,9 +106,19 @@ def _contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> Conta
     return Contact(x, sine * l, -y1 * cosine * l, y1 * sine * (sense * l) + design.size)
 
 
+def _misfit(sizes: Mapping[str, float]) -> Misfit | None:
+    lift = sizes["lift"]
+    if lift < 180.0:
+        return None
+    return "motion.lift", None, f"the arm swings {lift:g} deg; a swing stays below 180"
+
+
 MECHANISM = Mechanism(
     body=CYLINDER,
     flanks=GROOVE,
+    motion=OSCILLATING,
+    tips=ROUND,
+    sizes=("roller_radius", "arm_length"),
     name="cylindrical cam, oscillating follower",
     pressure=lambda designs, programme: CylindricalOscillatingPressureAngle(*_fields(designs, programme)),
     curvature=lambda designs, programme: CylindricalOscillatingPitchCurvature(*_fields(designs, programme)),
@@ -115,4 +127,5 @@ MECHANISM = Mechanism(
     assembly="the mean radius has to be above 0, and the swing below 180 deg",
     contact=_contact,
     pitch=without_roller,
+    misfit=_misfit,
 )

@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camopt.mechanisms.body import Body, Flank
+from camopt.mechanisms.follower import FollowerMotion, Tip
+from camopt.motion.contact import Contact as OnProfile
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.numerics.interval import as_interval
@@ -118,6 +120,10 @@ def itself(designs: Designs) -> Designs:
     return designs
 
 
+Misfit = tuple[str, Any, str]
+"""A key of a scene, its value if that is at fault, and what is wrong."""
+
+
 class Contact(NamedTuple):
     """Where the trace point (flat faces: the contact point) is in the ground frame, and the cam's outward normal.
 
@@ -148,6 +154,11 @@ class Mechanism:
 
     body: Body
     flanks: tuple[Flank, ...]
+    motion: FollowerMotion
+    tips: tuple[Tip, ...]
+    """What may touch the cam."""
+    sizes: tuple[str, ...]
+    """The fields of ``Designs`` that its follower has; ``roller_radius`` only with a tip that has a radius."""
     name: str
     pressure: Callable[[Designs, Programme], Any]
     """Curve tan β."""
@@ -172,6 +183,19 @@ class Mechanism:
     """Of a cylindrical cam, curve of how far the trace point moves along the developed groove, mm/rad."""
     pitch: Callable[[Designs], Designs] = itself
     """For designs those with the same pitch curves that are alike if these are."""
+    misfit: Callable[[Mapping[str, float]], Misfit | None] = lambda sizes: None
+    """From the sizes of one design in mm, by field, and its ``lift`` in the unit of the motion: why it cannot be
+    put together at its lowest or highest position; KeyError where it needs one that is not there."""
+    on_profile: Callable[[Mapping[str, float], float], OnProfile] | None = None
+    """From such sizes and the sense of rotation, the follower as it meets arcs and lines of a profile."""
+
+    def follower_keys(self, tip: Tip) -> tuple[str, ...]:
+        """The keys of ``[follower]`` that give the sizes of a follower with a tip."""
+        return tuple(filter(None, (tip.radius if name == "roller_radius" else name for name in self.sizes)))
+
+    def keys(self, tip: Tip) -> tuple[str, ...]:
+        """The keys of a scene that give its sizes, as ``cam.base_radius``, that of the body first."""
+        return (f"cam.{self.body.size}", *(f"follower.{key}" for key in self.follower_keys(tip)))
 
     @property
     def pulls(self) -> bool:

@@ -10,13 +10,17 @@ p = ψ' for a ccw cam and −ψ' for a cw one:
 Source: Norton, Cam Design and Manufacturing Handbook, ch. 7.
 """
 
+from collections.abc import Mapping
+from math import acos, degrees
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from camopt.mechanisms.body import DISC, OUTER
-from camopt.mechanisms.design import Contact, Designs, Mechanism, drawn_by_point
+from camopt.mechanisms.design import Contact, Designs, Mechanism, Misfit, drawn_by_point
+from camopt.mechanisms.follower import OSCILLATING, ROUND
 from camopt.mechanisms.trace import trace_curvature
+from camopt.motion.contact import OscillatingPoint
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.numerics.curves import formula
@@ -138,9 +142,28 @@ def _contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> Conta
     return Contact(x, height, x - turn * (design.centre_distance - x), height + turn * height)
 
 
+def _misfit(sizes: Mapping[str, float]) -> Misfit | None:
+    arm, centre, prime = sizes["arm_length"], sizes["centre_distance"], sizes["size"] + sizes["roller_radius"]
+    lift = sizes["lift"]
+    if not abs(centre - arm) < prime < centre + arm:
+        between = f"{abs(centre - arm):g} and {centre + arm:g}"
+        return "follower.arm_length", arm, f"no triangle: the prime radius ({prime:g}) must lie between {between}"
+    start = degrees(acos((centre**2 + arm**2 - prime**2) / (2 * centre * arm)))
+    if start + lift < 180.0:
+        return None
+    return "motion.lift", None, f"the arm starts at {start:g} deg and rises {lift:g}: it stays below 180 deg"
+
+
+def _on_profile(sizes: Mapping[str, float], sense: float) -> OscillatingPoint:
+    return OscillatingPoint(sizes["roller_radius"], sizes["centre_distance"], sizes["arm_length"], sense)
+
+
 MECHANISM = Mechanism(
     body=DISC,
     flanks=OUTER,
+    motion=OSCILLATING,
+    tips=ROUND,
+    sizes=("centre_distance", "arm_length", "roller_radius"),
     name="disc cam, oscillating follower with a trace point",
     pressure=lambda designs, programme: OscillatingPressureAngle(*_fields(designs)),
     sliding=lambda designs, programme: OscillatingPitchSpeed(*_fields(designs)),
@@ -152,4 +175,6 @@ MECHANISM = Mechanism(
     assembly="prime radius, arm and centre distance have to form a triangle throughout the lift",
     contact=_contact,
     pitch=drawn_by_point,
+    misfit=_misfit,
+    on_profile=_on_profile,
 )

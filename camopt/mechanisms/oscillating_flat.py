@@ -7,12 +7,16 @@ and the face, R_b = f + c·sin ψ₀. With q = 1 + p, p = ψ' for a ccw cam and 
     ρ = f + c·(sin ψ·(2q − 1)/q² + cos ψ·ψ''/q³),    slides at q·f + c·sin ψ per rad
 """
 
+from collections.abc import Mapping
+from math import asin, degrees
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from camopt.mechanisms.body import DISC, OUTER
-from camopt.mechanisms.design import Contact, Designs, Mechanism
+from camopt.mechanisms.design import Contact, Designs, Mechanism, Misfit
+from camopt.mechanisms.follower import FLAT, OSCILLATING
+from camopt.motion.contact import OscillatingFace
 from camopt.motion.programme import Programme, span
 from camopt.motion.table import TURN
 from camopt.numerics import FloatArray
@@ -141,9 +145,27 @@ def _contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> Conta
     return Contact(sine * f - t * cosine + c, cosine * f + t * sine, sine, cosine)
 
 
+def _misfit(sizes: Mapping[str, float]) -> Misfit | None:
+    base, face, centre, lift = (sizes[name] for name in ("size", "face_offset", "centre_distance", "lift"))
+    if not abs(base - face) < centre:
+        between = f"between base radius and face offset ({abs(base - face):g})"
+        return "follower.centre_distance", centre, f"must be above the difference {between}"
+    start = degrees(asin((base - face) / centre))
+    if start + lift < 90.0:
+        return None
+    return "motion.lift", None, f"the face starts at {start:g} deg and rises {lift:g}: it stays below 90 deg"
+
+
+def _on_profile(sizes: Mapping[str, float], sense: float) -> OscillatingFace:
+    return OscillatingFace(sizes["centre_distance"], sizes["face_offset"], sense)
+
+
 MECHANISM = Mechanism(
     body=DISC,
     flanks=OUTER,
+    motion=OSCILLATING,
+    tips=(FLAT,),
+    sizes=("centre_distance", "face_offset"),
     name="disc cam, oscillating flat-faced follower",
     pressure=lambda designs, programme: OscillatingFlatPressureAngle(*_fields(designs)),
     profile_radius=lambda designs, programme: OscillatingFlatProfileRadius(*_fields(designs)),
@@ -153,4 +175,6 @@ MECHANISM = Mechanism(
     assembly_margins=_assembly_margins,
     assembly="the face has to touch the base circle, and to swing by less than the cam turns",
     contact=_contact,
+    misfit=_misfit,
+    on_profile=_on_profile,
 )

@@ -11,13 +11,16 @@ A formula gives the value of its curve and its slope by the cam angle (``numeric
 Source: Norton, Cam Design and Manufacturing Handbook, ch. 7; regrouped.
 """
 
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from camopt.mechanisms.body import DISC, OUTER
-from camopt.mechanisms.design import Contact, Designs, Mechanism, drawn_by_point
+from camopt.mechanisms.design import Contact, Designs, Mechanism, Misfit, drawn_by_point
+from camopt.mechanisms.follower import ROUND, TRANSLATING
 from camopt.mechanisms.trace import trace_curvature
+from camopt.motion.contact import TranslatingPoint
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.numerics.curves import formula
@@ -96,9 +99,19 @@ def _contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> Conta
     return Contact(s * 0.0 + design.offset, s, (design.lead - y1) * design.sense, s)
 
 
+def _misfit(sizes: Mapping[str, float]) -> Misfit | None:
+    prime, offset = sizes["size"] + sizes["roller_radius"], sizes["offset"]
+    if abs(offset) < prime:
+        return None
+    return "follower.offset", offset, f"must be smaller than the prime radius ({prime:g})"
+
+
 MECHANISM = Mechanism(
     body=DISC,
     flanks=OUTER,
+    motion=TRANSLATING,
+    tips=ROUND,
+    sizes=("roller_radius", "offset"),
     name="disc cam, translating follower with a trace point",
     pressure=lambda designs, programme: TranslatingPressureAngle(designs.lead, height(designs)),
     sliding=lambda designs, programme: TranslatingPitchSpeed(designs.lead, height(designs)),
@@ -110,4 +123,6 @@ MECHANISM = Mechanism(
     assembly="the offset has to be smaller than the prime radius",
     contact=_contact,
     pitch=drawn_by_point,
+    misfit=_misfit,
+    on_profile=lambda sizes, sense: TranslatingPoint(sizes["roller_radius"], sense * sizes["offset"]),
 )

@@ -11,6 +11,8 @@ import numpy as np
 
 from camopt.mechanisms.body import DISC, OUTER
 from camopt.mechanisms.design import Contact, Designs, Mechanism
+from camopt.mechanisms.follower import FLAT, TRANSLATING
+from camopt.motion.contact import TranslatingFace
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.numerics.curves import Linear
@@ -32,6 +34,9 @@ def _contact(design: Designs, lift: float, angle: Any, y: Any, y1: Any) -> Conta
 MECHANISM = Mechanism(
     body=DISC,
     flanks=OUTER,
+    motion=TRANSLATING,
+    tips=(FLAT,),
+    sizes=("offset",),
     name="disc cam, translating flat-faced follower",
     pressure=lambda designs, programme: _linear(designs, 0, 0, 0, np.zeros(1)),
     profile_radius=lambda designs, programme: _linear(designs, 1, 0, 1, designs.size),
@@ -41,4 +46,5 @@ MECHANISM = Mechanism(
     assembly_margins=_assembly_margins,
     assembly="the base radius has to be above 0",
     contact=_contact,
+    on_profile=lambda sizes, sense: TranslatingFace(),
 )

@@ -21,7 +21,6 @@ from camopt.problem.limits import OF_QUANTITIES, limited_quantity, limits_of
 from camopt.problem.rows import Objectives
 from camopt.problem.setup import load_and_unit, setup_of
 from camopt.quantities import EVERYTHING, GEOMETRY, QUANTITIES, number_quantity
-from camopt.scene.checks import sizes_of
 from camopt.scene.choices import Range
 from camopt.scene.load import constant_and_changing
 from camopt.scene.own_laws import law_of
@@ -250,9 +249,7 @@ def missing_numbers(problem: Problem, searched: Collection[str] = ()) -> list[Mi
 
 def size_keys(scene: Scene) -> list[str]:
     """The keys of the sizes that the scene's mechanism has, as ``cam.base_radius``."""
-    cam, follower = scene.cam, scene.follower
-    sizes = sizes_of(cam.form, follower.motion, follower.contact)
-    return [f"cam.{'base' if cam.form == 'disc' else 'mean'}_radius", *(f"follower.{name}" for name in sizes)]
+    return [*scene.mechanism.keys(scene.tip)]
 
 
 def _given(scene: Scene, key: str) -> float:

@@ -4,7 +4,6 @@ from math import radians
 from typing import Any
 
 from camopt.effects import Given, Setup, Solid
-from camopt.mechanisms import mechanism_for
 from camopt.quantities import NUMBERS, number_quantity
 from camopt.scene.load import constant_and_changing
 from camopt.scene.materials import MATERIALS
@@ -13,16 +12,13 @@ from camopt.scene.scene import Scene
 
 def setup_of(scene: Scene) -> Setup:
     """The setup of a scene, with the largest of the numbers that its search varies and that it does not give."""
-    cam, follower = scene.cam, scene.follower
-    angular = follower.motion == "oscillating"
+    angular = scene.mechanism.motion.angular
     return Setup(
-        mechanism=mechanism_for(cam.form, follower.motion, follower.contact),
-        angular=angular,
-        pointed=follower.contact == "knife",
+        mechanism=scene.mechanism,
+        tip=scene.tip,
         tolerance=scene.accuracy.tolerance,
         given=Given(_numbers(scene), angular),
         solid=_solid(scene),
-        spherical=follower.contact == "spherical",
         varied={key: number_quantity(key, angular=angular) for key in scene.search.numbers},
     )
 
@@ -43,7 +39,7 @@ def _numbers(scene: Scene) -> dict[str, float | None]:
 def load_and_unit(scene: Scene) -> tuple[Any, float]:
     """The external load as the scene gives it, and its unit in N (N·mm)."""
     given = scene.follower.dynamics
-    return given and given.load, 1e3 if scene.follower.motion == "oscillating" else 1.0
+    return given and given.load, 1e3 if scene.mechanism.motion.angular else 1.0
 
 
 def _solid(scene: Scene) -> Solid:

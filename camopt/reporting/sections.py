@@ -70,7 +70,7 @@ def verdicts_sheet(
     heads = [Cell("limit"), Cell("verdict"), *(Cell(text, NUMBER) for text in ("bound", "reached", "margin"))]
     used = dict.fromkeys(row[-1].text for row in rows)
     note = "; ".join(f"{how}: {PROOFS[how]}" for how in used)
-    if found.scene.follower.motion == "oscillating":
+    if found.scene.mechanism.motion.angular:
         note += ". Whether the cam meets the arm or its pivot is not checked"
     return Sheet("Limits, at every cam angle", [*heads, Cell("proved by")], rows, note)
 
@@ -183,7 +183,7 @@ def _meaning(name: str, found: Iterable[Evaluation]) -> str:
 def motion_sheet(scene: Scene) -> Sheet:
     """The segments of the motion, or the arcs and lines of the profile."""
     data = scene.to_dict()
-    unit = "deg" if scene.follower.motion == "oscillating" else "mm"
+    unit = scene.mechanism.motion.unit
     title = f"Motion, segment by segment (angles in deg, lifts in {unit})"
     if "motion" not in data:
         title = "Profile, arc by arc (lengths in mm)"
@@ -195,7 +195,7 @@ def motion_sheet(scene: Scene) -> Sheet:
 
 def given_sheet(scene: Scene) -> Sheet:
     """Sizes, speed, materials and loads that the scene gives, by key."""
-    angular = scene.follower.motion == "oscillating"
+    angular = scene.mechanism.motion.angular
     units = {key: QUANTITIES[number_quantity(key, angular=angular)] for key in NUMBERS}
     given = [pair for name, table in scene.to_dict().items() if name in GIVEN for pair in _flat(name, table)]
     rows = [

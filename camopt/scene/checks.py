@@ -5,21 +5,26 @@ numbers says nothing (that mistake is reported on its own). Each fault is (key, 
 """
 
 from collections.abc import Iterator, Mapping
-from math import acos, asin, degrees
+from contextlib import suppress
 from typing import Any
 
+from camopt.mechanisms import FIELDS, Mechanism
+from camopt.mechanisms.body import BODIES
+from camopt.mechanisms.follower import FLAT, MOTIONS, Tip
 from camopt.scene.law_forms import CLOSE, Fault
 from camopt.scene.load import check_load
 from camopt.scene.mapping import at, length, number, segments
 from camopt.scene.own_laws import check_laws, law_names
 from camopt.scene.part import check_part
 from camopt.scene.profile import check_profile, highest_on_profile
+from camopt.scene.sizes import SIGNED, mechanism_in, sizes_in
+from camopt.scene.tables import Cam, Follower
 from camopt.scene.turn import LEAST, POSITIONED, check_law, check_turn, highest_of
 
-SIZES = ("roller_radius", "face_radius", "face_offset", "arm_length", "centre_distance", "offset")
-SEARCHED = (*SIZES, "base_radius", "mean_radius")
-"""The keys of sizes in ``[search]``."""
-TRACE = {"knife": (), "roller": ("roller_radius",), "spherical": ("face_radius",)}
+SIZES, CAM_SIZES = (tuple(key for key in table.model_fields if key in FIELDS) for table in (Follower, Cam))
+"""The keys of sizes in ``[follower]``, and in ``[cam]``."""
+SEARCHED = (*SIZES, *CAM_SIZES)
+"""Those in ``[search]``."""
 
 
 def check(data: Mapping[str, Any]) -> Iterator[Fault]:
@@ -37,28 +42,18 @@ def check(data: Mapping[str, Any]) -> Iterator[Fault]:
         yield from _searched_angles(data)
     yield from _searched_laws(data)
     yield from _synthesis(data)
-    mechanism = tuple(_text(data, key) for key in ("cam.form", "follower.motion", "follower.contact"))
-    if all(mechanism):
+    if found := mechanism_in(data):
+        mechanism, tip = found
         # of moves it is that of their polynomials, of a profile that of its follower, which are made for it
         lift = highest_on_profile(data) if profiled else highest_of(data)
-        yield from _dynamics(data, lift, *mechanism)  # type: ignore[arg-type]
+        yield from _dynamics(data, lift, mechanism, tip)
         yield from _lash(data, lift)
-        yield from _keys(data, *mechanism)  # type: ignore[arg-type]
+        yield from _keys(data, mechanism, tip)
         if lift is not None or not profiled:  # that a follower cannot be on its profile is told already
-            yield from _fit(data, lift, *mechanism)  # type: ignore[arg-type]
-        yield from check_part(data, mechanism[0], lift, _trace_radius(data, mechanism[2]))  # type: ignore[arg-type]
-        yield from _search(data, *mechanism)  # type: ignore[arg-type]
-        yield from _limits(data, *mechanism)  # type: ignore[arg-type]
-
-
-def _text(data: Mapping[str, Any], key: str) -> str | None:
-    known = {
-        "cam.form": ("disc", "cylindrical"),
-        "follower.motion": ("translating", "oscillating"),
-        "follower.contact": ("knife", "roller", "flat", "spherical"),
-    }[key]
-    value = at(data, key)
-    return value if isinstance(value, str) and value in known else None
+            yield from _fit(data, lift, mechanism, tip)
+        yield from check_part(data, mechanism, lift, _trace_radius(data, tip))
+        yield from _search(data, mechanism, tip)
+        yield from _limits(data, mechanism, tip)
 
 
 def _size(data: Mapping[str, Any], key: str) -> float | None:
@@ -137,49 +132,39 @@ def _synthesis(data: Mapping[str, Any]) -> Iterator[Fault]:
         yield "synthesis.continuity", continuity, f"must be below the degree ({degree:g})"
 
 
-def _needed(form: str, motion: str, contact: str) -> tuple[str, ...]:
-    """The sizes of the follower that a mechanism needs."""
-    if form == "cylindrical":
-        return (*TRACE.get(contact, ()), *(("arm_length",) if motion == "oscillating" else ()))
-    if motion == "translating":
-        return TRACE.get(contact, ())
-    return ("centre_distance", *(("face_offset",) if contact == "flat" else ("arm_length", *TRACE[contact])))
+def _named(mechanism: Mechanism, tip: Tip) -> str:
+    return f"{mechanism.body.form} cam with {mechanism.motion.words} {tip.name} follower"
 
 
-def sizes_of(form: str, motion: str, contact: str) -> tuple[str, ...]:
-    """The sizes of the follower that a mechanism may have."""
-    radial = motion == "translating" and form == "disc"
-    return (*_needed(form, motion, contact), *(("offset",) if radial else ()))
-
-
-def _named(form: str, motion: str, contact: str) -> str:
-    return f"{form} cam with {'an' if motion == 'oscillating' else 'a'} {motion} {contact} follower"
-
-
-def _keys(data: Mapping[str, Any], form: str, motion: str, contact: str) -> Iterator[Fault]:
-    what = _named(form, motion, contact)
-    if form == "cylindrical" and contact == "flat":
-        yield "follower.contact", contact, "must be 'knife', 'roller' or 'spherical' on a cylindrical cam"
+def _keys(data: Mapping[str, Any], mechanism: Mechanism, tip: Tip) -> Iterator[Fault]:
+    """A mechanism has all its sizes, and none of others."""
+    what, body, own = _named(mechanism, tip), mechanism.body, mechanism.follower_keys(tip)
+    if tip not in mechanism.tips:
+        *names, last = (repr(each.name) for each in mechanism.tips)
+        yield "follower.contact", tip.name, f"must be {', '.join(names)} or {last} on a {body.form} cam"
         return
-    other = "mean_radius" if form == "disc" else "base_radius"
-    absent = [f"cam.{other}", *(["cam.shaft_diameter"] if form == "cylindrical" else [])]
-    absent += [f"follower.{name}" for name in SIZES if name not in sizes_of(form, motion, contact)]
-    for key in (*absent, "search.cam.shaft_diameter" if form == "cylindrical" else ""):
+    others = [key for other in BODIES.values() if other != body for key in other.cam]
+    absent = [f"cam.{key}" for key in others]
+    absent += [f"follower.{name}" for name in SIZES if name not in own]
+    absent += [f"search.cam.{key}" for key in others if key not in SEARCHED]
+    for key in absent:
         if at(data, key) not in (None, 0.0):
             yield key, at(data, key), f"a {what} has none"
-    for name in _needed(form, motion, contact):
+    for name in own:
+        if Follower.model_fields[name].default is not None:
+            continue
         if at(data, f"follower.{name}") is None and at(data, f"search.{name}") is None:
             yield f"follower.{name}", None, f"missing; a {what} needs it"
 
 
-def _dynamics(data: Mapping[str, Any], lift: float | None, form: str, motion: str, contact: str) -> Iterator[Fault]:
+def _dynamics(data: Mapping[str, Any], lift: float | None, mechanism: Mechanism, tip: Tip) -> Iterator[Fault]:
     """A follower that swings has an inertia and no guide; the guide never reaches the trace point."""
-    guide = ("mass", "gravity", "guide_length", "overhang", "friction", "stem_diameter")
-    for name in guide if motion == "oscillating" else ("inertia",):
+    motion = mechanism.motion
+    for name in (key for other in MOTIONS.values() if other != motion for key in other.dynamics):
         for key in _both(f"follower.dynamics.{name}"):
             if at(data, key) is not None:
-                yield key, at(data, key), f"a {_named(form, motion, contact)} has none"
-    for key in _both("follower.dynamics.overhang") if motion == "translating" else ():
+                yield key, at(data, key), f"a {_named(mechanism, tip)} has none"
+    for key in _both("follower.dynamics.overhang") if "overhang" in motion.dynamics else ():
         if lift is not None and any(each is not None and each < lift for each in _values(at(data, key))):
             why = f"must be at least the lift ({lift:g}): the rise shortens it by that much"
             yield key, at(data, key), why
@@ -204,82 +189,35 @@ def _both(key: str) -> tuple[str, str]:
     return key, f"search.{key}"
 
 
-def _fit(data: Mapping[str, Any], lift: float | None, form: str, motion: str, contact: str) -> Iterator[Fault]:
+def _fit(data: Mapping[str, Any], lift: float | None, mechanism: Mechanism, tip: Tip) -> Iterator[Fault]:
     """Whether the design can be put together, at its lowest and its highest position."""
     base, shaft = length(data, "cam.base_radius"), length(data, "cam.shaft_diameter")
     if base and shaft and shaft / 2 > base:
         yield "cam.shaft_diameter", shaft, f"must be at most twice the base radius ({2 * base:g})"
-    if form == "cylindrical":
-        if motion == "oscillating" and lift is not None and lift >= 180.0:
-            yield "motion.lift", None, f"the arm swings {lift:g} deg; a swing stays below 180"
-        return
-    radius = _trace_radius(data, contact)
-    if base is None or radius is None:
-        return
-    offset = _size(data, "follower.offset") or 0.0
-    if motion == "translating" and contact != "flat" and abs(offset) >= base + radius:
-        yield "follower.offset", offset, f"must be smaller than the prime radius ({base + radius:g})"
-    if motion == "oscillating" and lift is not None:
-        yield from (_flat_swing if contact == "flat" else _arm_swing)(data, base + radius, lift)
+    sizes = sizes_in(data, mechanism, tip) | ({} if lift is None else {"lift": lift})
+    with suppress(KeyError):  # what is missing is told on its own, or left to a search
+        if misfit := mechanism.misfit(sizes):
+            yield misfit
 
 
-def _trace_radius(data: Mapping[str, Any], contact: str) -> float | None:
+def _trace_radius(data: Mapping[str, Any], tip: Tip) -> float | None:
     """Distance of the trace point from the profile: the radius of a roller or spherical face; None if not known."""
-    keys = TRACE.get(contact, ())
-    return length(data, f"follower.{keys[0]}") if keys else 0.0
+    return length(data, f"follower.{tip.radius}") if tip.radius else 0.0
 
 
-def _arm_swing(data: Mapping[str, Any], prime: float, lift: float) -> Iterator[Fault]:
-    arm, centre = length(data, "follower.arm_length"), length(data, "follower.centre_distance")
-    if arm is None or centre is None:
-        return
-    if not abs(centre - arm) < prime < centre + arm:
-        between = f"{abs(centre - arm):g} and {centre + arm:g}"
-        yield (
-            "follower.arm_length",
-            arm,
-            f"no triangle: the prime radius ({prime:g}) must lie between {between}",
-        )
-        return
-    start = degrees(acos((centre**2 + arm**2 - prime**2) / (2 * centre * arm)))
-    if start + lift >= 180.0:
-        yield (
-            "motion.lift",
-            None,
-            f"the arm starts at {start:g} deg and rises {lift:g}: it stays below 180 deg",
-        )
-
-
-def _flat_swing(data: Mapping[str, Any], base: float, lift: float) -> Iterator[Fault]:
-    face, centre = _size(data, "follower.face_offset"), length(data, "follower.centre_distance")
-    if face is None or centre is None:
-        return
-    if not abs(base - face) < centre:
-        between = f"between base radius and face offset ({abs(base - face):g})"
-        yield "follower.centre_distance", centre, f"must be above the difference {between}"
-        return
-    start = degrees(asin((base - face) / centre))
-    if start + lift >= 90.0:
-        yield (
-            "motion.lift",
-            None,
-            f"the face starts at {start:g} deg and rises {lift:g}: it stays below 90 deg",
-        )
-
-
-def _search(data: Mapping[str, Any], form: str, motion: str, contact: str) -> Iterator[Fault]:
+def _search(data: Mapping[str, Any], mechanism: Mechanism, tip: Tip) -> Iterator[Fault]:
     search = data.get("search")
     if not isinstance(search, Mapping):
         return
-    own = (*sizes_of(form, motion, contact), "base_radius" if form == "disc" else "mean_radius")
+    own = (*mechanism.follower_keys(tip), mechanism.body.size)
     for key in SEARCHED:
         if search.get(key) is not None and key not in own:
             yield (
                 f"search.{key}",
                 search[key],
-                f"a {_named(form, motion, contact)} has none; known: {', '.join(own)}",
+                f"a {_named(mechanism, tip)} has none; known: {', '.join(own)}",
             )
-    for key in set(own) - {"offset", "face_offset"}:
+    for key in (each for each in own if each not in SIGNED):
         if any(v is not None and v <= 0 for v in _values(search.get(key))):
             yield f"search.{key}", search[key], "must be above 0"
     for name in _texts(search.get("minimise")):
@@ -302,15 +240,15 @@ def _values(choice: Any) -> list[float | None]:
     return [number(v) for v in choice] if isinstance(choice, list) else [number(choice)]
 
 
-def _limits(data: Mapping[str, Any], form: str, motion: str, contact: str) -> Iterator[Fault]:
+def _limits(data: Mapping[str, Any], mechanism: Mechanism, tip: Tip) -> Iterator[Fault]:
     limits = data.get("limits")
     if not isinstance(limits, Mapping):
         return
-    if limits.get("face_reach") is not None and contact != "flat":
+    if limits.get("face_reach") is not None and tip != FLAT:
         yield "limits.face_reach", limits["face_reach"], "only a flat face has a reach"
-    if limits.get("outer_radius") is not None and form != "disc":
+    if limits.get("outer_radius") is not None and mechanism.outline is None:
         yield "limits.outer_radius", limits["outer_radius"], "only a disc cam has one"
-    if limits.get("cutter_radius") is not None and contact == "flat":
+    if limits.get("cutter_radius") is not None and tip == FLAT:
         yield (
             "limits.cutter_radius",
             limits["cutter_radius"],

@@ -24,7 +24,8 @@ USUAL = {
 }
 """From where to where a value raises no question, and its unit."""
 MOSTLY = 0.5  # of the acceleration of a table: a share of noise that is said
-LIFT = {"translating": (0.01, 2e3, "mm"), "oscillating": (0.1, 180.0, "deg")}
+LIFT = {"mm": (0.01, 2e3), "deg": (0.1, 180.0)}
+"""Likewise of a lift, by its unit."""
 
 
 def oddities(scene: Scene) -> list[str]:
@@ -69,4 +70,5 @@ def _values(scene: Scene) -> Iterator[tuple[str, float, tuple[float, float, str]
             yield key, value, usual
     for number, segment in enumerate(scene.motion, start=1):
         if segment.lift:
-            yield f"motion.{number}.lift", segment.lift, LIFT[scene.follower.motion]
+            unit = scene.mechanism.motion.unit
+            yield f"motion.{number}.lift", segment.lift, (*LIFT[unit], unit)

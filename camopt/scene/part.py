@@ -10,6 +10,8 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field
 
+from camopt.mechanisms import Mechanism
+from camopt.mechanisms.body import BODIES, DISC
 from camopt.scene.law_forms import Fault
 from camopt.scene.mapping import at, length
 from camopt.scene.materials import MATERIALS
@@ -17,7 +19,7 @@ from camopt.scene.tables import Cam, Length, Materials, Number, Positive, Table,
 
 Line = Annotated[str, BeforeValidator(one_line)]
 TOWARDS_FOLLOWER = 90.0
-HUB, KEYWAY, GROOVE = ("hub_diameter", "hub_length"), ("keyway_width", "keyway_depth"), ("groove_depth",)
+HUB, KEYWAY = DISC.part, ("keyway_width", "keyway_depth")
 
 
 class Part(Table):
@@ -92,7 +94,9 @@ def resolved(part: Part, title: str, cam: Cam, materials: Materials) -> Part:
     return part.model_copy(update={key: v for key, v in elsewhere.items() if getattr(part, key) is None})
 
 
-def check_part(data: Mapping[str, Any], form: str, travel: float | None, radius: float | None) -> Iterator[Fault]:
+def check_part(
+    data: Mapping[str, Any], mechanism: Mechanism, travel: float | None, radius: float | None
+) -> Iterator[Fault]:
     """Whether what is given of the part goes together, and is inside the cam.
 
     ``travel`` of the follower is in mm, or in deg of its arm; ``radius`` is that of a roller or spherical face.
@@ -100,15 +104,17 @@ def check_part(data: Mapping[str, Any], form: str, travel: float | None, radius:
     part = data.get("part")
     if not isinstance(part, Mapping):
         return
-    for key in GROOVE if form == "disc" else HUB:
+    body = mechanism.body
+    for key in (key for other in BODIES.values() if other != body for key in other.part):
         if part.get(key) is not None:
-            yield f"part.{key}", part[key], f"a {form} cam has none"
+            yield f"part.{key}", part[key], f"a {body.form} cam has none"
     yield from _keyway(data, part)
-    if form == "disc":
-        yield from _hub(data, part, length(data, "cam.base_radius"))
-        yield from _inside(data, length(data, "cam.base_radius"), "the base circle (radius {:g})")
+    if body.closed:
+        base = length(data, f"cam.{body.size}")
+        yield from _hub(data, part, base)
+        yield from _inside(data, base, "the base circle (radius {:g})")
     else:
-        yield from _groove(data, travel, radius)
+        yield from _groove(data, mechanism, travel, radius)
 
 
 def _bore(data: Mapping[str, Any]) -> float | None:
@@ -166,16 +172,18 @@ def _inside(data: Mapping[str, Any], radius: float | None, what: str) -> Iterato
         yield "part.bore", own, f"must leave a wall to {what.format(radius)}"
 
 
-def _groove(data: Mapping[str, Any], travel: float | None, radius: float | None) -> Iterator[Fault]:
+def _groove(
+    data: Mapping[str, Any], mechanism: Mechanism, travel: float | None, radius: float | None
+) -> Iterator[Fault]:
     """A groove lies within the length of the cylinder, and leaves a wall to the bore."""
-    mean, depth = length(data, "cam.mean_radius"), length(data, "part.groove_depth")
+    mean, depth = length(data, f"cam.{mechanism.body.size}"), length(data, "part.groove_depth")
     if mean and depth and depth >= 2 * mean:
         yield "part.groove_depth", depth, f"must be below twice the mean radius ({2 * mean:g})"
     elif mean:
         yield from _inside(data, mean - (depth or 0.0) / 2, "the bottom of the groove (radius {:g})")
     whole, arm = length(data, "part.thickness"), length(data, "follower.arm_length")
     if depth and whole and travel is not None and radius is not None:
-        swings = at(data, "follower.motion") == "oscillating"
+        swings = mechanism.motion.angular
         if swings and arm is None:
             return
         needed = (2 * arm * sin(radians(travel) / 2) if swings and arm else travel) + 2 * radius

@@ -8,15 +8,19 @@ from contextlib import suppress
 from math import degrees
 from typing import Any
 
-from camopt.motion.contact import Contact, OscillatingFace, OscillatingPoint, TranslatingFace, TranslatingPoint
+from camopt.mechanisms import Mechanism, mechanism_for
+from camopt.mechanisms.body import BODIES, DISC
+from camopt.mechanisms.follower import OSCILLATING, TIPS
+from camopt.motion.contact import Contact
 from camopt.motion.load import ExternalLoad
 from camopt.motion.profile import CLOSE, Element, Unfit, least_radius, parts_of
 from camopt.motion.profile_law import programme_on
 from camopt.motion.programme import Programme
 from camopt.scene import tables
 from camopt.scene.law_forms import Fault
-from camopt.scene.mapping import at, length, number, tables_in
+from camopt.scene.mapping import at, number, tables_in
 from camopt.scene.own_laws import FAR
+from camopt.scene.sizes import mechanism_in, sizes_in, sizes_of
 
 LEAST = 1e-9  # mm: of a radius
 
@@ -24,7 +28,7 @@ LEAST = 1e-9  # mm: of a radius
 def read_profile(data: dict[str, Any]) -> None:
     """Put the least radius of a profile in place of one that is absent, or rounded, in ``data`` itself."""
     cam, elements = data.get("cam"), _elements(data)
-    if elements and isinstance(cam, dict) and cam.get("form") == "disc":
+    if elements and isinstance(cam, dict) and cam.get("form") == DISC.form:
         with suppress(Unfit):  # which is told with the other faults
             least = least_radius(parts_of(elements))
             if cam.get("base_radius") is None or not any(_base(data, least)):
@@ -41,8 +45,10 @@ def programme_of(
     Unfit
         If the arcs and lines are no profile, or its follower cannot be on it.
     """
-    elements, contact = [_element_of(each, cam.rotation) for each in profile], _contact_of(follower, cam.rotation)
+    mechanism = mechanism_for(cam.form, follower.motion, follower.contact)
+    contact = _on_profile(mechanism, sizes_of(mechanism, TIPS[follower.contact], follower), cam.rotation)
     assert contact is not None, "a scene has the sizes of its follower"
+    elements = [_element_of(each, cam.rotation) for each in profile]
     return programme_on(parts_of(elements), contact, load)
 
 
@@ -60,15 +66,16 @@ def highest_on_profile(data: Mapping[str, Any]) -> float | None:
         return None
     if programme is None:
         return None
-    return degrees(programme.lift) if at(data, "follower.motion") == "oscillating" else programme.lift
+    return degrees(programme.lift) if at(data, "follower.motion") == OSCILLATING.name else programme.lift
 
 
 def check_profile(data: Mapping[str, Any]) -> Iterator[Fault]:
     """Every fault of a profile that needs more than one value to be seen."""
     if data.get("motion"):
         yield "profile", None, "a scene has either [[motion]] or [[profile]]: one follows from the other"
-    if at(data, "cam.form") == "cylindrical":
-        yield "cam.form", "cylindrical", "must be 'disc': arcs and lines are the profile of a disc cam"
+    form = at(data, "cam.form")
+    if form in [*BODIES] and form != DISC.form:
+        yield "cam.form", form, "must be 'disc': arcs and lines are the profile of a disc cam"
     for k, row in enumerate(_rows(data), start=1):
         yield from _element(row, f"profile.{k}")
     if elements := _elements(data):
@@ -133,29 +140,13 @@ def _element_of(row: tables.Element, rotation: str) -> Element:
 
 def _contact(data: Mapping[str, Any]) -> Contact | None:
     """The follower as the profile meets it; None where a size is missing or wrong."""
-    given: dict[str, Any] = {name: str(at(data, f"follower.{name}")) for name in ("motion", "contact")}
-    given |= {name: length(data, f"follower.{name}") for name in LENGTHS}
-    given |= {"face_offset": number(at(data, "follower.face_offset"))}
-    given |= {"offset": number(at(data, "follower.offset") or 0.0)}
-    return _contact_of(tables.Follower.model_construct(**given), at(data, "cam.rotation"))
+    found = mechanism_in(data, DISC.form)
+    return found and _on_profile(found[0], sizes_in(data, *found), at(data, "cam.rotation"))
 
 
-LENGTHS = ("roller_radius", "face_radius", "arm_length", "centre_distance")
-
-
-def _contact_of(follower: tables.Follower, rotation: str) -> Contact | None:
-    """The follower as the profile meets it; None where it has not the sizes for that."""
-    kind, sense = (follower.motion, follower.contact), -1.0 if rotation == "cw" else 1.0
-    radii = {"roller": follower.roller_radius, "spherical": follower.face_radius, "knife": 0.0}
-    radius, centre_distance, arm = radii.get(follower.contact), follower.centre_distance, follower.arm_length
-    if kind == ("translating", "flat"):
-        return TranslatingFace()
-    if kind == ("oscillating", "flat"):
-        face = follower.face_offset
-        return OscillatingFace(centre_distance, face, sense) if centre_distance and face is not None else None
-    if follower.motion == "translating":
-        offset = follower.offset
-        return TranslatingPoint(radius, sense * offset) if radius is not None and offset is not None else None
-    if follower.motion != "oscillating" or radius is None or not centre_distance or not arm:
+def _on_profile(mechanism: Mechanism, sizes: Mapping[str, float], rotation: str) -> Contact | None:
+    """The follower of a mechanism on a profile; None where it meets none, or a size is missing."""
+    try:
+        return mechanism.on_profile and mechanism.on_profile(sizes, -1.0 if rotation == "cw" else 1.0)
+    except KeyError:
         return None
-    return OscillatingPoint(radius, centre_distance, arm, sense)

@@ -16,7 +16,7 @@ class Read(NamedTuple):
 
 def numbers_read(scene: Scene) -> list[Read]:
     """The speed, and what follower, spring, load and materials have: of an oscillating follower moments by rad."""
-    angular = scene.follower.motion == "oscillating"
+    angular = scene.mechanism.motion.angular
     given = {key: value for key, value in scene.numbers(NUMBERS).items() if value is not None}
     units = {key: QUANTITIES[number_quantity(key, angular=angular)].unit for key in given}
     return [Read(key, value, units[key]) for key, value in given.items()]

@@ -15,6 +15,8 @@ from typing import Annotated, Any
 import tomli_w
 from pydantic import BaseModel, BeforeValidator, Field, PrivateAttr, ValidationError
 
+from camopt.mechanisms import Mechanism, mechanism_for
+from camopt.mechanisms.follower import TIPS, Tip
 from camopt.mistakes import BadInput, Mistake, nearest, printable
 from camopt.scene.checks import check
 from camopt.scene.complaints import mistakes_of
@@ -138,6 +140,16 @@ class Scene(Shown, Table):
     def file(self) -> str:
         """The name of the scene's file, or what messages call it if it has none."""
         return self._file
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """The pairing of its cam and follower."""
+        return mechanism_for(self.cam.form, self.follower.motion, self.follower.contact)
+
+    @property
+    def tip(self) -> Tip:
+        """What of its follower touches the cam."""
+        return TIPS[self.follower.contact]
 
     @property
     def whole_part(self) -> Part:

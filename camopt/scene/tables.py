@@ -15,6 +15,8 @@ from pydantic import (
     create_model,
 )
 
+from camopt.mechanisms.body import Form
+from camopt.mechanisms.follower import MotionName, TipName
 from camopt.mistakes import BadInput, nearest
 from camopt.quantities import BOUNDED, DISCIPLINES, EVERYTHING, QUANTITIES, SIGNED
 from camopt.scene.complaints import TAGS, mistakes_of
@@ -102,7 +104,7 @@ def _turns(value: Any) -> Any:
 class Cam(Table):
     """The cam: form, sense of rotation, speed and size."""
 
-    form: Literal["disc", "cylindrical"]
+    form: Form
     """A disc cam turns about an axis square to the motion, a cylindrical one carries a groove on its mantle."""
     rotation: Literal["ccw", "cw"] = "ccw"
     """Sense of rotation, as seen in pictures: ccw (anticlockwise) or cw."""
@@ -178,9 +180,9 @@ class Dynamics(Table):
 class Follower(Table):
     """The follower: how it moves, what touches the cam, and its sizes."""
 
-    motion: Literal["translating", "oscillating"]
+    motion: MotionName
     """Along a straight line, or about a pivot."""
-    contact: Literal["knife", "roller", "flat", "spherical"]
+    contact: TipName
     """What touches the cam: a knife edge, a roller, a flat face or a spherical (mushroom) face."""
     roller_radius: Length | None = None
     """Radius of the roller; mm."""

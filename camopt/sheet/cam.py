@@ -96,7 +96,7 @@ class Cam:
     def curves(self) -> dict[str, Line]:
         """Its curves by name; the pitch curve only where it is the path of a roller's centre."""
         setup, fine = self.problem.setup, float(np.clip(FINENESS * self.size, LEAST, LARGEST))
-        rolls = not (setup.pointed or setup.spherical)
+        rolls = setup.rolls
         found = {name: curve for name, curve in curves_of(self.problem).items() if name != "pitch" or rolls}
         return {name: flattened(follow(curve, "arcs", fine), CLOSE * self.size) for name, curve in found.items()}
 

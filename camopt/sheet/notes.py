@@ -43,15 +43,15 @@ def texts_of(cam: Cam) -> Iterator[str]:
 
 
 def _follower(cam: Cam) -> str:
-    follower, design = cam.scene.follower, cam.problem.design
-    words = f"{'an' if follower.motion == 'oscillating' else 'a'} {follower.motion} follower"
+    scene, design = cam.scene, cam.problem.design
+    words = f"{scene.mechanism.motion.words} follower"
     radius = cam.roller
     contact = {
         "roller": f"with a roller Ø{number(2 * radius)}",
         "spherical": f"with a spherical face R{number(radius)}",
         "flat": "with a flat face",
         "knife": "with a knife edge",
-    }[follower.contact]
+    }[scene.tip.name]
     sizes = {
         "arm": float(design.arm_length[0]),
         "distance of the pivot from the cam's axis": float(design.centre_distance[0]),

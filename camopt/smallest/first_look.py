@@ -86,7 +86,7 @@ def coarse_grid(problem: Problem, bounds: Bounds, lift: float, values: int) -> D
 def largest_size(problem: Problem, bounds: Bounds) -> float:
     """The largest size worth a look: the given one, or what limits on it or the triangle of an arm allow."""
     reach = bounds["centre_distance"][1] + bounds["arm_length"][1] + max(bounds["face_offset"][1], 0.0)
-    triangle = problem.setup.angular and problem.setup.mechanism.body.closed
+    triangle = "centre_distance" in problem.setup.mechanism.sizes
     of_limits = max(min((limit.most_size for limit in problem.limits), default=inf), bounds["size"][0])
     return min(bounds["size"][1], of_limits, reach if triangle else inf, LONGEST)
 

@@ -102,7 +102,7 @@ def has_own_size(problem: Problem, objective: Collection[str]) -> bool:
 
 def _size_key(problem: Problem) -> str:
     """The key of the size of the cam, in ``[search]`` as in ``[cam]``."""
-    return problem.size_name.removesuffix("_mm")
+    return problem.setup.mechanism.body.size
 
 
 def scene_with(scene: Scene, demand: Demand, found: Iterate) -> Scene:

@@ -152,7 +152,7 @@ def chosen(scene: Scene, row: Mapping[str, Any]) -> Scene:
 def column_of(scene: Scene, key: str) -> str:
     """The column in which tables have a size, or another number that ``[search]`` takes, by its key."""
     if key not in size_keys(scene):
-        return number_quantity(key, angular=scene.follower.motion == "oscillating")
+        return number_quantity(key, angular=scene.mechanism.motion.angular)
     field = FIELDS[name := key.partition(".")[2]]
     return f"{name if field == 'size' else field}_mm"
 

@@ -18,6 +18,7 @@ from camopt.effects.crossing import find_crossing, surely_round
 from camopt.effects.crossing_boxes import KnownCrossings, deepest, followed, overlap_in, overlaps
 from camopt.effects.parts import cover, first_parts
 from camopt.mechanisms import MECHANISMS, Designs
+from camopt.mechanisms.follower import FLAT, KNIFE, ROLLER
 from camopt.mechanisms.geometry import cam_curves, profile_points
 from camopt.motion import LAWS
 from camopt.motion.programme import Programme
@@ -69,7 +70,8 @@ def cases(draw, keys=DISC, slimmest=0.3) -> Case:
     }
     design = Designs(**{n: np.array([v]) for n, v in sizes.items()}, sense=draw(st.sampled_from([1.0, -1.0])))
     assume(MECHANISMS[key].exists(design, turn)[0])
-    return Case(Setup(MECHANISMS[key], angular, radius == 0.0 and not flat, None, None), turn, design)
+    tip = FLAT if flat else ROLLER if radius else KNIFE
+    return Case(Setup(MECHANISMS[key], tip), turn, design)
 
 
 def points_of(case: Case, angles) -> np.ndarray:
@@ -151,7 +153,7 @@ def slim_cams(count: int, key) -> list[Case]:
         radius, arm = random.uniform(2, 15), random.uniform(120, 160) * angular
         sizes = (radius * random.uniform(0.05, 0.6), radius, 0.0, arm, arm * random.uniform(0.95, 1.05), 0.0)
         design = Designs(*(np.array([size]) for size in sizes), sense=1.0)
-        case = Case(Setup(MECHANISMS[key], angular, False, None, None), turn, design)
+        case = Case(Setup(MECHANISMS[key], ROLLER), turn, design)
         if MECHANISMS[key].exists(design, turn)[0] and not undercut(case):
             made.append(case)
     return made
@@ -184,7 +186,7 @@ def test_a_crossing_shown_is_a_root(key):
 def test_a_knife_edge_draws_no_crossing(case):
     """Where the distance from the centre is the same, so are displacement and cam angle."""
     designs = replace(case.designs, roller_radius=np.zeros(1))
-    edge = replace(case, setup=replace(case.setup, pointed=True), designs=designs)
+    edge = replace(case, setup=replace(case.setup, tip=KNIFE), designs=designs)
     assume(edge.setup.mechanism.exists(edge.designs, edge.programme)[0])
     assert not self_crossing(edge)
     assert not polygon_crosses(edge)

@@ -16,6 +16,7 @@ from support.depth import covering, times
 from camopt.effects import Case, Setup
 from camopt.kernels.compile import compiled
 from camopt.mechanisms import MECHANISMS, Designs
+from camopt.mechanisms.follower import ROLLER
 from camopt.motion.programme import Programme, span
 from camopt.motion.table import DWELL, RETURN, RISE, TURN
 from camopt.numerics import GIVEN, LARGEST, LARGEST_MAGNITUDE, LEAST, UNIT
@@ -83,7 +84,7 @@ WAYS = [(law, way * (-1.0) ** k) for way in (1.0, -1.0) for k, law in enumerate(
 def test_extremes_are_those_of_dense_sampling(mechanism, angular, name, sense, law):
     turn, angles, motion = sampled_motion(law, angular)
     some = designs(angular, sense, times(4, deep=8), seed=own.STILL.index(law))
-    case = Case(Setup(mechanism, angular, False, None, None, tolerance=1e-13), turn, some)
+    case = Case(Setup(mechanism, ROLLER, tolerance=1e-13), turn, some)
     make = getattr(mechanism, name)
     questions = [(TURN, LARGEST), (TURN, LEAST), (RISE, LARGEST_MAGNITUDE), (RETURN, LARGEST)]
     value, where, _ = case.extremes(make, questions, located=True)
@@ -146,7 +147,7 @@ def test_span_of_a_combination_of_derivatives(law, weights):
 def test_an_answer_does_not_depend_on_its_place_in_a_block(rows):
     turn = programme("poly345", angular=False)
     mechanism = MECHANISMS["disc", "translating", False]
-    setup = Setup(mechanism, False, False, None, None, tolerance=1e-13)
+    setup = Setup(mechanism, ROLLER, tolerance=1e-13)
     many = designs(False, 1.0, 1000)
     whole, _, _ = Case(setup, turn, many).extremes(mechanism.curvature, [(TURN, LARGEST)])
     part, _, _ = Case(setup, turn, many.take(slice(1000 - rows, None))).extremes(
@@ -159,7 +160,7 @@ def test_a_peak_narrower_than_a_panel_is_found():
     """s₀ → 0: the pitch curve has a near-cusp far narrower than the table's panels."""
     turn = programme("harmonic", angular=False)
     mechanism = MECHANISMS["disc", "translating", False]
-    setup = Setup(mechanism, False, False, None, None, tolerance=1e-13)
+    setup = Setup(mechanism, ROLLER, tolerance=1e-13)
     zero = np.zeros(1)
     for height in (1.0, 0.1, 0.01):
         e = 10.0
@@ -197,7 +198,7 @@ def test_narrow_peaks_of_many_cams_next_to_the_limit(law, tolerance):
     size = rng.uniform(1, 40, count)
     offset = rng.choice([-1, 1], count) * size * (1 - 10 ** rng.uniform(-6, -0.5, count))
     some = Designs(size, zero, offset, zero, zero, zero, 1.0)
-    case = Case(Setup(mechanism, False, False, None, None, tolerance), turn, some)
+    case = Case(Setup(mechanism, ROLLER, tolerance), turn, some)
     for make in (mechanism.pressure, mechanism.curvature):
         value, _, width = case.extremes(make, [(TURN, LARGEST), (TURN, LEAST)])
         f = make(some, turn)

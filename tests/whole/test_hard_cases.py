@@ -19,6 +19,7 @@ from camopt.effects import Case, Setup
 from camopt.front.pareto import non_dominated
 from camopt.kernels import compile
 from camopt.mechanisms import MECHANISMS, Designs
+from camopt.mechanisms.follower import KNIFE, ROLLER
 from camopt.mistakes import BadInput
 from camopt.motion.programme import Programme
 from camopt.motion.table import TURN
@@ -92,7 +93,7 @@ def test_a_peak_next_to_the_end_of_a_return(law, gap):
     zero, mechanism = np.zeros(1), MECHANISMS["disc", "translating", False]
     for side in (1.0, -1.0):
         design = Designs(np.array([prime]), zero, np.array([side * (prime - gap)]), zero, zero, zero, 1.0)
-        found = Case(Setup(mechanism, False, True, None, None), turn, design).extremes(
+        found = Case(Setup(mechanism, KNIFE), turn, design).extremes(
             mechanism.pressure, [(TURN, LARGEST), (TURN, LEAST)]
         )
         hairs = np.geomspace(1e-9, 0.1, 20001)
@@ -117,7 +118,7 @@ def test_a_cusp_of_the_pitch_curve():
     zero, mechanism = np.zeros(4), MECHANISMS["disc", "translating", False]
     size = np.array([1e-3, 1e-6, 1e-9, 1e-12])
     designs = Designs(size, zero, zero, zero, zero, zero, 1.0)
-    found = Case(Setup(mechanism, False, True, None, None), rise, designs).extremes(
+    found = Case(Setup(mechanism, KNIFE), rise, designs).extremes(
         mechanism.curvature, [(TURN, LARGEST), (TURN, LEAST)]
     )
     assert not np.isnan(found.value).any()
@@ -312,7 +313,7 @@ def test_no_point_of_a_curve_lies_outside_of_its_enclosure(data, key, law):
     assume(mechanism.exists(design, turn)[0])
     angles = np.concatenate([s.start + s.angle * np.linspace(1e-9, 1 - 1e-9, 500) for s in turn.strokes])
     tolerance = data.draw(st.sampled_from([1e-3, 1e-6, 1e-9, 1e-12]))
-    case = Case(Setup(mechanism, angular, False, None, None, tolerance), turn, design)
+    case = Case(Setup(mechanism, ROLLER, tolerance), turn, design)
     for name in ("pressure", "curvature", "profile_radius", "reach"):
         make = getattr(mechanism, name)
         if make is None:

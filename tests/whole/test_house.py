@@ -11,6 +11,8 @@ from mutation.killers import CORE, killers
 
 import camopt
 from camopt.effects import EFFECTS
+from camopt.mechanisms.body import BODIES
+from camopt.mechanisms.follower import MOTIONS
 from camopt.quantities import QUANTITIES
 from camopt.scene.tables import Limits
 
@@ -171,7 +173,15 @@ def test_no_search_no_proof_and_no_drawing_asks_for_a_limit_by_name(part):
     there = {name: tree for name, tree in trees().items() if name == part or name.startswith(f"{part}.")}
     assert there
     constants = ((name, node) for name, tree in there.items() for node in ast.walk(tree))
-    assert {(n, c.value) for n, c in constants if isinstance(c, ast.Constant) and c.value in keys} == set()
+    declared = {("mechanisms.body", key) for body in BODIES.values() for key in (*body.cam, *body.part)}
+    assert {(n, c.value) for n, c in constants if isinstance(c, ast.Constant) and c.value in keys} <= declared
+
+
+def test_only_mechanisms_name_forms_of_cams_and_motions_of_followers():
+    words = {*BODIES, *MOTIONS}
+    constants = ((name, node) for name, tree in trees().items() for node in ast.walk(tree))
+    named = {(n, c.value) for n, c in constants if isinstance(c, ast.Constant) and c.value in words}
+    assert {name for name, _ in named} == {"mechanisms.body", "mechanisms.follower"}
 
 
 @pytest.mark.parametrize("name", sorted({*FILES} - DOORS))

@@ -104,6 +104,8 @@ def _measured_cam(
     profile: str | None,
 ) -> Any:
     """The cam and follower of a measured motion: a scene, or its tables from options alone."""
+    from camopt.mechanisms.body import DISC
+    from camopt.mechanisms.follower import FLAT, TRANSLATING
     from camopt.mistakes import BadInput, Mistake
 
     if profile and base_radius is not None:
@@ -114,8 +116,8 @@ def _measured_cam(
             raise BadInput([Mistake("camopt", "--base-radius", None, "missing; or name a --scene", bare=True)])
         sizes = {} if roller_radius is None else {"roller_radius": roller_radius}
         known = {"base_radius": base_radius, "rpm": rpm}
-        cam = {"form": "disc", **{key: value for key, value in known.items() if value is not None}}
-        return {"cam": cam, "follower": {"motion": "translating", "contact": follower or "flat", **sizes}}
+        cam = {"form": DISC.form, **{key: value for key, value in known.items() if value is not None}}
+        return {"cam": cam, "follower": {"motion": TRANSLATING.name, "contact": follower or FLAT.name, **sizes}}
     why = "belongs to a fit without --scene: the scene has a follower"
     others = {"--follower": follower, "--roller-radius": roller_radius}
     given = [Mistake("camopt", name, value, why, bare=True) for name, value in others.items() if value is not None]

@@ -54,7 +54,7 @@ def show_synthesis(result: "Synthesised", known: "Comparison", prices: "Iterable
     title = f"{result.scene.name}: free laws, and the smallest cam of each known law"
     show(table_of(title, rows, [*names, "binding"], bounds_of(problem)))
     unit, what = objective_unit(result.asked), bound_in_words(result)
-    swung = result.scene.follower.motion == "oscillating"
+    swung = result.scene.mechanism.motion.angular
     why = "The limits of an oscillating follower are not convex" if swung else "Curvature or a load decides too"
     show_limits_of_motion(result.asked, known.rows.values(), defaults)
     show(_beside_known(result, known))

@@ -11,22 +11,21 @@ from sphinx.pycode import ModuleAnalyzer
 
 from camopt import BadInput, Scene
 from camopt.effects import lacking
+from camopt.mechanisms import MECHANISMS, Mechanism
+from camopt.mechanisms.follower import Tip
 from camopt.problem.limits import Limit
 from camopt.problem.problem import resolve
 from camopt.problem.unused import READERS
-from camopt.scene.checks import sizes_of
 from camopt.scene.choices import Range
 from camopt.scene.materials import MATERIALS
 from camopt.scene.tables import Dynamics, Element, OwnLaw, Segment, ShortLimits, Table, Through
 
 from .markdown import code, digits, entry, prose, table
 
-MECHANISMS = {
-    f"{form}, {motion} {contact}": (form, motion, contact)
-    for form, motion, contact in product(
-        ("disc", "cylindrical"), ("translating", "oscillating"), ("knife", "roller", "spherical", "flat")
-    )
-    if (form, contact) != ("cylindrical", "flat")
+PAIRINGS = {
+    f"{mechanism.body.form}, {mechanism.motion.name} {tip.name}": (mechanism, tip)
+    for mechanism in MECHANISMS.values()
+    for tip in mechanism.tips
 }
 PLACES: dict[str, tuple[type[Table], str]] = {
     **{
@@ -93,7 +92,7 @@ def needed_by(place: str, key: str) -> str:
     if place in ("follower.dynamics", "materials"):
         return ", ".join(f"[{effect}](quantities.md#{effect})" for effect in READERS[key])
     if place == "follower":
-        having = [name for name, mechanism in MECHANISMS.items() if key in sizes_of(*mechanism)]
+        having = [name for name, (mechanism, tip) in PAIRINGS.items() if key in mechanism.follower_keys(tip)]
         return "; ".join(having)
     return ""
 
@@ -142,25 +141,26 @@ SIZE = {"roller_radius": 10, "face_radius": 10, "arm_length": 80, "centre_distan
 COMMON = {"spring_rate": 5, "preload": 100, "damping": 0.01, "natural_frequency": 200, "damping_ratio": 0.05}
 COMMON |= {"fluctuation": 0.02, "lash": 0.2, "lash_variation": 0.1}
 GUIDE = {"mass": 0.5, "guide_length": 60, "overhang": 60, "friction": 0.1, "stem_diameter": 12}
+SWUNG = {"inertia": 0.01}
+SOLID = {"thickness": 20, "groove_depth": 8}
 BODIES = {"cam": "steel", "follower": "steel", "face_width": 15, "wear_rate": 1e-10, "viscosity": 0.05}
 BODIES |= {"pressure_viscosity": 20, "roughness": 0.4}
 
 
-def scene_of(mechanism: tuple[str, str, str], *, full: bool) -> Scene:
+def scene_of(mechanism: Mechanism, tip: Tip, *, full: bool) -> Scene:
     """A cam with a follower of a kind: its sizes alone, or all that a scene can give."""
-    form, motion, contact = mechanism
-    radius = "base_radius" if form == "disc" else "mean_radius"
-    sizes = {key: value for key, value in SIZE.items() if key in sizes_of(*mechanism)}
+    body, motion, own = mechanism.body, mechanism.motion, mechanism.follower_keys(tip)
+    sizes = {key: value for key, value in SIZE.items() if key in own}
     data: dict[str, Any] = {
-        "cam": {"form": form, radius: 40},
-        "follower": {"motion": motion, "contact": contact, **sizes},
+        "cam": {"form": body.form, body.size: 40},
+        "follower": {"motion": motion.name, "contact": tip.name, **sizes},
         "motion": TURN,
     }
     if full:
         data["cam"]["rpm"] = 300
-        data["follower"]["dynamics"] = {**COMMON, **(GUIDE if motion == "translating" else {"inertia": 0.01})}
+        data["follower"]["dynamics"] = {**COMMON, **(SWUNG if motion.angular else GUIDE)}
         data["materials"] = BODIES
-        data["part"] = {"thickness": 20, "bore": 20, **({} if form == "disc" else {"groove_depth": 8})}
+        data["part"] = {"bore": 20, **{key: SOLID[key] for key in body.solid}}
     return Scene.from_dict(data)
 
 
@@ -168,8 +168,8 @@ def scene_of(mechanism: tuple[str, str, str], *, full: bool) -> Scene:
 def missing() -> dict[str, set[str]]:
     """What each quantity needs besides sizes and motion: keys, for any of the mechanisms."""
     found: dict[str, set[str]] = {}
-    for mechanism in MECHANISMS.values():
-        for name, needs in lacking(resolve(scene_of(mechanism, full=False)).setup).items():
+    for mechanism, tip in PAIRINGS.values():
+        for name, needs in lacking(resolve(scene_of(mechanism, tip, full=False)).setup).items():
             found.setdefault(name, set()).update(needs)
     return found
 
@@ -178,9 +178,9 @@ def missing() -> dict[str, set[str]]:
 def limits() -> dict[str, list[Limit]]:
     """Every limit by its key, as it is for each mechanism that may have it."""
     found: dict[str, list[Limit]] = {key: [] for key in ShortLimits.model_fields}
-    for mechanism, key in product(MECHANISMS.values(), found):
+    for (mechanism, tip), key in product(PAIRINGS.values(), found):
         with suppress(BadInput):  # this follower has no such limit
-            scene = scene_of(mechanism, full=True).replace(limits={key: 0.5})
+            scene = scene_of(mechanism, tip, full=True).replace(limits={key: 0.5})
             found[key] += [limit for limit in resolve(scene).limits if limit.name == key]
     return found
 

@@ -1,0 +1,55 @@
+"""How a follower moves, and what of it touches the cam: its tip."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+MotionName = Literal["translating", "oscillating"]
+"""How followers move, as ``follower.motion`` has it."""
+TipName = Literal["knife", "roller", "flat", "spherical"]
+"""What touches the cam, as ``follower.contact`` has it."""
+
+
+@dataclass(frozen=True)
+class FollowerMotion:
+    """The way in which a follower moves: along a line, or about a pivot."""
+
+    name: MotionName
+    words: str
+    """The name with its article."""
+    angular: bool
+    """Whether its displacement is an angle, and what moves it a moment."""
+    unit: str
+    """Of its displacement in a scene."""
+    dynamics: tuple[str, ...]
+    """The keys of ``[follower.dynamics]`` that it alone has."""
+
+
+TRANSLATING = FollowerMotion(
+    "translating",
+    "a translating",
+    angular=False,
+    unit="mm",
+    dynamics=("mass", "gravity", "guide_length", "overhang", "friction", "stem_diameter"),
+)
+OSCILLATING = FollowerMotion("oscillating", "an oscillating", angular=True, unit="deg", dynamics=("inertia",))
+MOTIONS: dict[str, FollowerMotion] = {motion.name: motion for motion in (TRANSLATING, OSCILLATING)}
+
+
+@dataclass(frozen=True)
+class Tip:
+    """What of a follower touches the cam."""
+
+    name: TipName
+    radius: str = ""
+    """The key of its radius in ``[follower]``; "" if it has none."""
+
+
+KNIFE, ROLLER, FLAT, SPHERICAL = (
+    Tip("knife"),
+    Tip("roller", "roller_radius"),
+    Tip("flat"),
+    Tip("spherical", "face_radius"),
+)
+TIPS: dict[str, Tip] = {tip.name: tip for tip in (KNIFE, ROLLER, FLAT, SPHERICAL)}
+ROUND = (KNIFE, ROLLER, SPHERICAL)
+"""Tips with a trace point: the edge, or the centre of the roller or face."""

@@ -1,0 +1,68 @@
+"""Mechanisms: what each says of its body, its flanks and its follower, against what its curves do."""
+
+from typing import get_args
+
+import numpy as np
+import pytest
+from support.cams import CONTACTS, cam_with
+
+from camopt.mechanisms import FIELDS, MECHANISMS, SIZES, mechanism_for
+from camopt.mechanisms.body import BODIES, Form
+from camopt.mechanisms.follower import MOTIONS, TIPS, MotionName, TipName
+from camopt.mechanisms.geometry import cam_curves
+from camopt.numerics.curves import curve
+from camopt.problem.problem import resolve_design
+from camopt.scene.scene import Scene
+from camopt.scene.tables import Cam, Dynamics, Follower
+
+TRACED = [contact for contact in CONTACTS if contact not in ("flat", "swinging-face")]
+
+
+def problem_of(contact, **more):
+    return resolve_design(Scene.from_dict(cam_with(contact, **more)))
+
+
+@pytest.mark.parametrize("rotation", ["ccw", "cw"])
+@pytest.mark.parametrize("contact", TRACED)
+def test_a_flank_is_as_curved_as_its_side_and_its_bulge_say(contact, rotation):
+    """Drawn points turn by their angle per length; the formula κ/(1 − κ·R) has the sign that ``bulge`` gives it."""
+    problem = problem_of(contact, rotation=rotation)
+    mechanism, design, turn = problem.setup.mechanism, problem.design, problem.programme
+    step, radius = 1e-5, float(design.roller_radius[0])
+    for degrees in (23.0, 61.0, 88.0, 171.0, 204.0, 233.0):
+        angles = np.radians(degrees) + step * np.array([-1.0, 0.0, 1.0])
+        kappa = float(curve(mechanism.curvature(design, turn), 0, *turn.at(angles[1:2]))[0][0])
+        drawn = cam_curves(mechanism, design, turn, angles)
+        for flank, points in zip(mechanism.flanks, drawn.profile, strict=True):
+            one, other = np.diff(points)
+            bent = np.angle(other / one) / (0.5 * (abs(one) + abs(other)))
+            outwards = ((points[1] - drawn.pitch[1]) * np.conj(drawn.normal[1])).real
+            assert outwards == pytest.approx(flank.side * radius, abs=1e-9)
+            # seen from the follower, left of the way where the normal is to the left of it
+            leftwards = np.sign((np.conj(points[2] - points[0]) * -flank.side * drawn.normal[1]).imag)
+            convex = -leftwards * bent
+            bulge = mechanism.bulge(flank)
+            assert convex == pytest.approx(bulge * kappa / (1.0 - bulge * kappa * radius), rel=2e-4, abs=2e-6)
+
+
+@pytest.mark.parametrize("mechanism", MECHANISMS.values(), ids=lambda mechanism: mechanism.name)
+def test_a_flank_below_the_trace_point_pushes_and_one_beyond_it_pulls(mechanism):
+    assert [flank.pressing for flank in mechanism.flanks] == [-flank.side for flank in mechanism.flanks]
+    assert mechanism.pulls == any(flank.side > 0.0 for flank in mechanism.flanks)
+
+
+@pytest.mark.parametrize("mechanism", MECHANISMS.values(), ids=lambda mechanism: mechanism.name)
+def test_the_keys_of_a_mechanism_are_those_of_scenes(mechanism):
+    assert {*mechanism.sizes} < {*SIZES}
+    for tip in mechanism.tips:
+        for key in mechanism.keys(tip):
+            table, name = key.split(".")
+            assert name in {"cam": Cam, "follower": Follower}[table].model_fields
+            assert FIELDS[name] in ("size", *mechanism.sizes)
+        assert mechanism_for(mechanism.body.form, mechanism.motion.name, tip.name) is mechanism
+    assert {*mechanism.motion.dynamics} < {*Dynamics.model_fields}
+
+
+def test_the_words_of_scenes_are_those_of_the_registries():
+    assert (get_args(Form), get_args(MotionName), get_args(TipName)) == (tuple(BODIES), tuple(MOTIONS), tuple(TIPS))
+    assert {(form, motion) for form, motion, _ in MECHANISMS} == {(b, m) for b in BODIES for m in MOTIONS}
