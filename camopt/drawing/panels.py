@@ -180,10 +180,10 @@ def _curvature(picture: Picture) -> Panel:
 
 
 def _trace_curvature(picture: Picture, pitch: Values) -> Panel:
-    radius, both = float(picture.problem.design.roller_radius[0]), picture.problem.setup.mechanism.two_sided
-    sides = (1.0, -1.0) if both and radius else (1.0,)
+    mechanism, radius = picture.problem.setup.mechanism, float(picture.problem.design.roller_radius[0])
+    both, flanks = mechanism.two_sided, mechanism.flanks[: None if radius else 1]
     cap = _cap(np.concatenate(pitch), radius)
-    profiles = [[_offset_curvature(k, side * radius, cap) for k in pitch] for side in sides]
+    profiles = [[_offset_curvature(k, mechanism.bulge(flank) * radius, cap) for k in pitch] for flank in flanks]
     panel = Panel(f"Curvature of the {'flanks' if both else 'profile'}", "1/mm", profiles[0])
     if radius > 0.0:
         panel.reference = pitch

@@ -7,14 +7,18 @@ from functools import cache
 
 import numpy as np
 import pytest
+from support.cams import cam_with
 from support.depth import covering
 from support.pictures import faults_of
 from test_figures import LIMITED, LOADED, OTHERS, TITLES, load_diagrams, loaded, made
 
 import camopt
-from camopt import BadInput, find_scene, shipped_scenes
+from camopt import BadInput, Scene, find_scene, shipped_scenes
 from camopt.drawing.figures import plot
+from camopt.drawing.panels import panels
+from camopt.drawing.picture import Picture
 from camopt.drawing.style import COLOURS, DASHES, SERIES, pen_of
+from camopt.problem.problem import resolve_design
 
 RISE_AND_FALL = [
     {"segment": "rise", "angle": 60, "lift": 1e4, "law": "cycloidal"},
@@ -207,3 +211,19 @@ def test_colours_are_apart_for_the_colour_blind(colours, kind):
     seen = [seen_as(colour, kind) for colour in colours]
     apart = [np.linalg.norm(a - b) for k, a in enumerate(seen) for b in seen[:k]]
     assert min(apart) > 10.0  # ten times what is just seen
+
+
+@pytest.mark.parametrize("contact", ["groove", "groove-arm"])
+def test_the_thin_line_is_the_curvature_of_the_left_flank(contact):
+    """That of the drawn flanks: by how much three points of each turn, per length."""
+    picture = Picture(resolve_design(Scene.from_dict(cam_with(contact))))
+    (panel,) = (each for each in panels(picture) if each.title == "Curvature of the flanks")
+    assert panel.note.startswith("thin: left flank")
+    assert panel.other is not None
+    names = [flank.name for flank in picture.problem.setup.mechanism.flanks]
+    for name, lines in (("right", panel.values), ("left", panel.other)):
+        for curves, line in zip(picture.curves, lines, strict=True):
+            step = np.diff(curves.profile[names.index(name)])
+            turned = np.angle(step[1:] / step[:-1]) / (0.5 * (np.abs(step[1:]) + np.abs(step[:-1])))
+            middle = slice(len(line) // 5, -len(line) // 5)
+            np.testing.assert_allclose(line[1:-1][middle], turned[middle], rtol=2e-2, atol=2e-4)
