@@ -262,11 +262,10 @@ def test_the_range_over_a_box_holds_every_design_of_it(contact):
 
 
 def test_of_designs_that_may_jam_nothing_is_known():
-    problem = resolve(scene_of("roller").replace(**{"follower.dynamics.friction": 1.6}))
+    scene = scene_of("roller").replace(**{"follower.dynamics.friction": 1.6})
+    problem = resolve(scene)
     least, most = (
-        evaluate(
-            problem.scene.replace(**{"cam.base_radius": radius, "outputs": ["jamming_margin", "torque_rms_N_m"]})
-        )
+        evaluate(scene.replace(**{"cam.base_radius": radius, "outputs": ["jamming_margin", "torque_rms_N_m"]}))
         for radius in (40.0, 90.0)
     )
     assert least["jamming_margin"] < 0.0 < most["jamming_margin"]
