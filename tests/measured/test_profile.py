@@ -68,9 +68,12 @@ def cam_of(follower, rotation="ccw", **more):
     return {"cam": {"form": "disc", "rotation": rotation, **more}, "follower": follower}
 
 
+def scene_of(follower, rotation="ccw", base=60.0, motion=LOBE):
+    return Scene.from_dict({"name": "lobe", **cam_of(follower, rotation, base_radius=base), "motion": motion})
+
+
 def problem_of(follower, rotation="ccw", base=60.0, motion=LOBE):
-    cam = cam_of(follower, rotation, base_radius=base)
-    return resolve(Scene.from_dict({"name": "lobe", **cam, "motion": motion}))
+    return resolve(scene_of(follower, rotation, base, motion))
 
 
 def curve_of(problem):
@@ -206,7 +209,7 @@ def test_noise_and_outliers_are_those_of_the_points(follower, rotation):
     assert fitted.deviation.held
     name = fitted.quantity("acceleration")
     assert fitted.after["acceleration"] == pytest.approx(
-        camopt.evaluate(problem_of(follower, rotation).scene)[name], rel=0.05
+        camopt.evaluate(scene_of(follower, rotation))[name], rel=0.05
     )
 
 
@@ -291,7 +294,7 @@ def test_rounded_points_have_the_noise_of_their_step(follower, form, digits):
     fitted = fit(MeasuredProfile(rows, form, 2.0), cam_of(follower))
     scale = np.radians(1.0) * 75.0 if fitted.unit == "deg" else 1.0
     assert fitted.noise * scale == pytest.approx(step / 12**0.5, rel=0.6)
-    true = camopt.evaluate(problem_of(follower).scene)[fitted.quantity("acceleration")]
+    true = camopt.evaluate(scene_of(follower))[fitted.quantity("acceleration")]
     assert fitted.after["acceleration"] == pytest.approx(true, rel=0.08)
     assert fitted.deviation.held
 
