@@ -6,6 +6,7 @@ where a line runs through it.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
+from itertools import cycle
 from math import cos, pi, sin
 from typing import Any, NamedTuple
 
@@ -69,7 +70,8 @@ def settle(figure: Any, labels: Sequence[Label]) -> None:
             met = box.padded(room).count_overlaps(taken) + _leaves(box, figure.bbox)
             marked = box.padded(clear).count_contains(marks) + _leaves(box, label.axes.bbox)
             marked += sum(_runs_through(box, body) for body in bodies)
-            costs.append(TEXT * met + MARK * marked + LINE * sum(_runs_through(box, path) for path in lines))
+            crossed = sum(_runs_through(box.padded(half), path) for path, half in lines)
+            costs.append(TEXT * met + MARK * marked + LINE * crossed)
             if costs[-1] == 0.0:
                 break
         _put(text, label.places[int(np.argmin(costs))])
@@ -95,16 +97,20 @@ def _marks(axes: Any) -> FloatArray:
     return np.concatenate([np.zeros((0, 2)), *found])
 
 
-def _lines(axes: Any, thinnest: float) -> Iterator[Any]:
-    """The lines of axes, in pixels."""
+def _lines(axes: Any, thinnest: float) -> Iterator[tuple[Any, float]]:
+    """The lines of axes and half their widths, in pixels."""
     from matplotlib.collections import LineCollection
 
+    half = axes.figure.dpi / 72.0 / 2.0  # of a point, in pixels
     for line in axes.lines:
         if line.get_linestyle() != "None" and line.get_linewidth() >= thinnest:
-            yield line.get_transform().transform_path(line.get_path()).cleaned(remove_nans=True)
+            path = line.get_transform().transform_path(line.get_path()).cleaned(remove_nans=True)
+            yield path, half * line.get_linewidth()
     for several in axes.collections:
         if isinstance(several, LineCollection):
-            yield from map(axes.transData.transform_path, several.get_paths())
+            widths = cycle(np.atleast_1d(several.get_linewidth()).tolist())
+            for path, width in zip(several.get_paths(), widths, strict=False):
+                yield axes.transData.transform_path(path), half * width
 
 
 def _bodies(axes: Any) -> Iterator[Any]:

@@ -7,14 +7,17 @@ from functools import cache
 
 import numpy as np
 import pytest
+from matplotlib.collections import LineCollection
 from support.cams import cam_with
 from support.depth import covering
-from support.pictures import faults_of
+from support.pictures import crossed, drawn, faults_of
 from test_figures import LIMITED, LOADED, OTHERS, TITLES, load_diagrams, loaded, made
 
 import camopt
 from camopt import BadInput, Scene, find_scene, shipped_scenes
+from camopt.drawing.canvas import canvas
 from camopt.drawing.figures import plot
+from camopt.drawing.labels import Label, around, settle
 from camopt.drawing.panels import panels
 from camopt.drawing.picture import Picture
 from camopt.drawing.style import COLOURS, DASHES, SERIES, pen_of
@@ -185,6 +188,21 @@ def test_another_kind_of_file_is_refused(path, tmp_path):
 def test_no_two_lines_of_a_series_look_alike():
     pens = [tuple(pen_of(place).values()) for place in range(len(SERIES) * len(DASHES))]
     assert len(set(pens)) == len(pens) >= len(camopt.LAWS)
+
+
+@pytest.mark.parametrize("several", [False, True], ids=["a line", "lines"])
+def test_a_label_is_clear_of_all_the_width_of_a_line(several):
+    ends = np.array([[0.0, 0.5], [1.0, 0.5]])
+    with canvas(None, (4.0, 3.0)) as figure:
+        axes = figure.add_subplot()
+        if several:
+            axes.add_collection(LineCollection([ends, ends], linewidths=[16.0, 1.0]))
+        else:
+            axes.plot(*ends.T, linewidth=16.0)
+        settle(figure, [Label(axes, "8", (0.5, 0.5), around([4.0, 12.0]), {})])
+    texts, colours = drawn(figure)
+    assert [text.get_text() for text, _ in texts].count("8") == 1
+    assert crossed(texts, colours) == []
 
 
 LMS = np.array([[17.8824, 43.5161, 4.11935], [3.45565, 27.1554, 3.86714], [0.0299566, 0.184309, 1.46709]])
