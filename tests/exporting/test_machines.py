@@ -185,7 +185,7 @@ def test_points_are_proved_and_come_back(tmp_path, suffix):
     line = points["profile_x_mm"] + 1j * points["profile_y_mm"]
     measured = furthest(true, line)
     assert 0.9 * steps.curves["profile"].deviation_mm <= measured <= steps.curves["profile"].deviation_mm
-    read = {".csv": pd.read_csv, ".parquet": camopt.load}.get(suffix)
+    read = {".csv": lambda file: pd.read_csv(file, dtype=str).astype(float), ".parquet": camopt.load}.get(suffix)
     table = (
         read(tmp_path / f"b{suffix}")
         if read
