@@ -53,11 +53,15 @@ def fit(
     turn: float | None = None,
     keep_outliers: bool = False,
 ) -> Fitted:
-    """Find the motion of the least mean-square jerk that stays within a band of measured points.
+    """Find the gentlest motion that stays within a band of measured points.
 
     The motion rests where the points of a stretch are within the band of a constant, turns back where points differ
     by more than two bands, and goes one way in between. Each stroke is a quintic B-spline. That the band is held at
     each point is proved, in the numbers of the scene.
+
+    The gentlest motion has the least mean-square jerk. Where the root mean square is limited too, a quarter of the
+    mean |jerk| counts beside it, in units of the least root mean square of any motion: it levels peaks of the
+    acceleration that errors raise.
 
     Parameters
     ----------

@@ -37,7 +37,7 @@ class LeftOut(NamedTuple):
 
 @dataclass(frozen=True)
 class Fitted(Shown):
-    """The motion of the least mean-square jerk within a band of measured points, as a scene.
+    """The gentlest motion within a band of measured points, as a scene.
 
     Lifts, noise, band and deviations are in mm, deg when oscillating.
 

@@ -4,7 +4,21 @@
 does. ``shaped`` rests in the dwells of the outline, turns where it turns and goes one way in between; it is the
 result, and what it has more than the freest is the price of its shape.
 
+Among errors, the least mean-square jerk alone makes peaks of the acceleration too high: most by about 1 %, and
+a flat one whose corners are hidden by up to 15 %, so that it comes out round. Where the room is that of errors,
+``shaped`` has therefore the least of
+
+    ∫ (u² + λ·|u|) dθ,   u = y'''/j,   λ = 1/4,
+
+with the root mean square j of the freest. ∫ |y'''| dθ is the variation of the acceleration, to which each peak adds
+twice its height. Peaks of random files are then lower by 0.3 to 1.5 %, and the root mean square of the jerk is
+larger by 0.2 % at most. λ does not tell flat peaks from round ones: it lowers both. A band that is a tolerance has
+λ = 0.
+
 Lifts are in units of their range, and each spline is on the unit stroke, so that numbers are near 1.
+
+Sources: Rudin, Osher and Fatemi, Nonlinear total variation based noise removal algorithms, Physica D 60, 1992; Zou
+and Hastie, Regularization and variable selection via the elastic net, J. R. Statist. Soc. B 67, 2005 (u² and |u|).
 """
 
 from collections.abc import Sequence
@@ -30,6 +44,7 @@ SOLVER_ERROR = 1e-6  # relative, of an optimum
 MOVED, SMALLEST = 1e-3, 1e-6  # the least lift of a stroke: of what points show, and of the range of the lifts
 LOOKED = 2001  # angles at which a turn is looked for
 AMPLE = 10.0  # times a usual jerk: in units that are rather large a solver errs less
+LEVELLING = 0.25  # times the least jerk: what the mean of |jerk| weighs beside the mean square, among errors
 USUAL = tuple(60.0 * each**3 for each in (6.0, 3.0, 12.0))
 """By x over a turn: the jerk of cubic rises in 60, 120 and 30 deg."""
 
@@ -95,6 +110,8 @@ class _Variables:
         self.limits = [cp.multiply(per * step, after) == before[1:] - before[:-1] for step, before, after in joined]
         self.square = cp.sum_squares(chain.square @ scaled[3])
         """∫ (y''')² dx over the square of the unit."""
+        self.variation = cp.norm1(cp.multiply(chain.steps[-1], scaled[3]))
+        """∫ |y'''| dx over the unit, or a little more: what the coefficients of y'' vary by."""
 
     def at(self, x: FloatArray) -> Any:
         return self.chain.at(x) @ self.c[0]
@@ -214,7 +231,8 @@ def shaped(points: Points, nodes: Sequence[Node], room: Room, jerk: float) -> Sh
     """The motion of an outline within a room; None if none is found. A usual ``jerk`` is by rad."""
     model = _Model(points, nodes, jerk)
     within = room.limits(model.off, model.unit)
-    status = solve(cp.Problem(cp.Minimize(model.square), [*model.limits, *within]))
+    rough = model.square if room.rms is None else model.square + LEVELLING / AMPLE * model.variation
+    status = solve(cp.Problem(cp.Minimize(rough), [*model.limits, *within]))
     return model.solution() if status in SOLVED else None
 
 
@@ -238,6 +256,7 @@ class _Model:
         moving = list(zip(self.strokes, angles, strict=True))
         self.motions = [_Variables(stroke.chain, jerk * angle**3 / self.unit) for stroke, angle in moving]
         self.square = sum(a * motion.square for a, motion in zip(angles, self.motions, strict=True))
+        self.variation = sum(a * motion.variation for a, motion in zip(angles, self.motions, strict=True))
         self.limits = [limit for motion in self.motions for limit in motion.limits]
         for k in range(len(nodes)):
             self.limits += self._joint(k) + self._way(k)

@@ -24,7 +24,7 @@ from camopt.measured import least_jerk
 from camopt.measured.band_proof import deviation
 from camopt.measured.columns import Columns
 from camopt.measured.fit import fit
-from camopt.measured.least_jerk import Node, Room, freest, least_band, nodes_of, shaped, strokes_of
+from camopt.measured.least_jerk import LEVELLING, Node, Room, freest, least_band, nodes_of, shaped, strokes_of
 from camopt.measured.noise import band_factor, errors_of, noise_of, outliers, rms_factor
 from camopt.measured.one_sided import one_sided
 from camopt.measured.outline import Dwell, Turn, outline_of
@@ -266,6 +266,48 @@ def test_the_optimum_of_a_root_mean_square_is_the_smoothing_spline():
     np.testing.assert_allclose(jumps, factor * off[1:], rtol=0, atol=5e-3 * np.abs(jumps).max())
 
 
+def levelled_by_differences(points, room, jerk, top, levelling):
+    """The least ∫ (u² + levelling·|u|) dθ, u = y'''/jerk, of values on a grid that rise from 0 to ``top`` deg and return."""
+    count = 8 * points.angles.size
+    h, last = 2 * np.pi / count, round(top / 360.0 * count)
+    y = cp.Variable(count)
+    turned = [cp.hstack([y[k:], y[:k]]) if k else y for k in range(4)]
+    u = (turned[3] - 3 * turned[2] + 3 * turned[1] - turned[0]) / (h**3 * jerk)
+    step, off = turned[1] - y, y[::8] - points.lifts
+    ways = [step[:last] >= 0, step[last:] <= 0, y[1] == y[-1], y[last + 1] == y[last - 1]]
+    within = [cp.abs(off) <= room.band, cp.norm(off) <= np.sqrt(off.size) * room.rms]
+    problem = cp.Problem(cp.Minimize(h * (cp.sum_squares(u) + levelling * cp.norm1(u))), [*ways, *within])
+    problem.solve(solver=cp.CLARABEL)
+    return problem.value
+
+
+@pytest.mark.parametrize("levelling", [LEVELLING, 1.0])
+def test_peaks_are_levelled_among_errors(levelling, monkeypatch):
+    """As another programme of the same question says; and a band that is a tolerance has the least jerk alone."""
+    segments = [("rise", 150.0, 8.0, "{}"), ("return", 210.0, 8.0, "{}")]
+    rows = measured(segments, "modified-trapezoid", np.arange(0.0, 360.0, 10.0), noise=0.03)
+    points, room, none = points_of(rows), Room(0.1, 0.03), np.empty(0, dtype=np.intp)
+    nodes, jerk = (Node(0.0, 0.0, none, 0.0), Node(150.0, 150.0, none, 8.0)), freest(points, room).jerk
+
+    def rough(motion, weight):
+        total, lift = 0.0, motion.nodes[1].level - motion.nodes[0].level
+        for stroke, coefficients, way in zip(motion.strokes, motion.coefficients, (1.0, -1.0), strict=True):
+            angle, s = np.radians(stroke.angle), BSpline(stroke.chain.knots, coefficients, 5)
+            u = way * lift / angle**3 / jerk * s.derivative(3)(np.linspace(0.0, 1.0, 20_001))
+            total += angle * np.mean(u**2 + weight * np.abs(u))
+        return total
+
+    monkeypatch.setattr(least_jerk, "LEVELLING", levelling)
+    tolerance, found = shaped(points, nodes, Room(0.1), jerk), shaped(points, nodes, room, jerk)
+    expected = levelled_by_differences(points, room, jerk, 150.0, levelling)
+    assert rough(found, levelling) == pytest.approx(expected, rel=1e-3)
+    monkeypatch.setattr(least_jerk, "LEVELLING", 0.0)
+    gentlest = shaped(points, nodes, room, jerk)
+    assert rough(gentlest, levelling) > 1.002 * expected
+    assert rough(gentlest, 0.0) < rough(found, 0.0) < 1.03 * rough(gentlest, 0.0)
+    assert rough(shaped(points, nodes, Room(0.1), jerk), 0.0) == rough(tolerance, 0.0)
+
+
 def test_a_chain_integrates_what_it_differentiates():
     chain = SplineChain((0.1, 0.25, 0.5, 0.55, 0.9))
     jerk = np.random.default_rng(5).normal(size=chain.count - 3)
@@ -404,21 +446,20 @@ def test_the_root_mean_square_is_that_of_the_noise():
     assert abs(fitted.after["acceleration"] / true - 1.0) < 0.03
 
 
-TOO_ROUGH = {33: 0.05, 59: 0.07, 90: 0.05, 125: 0.05, 128: 0.05, 158: 0.05, 126: 0.16}
-"""Random files whose largest acceleration was once up to seven times the true one, and how near it is now.
-
-The last has strokes of modified trapezoids, whose flat peaks every smoothing raises: at most by a seventh.
-"""
+TOO_ROUGH = {33: 0.05, 59: 0.07, 90: 0.05, 125: 0.05, 128: 0.05, 158: 0.05}
+"""Random files whose largest acceleration was once up to seven times the true one, and how near it is now."""
+RAISED = {126: 0.15, 293: 0.15, 372: 0.15, 379: 0.15, 242: 0.05, 514: 0.05}
+"""Modified trapezoids, whose flat peaks the least mean-square jerk alone raises by more than that."""
 PULLED = {59}
 """Of these, a valve whose dwell reaches into a ramp: that is told."""
 
 
-@pytest.mark.parametrize("seed", TOO_ROUGH)
-def test_random_files_are_found_again(seed):
+@pytest.mark.parametrize(("seed", "within"), [*TOO_ROUGH.items(), *RAISED.items()])
+def test_random_files_are_found_again(seed, within):
     file = random_file(seed)
     fitted = fit(file.rows, CAM)
     assert fitted.deviation.held
-    assert fitted.after["acceleration"] == pytest.approx(file.acceleration, rel=TOO_ROUGH[seed])
+    assert fitted.after["acceleration"] == pytest.approx(file.acceleration, rel=within)
     assert fitted.noise == pytest.approx(np.sqrt(np.mean(file.errors**2)), rel=0.06)
     assert bool(fitted.one_sided) == (seed in PULLED)
 

@@ -2,8 +2,8 @@
 A measured cam
 ==============
 
-Differences of measured lifts are all noise by the time they are accelerations. ``fit`` finds the motion of the
-least mean-square jerk that stays within a band of the points, and proves that it does.
+Differences of measured lifts are all noise by the time they are accelerations. ``fit`` finds the gentlest
+motion that stays within a band of the points, and proves that it does.
 """
 
 import numpy as np
