@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from camopt.version import VERSION as __version__  # noqa: N811
 
 if TYPE_CHECKING:
-    from camopt.comparing.compare import Compared, compare
+    from camopt.comparing.compare import Comparison, compare
     from camopt.drawing.accuracy import plot_accuracy
     from camopt.drawing.animation import Animation, animate
     from camopt.drawing.compared import plot_compared
@@ -26,14 +26,14 @@ if TYPE_CHECKING:
     from camopt.drawing.synthesis import plot_synthesis
     from camopt.engines import cluster
     from camopt.exporting.export import export
-    from camopt.exporting.exported import Exported
+    from camopt.exporting.exported import Export
     from camopt.front.designs import evaluate_designs
     from camopt.front.parts import SweepPart, merge, sweep_part
     from camopt.front.sweep import Sweep, sweep
     from camopt.measured.fit import fit
-    from camopt.measured.fitted import Fitted
+    from camopt.measured.fitted import Fit
     from camopt.measured.profile import MeasuredProfile
-    from camopt.mistakes import BadInput, Stopped, UnknownName, Unmet, Unsolved
+    from camopt.mistakes import BadInput, CamoptError, Stopped, UnknownName, Unmet, Unsolved
     from camopt.motion import LAWS
     from camopt.points.points import cam_points
     from camopt.quantities import QUANTITIES
@@ -41,13 +41,13 @@ if TYPE_CHECKING:
     from camopt.scene.scene import Scene, find_scene, shipped_scenes
     from camopt.smallest.optimise import Optimum, optimise
     from camopt.smallest.prices import Price, prices
-    from camopt.storage.checking import Checked, check
+    from camopt.storage.checking import FileCheck, check
     from camopt.studies.sensitivities import Sensitivities, Sensitivity, sensitivities
     from camopt.studies.spectrum import response_spectrum
     from camopt.synthesis.frontier import Frontier, frontier
     from camopt.synthesis.prices import synthesis_prices
     from camopt.synthesis.synthesise import synthesise
-    from camopt.synthesis.synthesised import Synthesised
+    from camopt.synthesis.synthesised import Synthesis
     from camopt.tables.designs import Design, scene_of
     from camopt.tables.table import load
     from camopt.verdicts.certify import certify
@@ -56,12 +56,13 @@ if TYPE_CHECKING:
 _HOMES = {
     "Animation": "drawing.animation",
     "BadInput": "mistakes",
-    "Checked": "storage.checking",
-    "Compared": "comparing.compare",
+    "CamoptError": "mistakes",
+    "FileCheck": "storage.checking",
+    "Comparison": "comparing.compare",
     "Design": "tables.designs",
     "Evaluation": "verdicts.evaluation",
-    "Exported": "exporting.exported",
-    "Fitted": "measured.fitted",
+    "Export": "exporting.exported",
+    "Fit": "measured.fitted",
     "Frontier": "synthesis.frontier",
     "LAWS": "motion",
     "MeasuredProfile": "measured.profile",
@@ -72,7 +73,7 @@ _HOMES = {
     "Stopped": "mistakes",
     "Sweep": "front.sweep",
     "SweepPart": "front.parts",
-    "Synthesised": "synthesis.synthesise",
+    "Synthesis": "synthesis.synthesise",
     "UnknownName": "mistakes",
     "Unmet": "mistakes",
     "Unsolved": "mistakes",
@@ -117,12 +118,13 @@ __all__ = [
     "QUANTITIES",
     "Animation",
     "BadInput",
-    "Checked",
-    "Compared",
+    "CamoptError",
+    "Comparison",
     "Design",
     "Evaluation",
-    "Exported",
-    "Fitted",
+    "Export",
+    "FileCheck",
+    "Fit",
     "Frontier",
     "MeasuredProfile",
     "Optimum",
@@ -133,7 +135,7 @@ __all__ = [
     "Stopped",
     "Sweep",
     "SweepPart",
-    "Synthesised",
+    "Synthesis",
     "UnknownName",
     "Unmet",
     "Unsolved",

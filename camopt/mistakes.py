@@ -59,7 +59,20 @@ def _written(value: Any) -> str:
     return repr(value)
 
 
-class BadInput(ValueError):
+class CamoptError(Exception):
+    """The base of the errors that camopt raises on purpose: their messages are for readers.
+
+    Examples
+    --------
+    >>> try:
+    ...     camopt.find_scene("two-pause")
+    ... except camopt.CamoptError as error:
+    ...     print(type(error).__name__)
+    BadInput
+    """
+
+
+class BadInput(CamoptError, ValueError):
     """Mistakes in what was asked, all of them at once.
 
     Parameters
@@ -86,7 +99,7 @@ class BadInput(ValueError):
         return "\n".join([*lines, *([f"and {more:,} more mistakes"] if more > 0 else [])])
 
 
-class UnknownName(KeyError):
+class UnknownName(CamoptError, KeyError):
     """A mapping has no such key; the message names the most similar ones.
 
     Examples
@@ -100,7 +113,7 @@ class UnknownName(KeyError):
         return str(self.args[0])  # a KeyError would show it in quotes
 
 
-class Unmet(Exception):
+class Unmet(CamoptError):
     """No new motion law meets all limits; the message says why, as far as it is known.
 
     Examples
@@ -114,7 +127,7 @@ class Unmet(Exception):
     """
 
 
-class Unsolved(ArithmeticError):
+class Unsolved(CamoptError, ArithmeticError):
     """The convex solver failed; the message says how.
 
     Examples
@@ -127,7 +140,7 @@ class Unsolved(ArithmeticError):
     """
 
 
-class Stopped(Exception):
+class Stopped(CamoptError):
     """The ``progress`` of a caller returned False, which ends the work; the message says what is kept, if any.
 
     Examples

@@ -26,7 +26,7 @@ FEW = 5
 
 
 @dataclass(frozen=True, eq=False)
-class ComparedTables:
+class TableComparison:
     """Two tables of designs."""
 
     designs: tuple[int, int]
@@ -78,7 +78,7 @@ class ComparedTables:
 
 
 @dataclass(frozen=True, eq=False)
-class Compared:
+class Comparison:
     """Two results side by side.
 
     Attributes
@@ -114,14 +114,14 @@ class Compared:
     a: str
     b: str
     settings: dict[str, dict[str, Difference]]
-    tables: dict[str, ComparedTables]
+    tables: dict[str, TableComparison]
     only_in_a: tuple[str, ...]
     only_in_b: tuple[str, ...]
     versions: tuple[str, str]
 
     def __repr__(self) -> str:
         words = "the same" if self.same else "not the same"
-        return f"<Compared: {self.a} and {self.b} are {words}>"
+        return f"<Comparison: {self.a} and {self.b} are {words}>"
 
     @property
     def same(self) -> bool:
@@ -152,7 +152,7 @@ def _plain(record: Mapping[str, Any]) -> dict[str, Any]:
     return {name: None if name in odd else value for name, value in record.items()}
 
 
-def compare(a: Any, b: Any, out: str | os.PathLike[str] | None = None) -> Compared:
+def compare(a: Any, b: Any, out: str | os.PathLike[str] | None = None) -> Comparison:
     """Compare two results: designs, Pareto fronts and settings.
 
     Parameters
@@ -169,7 +169,7 @@ def compare(a: Any, b: Any, out: str | os.PathLike[str] | None = None) -> Compar
 
     Returns
     -------
-    Compared
+    Comparison
         What differs. Designs are the same if their laws, sizes and other searched numbers are, exactly; those of a
         frontier if their motions are, too. They changed if any other quantity differs at all, and beyond the
         tolerance if by more than the ``[accuracy] tolerance`` of both scenes together, relative.
@@ -213,7 +213,7 @@ def compare(a: Any, b: Any, out: str | os.PathLike[str] | None = None) -> Compar
         if place:
             every = {name: (*pair, found[name], tables[name].changed) for name, pair in pairs.items()}
             write_differences(every, place)
-        return Compared(
+        return Comparison(
             one.name,
             other.name,
             _settings(one, other, names),
@@ -249,7 +249,7 @@ def _settings(a: Side, b: Side, names: Iterable[str]) -> dict[str, dict[str, Dif
     return {name: keys for name, keys in found.items() if keys}
 
 
-def _compared(a: DesignTable, b: DesignTable, pairs: Matching, of_front: bool) -> ComparedTables:
+def _compared(a: DesignTable, b: DesignTable, pairs: Matching, of_front: bool) -> TableComparison:
     differs, beyond = np.zeros((2, pairs.in_a.size), dtype=bool)
     quantities = {}
     for name, change, here, there in changes(a, b, pairs):
@@ -257,7 +257,7 @@ def _compared(a: DesignTable, b: DesignTable, pairs: Matching, of_front: bool) -
         differs |= here
         beyond |= there
     comparable = of_front and a.objectives == b.objectives and a.objectives
-    return ComparedTables(
+    return TableComparison(
         designs=(a.count, b.count),
         went=pairs.went,
         came=pairs.came,

@@ -99,7 +99,7 @@ def _check_count(count: int, tolerance: float) -> None:
         raise BadInput([Mistake("camopt", "chord", tolerance, f"larger: this one needs over {MOST:,} elements")])
 
 
-class Fit(NamedTuple):
+class Fitter(NamedTuple):
     """A way to replace stretches of a curve."""
 
     order: int
@@ -112,12 +112,12 @@ class Fit(NamedTuple):
 
 def fitted(curve: CamCurve, kind: str, tolerance: float) -> "ArcPath | CubicPath":
     """The path of a kind of ``FITS`` that is off a curve by at most a tolerance (mm) at the angles looked at."""
-    fit = FITS[kind]
-    return fit.path(curve, [_stretches(fit, curve, span, tolerance) for span in curve.spans])
+    fitter = FITS[kind]
+    return fitter.path(curve, [_stretches(fitter, curve, span, tolerance) for span in curve.spans])
 
 
-def _stretches(fit: Fit, curve: CamCurve, span: Span, tolerance: float) -> FloatArray:
-    return spaced(lambda a, b: fit.errors(curve, span, a, b), span.start, span.end, fit.order, tolerance)
+def _stretches(fitter: Fitter, curve: CamCurve, span: Span, tolerance: float) -> FloatArray:
+    return spaced(lambda a, b: fitter.errors(curve, span, a, b), span.start, span.end, fitter.order, tolerance)
 
 
 def _between(starts: FloatArray, ends: FloatArray) -> FloatArray:
@@ -236,8 +236,8 @@ def _places(angles: list[FloatArray]) -> tuple[FloatArray, tuple[int, ...]]:
 
 
 FITS = {
-    "arcs": Fit(3, _off_biarcs, _arcs),
-    "spline": Fit(4, _off_cubics, _spline),
-    "polyline": Fit(2, _off_lines, _polyline),
+    "arcs": Fitter(3, _off_biarcs, _arcs),
+    "spline": Fitter(4, _off_cubics, _spline),
+    "polyline": Fitter(2, _off_lines, _polyline),
 }
 """By the name of the curves that paths are made of."""

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from camopt.comparing.compare import Compared, ComparedTables
+from camopt.comparing.compare import Comparison, TableComparison
 from camopt.drawing.canvas import Target, canvas, saving
 from camopt.drawing.style import MUTED, PAGE_TITLE, SERIES, dress
 from camopt.mechanisms.design import BoolArray
@@ -21,12 +21,12 @@ WIDE, HIGH = 4.6, 4.4  # inches: of a panel
 
 
 @saving
-def plot_compared(found: Compared, path: Target = None) -> "Figure":
+def plot_compared(found: Comparison, path: Target = None) -> "Figure":
     """Draw the Pareto fronts of two results, a row of panels for each table: each pair of objectives that vary.
 
     Parameters
     ----------
-    found : Compared
+    found : Comparison
         What ``compare`` gives.
     path : str or os.PathLike, optional
         A PNG, SVG or PDF file to write as well.
@@ -61,7 +61,7 @@ def plot_compared(found: Compared, path: Target = None) -> "Figure":
     return figure
 
 
-def _values(table: ComparedTables) -> tuple[FloatArray, FloatArray]:
+def _values(table: TableComparison) -> tuple[FloatArray, FloatArray]:
     """The objectives of the points of both fronts."""
     assert table.fronts is not None
     signs = np.array([1.0 if aim == "minimise" else -1.0 for aim in table.objectives[0].values()])
@@ -69,14 +69,14 @@ def _values(table: ComparedTables) -> tuple[FloatArray, FloatArray]:
     return a * signs, b * signs
 
 
-def _pairs(table: ComparedTables) -> list[tuple[int, int]]:
+def _pairs(table: TableComparison) -> list[tuple[int, int]]:
     """The pairs of objectives that differ from point to point."""
     every = np.concatenate(_values(table))
     varied = [k for k, column in enumerate(every.T) if np.unique(column[np.isfinite(column)]).size > 1]
     return list(combinations(varied, 2))[:MOST_PANELS]
 
 
-def _draw(axes: Any, table: ComparedTables, pair: tuple[int, int]) -> None:
+def _draw(axes: Any, table: TableComparison, pair: tuple[int, int]) -> None:
     """The fronts in two objectives: points of both once, those of A and B alone in their colours and marks."""
     a, b = _values(table)
     in_both = _which_of(a, b)

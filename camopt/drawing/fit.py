@@ -10,7 +10,7 @@ from camopt.drawing.measured_profile import draw_profile
 from camopt.drawing.picture import Picture, four_digits
 from camopt.drawing.style import ALARM, COLOURS, FAINT, INK, LIMIT, MUTED, PAGE_TITLE, TITLE, dress
 from camopt.effects.motion import scale
-from camopt.measured.fitted import Fitted
+from camopt.measured.fitted import Fit
 from camopt.measured.reading import apart
 from camopt.motion.table import RISE
 from camopt.problem.problem import resolve
@@ -28,14 +28,14 @@ POINT: dict[str, Any] = {"ls": "none", "marker": ".", "ms": 3.0, "mew": 0.0}
 
 
 @saving
-def plot_fit(result: Fitted, path: Target = None) -> "Figure":
+def plot_fit(result: Fit, path: Target = None) -> "Figure":
     """Draw a fit: points and motion, deviations in their band, acceleration by differences and of the motion.
 
     Beside them, of a measured profile, the profile of the cam found, and how far the points are from it.
 
     Parameters
     ----------
-    result : Fitted
+    result : Fit
         What ``fit`` gives.
     path : str or os.PathLike, optional
         A PNG, SVG or PDF file to write as well.
@@ -73,7 +73,7 @@ def _turn(picture: Picture, order: int) -> tuple[Any, Any]:
     return angles, np.concatenate([np.append(rows[order], np.nan) for rows in picture.motion])
 
 
-def _lift(axes: Any, result: Fitted, picture: Picture) -> None:
+def _lift(axes: Any, result: Fit, picture: Picture) -> None:
     angles, values = _turn(picture, 0)
     per = np.degrees(1.0) if picture.problem.setup.angular else 1.0
     axes.plot(angles, values * per, color=AFTER, lw=1.4, label="motion")
@@ -85,13 +85,13 @@ def _lift(axes: Any, result: Fitted, picture: Picture) -> None:
     axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.2)
 
 
-def _outliers(axes: Any, result: Fitted, values: Any) -> None:
+def _outliers(axes: Any, result: Fit, values: Any) -> None:
     if result.outliers.rows.size:
         angles = apart(result.start, result.outliers.angles)
         axes.plot(angles, values, ls="none", marker="x", ms=6.0, color=ALARM, label="left out")
 
 
-def _deviations(axes: Any, result: Fitted) -> None:
+def _deviations(axes: Any, result: Fit) -> None:
     """What the points are off the motion by; outliers at the edge of the diagram, with their rows."""
     band = result.band
     axes.axhline(0.0, color=AFTER, lw=1.0)
@@ -108,7 +108,7 @@ def _deviations(axes: Any, result: Fitted) -> None:
     axes.set_title(f"Deviation of the points, {result.unit}", loc="left")
 
 
-def _acceleration(axes: Any, result: Fitted, picture: Picture) -> None:
+def _acceleration(axes: Any, result: Fit, picture: Picture) -> None:
     angles, values = _turn(picture, 2)
     values = values * scale(picture.problem.setup, 2)
     at, before = result.differences["acceleration"]

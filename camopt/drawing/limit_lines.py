@@ -40,8 +40,8 @@ def _kinds(claim: Claim) -> int:
     """The kinds of stroke over which a magnitude is bounded; 0 for one side of the turn."""
     if claim.goal != LARGEST_MAGNITUDE:
         return 0
-    everywhere = claim.strokes & WAYS or claim.strokes & (RISE | RETURN) == RISE | RETURN
-    return TURN if everywhere else claim.strokes
+    everywhere = claim.kinds & WAYS or claim.kinds & (RISE | RETURN) == RISE | RETURN
+    return TURN if everywhere else claim.kinds
 
 
 def _level(claim: Claim, peak: Peak, picture: Picture) -> float:

@@ -7,13 +7,13 @@ import numpy as np
 
 from camopt.drawing.picture import Picture, circle, fit, four_digits, line
 from camopt.drawing.style import ALARM, FILL, INK, PROFILE, REFERENCE
-from camopt.measured.fitted import Fitted
+from camopt.measured.fitted import Fit
 
 SHOWN = 0.12  # of the radius of the cam: how far the furthest point is shown off it
 POINT: dict[str, Any] = {"ls": "none", "marker": ".", "ms": 3.0, "mew": 0.0}
 
 
-def draw_profile(axes: Any, result: Fitted, picture: Picture, colour: str) -> None:
+def draw_profile(axes: Any, result: Fit, picture: Picture, colour: str) -> None:
     """The profile of the scene at cam angle 0, and the points of the measured one."""
     assert result.profile is not None
     problem, profile = picture.problem, result.profile

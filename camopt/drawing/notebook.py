@@ -7,7 +7,7 @@ from typing import Any
 
 from camopt.drawing.small import small_cam
 from camopt.front.sweep import Sweep
-from camopt.measured.fitted import Fitted
+from camopt.measured.fitted import Fit
 from camopt.mistakes import BadInput
 from camopt.problem.problem import resolve
 from camopt.quantities import QUANTITIES
@@ -15,7 +15,7 @@ from camopt.scene.scene import Scene
 from camopt.shown import Shown
 from camopt.smallest.optimise import Optimum
 from camopt.synthesis.frontier import Frontier
-from camopt.synthesis.synthesised import Synthesised
+from camopt.synthesis.synthesised import Synthesis
 from camopt.synthesis.units import unit_of
 from camopt.tables.cells import heading, number
 from camopt.tables.columns import bounds_of, columns_of, is_nothing, laws_shown, sizes_shown, with_law
@@ -74,7 +74,7 @@ def _of_a_sweep(result: Sweep) -> str:
 
 
 @html_of.register
-def _of_a_synthesis(result: Synthesised) -> str:
+def _of_a_synthesis(result: Synthesis) -> str:
     """The smallest cam of the free laws."""
     return _beside_the_cam(
         _designs(_title(result), result.scene, [result.design], (), "binding"), lambda: result.scene
@@ -95,7 +95,7 @@ def _of_a_frontier(result: Frontier) -> str:
 
 
 @html_of.register
-def _of_a_fit(result: Fitted) -> str:
+def _of_a_fit(result: Fit) -> str:
     """How the motion lies in the points, and its peaks beside those of plain differences."""
     lengths = {
         "noise": result.noise,

@@ -17,8 +17,8 @@ from camopt.motion.table import RETURN, RISE
 from camopt.problem.problem import resolve
 from camopt.quantities import QUANTITIES, motion_quantity
 from camopt.scene.scene import Scene
-from camopt.synthesis.compare import OWN_MOVES, Comparison, compared
-from camopt.synthesis.synthesised import Synthesised
+from camopt.synthesis.compare import OWN_MOVES, KnownLaws, known_laws_of
+from camopt.synthesis.synthesised import Synthesis
 from camopt.tables.columns import joined_laws
 
 if TYPE_CHECKING:
@@ -29,24 +29,24 @@ ROWS = ("displacement", "velocity", "acceleration", "jerk")
 
 
 @saving
-def plot_synthesis(result: Synthesised, path: Target = None, known: Comparison | None = None) -> "Figure":
+def plot_synthesis(result: Synthesis, path: Target = None, known: KnownLaws | None = None) -> "Figure":
     """Draw the cam of free laws beside that of the best known law within the same limits, if there is one.
 
     Parameters
     ----------
-    result : Synthesised
+    result : Synthesis
         What ``synthesise`` gives.
     path : str or os.PathLike, optional
         A PNG, SVG or PDF file to write as well.
-    known : Comparison, optional
-        The known laws, if they were compared already (``synthesis.compare.compared``).
+    known : KnownLaws, optional
+        The known laws, if they were compared already (``synthesis.compare.known_laws_of``).
 
     Examples
     --------
     >>> coarse = camopt.find_scene("roller-1000rpm").replace(**{"synthesis.pieces": 12})
     >>> figure = camopt.plot_synthesis(camopt.synthesise(coarse), "before-and-after.png")
     """
-    known = known or compared(result.asked)
+    known = known or known_laws_of(result.asked)
     with canvas(path, (15.5, 9.0)) as figure:
         pictures = {
             "best known law": None if known.best is None else _picture_of(known.rows[known.best].scene),
@@ -67,7 +67,7 @@ def _picture_of(scene: Scene) -> Picture:
     return Picture(scene, resolve(scene))
 
 
-def _own(known: Comparison) -> str:
+def _own(known: KnownLaws) -> str:
     """What becomes of the scene's own law, and whether any known law holds the limits."""
     body = known.scene.mechanism.body
     words = [] if known.best is not None else ["no known law meets all limits"]

@@ -13,7 +13,7 @@ from ezdxf.layouts.layout import Modelspace
 
 from camopt.contour.follow import CHORD
 from camopt.contour.path import ArcPath, CubicPath
-from camopt.exporting.exported import Exported, told
+from camopt.exporting.exported import Export, told
 from camopt.exporting.layers import CHAIN, DASHED, THIN, VISIBLE, Layer, plan_of
 from camopt.exporting.workpiece import Workpiece
 from camopt.storage.files import whole_file
@@ -30,7 +30,7 @@ def write(
     chord: float = CHORD,
     curves: str = "arcs",
     cutter_radius: float | None = None,
-) -> Exported:
+) -> Export:
     """Write the plan of a cam in mm, each kind of curve on a layer of its own."""
     plan = plan_of(work, chord, curves, cutter_radius)
     with _same_each_time():
@@ -43,7 +43,7 @@ def write(
             document.classes.add_class(kind)
         with whole_file(path) as partial, partial.open("w", encoding=document.output_encoding) as file:
             document.write(file)
-    return Exported(path, told(plan.followed))
+    return Export(path, told(plan.followed))
 
 
 @contextmanager

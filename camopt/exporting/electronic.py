@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from camopt.exporting.exported import Exported
+from camopt.exporting.exported import Export
 from camopt.exporting.workpiece import Workpiece
 from camopt.mistakes import BadInput, Mistake
 from camopt.storage.files import write_text
@@ -17,7 +17,7 @@ from camopt.version import VERSION
 FEWEST, MOST = 2, 1_000_000
 
 
-def write(work: Workpiece, path: Path, points: int = 361) -> Exported:
+def write(work: Workpiece, path: Path, points: int = 361) -> Export:
     """Write a number of points at even steps of the master's angle, from 0 to 360 deg, both included.
 
     Where the acceleration jumps it is that after the jump.
@@ -38,4 +38,4 @@ def write(work: Workpiece, path: Path, points: int = 361) -> Exported:
         *(" ".join(f"{value + 0.0:.10g}" for value in row) for row in zip(*columns, strict=True)),
     ]
     write_text(path, "\n".join(lines) + "\n")
-    return Exported(path, about={"points": points})
+    return Export(path, about={"points": points})

@@ -12,7 +12,7 @@ import numpy as np
 from camopt.contour.curve import curves_of
 from camopt.effects import Case
 from camopt.exporting.endings import ENDINGS
-from camopt.exporting.exported import Exported
+from camopt.exporting.exported import Export
 from camopt.exporting.workpiece import Workpiece
 from camopt.mistakes import BadInput, Mistake
 from camopt.problem.problem import Problem, resolve_design
@@ -24,7 +24,7 @@ from camopt.verdicts.judging import run_effects
 TORN = 1e-9  # mm
 
 
-def export(scene: Scene, path: str | os.PathLike[str], **settings: Any) -> Exported:
+def export(scene: Scene, path: str | os.PathLike[str], **settings: Any) -> Export:
     """Write the cam of a scene to a file for a machine, a person or another program, as its ending says.
 
     Parameters
@@ -38,7 +38,7 @@ def export(scene: Scene, path: str | os.PathLike[str], **settings: Any) -> Expor
 
     Returns
     -------
-    Exported
+    Export
         The curves in the file, each with its proved deviation from the true curve: no point of one is further from
         the other, in mm.
 
@@ -66,7 +66,7 @@ def export(scene: Scene, path: str | os.PathLike[str], **settings: Any) -> Expor
     problem = resolve_design(scene)
     if ENDINGS[suffix].of_cam:
         check_makable(problem)
-    found: Exported = write(Workpiece(scene, problem), place, **settings)
+    found: Export = write(Workpiece(scene, problem), place, **settings)
     return replace(found, notes=(*found.notes, *_notes(scene)))
 
 
@@ -77,7 +77,7 @@ def _notes(scene: Scene) -> Iterator[str]:
         yield f"the cam is not proved to meet the limits of the scene: {row['violated'] or row['status']}"
 
 
-def writer(suffix: str) -> Callable[..., Exported]:
+def writer(suffix: str) -> Callable[..., Export]:
     """The function that writes files of an ending; BadInput names the extra if its library is missing."""
     ending = ENDINGS[suffix]
     try:
@@ -87,11 +87,11 @@ def writer(suffix: str) -> Callable[..., Exported]:
             raise
         why = f'a kind of file that this installation can write; pip install "camopt[{ending.extra}]" adds it'
         raise BadInput([Mistake("camopt", "file", f"…{suffix}", f"{why} ({missing.name} is missing)")]) from None
-    written: Callable[..., Exported] = module.write
+    written: Callable[..., Export] = module.write
     return written
 
 
-def _unknown(suffix: str, write: Callable[..., Exported], settings: Mapping[str, Any]) -> list[Mistake]:
+def _unknown(suffix: str, write: Callable[..., Export], settings: Mapping[str, Any]) -> list[Mistake]:
     """A mistake for each setting that files of an ending have not."""
     known = [name for name in signature(write).parameters if name not in ("work", "path")]
     taken = ", ".join(name.replace("_", " ") for name in known)

@@ -11,7 +11,7 @@ from camopt.tables.html import html_table
 
 
 @dataclass(frozen=True)
-class Exported:
+class Export:
     """What has been written.
 
     Attributes

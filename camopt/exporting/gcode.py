@@ -16,7 +16,7 @@ from camopt.contour.curve import CamCurve, curves_of
 from camopt.contour.deviation import deviation
 from camopt.contour.follow import CHORD, Followed, follow
 from camopt.contour.path import ArcPath
-from camopt.exporting.exported import Exported, told
+from camopt.exporting.exported import Export, told
 from camopt.exporting.workpiece import Workpiece
 from camopt.mistakes import BadInput, Mistake
 from camopt.points.points import check_cutter
@@ -40,7 +40,7 @@ def write(
     roughing: float = 0.0,
     direction: str = "climb",
     chord: float = CHORD,
-) -> Exported:
+) -> Export:
     """Write a program that cuts the profile; the path in it, digits and all, is proved to be within the chord.
 
     ``cutter_radius`` in mm and ``feed`` in mm/min are needed. ``depth`` is how far below its top face the plate is
@@ -72,7 +72,7 @@ def write(
         lines += _cut(each.path if wanted else each.path.backwards, cutter_radius, depth, feed)
     write_text(path, "\n".join([*lines, "M30"]) + "\n")
     notes = () if depth is not None else ("neither a depth nor part.thickness is given: the program has no Z",)
-    return Exported(path, told(followed), notes=notes)
+    return Export(path, told(followed), notes=notes)
 
 
 def _through(part: Part) -> float | None:

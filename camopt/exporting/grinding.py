@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from camopt.contour.curve import CamCurve, Span, curves_of
-from camopt.exporting.exported import Exported
+from camopt.exporting.exported import Export
 from camopt.exporting.workpiece import Workpiece
 from camopt.mistakes import BadInput, Mistake
 from camopt.numerics import FloatArray
@@ -25,7 +25,7 @@ HALVINGS = 60
 LOOKED = 20_001  # cam angles at which the path must go round one way
 
 
-def write(work: Workpiece, path: Path, cutter_radius: float | None = None, step: float = 1.0) -> Exported:
+def write(work: Workpiece, path: Path, cutter_radius: float | None = None, step: float = 1.0) -> Export:
     """Write angles (deg), lifts and distances of the centres (mm), in even steps of the workpiece's angle.
 
     The angle is that of the direction from the axis to the wheel's centre, from the y axis of the cam's drawing, in
@@ -49,7 +49,7 @@ def write(work: Workpiece, path: Path, cutter_radius: float | None = None, step:
         *(f"{a:.10g} {y:.6f} {r:.6f}" for a, y, r in zip(angles, lifts, radii, strict=True)),
     ]
     write_text(path, "\n".join(lines) + "\n")
-    return Exported(path, about={"lines": angles.size, "lift_max_mm": float(lifts.max())})
+    return Export(path, about={"lines": angles.size, "lift_max_mm": float(lifts.max())})
 
 
 def _turned(curve: CamCurve, span: Span, angles: FloatArray) -> FloatArray:

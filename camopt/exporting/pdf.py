@@ -2,17 +2,17 @@
 
 from pathlib import Path
 
-from camopt.exporting.exported import CurveInFile, Exported
+from camopt.exporting.exported import CurveInFile, Export
 from camopt.exporting.workpiece import Workpiece
 from camopt.sheet.paper import scale_name
 from camopt.sheet.sheet import write_sheet
 
 
-def write(work: Workpiece, path: Path) -> Exported:
+def write(work: Workpiece, path: Path) -> Export:
     """Draw the sheet of a cam; its curves are lines in its own mm, whatever the scale."""
     sheet = write_sheet(work.scene, work.problem, path)
     curves = {
         name: CurveInFile(found.points.size - 1, "lines", found.deviation)
         for name, found in sheet.cam.curves.items()
     }
-    return Exported(path, curves, {"paper": sheet.paper.name, "scale": scale_name(sheet.scale)})
+    return Export(path, curves, {"paper": sheet.paper.name, "scale": scale_name(sheet.scale)})

@@ -8,7 +8,7 @@ from camopt.contour.curve import curves_of
 from camopt.contour.deviation import deviation
 from camopt.contour.fit import through
 from camopt.contour.follow import CHORD, MARGIN, check
-from camopt.exporting.exported import CurveInFile, Exported
+from camopt.exporting.exported import CurveInFile, Export
 from camopt.exporting.workpiece import Workpiece
 from camopt.mistakes import BadInput, Mistake
 from camopt.points.points import cam_points, write_columns
@@ -20,7 +20,7 @@ def write(
     chord: float | None = None,
     step: float | None = None,
     cutter_radius: float | None = None,
-) -> Exported:
+) -> Export:
     """Write what ``cam_points`` gives, as close as ``chord`` (mm) or in steps (deg) of the cam angle.
 
     How far straight lines from point to point are from the curves is proved.
@@ -36,4 +36,4 @@ def write(
         for name, curve in curves_of(work.problem, cutter_radius).items()
     }
     write_columns(columns, work.scene, path, path.suffix.lower())
-    return Exported(path, curves, {"points": angles.size})
+    return Export(path, curves, {"points": angles.size})

@@ -2,12 +2,12 @@
 
 from pathlib import Path
 
-from camopt.exporting.exported import Exported
+from camopt.exporting.exported import Export
 from camopt.exporting.workpiece import Workpiece
 from camopt.storage.files import write_text
 
 
-def write(work: Workpiece, path: Path) -> Exported:
+def write(work: Workpiece, path: Path) -> Export:
     """Write the scene as TOML, with all that it takes from other files."""
     write_text(path, work.scene.to_toml())
-    return Exported(path)
+    return Export(path)

@@ -16,7 +16,7 @@ from OCP.STEPControl import STEPControl_AsIs, STEPControl_Writer
 from OCP.TCollection import TCollection_HAsciiString
 
 from camopt.contour.follow import CHORD
-from camopt.exporting.exported import Exported
+from camopt.exporting.exported import Export
 from camopt.exporting.solid import solid_of
 from camopt.exporting.workpiece import Workpiece
 from camopt.storage.files import whole_file
@@ -26,7 +26,7 @@ CURVES_TWICE = "write.surfacecurve.mode"  # edges in the parameters of their sur
 NO_TIME = "1970-01-01T00:00:00"
 
 
-def write(work: Workpiece, path: Path, chord: float = CHORD, curves: str = "arcs") -> Exported:
+def write(work: Workpiece, path: Path, chord: float = CHORD, curves: str = "arcs") -> Export:
     """Write the solid of a cam that has a thickness; walls of a groove are B-splines, whatever ``curves`` says."""
     solid, part = solid_of(work, chord, curves), work.part
     with whole_file(path) as partial, quiet():
@@ -37,7 +37,7 @@ def write(work: Workpiece, path: Path, chord: float = CHORD, curves: str = "arcs
         _name(writer, name, part.number or name, part.designer or "")
         if writer.Write(str(partial)) != IFSelect_RetDone:
             raise OSError(f"{path}: Open CASCADE could not write it")
-    return Exported(path, solid.curves, solid.about)
+    return Export(path, solid.curves, solid.about)
 
 
 def _name(writer: STEPControl_Writer, name: str, number: str, author: str) -> None:

@@ -12,7 +12,7 @@ from OCP.StlAPI import StlAPI_Writer
 
 from camopt.contour.curve import curves_of
 from camopt.contour.follow import CHORD, LEAST, check
-from camopt.exporting.exported import Exported
+from camopt.exporting.exported import Export
 from camopt.exporting.solid import solid_of
 from camopt.exporting.workpiece import Workpiece
 from camopt.mistakes import BadInput, Mistake
@@ -28,7 +28,7 @@ STEEPEST = 0.35  # rad between neighbours: of round things that are small beside
 ROUNDED = 2.0**-24 * 2.0**0.5  # of the largest coordinate: how far single precision moves a point of a profile
 
 
-def write(work: Workpiece, path: Path, chord: float = CHORD) -> Exported:
+def write(work: Workpiece, path: Path, chord: float = CHORD) -> Export:
     """Write the solid of a cam that has a thickness; the deviations told include the rounding of the file."""
     check("polyline", chord)
     aim = max(SHARE * chord - _rounded(work.problem), LEAST)
@@ -45,7 +45,7 @@ def write(work: Workpiece, path: Path, chord: float = CHORD) -> Exported:
             raise BadInput([Mistake("camopt", "chord", chord, why)])
     off = float(np.abs(triangles[..., :2]).max()) * ROUNDED
     curves = {name: each._replace(deviation_mm=each.deviation_mm + off) for name, each in solid.curves.items()}
-    return Exported(path, curves, solid.about | {"triangles": len(triangles), "volume_mm3": volume(triangles)})
+    return Export(path, curves, solid.about | {"triangles": len(triangles), "volume_mm3": volume(triangles)})
 
 
 def _rounded(problem: Problem) -> float:

@@ -6,7 +6,7 @@ from xml.etree import ElementTree as Xml
 
 from camopt.contour.follow import CHORD
 from camopt.contour.path import ArcPath, CubicPath
-from camopt.exporting.exported import Exported, told
+from camopt.exporting.exported import Export, told
 from camopt.exporting.layers import CHAIN, DASHED, THIN, VISIBLE, Layer, plan_of
 from camopt.exporting.workpiece import Workpiece
 from camopt.storage.files import whole_file
@@ -26,7 +26,7 @@ def write(
     chord: float = CHORD,
     curves: str = "arcs",
     cutter_radius: float | None = None,
-) -> Exported:
+) -> Export:
     """Write the plan of a cam at scale 1:1, a group of its own for each kind of curve."""
     plan = plan_of(work, chord, curves, cutter_radius)
     low, high = plan.reach
@@ -46,7 +46,7 @@ def write(
     Xml.indent(root)
     with whole_file(path) as partial:
         Xml.ElementTree(root).write(partial, encoding="utf-8", xml_declaration=True)
-    return Exported(path, told(plan.followed))
+    return Export(path, told(plan.followed))
 
 
 def _draw(plane: Xml.Element, layer: Layer) -> None:

@@ -104,8 +104,8 @@ class Asked:
         return column_names(self.problem)
 
     @property
-    def by_boxes(self) -> bool:
-        """Whether boxes of designs are decided together: the front alone is wanted, and objectives allow it."""
+    def front_only(self) -> bool:
+        """Whether the front alone is sought, by boxes of designs: it alone is wanted, and objectives allow it."""
         return (
             self.keep == FRONT_ONLY
             and not self.problem.choices.samples

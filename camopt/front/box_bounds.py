@@ -142,7 +142,7 @@ class Bounds(NamedTuple):
         some, inside = box.take(index), looked.inside.take(index)
         width = _widths(some, self.free)
         for claim in self.claims:
-            asked = [Asked(claim.strokes, LARGEST if side > 0.0 else LEAST) for side in claim.sides]
+            asked = [Asked(claim.kinds, LARGEST if side > 0.0 else LEAST) for side in claim.sides]
             angle, side = self._worst(claim.curve, asked, inside)
             value, designs, like = self._over(claim.curve, angle, some, inside)
             over = as_sloped(excess_of(claim, side, as_quotient(value), designs), like)

@@ -1,4 +1,4 @@
-"""The state of a search by boxes, kept now and then, so that a search that ends early goes on from there."""
+"""The state of a search for the front only, kept now and then, so that an ended search goes on from there."""
 
 import io
 import json

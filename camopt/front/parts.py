@@ -191,7 +191,7 @@ def _part_of(asked: Asked, part: tuple[int, int]) -> Asked:
         mistakes.append(Mistake("camopt", "part", part, f"one of at most {MOST_PARTS:,} parts"))
     elif not 1 <= number <= parts:
         mistakes.append(Mistake("camopt", "part", part, f"the number of a part, from 1 to {parts:,}"))
-    if asked.by_boxes:
+    if asked.front_only:
         why = "decides boxes of the whole space together, which have no parts; pareto gives the same front"
         mistakes.append(Mistake("camopt", "keep", asked.keep, why, bare=True))
     if mistakes:
@@ -319,7 +319,7 @@ def _oddity(question: Question) -> str:
     except BadInput as refused:
         first = refused.mistakes[0]
         return f"its scene has mistakes, such as {first.key}: {first.allowed}"
-    return "it says that boxes of designs were decided together, which have no parts" if asked.by_boxes else ""
+    return "it says that boxes of designs were decided together, which have no parts" if asked.front_only else ""
 
 
 def _other_than_named(path: Path, question: Question) -> str:

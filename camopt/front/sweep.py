@@ -190,12 +190,12 @@ def sweep(
     # without a table nobody reads its rows; the front is the same
     asked = asked_of(scene, keep if out is not None or keep != "feasible" else "pareto", block)
     own = Threads(workers or os.cpu_count() or 1)
-    if asked.by_boxes and engine:
+    if asked.front_only and engine:
         why = "decides boxes of designs on this machine alone; pareto gives the same front"
         raise BadInput([Mistake("camopt", "keep", keep, why, bare=True)])
     if out is not None and not again and (done := swept_already(asked, out, tell)):
         return done
-    if asked.by_boxes:
+    if asked.front_only:
         search = FrontSearch(asked.space.apart(), asked.names, own.workers, progress)
 
         def found(checkpoint: Checkpoint | None, write: Write) -> Seen:
@@ -343,7 +343,7 @@ def best_of_each_law(asked: Asked, rows: Rows) -> dict[str, Design]:
     """The best row of each pair of laws as a design, the best law first."""
     space = asked.space
     best = to_compare(space, best_of_laws(rows, asked.problem.objectives)).records()
-    told = ({**row, "held_by": held_by(space, row)} for row in best)
+    told = ({**row, "held_by": binding_limits(space, row)} for row in best)
     return ByLaw((joined_laws(row["law_rise"], row["law_return"]), Design(row, asked.scene)) for row in told)
 
 
@@ -368,7 +368,7 @@ def as_evaluated(problem: Problem, designs: Designs, names: frozenset[str]) -> R
     return judged(exactly(problem), designs, names | problem.wanted).only(names)
 
 
-def held_by(space: Space, row: dict[str, Any]) -> str:
+def binding_limits(space: Space, row: dict[str, Any]) -> str:
     """What the next smaller cam of the space would exceed; "edge of the space" if there is none.
 
     Of a sample, what a cam one per cent smaller would.

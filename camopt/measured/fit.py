@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from camopt.measured.band_proof import deviation
 from camopt.measured.columns import LENGTHS, LIFT, PROFILES, Columns
-from camopt.measured.fitted import Fitted
+from camopt.measured.fitted import Fit
 from camopt.measured.fitted_scene import LEVEL_DIGITS, Segments, segments_of
 from camopt.measured.least_jerk import Freest, Node, Room, freest, least_band, nodes_of, shaped
 from camopt.measured.noise import NARROWEST, Errors, band_factor, errors_of, noise_of, outliers
@@ -52,7 +52,7 @@ def fit(
     lift_unit: str | None = None,
     turn: float | None = None,
     keep_outliers: bool = False,
-) -> Fitted:
+) -> Fit:
     """Find the gentlest motion that stays within a band of measured points.
 
     The motion rests where the points of a stretch are within the band of a constant, turns back where points differ
@@ -92,7 +92,7 @@ def fit(
 
     Returns
     -------
-    Fitted
+    Fit
         The scene, its deviations from the points, noise and band, peaks before and after.
 
     Raises
@@ -237,7 +237,7 @@ def _check_repeats(points: Points, band: float) -> None:
             raise Unmet(f"{points.file}: {rows}, both at {points.angles[place]:g} deg: {least}")
 
 
-def _shaped(points: Points, room: Room, noisy: float, scene_with: Callable[[Segments], Scene]) -> Fitted:
+def _shaped(points: Points, room: Room, noisy: float, scene_with: Callable[[Segments], Scene]) -> Fit:
     """The fit with the dwells and turns that stand out from the noise, or else with more, or with shorter dwells.
 
     It is the first of these that costs little jerk, or the one that costs least. Where none of them is within the
@@ -255,7 +255,7 @@ def _shaped(points: Points, room: Room, noisy: float, scene_with: Callable[[Segm
     bands = dict.fromkeys((wide, room.band) if 2.0 * wide < np.ptp(points.lifts) else (room.band,))
     for within in dict.fromkeys((room, Room(room.band))):
         free = freest(points, within)
-        found: list[Fitted] = []
+        found: list[Fit] = []
         for band, earlier in product(bands, (EARLIER, 2 * EARLIER)):
             outline = outline_of(points, band, earlier)
             if len(outline) <= MOST_NODES:
@@ -288,7 +288,7 @@ def _written(
     room: Room,
     free: Freest,
     scene_with: Callable[[Segments], Scene],
-) -> Fitted | None:
+) -> Fit | None:
     """The fit whose scene, as it is written, is proved to hold the band; None if none of these nodes does."""
     for margin in _margins(room.band / float(np.ptp(points.lifts))):
         motion = shaped(points, nodes, room.less(margin), free.jerk)
@@ -298,7 +298,7 @@ def _written(
         scene = scene_with(parts)
         found = deviation(resolve(scene).programme, points, parts.start, parts.zero, room.band)
         if found.held:
-            return Fitted(scene, points, points.only([]), parts.start, parts.zero, room.band, found, free.square)
+            return Fit(scene, points, points.only([]), parts.start, parts.zero, room.band, found, free.square)
     return None
 
 

@@ -36,7 +36,7 @@ class LeftOut(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Fitted(Shown):
+class Fit(Shown):
     """The gentlest motion within a band of measured points, as a scene.
 
     Lifts, noise, band and deviations are in mm, deg when oscillating.
@@ -87,7 +87,7 @@ class Fitted(Shown):
 
     def __repr__(self) -> str:
         away = f"{self.deviation.largest:.4g} from {self.points.angles.size} points"
-        return f"<Fitted of {self.scene.name}: at most {away}, band {self.band:.4g}>"
+        return f"<Fit of {self.scene.name}: at most {away}, band {self.band:.4g}>"
 
     @cached_property
     def _problem(self) -> Problem:

@@ -53,7 +53,7 @@ class Claim(NamedTuple):
 
     curve: Callable[[Designs, Programme], Any]
     """A curve of the mechanism or of a load, for a design and a motion."""
-    strokes: int
+    kinds: int
     """Kinds of stroke, or ways in which the follower moves (``motion.table``)."""
     goal: int
     bound: Bound
@@ -75,7 +75,7 @@ class Claim(NamedTuple):
         """Equal for claims of which the stricter one implies the others: on one curve, with one kind of factor."""
         of_body = isinstance(self.factor, BodyRadiusPlus)
         weighted = (BodyRadiusPlus, self.allowed()) if of_body else (self.factor, None)
-        return self.curve, self.strokes, self.goal, *weighted
+        return self.curve, self.kinds, self.goal, *weighted
 
     @property
     def strictness(self) -> float:
@@ -99,7 +99,7 @@ class MeanClaim(NamedTuple):
     """−1 where the mean must be at least so much, else 1."""
 
     @property
-    def strokes(self) -> int:
+    def kinds(self) -> int:
         """The kinds of stroke that it is about: all."""
         return TURN
 

@@ -24,9 +24,9 @@ from camopt.storage.files import (
     write_text,
 )
 from camopt.storage.manifest import of_one_run, settled_path, settled_paths
-from camopt.synthesis.compare import compared
+from camopt.synthesis.compare import known_laws_of
 from camopt.synthesis.files import FRONTIER, KNOWN, SCENE, SUMMARY
-from camopt.synthesis.synthesised import Synthesised
+from camopt.synthesis.synthesised import Synthesis
 from camopt.synthesis.told import bound_in_words
 from camopt.tables.designs import DESIGNS, OPTIMUM, PARETO, Design, scene_of
 from camopt.verdicts.evaluation import Evaluation
@@ -130,8 +130,8 @@ def _smallest(cams: list[Shown]) -> list[Shown]:
 
 
 @shown_of.register
-def _of_new_laws(what: Synthesised) -> Iterable[Shown]:
-    known = compared(what.asked)
+def _of_new_laws(what: Synthesis) -> Iterable[Shown]:
+    known = known_laws_of(what.asked)
     before = [Shown(f"known law: {known.best}", known.rows[known.best].scene)] if known.best else []
     return [*before, Shown("new laws", what.scene, bound_in_words(what))]
 

@@ -38,7 +38,7 @@ from camopt.scene.tables import (
     Outputs,
     OwnLaw,
     Segment,
-    Synthesis,
+    SynthesisSettings,
     Table,
     one_line,
 )
@@ -71,7 +71,7 @@ class Scene(Shown, Table):
         What a feasible cam meets.
     search : Search
         What ``sweep`` and ``optimise`` may vary, and the objectives.
-    synthesis : Synthesis
+    synthesis : SynthesisSettings
         What new motion laws minimise, and their limits.
     materials : Materials
         Of the cam and the follower.
@@ -112,7 +112,7 @@ class Scene(Shown, Table):
     """What the cam must hold."""
     search: Search = Search()
     """What may vary, and the objectives."""
-    synthesis: Synthesis = Synthesis()
+    synthesis: SynthesisSettings = SynthesisSettings()
     """What free motion laws minimise and hold."""
     materials: Materials = Materials()
     """Bodies in contact and their lubricant."""

@@ -498,7 +498,7 @@ Term = Annotated[str, _known(TERMS, "a term of the objective")]
 Points = tuple[Annotated[tuple[float, float], BeforeValidator(_is_pair)], ...]
 
 
-class Synthesis(Table):
+class SynthesisSettings(Table):
     """What free motion laws minimise and hold, beside ``[limits]``.
 
     ``minimise`` is size (mm), velocity, acceleration or jerk (largest over the turn), acceleration_rms or

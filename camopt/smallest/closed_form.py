@@ -56,7 +56,7 @@ def negligible(problem: Problem, bounds: Bounds) -> float:
 def slopes_of(problem: Problem) -> list[tuple[float, int]]:
     """The limits on the pressure angle, as tan β and the kinds of stroke that they are about."""
     claims = claims_on(problem, problem.setup.mechanism.pressure)
-    found = [(claim.allowed(), claim.strokes) for claim in claims]
+    found = [(claim.allowed(), claim.kinds) for claim in claims]
     return [(tangent, kinds) for tangent, kinds in found if problem.programme.has(kinds)]
 
 

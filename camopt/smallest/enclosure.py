@@ -42,7 +42,7 @@ def _of_designs(claim: Claim) -> Claim:
     """A claim whose curve is that of designs: what the motion has of a derivative at most is the same for all."""
     if not isinstance(claim.curve, Derivative):
         return claim
-    return claim._replace(curve=partial(_level, order=claim.curve.order, strokes=claim.strokes))
+    return claim._replace(curve=partial(_level, order=claim.curve.order, strokes=claim.kinds))
 
 
 def _level(designs: Designs, programme: Programme, order: int, strokes: int) -> Linear:
@@ -117,7 +117,7 @@ def examined(problem: Problem, claims: Sequence[AnyClaim], box: Designs, free: l
 
 def present_claims(problem: Problem, claims: Sequence[Present]) -> list[Present]:
     """Those of some claims whose strokes the motion has."""
-    return [each for each in claims if problem.programme.has(each.strokes)]
+    return [each for each in claims if problem.programme.has(each.kinds)]
 
 
 def _excesses(
@@ -136,8 +136,8 @@ def _excesses(
         if isinstance(claim, MeanClaim):
             found.append(Excesses.of(mean_excess(problem, claim, box, inside, free)))
             continue
-        goals = [(claim.strokes, LARGEST if side > 0.0 else LEAST) for side in claim.sides]
-        angles = problem.programme.beside(case.extremes(claim.curve, goals).where, claim.strokes).ravel()
+        goals = [(claim.kinds, LARGEST if side > 0.0 else LEAST) for side in claim.sides]
+        angles = problem.programme.beside(case.extremes(claim.curve, goals).where, claim.kinds).ravel()
         rows = angles.size // count
         designs, like = sloped_boxes(box, inside, free, rows)
         state = rounded(problem.programme.state(angles), problem.programme)

@@ -146,14 +146,14 @@ def _cams(optimum: Optimum) -> Iterator[tuple[str, Freedom]]:
 
 def _prices_at(cam: Freedom) -> list[Price]:
     """The prices of the bounds that a smallest cam just meets, without what would hold it next."""
-    asked = {bound.key: (bound, cost) for bound, cost in _holding(cam) if bound.limit is None or bound.limit.asked}
+    asked = {bound.key: (bound, cost) for bound, cost in _binding(cam) if bound.limit is None or bound.limit.asked}
     return [
         Price(key, bound.value, bound.unit, bound.relation, _finite(cost.eased), _finite(cost.tightened))
         for key, (bound, cost) in asked.items()
     ]
 
 
-def _holding(cam: Freedom) -> list[tuple[Bound, Rates]]:
+def _binding(cam: Freedom) -> list[tuple[Bound, Rates]]:
     """What a smallest cam just meets and what it costs; not an end of a range that holds nothing."""
     bounds = bounds_met(cam)
     costs = rates(cam, bounds)
@@ -180,7 +180,7 @@ def _with_next(price: Price, cam: Freedom, until: float) -> Price:
     if least is None or least.answer.design is None or not least.answer.proved:
         return price
     other = Freedom(replace(least.problem, design=least.answer.design), turns, least.freed)
-    following = tuple(dict.fromkeys(bound.key for bound, _ in _holding(other)))
+    following = tuple(dict.fromkeys(bound.key for bound, _ in _binding(other)))
     return replace(price, size_without=least.answer.size, holds_to=_met_at(price, limits, other), next=following)
 
 

@@ -74,12 +74,12 @@ class StrokeLimit:
     def of(cls, claim: Claim, stroke: Stroke, turn: Programme, name: str | None) -> "StrokeLimit":
         stroke = replace(stroke, start=0.0)
         shares = np.linspace(0.0, 1.0, SHARES if stroke.law else 1)
-        return cls(claim, stroke, turn, name, _beside(stroke, shares, claim.strokes), np.empty((4, 0)))
+        return cls(claim, stroke, turn, name, _beside(stroke, shares, claim.kinds), np.empty((4, 0)))
 
     def look_at(self, problem: Problem, design: Designs, angles: Mapping[str, FloatArray]) -> None:
         """Add the place at which one design exceeds the limit the most, with an angle (deg) by its name."""
         angle = self.stroke.angle if self.name is None else float(np.radians(angles[self.name][0]))
-        stroke, kinds = replace(self.stroke, angle=angle), self.claim.strokes
+        stroke, kinds = replace(self.stroke, angle=angle), self.claim.kinds
         goals = [(kinds, LARGEST if side > 0.0 else LEAST) for side in self.claim.sides]
         where = Case(problem.setup, Programme((stroke,)), design).extremes(self._curve, goals).where[:, 0]
         new = _beside(stroke, where / angle, kinds)

@@ -133,7 +133,7 @@ class TurnSearch(Bisection):
         """The least angle of a stroke, deg, at which it holds the limits on velocity, acceleration and jerk."""
         least = 0.0
         for claim in self.problem.claims:
-            if isinstance(claim.curve, Derivative) and claim.strokes & stroke.kind:
+            if isinstance(claim.curve, Derivative) and claim.kinds & stroke.kind:
                 order = claim.curve.order
                 ends = span(Programme((stroke,)), (0.0,) * order + (1.0,), TURN)
                 share = max(-ends[0], ends[1]) / claim.allowed()

@@ -21,7 +21,7 @@ NOTHING = "nothing to check it by"
 
 
 @dataclass(frozen=True)
-class Checked:
+class FileCheck:
     """What is known of a file.
 
     Attributes
@@ -56,7 +56,7 @@ class Checked:
         return self.state == "whole"
 
 
-def check(*files: str | os.PathLike[str]) -> tuple[Checked, ...]:
+def check(*files: str | os.PathLike[str]) -> tuple[FileCheck, ...]:
     """Check whether files are as camopt wrote them, bit for bit.
 
     A table is known by the digests in its footer, wherever it is, and so is a part of a sweep. Any other file of a
@@ -70,7 +70,7 @@ def check(*files: str | os.PathLike[str]) -> tuple[Checked, ...]:
 
     Returns
     -------
-    tuple of Checked
+    tuple of FileCheck
         One for each file.
 
     Raises
@@ -90,7 +90,7 @@ def check(*files: str | os.PathLike[str]) -> tuple[Checked, ...]:
     return tuple(checked for path in map(Path, files) for checked in _each(path))
 
 
-def _each(path: Path) -> Iterator[Checked]:
+def _each(path: Path) -> Iterator[FileCheck]:
     """A file, or all files in a folder and those inside it."""
     if not os.path.isdir(path):
         about, manifest = _manifest(path.parent)
@@ -106,10 +106,10 @@ def _each(path: Path) -> Iterator[Checked]:
             yield checked
     yield from (_unreadable(Path(each.filename), each) for each in closed)
     if not found and not closed:
-        yield Checked(path, "unknown", "a folder with no files in it")
+        yield FileCheck(path, "unknown", "a folder with no files in it")
 
 
-def _folder(folder: Path) -> list[Checked]:
+def _folder(folder: Path) -> list[FileCheck]:
     """The manifest of a folder, and all files that are in it, or should be."""
     about, manifest = _manifest(folder)
     named = manifest.files if manifest else {}
@@ -118,71 +118,71 @@ def _folder(folder: Path) -> list[Checked]:
     return [about, *files] if about else files
 
 
-def _manifest(folder: Path) -> tuple[Checked | None, Manifest | None]:
+def _manifest(folder: Path) -> tuple[FileCheck | None, Manifest | None]:
     """The manifest of a folder, and what is known of it; neither where there is none."""
     path = folder / MANIFEST
     try:
         manifest = manifest_of(folder)
     except Damaged:
-        return Checked(path, "damaged", "damaged, so that it does not tell which files belong to it"), None
+        return FileCheck(path, "damaged", "damaged, so that it does not tell which files belong to it"), None
     except BadInput:
-        return Checked(path, "unknown", f"of another program: {NOTHING}"), None
+        return FileCheck(path, "unknown", f"of another program: {NOTHING}"), None
     except OSError as trouble:
         return _unreadable(path, trouble), None
-    return (Checked(path, "whole", "whole"), manifest) if manifest else (None, None)
+    return (FileCheck(path, "whole", "whole"), manifest) if manifest else (None, None)
 
 
-def _file(path: Path, fact: Fact | None) -> Checked:
+def _file(path: Path, fact: Fact | None) -> FileCheck:
     """A file, by its own digests and by what the manifest says of it."""
     try:
         with settled_file(path) as file:
             own = _by_itself(path, file)
             return own if own.state == "damaged" or fact is None else _by_manifest(own, file, fact)
     except FileNotFoundError:
-        return Checked(path, "missing", f"missing, though {MANIFEST} names it" if fact else "no such file")
+        return FileCheck(path, "missing", f"missing, though {MANIFEST} names it" if fact else "no such file")
     except BadInput:
-        return Checked(path, "unknown", f"no regular file: {NOTHING}")
+        return FileCheck(path, "unknown", f"no regular file: {NOTHING}")
     except OSError as trouble:
         return _unreadable(path, trouble)
 
 
-def _unreadable(path: Path, trouble: OSError) -> Checked:
-    return Checked(path, "unreadable", trouble.strerror or str(trouble))
+def _unreadable(path: Path, trouble: OSError) -> FileCheck:
+    return FileCheck(path, "unreadable", trouble.strerror or str(trouble))
 
 
-def _by_itself(path: Path, file: BufferedReader) -> Checked:
+def _by_itself(path: Path, file: BufferedReader) -> FileCheck:
     """What a file says of itself: tables and parts of sweeps do, under whatever name."""
     head, suffix = file.read(max(map(len, (TABLE_START, PART_START)))), path.suffix.lower()
     if suffix == TABLE or head.startswith(TABLE_START):
         return _table(path, file)
     if suffix == PART or head.startswith(PART_START):
         return _part(path, file)
-    return Checked(path, "unknown", NOTHING)
+    return FileCheck(path, "unknown", NOTHING)
 
 
-def _table(path: Path, file: BufferedReader) -> Checked:
+def _table(path: Path, file: BufferedReader) -> FileCheck:
     from camopt.storage.damage import Fault, open_table
 
     try:
         rows = open_table(file).metadata.num_rows
     except Fault as fault:
-        return Checked(path, "damaged" if fault.damaged else "unknown", str(fault))
-    return Checked(path, "whole", f"whole, {rows:,} row{'s' * (rows != 1)}", rows)
+        return FileCheck(path, "damaged" if fault.damaged else "unknown", str(fault))
+    return FileCheck(path, "whole", f"whole, {rows:,} row{'s' * (rows != 1)}", rows)
 
 
-def _part(path: Path, file: BufferedReader) -> Checked:
+def _part(path: Path, file: BufferedReader) -> FileCheck:
     damage = damage_of(file)
-    return Checked(path, "damaged" if damage else "whole", damage or "whole")
+    return FileCheck(path, "damaged" if damage else "whole", damage or "whole")
 
 
-def _by_manifest(own: Checked, file: BufferedReader, fact: Fact) -> Checked:
+def _by_manifest(own: FileCheck, file: BufferedReader, fact: Fact) -> FileCheck:
     """What the manifest says of a file, after what it says of itself."""
     size = file.seek(0, os.SEEK_END)
     file.seek(0)
     if size == fact.bytes and file_digest(file, "sha256").hexdigest() == fact.sha256:
-        return own if own.is_whole else Checked(own.file, "whole", "whole")
+        return own if own.is_whole else FileCheck(own.file, "whole", "whole")
     if own.is_whole:
-        return Checked(own.file, "changed", f"whole, but not the one that {MANIFEST} names: it is of another run")
+        return FileCheck(own.file, "changed", f"whole, but not the one that {MANIFEST} names: it is of another run")
     sizes = "" if size == fact.bytes else f": {size:,} bytes, where {fact.bytes:,} were written"
     told = f"changed or damaged since it was written{sizes}" if own.told == NOTHING else own.told
-    return Checked(own.file, "changed", told)
+    return FileCheck(own.file, "changed", told)

@@ -37,7 +37,7 @@ from camopt.synthesis.synthesise import (
     placed,
     tightened,
 )
-from camopt.synthesis.synthesised import Synthesised
+from camopt.synthesis.synthesised import Synthesis
 from camopt.tables.designs import Design, chosen
 from camopt.verdicts.evaluation import evaluate
 
@@ -180,13 +180,13 @@ class AxisMinimiser:
         loose = {axis: NEAR if axis in self.keys else ROUNDING for axis in value}
         return row if all(row[axis] <= value[axis] * (1.0 + loose[axis]) for axis in value) else None
 
-    def _terms(self, cam: Synthesised, laws: Iterate) -> dict[str, Any]:
+    def _terms(self, cam: Synthesis, laws: Iterate) -> dict[str, Any]:
         """The row of a cam: its axes, its quantities and its scene."""
         programme, size = programme_with(self.demand, laws), cam.design[self.demand.problem.size_name]
         terms = {axis: term_of(self.demand, programme, axis, size) for axis in self.axes if axis in TERMS}
         return {**terms, **cam.design, "scene": cam.scene.to_toml()}
 
-    def _as_solved(self, laws: Iterate) -> Synthesised | None:
+    def _as_solved(self, laws: Iterate) -> Synthesis | None:
         """The cam of the sizes that the laws were found with, or a little larger, if it holds every limit.
 
         The smallest cam for the laws is no smaller, but for the margins of the steps, and takes long to find where
@@ -202,7 +202,7 @@ class AxisMinimiser:
             cam = chosen(scene, {**sizes, name: prime * (1.0 + larger) - demand.roller})
             found = evaluate(cam)
             if found["feasible"]:
-                return Synthesised(self.scene, cam, Design(found, cam), 0.0)
+                return Synthesis(self.scene, cam, Design(found, cam), 0.0)
         return None
 
     def _bound(self, value: Mapping[str, float], best: FrontierCam) -> float | None:

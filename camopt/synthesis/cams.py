@@ -27,7 +27,7 @@ from camopt.synthesis.convex import SQUARES
 from camopt.synthesis.demand import ORDERS, Demand
 from camopt.synthesis.from_scene import objective_in
 from camopt.synthesis.iterate import Iterate
-from camopt.synthesis.synthesised import Synthesised, free_names
+from camopt.synthesis.synthesised import Synthesis, free_names
 from camopt.tables.designs import Design, chosen
 
 NOTHING = 1e-12  # of the range of a derivative: rounding
@@ -170,7 +170,7 @@ def _meets(demand: Demand, stroke: Stroke, up: float, condition: Condition) -> b
     return bool(np.all((values >= condition.low - room) & (values <= condition.high + room)))
 
 
-def cam_for(asked: Scene, demand: Demand, found: Iterate) -> Synthesised | None:
+def cam_for(asked: Scene, demand: Demand, found: Iterate) -> Synthesis | None:
     """The smallest cam for free laws, proved, under every limit of the scene; None if there is none."""
     scene = scene_with(asked, demand, found)
     best = smallest_cams(scene).best
@@ -180,7 +180,7 @@ def cam_for(asked: Scene, demand: Demand, found: Iterate) -> Synthesised | None:
     if best[size] + demand.roller > demand.prime[1]:
         return None
     objective = objective_of(demand, found, best[size])
-    return Synthesised(asked, chosen(scene, best), best, objective)
+    return Synthesis(asked, chosen(scene, best), best, objective)
 
 
 def objective_of(demand: Demand, found: Iterate, size: float) -> float:

@@ -80,7 +80,7 @@ class Sampled:
         """Whether a ceiling is about the stroke, or about a way in which the follower may move there."""
         kind = self.stroke.kind
         one_way = kind in WAY_OF and (self.demand.monotone or kind == DWELL)
-        return bool(ceiling.strokes & (kind | (WAY_OF[kind] if one_way else OUTWARD | INWARD)))
+        return bool(ceiling.kinds & (kind | (WAY_OF[kind] if one_way else OUTWARD | INWARD)))
 
     def values(
         self, ceilings: Sequence[Claim], state: FloatArray, sizes: LeadAndHeight, near: FloatArray | None = None
@@ -114,7 +114,7 @@ class Sampled:
         own = self.stroke.kind if self.stroke.kind in WAY_OF else 0
         resting = RESTING if own == DWELL else 0
         outward, inward = (way | resting | (own or kind) for way, kind in ((OUTWARD, RISE), (INWARD, RETURN)))
-        return bool(ceiling.strokes & outward), bool(ceiling.strokes & inward)
+        return bool(ceiling.kinds & outward), bool(ceiling.kinds & inward)
 
     def planes(self, ceilings: Sequence[Claim], state: FloatArray, sizes: LeadAndHeight) -> TangentPlanes:
         """The tangent planes of the curves, for motions and sizes in units of the programme."""

@@ -12,7 +12,7 @@ OWN_MOVES = "own moves"
 
 
 @dataclass(frozen=True)
-class Comparison:
+class KnownLaws:
     """The known laws of a scene, each on the smallest cam that its [limits] allow.
 
     ``rows`` are the designs by law. Each has ``within`` (whether the motion holds all that free laws hold) and
@@ -34,11 +34,11 @@ class Comparison:
         return min(within, key=lambda law: within[law], default=None)
 
 
-def compared(scene: Scene) -> Comparison:
+def known_laws_of(scene: Scene) -> KnownLaws:
     """The known laws of a scene that ``synthesise`` takes."""
     demand = demand_of(scene)
     rows = {law or OWN_MOVES: known_row(demand, row) for law, row in known_laws(scene).items()}
     weights = demand.objective
     for row in rows.values():
         row["objective"] = sum(weight * row[name] for name, weight in weights.items())
-    return Comparison(scene, rows)
+    return KnownLaws(scene, rows)

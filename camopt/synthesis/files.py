@@ -11,9 +11,9 @@ import numpy as np
 from camopt.quantities import QUANTITIES
 from camopt.storage.files import whole_file, write_text
 from camopt.storage.sealed import write_table
-from camopt.synthesis.compare import Comparison
+from camopt.synthesis.compare import KnownLaws
 from camopt.synthesis.frontier import Frontier
-from camopt.synthesis.synthesised import Synthesised
+from camopt.synthesis.synthesised import Synthesis
 from camopt.synthesis.told import bound_in_words
 from camopt.synthesis.units import unit_of
 from camopt.version import VERSION
@@ -26,7 +26,7 @@ FRONTIER, PICTURE = "frontier.parquet", "frontier.png"
 POINTS = 361
 
 
-def write_laws(result: Synthesised, folder: str | os.PathLike[str]) -> list[Path]:
+def write_laws(result: Synthesis, folder: str | os.PathLike[str]) -> list[Path]:
     """Write the scene with the free laws (TOML) and their tables (CSV): unit displacement to jerk; the files.
 
     Of a move the displacement is from its start, in mm, or deg when oscillating.
@@ -44,7 +44,7 @@ def write_laws(result: Synthesised, folder: str | os.PathLike[str]) -> list[Path
     return [out / SCENE, out / LAWS]
 
 
-def write_comparison(result: Synthesised, known: Comparison, folder: str | os.PathLike[str]) -> list[Path]:
+def write_comparison(result: Synthesis, known: KnownLaws, folder: str | os.PathLike[str]) -> list[Path]:
     """Write the smallest cam of the best known law, if one holds the same limits, and a summary (JSON); the files.
 
     The summary has the objective, its bound and the gap, the known law, and all of it as a sentence.

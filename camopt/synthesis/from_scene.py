@@ -17,7 +17,7 @@ from camopt.problem.problem import Problem, resolve
 from camopt.problem.settings import freed_angles, freed_numbers, given_profile
 from camopt.scene.choices import Range
 from camopt.scene.scene import Scene
-from camopt.scene.tables import Synthesis
+from camopt.scene.tables import SynthesisSettings
 from camopt.smallest.closed_form import least_size
 from camopt.synthesis import residual
 from camopt.synthesis.conditions import Ground, conditions_of, ground_of
@@ -43,7 +43,7 @@ def demand_of(scene: Scene, objective: Mapping[str, float] | None = None) -> Dem
     return demand_on(resolve(scene), scene.synthesis, objective)
 
 
-def demand_on(problem: Problem, asked: Synthesis, objective: Mapping[str, float] | None = None) -> Demand:
+def demand_on(problem: Problem, asked: SynthesisSettings, objective: Mapping[str, float] | None = None) -> Demand:
     """As ``demand_of``, of a scene already resolved and its ``[synthesis]``."""
     objective = objective_in(asked) if objective is None else dict(objective)
     _check_rest(problem, asked, objective)
@@ -102,7 +102,7 @@ def by_offset(demand: Demand) -> list[Demand]:
     return [replace(demand, lead=(lead, lead)) for lead in leads]
 
 
-def _check_rest(problem: Problem, asked: Synthesis, objective: Mapping[str, float]) -> None:
+def _check_rest(problem: Problem, asked: SynthesisSettings, objective: Mapping[str, float]) -> None:
     """A bounded or minimised jerk needs an acceleration that does not jump."""
     limited = any(isinstance(claim.curve, Derivative) and claim.curve.order == 3 for claim in problem.claims)
     bounded = limited or asked.peak_jerk is not None
@@ -111,7 +111,7 @@ def _check_rest(problem: Problem, asked: Synthesis, objective: Mapping[str, floa
         raise BadInput([Mistake(problem.file, "synthesis.rest", asked.rest, what)])
 
 
-def _check_peaks(problem: Problem, asked: Synthesis) -> None:
+def _check_peaks(problem: Problem, asked: SynthesisSettings) -> None:
     """The peaks of [synthesis] are for unit strokes."""
     given = [name for name in PEAKS if getattr(asked, name) is not None]
     if given and not any(stroke.kind in (RISE, RETURN) for stroke in problem.programme.strokes):
@@ -144,7 +144,7 @@ def _residual(problem: Problem) -> float | None:
     return next((limit.bound for limit in problem.limits if limit.name == residual.TERM), None)
 
 
-def objective_in(asked: Synthesis) -> dict[str, float]:
+def objective_in(asked: SynthesisSettings) -> dict[str, float]:
     return {asked.minimise: 1.0} if isinstance(asked.minimise, str) else dict(asked.minimise)
 
 
@@ -171,7 +171,7 @@ def _mirror(problem: Problem, ground: Ground) -> tuple[int, ...]:
     return places
 
 
-def _points(problem: Problem, asked: Synthesis, ground: Ground) -> Iterator[Condition]:
+def _points(problem: Problem, asked: SynthesisSettings, ground: Ground) -> Iterator[Condition]:
     """The points that the motion goes through; each lies in a stroke, and of a rise or return between its ends."""
     mistakes: list[Mistake] = []
     taken: list[float] = []
@@ -221,7 +221,7 @@ def _lead(problem: Problem) -> LowHigh:
 
 
 def _ranges(
-    problem: Problem, asked: Synthesis, strokes: Sequence[Stroke], minimised: set[int]
+    problem: Problem, asked: SynthesisSettings, strokes: Sequence[Stroke], minimised: set[int]
 ) -> Iterator[dict[int, LowHigh]]:
     """The ranges of each stroke's derivatives: what [limits] say of the turn and [synthesis] of unit strokes.
 
@@ -245,7 +245,7 @@ def _limits(problem: Problem, kind: int) -> dict[int, LowHigh]:
     """The ranges that [limits] give to derivatives over strokes of a kind."""
     bounds: dict[int, LowHigh] = {}
     for claim in problem.claims:
-        if isinstance(claim.curve, Derivative) and claim.strokes & kind:
+        if isinstance(claim.curve, Derivative) and claim.kinds & kind:
             order, largest = claim.curve.order, claim.allowed()
             bounds[order] = min(bounds.get(order, (-inf, inf)), (-largest, largest), key=lambda ends: ends[1])
     return bounds
@@ -262,7 +262,7 @@ def _within_both(limits: dict[int, LowHigh], of_unit: dict[int, LowHigh], stroke
     return found
 
 
-def _own_peaks(problem: Problem, asked: Synthesis, minimised: set[int]) -> dict[int, LowHigh]:
+def _own_peaks(problem: Problem, asked: SynthesisSettings, minimised: set[int]) -> dict[int, LowHigh]:
     """What moves hold of derivatives that [limits] bound nowhere: little more than those of least jerk have in any.
 
     The peaks of [synthesis] are those of unit strokes, and not about moves.
@@ -281,7 +281,7 @@ def _bounded(problem: Problem) -> bool:
     return any(isinstance(claim.curve, Derivative) and claim.curve.order > 1 for claim in problem.claims)
 
 
-def _unasked(problem: Problem, asked: Synthesis, minimised: set[int]) -> list[str]:
+def _unasked(problem: Problem, asked: SynthesisSettings, minimised: set[int]) -> list[str]:
     """The peaks that are held to those of a gentle law, because the scene bounds none of them."""
     if _bounded(problem) or any(getattr(asked, name) is not None for name in USUAL):
         return []

@@ -46,14 +46,14 @@ def is_linear(claim: Claim) -> bool:
 def _trace_pressure(name: str, claim: Claim) -> Iterator[LinearConstraint]:
     """|y' − e| ≤ T·(s₀ + y)."""
     tangent = claim.allowed()
-    yield LinearConstraint(name, tangent, -1.0, lead=1.0, height=tangent, kinds=claim.strokes)
-    yield LinearConstraint(name, tangent, 1.0, lead=-1.0, height=tangent, kinds=claim.strokes)
+    yield LinearConstraint(name, tangent, -1.0, lead=1.0, height=tangent, kinds=claim.kinds)
+    yield LinearConstraint(name, tangent, 1.0, lead=-1.0, height=tangent, kinds=claim.kinds)
 
 
 def _groove_pressure(name: str, claim: Claim) -> Iterator[LinearConstraint]:
     """|y'| ≤ T·R_m."""
     for side in claim.sides:
-        yield LinearConstraint(name, 0.0, -side, height=claim.allowed(), kinds=claim.strokes)
+        yield LinearConstraint(name, 0.0, -side, height=claim.allowed(), kinds=claim.kinds)
 
 
 def _square(name: str, claim: Claim) -> Iterator[LinearConstraint]:

@@ -34,7 +34,7 @@ from camopt.synthesis.iterate import Iterate
 from camopt.synthesis.sequential_convex import SequentialConvex
 from camopt.synthesis.spline_motion import SplineMotion
 from camopt.synthesis.synthesise import MARGINS, tightened
-from camopt.synthesis.synthesised import Synthesised, free_names
+from camopt.synthesis.synthesised import Synthesis, free_names
 
 STEP = 1e-4  # of a bound, in differences
 NOTHING = 1e-5  # of the objective: what a bound that does not bind may cost, by a solver's error
@@ -59,7 +59,7 @@ class Given(NamedTuple):
         return scene.replace(**{name: pair})
 
 
-def synthesis_prices(result: Synthesised) -> list[Price]:
+def synthesis_prices(result: Synthesis) -> list[Price]:
     """Find what each bound costs that holds the free laws of a synthesis.
 
     A price is the derivative of the least objective, with other laws for each value of the bound: mm of size per
@@ -70,7 +70,7 @@ def synthesis_prices(result: Synthesised) -> list[Price]:
 
     Parameters
     ----------
-    result : Synthesised
+    result : Synthesis
         What ``synthesise`` found.
 
     Returns
@@ -144,7 +144,7 @@ def _programme(demand: Demand, margin: float) -> Convex:
     return convex(tightened(demand, margin), SplineMotion)
 
 
-def _optimum(scene: Scene, result: Synthesised) -> Optimum | None:
+def _optimum(scene: Scene, result: Synthesis) -> Optimum | None:
     """The optimum that a result is; None if the solver fails, or the result is none."""
     demands = by_offset(demand_of(scene))  # one for each offset that the scene lists
     for margin in MARGINS:
@@ -166,7 +166,7 @@ def _solution(model: Convex) -> tuple[list[FloatArray], list[FloatArray]]:
     return [each.value for each in problem.variables()], [limit.dual_value for limit in problem.constraints]
 
 
-def _local(optimum: Optimum, result: Synthesised) -> Optimum | None:
+def _local(optimum: Optimum, result: Synthesis) -> Optimum | None:
     """The local optimum under curves that are not convex; None if steps do not end there, or offsets are listed."""
     model, demand = optimum.model, optimum.model.demand
     if demand.dip is not None or isinstance(result.asked.search.offset, tuple):
@@ -180,7 +180,7 @@ def _local(optimum: Optimum, result: Synthesised) -> Optimum | None:
     return optimum._replace(point=point, multipliers=multipliers + curves, steps=steps, at=at)
 
 
-def iterate_in(demand: Demand, result: Synthesised) -> Iterate:
+def iterate_in(demand: Demand, result: Synthesis) -> Iterate:
     """The laws and the sizes of a result, as a demand counts them."""
     names = iter(free_names(result.asked.motion))
     coefficients = []

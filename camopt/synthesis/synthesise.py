@@ -36,7 +36,7 @@ from camopt.synthesis.iterate import Iterate, cleaned, iterate_of
 from camopt.synthesis.relaxation import RelaxedMotion
 from camopt.synthesis.sequential_convex import SequentialConvex
 from camopt.synthesis.spline_motion import SplineMotion
-from camopt.synthesis.synthesised import Synthesised
+from camopt.synthesis.synthesised import Synthesis
 from camopt.synthesis.unmet import contradiction, no_cam
 
 SLACK = 1e-4  # of the unit of the objective, given up for the gentlest jerk among the laws that reach it
@@ -48,7 +48,7 @@ LOOKED_AT = 3  # laws whose cams miss the limits, for what they reach
 WORSE = 1e-3  # relative: a cam above its convex optimum by more is held by a limit that is not convex
 
 
-def synthesise(scene: Scene, progress: Progress | None = None) -> Synthesised:
+def synthesise(scene: Scene, progress: Progress | None = None) -> Synthesis:
     """Compute new motion laws for a scene, as its ``[synthesis]`` asks, and the smallest cam for them.
 
     Parameters
@@ -60,7 +60,7 @@ def synthesise(scene: Scene, progress: Progress | None = None) -> Synthesised:
 
     Returns
     -------
-    Synthesised
+    Synthesis
         The laws, the smallest cam for them with its scene, and a bound that no motion can pass.
 
     Raises
@@ -95,7 +95,7 @@ def synthesise(scene: Scene, progress: Progress | None = None) -> Synthesised:
     return replace(best, bound=min(known) if right else None)
 
 
-def best_of(scene: Scene, demands: Sequence[Demand], advance: Progress) -> tuple[Synthesised, Iterate]:
+def best_of(scene: Scene, demands: Sequence[Demand], advance: Progress) -> tuple[Synthesis, Iterate]:
     """The best cam of some demands of a scene, without a bound, and its free laws.
 
     Raises
@@ -116,7 +116,7 @@ def best_of(scene: Scene, demands: Sequence[Demand], advance: Progress) -> tuple
     return _least(found)
 
 
-def _best(scene: Scene, demand: Demand, advance: Progress) -> tuple[Synthesised, Iterate]:
+def _best(scene: Scene, demand: Demand, advance: Progress) -> tuple[Synthesis, Iterate]:
     """The best free laws of a demand, and their cam."""
     advance(0, 1)  # as far as is known: where the convex optimum is a cam, nothing starts from other laws
     ceilings = ceilings_of(demand)
@@ -136,7 +136,7 @@ def _best(scene: Scene, demand: Demand, advance: Progress) -> tuple[Synthesised,
     return replace(cam, convex=free), laws
 
 
-def _least(found: Sequence[tuple[Synthesised, Iterate]]) -> tuple[Synthesised, Iterate]:
+def _least(found: Sequence[tuple[Synthesis, Iterate]]) -> tuple[Synthesis, Iterate]:
     return min(found, key=lambda each: each[0].objective)
 
 
@@ -212,7 +212,7 @@ def tightened(demand: Demand, margin: float) -> Demand:
 
 def _by_convex_steps(
     scene: Scene, model: Convex, demand: Demand, start: Iterate, advance: Progress
-) -> Iterator[tuple[Synthesised | None, Iterate]]:
+) -> Iterator[tuple[Synthesis | None, Iterate]]:
     """The laws that convex steps reach from the convex optimum and from known laws, and their cams, if any."""
     starts = [start, *placed(demand, start, objective_in(scene.synthesis))]
     ceilings = ceilings_of(demand)

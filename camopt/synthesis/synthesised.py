@@ -19,7 +19,7 @@ FREE = ("rise", "return", MOVE)
 
 
 @dataclass(frozen=True)
-class Synthesised(Shown):
+class Synthesis(Shown):
     """New ("free") motion laws, the smallest cam for them, and how good they are.
 
     Attributes
@@ -54,7 +54,7 @@ class Synthesised(Shown):
 
     def __repr__(self) -> str:
         known = "" if self.gap is None else f", at most {self.gap:.2%} from the best of any motion"
-        return f"<Synthesised of {self.scene.name}: objective {self.objective:.6g}{known}>"
+        return f"<Synthesis of {self.scene.name}: objective {self.objective:.6g}{known}>"
 
     @property
     def gap(self) -> float | None:
@@ -77,7 +77,7 @@ class Synthesised(Shown):
         return {name: {**law_peaks(law), **peaks_inside(law)} for name, law in unit.items()}
 
 
-def peaks_of(row: Mapping[str, Any], result: Synthesised) -> dict[str, float]:
+def peaks_of(row: Mapping[str, Any], result: Synthesis) -> dict[str, float]:
     """The largest peak factors of a row's laws, known or free."""
     peaks = {**{name: law_peaks(law) for name, law in LAWS.items()}, **result.peaks}
     each = [peaks[n] for key in ("law_rise", "law_return") for n in row[key].split("+") if n in peaks]

@@ -2,12 +2,12 @@
 
 from camopt.problem.problem import resolve
 from camopt.synthesis.conditions import ground_of
-from camopt.synthesis.synthesised import Synthesised
+from camopt.synthesis.synthesised import Synthesis
 from camopt.synthesis.units import objective_unit
 from camopt.tables.cells import number
 
 
-def bound_in_words(result: Synthesised) -> str:
+def bound_in_words(result: Synthesis) -> str:
     """What was minimised, what no motion can have less of, and the gap between these."""
     unit = objective_unit(result.asked)
     what = f"Minimised: {number(result.objective)}{unit}."

@@ -61,7 +61,7 @@ def statements_of(claim: Claim, design: Designs, motion: ExactMotion) -> list[St
     """The sides of a claim for a design (in balls)."""
     made = claim.curve(design, cast(Programme, motion))
     factor, allowed = as_arb(claim.factor(design)), claim.allowed(BALLS)
-    return [Statement(of_curve(made), claim.strokes, factor * side, allowed) for side in claim.sides]
+    return [Statement(of_curve(made), claim.kinds, factor * side, allowed) for side in claim.sides]
 
 
 def claim_verdicts(

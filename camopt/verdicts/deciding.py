@@ -33,28 +33,28 @@ class Statement(NamedTuple):
     """One side of a claim for one design in balls: factor · value ≤ bound, with ``values`` as of ``of_curve``."""
 
     values: Callable[[list[Ball]], tuple[Any, Any]]
-    strokes: int
+    kinds: int
     factor: arb
     bound: arb
 
     def on(self, stroke: ExactStroke) -> "Statement | None":
         """What it says of a stroke, if anything: of a move, in terms of the way in which the follower moves."""
-        if not self.strokes & (stroke.kind | WAYS):
+        if not self.kinds & (stroke.kind | WAYS):
             return None
-        if stroke.kind != TURN or self.strokes & TURN == TURN:
+        if stroke.kind != TURN or self.kinds & TURN == TURN:
             return self
-        return self._replace(strokes=self.strokes & WAYS | ways_of(self.strokes))
+        return self._replace(kinds=self.kinds & WAYS | ways_of(self.kinds))
 
     def applies(self, speed: Any) -> tuple[bool, bool]:
         """Whether it may be, and whether it is sure to be, about a motion with this y'."""
-        if not self.strokes & WAYS:
+        if not self.kinds & WAYS:
             return True, True
         outward, inward = bool(speed > 0), bool(speed < 0)
         still = not outward and not inward and bool(speed == 0)
         if outward or inward or still:
-            sure = bool(self.strokes & (OUTWARD if outward else INWARD if inward else RESTING))
+            sure = bool(self.kinds & (OUTWARD if outward else INWARD if inward else RESTING))
             return sure, sure
-        return bool(self.strokes & (OUTWARD * (not speed <= 0) | INWARD * (not speed >= 0))), False
+        return bool(self.kinds & (OUTWARD * (not speed <= 0) | INWARD * (not speed >= 0))), False
 
 
 @precisely()

@@ -55,16 +55,16 @@ def results():
         "Optimum": best,
         "Design": best.best,
         "Sweep": swept,
-        "Synthesised": camopt.Synthesised(SCENE, best.best.scene, best.best, 60.0, 59.0),
+        "Synthesis": camopt.Synthesis(SCENE, best.best.scene, best.best, 60.0, 59.0),
         "Frontier": camopt.Frontier(SCENE, ("size", "acceleration"), rows, [], {}),
-        "Fitted": camopt.fit(lifts, {"name": NAME, "cam": {"form": "disc", "base_radius": 30.0}, "follower": flat}),
+        "Fit": camopt.fit(lifts, {"name": NAME, "cam": {"form": "disc", "base_radius": 30.0}, "follower": flat}),
     }
 
 
-BOUNDED = ("Evaluation", "Optimum", "Design", "Sweep", "Synthesised")
+BOUNDED = ("Evaluation", "Optimum", "Design", "Sweep", "Synthesis")
 
 
-@pytest.mark.parametrize("kind", [*BOUNDED, "Scene", "Frontier", "Fitted"])
+@pytest.mark.parametrize("kind", [*BOUNDED, "Scene", "Frontier", "Fit"])
 def test_results_show_themselves_in_a_line_and_as_html(results, kind):
     shown = repr(results[kind])
     assert shown.startswith(f"<{kind} ")
@@ -92,7 +92,7 @@ def test_an_exported_file_shows_its_curves(tmp_path):
     assert any(" arcs, within " in text and text.endswith(" mm") for text in page.texts)
 
 
-@pytest.mark.parametrize("kind", ["Scene", "Evaluation", "Optimum", "Design", "Synthesised", "Fitted"])
+@pytest.mark.parametrize("kind", ["Scene", "Evaluation", "Optimum", "Design", "Synthesis", "Fit"])
 def test_a_design_has_a_small_picture_of_its_cam(results, kind):
     page = results[kind]._repr_html_()
     (svg,) = re.findall(r"<svg.*</svg>", page)

@@ -138,7 +138,7 @@ SLOWEST = {
 }
 
 
-def held_by(name, case, share):
+def with_binding_limit(name, case, share):
     """A scene whose cam a limit holds."""
     in_time = partial(motion_quantity, stroke="", angular=False, timed=True)
     quantity = limited_quantity(name, resolve(case).setup) if name in LOADS else in_time(name)
@@ -148,7 +148,7 @@ def held_by(name, case, share):
 
 @pytest.mark.parametrize("name", SLOWER)
 def test_so_it_is_for_limits_on_motions_and_loads(name):
-    case = held_by(name, *SLOWER[name])
+    case = with_binding_limit(name, *SLOWER[name])
     found = of(case)
     assert f"limits.{name}" in found
     assert unlike_differences(case, found) == {}
@@ -157,7 +157,7 @@ def test_so_it_is_for_limits_on_motions_and_loads(name):
 @pytest.mark.long
 @pytest.mark.parametrize("name", SLOWEST)
 def test_so_it_is_for_limits_whose_search_is_long(name):
-    case = held_by(name, *SLOWEST[name])
+    case = with_binding_limit(name, *SLOWEST[name])
     found = of(case)
     assert unlike_differences(case, {f"limits.{name}": found[f"limits.{name}"]}) == {}
 

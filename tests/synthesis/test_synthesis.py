@@ -29,10 +29,10 @@ from camopt.motion.stroke import Stroke
 from camopt.motion.table import RISE, TURN
 from camopt.numerics import LARGEST_MAGNITUDE
 from camopt.problem.problem import resolve
-from camopt.scene.tables import Synthesis
+from camopt.scene.tables import SynthesisSettings
 from camopt.synthesis.cams import known_laws, scene_with
 from camopt.synthesis.ceilings import Sampled, ceilings_of, samples
-from camopt.synthesis.compare import compared
+from camopt.synthesis.compare import known_laws_of
 from camopt.synthesis.convex import convex
 from camopt.synthesis.from_scene import default_peaks, demand_of
 from camopt.synthesis.iterate import Iterate, cleaned, moving
@@ -674,7 +674,7 @@ MISTAKES = {
 
 @pytest.mark.parametrize("peak", [(-1e9, 1e9), (0.0, 1e-300), 1e9])
 def test_peaks_may_be_as_far_as_numbers_go(peak):
-    assert Synthesis(peak_velocity=peak).peak_velocity == peak
+    assert SynthesisSettings(peak_velocity=peak).peak_velocity == peak
 
 
 @pytest.fixture
@@ -780,7 +780,7 @@ JUNK = st.recursive(
 
 
 @settings(max_examples=times(150, deep=1500))
-@given(st.dictionaries(st.sampled_from([*Synthesis.model_fields, "x"]), JUNK, min_size=1, max_size=3))
+@given(st.dictionaries(st.sampled_from([*SynthesisSettings.model_fields, "x"]), JUNK, min_size=1, max_size=3))
 def test_junk_is_bad_input_or_a_demand(junk):
     demand, told = None, []
     try:
@@ -892,7 +892,7 @@ SMOOTH = {"synthesis__peak_jerk": "modified-sine", "synthesis__peak_acceleration
 
 def test_free_laws_are_compared_with_the_best_known_law_within_the_same_limits_and_with_the_scenes_own():
     """The caps of acceleration and jerk here let the scene's own law through, and others that make smaller cams."""
-    known = compared(made(ROLLER | ASKED, search__law=["poly4567", "modified-sine"], **SMOOTH))
+    known = known_laws_of(made(ROLLER | ASKED, search__law=["poly4567", "modified-sine"], **SMOOTH))
     assert known.own == "cycloidal"
     assert {law: row["within"] for law, row in known.rows.items()} == {
         "modified-sine": True, "cycloidal": True, "poly4567": False,
@@ -907,15 +907,15 @@ def test_free_laws_are_compared_with_the_best_known_law_within_the_same_limits_a
 
 
 def test_the_scenes_own_law_is_the_best_where_it_is_better():
-    known = compared(made(search__law=["cycloidal"]))  # the caps are those of 3-4-5
+    known = known_laws_of(made(search__law=["cycloidal"]))  # the caps are those of 3-4-5
     assert (known.own, known.best) == ("poly345", "poly345")
 
 
 def test_a_law_that_breaks_a_limit_is_never_drawn_as_the_one_before():
     scene = made(search__law=["harmonic", "cycloidal"], synthesis__peak_jerk=45, synthesis__peak_acceleration=7)
-    known = compared(scene.replace(motion=[s | ({"law": "parabolic"} if "law" in s else {}) for s in MOTION]))
+    known = known_laws_of(scene.replace(motion=[s | ({"law": "parabolic"} if "law" in s else {}) for s in MOTION]))
     assert known.best == "cycloidal"
-    known = compared(made(search__law=["harmonic"], synthesis__peak_jerk=55, synthesis__peak_acceleration=7))
+    known = known_laws_of(made(search__law=["harmonic"], synthesis__peak_jerk=55, synthesis__peak_acceleration=7))
     assert (known.own, known.best) == ("poly345", None)
     result = synthesise(made(search__law=["harmonic"], synthesis__peak_jerk=55, synthesis__peak_acceleration=7))
     figure = plot_synthesis(result, known=known)

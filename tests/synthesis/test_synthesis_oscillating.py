@@ -104,7 +104,7 @@ def test_planes_are_tangent_to_the_curves_of_limits(name):
         away = random.normal(size=state.shape) / stroke.angle**orders
         sizes, aside = np.array([0.0, 60.0]), np.array([0.0, random.normal()])
         planes = sampled.planes(ceilings, state, tuple(sizes))
-        here = [c for c in ceilings if c.strokes & stroke.kind]
+        here = [c for c in ceilings if c.kinds & stroke.kind]
         assert len(planes.values) == sum(1 + (c.goal == LARGEST_MAGNITUDE) for c in here)
         risen = np.einsum("kcn,kn->cn", planes.motion, away) + planes.height * aside[1]
         step, ends = 1e-4, []

@@ -24,7 +24,7 @@ from camopt.problem.limits import LOADS, limited_quantity
 from camopt.problem.limits import PART as PART_KEYS
 from camopt.problem.problem import exactly, resolve
 from camopt.quantities import AT_LEAST, DERIVATIVES, MEANS, QUANTITIES, STROKES, motion_mean, motion_quantity
-from camopt.scene.tables import Limits, ShortLimits, Synthesis
+from camopt.scene.tables import Limits, ShortLimits, SynthesisSettings
 from camopt.smallest.enclosure import claims_on_size, examined, means_on_size
 from camopt.synthesis import ceilings
 from camopt.synthesis.from_scene import demand_on
@@ -190,8 +190,8 @@ def test_only_claims_with_one_kind_of_factor_are_compared():
 def worst_angles(problem, claim):
     """Just before and after where each side of a claim is worst."""
     case = Case(problem.setup, problem.programme, problem.design)
-    goals = [(claim.strokes, LARGEST if side > 0.0 else LEAST) for side in claim.sides]
-    return problem.programme.beside(case.extremes(claim.curve, goals).where, claim.strokes).ravel()
+    goals = [(claim.kinds, LARGEST if side > 0.0 else LEAST) for side in claim.sides]
+    return problem.programme.beside(case.extremes(claim.curve, goals).where, claim.kinds).ravel()
 
 
 def sizes_of(demand):
@@ -233,7 +233,7 @@ def below_planes(demand, name):
 
 def in_planes(problem, key, monkeypatch):
     """Over the samples of convex steps, or below the linear limits."""
-    demand = demand_on(problem, Synthesis())
+    demand = demand_on(problem, SynthesisSettings())
     limit = next(each for each in problem.limits if each.name == key)
     over = [v for c in limit.claims if not is_linear(c) for v in over_samples(demand, c, monkeypatch)]
     return any(excess > 0.0 for excess in (*over, *below_planes(demand, key)))

@@ -33,6 +33,16 @@ def test_every_exception_is_public():
     assert raised <= set(camopt.__all__)
 
 
+def test_every_error_is_a_camopt_error_and_what_pythons_are():
+    errors = {
+        value for value in vars(camopt.mistakes).values() if inspect.isclass(value) and issubclass(value, Exception)
+    }
+    assert {error for error in errors if not issubclass(error, camopt.CamoptError)} == set()
+    assert issubclass(camopt.BadInput, ValueError)
+    assert issubclass(camopt.UnknownName, KeyError)
+    assert issubclass(camopt.Unsolved, ArithmeticError)
+
+
 def test_type_checkers_know_which_quantities_are_no_numbers():
     kinds = {kind: {name for name, quantity in QUANTITIES.items() if quantity.kind is kind} for kind in (bool, str)}
     assert (set(get_args(Flag)), set(get_args(Word))) == (kinds[bool], kinds[str])

@@ -8,10 +8,10 @@ from camopt.cli.terminal import print_json, show_lines
 from camopt.mistakes import printable
 
 if TYPE_CHECKING:
-    from camopt.storage.checking import Checked
+    from camopt.storage.checking import FileCheck
 
 
-def show_checked(found: "Iterable[Checked]", as_json: bool) -> None:
+def show_checked(found: "Iterable[FileCheck]", as_json: bool) -> None:
     """What is known of each file, one a line."""
     if as_json:
         files = [{**asdict(each), "file": str(each.file)} for each in found]

@@ -8,14 +8,14 @@ from camopt.tables.cells import number
 from camopt.tables.columns import LAWS, laws_shown, with_law
 
 if TYPE_CHECKING:
-    from camopt.comparing.compare import Compared, ComparedTables
+    from camopt.comparing.compare import Comparison, TableComparison
     from camopt.comparing.fronts import Fronts, FrontSide
 
 LONGEST = 60  # characters of a value
 NOT_SET = "—"
 
 
-def show_compared(result: "Compared", as_json: bool) -> None:
+def show_compared(result: "Comparison", as_json: bool) -> None:
     """What differs, or that nothing does."""
     if as_json:
         return print_json(result.to_dict())
@@ -44,7 +44,7 @@ def _short(value: Any) -> str:
     return text if len(text) <= LONGEST else f"{text[:LONGEST]}…"
 
 
-def _designs(name: str, table: "ComparedTables") -> Iterator[Any]:
+def _designs(name: str, table: "TableComparison") -> Iterator[Any]:
     """How many designs came, went and changed; the quantities that did; the best of those that came and went."""
     of_a, of_b = table.designs
     yield f"{name}: {of_a:,} designs in A, {of_b:,} in B"
@@ -79,7 +79,7 @@ def _designs(name: str, table: "ComparedTables") -> Iterator[Any]:
             yield table_of(title, with_law(rows), ["row", *laws_shown(rows), *numbers])
 
 
-def _fronts(table: "ComparedTables") -> Iterator[Any]:
+def _fronts(table: "TableComparison") -> Iterator[Any]:
     """How the fronts differ, or why that cannot be said."""
     a, b = table.objectives
     if table.fronts and table.fronts.same:

@@ -6,10 +6,10 @@ from camopt.cli.terminal import print_json, show
 from camopt.tables.cells import number
 
 if TYPE_CHECKING:
-    from camopt.exporting.exported import Exported
+    from camopt.exporting.exported import Export
 
 
-def show_export(result: "Exported", as_json: bool) -> None:
+def show_export(result: "Export", as_json: bool) -> None:
     """The curves in a file with their proved deviations, and its other numbers."""
     if as_json:
         curves = {name: curve._asdict() for name, curve in result.curves.items()}

@@ -8,10 +8,10 @@ from camopt.quantities import QUANTITIES
 from camopt.tables.cells import number
 
 if TYPE_CHECKING:
-    from camopt.measured.fitted import Fitted
+    from camopt.measured.fitted import Fit
 
 
-def show_fit(result: "Fitted", as_json: bool) -> None:
+def show_fit(result: "Fit", as_json: bool) -> None:
     """How the motion lies in the points, its segments, and its peaks beside those of plain differences."""
     if as_json:
         found = result.to_dict()
@@ -50,7 +50,7 @@ def show_fit(result: "Fitted", as_json: bool) -> None:
     return show(f"{what}; no motion as near to the points has less than {number(result.least_jerk_rms)}.")
 
 
-def _show_profile(result: "Fitted") -> None:
+def _show_profile(result: "Fit") -> None:
     """What a profile was measured with, whose lift it gives, and how far its points are from the cam found."""
     assert result.profile is not None
     follower, found = result.scene.follower, result.to_dict()["profile"]

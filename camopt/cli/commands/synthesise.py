@@ -38,7 +38,7 @@ def synthesise(scene: Any, as_json: bool, quiet: bool, out: Path, picture: Path 
     from camopt.cli import terminal
     from camopt.cli.commands.synthesise_report import show_synthesis
     from camopt.cli.once import Once, Told, once
-    from camopt.synthesis.compare import compared
+    from camopt.synthesis.compare import known_laws_of
     from camopt.synthesis.files import SCENE, SYNTHESIS, write_comparison, write_laws
     from camopt.synthesis.prices import synthesis_prices
     from camopt.synthesis.synthesise import synthesise as run
@@ -46,7 +46,7 @@ def synthesise(scene: Any, as_json: bool, quiet: bool, out: Path, picture: Path 
     def work(unit: Any) -> Told:
         with terminal.progress(quiet, "starts") as advance:
             result = run(scene, advance)
-            known = compared(scene)
+            known = known_laws_of(scene)
             write_laws(result, unit.staging)
             write_comparison(result, known, unit.staging)
             costs = synthesis_prices(result)

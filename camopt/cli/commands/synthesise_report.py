@@ -13,14 +13,14 @@ from camopt.tables.columns import bounds_of, columns_of, with_law
 if TYPE_CHECKING:
     from camopt.scene.scene import Scene
     from camopt.smallest.prices import Price
-    from camopt.synthesis.compare import Comparison
-    from camopt.synthesis.synthesised import Synthesised
+    from camopt.synthesis.compare import KnownLaws
+    from camopt.synthesis.synthesised import Synthesis
 
 
 SLIGHT = 5e-4  # a share that is shown as 0.0%
 
 
-def show_synthesis(result: "Synthesised", known: "Comparison", prices: "Iterable[Price]", as_json: bool) -> None:
+def show_synthesis(result: "Synthesis", known: "KnownLaws", prices: "Iterable[Price]", as_json: bool) -> None:
     """The cam of the free laws beside the smallest of each known law, the bound, the gap, and what bounds cost."""
     from camopt.synthesis.from_scene import default_peaks
     from camopt.synthesis.synthesised import peaks_of
@@ -90,7 +90,7 @@ def show_limits_of_motion(scene: "Scene", known: Iterable[dict[str, Any]], defau
     show(f"The scene limits neither acceleration nor jerk, so {'; '.join(limits)}.")
 
 
-def _beside_known(result: "Synthesised", known: "Comparison") -> str:
+def _beside_known(result: "Synthesis", known: "KnownLaws") -> str:
     """The best known law that holds the same limits, and the scene's own."""
     from camopt.synthesis.compare import OWN_MOVES
     from camopt.synthesis.units import objective_unit
