@@ -16,14 +16,8 @@ from camopt.version import VERSION as __version__  # noqa: N811
 
 if TYPE_CHECKING:
     from camopt.comparing.compare import Comparison, compare
-    from camopt.drawing.accuracy import plot_accuracy
     from camopt.drawing.animation import Animation, animate
-    from camopt.drawing.compared import plot_compared
-    from camopt.drawing.figures import plot
-    from camopt.drawing.fit import plot_fit
-    from camopt.drawing.frontier import plot_frontier
-    from camopt.drawing.spectrum import plot_spectrum
-    from camopt.drawing.synthesis import plot_synthesis
+    from camopt.drawing.plot import plot
     from camopt.engines import cluster
     from camopt.exporting.export import export
     from camopt.exporting.exported import Export
@@ -43,9 +37,8 @@ if TYPE_CHECKING:
     from camopt.smallest.prices import Price, prices
     from camopt.storage.checking import FileCheck, check
     from camopt.studies.sensitivities import Sensitivities, Sensitivity, sensitivities
-    from camopt.studies.spectrum import response_spectrum
+    from camopt.studies.spectrum import Spectrum, response_spectrum
     from camopt.synthesis.frontier import Frontier, frontier
-    from camopt.synthesis.prices import synthesis_prices
     from camopt.synthesis.synthesise import synthesise
     from camopt.synthesis.synthesised import Synthesis
     from camopt.tables.designs import Design, scene_of
@@ -70,6 +63,7 @@ _HOMES = {
     "Price": "smallest.prices",
     "QUANTITIES": "quantities",
     "Scene": "scene.scene",
+    "Spectrum": "studies.spectrum",
     "Stopped": "mistakes",
     "Sweep": "front.sweep",
     "SweepPart": "front.parts",
@@ -92,13 +86,7 @@ _HOMES = {
     "load": "tables.table",
     "merge": "front.parts",
     "optimise": "smallest.optimise",
-    "plot": "drawing.figures",
-    "plot_accuracy": "drawing.accuracy",
-    "plot_compared": "drawing.compared",
-    "plot_fit": "drawing.fit",
-    "plot_frontier": "drawing.frontier",
-    "plot_spectrum": "drawing.spectrum",
-    "plot_synthesis": "drawing.synthesis",
+    "plot": "drawing.plot",
     "prices": "smallest.prices",
     "report": "reporting.report",
     "response_spectrum": "studies.spectrum",
@@ -109,7 +97,6 @@ _HOMES = {
     "shipped_scenes": "scene.scene",
     "sweep": "front.sweep",
     "sweep_part": "front.parts",
-    "synthesis_prices": "synthesis.prices",
     "synthesise": "synthesis.synthesise",
 }
 
@@ -132,6 +119,7 @@ __all__ = [
     "Scene",
     "Sensitivities",
     "Sensitivity",
+    "Spectrum",
     "Stopped",
     "Sweep",
     "SweepPart",
@@ -156,12 +144,6 @@ __all__ = [
     "merge",
     "optimise",
     "plot",
-    "plot_accuracy",
-    "plot_compared",
-    "plot_fit",
-    "plot_frontier",
-    "plot_spectrum",
-    "plot_synthesis",
     "prices",
     "report",
     "response_spectrum",
@@ -170,7 +152,6 @@ __all__ = [
     "shipped_scenes",
     "sweep",
     "sweep_part",
-    "synthesis_prices",
     "synthesise",
 ]
 

@@ -1,4 +1,16 @@
-"""What shows itself in a notebook."""
+"""What shows itself in a notebook, and what has a picture."""
+
+from typing import ClassVar
+
+
+class Drawn:
+    """What ``plot`` draws."""
+
+    __slots__ = ()
+    picture: ClassVar[str]
+    """The module of ``drawing`` whose ``draw`` makes the picture, imported when something is drawn."""
+    together: ClassVar[bool] = False
+    """Whether it takes a list of them."""
 
 
 class Shown:

@@ -18,6 +18,7 @@ from camopt.comparing.fronts import Fronts, compared_fronts
 from camopt.comparing.settings import Difference, differing
 from camopt.comparing.sides import Side, side_of
 from camopt.mistakes import BadInput, Mistake
+from camopt.shown import Drawn
 from camopt.storage.sealed import no_table
 from camopt.tables.designs import DESIGNS, PARETO
 
@@ -78,7 +79,7 @@ class TableComparison:
 
 
 @dataclass(frozen=True, eq=False)
-class Comparison:
+class Comparison(Drawn):
     """Two results side by side.
 
     Attributes
@@ -111,6 +112,7 @@ class Comparison:
     {'search.base_radius': ([110.0, 120.0, 130.0], [120.0, 130.0, 140.0])}
     """
 
+    picture = "compared"
     a: str
     b: str
     settings: dict[str, dict[str, Difference]]

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from camopt.drawing.canvas import Target, canvas, saving
+from camopt.drawing.canvas import Target, canvas
 from camopt.drawing.labels import Label, around, settle
 from camopt.drawing.style import FAINT, INK, MUTED, PAGE_TITLE, SERIES, SMALL, TITLE, dress
 
@@ -28,27 +28,8 @@ FLOOR = 3e-17  # errors below a double's rounding are drawn there
 ROUNDING = 2.2e-16
 
 
-@saving
-def plot_accuracy(rows: Sequence[dict[str, Any]], title: str = "", path: Target = None) -> "Figure":
-    """Draw what accuracy costs: the largest error of each method against its time, a diagram for each quantity.
-
-    Parameters
-    ----------
-    rows : sequence of Mapping
-        What ``studies.accuracy.measure`` gives: quantity, method, setting, ns_per_design, error_max.
-    title : str
-        What was measured.
-    path : str or os.PathLike, optional
-        A PNG, SVG or PDF file to write as well.
-
-    Examples
-    --------
-    >>> rows = [
-    ...     dict(quantity="pressure", method="sampling", setting=n, ns_per_design=10.0 * n, error_max=1 / n**2)
-    ...     for n in (90, 360)
-    ... ]
-    >>> figure = camopt.plot_accuracy(rows, "two samplings", "accuracy.png")
-    """
+def draw(rows: Sequence[dict[str, Any]], path: Target = None, title: str = "") -> "Figure":
+    """Draw what accuracy costs: the largest error of each method against its time, a diagram for each quantity."""
     names = list(dict.fromkeys(row["quantity"] for row in rows))
     with canvas(path, (6.4 * len(names), 5.6), powers=True, layout="constrained") as figure:
         heading = f"What accuracy costs: {title}" if title else "What accuracy costs"

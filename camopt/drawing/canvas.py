@@ -2,10 +2,10 @@
 
 import os
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 from camopt.drawing.style import RC
 from camopt.storage.files import checked_suffix, whole_file
@@ -20,33 +20,12 @@ DATES: dict[str, dict[str, Any]] = {".svg": {"Date": None}, ".pdf": {"CreationDa
 Target = str | os.PathLike[str] | None
 """The file of a picture; None for a figure that is only drawn."""
 
-SAVED = """    Returns
-    -------
-    matplotlib.figure.Figure
-        Which a notebook shows, and which can be changed.
-
-    Raises
-    ------
-    BadInput
-        If the file's name does not end in .png, .svg or .pdf.
-    OSError
-        If the file cannot be written.
-
-"""
-Drawing = TypeVar("Drawing", bound=Callable[..., "Figure"])
-
-
-def saving(draw: Drawing) -> Drawing:
-    """Say in the docstring of a function that saves its figure what it returns and raises, before its examples."""
-    draw.__doc__ = (draw.__doc__ or "").replace("    Examples\n", f"{SAVED}    Examples\n")
-    return draw
-
 
 @contextmanager
 def canvas(path: Target, size: tuple[float, float], *, powers: bool = False, **options: Any) -> "Iterator[Figure]":
     """An empty figure of a size in inches; if the block ends without an error, it is saved to the path, if any.
 
-    The suffix of the path gives the format; the errors are those of ``saving``. The same drawing gives the same
+    The suffix of the path gives the format; the errors are those of ``plot``. The same drawing gives the same
     file. A $ in a text stays a $, unless ``powers`` asks for axes with powers of ten.
     """
     import matplotlib.style

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from camopt.comparing.compare import Comparison, TableComparison
-from camopt.drawing.canvas import Target, canvas, saving
+from camopt.drawing.canvas import Target, canvas
 from camopt.drawing.style import MUTED, PAGE_TITLE, SERIES, dress
 from camopt.mechanisms.design import BoolArray
 from camopt.mistakes import BadInput, Mistake
@@ -20,28 +20,12 @@ MOST_PANELS = 3  # side by side: all pairs of three objectives
 WIDE, HIGH = 4.6, 4.4  # inches: of a panel
 
 
-@saving
-def plot_compared(found: Comparison, path: Target = None) -> "Figure":
-    """Draw the Pareto fronts of two results, a row of panels for each table: each pair of objectives that vary.
-
-    Parameters
-    ----------
-    found : Comparison
-        What ``compare`` gives.
-    path : str or os.PathLike, optional
-        A PNG, SVG or PDF file to write as well.
-
-    Examples
-    --------
-    >>> search = {"base_radius": [120, 125, 130], "offset": [20], "law": ["cycloidal", "poly345"]}
-    >>> before = camopt.sweep(camopt.find_scene("roller-1000rpm").replace(search=search), out="before")
-    >>> after = camopt.sweep(before.scene.replace(**{"search.base_radius": [124, 130]}), out="after")
-    >>> figure = camopt.plot_compared(camopt.compare(before, after), "fronts.png")
-    """
+def draw(found: Comparison, path: Target = None) -> "Figure":
+    """Draw the Pareto fronts of two results, a row of panels for each table: each pair of objectives that vary."""
     rows = {name: table for name, table in found.tables.items() if table.fronts and _pairs(table)}
     if not rows:
         why = "results with fronts of the same two objectives or more, which vary"
-        raise BadInput([Mistake("camopt", "found", repr(found), why)])
+        raise BadInput([Mistake("camopt", "what", repr(found), why)])
     many = max(len(_pairs(table)) for table in rows.values())
     with canvas(path, (max(many, 2) * WIDE, len(rows) * HIGH), layout="constrained") as figure:
         title = f"Pareto fronts: {found.a} (A) and {found.b} (B)"

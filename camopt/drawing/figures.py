@@ -7,7 +7,7 @@ import numpy as np
 
 from camopt.drawing import diagrams
 from camopt.drawing.cam import draw_disc
-from camopt.drawing.canvas import Target, canvas, saving
+from camopt.drawing.canvas import Target, canvas
 from camopt.drawing.dynamics import dynamics_panels
 from camopt.drawing.groove import draw_groove
 from camopt.drawing.labels import Label, settle
@@ -17,34 +17,17 @@ from camopt.drawing.picture import Picture, four_digits
 from camopt.drawing.style import ALARM, HEADING, INK, MUTED, PAGE_TITLE, TITLE
 from camopt.problem.problem import resolve_design
 from camopt.scene.scene import Scene
+from camopt.tables.designs import Design
+from camopt.verdicts.evaluation import Evaluation
 from camopt.verdicts.judging import excesses, violations
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-@saving
-def plot(scene: Scene, path: Target = None) -> "Figure":
-    """Draw a scene's cam, with its follower and diagrams; to a PNG, SVG or PDF file as well, if a path is given.
-
-    Diagrams run over one turn of the cam in deg: displacement, velocity, acceleration and jerk (by time if the
-    scene has an rpm, by cam angle if not), pressure angle (contact on the face, for a face square to the motion),
-    curvature; and of the effects that the scene calls for, and no others: force, torque with its mean, the mass on
-    the elastic train, thrust, contact stress, sliding, wear and film. Peaks carry their exact values; jumps are
-    breaks, impulses arrows. A disc cam is drawn at cam angle 0; the groove of a cylindrical cam is developed.
-    Lengths in mm. The same scene gives the same file, and the file appears only when whole.
-
-    Parameters
-    ----------
-    scene : Scene
-        A scene with sizes of its own.
-    path : str or os.PathLike, optional
-        A PNG, SVG or PDF file to write as well.
-
-    Examples
-    --------
-    >>> figure = camopt.plot(camopt.find_scene("two-pauses"), "cam.svg")
-    """
+def draw(what: Scene | Evaluation | Design, path: Target = None) -> "Figure":
+    """Draw a scene's cam, with its follower and diagrams; to a PNG, SVG or PDF file as well, if a path is given."""
+    scene = what if isinstance(what, Scene) else what.scene
     picture = Picture(scene, resolve_design(scene))
     developed = picture.problem.setup.mechanism.body.developed
     shown = [*panels(picture), *dynamics_panels(picture), *load_panels(picture)]

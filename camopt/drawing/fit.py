@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from camopt.drawing.canvas import Target, canvas, saving
+from camopt.drawing.canvas import Target, canvas
 from camopt.drawing.diagrams import in_powers
 from camopt.drawing.measured_profile import draw_profile
 from camopt.drawing.picture import Picture, four_digits
@@ -27,25 +27,8 @@ BEYOND = 1.4  # bands: where the diagram of deviations ends
 POINT: dict[str, Any] = {"ls": "none", "marker": ".", "ms": 3.0, "mew": 0.0}
 
 
-@saving
-def plot_fit(result: Fit, path: Target = None) -> "Figure":
-    """Draw a fit: points and motion, deviations in their band, acceleration by differences and of the motion.
-
-    Beside them, of a measured profile, the profile of the cam found, and how far the points are from it.
-
-    Parameters
-    ----------
-    result : Fit
-        What ``fit`` gives.
-    path : str or os.PathLike, optional
-        A PNG, SVG or PDF file to write as well.
-
-    Examples
-    --------
-    >>> lifts = [0.0] * 60 + [5.0 * k**3 * (20 - k) ** 3 / 1e6 for k in range(21)] + [0.0] * 39
-    >>> cam = {"cam": {"form": "disc", "base_radius": 20}, "follower": {"motion": "translating", "contact": "flat"}}
-    >>> figure = camopt.plot_fit(camopt.fit(lifts, cam, band=0.01), "fit.png")
-    """
+def draw(result: Fit, path: Target = None) -> "Figure":
+    """Draw a fit: points and motion, deviations in their band, acceleration by differences and of the motion."""
     picture = Picture(result.scene, resolve(result.scene))
     size = WIDE if result.profile else PAGE
     with canvas(path, size) as figure:

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from camopt.drawing.canvas import Target, canvas, saving
+from camopt.drawing.canvas import Target, canvas
 from camopt.drawing.labels import Label, around, settle
 from camopt.drawing.style import ALARM, COLOURS, INK, LIMIT, MUTED, PAGE_TITLE, TEXT, dress
 from camopt.motion.table import RISE
@@ -33,25 +33,8 @@ WORDS = {
 }
 
 
-@saving
-def plot_frontier(found: Frontier, path: Target = None) -> "Figure":
-    """Draw a frontier: its first axis up, the second to the right, a third as colours.
-
-    Of two axes the region that no motion within the other limits can reach is shaded. It is what the bounds prove
-    (``Frontier.excluded``), a staircase.
-
-    Parameters
-    ----------
-    found : Frontier
-        What ``frontier`` gives.
-    path : str or os.PathLike, optional
-        A PNG, SVG or PDF file to write as well.
-
-    Examples
-    --------
-    >>> coarse = camopt.find_scene("roller-1000rpm").replace(**{"synthesis.pieces": 12})
-    >>> figure = camopt.plot_frontier(camopt.frontier(coarse, points=2, workers=1), "frontier.png")
-    """
+def draw(found: Frontier, path: Target = None) -> "Figure":
+    """Draw a frontier: its first axis up, the second to the right, a third as colours."""
     with canvas(path, (10.5, 7.0), layout="constrained") as figure:
         axes = figure.subplots()
         (_cloud if len(found.axes) == 3 else _curve)(figure, axes, found)

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from camopt.drawing.canvas import Target, canvas, saving
+from camopt.drawing.canvas import Target, canvas
 from camopt.drawing.style import PAGE_TITLE, dress, pen_of
 
 if TYPE_CHECKING:
@@ -19,21 +19,9 @@ LEAST = 1e-4  # amplitudes of a smaller share of the lift fall off the picture
 SHOWN = (1e-4, 1e-3, 1e-2, 0.1, 1.0)
 
 
-@saving
-def plot_spectrum(spectra: Sequence[Mapping[str, Any]], path: Target = None) -> "Figure":
-    """Draw response spectra: residual amplitude in the dwell, and largest acceleration of the mass.
-
-    Parameters
-    ----------
-    spectra : sequence of Mapping
-        What ``response_spectrum`` gives for each law, at one damping ratio.
-    path : str or os.PathLike, optional
-        A PNG, SVG or PDF file to write as well.
-
-    Examples
-    --------
-    >>> figure = camopt.plot_spectrum([camopt.response_spectrum(law) for law in ("cycloidal", "poly345")])
-    """
+def draw(what: Mapping[str, Any] | Sequence[Mapping[str, Any]], path: Target = None) -> "Figure":
+    """Draw response spectra: residual amplitude in the dwell, and largest acceleration of the mass."""
+    spectra = [what] if isinstance(what, Mapping) else what
     with canvas(path, (12.5, 5.6), layout="constrained") as figure:
         damping = {float(each) for spectrum in spectra for each in np.ravel(spectrum["damping_ratio"])}
         ratio = " and ".join(f"{each:g}" for each in sorted(damping))

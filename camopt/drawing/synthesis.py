@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from camopt.drawing.cam import draw_disc
-from camopt.drawing.canvas import Target, canvas, saving
+from camopt.drawing.canvas import Target, canvas
 from camopt.drawing.diagrams import draw_mark, in_powers
 from camopt.drawing.groove import draw_groove
 from camopt.drawing.labels import settle
@@ -28,24 +28,8 @@ BEFORE, AFTER = MUTED, COLOURS[RISE]
 ROWS = ("displacement", "velocity", "acceleration", "jerk")
 
 
-@saving
-def plot_synthesis(result: Synthesis, path: Target = None, known: KnownLaws | None = None) -> "Figure":
-    """Draw the cam of free laws beside that of the best known law within the same limits, if there is one.
-
-    Parameters
-    ----------
-    result : Synthesis
-        What ``synthesise`` gives.
-    path : str or os.PathLike, optional
-        A PNG, SVG or PDF file to write as well.
-    known : KnownLaws, optional
-        The known laws, if they were compared already (``synthesis.compare.known_laws_of``).
-
-    Examples
-    --------
-    >>> coarse = camopt.find_scene("roller-1000rpm").replace(**{"synthesis.pieces": 12})
-    >>> figure = camopt.plot_synthesis(camopt.synthesise(coarse), "before-and-after.png")
-    """
+def draw(result: Synthesis, path: Target = None, known: KnownLaws | None = None) -> "Figure":
+    """Draw the cam of free laws beside that of the best known law within the same limits, if there is one."""
     known = known or known_laws_of(result.asked)
     with canvas(path, (15.5, 9.0)) as figure:
         pictures = {

@@ -20,7 +20,7 @@ from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem, resolve
 from camopt.quantities import DERIVATIVES, motion_quantity
 from camopt.scene.scene import Scene
-from camopt.shown import Shown
+from camopt.shown import Drawn, Shown
 
 JERK = 3  # its order
 NAMED = 6  # rows at most
@@ -36,7 +36,7 @@ class LeftOut(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Fit(Shown):
+class Fit(Shown, Drawn):
     """The gentlest motion within a band of measured points, as a scene.
 
     Lifts, noise, band and deviations are in mm, deg when oscillating.
@@ -73,6 +73,7 @@ class Fit(Shown):
     (True, 'mm')
     """
 
+    picture = "fit"
     scene: Scene
     points: Points
     outliers: Points

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping
 from functools import cache
 from importlib import resources
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 import tomli_w
 from pydantic import BaseModel, BeforeValidator, Field, PrivateAttr, ValidationError
@@ -43,12 +43,12 @@ from camopt.scene.tables import (
     one_line,
 )
 from camopt.scene.text import parsed, plain
-from camopt.shown import Shown
+from camopt.shown import Drawn, Shown
 from camopt.storage.files import read_bytes
 from camopt.storage.manifest import settled_path
 
 
-class Scene(Shown, Table):
+class Scene(Shown, Drawn, Table):
     """A whole question. Made from tables, from TOML (``from_toml``) or from a mapping (``from_dict``).
 
     Keys, units and meaning are those of a scene file. A scene does not change: ``replace`` makes another one.
@@ -96,6 +96,7 @@ class Scene(Shown, Table):
     True
     """
 
+    picture: ClassVar[str] = "figures"
     name: Annotated[str, BeforeValidator(one_line)] = "scene"
     """Title of results and pictures."""
     cam: Cam

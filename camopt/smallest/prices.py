@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
+from functools import singledispatch
 from math import isfinite
 from typing import Any
 
@@ -9,7 +10,7 @@ import numpy as np
 
 from camopt.effects import Case
 from camopt.mechanisms import SIZES
-from camopt.mistakes import BadInput
+from camopt.mistakes import BadInput, Mistake
 from camopt.motion.table import RETURN, RISE
 from camopt.numerics.clock import now, share
 from camopt.problem.limit import Limit
@@ -30,7 +31,7 @@ class Price:
     """What a bound costs that a smallest cam just meets.
 
     ``price`` and ``tightened`` are derivatives: how the size (base radius, or mean radius of a cylindrical cam)
-    changes per unit of the bound, for small changes. Those of free laws (``synthesis_prices``) are of what these
+    changes per unit of the bound, for small changes. Those of free laws are of what these
     minimise, in its unit in place of mm, and have no cam without the bound.
 
     Attributes
@@ -78,36 +79,45 @@ class Price:
         return values | {"next": None if self.next is None else list(self.next)}
 
 
-def prices(optimum: Optimum, seconds: float = SECONDS) -> dict[str, list[Price]]:
-    """Find what each bound costs that holds the smallest cam of each law, and what would hold it next.
+@singledispatch
+def prices(what: Any, seconds: float = SECONDS) -> dict[str, list[Price]]:
+    """Find what each bound costs that holds a result, and what would hold the smallest cam of known laws next.
 
-    At the smallest cam, ∇R + Σ λ·∇c = 0 for its size R, the excesses c of what it just meets, and multipliers
-    λ ≥ 0; then a bound b costs dR/db = Σ λ·∂c/∂b. Bounds are those of ``[limits]``, the diameter of the shaft, and
-    the ends of ranges in ``[search]``. What every cam must hold, such as no undercut, has no bound and no price.
+    Bounds are those of ``[limits]``, the diameter of the shaft, the ends of ranges in ``[search]``, and of a
+    synthesis the peaks of ``[synthesis]``, also if taken by default. What every cam must hold, such as no undercut,
+    has no bound and no price. A price is that of small changes.
 
-    A price is that of small changes. For large ones the smallest cam is sought again without the limit.
+    Of what ``optimise`` found: at the smallest cam, ∇R + Σ λ·∇c = 0 for its size R, the excesses c of what it just
+    meets, and multipliers λ ≥ 0; then a bound b costs dR/db = Σ λ·∂c/∂b. For large changes the smallest cam is
+    sought again without the limit.
+
+    Of what ``synthesise`` found: the derivative of the least objective, with other laws for each value of the
+    bound; mm of size per unit of the bound where the size is minimised. With the multipliers λ of the constraints c
+    of the convex programme, a bound b costs df/db = ∂(f + Σ λ·c)/∂b. Laws that are a local optimum (``convex`` is
+    False) have the prices of that optimum, within a few per cent.
 
     Parameters
     ----------
-    optimum : Optimum
-        What ``optimise`` found.
+    what : Optimum or Synthesis
+        What ``optimise`` or ``synthesise`` found.
     seconds : float, default 60
-        Time for the searches without each limit, shared between them.
+        Time for the searches without each limit, shared between them; a synthesis takes none.
 
     Returns
     -------
     dict
-        For each law, a ``Price`` for each bound that its smallest cam just meets; not for an end of a range that
-        holds nothing, where another value makes the cam no larger.
+        For each law, a ``Price`` for each bound that its cam just meets; not for an end of a range that holds
+        nothing, where another value makes the cam no larger. Of a synthesis ``tightened`` is ``price``; none
+        where a solver fails, or where steps end at no local optimum.
 
     Raises
     ------
     BadInput
-        If the seconds are no number above 0.
+        For another result, seconds that are no number above 0, and a scene that ``synthesise`` does not take.
 
     References
     ----------
-    J. Nocedal, S. J. Wright, Numerical Optimization, ch. 12.
+    J. Nocedal, S. J. Wright, Numerical Optimization, ch. 12. S. Boyd, L. Vandenberghe, Convex Optimization, 5.6.
 
     Examples
     --------
@@ -116,6 +126,12 @@ def prices(optimum: Optimum, seconds: float = SECONDS) -> dict[str, list[Price]]
     >>> price.key, round(price.price, 3), price.unit
     ('limits.pressure_angle', -2.708, 'deg')
     """
+    raise BadInput([Mistake("camopt", "what", type(what).__name__, "what optimise or synthesise found")])
+
+
+@prices.register
+def prices_of_smallest(optimum: Optimum, seconds: float = SECONDS) -> dict[str, list[Price]]:
+    """The prices of the smallest cam of each law, what would hold it next sought in so many seconds."""
     end = end_of(seconds)
     cams = dict(_cams(optimum))
     found = {law: _prices_at(cams[law]) for law in optimum.by_law}

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from camopt.drawing.plot import plot
 from camopt.effects.vibration import acceleration, corners
 from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.motion import LAWS
@@ -28,6 +29,7 @@ from camopt.numerics.oscillator import Wave, damped, from_rest
 from camopt.numerics.wave_extremes import largest, largest_magnitude
 from camopt.problem.problem import resolve
 from camopt.problem.rows import Rows, joined
+from camopt.shown import Drawn
 from camopt.version import VERSION
 
 if TYPE_CHECKING:
@@ -61,7 +63,20 @@ COLUMNS = {
 }
 
 
-def response_spectrum(law: str | Law, ratios: ArrayLike = RATIOS, damping_ratio: float = 0.0) -> dict[str, Any]:
+class Spectrum(Drawn, dict[str, Any]):
+    """A response spectrum: a mapping from the name of a column to its values.
+
+    Examples
+    --------
+    >>> camopt.response_spectrum("cycloidal", [1.0, 2.5])["period_ratio"].tolist()
+    [1.0, 2.5]
+    """
+
+    picture = "spectrum"
+    together = True
+
+
+def response_spectrum(law: str | Law, ratios: ArrayLike = RATIOS, damping_ratio: float = 0.0) -> Spectrum:
     """Compute how a follower train vibrates after one rise, by the ratio t₁/Tₙ of rise time to natural period.
 
     Parameters
@@ -75,10 +90,10 @@ def response_spectrum(law: str | Law, ratios: ArrayLike = RATIOS, damping_ratio:
 
     Returns
     -------
-    dict
-        ``law``, ``period_ratio``, ``damping_ratio``, and in units of the lift ``residual`` (amplitude at the start
-        of the dwell), ``overshoot`` (largest x − 1), ``deflection`` (largest ``|x − y|``) and ``acceleration``
-        (largest ``|ẍ|·t₁²``).
+    Spectrum
+        A mapping: ``law``, ``period_ratio``, ``damping_ratio``, and in units of the lift ``residual`` (amplitude at
+        the start of the dwell), ``overshoot`` (largest x − 1), ``deflection`` (largest ``|x − y|``) and
+        ``acceleration`` (largest ``|ẍ|·t₁²``).
 
     Raises
     ------
@@ -102,7 +117,7 @@ def response_spectrum(law: str | Law, ratios: ArrayLike = RATIOS, damping_ratio:
     values = np.concatenate(found, axis=1) if found else np.zeros((4, 0))
     names = ("residual", "overshoot", "deflection", "acceleration")
     labels = {"law": np.full(len(λ), chosen.NAME), "period_ratio": λ, "damping_ratio": float(damping_ratio)}
-    return {**labels, **dict(zip(names, values, strict=True))}
+    return Spectrum(labels | dict(zip(names, values, strict=True)))
 
 
 def _checked(law: str | Law, ratios: ArrayLike, damping_ratio: float) -> tuple[Law, FloatArray]:
@@ -180,7 +195,6 @@ def write_spectrum(rows: "Rows", folder: str | os.PathLike[str]) -> tuple[Path, 
     """
     import pyarrow as pa
 
-    from camopt.drawing.spectrum import plot_spectrum
     from camopt.storage.sealed import TYPES, write_table
     from camopt.tables.table import to_table
 
@@ -193,6 +207,8 @@ def write_spectrum(rows: "Rows", folder: str | os.PathLike[str]) -> tuple[Path, 
     table.parent.mkdir(parents=True, exist_ok=True)
     write_table(to_table(rows, layout), table)
     laws = rows.column("law")
-    each = [{name: rows.column(name)[laws == law] for name in COLUMNS} for law in dict.fromkeys(laws.tolist())]
-    plot_spectrum(each, picture)
+    each = [
+        Spectrum((name, rows.column(name)[laws == law]) for name in COLUMNS) for law in dict.fromkeys(laws.tolist())
+    ]
+    plot(each, picture)
     return table, picture

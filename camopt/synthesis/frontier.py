@@ -26,7 +26,7 @@ from camopt.problem.problem import resolve
 from camopt.progress import Progress, report_progress
 from camopt.scene.scene import Scene
 from camopt.scene.tables import TERMS
-from camopt.shown import Shown
+from camopt.shown import Drawn, Shown
 from camopt.synthesis import residual
 from camopt.synthesis.axis_minimiser import AxisMinimiser, FrontierCam
 from camopt.synthesis.cams import known_laws, known_row
@@ -45,7 +45,7 @@ NEARLY_NONE = 1e-3  # of an axis' largest value: less of it is not looked for
 
 
 @dataclass(frozen=True)
-class Frontier(Shown):
+class Frontier(Shown, Drawn):
     """The trade-off between two or three axes; less of each is better.
 
     Attributes
@@ -74,6 +74,7 @@ class Frontier(Shown):
     (('size', 'acceleration'), (), True)
     """
 
+    picture = "frontier"
     scene: Scene
     axes: tuple[str, ...]
     rows: list[Design]

@@ -59,42 +59,8 @@ class Given(NamedTuple):
         return scene.replace(**{name: pair})
 
 
-def synthesis_prices(result: Synthesis) -> list[Price]:
-    """Find what each bound costs that holds the free laws of a synthesis.
-
-    A price is the derivative of the least objective, with other laws for each value of the bound: mm of size per
-    unit of the bound where the size is minimised. Bounds are those of ``[limits]``, the peaks of ``[synthesis]``
-    (also if taken by default), the diameter of the shaft, and the ends of ranges in ``[search]``. With the
-    multipliers λ of the constraints c of the convex programme, a bound b costs df/db = ∂(f + Σ λ·c)/∂b. Laws that
-    are a local optimum (``convex`` is False) have the prices of that optimum, within a few per cent.
-
-    Parameters
-    ----------
-    result : Synthesis
-        What ``synthesise`` found.
-
-    Returns
-    -------
-    list
-        A ``Price`` for each bound that binds, with ``tightened`` as ``price``. Empty where a solver fails, or steps
-        that end at no local optimum.
-
-    Raises
-    ------
-    BadInput
-        If the scene that was asked is one that ``synthesise`` does not take.
-
-    References
-    ----------
-    S. Boyd, L. Vandenberghe, Convex Optimization, 5.6.
-
-    Examples
-    --------
-    >>> coarse = camopt.find_scene("roller-1000rpm").replace(**{"synthesis.pieces": 12})
-    >>> found = camopt.synthesis_prices(camopt.synthesise(coarse))
-    >>> [(price.key, round(price.price, 2)) for price in found][:2]
-    [('limits.pressure_angle', -1.47), ('limits.pressure_angle_return', -1.71)]
-    """
+def prices_of_laws(result: Synthesis) -> list[Price]:
+    """The price of each bound that holds the free laws of a synthesis; none where a solver fails."""
     scene = _in_numbers(result.asked)
     optimum = _optimum(scene, result)
     if optimum is None:

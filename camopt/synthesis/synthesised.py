@@ -12,14 +12,16 @@ from camopt.motion.spline import SplineLaw
 from camopt.problem.problem import resolve
 from camopt.scene import tables
 from camopt.scene.scene import Scene
-from camopt.shown import Shown
+from camopt.shown import Drawn, Shown
+from camopt.smallest.prices import Price, prices
+from camopt.tables.columns import joined_laws
 from camopt.tables.designs import Design
 
 FREE = ("rise", "return", MOVE)
 
 
 @dataclass(frozen=True)
-class Synthesis(Shown):
+class Synthesis(Shown, Drawn):
     """New ("free") motion laws, the smallest cam for them, and how good they are.
 
     Attributes
@@ -45,6 +47,7 @@ class Synthesis(Shown):
     (True, ['free-rise', 'free-return'])
     """
 
+    picture = "synthesis"
     asked: Scene
     scene: Scene
     design: Design
@@ -89,3 +92,11 @@ def free_names(segments: Sequence[tables.Segment] | Sequence[Segment]) -> list[s
     kinds = [segment.segment for segment in segments if segment.segment in FREE]
     counts = [kinds[: n + 1].count(kind) for n, kind in enumerate(kinds)]
     return [f"free-{k}-{n}" if kinds.count(k) > 1 else f"free-{k}" for k, n in zip(kinds, counts, strict=True)]
+
+
+@prices.register
+def _prices_of_free_laws(result: Synthesis, seconds: float | None = None) -> dict[str, list[Price]]:
+    """By the laws of the cam, as those of known laws."""
+    from camopt.synthesis.prices import prices_of_laws
+
+    return {joined_laws(result.design["law_rise"], result.design["law_return"]): prices_of_laws(result)}

@@ -14,7 +14,7 @@ from camopt.motion import LAWS
 from camopt.problem.problem import size_keys
 from camopt.quantities import Flag, Word, number_quantity
 from camopt.scene.scene import Scene
-from camopt.shown import Shown
+from camopt.shown import Drawn, Shown
 from camopt.storage.files import write_text
 from camopt.tables.columns import joined_laws
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-class Design(Shown, dict[str, Any]):
+class Design(Shown, Drawn, dict[str, Any]):
     """One design of a result: a mapping from the name of a quantity to its value.
 
     Parameters
@@ -40,6 +40,8 @@ class Design(Shown, dict[str, Any]):
     >>> best.scene.cam.base_radius == best["base_radius_mm"]
     True
     """
+
+    picture = "figures"
 
     def __init__(self, quantities: Mapping[str, Any] | Iterable[tuple[str, Any]], searched: Scene) -> None:
         super().__init__(quantities)

@@ -14,13 +14,13 @@ from camopt.motion.table import TURN
 from camopt.problem.problem import Problem, exactly, resolve_design
 from camopt.quantities import QUANTITIES, Flag, Word
 from camopt.scene.scene import Scene
-from camopt.shown import Shown
+from camopt.shown import Drawn, Shown
 from camopt.verdicts.judging import judged, run_effects
 from camopt.verdicts.warned import warnings_of
 
 
 @dataclass(frozen=True)
-class Evaluation(Shown, Mapping[str, Any]):
+class Evaluation(Shown, Drawn, Mapping[str, Any]):
     """The quantities of one design: a mapping from name to value.
 
     Attributes
@@ -42,6 +42,7 @@ class Evaluation(Shown, Mapping[str, Any]):
     (True, 50.0)
     """
 
+    picture = "figures"
     scene: Scene
     quantities: dict[str, float | bool | str]
     unbounded: dict[str, str] = field(default_factory=dict)

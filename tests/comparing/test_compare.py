@@ -490,7 +490,7 @@ def test_a_sweep_that_wrote_nothing_and_what_is_no_result_are_refused():
 def test_the_picture_has_the_points_of_both_fronts_and_of_each_alone(folders, tmp_path):
     found = compare(*folders)
     fronts = found.tables["pareto.parquet"].fronts
-    figure = camopt.plot_compared(found, tmp_path / "fronts.svg")
+    figure = camopt.plot(found, tmp_path / "fronts.svg")
     assert (tmp_path / "fronts.svg").stat().st_size
     for axes in figure.axes:
         drawn = {each.get_label(): len(each.get_offsets()) for each in axes.collections}
@@ -502,7 +502,7 @@ def test_the_picture_has_the_points_of_both_fronts_and_of_each_alone(folders, tm
         assert drawn == {label: count for label, count in expected.items() if count}
     assert figure.axes[0].get_xlabel() == "base radius, mm"
     with pytest.raises(BadInput, match="fronts of the same"):
-        camopt.plot_compared(compare(SCENE, SCENE))
+        camopt.plot(compare(SCENE, SCENE))
 
 
 def test_a_hostile_table_is_compared_or_refused(folders, tmp_path):

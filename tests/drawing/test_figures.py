@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import camopt
+from camopt import plot
 from camopt.drawing.dynamics import dynamics_panels
-from camopt.drawing.figures import plot
 from camopt.drawing.loads import load_panels
 from camopt.drawing.panels import panels
 from camopt.drawing.picture import Picture
@@ -75,7 +75,7 @@ def test_same_scene_same_file_and_no_settings_left_behind(tmp_path: Path) -> Non
     spectrum = camopt.response_spectrum("cycloidal", np.linspace(0.5, 4.0, 20), 0.02)
     pictures = {
         "cam": partial(plot, find_scene("oscillating-roller")),
-        "of": partial(camopt.plot_spectrum, [spectrum]),
+        "of": partial(camopt.plot, [spectrum]),
     }
     for name, suffix in (("cam", "svg"), ("of", "svg"), ("of", "pdf"), ("of", "png")):
         files = [tmp_path / f"{name} {turn}.{suffix}" for turn in "ab"]

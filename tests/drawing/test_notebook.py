@@ -181,7 +181,7 @@ def test_a_law_that_is_nearly_right_is_answered_by_the_nearest(results):
 
 def test_a_figure_is_shown_once_whether_pyplot_is_at_work_or_not():
     """Of a cell whose last line draws: one image."""
-    draw = "import camopt; camopt.plot_spectrum([camopt.response_spectrum('cycloidal', [1.0, 2.0], 0.1)])"
+    draw = "import camopt; camopt.plot([camopt.response_spectrum('cycloidal', [1.0, 2.0], 0.1)])"
     cells = [draw, "%matplotlib inline\n" + draw]
     book = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(cell) for cell in cells])
     NotebookClient(book, timeout=120, kernel_name="python3").execute()

@@ -14,14 +14,14 @@ from support.pictures import crossed, drawn, faults_of
 from test_figures import LIMITED, LOADED, OTHERS, TITLES, load_diagrams, loaded, made
 
 import camopt
-from camopt import BadInput, Scene, find_scene, shipped_scenes
+from camopt import BadInput, Scene, find_scene, plot, shipped_scenes
 from camopt.drawing.canvas import canvas
-from camopt.drawing.figures import plot
 from camopt.drawing.labels import Label, around, settle
 from camopt.drawing.panels import panels
 from camopt.drawing.picture import Picture
 from camopt.drawing.style import COLOURS, DASHES, SERIES, pen_of
 from camopt.problem.problem import resolve_design
+from camopt.studies.accuracy import Costs
 
 RISE_AND_FALL = [
     {"segment": "rise", "angle": 60, "lift": 1e4, "law": "cycloidal"},
@@ -145,7 +145,7 @@ def spectra():
 
 
 def test_spectra(tmp_path):
-    assert faults_of(camopt.plot_spectrum(spectra(), tmp_path / "spectrum.svg")) == []
+    assert faults_of(camopt.plot(spectra(), tmp_path / "spectrum.svg")) == []
     assert "DejaVuSans-" not in (tmp_path / "spectrum.svg").read_text(encoding="utf-8")
 
 
@@ -164,20 +164,44 @@ def accuracy_rows(shift=0.0):
             for m, each in errors.items()
             for n, t, e in each
         ]
-    return rows
+    return Costs(rows)
 
 
 @pytest.mark.parametrize("shift", [0.0, 0.05])
 def test_what_accuracy_costs(shift, tmp_path):
-    figure = camopt.plot_accuracy(accuracy_rows(shift), "a cam", tmp_path / "accuracy.svg")
+    figure = camopt.plot(accuracy_rows(shift), tmp_path / "accuracy.svg", title="a cam")
     assert faults_of(figure) == []
     assert "DejaVuSans-" not in (tmp_path / "accuracy.svg").read_text(encoding="utf-8")
+
+
+def test_a_design_and_an_evaluation_have_the_picture_of_their_scene(tmp_path):
+    scene = find_scene("two-pauses")
+    plot(scene, tmp_path / "scene.svg")
+    for name, what in {"design": camopt.optimise(scene).best, "evaluation": camopt.evaluate(scene)}.items():
+        plot(what, tmp_path / f"{name}.svg")
+        plot(what.scene, tmp_path / "alone.svg")
+        assert (tmp_path / f"{name}.svg").read_bytes() == (tmp_path / "alone.svg").read_bytes()
+    assert (tmp_path / "evaluation.svg").read_bytes() == (tmp_path / "scene.svg").read_bytes()
+
+
+@pytest.mark.parametrize(
+    "what", [3, "two-pauses", None, [], [find_scene("two-pauses"), 3], [*spectra(), find_scene("two-pauses")]]
+)
+def test_what_has_no_picture_is_told(what, tmp_path):
+    with pytest.raises(BadInput, match=r"what = .*must be a scene, a design, or a result that has a picture"):
+        plot(what, tmp_path / "a.svg")
+    assert not list(tmp_path.iterdir())
+
+
+def test_several_cams_are_no_picture(tmp_path):
+    with pytest.raises(BadInput, match="several together if response_spectrum gave them"):
+        plot([find_scene("two-pauses")] * 2, tmp_path / "a.svg")
 
 
 @pytest.mark.parametrize("path", ["a.bmp", "a"])
 def test_another_kind_of_file_is_refused(path, tmp_path):
     for draw in (
-        lambda file: camopt.plot_spectrum(spectra(), file),
+        lambda file: camopt.plot(spectra(), file),
         lambda file: plot(find_scene("two-pauses"), file),
     ):
         with pytest.raises(BadInput, match=r"\.png, \.svg or \.pdf"):

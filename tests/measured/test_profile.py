@@ -659,7 +659,7 @@ def test_the_command_says_what_was_measured_and_draws_it(run, tmp_path):
 def test_the_picture_has_the_profile_beside_the_diagrams(depth, legend):
     centres = measured(hollowed(depth), np.radians(np.arange(0.0, 360.0, 0.5)), 0.0, 0.001)
     fitted = fit(MeasuredProfile(xy(centres), "xy"), cam_of("roller"), band=0.1)
-    *diagrams, profile = camopt.plot_fit(fitted).axes
+    *diagrams, profile = camopt.plot(fitted).axes
     assert len(diagrams) == 3
     assert {text.get_text() for text in profile.get_legend().get_texts()} == legend
     times_ = float(profile.get_title(loc="left").split()[2])

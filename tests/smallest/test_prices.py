@@ -300,6 +300,11 @@ def test_no_cam_has_no_prices():
     assert prices(optimise(scene(**{"limits.acceleration": 10}))) == {}
 
 
+def test_what_has_no_prices_is_told():
+    with pytest.raises(BadInput, match="what = 'Scene': must be what optimise or synthesise found"):
+        prices(CASES["knife"])
+
+
 @pytest.mark.parametrize("seconds", [0, -1.0, "a", None, float("nan")])
 def test_seconds_are_a_number_above_0(seconds):
     with pytest.raises(BadInput, match="seconds"):

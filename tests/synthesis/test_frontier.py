@@ -8,7 +8,7 @@ import pytest
 from support.depth import times
 from support.pictures import faults_of
 
-from camopt import BadInput, Scene, certify, evaluate, find_scene, frontier, load, plot_frontier, synthesise
+from camopt import BadInput, Scene, certify, evaluate, find_scene, frontier, load, plot, synthesise
 from camopt.cli.commands.frontier_report import show_frontier
 from camopt.cli.main import main
 from camopt.mistakes import Unmet
@@ -128,7 +128,7 @@ def test_a_law_is_within_its_own_peaks(name, law):
 
 
 def test_the_picture_of_a_frontier(found, tmp_path):
-    figure = plot_frontier(found, tmp_path / "frontier.svg")
+    figure = plot(found, tmp_path / "frontier.svg")
     assert faults_of(figure) == []
     written = (tmp_path / "frontier.svg").read_text(encoding="utf-8")
     assert "DejaVuSans-" not in written
@@ -230,7 +230,7 @@ def test_three_axes_and_quantities(scene):
     assert len(three.rows) > 3
     assert not worse.any()
     assert three.excluded == []
-    assert faults_of(plot_frontier(three)) == []
+    assert faults_of(plot(three)) == []
 
 
 LOADED = {

@@ -19,9 +19,8 @@ from scipy.optimize import linprog
 from support.depth import times
 from support.pictures import drawn, faults_of
 
-from camopt import BadInput, Scene, Unmet, Unsolved, evaluate, find_scene, optimise
+from camopt import BadInput, Scene, Unmet, Unsolved, evaluate, find_scene, optimise, plot
 from camopt.cli.main import main
-from camopt.drawing.synthesis import plot_synthesis
 from camopt.front.sweep import sweep
 from camopt.motion import LAWS
 from camopt.motion.programme import Programme, law_peaks, root_mean_square, span
@@ -918,7 +917,7 @@ def test_a_law_that_breaks_a_limit_is_never_drawn_as_the_one_before():
     known = known_laws_of(made(search__law=["harmonic"], synthesis__peak_jerk=55, synthesis__peak_acceleration=7))
     assert (known.own, known.best) == ("poly345", None)
     result = synthesise(made(search__law=["harmonic"], synthesis__peak_jerk=55, synthesis__peak_acceleration=7))
-    figure = plot_synthesis(result, known=known)
+    figure = plot(result, known=known)
     assert faults_of(figure) == []
     words = [text.get_text() for text, _ in drawn(figure)[0]]
     assert any("no known law meets all limits" in text for text in words)
@@ -927,7 +926,7 @@ def test_a_law_that_breaks_a_limit_is_never_drawn_as_the_one_before():
 
 @pytest.mark.parametrize("base", [ROLLER, FLAT, GROOVE, VALVE], ids=["roller", "flat", "groove", "valve"])
 def test_the_picture_before_and_after_has_its_texts_apart(base):
-    assert faults_of(plot_synthesis(free(made(base)))) == []
+    assert faults_of(plot(free(made(base)))) == []
 
 
 def test_the_limits_taken_by_default_are_printed(run):

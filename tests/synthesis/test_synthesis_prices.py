@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from support.depth import times
 from test_synthesis import DYNAMICS, VALVE, free, made
 
-from camopt import Unmet, Unsolved, find_scene, synthesis_prices, synthesise
+from camopt import Unmet, Unsolved, find_scene, prices, synthesise
 from camopt.cli.main import main
 from camopt.problem.problem import resolve
 from camopt.synthesis.convex import convex
@@ -44,10 +44,15 @@ CASES = {
 }
 
 
+def prices_of(result):
+    (found,) = prices(result).values()
+    return found
+
+
 @cache
 def priced(name):
     """The prices of a case: tests share its synthesis."""
-    return synthesis_prices(free(CASES[name]))
+    return prices_of(free(CASES[name]))
 
 
 def with_bound(case, key, value):
@@ -111,7 +116,7 @@ def test_a_larger_cam_costs_more_per_degree_and_as_much_per_mm():
     for segment in data["motion"]:
         segment.update({"lift": segment["lift"] * 3.0} if "lift" in segment else {})
     own, scaled = (
-        {p.key: p.price for p in synthesis_prices(free(type(case).from_dict(d)))} for d in (case.to_dict(), data)
+        {p.key: p.price for p in prices_of(free(type(case).from_dict(d)))} for d in (case.to_dict(), data)
     )
     assert own.keys() == scaled.keys()
     assert "search.offset.stop" in own
@@ -122,13 +127,13 @@ def test_a_larger_cam_costs_more_per_degree_and_as_much_per_mm():
 def test_bounds_at_the_end_of_what_they_may_be_have_prices_too():
     """An offset that may not change, a jamming margin of 1, a shaft as large as the scene's own cam."""
     fixed = COARSE.replace(**{"search.offset": {"start": 3, "stop": 3}})
-    found = {price.key: price.price for price in synthesis_prices(synthesise(fixed))}
+    found = {price.key: price.price for price in prices_of(synthesise(fixed))}
     step = 1e-3
     sizes = [least(COARSE.replace(**{"search.offset": {"start": e, "stop": e}})) for e in (3 - step, 3 + step)]
     both = sum(found.get(f"search.offset.{end}", 0.0) for end in ("start", "stop"))
     assert both == pytest.approx((sizes[1] - sizes[0]) / (2.0 * step), rel=1e-3)
     shaft = COARSE.replace(**{"cam.shaft_diameter": 90, "cam.base_radius": 45, "search.base_radius": None})
-    (price,) = synthesis_prices(synthesise(shaft))
+    (price,) = prices_of(synthesise(shaft))
     assert (price.key, price.price) == ("cam.shaft_diameter", pytest.approx(0.5, rel=1e-6))
 
 
@@ -154,7 +159,7 @@ def test_whatever_is_asked_prices_are_finite(peaks, limits, offset, minimise):
     with suppress(Unmet, Unsolved):
         result = synthesise(case)
     assume(result)
-    for price in synthesis_prices(result):
+    for price in prices_of(result):
         assert np.isfinite(price.price)
         assert price.price * {"≤": -1.0, "±": -1.0, "≥": 1.0}[price.relation] > 0.0
 
@@ -177,7 +182,7 @@ def test_a_local_optimum_has_prices_within_a_few_per_cent(name):
     case, key = LOCAL[name]
     result = synthesise(case)
     assert not result.convex
-    found = {price.key: price for price in synthesis_prices(result)}
+    found = {price.key: price for price in prices_of(result)}
     step = 0.02 * found[key].bound
     sizes = [synthesise(with_bound(case, key, found[key].bound + k * step)).objective for k in (-1, 1)]
     assert (sizes[1] - sizes[0]) / (2.0 * step) == pytest.approx(found[key].price, rel=0.05)
@@ -185,7 +190,7 @@ def test_a_local_optimum_has_prices_within_a_few_per_cent(name):
 
 def test_a_list_of_offsets_has_no_prices_where_the_optimum_is_local():
     listed = made(VALVE, synthesis__pieces=12).replace(**{"search.offset": [5, 7]})
-    assert synthesis_prices(synthesise(listed)) == []
+    assert prices_of(synthesise(listed)) == []
 
 
 def test_the_command_prints_prices(capsys, tmp_path, monkeypatch):

@@ -32,7 +32,7 @@ DEMANDED = {
 
 
 def test_functions_and_classes_are_found():
-    assert {"evaluate", "optimise", "sweep", "shipped_scenes", "plot_frontier"} <= set(FUNCTIONS)
+    assert {"evaluate", "optimise", "sweep", "shipped_scenes", "plot"} <= set(FUNCTIONS)
     assert {"Scene", "Evaluation", "Optimum", "Frontier", "BadInput", "Unsolved"} <= set(CLASSES)
     assert {*FUNCTIONS, *CLASSES} == {*camopt.__all__} - {"LAWS", "QUANTITIES", "__version__"}
 

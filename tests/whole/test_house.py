@@ -44,6 +44,7 @@ HEAVY = {
 }
 """Packages that take long to import: functions that need them may import them."""
 LATE = {
+    ("synthesis.synthesised", "synthesis.prices"): "it solves the convex programmes of the result",
     ("engines", "engines.dask_cluster"): "it imports Dask",
     ("engines.dask_worker", "kernels.dispatchers"): "it imports numba",
     ("kernels.compile", "kernels.dispatchers"): "it imports numba",
@@ -61,8 +62,6 @@ LATE = {
     ("points.points", "tables.workbook"): "it imports XlsxWriter",
     ("studies.spectrum", "storage.sealed"): "it imports pyarrow",
     ("studies.spectrum", "tables.table"): "it imports pyarrow",
-    ("studies.spectrum", "drawing.spectrum"): "it imports matplotlib",
-    ("studies.accuracy.table", "drawing.accuracy"): "it imports matplotlib",
     ("reporting.report", "tables.table"): "it imports pyarrow",
     ("storage.checking", "storage.damage"): "it imports pyarrow",
 }

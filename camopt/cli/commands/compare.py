@@ -25,9 +25,9 @@ def compare(a: str, b: str, as_json: bool, quiet: bool, out: Path | None, pictur
 
     result = run(a, b, out)
     if picture:
-        from camopt.drawing.compared import plot_compared
+        from camopt.drawing.plot import plot
 
-        plot_compared(result, picture)
+        plot(result, picture)
     show_compared(result, as_json)
     if not quiet:
         terminal.say_written([file for file in (out, picture) if file])

@@ -62,7 +62,7 @@ def evaluate(
 
         animate(scene, moving)
     if picture and still:
-        from camopt.drawing.figures import plot
+        from camopt.drawing.plot import plot
 
         plot(scene, picture)
     if points:

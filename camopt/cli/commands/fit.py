@@ -85,9 +85,9 @@ def fit(
     result = run(points, scene, columns=chosen, **reading)
     write_text(out, result.scene.to_toml())
     if picture:
-        from camopt.drawing.fit import plot_fit
+        from camopt.drawing.plot import plot
 
-        plot_fit(result, picture)
+        plot(result, picture)
     show_fit(result, as_json)
     if not quiet:
         terminal.say_notes(result.warnings)

@@ -56,7 +56,7 @@ def frontier(
     from camopt.cli import terminal
     from camopt.cli.commands.frontier_report import show_frontier
     from camopt.cli.once import Once, Told, once
-    from camopt.drawing.frontier import plot_frontier
+    from camopt.drawing.plot import plot
     from camopt.synthesis.files import FRONTIER, PICTURE, write_frontier
     from camopt.synthesis.frontier import frontier as run
 
@@ -67,7 +67,7 @@ def frontier(
             tell = None if quiet else terminal.say_note
             found = run(scene, traded, points, workers, advance, engine, tell)
             write_frontier(found, unit.staging)
-            plot_frontier(found, unit.path(PICTURE))
+            plot(found, unit.path(PICTURE))
         return Told(partial(show_frontier, found), 0 if found.rows else NOTHING_FEASIBLE)
 
     made = Once(out, "frontier", (FRONTIER, PICTURE), {"axes": traded, "points": points})

@@ -38,9 +38,9 @@ def synthesise(scene: Any, as_json: bool, quiet: bool, out: Path, picture: Path 
     from camopt.cli import terminal
     from camopt.cli.commands.synthesise_report import show_synthesis
     from camopt.cli.once import Once, Told, once
+    from camopt.smallest.prices import prices
     from camopt.synthesis.compare import known_laws_of
     from camopt.synthesis.files import SCENE, SYNTHESIS, write_comparison, write_laws
-    from camopt.synthesis.prices import synthesis_prices
     from camopt.synthesis.synthesise import synthesise as run
 
     def work(unit: Any) -> Told:
@@ -49,11 +49,11 @@ def synthesise(scene: Any, as_json: bool, quiet: bool, out: Path, picture: Path 
             known = known_laws_of(scene)
             write_laws(result, unit.staging)
             write_comparison(result, known, unit.staging)
-            costs = synthesis_prices(result)
+            (costs,) = prices(result).values()
         if picture:
-            from camopt.drawing.synthesis import plot_synthesis
+            from camopt.drawing.plot import plot
 
-            plot_synthesis(result, picture, known)
+            plot(result, picture, known=known)
         code = reached(scene, result.design["relative_half_width"])
         return Told(partial(show_synthesis, result, known, costs), code)
 

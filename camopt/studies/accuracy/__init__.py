@@ -4,6 +4,6 @@ Errors are of what a designer acts on, against ball arithmetic of 200 bits with 
 the least of a few runs, compilation apart, one thread.
 """
 
-from camopt.studies.accuracy.table import ACCURACY, measure, write_accuracy
+from camopt.studies.accuracy.table import ACCURACY, Costs, measure, write_accuracy
 
-__all__ = ["ACCURACY", "measure", "write_accuracy"]
+__all__ = ["ACCURACY", "Costs", "measure", "write_accuracy"]

@@ -12,6 +12,7 @@ from typing import Any, TypeVar
 import numpy as np
 import pyarrow as pa
 
+from camopt.drawing.plot import plot
 from camopt.engines import Engine
 from camopt.engines.threads import Threads
 from camopt.mechanisms import Designs
@@ -21,6 +22,7 @@ from camopt.problem.problem import EXACT, Problem, resolve
 from camopt.problem.settings import problems_of
 from camopt.progress import Progress, report_progress
 from camopt.scene.scene import Scene
+from camopt.shown import Drawn
 from camopt.storage.sealed import write_table
 from camopt.studies.accuracy.methods import METHODS, Method, enclosed
 from camopt.studies.accuracy.radius import bracketed, reference_radius, smallest_radii
@@ -35,7 +37,13 @@ SMALLEST = "smallest radius"
 Result = TypeVar("Result")
 
 
-def measure(scene: Scene, progress: Progress | None = None, engine: Engine | None = None) -> list[dict[str, Any]]:
+class Costs(Drawn, list[dict[str, Any]]):
+    """What accuracy costs: the rows of ``measure``."""
+
+    picture = "accuracy"
+
+
+def measure(scene: Scene, progress: Progress | None = None, engine: Engine | None = None) -> Costs:
     """One row for each quantity and method: cost, error, and how it judges designs at the edge of their limit.
 
     Over the laws that ``[search]`` names, or else the scene's own. ``ns_per_design`` is their mean, all else their
@@ -49,7 +57,7 @@ def measure(scene: Scene, progress: Progress | None = None, engine: Engine | Non
     for done, rows in enumerate(chain.from_iterable(measured), start=1):
         found += rows
         report_progress(progress, done, count)
-    return _worst(found)
+    return Costs(_worst(found))
 
 
 def _measured(scene: str, numbers: Sequence[int]) -> list[list[dict[str, Any]]]:
@@ -186,15 +194,13 @@ def _timed(run: Callable[[], Result]) -> tuple[Result, float]:
     return result, min(times)
 
 
-def write_accuracy(rows: list[dict[str, Any]], scene: Scene, folder: str | os.PathLike[str]) -> list[Path]:
+def write_accuracy(rows: Costs, scene: Scene, folder: str | os.PathLike[str]) -> list[Path]:
     """Write the table and its pictures to a folder; the files."""
-    from camopt.drawing.accuracy import plot_accuracy
-
     out = Path(folder)
     out.mkdir(parents=True, exist_ok=True)
     about = {"camopt_version": VERSION, "camopt_scene": scene.to_toml()}
     table, *pictures = files = [out / name for name in ACCURACY]
     write_table(pa.Table.from_pylist(rows, metadata=about), table)
     for picture in pictures:
-        plot_accuracy(rows, scene.name, picture)
+        plot(rows, picture, title=scene.name)
     return files

@@ -15,10 +15,10 @@ print(f"base radius {found.design['base_radius_mm']:.2f} mm; no motion has less 
 # %%
 # What each bound costs, with the best laws for each of its values:
 
-for price in camopt.synthesis_prices(found):
+for price in camopt.prices(found)["free-rise / free-return"]:
     print(f"{price.key:30s} {price.price:8.3f} mm per {price.unit or 'unit'}")
 
 # %%
 # Before and after, at one scale:
 
-camopt.plot_synthesis(found)
+camopt.plot(found)

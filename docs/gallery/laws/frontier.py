@@ -14,7 +14,7 @@ found = camopt.frontier(scene, points=5, workers=1)
 # %%
 # Known laws are beside it, each on the smallest cam that the limits allow.
 
-camopt.plot_frontier(found)
+camopt.plot(found)
 
 # %%
 # Every row has its scene, to be evaluated, proved or written to a file.

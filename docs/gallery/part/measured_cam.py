@@ -26,7 +26,7 @@ found
 # %%
 # The points, and the acceleration by differences and of the motion that was found:
 
-camopt.plot_fit(found)
+camopt.plot(found)
 
 # %%
 # The fit is a scene like any other.

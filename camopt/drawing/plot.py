@@ -1,0 +1,68 @@
+"""One verb for every picture: what is drawn says which picture it has."""
+
+from collections.abc import Sequence
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from camopt.drawing.canvas import Target
+from camopt.mistakes import BadInput, Mistake
+from camopt.shown import Drawn
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def plot(what: Drawn | Sequence[Drawn], path: Target = None, **options: Any) -> "Figure":
+    """Draw a cam or a result; to a PNG, SVG or PDF file as well, if a path is given.
+
+    - A scene with sizes of its own, a design, or what ``evaluate`` gives: the cam to scale at cam angle 0 (a groove
+      is developed), and over one turn in deg the diagrams of displacement, velocity, acceleration and jerk (by time
+      if the scene has an rpm, by cam angle if not), pressure angle (contact on the face, for a face square to the
+      motion), curvature, and of the effects that the scene calls for, and no others. Peaks carry their exact
+      values; jumps are breaks, impulses arrows. Lengths in mm.
+    - What ``synthesise`` gives: its cam beside that of the best known law within the same limits, if there is one.
+    - What ``frontier`` gives: its first axis up, the second to the right, a third as colours. Of two axes a
+      staircase is shaded, the region that no motion can reach by the bounds (``Frontier.excluded``).
+    - What ``fit`` gives: points and motion, deviations in their band, acceleration by differences and of the
+      motion; of a measured profile also the profile of the cam found, and how far the points are from it.
+    - What ``compare`` gives: the Pareto fronts of both, a panel for each pair of objectives that vary.
+    - What ``response_spectrum`` gives, for one law or a list at one damping ratio: residual amplitude in the dwell,
+      and largest acceleration of the mass.
+
+    The same input gives the same file, and the file appears only when whole.
+
+    Parameters
+    ----------
+    what : Scene, Design, Evaluation, Synthesis, Frontier, Fit, Comparison, Spectrum or list of Spectrum
+        What is drawn.
+    path : str or os.PathLike, optional
+        A PNG, SVG or PDF file to write as well.
+    **options
+        Of a synthesis ``known``: its known laws, if they were compared already.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Which a notebook shows, and which can be changed.
+
+    Raises
+    ------
+    BadInput
+        If it has no picture, or the file's name does not end in .png, .svg or .pdf.
+    OSError
+        If the file cannot be written.
+
+    Examples
+    --------
+    >>> figure = camopt.plot(camopt.find_scene("two-pauses"), "cam.svg")
+    >>> spectra = [camopt.response_spectrum(law) for law in ("cycloidal", "poly345")]
+    >>> figure = camopt.plot(spectra, "spectra.png")
+    """
+    every = [what] if isinstance(what, Drawn) else what if isinstance(what, (list, tuple)) else []
+    kinds = {type(each) for each in every}
+    kind = kinds.pop() if len(kinds) == 1 else None
+    if kind is None or not issubclass(kind, Drawn) or not (kind is type(what) or kind.together):
+        why = "a scene, a design, or a result that has a picture; several together if response_spectrum gave them"
+        raise BadInput([Mistake("camopt", "what", type(what).__name__, why)])
+    figure: Figure = import_module(f"camopt.drawing.{kind.picture}").draw(what, path, **options)
+    return figure
