@@ -1,6 +1,10 @@
 """What shows itself in a notebook, and what has a picture."""
 
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
+
+if TYPE_CHECKING:
+    from camopt.scene.scene import Scene
+    from camopt.tables.layout import Table
 
 
 class Drawn:
@@ -14,11 +18,20 @@ class Drawn:
 
 
 class Shown:
-    """A result that a notebook shows as HTML, a table with a picture of the cam where it has one."""
+    """A result that a notebook shows as HTML: its table, with a picture of the cam where it has one."""
 
     __slots__ = ()
 
+    def table(self) -> "Table | None":
+        """What the result says as a table, for every printer; None if it has no rows."""
+        return None
+
+    @property
+    def shown_cam(self) -> "Scene | None":
+        """The scene of the cam that is shown beside the table."""
+        return None
+
     def _repr_html_(self) -> str:
-        from camopt.drawing.notebook import html_of  # pages are made of results: it imports all of them
+        from camopt.drawing.notebook import html_of  # it draws the cam
 
         return html_of(self)

@@ -2,18 +2,19 @@
 
 import sys
 import textwrap
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, nullcontext
 from typing import Any
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
-from rich.table import Table
+from rich.table import Table as RichTable
 from rich.tree import Tree
 
 from camopt.cli.exits import say
 from camopt.cli.pace import Lines, Pace, rate_of, time_left
-from camopt.tables.cells import heading, quantity, to_json
+from camopt.tables.cells import to_json
+from camopt.tables.layout import ABOUT, NUMBER, VALUE, Table
 
 Advance = Callable[[int, int], None]
 
@@ -63,33 +64,27 @@ def print_json(document: Any) -> None:
         sys.stdout.write(to_json(document) + "\n")
 
 
-def table_of(
-    title: str,
-    records: list[dict[str, Any]],
-    names: list[str],
-    bounds: Mapping[str, str] | None = None,
-    units: Mapping[str, str] | None = None,
-) -> Table:
-    """A row for each record; in the headings name, unit and, in a table with ``bounds``, the limit.
+OF_KIND: dict[str, dict[str, Any]] = {
+    NUMBER: {"justify": "right", "no_wrap": True},
+    VALUE: {"justify": "right", "style": "bold"},
+    ABOUT: {"style": "dim"},
+}
+"""How columns are printed, by kind; words are kept whole, and a line as well if it is no list."""
 
-    ``units`` are those of columns that are no quantities.
-    """
-    bounds, units = bounds or {}, units or {}
-    table = Table(title=title, title_justify="left", box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1))
-    for name in names:
-        texts = [record.get(name, "") for record in records]
-        words = heading(name, units.get(name))
-        if any(each in bounds for each in names):
-            words += "\n" + bounds.get(name, " ")
-        if all(isinstance(text, str) for text in texts):
-            longest = max((len(word) for text in texts for word in text.split(" ")), default=0)
-            listed = any(", " in text for text in texts)
-            table.add_column(words, min_width=longest, no_wrap=not listed, vertical="bottom")
-        else:
-            table.add_column(words, justify="right", no_wrap=True, vertical="bottom")
-    for record in records:
-        table.add_row(*(quantity(name, record.get(name, "")) for name in names))
-    return table
+
+def _printed(table: Table) -> RichTable:
+    """A table as the terminal prints it, without its title."""
+    frame: dict[str, Any] = {"box": SIMPLE_HEAD, "padding": (0, 1)} if table.is_headed else {"box": None}
+    made = RichTable(show_header=table.is_headed, pad_edge=False, **frame)
+    for place, head in enumerate(table.heads):
+        texts = [row[place].text for row in table.rows]
+        longest = max((len(word) for text in texts for word in text.split(" ")), default=0)
+        listed = any(", " in text for text in texts)
+        kind = OF_KIND.get(head.kind) or {"min_width": longest, "no_wrap": not listed}
+        made.add_column(head.text, vertical="bottom" if table.is_headed else "top", **kind)
+    for row in table.rows:
+        made.add_row(*(cell.text for cell in row))
+    return made
 
 
 def show(*things: Any) -> None:
@@ -104,15 +99,15 @@ def show(*things: Any) -> None:
         if not isinstance(thing, Table):
             screen.print(in_lines(thing), soft_wrap=True)
             continue
-        screen.print(thing.title or "", soft_wrap=True)  # above the table, or it is wrapped to the table's width
-        thing.title = None
-        room = Console(width=UNBOUNDED).measure(thing)
+        screen.print(thing.title, soft_wrap=True)  # above the table, or it is wrapped to the table's width
+        printed = _printed(thing)
+        room = Console(width=UNBOUNDED).measure(printed)
         if room_across() < room.minimum:
             screen.print(_row_by_row(thing), soft_wrap=True)
         else:
-            most = room_across() if thing.show_header else line_length()
+            most = room_across() if thing.is_headed else line_length()
             width = max(min(room.maximum, most), room.minimum)
-            Console(width=width, highlight=False, markup=False).print(thing, crop=False)
+            Console(width=width, highlight=False, markup=False).print(printed, crop=False)
 
 
 def show_lines(records: Iterable[str]) -> None:
@@ -143,12 +138,11 @@ def in_lines(text: str) -> str:
 
 def _row_by_row(table: Table) -> str:
     """A table as text for a narrow screen: each row as lines of heading and value."""
-    heads = [str(column.header).replace("\n", " ").strip() for column in table.columns]
-    cells = [[str(cell) for cell in column.cells] for column in table.columns]
+    heads = [head.text.replace("\n", " ").strip() for head in table.heads]
     width = max(map(len, heads))
     rows = [
-        "\n".join(f"{head:<{width}}  {cell}" for head, cell in zip(heads, row, strict=True) if cell)
-        for row in zip(*cells, strict=True)
+        "\n".join(f"{head:<{width}}  {cell.text}" for head, cell in zip(heads, row, strict=True) if cell.text)
+        for row in table.rows
     ]
     return "\n" + "\n\n".join(rows) + "\n"
 

@@ -17,7 +17,8 @@ from camopt.motion.table import RETURN, RISE
 from camopt.problem.problem import resolve
 from camopt.quantities import QUANTITIES, motion_quantity
 from camopt.scene.scene import Scene
-from camopt.synthesis.compare import OWN_MOVES, KnownLaws, known_laws_of
+from camopt.synthesis.cams import OWN_MOVES
+from camopt.synthesis.compare import KnownLaws, known_laws_of
 from camopt.synthesis.synthesised import Synthesis
 from camopt.tables.columns import joined_laws
 

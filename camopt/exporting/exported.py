@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 from camopt.contour.follow import Followed
 from camopt.tables.cells import number
 from camopt.tables.html import html_table
+from camopt.tables.layout import Table
 
 
 @dataclass(frozen=True)
@@ -40,13 +41,20 @@ class Export:
 
     def _repr_html_(self) -> str:
         """The curves with their proved deviations, and the other numbers, for a notebook."""
-        curves = [
-            (name.replace("_", " "), f"{curve.elements:,} {curve.what}, within {number(curve.deviation_mm)} mm")
-            for name, curve in self.curves.items()
-        ]
-        about = [(name, number(value)) for name, value in self.about.items()]
         notes = [("note", note) for note in self.notes]
-        return html_table(str(self.file), [], [*curves, *about, *notes])
+        return html_table(Table.of(str(self.file), ["", ""], [*self.facts, *notes]))
+
+    @property
+    def facts(self) -> list[tuple[str, str]]:
+        """The curves with their proved deviations, and the other numbers: names and texts."""
+        curves = [
+            (
+                name.replace("_", " "),
+                f"{each.elements:,} {each.what}, within {number(each.deviation_mm)} mm (proved)",
+            )
+            for name, each in self.curves.items()
+        ]
+        return [*curves, *((name, number(value)) for name, value in self.about.items())]
 
 
 class CurveInFile(NamedTuple):

@@ -24,7 +24,7 @@ from camopt.front.streaming import Seen, gathered
 from camopt.front.told import numbers_of, told_of
 from camopt.mechanisms import Designs
 from camopt.mistakes import BadInput, Mistake
-from camopt.problem.problem import Problem, exactly
+from camopt.problem.problem import Problem, exactly, resolve
 from camopt.problem.rows import Rows, joined
 from camopt.problem.space import Space
 from camopt.progress import Progress
@@ -35,8 +35,10 @@ from camopt.storage.files import write_text
 from camopt.storage.publishing import published
 from camopt.storage.unit import Unit
 from camopt.tables.cells import to_json
-from camopt.tables.columns import joined_laws
+from camopt.tables.columns import bounds_of, columns_of, joined_laws, laws_shown, with_law
+from camopt.tables.design_tables import designs_table
 from camopt.tables.designs import ByLaw, Design
+from camopt.tables.layout import Table, table_of
 from camopt.tables.table import TableWriter, schema, table_file
 from camopt.verdicts.judging import Effort, by_excess, judged, least_excess, weighed
 
@@ -119,6 +121,31 @@ class Sweep(Shown):
         return (
             f"<Sweep of {self.scene.name}: {self.designs:,} designs,{feasible} {self.pareto:,} on the Pareto front>"
         )
+
+    def table(self) -> Table | None:
+        """The best design of each law."""
+        if not self.best:
+            return None
+        rows, search = with_law(self.best.values()), self.scene.search
+        where = " on the front" if self.feasible is None else ""
+        if search.refine:
+            where += " of the grid" if where else " on the grid"
+        title = f"The best design{' of each law' if laws_shown(rows) else ''}{where}"
+        return designs_table(title, resolve(self.scene), rows, ["held_by"], (*search.minimise, *search.maximise))
+
+    def knee_table(self) -> Table | None:
+        """The knee of the front, in the columns of ``table``."""
+        if self.front is None or not self.best:
+            return None
+        knee, search, problem = [self.front.knee], self.scene.search, resolve(self.scene)
+        columns = columns_of(problem, with_law(self.best.values()), (*search.minimise, *search.maximise))
+        names = [*laws_shown(knee), *(name for name in columns if not name.startswith("law"))]
+        return table_of("Its knee", with_law(knee), names, bounds_of(problem))
+
+    @property
+    def shown_cam(self) -> Scene | None:
+        """The best design, where there is one alone."""
+        return next(iter(self.best.values())).scene if len(self.best) == 1 else None
 
 
 def sweep(

@@ -18,9 +18,11 @@ from camopt.motion.programme import peak, root_mean_square
 from camopt.motion.table import TURN as EVERY_STROKE
 from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem, resolve
-from camopt.quantities import DERIVATIVES, motion_quantity
+from camopt.quantities import DERIVATIVES, QUANTITIES, motion_quantity
 from camopt.scene.scene import Scene
 from camopt.shown import Drawn, Shown
+from camopt.tables.cells import number
+from camopt.tables.layout import VALUE, Cell, Table
 
 JERK = 3  # its order
 NAMED = 6  # rows at most
@@ -108,6 +110,28 @@ class Fit(Shown, Drawn):
     def _per(self) -> float:
         """From the unit of the lifts to that of a programme."""
         return radians(1.0) if self._problem.setup.angular else 1.0
+
+    def table(self) -> Table:
+        """How the motion lies in the points, and its peaks."""
+        jerk = QUANTITIES[self.quantity("jerk")].unit
+        lengths = {
+            "noise": self.noise,
+            "band": self.band,
+            "largest deviation": self.deviation.largest,
+            "root mean square deviation": self.deviation_rms,
+        }
+        rows = [("points", str(self.points.angles.size), "")]
+        rows += [(name, number(value), self.unit) for name, value in lengths.items()]
+        rows += [("root mean square jerk", number(self.jerk_rms), jerk)]
+        rows += [("the least of any motion", number(self.least_jerk_rms), jerk)]
+        for name, value in self.after.items():
+            rows.append((f"largest {name}", number(value), QUANTITIES[self.quantity(name)].unit))
+        return Table.of(self.scene.name, ["", Cell("", VALUE), ""], rows)
+
+    @property
+    def shown_cam(self) -> Scene:
+        """The cam of the motion."""
+        return self.scene
 
     @property
     def deviation_rms(self) -> float:

@@ -12,8 +12,6 @@ from camopt.reporting.cam import cam_of
 from camopt.reporting.downloads import downloads_of
 from camopt.reporting.page import rendered
 from camopt.reporting.sections import (
-    Cell,
-    Sheet,
     effects_sheet,
     given_sheet,
     limits_sheet,
@@ -23,6 +21,7 @@ from camopt.reporting.sections import (
 )
 from camopt.scene.oddities import no_wall
 from camopt.scene.scene import Scene
+from camopt.tables.layout import Cell, Table
 from camopt.verdicts.evaluation import Evaluation, evaluate_design
 
 
@@ -40,7 +39,7 @@ class Section:
     """Tables, or a text, under a heading that unfolds."""
 
     title: str
-    tables: list[Sheet] = field(default_factory=list)
+    tables: list[Table] = field(default_factory=list)
     text: str = ""
     open: bool = False
 
@@ -82,7 +81,7 @@ def cams_page(cams: Sequence[Shown], title: str = "", told: Sequence[str] = ()) 
 UNDERCUT = "The follower is drawn on the profile in theory; what is thin of it is cut away."
 
 
-def _verdicts(cams: Sequence[Shown], limits: list[Sheet], labels: list[str]) -> list[Cell]:
+def _verdicts(cams: Sequence[Shown], limits: list[Table], labels: list[str]) -> list[Cell]:
     lines = [verdict_line(sheet, shown.scene) for shown, sheet in zip(cams, limits, strict=True)]
     if len(lines) == 1:
         return lines

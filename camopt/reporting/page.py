@@ -13,6 +13,8 @@ from hashlib import sha256
 from importlib.resources import files
 from typing import Any
 
+from camopt.tables.html import html_table
+from camopt.tables.layout import Table
 from camopt.version import VERSION
 
 TURNING = ("geometry", "drawing", "cam", "diagrams", "player", "theme", "printing")
@@ -47,9 +49,17 @@ def rendered(kind: str, title: str, data: Mapping[str, Any], **more: Any) -> str
 def _templates() -> Any:
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
-    return Environment(
+    made = Environment(
         loader=PackageLoader("camopt.reporting"), autoescape=True, undefined=StrictUndefined, trim_blocks=True
     )
+    made.globals["html_table"] = _whole_table
+    return made
+
+
+def _whole_table(table: Table | Mapping[str, Any]) -> Any:
+    """A table as HTML, all rows of it; or one as an answer to a page has it, a mapping."""
+    whole = table if isinstance(table, Table) else Table(**table)
+    return _raw(html_table(whole, len(whole.rows)))
 
 
 @cache

@@ -19,11 +19,12 @@ from camopt.quantities import QUANTITIES
 from camopt.reporting.cam import kind_of, motion_of, plain
 from camopt.reporting.cams import Section
 from camopt.reporting.page import packed, rendered
-from camopt.reporting.sections import Cell, Sheet, signed
+from camopt.reporting.sections import signed
 from camopt.scene.scene import Scene
 from camopt.tables.cells import heading
 from camopt.tables.columns import axes_of
 from camopt.tables.designs import DESIGNS, PARETO, scene_of_row
+from camopt.tables.layout import NUMBER, Cell, Table
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -212,7 +213,7 @@ def _known(row: Mapping[Any, Any]) -> dict[str, Any]:
     return {n: v for n, v in row.items() if not (v is None or (isinstance(v, float) and isnan(v)))}
 
 
-def _columns(frame: "pd.DataFrame", results: Sequence[Result]) -> tuple[list[dict[str, Any]], Sheet]:
+def _columns(frame: "pd.DataFrame", results: Sequence[Result]) -> tuple[list[dict[str, Any]], Table]:
     """The columns as a page holds them, and a table of those that are the same in all rows."""
     units = results[0].frame.attrs.get("units", {})
     found: list[dict[str, Any]] = []
@@ -226,12 +227,12 @@ def _columns(frame: "pd.DataFrame", results: Sequence[Result]) -> tuple[list[dic
         values = _plain_column(frame[name])
         if values.nunique() <= 1 and name not in sized | {ROW}:
             if name not in (RESULT, FRONT) and values.notna().any():
-                same.append([Cell(title), Cell(_text(values.dropna().iloc[0]), "number")])
+                same.append([title, _text(values.dropna().iloc[0])])
             continue
         about = QUANTITIES[name].sentence if name in QUANTITIES else ""
         found.append({"name": str(name), "title": title, "about": about, **_packed_column(values)})
     found.sort(key=lambda column: (column["name"] != RESULT, column["name"] != FRONT, column["name"] != ROW))
-    return found, Sheet("The same in all designs", [Cell("quantity"), Cell("value", "number")], same)
+    return found, Table.of("The same in all designs", ["quantity", Cell("value", NUMBER)], same)
 
 
 def _title(name: str, unit: str, twice: Collection[str]) -> str:

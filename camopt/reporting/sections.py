@@ -1,9 +1,8 @@
 """The tables of a page: limits with their proofs, sizes, quantities, and what ran."""
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
 from math import isfinite
-from typing import Any, NamedTuple
+from typing import Any
 
 from camopt.problem.limit import Limit
 from camopt.problem.problem import Problem
@@ -12,30 +11,12 @@ from camopt.scene.scene import Scene
 from camopt.studies.called import what_runs
 from camopt.tables.cells import number, quantity
 from camopt.tables.columns import bounds_of, is_nothing
+from camopt.tables.layout import ABOUT, NUMBER, WORDS, Cell, Table
 from camopt.verdicts.certify import CONDITIONS, certify_problem
 from camopt.verdicts.deciding import BROKEN, HELD, UNDECIDED
 from camopt.verdicts.evaluation import Evaluation
 from camopt.verdicts.exact_section import is_integrated
 
-
-class Cell(NamedTuple):
-    """A text of a table, and what kind of text it is: ``number``, or a verdict."""
-
-    text: str
-    kind: str = ""
-
-
-@dataclass(frozen=True)
-class Sheet:
-    """A table of a page."""
-
-    title: str
-    heads: list[Cell]
-    rows: list[list[Cell]]
-    note: str = ""
-
-
-NUMBER = "number"
 MARGINS, BALLS, INTEGRALS, SIZES = "double precision", "ball arithmetic", "integrals in balls", "sizes"
 UNPROVED = "not yet"
 PROOFS = {
@@ -48,7 +29,7 @@ PROOFS = {
 """How limits are proved, and what that means."""
 
 
-def limits_sheet(found: Evaluation, problem: Problem) -> Sheet:
+def limits_sheet(found: Evaluation, problem: Problem) -> Table:
     """Each limit: its bound, the value reached, the margin, whether it is held, and how that was proved."""
     limits = {limit.name: limit for limit in problem.limits}
     verdicts = certify_problem(problem)
@@ -58,21 +39,20 @@ def limits_sheet(found: Evaluation, problem: Problem) -> Sheet:
 
 def verdicts_sheet(
     found: Evaluation, problem: Problem, verdicts: Mapping[str, str], proofs: Mapping[str, str]
-) -> Sheet:
+) -> Table:
     """As ``limits_sheet``, of verdicts by the names of limits, and how each was found."""
     limits = {limit.name: limit for limit in problem.limits}
-    rows = []
+    rows: list[list[Cell | str]] = []
     for name, verdict in verdicts.items():
         limit, how = limits.get(name), proofs[name]
         for bound, reached, margin in _reached(limit, found, verdict):
-            texts = [Cell(bound, NUMBER), Cell(reached, NUMBER), Cell(margin, NUMBER)]
-            rows.append([Cell(_words(name)), Cell(verdict, verdict), *texts, Cell(how, "how")])
-    heads = [Cell("limit"), Cell("verdict"), *(Cell(text, NUMBER) for text in ("bound", "reached", "margin"))]
-    used = dict.fromkeys(row[-1].text for row in rows)
+            rows.append([_words(name), Cell(verdict, verdict), bound, reached, margin, Cell(how, "how")])
+    numbers = (Cell(text, NUMBER) for text in ("bound", "reached", "margin"))
+    used = dict.fromkeys(proofs[name] for name in verdicts)
     note = "; ".join(f"{how}: {PROOFS[how]}" for how in used)
     if found.scene.mechanism.motion.angular:
         note += ". Whether the cam meets the arm or its pivot is not checked"
-    return Sheet("Limits, at every cam angle", [*heads, Cell("proved by")], rows, note)
+    return Table.of("Limits, at every cam angle", ["limit", "verdict", *numbers, "proved by"], rows, note)
 
 
 def _words(name: str) -> str:
@@ -124,7 +104,7 @@ def minus(text: str) -> str:
     return text.replace("-", "−") if text[-1:].isdigit() else text
 
 
-def verdict_line(sheet: Sheet, scene: Scene) -> Cell:
+def verdict_line(sheet: Table, scene: Scene) -> Cell:
     """The verdict on a design in one sentence."""
     broken, undecided = (", ".join(_limits_that_are(verdict, sheet)) for verdict in (BROKEN, UNDECIDED))
     if broken:
@@ -136,37 +116,35 @@ def verdict_line(sheet: Sheet, scene: Scene) -> Cell:
     return Cell("Feasible: every limit is proved to be held at every cam angle.", "verdict held")
 
 
-def _limits_that_are(verdict: str, sheet: Sheet) -> Iterable[str]:
+def _limits_that_are(verdict: str, sheet: Table) -> Iterable[str]:
     """The limits of a sheet that have a verdict, each once."""
     place = [head.text for head in sheet.heads].index("verdict")
     return dict.fromkeys(row[0].text for row in sheet.rows if row[place].text == verdict)
 
 
-def is_held(sheet: Sheet) -> bool:
+def is_held(sheet: Table) -> bool:
     """Whether every limit of a sheet is held."""
     return not any(_limits_that_are(verdict, sheet) for verdict in (BROKEN, UNDECIDED))
 
 
-def quantities_sheet(found: list[Evaluation], problems: Iterable[Problem], labels: Iterable[str]) -> Sheet:
+def quantities_sheet(found: list[Evaluation], problems: Iterable[Problem], labels: Iterable[str]) -> Table:
     """Every quantity of some designs side by side, with unit, limit and meaning."""
     names = dict.fromkeys(n for each in found for n in each if not is_nothing(each.scene.search.sizes, n, [each]))
     bounds = _common_bounds(problems)
-    heads = [Cell("quantity"), Cell("symbol"), *(Cell(label, NUMBER) for label in labels)]
-    rows = [
-        [
-            Cell(name),
-            Cell(QUANTITIES[name].symbol),
-            *(
-                Cell(minus(quantity(name, each[name])).replace(",", ", ") if name in each else "", NUMBER)
-                for each in found
-            ),
-            Cell(QUANTITIES[name].unit),
-            Cell(bounds.get(name, "")),
-            Cell(_meaning(name, found), "about"),
-        ]
-        for name in names
+    heads: list[Cell | str] = [
+        "quantity",
+        "symbol",
+        *(Cell(label, NUMBER) for label in labels),
+        "unit",
+        "limit",
+        "",
     ]
-    return Sheet("Every quantity that the scene calls for", [*heads, Cell("unit"), Cell("limit"), Cell("")], rows)
+    rows: list[list[Cell | str]] = []
+    for name in names:
+        values = [minus(quantity(name, each[name])).replace(",", ", ") if name in each else "" for each in found]
+        about, meaning = QUANTITIES[name], Cell(_meaning(name, found), ABOUT)
+        rows.append([name, about.symbol, *values, about.unit, bounds.get(name, ""), meaning])
+    return Table.of("Every quantity that the scene calls for", heads, rows)
 
 
 def _common_bounds(problems: Iterable[Problem]) -> dict[str, str]:
@@ -180,7 +158,7 @@ def _meaning(name: str, found: Iterable[Evaluation]) -> str:
     return "; ".join(dict.fromkeys(reasons)) or QUANTITIES[name].sentence
 
 
-def motion_sheet(scene: Scene) -> Sheet:
+def motion_sheet(scene: Scene) -> Table:
     """The segments of the motion, or the arcs and lines of the profile."""
     data = scene.to_dict()
     unit = scene.mechanism.motion.unit
@@ -189,25 +167,24 @@ def motion_sheet(scene: Scene) -> Sheet:
         title = "Profile, arc by arc (lengths in mm)"
     parts = data.get("motion") or data.get("profile", [])
     keys = list(dict.fromkeys(key for part in parts for key in part))
-    rows = [[Cell(_said(part.get(key, ""))) for key in keys] for part in parts]
-    return Sheet(title, [Cell(key) for key in keys], rows)
+    return Table.of(title, keys, ([_said(part.get(key, "")) for key in keys] for part in parts))
 
 
-def given_sheet(scene: Scene) -> Sheet:
+def given_sheet(scene: Scene) -> Table:
     """Sizes, speed, materials and loads that the scene gives, by key."""
     angular = scene.mechanism.motion.angular
     units = {key: QUANTITIES[number_quantity(key, angular=angular)] for key in NUMBERS}
     given = [pair for name, table in scene.to_dict().items() if name in GIVEN for pair in _flat(name, table)]
-    rows = [
+    rows: list[list[Cell | str]] = [
         [
-            Cell(key),
-            Cell(_said(value), NUMBER if isinstance(value, (int, float)) else ""),
-            Cell(units[key].unit if key in units else "mm" if key in LENGTHS else ""),
-            Cell(units[key].sentence if key in units else ""),
+            key,
+            Cell(_said(value), NUMBER if isinstance(value, (int, float)) else WORDS),
+            units[key].unit if key in units else "mm" if key in LENGTHS else "",
+            units[key].sentence if key in units else "",
         ]
         for key, value in given
     ]
-    return Sheet("What the scene gives", [Cell("key"), Cell("value", NUMBER), Cell("unit"), Cell("")], rows)
+    return Table.of("What the scene gives", ["key", Cell("value", NUMBER), "unit", ""], rows)
 
 
 GIVEN = ("cam", "follower", "materials", "part")
@@ -240,10 +217,7 @@ def _said(value: Any) -> str:
 MOST = 8  # numbers of a list that are shown
 
 
-def effects_sheet(problem: Problem) -> Sheet:
+def effects_sheet(problem: Problem) -> Table:
     """The effects that ran, what called for them, and what they computed."""
-    rows = [
-        [Cell(each.effect), Cell(", ".join(each.called_by)), Cell(", ".join(each.writes))]
-        for each in what_runs(problem)
-    ]
-    return Sheet("Effects that ran", [Cell("effect"), Cell("called for by"), Cell("computes")], rows)
+    rows = [[each.effect, ", ".join(each.called_by), ", ".join(each.writes)] for each in what_runs(problem)]
+    return Table.of("Effects that ran", ["effect", "called for by", "computes"], rows)

@@ -125,6 +125,11 @@ class Scene(Shown, Drawn, Table):
     """Quantities or effects to report besides those that limits and objectives need, or ``all``."""
     _file: str = PrivateAttr("scene")
 
+    @property
+    def shown_cam(self) -> "Scene":
+        """The scene itself, if it has sizes of its own."""
+        return self
+
     def __repr__(self) -> str:
         cam, follower = self.cam, self.follower
         words = [

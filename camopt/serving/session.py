@@ -22,8 +22,6 @@ from camopt.reporting.cams import Section, Shown, about, cams_page, words_of
 from camopt.reporting.page import rendered
 from camopt.reporting.sections import (
     UNPROVED,
-    Cell,
-    Sheet,
     is_held,
     limits_sheet,
     quantities_sheet,
@@ -34,6 +32,7 @@ from camopt.scene.scene import Scene
 from camopt.serving.controls import FOLDED, Control, controls_of, scene_with, values_of
 from camopt.serving.search import Search
 from camopt.storage.files import write_text
+from camopt.tables.layout import Cell, Table
 from camopt.verdicts.deciding import BROKEN, HELD, UNDECIDED
 from camopt.verdicts.evaluation import Evaluation, evaluate_design
 from camopt.verdicts.judging import ASSEMBLY, judged
@@ -120,7 +119,7 @@ class Session:
         ]
         return self._shown(picture, [verdict_line(sheet, scene)], sheet, sections)
 
-    def _shown(self, picture: Picture, lines: list[Cell], sheet: Sheet, sections: list[Section]) -> Answer:
+    def _shown(self, picture: Picture, lines: list[Cell], sheet: Table, sections: list[Section]) -> Answer:
         return {
             "cam": cam_of(picture),
             "lines": [*lines, *(Cell(text) for text in words_of(picture))],
@@ -170,14 +169,14 @@ def _evaluation(sketch: Sketch) -> Evaluation:
     return Evaluation(sketch.scene, {n: sketch.values[n] for n in QUANTITIES if n in sketch.values})
 
 
-def _quick_line(sketch: Sketch, sheet: Sheet) -> Cell:
+def _quick_line(sketch: Sketch, sheet: Table) -> Cell:
     """The verdict in a sentence, as long as it is not proved."""
     if not is_held(sheet):
         return verdict_line(sheet, sketch.scene)
     return Cell("Feasible in double precision. The proof follows where the controls rest.", "verdict held")
 
 
-def _quick_sheet(sketch: Sketch) -> Sheet:
+def _quick_sheet(sketch: Sketch) -> Table:
     """The limits as double precision sees them."""
     verdicts = _quick_verdicts(sketch)
     return verdicts_sheet(_evaluation(sketch), sketch.problem, verdicts, dict.fromkeys(verdicts, UNPROVED))

@@ -27,8 +27,10 @@ from camopt.smallest.result import GAP, Smallest, feasible
 from camopt.smallest.smallest import smallest
 from camopt.smallest.smallest_turn import smallest_of_turns
 from camopt.smallest.turns import SegmentAngles
-from camopt.tables.columns import joined_laws
+from camopt.tables.columns import joined_laws, laws_shown, with_law
+from camopt.tables.design_tables import designs_table
 from camopt.tables.designs import ByLaw, Design
+from camopt.tables.layout import Table
 from camopt.verdicts.judging import AT_ONCE, by_excess, excesses, judged
 from camopt.verdicts.warned import warnings_of
 
@@ -87,6 +89,24 @@ class Optimum(Shown):
     def __repr__(self) -> str:
         what = repr(self.best).removeprefix("<").removesuffix(">") if self.best else "no feasible design"
         return f"<Optimum of {self.scene.name}: {len(self.by_law)} laws; {what}>"
+
+    def table(self) -> Table | None:
+        """The smallest cam of each law with what binds it; whether that is proved, where it is not for all."""
+        rows = with_law(self.by_law.values())
+        if not rows:
+            return None
+        for row in rows:
+            if "angles_deg" in row:
+                row["angles_deg"] = " ".join(f"{angle:.6g}" for angle in row["angles_deg"])
+        last = ["binding", *(["angles_deg"] if any("angles_deg" in row for row in rows) else [])]
+        last += [] if all(row["proved"] for row in rows) else ["proved", "gap_mm"]
+        title = f"{self.scene.name}: the smallest cam{' of each law' if laws_shown(rows) else ''}"
+        return designs_table(title, resolve(self.scene), rows, last)
+
+    @property
+    def shown_cam(self) -> Scene | None:
+        """The smallest cam of all."""
+        return self.best.scene if self.best else None
 
 
 def optimise(scene: Scene, progress: Progress | None = None, seconds: float = SECONDS) -> Optimum:

@@ -33,6 +33,9 @@ from camopt.tables.designs import Design, chosen
 NOTHING = 1e-12  # of the range of a derivative: rounding
 OFF = (1e-6, 1e-5, 1e-3, 0.1)  # of the lift by the stroke's angle: by how much a solver may miss a condition
 
+OWN_MOVES = "own moves"
+"""The name of a motion without rises and returns."""
+
 
 def known_laws(scene: Scene) -> dict[str, Design]:
     """The smallest cam of each known law: those of [search] or all without a corner, and the scene's own."""

@@ -3,12 +3,9 @@
 from dataclasses import dataclass
 
 from camopt.scene.scene import Scene
-from camopt.synthesis.cams import known_laws, known_row, law_names_of, own_laws
+from camopt.synthesis.cams import OWN_MOVES, known_laws, known_row, law_names_of, own_laws
 from camopt.synthesis.from_scene import demand_of
 from camopt.tables.designs import Design
-
-OWN_MOVES = "own moves"
-"""The name of a motion without rises and returns."""
 
 
 @dataclass(frozen=True)

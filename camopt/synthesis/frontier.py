@@ -29,13 +29,16 @@ from camopt.scene.tables import TERMS
 from camopt.shown import Drawn, Shown
 from camopt.synthesis import residual
 from camopt.synthesis.axis_minimiser import AxisMinimiser, FrontierCam
-from camopt.synthesis.cams import known_laws, known_row
+from camopt.synthesis.cams import OWN_MOVES, known_laws, known_row
 from camopt.synthesis.ceilings import ceilings_at, quantities
 from camopt.synthesis.foresight import Foresight
 from camopt.synthesis.from_scene import demand_of
 from camopt.synthesis.iterate import Iterate
 from camopt.synthesis.synthesise import bound_of
+from camopt.synthesis.units import unit_of
+from camopt.tables.columns import joined_laws, sizes_shown
 from camopt.tables.designs import Design
+from camopt.tables.layout import Table, table_of
 
 ENDS = 1e-5  # by which the end of a term is widened, relative, so that a solver finds its laws
 LOCAL_ENDS = 3e-4  # and that of a quantity, so that convex steps do
@@ -84,6 +87,25 @@ class Frontier(Shown, Drawn):
 
     def __repr__(self) -> str:
         return f"<Frontier of {self.scene.name}: {' and '.join(self.axes)}, {len(self.rows)} cams of free laws>"
+
+    @property
+    def units(self) -> dict[str, str]:
+        """The unit of each axis, and of ``bound``."""
+        units = {axis: unit_of(axis, self.scene) for axis in self.axes}
+        return {**units, "bound": units[self.axes[0]]}
+
+    def table(self) -> Table | None:
+        """The cams of free laws, then those of known ones: * for what breaks a limit on the motion."""
+        rows: list[dict[str, Any]] = [{**row, "law": "free"} for row in self.rows]
+        for row in self.known:
+            laws = joined_laws(row["law_rise"], row["law_return"]) or OWN_MOVES
+            rows.append({**row, "law": laws if row["within"] else f"{laws} *"})
+        if not rows:
+            return None
+        sizes = [name for name in sizes_shown(self.scene.search.sizes, rows) if not name.startswith("law")]
+        shown = [{**row, "bound": "" if row.get("bound") is None else row["bound"]} for row in rows]
+        title = f"{self.scene.name}: the frontier"
+        return table_of(title, shown, ["law", *self.axes, "bound", *sizes], units=self.units)
 
     @property
     def excluded(self) -> list[tuple[float, float]]:

@@ -14,8 +14,10 @@ from camopt.scene import tables
 from camopt.scene.scene import Scene
 from camopt.shown import Drawn, Shown
 from camopt.smallest.prices import Price, prices
-from camopt.tables.columns import joined_laws
+from camopt.tables.columns import joined_laws, with_law
+from camopt.tables.design_tables import designs_table
 from camopt.tables.designs import Design
+from camopt.tables.layout import Table
 
 FREE = ("rise", "return", MOVE)
 
@@ -59,6 +61,22 @@ class Synthesis(Shown, Drawn):
         known = "" if self.gap is None else f", at most {self.gap:.2%} from the best of any motion"
         return f"<Synthesis of {self.scene.name}: objective {self.objective:.6g}{known}>"
 
+    def table(self, known: Mapping[str, Mapping[str, Any]] | None = None) -> Table:
+        """The cam of the free laws, after those of known laws by name, if given; * for what breaks a limit."""
+        every = [_named(row, law) for law, row in (known or {}).items()] + [_named(self.design, "free moves")]
+        rows: list[dict[str, Any]] = []
+        for row in with_law(every):
+            star = {} if row.get("within", True) else {name: f"{row[name]} *" for name in ("law", "law_rise")}
+            rows.append({**row, **peaks_of(row, self), **star})
+        peaks = [name for name in rows[0] if name.startswith("peak_")]
+        title = f"{self.scene.name}: free laws" + (", and the smallest cam of each known law" if known else "")
+        return designs_table(title, resolve(self.scene), rows, [*peaks, "binding"])
+
+    @property
+    def shown_cam(self) -> Scene:
+        """The cam of the free laws."""
+        return self.scene
+
     @property
     def gap(self) -> float | None:
         """The most that any other motion could improve, as a share of the objective; None without a bound."""
@@ -85,6 +103,12 @@ def peaks_of(row: Mapping[str, Any], result: Synthesis) -> dict[str, float]:
     peaks = {**{name: law_peaks(law) for name, law in LAWS.items()}, **result.peaks}
     each = [peaks[n] for key in ("law_rise", "law_return") for n in row[key].split("+") if n in peaks]
     return {name: max(float(peaks[name]) for peaks in each) for name in PEAKS if each}
+
+
+def _named(row: Mapping[str, Any], name: str) -> dict[str, Any]:
+    """A row, with a name in place of the laws of rises and returns where it has neither."""
+    named = row["law_rise"] or row["law_return"]
+    return dict(row) if named else {**row, "law_rise": name, "law_return": name}
 
 
 def free_names(segments: Sequence[tables.Segment] | Sequence[Segment]) -> list[str]:

@@ -11,12 +11,14 @@ from typing import TYPE_CHECKING, Any, Literal, overload
 from camopt.mechanisms import FIELDS
 from camopt.mistakes import BadInput, Mistake, UnknownName, nearest
 from camopt.motion import LAWS
-from camopt.problem.problem import size_keys
-from camopt.quantities import Flag, Word, number_quantity
+from camopt.problem.problem import resolve, size_keys
+from camopt.quantities import QUANTITIES, Flag, Word, number_quantity
 from camopt.scene.scene import Scene
 from camopt.shown import Drawn, Shown
 from camopt.storage.files import write_text
-from camopt.tables.columns import joined_laws
+from camopt.tables.columns import columns_of, joined_laws, with_law
+from camopt.tables.design_tables import design_table
+from camopt.tables.layout import Table
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -70,6 +72,17 @@ class Design(Shown, Drawn, dict[str, Any]):
         sizes = [f", {name} = {self[name]:.6g}" for name in ("base_radius_mm", "mean_radius_mm") if name in self]
         laws = joined_laws(str(self.get("law_rise", "")), str(self.get("law_return", "")))
         return f"<Design of {self.searched.name}: {laws}{''.join(sizes)}, {len(self)} quantities>"
+
+    def table(self) -> Table:
+        """The sizes of the design and what its scene asks, beside the limits."""
+        (row,), problem = with_law([self]), resolve(self.searched)
+        about = {n: QUANTITIES[n].sentence if n in QUANTITIES else "" for n in columns_of(problem, [row])}
+        return design_table(self.searched.name, problem, row, about)
+
+    @property
+    def shown_cam(self) -> Scene:
+        """The scene of this one design."""
+        return self.scene
 
     @cached_property
     def scene(self) -> Scene:

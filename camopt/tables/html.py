@@ -1,17 +1,32 @@
-"""Tables as HTML, for a notebook: short, and what is in them stays text."""
+"""Tables as HTML, for notebooks and pages: what is in them stays text."""
 
-from collections.abc import Iterable, Sequence
 from html import escape
+
+from camopt.tables.layout import Cell, Table
 
 MOST_ROWS = 40
 
 
-def html_table(title: str, heads: Iterable[Sequence[str]], rows: Iterable[Sequence[str]]) -> str:
-    """A table with a caption; ``heads`` has the lines of each column's heading. Of many rows the first ones."""
-    rows = [*rows]
-    head = "".join(f"<th>{'<br>'.join(map(escape, lines))}</th>" for lines in heads)
-    body = "".join(f"<tr>{''.join(f'<td>{escape(text)}</td>' for text in row)}</tr>" for row in rows[:MOST_ROWS])
-    if len(rows) > MOST_ROWS:
-        body += f'<tr><td colspan="{len(rows[0])}">… and {len(rows) - MOST_ROWS:,} more rows</td></tr>'
-    caption = f"<caption>{escape(title)}</caption>"
-    return f"<table>{caption}<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+def html_table(table: Table, most: int = MOST_ROWS) -> str:
+    """A table with a caption; of many rows the first ones. Kinds of column are classes."""
+    head = "".join(map(_head, table.heads)) if table.is_headed else ""
+    body = "".join(f"<tr>{''.join(map(_cell, row))}</tr>" for row in table.rows[:most])
+    if len(table.rows) > most:
+        more = f"… and {len(table.rows) - most:,} more rows"
+        body += f'<tr><td colspan="{len(table.heads)}">{more}</td></tr>'
+    note = f"<small>{escape(table.note)}</small>" if table.note else ""
+    caption = f"<caption>{escape(table.title)}</caption>"
+    return f"<table>{caption}<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>{note}"
+
+
+def _head(cell: Cell) -> str:
+    lines = "<br>".join(escape(line) for line in cell.text.splitlines())
+    return f'<th scope="col"{_of_kind(cell)}>{lines}</th>'
+
+
+def _cell(cell: Cell) -> str:
+    return f"<td{_of_kind(cell)}>{escape(cell.text)}</td>"
+
+
+def _of_kind(cell: Cell) -> str:
+    return f' class="{cell.kind}"' if cell.kind else ""

@@ -11,10 +11,13 @@ from camopt.effects import Case
 from camopt.effects.motion import KINDS
 from camopt.mistakes import UnknownName, nearest
 from camopt.motion.table import TURN
-from camopt.problem.problem import Problem, exactly, resolve_design
+from camopt.problem.problem import Problem, exactly, resolve, resolve_design
 from camopt.quantities import QUANTITIES, Flag, Word
 from camopt.scene.scene import Scene
 from camopt.shown import Drawn, Shown
+from camopt.tables.columns import is_nothing
+from camopt.tables.design_tables import design_table
+from camopt.tables.layout import Table
 from camopt.verdicts.judging import judged, run_effects
 from camopt.verdicts.warned import warnings_of
 
@@ -71,6 +74,17 @@ class Evaluation(Shown, Drawn, Mapping[str, Any]):
 
     def __len__(self) -> int:
         return len(self.quantities)
+
+    def table(self, *, explained: bool = True) -> Table:
+        """Every quantity with its unit, limit and meaning, or the reason why it is infinite: a row each."""
+        names = [name for name in self if not is_nothing(self.scene.search.sizes, name, [self])]
+        about = {n: self.unbounded.get(n) or (QUANTITIES[n].sentence if explained else "") for n in names}
+        return design_table(self.scene.name, resolve(self.scene), self, about)
+
+    @property
+    def shown_cam(self) -> Scene:
+        """The scene itself."""
+        return self.scene
 
     def to_json(self) -> dict[str, Any]:
         """The values with None in place of infinity; the reasons under ``unbounded``, and ``warnings``, if any."""

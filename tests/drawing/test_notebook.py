@@ -1,5 +1,6 @@
 """What results show of themselves: a line of text, a table with units and limits; names that are nearly right."""
 
+import dataclasses
 import os
 import pickle
 import re
@@ -15,7 +16,9 @@ from nbclient import NotebookClient
 
 import camopt
 from camopt import Design, cam_points, evaluate, find_scene, optimise, shipped_scenes, sweep
+from camopt.cli.terminal import show
 from camopt.drawing.small import small_cam
+from camopt.tables.html import MOST_ROWS
 
 SVG = "{http://www.w3.org/2000/svg}"
 
@@ -79,6 +82,25 @@ def test_results_show_themselves_in_a_line_and_as_html(results, kind):
         assert {"≤ 30", "deg"} <= {*page.texts}
 
 
+@pytest.mark.parametrize("kind", [*BOUNDED, "Frontier", "Fit"])
+def test_a_notebook_shows_the_table_that_a_terminal_prints(results, kind, capsys):
+    table = results[kind].table()
+    page, rows = Tags(results[kind]._repr_html_()), table.rows[:MOST_ROWS]
+    assert {cell.text for row in rows for cell in row} <= {"", *page.texts}
+    assert {line for head in table.heads for line in head.text.split("\n")} <= {"", " ", *page.texts}
+    show(table)
+    printed = capsys.readouterr().out
+    assert all(word in printed for row in table.rows for cell in row for word in cell.text.split())
+
+
+def test_a_result_without_rows_says_so_in_a_line(results, tmp_path):
+    part = camopt.sweep_part(SCENE, (1, 2), tmp_path)
+    none = dataclasses.replace(results["Optimum"], best=None, by_law={})
+    for result in (part, none):
+        assert result.table() is None
+        assert Tags(result._repr_html_()).texts == [repr(result)[1:-1]]
+
+
 def test_a_long_result_is_cut_with_a_line_that_says_so(results):
     page = Tags(results["Frontier"]._repr_html_())
     assert "… and 5 more rows" in page.texts
@@ -89,7 +111,7 @@ def test_an_exported_file_shows_its_curves(tmp_path):
     page = Tags(camopt.export(SCENE.replace(name=NAME), tmp_path / "a&b.dxf")._repr_html_())
     assert not page.open
     assert str(tmp_path / "a&b.dxf") in page.texts
-    assert any(" arcs, within " in text and text.endswith(" mm") for text in page.texts)
+    assert any(" arcs, within " in text and text.endswith(" mm (proved)") for text in page.texts)
 
 
 @pytest.mark.parametrize("kind", ["Scene", "Evaluation", "Optimum", "Design", "Synthesis", "Fit"])

@@ -6,7 +6,7 @@ import pytest
 
 from camopt import evaluate, find_scene, optimise, sweep
 from camopt.cli.main import main
-from camopt.cli.terminal import show, table_of
+from camopt.cli.terminal import show
 from camopt.drawing.picture import four_digits
 from camopt.problem.problem import resolve
 from camopt.quantities import QUANTITIES
@@ -14,6 +14,7 @@ from camopt.reporting.sections import limits_sheet, signed
 from camopt.sheet.marks import number as sheet_number
 from camopt.tables.cells import number, quantity
 from camopt.tables.columns import bounds_of, columns_of, is_nothing, with_law
+from camopt.tables.layout import table_of
 
 ZEROS = [
     ("pressure_angle_max_deg", 4.97e-13, "0"),

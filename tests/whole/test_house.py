@@ -19,7 +19,7 @@ from camopt.scene.tables import Limits
 PACKAGE = Path(camopt.__file__).parent
 ROOMS = (
     *("mistakes", "version", "progress", "storage", "quantities", "shown", "kernels", "engines"),
-    *("numerics", "motion", "mechanisms", "effects", "scene", "problem", "verdicts", "tables"),
+    *("numerics", "motion", "mechanisms", "effects", "scene", "problem", "tables", "verdicts"),
     *("smallest", "front", "synthesis", "measured", "contour", "comparing", "drawing", "sheet", "points"),
     *("exporting", "studies", "reporting", "serving", "cli"),
 )
@@ -49,7 +49,7 @@ LATE = {
     ("engines.dask_worker", "kernels.dispatchers"): "it imports numba",
     ("kernels.compile", "kernels.dispatchers"): "it imports numba",
     ("kernels.by_address", "kernels.dispatchers"): "it imports numba",
-    ("shown", "drawing.notebook"): "a page is made of all results, which show themselves by it",
+    ("shown", "drawing.notebook"): "it draws the cam beside the table",
     ("__main__", "cli.main"): "an interrupt while it is imported is told as one",
     ("drawing.canvas", "drawing.sheet"): "it imports matplotlib",
     ("verdicts.judging", "verdicts.certify"): "balls are for what rounding leaves open",

@@ -2,7 +2,8 @@
 
 from typing import TYPE_CHECKING, Any
 
-from camopt.cli.terminal import print_json, show, table_of
+from camopt.cli.terminal import print_json, show
+from camopt.tables.layout import table_of
 
 if TYPE_CHECKING:
     from camopt.scene.scene import Scene

@@ -1,6 +1,7 @@
 """What ``camopt certify`` prints."""
 
-from camopt.cli.terminal import print_json, show, table_of
+from camopt.cli.terminal import print_json, show
+from camopt.tables.layout import table_of
 
 
 def show_verdicts(verdicts: dict[str, str], as_json: bool) -> None:

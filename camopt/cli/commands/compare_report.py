@@ -3,9 +3,10 @@
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
-from camopt.cli.terminal import print_json, show, table_of
+from camopt.cli.terminal import print_json, show
 from camopt.tables.cells import number
 from camopt.tables.columns import LAWS, laws_shown, with_law
+from camopt.tables.layout import table_of
 
 if TYPE_CHECKING:
     from camopt.comparing.compare import Comparison, TableComparison

@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING, Any
 from rich.tree import Tree
 
 from camopt.cli.commands.evaluate_report import as_read
-from camopt.cli.terminal import print_json, show, table_of
+from camopt.cli.terminal import print_json, show
 from camopt.problem.rows import Rows, finite
 from camopt.scene.read import numbers_read
+from camopt.tables.layout import table_of
 
 if TYPE_CHECKING:
     from camopt.studies.cost_report import CostReport

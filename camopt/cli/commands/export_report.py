@@ -3,7 +3,6 @@
 from typing import TYPE_CHECKING
 
 from camopt.cli.terminal import print_json, show
-from camopt.tables.cells import number
 
 if TYPE_CHECKING:
     from camopt.exporting.exported import Export
@@ -14,9 +13,6 @@ def show_export(result: "Export", as_json: bool) -> None:
     if as_json:
         curves = {name: curve._asdict() for name, curve in result.curves.items()}
         return print_json({"file": str(result.file), "curves": curves, **result.about, "notes": list(result.notes)})
-    for name, curve in result.curves.items():
-        words = f"{curve.elements:,} {curve.what}, within {number(curve.deviation_mm)} mm (proved)"
-        show(f"{name.replace('_', ' ')}: {words}")
-    for name, value in result.about.items():
-        show(f"{name}: {number(value) if isinstance(value, float) else value}")
+    for name, text in result.facts:
+        show(f"{name}: {text}")
     return None

@@ -2,10 +2,11 @@
 
 from typing import TYPE_CHECKING
 
-from camopt.cli.terminal import print_json, show, table_of
+from camopt.cli.terminal import print_json, show
 from camopt.problem.rows import finite
 from camopt.quantities import QUANTITIES
 from camopt.tables.cells import number
+from camopt.tables.layout import table_of
 
 if TYPE_CHECKING:
     from camopt.measured.fitted import Fit

@@ -3,10 +3,9 @@
 from typing import TYPE_CHECKING
 
 from camopt.cli.commands.synthesise_report import show_limits_of_motion
-from camopt.cli.terminal import print_json, show, table_of
+from camopt.cli.terminal import print_json, show
 from camopt.problem.rows import finite
 from camopt.tables.cells import number
-from camopt.tables.columns import joined_laws, sizes_shown
 
 if TYPE_CHECKING:
     from camopt.synthesis.frontier import Frontier
@@ -14,9 +13,7 @@ if TYPE_CHECKING:
 
 def show_frontier(found: "Frontier", as_json: bool) -> None:
     """The free laws along the frontier, the known laws, and the least value of each axis."""
-    from camopt.synthesis.compare import OWN_MOVES
     from camopt.synthesis.from_scene import default_peaks
-    from camopt.synthesis.units import unit_of
 
     defaults = default_peaks(found.scene, found.axes)
     if as_json:
@@ -28,20 +25,11 @@ def show_frontier(found: "Frontier", as_json: bool) -> None:
         tables = {name: [finite(row) for row in rows] for name, rows in every.items()}
         names = {"axes": found.axes, "local": found.local, "default_peaks": defaults}
         return print_json({"scene": found.scene.name, **names, "least": ends, **tables})
-    rows = [{**row, "law": "free"} for row in found.rows]
-    for row in found.known:
-        laws = joined_laws(row["law_rise"], row["law_return"]) or OWN_MOVES
-        rows.append({**row, "law": laws if row["within"] else f"{laws} *"})
-    sizes = [name for name in sizes_shown(found.scene.search.sizes, rows) if not name.startswith("law")]
-    shown = [{**row, "bound": "" if row.get("bound") is None else row["bound"]} for row in rows]
-    units = {axis: unit_of(axis, found.scene) for axis in found.axes}
-    units["bound"] = units[found.axes[0]]
-    columns = ["law", *found.axes, "bound", *sizes]
-    show(table_of(f"{found.scene.name}: the frontier", shown, columns, units=units))
+    show(found.table() or f"{found.scene.name}: the frontier")
     show("The known laws are on the smallest cams that the limits allow them.")
     show_limits_of_motion(found.scene, found.known, defaults)
     for term, (least, bound) in found.least.items():
         most = "" if not bound else f"; no motion within the other limits has less than {number(bound)}"
         local = " (a local optimum)" if term in found.local else ""
-        show(f"Least {term}: {f'{number(least)} {units[term]}'.rstrip()}{local}{most}")
+        show(f"Least {term}: {f'{number(least)} {found.units[term]}'.rstrip()}{local}{most}")
     return None

@@ -2,10 +2,11 @@
 
 from typing import Any
 
-from camopt.cli.terminal import print_json, show, table_of
+from camopt.cli.terminal import print_json, show
 from camopt.motion import LAWS
 from camopt.motion.law import pair_of
 from camopt.problem.rows import finite
+from camopt.tables.layout import table_of
 
 
 def show_laws(as_json: bool) -> None:

@@ -2,14 +2,14 @@
 
 from collections.abc import Mapping
 from math import isfinite
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from camopt.cli.commands.sweep_report import show_miss
-from camopt.cli.terminal import print_json, show, table_of
-from camopt.problem.problem import Problem, resolve
+from camopt.cli.terminal import print_json, show
+from camopt.problem.problem import resolve
 from camopt.problem.rows import finite
 from camopt.tables.cells import number
-from camopt.tables.columns import bounds_of, columns_of, laws_shown, with_law
+from camopt.tables.layout import table_of
 
 if TYPE_CHECKING:
     from camopt.smallest.optimise import Optimum
@@ -27,12 +27,7 @@ def show_optimum(result: "Optimum", prices: "Mapping[str, list[Price]]", as_json
         told = {"warnings": list(result.warnings)} if result.warnings else {}
         return print_json({**best, **about, "out_of_time": result.out_of_time, "prices": costs, **told})
     if result.by_law:
-        problem, rows = (
-            resolve(result.scene),
-            [{**row, **_in_words(row)} for row in with_law(result.by_law.values())],
-        )
-        title = f"{result.scene.name}: the smallest cam{' of each law' if laws_shown(rows) else ''}"
-        show(table_of(title, rows, _optimum_columns(problem, rows), bounds_of(problem)))
+        show(result.table())
     for law, obstacle in result.obstacles.items():
         show(f"{law or result.scene.name}: no feasible design; stopped by {obstacle}")
     for law, row in result.by_law.items():
@@ -52,20 +47,6 @@ def show_optimum(result: "Optimum", prices: "Mapping[str, list[Price]]", as_json
     if result.nearest_miss:
         show_miss(result.nearest_miss)
     return None
-
-
-def _in_words(row: dict[str, Any]) -> dict[str, str]:
-    """The lists of a row as texts."""
-    angles = " ".join(f"{angle:.6g}" for angle in row.get("angles_deg", ()))
-    return {"binding": ", ".join(row["binding"]), **({"angles_deg": angles} if angles else {})}
-
-
-def _optimum_columns(problem: Problem, rows: list[dict[str, Any]]) -> list[str]:
-    """What a design shows, and what binds it; whether proved, only where it matters."""
-    names = [*columns_of(problem, rows), "binding"]
-    if any("angles_deg" in row for row in rows):
-        names.append("angles_deg")
-    return names if all(row["proved"] for row in rows) else [*names, "proved", "gap_mm"]
 
 
 def _show_prices(prices: "Mapping[str, list[Price]]") -> None:

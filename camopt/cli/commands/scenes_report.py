@@ -3,8 +3,9 @@
 import sys
 import tomllib
 
-from camopt.cli.terminal import print_json, show, table_of
+from camopt.cli.terminal import print_json, show
 from camopt.mistakes import BadInput, Mistake, nearest
+from camopt.tables.layout import table_of
 
 
 def show_scenes(name: str | None, as_json: bool) -> None:

@@ -1,13 +1,12 @@
 """What ``camopt sweep`` prints."""
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from camopt.cli.commands.evaluate_report import design_table
-from camopt.cli.terminal import print_json, show, table_of
+from camopt.cli.terminal import print_json, show
 from camopt.problem.problem import resolve
 from camopt.problem.rows import finite
-from camopt.tables.columns import bounds_of, columns_of, laws_shown, with_law
+from camopt.tables.columns import columns_of, with_law
+from camopt.tables.design_tables import design_table
 
 if TYPE_CHECKING:
     from camopt.front.parts import SweepPart
@@ -43,20 +42,8 @@ def show_sweep(result: "Sweep", as_json: bool) -> None:
     pareto = f"{result.pareto:,} on the Pareto front"
     show(f"{result.scene.name}: {result.designs:,} designs, {_counts(result)}{undecided}{pareto}")
     if result.best:
-        problem, search, rows = resolve(result.scene), result.scene.search, with_law(result.best.values())
-        names, bounds = columns_of(problem, rows, (*search.minimise, *search.maximise)), bounds_of(problem)
-        where = " on the front" if result.feasible is None else ""
-        where += " of the grid" if search.refine and where else " on the grid" if search.refine else ""
-        show(
-            "",
-            table_of(
-                f"The best design{' of each law' if laws_shown(rows) else ''}{where}",
-                rows,
-                [*names, "held_by"],
-                bounds,
-            ),
-        )
-        _show_front(result, names, bounds)
+        show("", result.table())
+        _show_front(result)
     elif result.nearest_miss:
         show_miss(result.nearest_miss)
     elif result.obstacle:
@@ -95,7 +82,7 @@ def _counts(result: "Sweep") -> str:
     return f"{result.impossible:,} impossible, {result.feasible:,} feasible, "
 
 
-def _show_front(result: "Sweep", names: list[str], bounds: Mapping[str, str]) -> None:
+def _show_front(result: "Sweep") -> None:
     """How much the front dominates, and its knee."""
     front = result.front
     assert front is not None
@@ -103,8 +90,7 @@ def _show_front(result: "Sweep", names: list[str], bounds: Mapping[str, str]) ->
     if front.grid_points is not None:
         volume += f"; of the grid's {front.grid_points:,} points, {front.grid_hypervolume:.6g}"
     show(f"Hypervolume of the Pareto front, as a share: {volume}")
-    names = [*laws_shown([front.knee]), *(name for name in names if not name.startswith("law"))]
-    show("", table_of("Its knee", with_law([front.knee]), names, bounds))
+    show("", result.knee_table())
 
 
 def show_miss(miss: "Design") -> None:

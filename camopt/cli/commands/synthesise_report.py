@@ -1,14 +1,13 @@
 """What ``camopt synthesise`` prints."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 from camopt.cli.commands.optimise_report import COSTS, price_in_words
-from camopt.cli.terminal import print_json, show, table_of
-from camopt.problem.problem import resolve
+from camopt.cli.terminal import print_json, show
 from camopt.problem.rows import finite
 from camopt.tables.cells import number
-from camopt.tables.columns import bounds_of, columns_of, with_law
+from camopt.tables.layout import table_of
 
 if TYPE_CHECKING:
     from camopt.scene.scene import Scene
@@ -23,7 +22,6 @@ SLIGHT = 5e-4  # a share that is shown as 0.0%
 def show_synthesis(result: "Synthesis", known: "KnownLaws", prices: "Iterable[Price]", as_json: bool) -> None:
     """The cam of the free laws beside the smallest of each known law, the bound, the gap, and what bounds cost."""
     from camopt.synthesis.from_scene import default_peaks
-    from camopt.synthesis.synthesised import peaks_of
     from camopt.synthesis.told import bound_in_words
     from camopt.synthesis.units import objective_unit
 
@@ -44,15 +42,7 @@ def show_synthesis(result: "Synthesis", known: "KnownLaws", prices: "Iterable[Pr
                 "prices": [price.to_json() for price in prices],
             }
         )
-    problem = resolve(result.scene)
-    every = [_named(row, law) for law, row in known.rows.items()] + [_named(result.design, "free moves")]
-    rows = [{**row, **peaks_of(row, result), "binding": ", ".join(row["binding"])} for row in with_law(every)]
-    for row in rows:
-        beyond = {} if row.get("within", True) else {name: f"{row[name]} *" for name in ("law", "law_rise")}
-        row.update(beyond)
-    names = [*columns_of(problem, rows), *(name for name in rows[0] if name.startswith("peak_"))]
-    title = f"{result.scene.name}: free laws, and the smallest cam of each known law"
-    show(table_of(title, rows, [*names, "binding"], bounds_of(problem)))
+    show(result.table(known.rows))
     unit, what = objective_unit(result.asked), bound_in_words(result)
     swung = result.scene.mechanism.motion.angular
     why = "The limits of an oscillating follower are not convex" if swung else "Curvature or a load decides too"
@@ -63,12 +53,6 @@ def show_synthesis(result: "Synthesis", known: "KnownLaws", prices: "Iterable[Pr
     if rows:
         show("", table_of(COSTS, rows, ["bound", "as set", "price"]))
     return None
-
-
-def _named(row: Mapping[str, Any], name: str) -> dict[str, Any]:
-    """A row, with a name in place of the laws of rises and returns where it has neither."""
-    named = row["law_rise"] or row["law_return"]
-    return dict(row) if named else {**row, "law_rise": name, "law_return": name}
 
 
 def show_limits_of_motion(scene: "Scene", known: Iterable[dict[str, Any]], defaults: dict[str, float]) -> None:
@@ -92,7 +76,7 @@ def show_limits_of_motion(scene: "Scene", known: Iterable[dict[str, Any]], defau
 
 def _beside_known(result: "Synthesis", known: "KnownLaws") -> str:
     """The best known law that holds the same limits, and the scene's own."""
-    from camopt.synthesis.compare import OWN_MOVES
+    from camopt.synthesis.cams import OWN_MOVES
     from camopt.synthesis.units import objective_unit
 
     if known.best is None:

@@ -1,0 +1,65 @@
+"""What a table says, the same for every printer: its title, headings, rows and note, all of them texts."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from camopt.tables.cells import heading, quantity
+
+WORDS, NUMBER, VALUE, ABOUT = "", "number", "value", "about"
+"""Kinds of column: words, numbers, what a name has (bold, of any length), sentences about the others."""
+
+
+class Cell(NamedTuple):
+    """A text of a table, and what kind of text it is: that of its column, or a verdict."""
+
+    text: str
+    kind: str = WORDS
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table: a heading for each column, with a line for each word, for the unit and for the limit."""
+
+    title: str
+    heads: list[Cell]
+    rows: list[list[Cell]]
+    note: str = ""
+
+    @classmethod
+    def of(
+        cls, title: str, heads: Iterable[Cell | str], rows: Iterable[Iterable[Cell | str]], note: str = ""
+    ) -> "Table":
+        """A table of texts, each of the kind of its column if it does not say of which it is."""
+        tops = [head if isinstance(head, Cell) else Cell(head) for head in heads]
+        cells = [
+            [each if isinstance(each, Cell) else Cell(each, top.kind) for each, top in zip(row, tops, strict=True)]
+            for row in rows
+        ]
+        return cls(title, tops, cells, note)
+
+    @property
+    def is_headed(self) -> bool:
+        """Whether any column has a heading: a table without them says of one thing what it has, line by line."""
+        return any(head.text for head in self.heads)
+
+
+def table_of(
+    title: str,
+    records: Sequence[Mapping[str, Any]],
+    names: Iterable[str],
+    bounds: Mapping[str, str] | None = None,
+    units: Mapping[str, str] | None = None,
+) -> Table:
+    """A row for each record; in the headings name, unit and, in a table with ``bounds``, the limit.
+
+    ``units`` are those of columns that are no quantities.
+    """
+    names, bounds, units = [*names], bounds or {}, units or {}
+    limited = any(name in bounds for name in names)
+    heads = []
+    for name in names:
+        words = heading(name, units.get(name)) + (f"\n{bounds.get(name, ' ')}" if limited else "")
+        texts = all(isinstance(record.get(name, ""), str) for record in records)
+        heads.append(Cell(words, WORDS if texts else NUMBER))
+    return Table.of(title, heads, ([quantity(name, record.get(name, "")) for name in names] for record in records))
