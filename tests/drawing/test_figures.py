@@ -298,7 +298,8 @@ def test_every_limit_on_the_curve_of_a_diagram_is_a_line_of_it() -> None:
     (panel,) = load_diagrams(loaded("roller", outputs=["sizes"], limits=limits))
     assert {(kinds > 0, bound) for kinds, bound in panel.limits} == {(False, 8.0), (False, -5.0), (True, 9.0)}
     limits = {"velocity_max_rise_m_s": 1.0, "velocity_max_m_s": 2.0, "lift_change_max_mm_per_deg": 0.5}
-    picture = Picture(resolve(loaded("roller", limits=limits)))
+    scene = loaded("roller", limits=limits)
+    picture = Picture(scene, resolve(scene))
     _, velocity, *_ = panels(picture)
     per_second = 200.0 * 6.0 * 1e-3
     assert [kinds for kinds, _ in velocity.limits].count(RISE) == 1

@@ -258,7 +258,8 @@ def test_colours_are_apart_for_the_colour_blind(colours, kind):
 @pytest.mark.parametrize("contact", ["groove", "groove-arm"])
 def test_the_thin_line_is_the_curvature_of_the_left_flank(contact):
     """That of the drawn flanks: by how much three points of each turn, per length."""
-    picture = Picture(resolve_design(Scene.from_dict(cam_with(contact))))
+    scene = Scene.from_dict(cam_with(contact))
+    picture = Picture(scene, resolve_design(scene))
     (panel,) = (each for each in panels(picture) if each.title == "Curvature of the flanks")
     assert panel.note.startswith("thin: left flank")
     assert panel.other is not None
