@@ -12,6 +12,7 @@ Names are imported when they are first used, so that ``import camopt`` takes no 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from camopt.shown import Shown
 from camopt.version import VERSION as __version__  # noqa: N811
 
 if TYPE_CHECKING:
@@ -154,6 +155,14 @@ __all__ = [
     "sweep_part",
     "synthesise",
 ]
+
+
+def _html(result: Shown) -> str:
+    """What a notebook shows of a result."""
+    return str(import_module("camopt.drawing.notebook").html_of(result))
+
+
+Shown.html = _html
 
 
 def __getattr__(name: str) -> Any:

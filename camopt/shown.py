@@ -1,5 +1,6 @@
 """What shows itself in a notebook, and what has a picture."""
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, ClassVar
 
 if TYPE_CHECKING:
@@ -21,6 +22,8 @@ class Shown:
     """A result that a notebook shows as HTML: its table, with a picture of the cam where it has one."""
 
     __slots__ = ()
+    html: ClassVar[Callable[["Shown"], str]]
+    """What makes the HTML. The package sets it, for it draws the cam, and drawing stands above all results."""
 
     def table(self) -> "Table | None":
         """What the result says as a table, for every printer; None if it has no rows."""
@@ -32,6 +35,4 @@ class Shown:
         return None
 
     def _repr_html_(self) -> str:
-        from camopt.drawing.notebook import html_of  # it draws the cam
-
-        return html_of(self)
+        return Shown.html(self)

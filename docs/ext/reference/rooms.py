@@ -21,9 +21,8 @@ def of_package() -> Iterator[str]:
     (value,) = [
         node.value for node in tree.body if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "ROOMS"
     ]
-    rooms = [each.value for each in ast.walk(value) if isinstance(each, ast.Constant)]
     rows = []
-    for room in sorted(rooms, key=rooms.index):
+    for room in ast.literal_eval(value):
         said = (import_module(f"camopt.{room}").__doc__ or "").split("\n\n")[0]
         rows.append((f"`{room}`", " ".join(said.split())))
     return table(("room", "what is in it"), rows)
