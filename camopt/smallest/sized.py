@@ -1,13 +1,13 @@
-"""A scene with every size: its own, or those of its smallest cam where it leaves some to be found."""
+"""A scene with every size and number: its own, or those of its smallest cam where it leaves some to be found."""
 
 from camopt.mistakes import Unmet
-from camopt.problem.problem import missing_sizes, resolve
+from camopt.problem.problem import missing_numbers, missing_sizes, resolve
 from camopt.scene.scene import Scene
 from camopt.smallest.optimise import optimise
 
 
 def sized(scene: Scene) -> Scene:
-    """The scene itself if it gives all sizes; else that of the smallest cam, or of the one that misses by least.
+    """The scene itself if it gives all sizes and numbers; else that of the smallest cam, or the nearest miss.
 
     Raises
     ------
@@ -16,7 +16,8 @@ def sized(scene: Scene) -> Scene:
     Unmet
         If no cam can be put together.
     """
-    if not missing_sizes(resolve(scene)):
+    problem = resolve(scene)
+    if not (missing_sizes(problem) or missing_numbers(problem)):
         return scene
     found = optimise(scene)
     design = found.best or found.nearest_miss

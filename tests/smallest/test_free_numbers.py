@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from camopt import certify, evaluate, find_scene, optimise, prices
+from camopt.smallest.sized import sized
 
 TRAIN = {"mass": 0.8, "spring_rate": 59, "preload": 300}
 VALVE = find_scene("exhaust-valve").replace(
@@ -99,3 +100,10 @@ def test_a_spring_is_found_with_the_angles_of_the_segments():
     best, fixed = optimise(scene, seconds=20).best, optimise(SEARCHED).best
     assert best["base_radius_mm"] <= fixed["base_radius_mm"] * (1 + 1e-4)  # the search over turns has no proof here
     assert evaluate(best.scene)["feasible"]
+
+
+def test_a_spring_that_only_the_search_has_is_that_of_the_smallest_cam(found):
+    """For serve and effects, which show one cam."""
+    open_ = SEARCHED.replace(**{SPRING: None})
+    assert sized(open_).follower.dynamics.spring_rate == pytest.approx(found.best["spring_rate_N_per_mm"], rel=1e-6)
+    assert sized(VALVE) is VALVE
