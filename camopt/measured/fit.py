@@ -60,8 +60,8 @@ def fit(
     each point is proved, in the numbers of the scene.
 
     The gentlest motion has the least mean-square jerk. Where the root mean square is limited too, a quarter of the
-    mean |jerk| counts beside it, in units of the least root mean square of any motion: it levels peaks of the
-    acceleration that errors raise.
+    mean magnitude of the jerk counts beside it, in units of the least root mean square of any motion: it levels
+    peaks of the acceleration that errors raise.
 
     Parameters
     ----------
