@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camopt.contour.curve import curves_of
+from camopt.contour.curve import CamCurve, curves_of
 from camopt.contour.follow import LARGEST, LEAST, Followed, follow
 from camopt.contour.path import ArcPath
 from camopt.drawing.picture import INSIDE, NAMES, Picture
@@ -95,10 +95,19 @@ class Cam:
     @cached_property
     def curves(self) -> dict[str, Line]:
         """Its curves by name; the pitch curve only where it is the path of a roller's centre."""
-        setup, fine = self.problem.setup, float(np.clip(FINENESS * self.size, LEAST, LARGEST))
-        rolls = setup.rolls
+        rolls = self.problem.setup.rolls
         found = {name: curve for name, curve in curves_of(self.problem).items() if name != "pitch" or rolls}
-        return {name: flattened(follow(curve, "arcs", fine), CLOSE * self.size) for name, curve in found.items()}
+        return {name: self._followed(curve) for name, curve in found.items()}
+
+    def _followed(self, curve: CamCurve) -> Line:
+        fine = float(np.clip(FINENESS * self.size, LEAST, LARGEST))
+        return flattened(follow(curve, "arcs", fine), CLOSE * self.size)
+
+    @cached_property
+    def trace(self) -> ComplexArray:
+        """The points of the pitch curve, also where no roller's centre runs along it and it is not drawn."""
+        drawn = self.curves.get("pitch")
+        return (drawn or self._followed(curves_of(self.problem)["pitch"])).points
 
     def curve(self, name: str) -> ComplexArray:
         """The points of a curve; none of a curve that is not drawn."""

@@ -78,8 +78,8 @@ class DevelopedView:
 
     @cached_property
     def pitch(self) -> ComplexArray:
-        """The path of the roller's centre, developed."""
-        return self.cam.curve("pitch") * self.scale
+        """The path of the roller's centre, or of the trace point of another tip, developed."""
+        return self.cam.trace * self.scale
 
     @cached_property
     def ends(self) -> tuple[float, float]:
@@ -93,7 +93,7 @@ class DevelopedView:
         """The developed cylinder from its lower left corner at x = 0."""
         bottom, top = self.ends
         marks: Marks = [rectangle(1j * bottom, complex(self.around, top), THICK), *self._flanks()]
-        marks.append(Stroke(self.pitch, DOUBLE_CHAIN))
+        marks += [Stroke(self.pitch, DOUBLE_CHAIN)] if self.cam.problem.setup.rolls else []
         for name, begin, end in self.cam.segments:
             x = begin * self.mean
             marks += [*self._stroke(name, begin, end), line(complex(x, top + 1.0), complex(x, top + LEVEL + 4.0))]

@@ -447,3 +447,12 @@ def test_the_frame_is_that_of_the_standard():
     assert A3.frame.size == complex(390, 277)
     assert hypot(A4.width, A4.height) == pytest.approx(210 * 3**0.5, rel=1e-3)
     assert degrees(np.angle(complex(A3.width, A3.height))) == pytest.approx(35.26, abs=0.05)
+
+
+@pytest.mark.parametrize("tip", [{"contact": "knife"}, {"contact": "spherical", "face_radius": 9}])
+def test_a_groove_has_a_sheet_for_every_tip(tip, tmp_path):
+    """The cylinder is as long as the path of the trace point and its groove ask, drawn or not."""
+    groove = find_scene("feeder-with-stop")
+    tips = {f"follower.{key}": value for key, value in {"roller_radius": None, **tip}.items()}
+    written = export(groove.replace(**tips), tmp_path / "groove.pdf")
+    assert {"profile_left", "profile_right"} <= written.curves.keys()
