@@ -118,7 +118,8 @@ def _steady(stroke: Stroke) -> str:
 def _columns(cam: Cam) -> Iterator[str]:
     setup = cam.problem.setup
     if setup.mechanism.body.developed:
-        yield "Table: cam angle θ, lift s; roller centre x round the mean radius, y along the axis."
+        point = " ".join(cam.scene.tip.trace)
+        yield f"Table: cam angle θ, lift s; {point} x round the mean radius, y along the axis."
         return
     radius = float(cam.problem.design.roller_radius[0])
     centre = "" if not radius else f" centre: of the roller, or of a cutter R{number(radius)}."

@@ -47,8 +47,8 @@ def columns_of(cam: Cam, step: float) -> list[Column]:
         Column(("", "s", "°" if unit == "deg" else unit), _written(np.asarray(shown))),
     ]
     if problem.setup.mechanism.body.developed:
-        columns.append(Column(("roller", "x", "mm"), _written(curves.pitch.real)))
-        return [*columns, Column(("centre", "y", "mm"), _written(curves.pitch.imag))]
+        places = zip(cam.scene.tip.trace, ("x", "y"), (curves.pitch.real, curves.pitch.imag), strict=True)
+        return [*columns, *(Column((word, axis, "mm"), _written(values)) for word, axis, values in places)]
     centred = not (problem.setup.pointed or problem.setup.mechanism.curvature is None)
     columns += _polar("profile", curves.profile[0], cam.sense)
     return [*columns, *(_polar("centre", curves.pitch, cam.sense) if centred else ())]

@@ -456,3 +456,6 @@ def test_a_groove_has_a_sheet_for_every_tip(tip, tmp_path):
     tips = {f"follower.{key}": value for key, value in {"roller_radius": None, **tip}.items()}
     written = export(groove.replace(**tips), tmp_path / "groove.pdf")
     assert {"profile_left", "profile_right"} <= written.curves.keys()
+    words = pymupdf.open(tmp_path / "groove.pdf")[0].get_text()
+    point = {"knife": "knife edge", "spherical": "face centre"}[tip["contact"]]
+    assert f"lift s; {point} x round the mean radius" in words
