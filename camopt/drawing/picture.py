@@ -103,7 +103,7 @@ class Picture:
         """One of the mechanism's curves at cam angles (rad)."""
         with np.errstate(all="ignore"):
             state = self.problem.programme.state(angles)
-            return np.broadcast_to(curve(record, 0, *state)[0], angles.shape)
+            return np.broadcast_to(curve(record, 0, state)[0], angles.shape)
 
     @property
     def undercut(self) -> bool:

@@ -25,6 +25,7 @@ from camopt.mechanisms.design import BoolArray, ComplexArray, Designs
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
 from camopt.numerics.curves import curve
+from camopt.numerics.state import State
 
 AT_ONCE, PAIRED = 256, 16  # designs, so that memory stays bounded
 CUT, ROUNDS = 4, 12  # a part is cut into four, at most so often
@@ -77,7 +78,7 @@ def surely_round(case: Case) -> BoolArray:
     designs = case.designs
     record = case.setup.mechanism.pressure(designs, case.programme)
     with np.errstate(divide="ignore", invalid="ignore"):  # arm and centres in line: no angle shows anything
-        standing = [np.abs(curve(record, ..., y, 0.0, 0.0, 0.0)[0]) for y in case.programme.levels]
+        standing = [np.abs(curve(record, ..., State(y, 0.0, 0.0, 0.0))[0]) for y in case.programme.levels]
     slant = np.radians(case.far("pressure_angle_max_deg")) + np.arctan(np.maximum(*standing))
     share = np.cos(np.minimum(slant, np.pi / 2)) - ROUNDING
     return np.asarray(designs.prime_radius * share > designs.roller_radius)

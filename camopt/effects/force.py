@@ -46,10 +46,9 @@ class ChangingForce(NamedTuple):
 
 
 @formula(ChangingForce, loaded=True)
-def changing_force(f, i, y, y1, y2, y3):
-    force, force1 = curve(f.steady, i, y, y1, y2, y3)
-    _, load, load1 = y3
-    return force + f.share[i] * load, force1 + f.share[i] * load1
+def changing_force(f, i, at):
+    force, force1 = curve(f.steady, i, at)
+    return force + f.share[i] * at.load.value, force1 + f.share[i] * at.load.slope
 
 
 def offers(setup: Setup) -> tuple[str, ...]:

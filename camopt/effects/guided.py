@@ -50,7 +50,7 @@ def _smooth_parts(
     parts, pressure = cut_panels(programme.table, cuts), mechanism.pressure(design, programme)
 
     def lean(parts: PanelParts, u: FloatArray) -> FloatArray:
-        return np.asarray(np.sign(curve(pressure, 0, *motion_in(programme, parts, u))[0]))
+        return np.asarray(np.sign(curve(pressure, 0, motion_in(programme, parts, u))[0]))
 
     turned = lean(parts, parts.low) * lean(parts, parts.high) < 0.0
     between = parts.take(turned)
@@ -79,5 +79,5 @@ def guided_torque(setup: Setup, design: Designs, programme: Programme) -> tuple[
         here = (kinds & chosen) != 0
         some = parts.take(here)
         made = torque_curve(setup, design, programme, way)
-        values[:, here] = curve(made, 0, *motion_in(programme, some, some.at(nodes[:, None])))[0]
+        values[:, here] = curve(made, 0, motion_in(programme, some, some.at(nodes[:, None])))[0]
     return 0.5 * table.half_width[parts.panel] * (parts.high - parts.low), to_powers @ values

@@ -155,8 +155,8 @@ def _patch(
     values = []
     for turn in (-1e-12, 1e-12):  # to both sides of a jump
         motion = programme.state(np.mod(top.where[index] + turn, 2 * np.pi))
-        bend = curve(curved, ..., *motion)[0] if curved else 0.0
-        values.append(np.broadcast_arrays(curve(load, ..., *motion)[0], curve(normal, ..., *motion)[0], bend))
+        bend = curve(curved, ..., motion)[0] if curved else 0.0
+        values.append(np.broadcast_arrays(curve(load, ..., motion)[0], curve(normal, ..., motion)[0], bend))
     nearer = np.abs(values[0][0] - top.value[index]) < np.abs(values[1][0] - top.value[index])
     _, force, bend = (np.where(nearer, one, two) for one, two in zip(*values, strict=True))
     stress, bodies = stress_of(setup, top.value[index], designs), setup.at(designs).bodies

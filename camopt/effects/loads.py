@@ -118,16 +118,16 @@ class ShaftTorque(NamedTuple):
 
 
 @formula(Borne, loaded=True)
-def borne(f, i, y, y1, y2, y3):
-    force, force1 = curve(f.force, i, y, y1, y2, y3)
+def borne(f, i, at):
+    force, force1 = curve(f.force, i, at)
     return np.maximum(force, 0.0), 0.5 * (1.0 + np.sign(force)) * force1
 
 
 @formula(Guided, loaded=True)
-def guided(f, i, y, y1, y2, y3):
-    force, force1 = curve(f.force, i, y, y1, y2, y3)
-    t, t1 = curve(f.pressure, i, y, y1, y2, y3)
-    drag, drag1 = f.drag[i] + f.slide[i] * y, f.slide[i] * y1
+def guided(f, i, at):
+    force, force1 = curve(f.force, i, at)
+    t, t1 = curve(f.pressure, i, at)
+    drag, drag1 = f.drag[i] + f.slide[i] * at.y, f.slide[i] * at.y1
     lean, pulled = np.abs(t), np.sign(force)
     left = 1.0 - pulled * drag * lean
     value = force / left
@@ -135,40 +135,40 @@ def guided(f, i, y, y1, y2, y3):
 
 
 @formula(NormalForce, loaded=True)
-def normal_force(f, i, y, y1, y2, y3):
-    along, along1 = curve(f.along, i, y, y1, y2, y3)
-    t, t1 = curve(f.pressure, i, y, y1, y2, y3)
+def normal_force(f, i, at):
+    along, along1 = curve(f.along, i, at)
+    t, t1 = curve(f.pressure, i, at)
     root = np.sqrt(np.square(t) + 1.0)
     return along * root, along1 * root + along * (t * t1) / root
 
 
 @formula(SideThrust, loaded=True)
-def side_thrust(f, i, y, y1, y2, y3):
-    along, along1 = curve(f.along, i, y, y1, y2, y3)
-    t, t1 = curve(f.pressure, i, y, y1, y2, y3)
-    arm, arm1 = f.arm[i] + f.reach[i] * y, f.reach[i] * y1
+def side_thrust(f, i, at):
+    along, along1 = curve(f.along, i, at)
+    t, t1 = curve(f.pressure, i, at)
+    arm, arm1 = f.arm[i] + f.reach[i] * at.y, f.reach[i] * at.y1
     return along * t * arm, (along1 * t + along * t1) * arm + along * t * arm1
 
 
 @formula(GuideDrag)
-def guide_drag(f, i, y, y1, y2, y3):
-    t, t1 = curve(f.pressure, i, y, y1, y2, y3)
-    drag = f.drag[i] + f.slide[i] * y
-    return drag * t, f.slide[i] * y1 * t + drag * t1
+def guide_drag(f, i, at):
+    t, t1 = curve(f.pressure, i, at)
+    drag = f.drag[i] + f.slide[i] * at.y
+    return drag * t, f.slide[i] * at.y1 * t + drag * t1
 
 
 @formula(FaceForce, loaded=True)
-def face_force(f, i, y, y1, y2, y3):
-    moment, moment1 = curve(f.moment, i, y, y1, y2, y3)
-    r, r1 = curve(f.distance, i, y, y1, y2, y3)
+def face_force(f, i, at):
+    moment, moment1 = curve(f.moment, i, at)
+    r, r1 = curve(f.distance, i, at)
     value = moment / r
     return value, (moment1 - value * r1) / r
 
 
 @formula(RollerLoad, loaded=True)
-def roller_load(f, i, y, y1, y2, y3):
-    normal, normal1 = curve(f.normal, i, y, y1, y2, y3)
-    k, k1 = curve(f.curvature, i, y, y1, y2, y3)
+def roller_load(f, i, at):
+    normal, normal1 = curve(f.normal, i, at)
+    k, k1 = curve(f.curvature, i, at)
     r, side = f.roller_radius[i], f.bulge[i]
     left = r - side * r * r * k
     value = f.pressing[i] * normal / left
@@ -176,9 +176,9 @@ def roller_load(f, i, y, y1, y2, y3):
 
 
 @formula(PointLoad, loaded=True)
-def point_load(f, i, y, y1, y2, y3):
-    normal, normal1 = curve(f.normal, i, y, y1, y2, y3)
-    k, k1 = curve(f.curvature, i, y, y1, y2, y3)
+def point_load(f, i, at):
+    normal, normal1 = curve(f.normal, i, at)
+    k, k1 = curve(f.curvature, i, at)
     r, side = f.face_radius[i], f.bulge[i]
     h, h1 = pressure_factor(1.0 - side * r * k, f.table)
     per = f.pressing[i] / (r * r)
@@ -186,17 +186,17 @@ def point_load(f, i, y, y1, y2, y3):
 
 
 @formula(FaceLoad, loaded=True)
-def face_load(f, i, y, y1, y2, y3):
-    normal, normal1 = curve(f.normal, i, y, y1, y2, y3)
-    rho, rho1 = curve(f.radius, i, y, y1, y2, y3)
+def face_load(f, i, at):
+    normal, normal1 = curve(f.normal, i, at)
+    rho, rho1 = curve(f.radius, i, at)
     value = normal / rho
     return value, (normal1 - value * rho1) / rho
 
 
 @formula(ShaftTorque, loaded=True)
-def shaft_torque(f, i, y, y1, y2, y3):
-    along, along1 = curve(f.along, i, y, y1, y2, y3)
-    return along * y1, along1 * y1 + along * y2
+def shaft_torque(f, i, at):
+    along, along1 = curve(f.along, i, at)
+    return along * at.y1, along1 * at.y1 + along * at.y2
 
 
 def rubs(setup: Setup) -> bool:

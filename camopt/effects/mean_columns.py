@@ -60,7 +60,7 @@ def _by_rule(mean: Mean, designs: Designs, programme: Programme, parts: PanelPar
     for make, chosen in mean.curves:
         some = parts.take((kinds & chosen) != 0)
         state = motion_in(programme, some, some.at(rule.nodes[:, None]))
-        value, _ = curve(make(designs, programme), EACH, *state)
+        value, _ = curve(make(designs, programme), EACH, state)
         half = 0.5 * programme.table.half_width[some.panel] * (some.high - some.low)
         whole = np.broadcast_to(value**mean.power, (len(designs), rule.nodes.size, half.size))
         total += np.einsum("dnp,n,p->d", whole, rule.weights, half) / (2.0 * np.pi)

@@ -11,6 +11,7 @@ from camopt.motion.programme import Programme
 from camopt.motion.table import IntArray
 from camopt.numerics import FloatArray
 from camopt.numerics.piecewise import MotionTable, load_series
+from camopt.numerics.state import Load, State
 
 
 class PanelParts(NamedTuple):
@@ -37,11 +38,12 @@ def cut_panels(table: MotionTable, cuts: Iterable[tuple[int, float]]) -> PanelPa
     return PanelParts(panel, low, np.where(last, 1.0, np.append(low[1:], 1.0)))
 
 
-def motion_in(programme: Programme, parts: PanelParts, u: FloatArray) -> tuple[Any, ...]:
-    """What curves take at places (…, n) of parts; y''' is left out, so that slopes mean nothing."""
+def motion_in(programme: Programme, parts: PanelParts, u: FloatArray) -> State:
+    """The state at places (…, n) of parts; y''' is left out, so that slopes mean nothing."""
     table = programme.table
-    rows = [polynomial.polyval(u, derivative(table, order)[:, parts.panel], tensor=False) for order in range(3)]
+    orders = (derivative(table, order) for order in range(3))
+    y, y1, y2 = (polynomial.polyval(u, series[:, parts.panel], tensor=False) for series in orders)
     if programme.load is None:
-        return *rows, 0.0
+        return State(y, y1, y2, 0.0)
     load = polynomial.polyval(u, load_series(table)[:, parts.panel], tensor=False)
-    return *rows, (0.0, load, 0.0)
+    return State(y, y1, y2, 0.0, Load(load, 0.0))

@@ -98,52 +98,52 @@ class Thinness(NamedTuple):
 
 
 @formula(TraceSliding)
-def trace_sliding(f, i, y, y1, y2, y3):
-    speed, speed1 = curve(f.speed, i, y, y1, y2, y3)
+def trace_sliding(f, i, at):
+    speed, speed1 = curve(f.speed, i, at)
     r, turning = f.radius[i], f.turning[i]
-    return speed - r * (1.0 + turning * y1), speed1 - r * turning * y2
+    return speed - r * (1.0 + turning * at.y1), speed1 - r * turning * at.y2
 
 
 @formula(TraceEntrainment)
-def trace_entrainment(f, i, y, y1, y2, y3):
-    speed, speed1 = curve(f.speed, i, y, y1, y2, y3)
-    k, k1 = curve(f.curvature, i, y, y1, y2, y3)
+def trace_entrainment(f, i, at):
+    speed, speed1 = curve(f.speed, i, at)
+    k, k1 = curve(f.curvature, i, at)
     r, turning, half = f.radius[i], f.turning[i], 0.5 * f.slip[i]
     left = (1.0 - half) - r * k
-    value = speed * left + half * r * (1.0 + turning * y1)
-    return value, speed1 * left - speed * (r * k1) + half * r * turning * y2
+    value = speed * left + half * r * (1.0 + turning * at.y1)
+    return value, speed1 * left - speed * (r * k1) + half * r * turning * at.y2
 
 
 @formula(FaceEntrainment)
-def face_entrainment(f, i, y, y1, y2, y3):
-    rho, rho1 = curve(f.radius, i, y, y1, y2, y3)
-    v, v1 = curve(f.sliding, i, y, y1, y2, y3)
-    q, q1 = 1.0 + f.turning[i] * y1, f.turning[i] * y2
+def face_entrainment(f, i, at):
+    rho, rho1 = curve(f.radius, i, at)
+    v, v1 = curve(f.sliding, i, at)
+    q, q1 = 1.0 + f.turning[i] * at.y1, f.turning[i] * at.y2
     return q * rho - 0.5 * v, q1 * rho + q * rho1 - 0.5 * v1
 
 
 @formula(FaceWear, loaded=True)
-def face_wear(f, i, y, y1, y2, y3):
-    load, load1 = curve(f.load, i, y, y1, y2, y3)
-    v, v1 = curve(f.sliding, i, y, y1, y2, y3)
-    q, q1 = 1.0 + f.turning[i] * y1, f.turning[i] * y2
+def face_wear(f, i, at):
+    load, load1 = curve(f.load, i, at)
+    v, v1 = curve(f.sliding, i, at)
+    q, q1 = 1.0 + f.turning[i] * at.y1, f.turning[i] * at.y2
     fast, fast1 = np.abs(v), np.sign(v) * v1
     value = load * fast / q
     return value, (load1 * fast + load * fast1 - value * q1) / q
 
 
 @formula(RollerRadius)
-def roller_radius(f, i, y, y1, y2, y3):
-    k, k1 = curve(f.curvature, i, y, y1, y2, y3)
+def roller_radius(f, i, at):
+    k, k1 = curve(f.curvature, i, at)
     r = f.roller_radius[i]
     return r - r * r * k, -(r * r * k1)
 
 
 @formula(Thinness, loaded=True)
-def thinness(f, i, y, y1, y2, y3):
-    n, n1 = curve(f.normal, i, y, y1, y2, y3)
-    u, u1 = curve(f.entrainment, i, y, y1, y2, y3)
-    r, r1 = curve(f.radius, i, y, y1, y2, y3)
+def thinness(f, i, at):
+    n, n1 = curve(f.normal, i, at)
+    u, u1 = curve(f.entrainment, i, at)
+    r, r1 = curve(f.radius, i, at)
     value = to_power(n, OF_LOAD) * to_power(np.square(u), -0.5 * OF_SPEED) * to_power(r, -OF_RADIUS)
     return value, value * (OF_LOAD * n1 / n - OF_SPEED * u1 / u - OF_RADIUS * r1 / r)
 

@@ -214,7 +214,7 @@ class Bounds(NamedTuple):
         problem, programme = coarse(self.problem), self.problem.programme
         where = Case(problem.setup, programme, inside).extremes(make, list(asked)).where
         angles = np.concatenate([programme.beside(at, kinds) for (kinds, _), at in zip(asked, where, strict=True)])
-        value, _ = curve(make(inside, programme), ..., *programme.state(angles))
+        value, _ = curve(make(inside, programme), ..., programme.state(angles))
         goals = np.repeat([goal for _, goal in asked], 2)[:, None]
         sides = np.where(goals == LEAST, -1.0, 1.0)
         far = _known(np.where(goals == LARGEST_MAGNITUDE, np.abs(value), sides * value))
@@ -225,7 +225,7 @@ class Bounds(NamedTuple):
         """A curve over boxes, each at a cam angle of its own; and the boxes as designs of ranges with slopes."""
         designs, like = sloped_boxes(box, inside, self.free, 1)
         state = rounded(self.problem.programme.state(angle), self.problem.programme)
-        return curve(make(designs, self.problem.programme), ..., *state)[0], designs, like
+        return curve(make(designs, self.problem.programme), ..., state)[0], designs, like
 
 
 class Asked(NamedTuple):

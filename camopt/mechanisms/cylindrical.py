@@ -35,19 +35,19 @@ class CylindricalPitchCurvature(NamedTuple):
 
 
 @formula(CylindricalPressureAngle)
-def pressure_angle(f, i, y, y1, y2, y3):
-    return y1 / f.mean_radius[i], y2 / f.mean_radius[i]
+def pressure_angle(f, i, at):
+    return at.y1 / f.mean_radius[i], at.y2 / f.mean_radius[i]
 
 
 @formula(CylindricalPath)
-def path(f, i, y, y1, y2, y3):
-    value = np.sqrt(np.square(f.mean_radius[i]) + np.square(y1))
-    return value, y1 * y2 / value
+def path(f, i, at):
+    value = np.sqrt(np.square(f.mean_radius[i]) + np.square(at.y1))
+    return value, at.y1 * at.y2 / value
 
 
 @formula(CylindricalPitchCurvature)
-def pitch_curvature(f, i, y, y1, y2, y3):
-    return trace_curvature(-y1, -y2, -y3, f.mean_radius[i], 0.0, 0.0, 0.0, 0.0)
+def pitch_curvature(f, i, at):
+    return trace_curvature(-at.y1, -at.y2, -at.y3, f.mean_radius[i], 0.0, 0.0, 0.0, 0.0)
 
 
 def _assembly_margins(designs: Designs, programme: Programme) -> tuple[Any, ...]:

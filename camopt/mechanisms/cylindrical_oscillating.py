@@ -61,33 +61,33 @@ class CylindricalOscillatingPitchCurvature(NamedTuple):
 
 
 @formula(CylindricalOscillatingPressureAngle)
-def pressure_angle(f, i, y, y1, y2, y3):
+def pressure_angle(f, i, at):
     r, l = f.mean_radius[i], f.arm_length[i]  # noqa: E741
-    cosine, sine = turned(f.cosine[i], f.sine[i], y)
-    tangent = (l / r * y1 + f.sense[i] * sine) / cosine
-    return tangent, (l / r * y2 + f.sense[i] * cosine * y1 + tangent * sine * y1) / cosine
+    cosine, sine = turned(f.cosine[i], f.sine[i], at.y)
+    tangent = (l / r * at.y1 + f.sense[i] * sine) / cosine
+    return tangent, (l / r * at.y2 + f.sense[i] * cosine * at.y1 + tangent * sine * at.y1) / cosine
 
 
 @formula(CylindricalOscillatingPath)
-def path(f, i, y, y1, y2, y3):
+def path(f, i, at):
     r, l = f.mean_radius[i], f.arm_length[i]  # noqa: E741
-    cosine, sine = turned(f.cosine[i], f.sine[i], y)
-    swing, swing1 = f.sense[i] * l * y1, f.sense[i] * l * y2
-    along, along1 = r + swing * sine, swing1 * sine + swing * cosine * y1
-    up, up1 = swing * cosine, swing1 * cosine - swing * sine * y1
+    cosine, sine = turned(f.cosine[i], f.sine[i], at.y)
+    swing, swing1 = f.sense[i] * l * at.y1, f.sense[i] * l * at.y2
+    along, along1 = r + swing * sine, swing1 * sine + swing * cosine * at.y1
+    up, up1 = swing * cosine, swing1 * cosine - swing * sine * at.y1
     value = np.sqrt(np.square(along) + np.square(up))
     return value, (along * along1 + up * up1) / value
 
 
 @formula(CylindricalOscillatingPitchCurvature)
-def pitch_curvature(f, i, y, y1, y2, y3):
+def pitch_curvature(f, i, at):
     r, l, sense = f.mean_radius[i], f.arm_length[i], f.sense[i]  # noqa: E741
-    cosine, sine = turned(f.cosine[i], f.sine[i], y)
+    cosine, sine = turned(f.cosine[i], f.sine[i], at.y)
     s, across = r * cosine, r * sine
-    w = -(l * y1 + sense * across)
-    w1, s1 = -(l * y2 + sense * s * y1), -(across * y1)
-    w2, s2 = -(l * y3 + sense * (s1 * y1 + s * y2)), -(s * np.square(y1) + across * y2)
-    return trace_curvature(w, w1, w2, s, s1, s2, -sense * y1, -sense * y2)
+    w = -(l * at.y1 + sense * across)
+    w1, s1 = -(l * at.y2 + sense * s * at.y1), -(across * at.y1)
+    w2, s2 = -(l * at.y3 + sense * (s1 * at.y1 + s * at.y2)), -(s * np.square(at.y1) + across * at.y2)
+    return trace_curvature(w, w1, w2, s, s1, s2, -sense * at.y1, -sense * at.y2)
 
 
 def _fields(designs: Designs, programme: Programme) -> tuple[FloatArray, ...]:

@@ -49,11 +49,11 @@ class OscillatingPitchCurvature(NamedTuple):
 
 
 @formula(OscillatingPressureAngle)
-def pressure_angle(f, i, y, y1, y2, y3):
+def pressure_angle(f, i, at):
     c, l = f.centre_distance[i], f.arm_length[i]  # noqa: E741
-    cosine, sine = turned(f.cosine[i], f.sine[i], y)
-    tangent = (l * (1.0 + f.sense[i] * y1) - c * cosine) / (c * sine)
-    return tangent, (l * f.sense[i] * y2 / c + (sine - tangent * cosine) * y1) / sine
+    cosine, sine = turned(f.cosine[i], f.sine[i], at.y)
+    tangent = (l * (1.0 + f.sense[i] * at.y1) - c * cosine) / (c * sine)
+    return tangent, (l * f.sense[i] * at.y2 / c + (sine - tangent * cosine) * at.y1) / sine
 
 
 class OscillatingPitchSpeed(NamedTuple):
@@ -67,24 +67,24 @@ class OscillatingPitchSpeed(NamedTuple):
 
 
 @formula(OscillatingPitchSpeed)
-def pitch_speed(f, i, y, y1, y2, y3):
+def pitch_speed(f, i, at):
     c, l = f.centre_distance[i], f.arm_length[i]  # noqa: E741
-    cosine, sine = turned(f.cosine[i], f.sine[i], y)
-    w, s = l * (1.0 + f.sense[i] * y1) - c * cosine, c * sine
-    w1, s1 = l * f.sense[i] * y2 + s * y1, c * cosine * y1
+    cosine, sine = turned(f.cosine[i], f.sine[i], at.y)
+    w, s = l * (1.0 + f.sense[i] * at.y1) - c * cosine, c * sine
+    w1, s1 = l * f.sense[i] * at.y2 + s * at.y1, c * cosine * at.y1
     speed = np.sqrt(np.square(w) + np.square(s))
     return speed, (w * w1 + s * s1) / speed
 
 
 @formula(OscillatingPitchCurvature)
-def pitch_curvature(f, i, y, y1, y2, y3):
+def pitch_curvature(f, i, at):
     c, l = f.centre_distance[i], f.arm_length[i]  # noqa: E741
-    cosine, sine = turned(f.cosine[i], f.sine[i], y)
-    q, sense = 1.0 + f.sense[i] * y1, f.sense[i]
+    cosine, sine = turned(f.cosine[i], f.sine[i], at.y)
+    q, sense = 1.0 + f.sense[i] * at.y1, f.sense[i]
     w, s, along = sense * (l * q - c * cosine), c * sine, c * cosine
-    w1, s1 = l * y2 + sense * s * y1, along * y1
-    w2, s2 = l * y3 + sense * (s1 * y1 + s * y2), along * y2 - s * np.square(y1)
-    return trace_curvature(w, w1, w2, s, s1, s2, q, sense * y2)
+    w1, s1 = l * at.y2 + sense * s * at.y1, along * at.y1
+    w2, s2 = l * at.y3 + sense * (s1 * at.y1 + s * at.y2), along * at.y2 - s * np.square(at.y1)
+    return trace_curvature(w, w1, w2, s, s1, s2, q, sense * at.y2)
 
 
 class OscillatingOutline(NamedTuple):
@@ -98,11 +98,11 @@ class OscillatingOutline(NamedTuple):
 
 
 @formula(OscillatingOutline)
-def outline(f, i, y, y1, y2, y3):
+def outline(f, i, at):
     c, l = f.centre_distance[i], f.arm_length[i]  # noqa: E741
-    cosine, sine = turned(f.cosine[i], f.sine[i], y)
+    cosine, sine = turned(f.cosine[i], f.sine[i], at.y)
     distance = np.sqrt(np.square(l - c * cosine) + np.square(c * sine))
-    return distance - f.roller_radius[i], c * l * sine * y1 / distance
+    return distance - f.roller_radius[i], c * l * sine * at.y1 / distance
 
 
 def first_angle(designs: Designs) -> FloatArray:

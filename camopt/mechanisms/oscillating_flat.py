@@ -65,38 +65,38 @@ class OscillatingFlatSliding(NamedTuple):
 
 
 @formula(OscillatingFlatSliding)
-def sliding(f, i, y, y1, y2, y3):
-    cosine, sine = turned(f.cosine[i], f.sine[i], y)
-    turning, turning1 = 1.0 + f.sense[i] * y1, f.sense[i] * y2
+def sliding(f, i, at):
+    cosine, sine = turned(f.cosine[i], f.sine[i], at.y)
+    turning, turning1 = 1.0 + f.sense[i] * at.y1, f.sense[i] * at.y2
     value = turning * f.face_offset[i] + f.centre_distance[i] * sine
-    return value, turning1 * f.face_offset[i] + f.centre_distance[i] * cosine * y1
+    return value, turning1 * f.face_offset[i] + f.centre_distance[i] * cosine * at.y1
 
 
 @formula(OscillatingFlatPressureAngle)
-def pressure_angle(f, i, y, y1, y2, y3):
-    cosine, sine = turned(f.cosine[i], f.sine[i], y)
+def pressure_angle(f, i, at):
+    cosine, sine = turned(f.cosine[i], f.sine[i], at.y)
     ratio = f.face_offset[i] / (f.centre_distance[i] * cosine)
-    q = 1.0 + f.sense[i] * y1
-    return ratio * q, ratio * (f.sense[i] * y2 + q * y1 * sine / cosine)
+    q = 1.0 + f.sense[i] * at.y1
+    return ratio * q, ratio * (f.sense[i] * at.y2 + q * at.y1 * sine / cosine)
 
 
 @formula(OscillatingFlatProfileRadius)
-def profile_radius(f, i, y, y1, y2, y3):
+def profile_radius(f, i, at):
     c = f.centre_distance[i]
-    cosine, sine = turned(f.cosine[i], f.sine[i], y)
-    q, q1 = 1.0 + f.sense[i] * y1, f.sense[i] * y2
-    a, b = (2.0 * q - 1.0) / (q * q), y2 / (q * q * q)
-    a1, b1 = 2.0 * q1 * (1.0 - q) / (q * q * q), (y3 - 3.0 * y2 * q1 / q) / (q * q * q)
+    cosine, sine = turned(f.cosine[i], f.sine[i], at.y)
+    q, q1 = 1.0 + f.sense[i] * at.y1, f.sense[i] * at.y2
+    a, b = (2.0 * q - 1.0) / (q * q), at.y2 / (q * q * q)
+    a1, b1 = 2.0 * q1 * (1.0 - q) / (q * q * q), (at.y3 - 3.0 * at.y2 * q1 / q) / (q * q * q)
     value = f.face_offset[i] + c * (sine * a + cosine * b)
-    return value, c * ((cosine * a - sine * b) * y1 + sine * a1 + cosine * b1)
+    return value, c * ((cosine * a - sine * b) * at.y1 + sine * a1 + cosine * b1)
 
 
 @formula(OscillatingFlatReach)
-def reach(f, i, y, y1, y2, y3):
+def reach(f, i, at):
     c = f.centre_distance[i]
-    cosine, sine = turned(f.cosine[i], f.sine[i], y)
-    q = 1.0 + f.sense[i] * y1
-    return c * cosine / q, -c * (sine * y1 + cosine * f.sense[i] * y2 / q) / q
+    cosine, sine = turned(f.cosine[i], f.sine[i], at.y)
+    q = 1.0 + f.sense[i] * at.y1
+    return c * cosine / q, -c * (sine * at.y1 + cosine * f.sense[i] * at.y2 / q) / q
 
 
 class OscillatingFlatOutline(NamedTuple):
@@ -109,9 +109,9 @@ class OscillatingFlatOutline(NamedTuple):
 
 
 @formula(OscillatingFlatOutline)
-def outline(f, i, y, y1, y2, y3):
-    cosine, sine = turned(f.cosine[i], f.sine[i], y)
-    return f.face_offset[i] + f.centre_distance[i] * sine, f.centre_distance[i] * cosine * y1
+def outline(f, i, at):
+    cosine, sine = turned(f.cosine[i], f.sine[i], at.y)
+    return f.face_offset[i] + f.centre_distance[i] * sine, f.centre_distance[i] * cosine * at.y1
 
 
 def first_sine(designs: Designs) -> FloatArray:

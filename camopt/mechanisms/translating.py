@@ -35,10 +35,10 @@ class TranslatingPressureAngle(NamedTuple):
 
 
 @formula(TranslatingPressureAngle)
-def pressure_angle(f, i, y, y1, y2, y3):
-    s = f.height[i] + y
-    tangent = (y1 - f.lead[i]) / s
-    return tangent, (y2 - tangent * y1) / s
+def pressure_angle(f, i, at):
+    s = f.height[i] + at.y
+    tangent = (at.y1 - f.lead[i]) / s
+    return tangent, (at.y2 - tangent * at.y1) / s
 
 
 class TranslatingPitchSpeed(NamedTuple):
@@ -49,10 +49,10 @@ class TranslatingPitchSpeed(NamedTuple):
 
 
 @formula(TranslatingPitchSpeed)
-def pitch_speed(f, i, y, y1, y2, y3):
-    s, w = f.height[i] + y, y1 - f.lead[i]
+def pitch_speed(f, i, at):
+    s, w = f.height[i] + at.y, at.y1 - f.lead[i]
     speed = np.sqrt(np.square(s) + np.square(w))
-    return speed, (s * y1 + w * y2) / speed
+    return speed, (s * at.y1 + w * at.y2) / speed
 
 
 class TranslatingPitchCurvature(NamedTuple):
@@ -63,10 +63,10 @@ class TranslatingPitchCurvature(NamedTuple):
 
 
 @formula(TranslatingPitchCurvature)
-def pitch_curvature(f, i, y, y1, y2, y3):
-    s = f.height[i] + y
-    w = y1 - f.lead[i]
-    return trace_curvature(w, y2, y3, s, y1, y2, 1.0, 0.0)
+def pitch_curvature(f, i, at):
+    s = f.height[i] + at.y
+    w = at.y1 - f.lead[i]
+    return trace_curvature(w, at.y2, at.y3, s, at.y1, at.y2, 1.0, 0.0)
 
 
 class TranslatingOutline(NamedTuple):
@@ -78,10 +78,10 @@ class TranslatingOutline(NamedTuple):
 
 
 @formula(TranslatingOutline)
-def outline(f, i, y, y1, y2, y3):
-    s = f.height[i] + y
+def outline(f, i, at):
+    s = f.height[i] + at.y
     distance = np.sqrt(np.square(s) + np.square(f.lead[i]))
-    return distance - f.roller_radius[i], s * y1 / distance
+    return distance - f.roller_radius[i], s * at.y1 / distance
 
 
 def height(designs: Designs) -> FloatArray:

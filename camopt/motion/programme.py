@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from math import inf, pi, sqrt
-from typing import Any
 
 import numpy as np
 from numpy.polynomial import polynomial
@@ -41,6 +40,7 @@ from camopt.numerics.piecewise import (
     load_series,
     ranges,
 )
+from camopt.numerics.state import Load, State
 
 PANELS = 24
 SAME = 1e-9  # jumps below this share of the largest value in the turn are rounding
@@ -173,10 +173,10 @@ class Programme:
             out[:, here] = self.strokes[k].motion(angles[here])
         return out
 
-    def state(self, angles: FloatArray) -> tuple[Any, ...]:
-        """What curves take at the given cam angles: y, y', y'', and y''' or, under a load, (y''', it, its slope)"""
+    def state(self, angles: FloatArray) -> State:
+        """The state of the follower at the given cam angles, which curves take."""
         y, y1, y2, y3 = self.at(angles)
-        return y, y1, y2, y3 if self.load is None else (y3, *self.load.at(angles))
+        return State(y, y1, y2, y3, None if self.load is None else Load(*self.load.at(angles)))
 
     def panels_of(self, kinds: int) -> NDArray[np.bool_]:
         """Which panels of the table are in pieces of some kinds, or of some ways."""

@@ -42,10 +42,9 @@ class PartBounds(NamedTuple):
 def node_values(f, table, first, count, values):
     """values[t, i] = curve of design first + i at node t."""
     for t in range(table.nodes.shape[0]):
-        y, y1, y2, y3 = node_motion(table, t)
-        row = values[t]
+        at, row = node_motion(table, t), values[t]
         for i in range(np.uint64(count)):  # unsigned: an index that may be negative would keep the loop scalar
-            row[i] = curve(f, np.uint64(first) + i, y, y1, y2, y3)[0]
+            row[i] = curve(f, np.uint64(first) + i, at)[0]
 
 
 @evaluates(NONE, COUNT, COUNT, ROWS)
@@ -58,18 +57,18 @@ def nodes(made, first, count, values):
 @nodes.uncompiled
 def _nodes_in_python(made, first, count, values):
     f, table = made[0]
-    moved = node_motion(of_all_rows(table), ...)
-    values[: len(table.nodes), :count] = curve(f, slice(first, first + count), *moved)[0]
+    at = node_motion(of_all_rows(table), ...)
+    values[: len(table.nodes), :count] = curve(f, slice(first, first + count), at)[0]
 
 
 @evaluates(NONE, COUNT, NUMBER, COUNT, COUNT, BOUNDS)
 def row(made, place, half_width, first, count, bounds):
     """What jets say of a row of the table, a panel or a group of panels, and design first + i."""
     f, table = made[0]
-    y, y1, y2, y3 = row_jets(table, place)
+    at = row_jets(table, place)
     eighth = 0.5 * half_width * half_width  # of the squared width
     for i in range(np.uint64(count)):
-        jet = curve(f, np.uint64(first) + i, y, y1, y2, y3)[0]
+        jet = curve(f, np.uint64(first) + i, at)[0]
         bounds.excess[place, i] = known_bound(eighth * jet.second + jet.error)
         bounds.third[place, i] = known_bound(jet.third)
         bounds.error[place, i] = known_bound(jet.error)
@@ -79,17 +78,17 @@ def row(made, place, half_width, first, count, bounds):
 def _rows_in_python(made, place, half_width, first, count, bounds):
     """All rows of the table at once: ``place`` is all of them, ``half_width`` (rows, 1)."""
     f, table = made[0]
-    moved, eighth = row_jets(of_all_rows(table), place), 0.5 * half_width * half_width
-    jet = curve(f, slice(first, first + count), *moved)[0]
+    at, eighth = row_jets(of_all_rows(table), place), 0.5 * half_width * half_width
+    jet = curve(f, slice(first, first + count), at)[0]
     bounds.excess[:, :count] = known_bound(eighth * jet.second + jet.error)
     bounds.third[:, :count] = known_bound(jet.third)
     bounds.error[:, :count] = known_bound(jet.error)
 
 
 @inlined
-def oriented(f, i, moved, sign):
-    """Oriented value and slope of design i, from the motion (y, y', y'', y''')."""
-    value, slope = curve(f, i, moved[0], moved[1], moved[2], moved[3])
+def oriented(f, i, at, sign):
+    """Oriented value and slope of design i in a state."""
+    value, slope = curve(f, i, at)
     return sign * value, sign * slope
 
 
@@ -97,9 +96,9 @@ def oriented(f, i, moved, sign):
 def node(made, place, sign, first, designs, count, out):
     """Some designs at one node."""
     f, table = made[0]
-    moved, values, slopes = node_motion(table, place), out[0], out[1]
+    at, values, slopes = node_motion(table, place), out[0], out[1]
     for j in range(np.uint64(count)):
-        values[j], slopes[j] = oriented(f, np.uint64(first + designs[j]), moved, sign)
+        values[j], slopes[j] = oriented(f, np.uint64(first + designs[j]), at, sign)
 
 
 @node.uncompiled
@@ -113,8 +112,8 @@ def panel(made, place, angles, sign, first, designs, count, out):
     """Some designs on one panel, each at its own u in [−1, 1]."""
     (f, table), values, slopes = made[0], out[0], out[1]
     for j in range(np.uint64(count)):
-        moved = motion(table, place, angles[j])
-        values[j], slopes[j] = oriented(f, np.uint64(first + designs[j]), moved, sign)
+        at = motion(table, place, angles[j])
+        values[j], slopes[j] = oriented(f, np.uint64(first + designs[j]), at, sign)
 
 
 @panel.uncompiled
@@ -130,9 +129,9 @@ def point(made, place, u, sign, design):
 
 
 @inlined
-def bounds_of(f, design, moved):
-    """What jets of the motion say of a design."""
-    value, slope = curve(f, design, moved[0], moved[1], moved[2], moved[3])
+def bounds_of(f, design, at):
+    """What a state in jets says of a design."""
+    value, slope = curve(f, design, at)
     return PartBounds(
         value.low,
         value.high,
@@ -149,8 +148,8 @@ def bounds_of(f, design, moved):
 def part(made, place, middle, reach, design):
     """Bounds of one design over the part |u − middle| ≤ reach of a panel; over all of it if ``reach`` is 1."""
     f, table = made[0]
-    moved = row_jets(table, place) if reach == 1.0 else part_jets(table, place, middle, reach)
-    return bounds_of(f, np.uint64(design), moved)
+    at = row_jets(table, place) if reach == 1.0 else part_jets(table, place, middle, reach)
+    return bounds_of(f, np.uint64(design), at)
 
 
 def many_parts(made: Any, place: int, middles: FloatArray, reaches: FloatArray, designs: Any) -> PartBounds:

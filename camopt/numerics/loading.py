@@ -1,4 +1,4 @@
-"""An external load that changes over the turn, for kernels: curves get it along with y''' (``numerics.curves``)."""
+"""An external load that changes over the turn, for kernels: curves get it with the motion (``numerics.state``)."""
 
 from types import NoneType
 from typing import NamedTuple
@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from camopt.kernels.compile import chosen_by_type, inlined
 from camopt.numerics import UNIT, FloatArray
 from camopt.numerics.jet import Jet
+from camopt.numerics.state import Load
 
 LOADED, TURNED = 8.0, 64.0  # errors of a load, in roundings of the largest; of its cam angles, in those of 1 rad
 
@@ -62,45 +63,45 @@ def load_of_all_rows(load: LoadTable) -> LoadTable:
 
 
 def where_loaded(function):
-    """Mark what kernels make of y''' and a load, (load, row, place, y3), which leaves y''' alone without a load."""
+    """Mark what kernels make of a load, (load, row, place): None without one."""
 
-    def marked(load, row, place, y3):
-        return y3 if load is None else function(load, row, place, y3)
+    def marked(load, row, place):
+        return None if load is None else function(load, row, place)
 
     @chosen_by_type(marked)
-    def _chosen(load, row, place, y3):
-        return (lambda load, row, place, y3: y3) if load is NoneType else function
+    def _chosen(load, row, place):
+        return (lambda load, row, place: None) if load is NoneType else function
 
     return marked
 
 
 @where_loaded
-def loaded(load, row, place, y3):
-    """(y''', load, its slope) on a panel, ``place`` from its middle by the cam angle."""
-    return y3, load.centre[row] + load.slope[row] * place, load.slope[row]
+def loaded(load, row, place):
+    """The load on a panel, ``place`` from its middle by the cam angle."""
+    return Load(load.centre[row] + load.slope[row] * place, load.slope[row])
 
 
 @where_loaded
-def loaded_node(load, row, place, y3):
+def loaded_node(load, row, place):
     """As ``loaded``, at a node."""
-    return y3, load.nodes[row, 0], load.nodes[row, 1]
+    return Load(load.nodes[row, 0], load.nodes[row, 1])
 
 
 @where_loaded
-def loaded_row(load, row, place, y3):
+def loaded_row(load, row, place):
     """As ``loaded``, in jets over a whole panel or group."""
-    return y3, *load_jets(load, row, load.low[row], load.high[row])
+    return load_jets(load, row, load.low[row], load.high[row])
 
 
 @where_loaded
-def loaded_part(load, row, place, y3):
+def loaded_part(load, row, place):
     """As ``loaded``, in jets over a part of a panel: ``place`` is (its middle, half its width) by the cam angle."""
     value, room = load.centre[row] + load.slope[row] * place[0], abs(load.slope[row]) * place[1]
-    return y3, *load_jets(load, row, value - room, value + room)
+    return load_jets(load, row, value - room, value + room)
 
 
 @inlined
 def load_jets(load, row, low, high):
     """Jets of load and slope."""
     slope, error = load.slope[row], load.error[row]
-    return Jet(low, high, error[0], abs(slope), 0.0, 0.0), Jet(slope, slope, error[1], 0.0, 0.0, 0.0)
+    return Load(Jet(low, high, error[0], abs(slope), 0.0, 0.0), Jet(slope, slope, error[1], 0.0, 0.0, 0.0))

@@ -19,6 +19,7 @@ from camopt.kernels.compile import COUNT, NUMBER, Kind, Record, inlined
 from camopt.numerics import UNIT, FloatArray
 from camopt.numerics.jet import Jet, smaller
 from camopt.numerics.loading import LoadTable, load_of_all_rows, loaded, loaded_node, loaded_part, loaded_row
+from camopt.numerics.state import State
 
 GROUPED = 4  # panels of a group
 DEGREE = 12  # truncation of the trigonometric laws is then below rounding, in the jerk too
@@ -44,7 +45,7 @@ class MotionTable(NamedTuple):
     high: FloatArray  # (P + G, 4) and the largest
     most: FloatArray  # (P + G, 6) largest magnitudes of y and its first five derivatives
     error: FloatArray  # (P + G, 4) bounds of the error of y, y', y'', y'''
-    load: LoadTable | None  # what comes with y''' wherever the motion is given to curves
+    load: LoadTable | None  # what curves get with the motion
 
 
 class Panels(NamedTuple):
@@ -89,44 +90,46 @@ def derivatives(table, panel, u):
 
 @inlined
 def motion(table, panel, u):
-    """What curves take on a panel: (y, y', y'', y'''), and the load if there is one."""
+    """The state on a panel."""
     y, y1, y2, y3 = derivatives(table, panel, u)
-    return y, y1, y2, loaded(table.load, panel, u * table.half_width[panel], y3)
+    return State(y, y1, y2, y3, loaded(table.load, panel, u * table.half_width[panel]))
 
 
 @inlined
 def node_motion(table, node):
-    """What curves take at a node."""
+    """The state at a node."""
     y = table.nodes[node]
-    return y[0], y[1], y[2], loaded_node(table.load, node, 0.0, y[3])
+    return State(y[0], y[1], y[2], y[3], loaded_node(table.load, node, 0.0))
 
 
 @inlined
 def row_jets(table, row):
-    """Jets of y, y', y'', y''' over a whole panel or group."""
+    """The state over a whole panel or group, in jets."""
     low, high, most, error = table.low[row], table.high[row], table.most[row], table.error[row]
-    return (
+    return State(
         Jet(low[0], high[0], error[0], most[1], most[2], most[3]),
         Jet(low[1], high[1], error[1], most[2], most[3], most[4]),
         Jet(low[2], high[2], error[2], most[3], most[4], most[5]),
-        loaded_row(table.load, row, 0.0, Jet(low[3], high[3], error[3], most[4], most[5], np.inf)),
+        Jet(low[3], high[3], error[3], most[4], most[5], np.inf),
+        loaded_row(table.load, row, 0.0),
     )
 
 
 @inlined
 def part_jets(table, panel, u, r):
-    """Jets of y, y', y'', y''' over the part [u − r, u + r] of a panel: mean values from its middle."""
+    """The state over the part [u − r, u + r] of a panel, in jets: mean values from its middle."""
     y, y1, y2, y3 = derivatives(table, panel, u)
     most, error, h = table.most[panel], table.error[panel], table.half_width[panel]
     w = r * h
     d3 = smaller(abs(y3) + w * most[4], most[3])
     d2 = smaller(abs(y2) + w * d3, most[2])
     d1 = smaller(abs(y1) + w * d2, most[1])
-    return (
+    return State(
         Jet(y - w * d1, y + w * d1, error[0], d1, d2, d3),
         Jet(y1 - w * d2, y1 + w * d2, error[1], d2, d3, most[4]),
         Jet(y2 - w * d3, y2 + w * d3, error[2], d3, most[4], most[5]),
-        loaded_part(table.load, panel, (u * h, w), Jet(-d3, d3, error[3], most[4], most[5], np.inf)),
+        Jet(-d3, d3, error[3], most[4], most[5], np.inf),
+        loaded_part(table.load, panel, (u * h, w)),
     )
 
 

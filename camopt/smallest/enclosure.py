@@ -23,6 +23,7 @@ from camopt.numerics import LARGEST, LEAST, FloatArray
 from camopt.numerics.curves import Linear, curve
 from camopt.numerics.interval import Interval
 from camopt.numerics.sloped import Quotient, as_quotient, as_sloped, at_point
+from camopt.numerics.state import State
 from camopt.problem.claims import AnyClaim, Claim, MeanClaim
 from camopt.problem.problem import Problem
 from camopt.smallest.combined import combined
@@ -141,18 +142,18 @@ def _excesses(
         rows = angles.size // count
         designs, like = sloped_boxes(box, inside, free, rows)
         state = rounded(problem.programme.state(angles), problem.programme)
-        value, _ = curve(claim.curve(designs, problem.programme), ..., *state)
+        value, _ = curve(claim.curve(designs, problem.programme), ..., state)
         sides = np.tile(np.repeat(claim.sides, count), 2)
         excess = as_sloped(excess_of(claim, sides, as_quotient(value), designs), like)
         found.append(Excesses.of(excess, rows))
     return chained_excesses(found)
 
 
-def rounded(state: Any, programme: Programme) -> tuple[Any, ...]:
-    """What curves take at cam angles (``Programme.state``), y, y' and y'' with the rounding of their laws."""
-    y, y1, y2, rest = state
+def rounded(state: State, programme: Programme) -> State:
+    """A state at cam angles with the rounding of their laws in y, y' and y''."""
     error = programme.table.error.max(axis=0)
-    return *(Interval(x - e, x + e) for x, e in zip((y, y1, y2), error[:3], strict=True)), rest
+    y, y1, y2 = (Interval(x - e, x + e) for x, e in zip(state[:3], error[:3], strict=True))
+    return State(y, y1, y2, state.y3, state.load)
 
 
 def representatives(problem: Problem, box: Designs, free: list[str], wanted: Any) -> tuple[Designs, Any]:

@@ -20,6 +20,7 @@ from camopt.numerics import FloatArray
 from camopt.numerics.curves import curve
 from camopt.numerics.interval import Interval
 from camopt.numerics.sloped import Quotient, Sloped, as_sloped, at_point, by_mean_value
+from camopt.numerics.state import Load, State
 from camopt.problem.claims import MeanClaim
 from camopt.problem.problem import Problem, exactly
 from camopt.smallest.sloped_designs import sloped_boxes
@@ -50,21 +51,23 @@ def _of_curve(
     weights = programme.table.half_width[panels] / np.pi
     if not panels.size:
         return 0.0 * like.value, 0.0 * like.slopes
-    value, _ = curve(make(designs, programme), ..., *_ranges(programme, np.repeat(panels, count)))
+    value, _ = curve(make(designs, programme), ..., _ranges(programme, np.repeat(panels, count)))
     made = value.divided() if isinstance(value, Quotient) else as_sloped(value, like)
     power = np.square(made) if mean.power == 2 else made
     return _weighted(weights, power.value, count), _weighted(weights, power.slopes, count)
 
 
-def _ranges(programme: Programme, panels: Any) -> tuple[Any, ...]:
-    """What curves take over whole panels, as ranges; no jerk, so that slopes by the cam angle mean nothing."""
+def _ranges(programme: Programme, panels: Any) -> State:
+    """The state over whole panels, in ranges; no jerk, so that slopes by the cam angle mean nothing."""
     table, load = programme.table, programme.table.load
     error = table.error[panels]
-    rows = [Interval(table.low[panels, k] - error[:, k], table.high[panels, k] + error[:, k]) for k in range(3)]
+    y, y1, y2 = (
+        Interval(table.low[panels, k] - error[:, k], table.high[panels, k] + error[:, k]) for k in range(3)
+    )
     if load is None:
-        return *rows, 0.0
+        return State(y, y1, y2, 0.0)
     off = load.error[panels, 0]
-    return *rows, (0.0, Interval(load.low[panels] - off, load.high[panels] + off), 0.0)
+    return State(y, y1, y2, 0.0, Load(Interval(load.low[panels] - off, load.high[panels] + off), 0.0))
 
 
 def _weighted(weights: FloatArray, ranges: Interval, count: int) -> Interval:

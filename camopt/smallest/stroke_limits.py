@@ -19,6 +19,7 @@ from camopt.numerics import LARGEST, LEAST, FloatArray
 from camopt.numerics.curves import curve
 from camopt.numerics.interval import Interval
 from camopt.numerics.sloped import Sloped, as_quotient, as_sloped, variables
+from camopt.numerics.state import State
 from camopt.problem.claims import Claim
 from camopt.problem.problem import Problem
 from camopt.smallest.enclosure import excess_of, rounded
@@ -100,7 +101,7 @@ class StrokeLimit:
             excess = np.nan_to_num(excess + np.zeros(every.size), nan=-np.inf).reshape(-1, count)
             if np.max(excess) < IDLE:
                 continue
-            worst = rounded(places[:, np.argmax(excess, axis=0)], _by_share(self.stroke))
+            worst = rounded(State(*places[:, np.argmax(excess, axis=0)]), _by_share(self.stroke))
             found = self._excess(side, worst, self._angle(boxes.sloped), boxes.designs(boxes.sloped))
             yield Excesses.of(as_sloped(found, boxes.like))
 
@@ -110,11 +111,11 @@ class StrokeLimit:
 
     def _excess(self, side: float, state: Any, angle: Any, designs: Designs) -> Any:
         """What is above 0 where the limit is exceeded, of designs with a stroke of an angle."""
-        y, y1, y2, y3 = state
+        y, y1, y2, y3 = state[:4]
         fast = 1.0 / angle
         square = np.square(fast)
         made = self.claim.curve(designs, self.turn)
-        value, _ = curve(made, ..., y, y1 * fast, y2 * square, y3 * (fast * square))
+        value, _ = curve(made, ..., State(y, y1 * fast, y2 * square, y3 * (fast * square)))
         return excess_of(self.claim, np.full(y.size, side), as_quotient(value), designs)
 
 

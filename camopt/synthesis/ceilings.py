@@ -15,6 +15,7 @@ from camopt.motion.stroke import Stroke
 from camopt.motion.table import DWELL, INWARD, OUTWARD, RESTING, RETURN, RISE, WAY_OF
 from camopt.numerics import LARGEST_MAGNITUDE, LEAST, FloatArray
 from camopt.numerics.curves import curve
+from camopt.numerics.state import Load, State
 from camopt.problem.claims import Claim
 from camopt.problem.limits import LOADS, limited_quantity
 from camopt.problem.problem import Problem, strictest
@@ -93,12 +94,13 @@ class Sampled:
         """
         designs, programme = _design(self.demand, sizes), self.demand.problem.programme
         y, y1, y2, y3 = state
-        last = (y3, *(np.tile(each, y.size // each.size) for each in self.load)) if self.load else y3
+        load = Load(*(np.tile(each, y.size // each.size) for each in self.load)) if self.load else None
+        at = State(y, y1, y2, y3, load)
         outward = (state if near is None else near)[1] >= 0.0
         rows = []
         with np.errstate(all="ignore"):
             for ceiling in self._here(ceilings):
-                value = curve(ceiling.curve(designs, programme), ..., y, y1, y2, last)[0]
+                value = curve(ceiling.curve(designs, programme), ..., at)[0]
                 value = value * ceiling.factor(designs)
                 if ceiling.allowed() <= 0.0:  # a floor, which may be 0
                     value = 1.0 - (ceiling.allowed() + value) / self.demand.length

@@ -8,6 +8,7 @@ from flint import arb
 from camopt.effects.peak import Derivative, NumberKind
 from camopt.mechanisms import Designs
 from camopt.numerics.curves import curve
+from camopt.numerics.state import Load, State
 from camopt.verdicts.ball import Ball
 
 BALLS = NumberKind(arb, arb.pi, arb.tan)
@@ -27,6 +28,6 @@ def of_curve(made: Any) -> ExactCurve:
         if isinstance(made, Derivative):
             return motion[made.order], motion[made.order + 1]
         y, y1, y2, y3, _, *load = motion
-        return curve(made, ..., y, y1, y2, (y3, *load) if load else y3)
+        return curve(made, ..., State(y, y1, y2, y3, Load(*load) if load else None))
 
     return values

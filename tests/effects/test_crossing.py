@@ -521,7 +521,7 @@ def test_the_overlap_over_a_box_holds_that_of_its_designs(case, pair, width):
 def speed_at(case: Case, angles) -> float:
     """|C'| in mm/rad."""
     record = case.setup.mechanism.sliding(case.designs, case.programme)
-    return float(curve(record, ..., *case.programme.at(angles))[0][0])
+    return float(curve(record, ..., case.programme.state(angles))[0][0])
 
 
 @pytest.mark.parametrize("key", ROUND)

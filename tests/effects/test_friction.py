@@ -17,6 +17,7 @@ from camopt.motion.table import INWARD, OUTWARD, RESTING, WAYS, turnings
 from camopt.numerics.curves import Linear, curve
 from camopt.numerics.interval import Interval
 from camopt.numerics.jet import Jet
+from camopt.numerics.state import State
 from camopt.problem.problem import resolve
 from camopt.scene.own_laws import law_in
 from camopt.verdicts.ball import Ball
@@ -191,7 +192,7 @@ def test_number_systems_agree_on_the_guide(number, force, lean):
     tangent = Linear(0 * ones, ones, 0 * ones, 0 * ones)
     for made, expected in ((given, force / (1.0 - 0.5 * np.sign(force) * abs(lean))), (Borne(given), None)):
         guide = Guided(made, tangent, 0.5 * ones, 0 * ones)
-        value = curve(guide, 0, number(0.0), number(lean), number(0.0), number(0.0))[0]
+        value = curve(guide, 0, State(number(0.0), number(lean), number(0.0), number(0.0)))[0]
         value = value.arb if isinstance(value, Ball) else value.low if isinstance(value, Interval) else value
         wanted = expected if expected is not None else max(force, 0.0) / (1.0 - 0.5 * abs(lean))
         assert float(

@@ -191,7 +191,7 @@ def test_wear_and_film_are_those_of_a_scan():
         partial(loads.normal_curve, asked.setup),
         *(each for each, _ in surface.variants(surface.RATIO, asked.setup)),
     ):
-        scanned = curve(make(asked.design, asked.programme), 0, *state)[0].max()
+        scanned = curve(make(asked.design, asked.programme), 0, state)[0].max()
         exact = case.extremes(make, [(TURN, LARGEST)])
         assert scanned <= exact.value[0, 0] * (1 + 1e-12)
         assert scanned == pytest.approx(exact.value[0, 0], rel=1e-6)

@@ -26,7 +26,8 @@ from camopt.quantities import motion_mean
 @compiled
 def fill_motion(table, u, found):
     for panel in range(u.size):
-        found[0, panel], found[1, panel], found[2, panel], found[3, panel] = motion(table, panel, u[panel])
+        at = motion(table, panel, u[panel])
+        found[0, panel], found[1, panel], found[2, panel], found[3, panel] = at.y, at.y1, at.y2, at.y3
 
 
 def all_motion(table, u):

@@ -206,10 +206,10 @@ def test_no_design_of_a_box_lies_outside_of_a_limit_s_range(name, seed, wide):
         angles = rng.uniform(0.0, 2 * np.pi, possible.sum())
         with np.errstate(all="ignore"):
             value = as_quotient(
-                curve(claim.curve(made, problem.programme), ..., *problem.programme.state(angles))[0]
+                curve(claim.curve(made, problem.programme), ..., problem.programme.state(angles))[0]
             )
             state = problem.programme.state(angles[home])
-            values = curve(claim.curve(points, problem.programme), ..., *state)[0]
+            values = curve(claim.curve(points, problem.programme), ..., state)[0]
         if not isinstance(value.below, float):
             continue
         ends = as_sloped(value.above, sizes[free[0]]).value
@@ -227,7 +227,7 @@ def may_hold(problem, designs, angles):
         each = designs.take(np.repeat(np.arange(len(designs)), sides.size))
         state = problem.programme.state(np.tile(sides, len(designs)))
         with np.errstate(all="ignore"):
-            values = claim.factor(each) * curve(claim.curve(each, problem.programme), ..., *state)[0]
+            values = claim.factor(each) * curve(claim.curve(each, problem.programme), ..., state)[0]
         broken = np.any([side * values > claim.allowed() for side in claim.sides], axis=0)
         designs = designs.take(~np.any(broken.reshape(len(designs), sides.size), axis=1))
     return designs

@@ -27,6 +27,7 @@ from camopt.numerics.halving import CLIMBS, CONCAVE, OPEN, SETTLED, looked_at
 from camopt.numerics.interval import Interval
 from camopt.numerics.jet import FIELDS, Jet
 from camopt.numerics.piecewise import part_jets, row_jets
+from camopt.numerics.state import State
 from camopt.verdicts.ball import BITS
 
 CURVES = ("pressure", "curvature", "profile_radius", "reach")
@@ -92,7 +93,7 @@ def test_extremes_are_those_of_dense_sampling(mechanism, angular, name, sense, l
     on_return = (angles > turn.strokes[2].start) & (angles < turn.strokes[2].end)
     f = make(some, turn)
     for i in range(len(some)):
-        sampled, _ = curve(f, i, *motion)
+        sampled, _ = curve(f, i, State(*motion))
         sampled = np.broadcast_to(sampled, angles.shape)
         scale = np.max(np.abs(sampled)) + 1e-300
         expected = [sampled.max(), -sampled.min(), np.abs(sampled[on_rise]).max(), sampled[on_return].max()]
@@ -100,7 +101,9 @@ def test_extremes_are_those_of_dense_sampling(mechanism, angular, name, sense, l
         assert np.all(found >= np.array(expected) - 1e-13 * scale)  # never below a sample
         assert np.all(found <= np.array(expected) + 2e-3 * scale)  # one-sided values at jumps lie beyond samples
         for angle, extreme in zip(where[:2, i], value[:2, i], strict=True):
-            there = [curve(f, i, *turn.at(np.array([np.mod(angle + d, 2 * np.pi)])))[0][()] for d in (-1e-9, 1e-9)]
+            there = [
+                curve(f, i, turn.state(np.array([np.mod(angle + d, 2 * np.pi)])))[0][()] for d in (-1e-9, 1e-9)
+            ]
             assert np.min(np.abs(np.ravel(there) - extreme)) <= 1e-6 * scale
 
 
@@ -117,10 +120,10 @@ def test_interval_formulas_enclose_every_design_of_a_box(mechanism, angular, nam
         sense=1.0,
     )
     motion = turn.at(np.array([data.draw(st.floats(0, 6.28))]))
-    value, slope = curve(getattr(mechanism, name)(box, turn), ..., *motion)
+    value, slope = curve(getattr(mechanism, name)(box, turn), ..., State(*motion))
     share = {n: data.draw(st.floats(-1, 1)) for n in half}
     inside = Designs(**{n: v + share.get(n, 0.0) * half.get(n, 0.0) for n, v in middle.sizes.items()}, sense=1.0)
-    point, point_slope = curve(getattr(mechanism, name)(inside, turn), 0, *motion)
+    point, point_slope = curve(getattr(mechanism, name)(inside, turn), 0, State(*motion))
     for interval, number in ((value, point), (slope, point_slope)):
         interval = (
             interval if isinstance(interval, Interval) else Interval(np.asarray(interval), np.asarray(interval))
@@ -169,7 +172,7 @@ def test_a_peak_narrower_than_a_panel_is_found():
         f = mechanism.curvature(some, turn)
         for at, extreme, sign in zip(where[:, 0], value[:, 0], (1, -1), strict=True):
             near = np.concatenate([np.linspace(1e-9, 6.28, 400001), at + np.linspace(-1e-3, 1e-3, 20001)])
-            sampled = sign * curve(f, 0, *turn.at(np.mod(near, 2 * np.pi)))[0]
+            sampled = sign * curve(f, 0, turn.state(np.mod(near, 2 * np.pi)))[0]
             assert sign * extreme >= sampled.max() * (1 - 1e-12)
             assert sign * extreme == pytest.approx(sampled.max(), rel=1e-3)
 
@@ -181,7 +184,7 @@ def zoomed(f, i, sign, turn):
     for stroke in turn.strokes:
         x, room = np.concatenate([hairs, 1 - hairs]), 0.1
         for _ in range(5):
-            values = sign * curve(f, i, *turn.at(stroke.start + stroke.angle * x))[0]
+            values = sign * curve(f, i, turn.state(stroke.start + stroke.angle * x))[0]
             values = np.broadcast_to(values, x.shape)
             best, centre = max(best, values.max()), x[values.argmax()]
             room = min(room, 0.5 * min(centre, 1 - centre))
@@ -365,7 +368,8 @@ def jets_of_parts(table, middle, reach, found):
     """What is known of y … over panels, or parts of them: found[panel, order], columns as in FIELDS."""
     for panel in range(middle.size):
         whole = reach[panel] == 1.0
-        jets = row_jets(table, panel) if whole else part_jets(table, panel, middle[panel], reach[panel])
+        at = row_jets(table, panel) if whole else part_jets(table, panel, middle[panel], reach[panel])
+        jets = (at.y, at.y1, at.y2, at.y3)
         for order in range(4):
             z, row = jets[order], found[panel, order]
             row[0], row[1], row[2], row[3], row[4], row[5] = z.low, z.high, z.error, z.first, z.second, z.third

@@ -76,7 +76,7 @@ def test_peaks_change_as_their_curves_do_at_their_cam_angles(found):
             sides = []  # of a jump
             for angle in problem.programme.beside(extreme.where, kinds).reshape(2, 1):
                 state = rounded(problem.programme.state(angle), problem.programme)
-                sides.append(curve(make(designs, problem.programme), ..., *state)[0])
+                sides.append(curve(make(designs, problem.programme), ..., state)[0])
             value = min(sides, key=lambda side: abs(abs(side.at.low[0]) - abs(extreme.value[0, 0])))
             sign = np.sign(found.quantities[name]) * np.sign(value.at.low[0])
             slopes = peak.scale.factor * sign * 0.5 * (value.slopes.low + value.slopes.high)[:, 0]

@@ -100,7 +100,7 @@ def test_a_peak_next_to_the_end_of_a_return(law, gap):
         angles = np.concatenate(
             [place + way * hairs for s in turn.strokes for place, way in ((s.start, 1), (s.end, -1))]
         )
-        points = curve(mechanism.pressure(design, turn), 0, *turn.at(angles))[0]
+        points = curve(mechanism.pressure(design, turn), 0, turn.state(angles))[0]
         room = found.width[:, 0] + 1e-12 * np.abs(points).max()
         assert points.max() <= found.value[0, 0] + room[0]
         assert points.min() >= found.value[1, 0] - room[1]
@@ -319,7 +319,7 @@ def test_no_point_of_a_curve_lies_outside_of_its_enclosure(data, key, law):
         if make is None:
             continue
         found = case.extremes(make, [(TURN, LARGEST), (TURN, LEAST)])
-        points = np.broadcast_to(curve(make(design, turn), 0, *turn.at(angles))[0], angles.shape)
+        points = np.broadcast_to(curve(make(design, turn), 0, turn.state(angles))[0], angles.shape)
         (most, least), (above, below) = found.value[:, 0], found.width[:, 0]
         slack = 1e-13 * np.abs(points).max()  # of the points themselves, near steep places
         assert points.max() <= most + above + slack

@@ -1,0 +1,24 @@
+"""The state of the follower at a cam angle, or over a range of them: what the formulas of curves take."""
+
+from typing import Any, NamedTuple
+
+
+class Load(NamedTuple):
+    """An external load that changes over the turn, and its slope by the cam angle."""
+
+    value: Any
+    slope: Any
+
+
+class State(NamedTuple):
+    """Displacement y, its derivatives by the cam angle (rad), and the external load if it changes over the turn.
+
+    mm or rad, N or N·mm. Numbers, arrays, or numbers of any other kind that formulas run on: intervals, series,
+    jets, balls.
+    """
+
+    y: Any
+    y1: Any
+    y2: Any
+    y3: Any
+    load: Load | None = None
