@@ -57,8 +57,9 @@ class Setup:
 
     def alone(self, design: Designs) -> "tuple[Setup, Designs]":
         """The setup of one design, and the design, which brings no numbers then."""
-        numbers = {key: float(value[0]) for key, value in design.numbers.items()}
-        return (self.with_numbers(numbers), replace(design, numbers={})) if numbers else (self, design)
+        return (
+            (self.with_numbers(design.brought), replace(design, numbers={})) if design.numbers else (self, design)
+        )
 
     def at(self, designs: Designs) -> "Setup":
         """The setup with the numbers that some designs bring: arrays, or ranges."""

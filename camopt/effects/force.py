@@ -171,14 +171,14 @@ def peaks(setup: Setup) -> dict[str, Peak]:
 def force_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
     """F, N; F/l of an oscillating follower with a trace point, the moment (N·mm) of an oscillating flat face."""
     lever = designs.arm_length if setup.angular and setup.mechanism.curvature else np.ones(len(designs))
-    return force_of(setup.at(designs), lever, programme)
+    own = setup.at(designs)
+    return force_of(own, own.omega, lever, programme)
 
 
 def force_at_speed(setup: Setup, designs: Designs, programme: Programme, speed: Callable[[Setup], Any]) -> Any:
-    """F at another speed, rad/s, than that of the scene, N (N·mm)."""
-    own, ones = setup.at(designs), np.ones(len(designs))
-    steady = Linear(*(weight * ones for weight in weights(own.dynamics, speed(own))))
-    return steady if programme.load is None else ChangingForce(steady, ones)
+    """F at a speed, rad/s, which numbers of the designs may decide, N (N·mm)."""
+    own = setup.at(designs)
+    return force_of(own, speed(own), np.ones(len(designs)), programme)
 
 
 def run(case: Case, wanted: frozenset[str]) -> dict[str, Any]:
@@ -224,13 +224,13 @@ def keeps_contact(case: Case) -> Any:
 
 def own_force_curve(setup: Setup, designs: Designs, programme: Programme) -> Any:
     """F, N (N·mm), of designs that bring numbers of their own."""
-    return force_of(setup.at(designs), np.ones(len(designs)), programme)
+    return force_at_speed(setup, designs, programme, lambda own: own.omega)
 
 
-def force_of(setup: Setup, lever: Any, programme: Programme) -> Any:
-    """F over a length, N (N·mm), as a curve."""
-    assert setup.omega is not None
-    steady = Linear(*(weight / lever for weight in weights(setup.dynamics, setup.omega)))
+def force_of(setup: Setup, omega: Any, lever: Any, programme: Programme) -> Any:
+    """F at a speed, rad/s, over a length, N (N·mm), as a curve."""
+    assert omega is not None
+    steady = Linear(*(weight / lever for weight in weights(setup.dynamics, omega)))
     return steady if programme.load is None else ChangingForce(steady, 1.0 / lever)
 
 

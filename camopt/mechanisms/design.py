@@ -75,6 +75,11 @@ class Designs:
         return replace(self, **sizes, numbers={**self.numbers, **numbers})
 
     @property
+    def brought(self) -> dict[str, float]:
+        """The numbers that one design brings, by key."""
+        return {key: float(value[0]) for key, value in self.numbers.items()}
+
+    @property
     def sizes(self) -> dict[str, FloatArray]:
         """The arrays of sizes by name."""
         return {name: getattr(self, name) for name in SIZES}

@@ -81,8 +81,7 @@ class Problem:
 
     def alone(self, design: Designs) -> "tuple[Problem, Designs]":
         """The problem of one design, with the numbers that it brings, and the design without them."""
-        numbers = {key: float(value[0]) for key, value in design.numbers.items()}
-        return self.with_numbers(numbers), replace(design, numbers={})
+        return self.with_numbers(design.brought), replace(design, numbers={})
 
     def without(self, key: str) -> "Problem":
         """The problem without a bound, by its key, and all limits that it gives."""

@@ -47,6 +47,8 @@ def freed_of(problem: Problem) -> Problem:
         If a quantity that the problem calls for cannot be computed with the least of one of the numbers.
     """
     choices = {key: choice for key, choice in problem.choices.numbers.items() if key not in OF_PROBLEM}
+    if not choices:
+        return problem
     ends = {key: ends_of(choice) for key, choice in choices.items()}
     set_up(problem, [{key: least for key, (least, _) in ends.items()}])
     return problem.freed({key: largest for key, (_, largest) in ends.items()})
