@@ -14,6 +14,7 @@ import numpy as np
 from dask.base import tokenize
 from distributed import Reschedule, WorkerPlugin, get_worker
 
+from camopt.kernels.version import version_of_kernels
 from camopt.mistakes import BadInput, Mistake
 from camopt.version import VERSION
 
@@ -22,10 +23,8 @@ def installed() -> dict[str, str]:
     """What decides which bytes come out: versions of what computes, and of the kernels."""
     import scipy
 
-    from camopt.kernels.dispatchers import CACHE_FOLDER
-
     versions = {"camopt": VERSION, "numpy": np.__version__, "scipy": scipy.__version__}
-    return versions | {"kernels": CACHE_FOLDER.name}
+    return versions | {"kernels": version_of_kernels()}
 
 
 def digest(result: Any) -> str:

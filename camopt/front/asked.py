@@ -14,6 +14,7 @@ import numpy as np
 from camopt.engines import Engine
 from camopt.front.blocks import BLOCK, Batch, Blocks, merged
 from camopt.front.box_bounds import all_bounded
+from camopt.kernels.version import version_of_kernels
 from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.problem.problem import VERDICT, Problem, resolve
 from camopt.problem.sample import searched_space
@@ -141,9 +142,7 @@ class Asked:
 
 def version_of_rows() -> str:
     """The version of camopt and of its kernels: with the same one, the same question has the same answer."""
-    from camopt.kernels.dispatchers import CACHE_FOLDER
-
-    return f"{VERSION} {CACHE_FOLDER.name}"
+    return f"{VERSION} {version_of_kernels()}"
 
 
 def asked_of_result(folder: Path, command: str) -> Question | None:

@@ -1,9 +1,6 @@
 """The compile options of the package, each with its reason, and what numba makes of marked functions."""
 
-import hashlib
-import sys
 import warnings
-from pathlib import Path
 from threading import RLock
 from typing import Any
 
@@ -16,7 +13,6 @@ from camopt.mistakes import BadInput, Mistake
 try:
     with warnings.catch_warnings():
         warnings.filterwarnings("error", "Environment variable")
-        import llvmlite
         import numba
         from numba.core import config, event
         from numba.core.compiler_lock import global_compiler_lock
@@ -27,6 +23,7 @@ except (RuntimeWarning, ValueError) as trouble:  # NUMBA_NUM_THREADS=0, NUMBA_OP
 
 from camopt.kernels.kernel_cache import KernelCache, cache_root, opened_folder
 from camopt.kernels.numba_types import INLINE, LINKED, numba_type, tell_numba
+from camopt.kernels.version import version_of_kernels
 
 FLAGS: dict[str, Any] = {
     "_nrt": False,  # arrays are made outside: code that counts references to them takes long to compile
@@ -35,25 +32,8 @@ FLAGS: dict[str, Any] = {
     "fastmath": False,  # inf and signed zeros decide feasibility; and no reordering: results are bit-identical
 }
 
-KERNEL_FOLDERS = ("effects", "kernels", "mechanisms", "motion", "numerics")
-
-
-def _version_of_kernels() -> str:
-    """Fingerprint of what kernels are made of and with: their sources, the compiler, the interpreter.
-
-    numba renews a cached kernel only when the kernel's own file changes, not when a formula that it inlines does. A
-    cache folder per version closes that hole, and survives an edit of any other file.
-    """
-    package = Path(__file__).resolve().parents[1]
-    digest = hashlib.sha256(f"{numba.__version__} {llvmlite.__version__} {sys.version}".encode())
-    for folder in KERNEL_FOLDERS:
-        for path in sorted((package / folder).rglob("*.py")):
-            digest.update(f"{path.relative_to(package)}:".encode() + path.read_bytes())
-    return digest.hexdigest()[:16]
-
-
 CACHE_DIR: str = vars(config)["CACHE_DIR"]  # NUMBA_CACHE_DIR
-CACHE_FOLDER = opened_folder(cache_root(CACHE_DIR), _version_of_kernels())
+CACHE_FOLDER = opened_folder(cache_root(CACHE_DIR), version_of_kernels())
 
 
 class Listener(event.Listener):

@@ -11,9 +11,6 @@ import numpy as np
 from camopt.quantities import QUANTITIES
 from camopt.storage.files import whole_file, write_text
 from camopt.storage.sealed import write_table
-from camopt.synthesis.compare import KnownLaws
-from camopt.synthesis.frontier import Frontier
-from camopt.synthesis.synthesised import Synthesis
 from camopt.synthesis.told import bound_in_words
 from camopt.synthesis.units import unit_of
 from camopt.version import VERSION
@@ -21,12 +18,16 @@ from camopt.version import VERSION
 if TYPE_CHECKING:
     import pyarrow as pa
 
+    from camopt.synthesis.compare import KnownLaws
+    from camopt.synthesis.frontier import Frontier
+    from camopt.synthesis.synthesised import Synthesis
+
 SCENE, LAWS, KNOWN, SUMMARY = SYNTHESIS = "synthesised.toml", "laws.csv", "known.toml", "synthesis.json"
 FRONTIER, PICTURE = "frontier.parquet", "frontier.png"
 POINTS = 361
 
 
-def write_laws(result: Synthesis, folder: str | os.PathLike[str]) -> list[Path]:
+def write_laws(result: "Synthesis", folder: str | os.PathLike[str]) -> list[Path]:
     """Write the scene with the free laws (TOML) and their tables (CSV): unit displacement to jerk; the files.
 
     Of a move the displacement is from its start, in mm, or deg when oscillating.
@@ -44,7 +45,7 @@ def write_laws(result: Synthesis, folder: str | os.PathLike[str]) -> list[Path]:
     return [out / SCENE, out / LAWS]
 
 
-def write_comparison(result: Synthesis, known: KnownLaws, folder: str | os.PathLike[str]) -> list[Path]:
+def write_comparison(result: "Synthesis", known: "KnownLaws", folder: str | os.PathLike[str]) -> list[Path]:
     """Write the smallest cam of the best known law, if one holds the same limits, and a summary (JSON); the files.
 
     The summary has the objective, its bound and the gap, the known law, and all of it as a sentence.
@@ -58,7 +59,7 @@ def write_comparison(result: Synthesis, known: KnownLaws, folder: str | os.PathL
     return [*files, out / SUMMARY]
 
 
-def write_frontier(found: Frontier, folder: str | os.PathLike[str]) -> Path:
+def write_frontier(found: "Frontier", folder: str | os.PathLike[str]) -> Path:
     """Write ``frontier.parquet``; the file."""
     out = Path(folder)
     out.mkdir(parents=True, exist_ok=True)
@@ -66,7 +67,7 @@ def write_frontier(found: Frontier, folder: str | os.PathLike[str]) -> Path:
     return out / FRONTIER
 
 
-def frontier_table(found: Frontier) -> "pa.Table":
+def frontier_table(found: "Frontier") -> "pa.Table":
     """The free laws, each with its scene, and the known laws, whose ``bound`` and ``scene`` are null, as a table.
 
     Its metadata name the axes along which the front is of local optima (``camopt_local``).
@@ -86,7 +87,7 @@ def frontier_table(found: Frontier) -> "pa.Table":
     return pa.table([pa.array(v) for v in columns.values()], schema=pa.schema(fields, metadata=about))
 
 
-def _about(name: str, found: Frontier) -> dict[str, str]:
+def _about(name: str, found: "Frontier") -> dict[str, str]:
     """What a column says of itself: of a quantity all, of the axes and the bound the unit."""
     quantity = QUANTITIES.get(name)
     if quantity:

@@ -16,8 +16,9 @@ from hypothesis import strategies as st
 from numba.core.dispatcher import Dispatcher
 
 from camopt.kernels import kernel_cache
-from camopt.kernels.dispatchers import FLAGS, KERNEL_FOLDERS
+from camopt.kernels.dispatchers import FLAGS
 from camopt.kernels.kernel_cache import DIGEST, UNUSED, KernelCache, cache_root, checked, content_of, opened_folder
+from camopt.kernels.version import KERNEL_FOLDERS
 
 PACKAGE = Path(kernel_cache.__file__).parents[1]
 

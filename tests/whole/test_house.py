@@ -109,7 +109,6 @@ HEAVY = {
 LATE = {
     ("synthesis.synthesised", "synthesis.prices"): "it solves the convex programmes of the result",
     ("engines", "engines.dask_cluster"): "it imports Dask",
-    ("engines.dask_worker", "kernels.dispatchers"): "it imports numba",
     ("kernels.compile", "kernels.dispatchers"): "it imports numba",
     ("kernels.by_address", "kernels.dispatchers"): "it imports numba",
     ("__main__", "cli.main"): "an interrupt while it is imported is told as one",
@@ -118,7 +117,6 @@ LATE = {
     ("verdicts.judging", "verdicts.narrowing"): "balls are for what rounding leaves open",
     ("verdicts.judging", "verdicts.deciding"): "balls are for what rounding leaves open",
     ("tables.designs", "tables.table"): "it imports pyarrow",
-    ("front.asked", "kernels.dispatchers"): "it imports numba",
     ("storage.ownership", "storage.damage"): "it imports pyarrow",
     ("points.points", "storage.sealed"): "it imports pyarrow",
     ("points.points", "tables.workbook"): "it imports XlsxWriter",

@@ -56,13 +56,14 @@ def frontier(
     from camopt.cli import terminal
     from camopt.cli.commands.frontier_report import show_frontier
     from camopt.cli.once import Once, Told, once
-    from camopt.drawing.plot import plot
     from camopt.synthesis.files import FRONTIER, PICTURE, write_frontier
-    from camopt.synthesis.frontier import frontier as run
 
     traded = [axis.strip() for axis in axes.split(",")]
 
     def work(unit: Any) -> Told:
+        from camopt.drawing.plot import plot
+        from camopt.synthesis.frontier import frontier as run
+
         with terminal.progress(quiet, "points") as advance:
             tell = None if quiet else terminal.say_note
             found = run(scene, traded, points, workers, advance, engine, tell)

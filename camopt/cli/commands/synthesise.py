@@ -38,12 +38,13 @@ def synthesise(scene: Any, as_json: bool, quiet: bool, out: Path, picture: Path 
     from camopt.cli import terminal
     from camopt.cli.commands.synthesise_report import show_synthesis
     from camopt.cli.once import Once, Told, once
-    from camopt.smallest.prices import prices
-    from camopt.synthesis.compare import known_laws_of
     from camopt.synthesis.files import SCENE, SYNTHESIS, write_comparison, write_laws
-    from camopt.synthesis.synthesise import synthesise as run
 
     def work(unit: Any) -> Told:
+        from camopt.smallest.prices import prices
+        from camopt.synthesis.compare import known_laws_of
+        from camopt.synthesis.synthesise import synthesise as run
+
         with terminal.progress(quiet, "starts") as advance:
             result = run(scene, advance)
             known = known_laws_of(scene)
