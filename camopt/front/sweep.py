@@ -369,8 +369,9 @@ def _places(asked: Asked, folder: Path) -> tuple[Path, ...]:
 def best_of_each_law(asked: Asked, rows: Rows) -> dict[str, Design]:
     """The best row of each pair of laws as a design, the best law first."""
     space = asked.space
-    best = to_compare(space, best_of_laws(rows, asked.problem.objectives)).records()
-    told = ({**row, "held_by": binding_limits(space, row)} for row in best)
+    best = to_compare(space, best_of_laws(rows, asked.problem.objectives))
+    held = binding_limits(space, best)
+    told = ({**row, "held_by": by} for row, by in zip(best.records(), held, strict=True))
     return ByLaw((joined_laws(row["law_rise"], row["law_return"]), Design(row, asked.scene)) for row in told)
 
 
@@ -395,18 +396,20 @@ def as_evaluated(problem: Problem, designs: Designs, names: frozenset[str]) -> R
     return judged(exactly(problem), designs, names | problem.wanted).only(names)
 
 
-def binding_limits(space: Space, row: dict[str, Any]) -> str:
-    """What the next smaller cam of the space would exceed; "edge of the space" if there is none.
+def binding_limits(space: Space, rows: Rows) -> list[str]:
+    """What the next smaller cam of the space would exceed, of each row; "edge of the space" if there is none.
 
     Of a sample, what a cam one per cent smaller would.
     """
-    smaller = space.next_smaller(row[space.problem.size_name])
-    if smaller is None:
-        return "edge of the space"
-    one = Rows({name: np.array([value]) for name, value in row.items()}, 1)
-    problem, _, design = next(space.designs_of(one))
-    design = replace(design, size=np.array([smaller]))
-    return str(judged(problem, design, frozenset()).column("violated")[0]).replace(",", ", ")
+    sizes = [space.next_smaller(size) for size in rows.column(space.problem.size_name).tolist()]
+    inside = np.flatnonzero([size is not None for size in sizes])
+    held = ["edge of the space"] * rows.count
+    for problem, index, designs in space.designs_of(rows.take(inside)):
+        smaller = replace(designs, size=np.array([sizes[row] for row in inside[index]]))
+        violated = judged(problem, smaller, frozenset()).column("violated")
+        for row, names in zip(inside[index], violated, strict=True):
+            held[row] = str(names).replace(",", ", ")
+    return held
 
 
 def nearest_miss_of_space(asked: Asked) -> Design | None:

@@ -11,7 +11,9 @@ from support.depth import covering
 
 from camopt import QUANTITIES, BadInput, Scene, evaluate, find_scene, load, optimise, sweep
 from camopt.engines.threads import Threads
+from camopt.front.sweep import binding_limits
 from camopt.problem.problem import resolve
+from camopt.problem.rows import Rows
 from camopt.problem.space import space_of
 
 SMALL = {
@@ -145,6 +147,20 @@ def test_the_best_of_each_law_and_what_holds_it(tables):
         ]
         if len(smaller):
             assert set(row["held_by"].split(", ")) == set(smaller.violated.iloc[0].split(","))
+
+
+def test_what_holds_rows_is_what_their_next_smaller_cams_exceed(scene, tables):
+    """All rows of a table asked together, many of a law and some at the edge of the space, in another order."""
+    designs = tables[1].sample(frac=1.0, random_state=5)
+    sizes = ["law_rise", "roller_radius_mm", "offset_mm", "base_radius_mm"]
+    violated = {tuple(row): of for *row, of in designs[[*sizes, "violated"]].itertuples(index=False)}
+    assert len(violated) == len(designs)
+    rows = Rows({name: designs[name].to_numpy() for name in designs}, len(designs))
+    held = binding_limits(space_of(resolve(scene)), rows)
+    for (*of_law, base), by in zip(designs[sizes].itertuples(index=False), held, strict=True):
+        smaller = violated.get((*of_law, base - 4), None if base > 30 else "edge of the space")
+        if smaller is not None:  # it can be assembled
+            assert by == smaller.replace(",", ", ")
 
 
 def test_the_grid_never_beats_the_optimum(scene, tables):
