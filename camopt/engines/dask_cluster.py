@@ -40,10 +40,12 @@ RATE = 200.0  # tasks a second of all workers, at most: the scheduler can do som
 BYTES = 1 << 26  # of a result, at most about
 AHEAD = 4  # tasks for each thread that the reader has not had yet
 SHARES = 4  # tasks for each thread, at least, so that all end together
-CONNECTED, JOINED = 20.0, 60.0  # seconds to wait for a scheduler, and for its first worker
+CONNECTED, JOINED = 20.0, 60.0  # seconds to wait for a scheduler, and for a worker where it has none
 LEFT = 0.5  # seconds for a worker to end by itself
 TRIM = "distributed.nanny.pre-spawn-environ.MALLOC_TRIM_THRESHOLD_"
 """What Dask has each worker give back to the system as soon as it is free, and take anew for the next block."""
+LOST = "distributed.deploy.lost-worker-timeout"
+"""After which Dask gives up a process that died and has not come back; on a busy machine its 15 s are too few."""
 LOGGERS = ("distributed", "distributed.client", "distributed.gc", "tornado.application", "asyncio")
 SILENT = CRITICAL + 1
 ADDRESS = re.compile(r"([a-z]+://)?[^\s/]+:\d+")
@@ -123,7 +125,12 @@ class Cluster:
     def _result(self, future: Future[Any]) -> Any:
         """The result of a task; an error of it is raised here."""
         try:
-            return future.result()
+            while True:
+                with suppress(TimeoutError):
+                    return future.result(timeout=JOINED)
+                if future.done():
+                    return future.result()
+                self._wait_for_a_worker()  # without any, nobody would ever do the task
         except CancelledError:
             raise self.gone() from None
         except KilledWorker:
@@ -132,10 +139,7 @@ class Cluster:
 
     def _prepare(self, ready: Ready) -> None:
         """Have all workers made ready, and those that join later before they take a task."""
-        try:
-            self.client.wait_for_workers(1, timeout=JOINED)
-        except TimeoutError:
-            raise self._trouble("the Dask scheduler has no workers") from None
+        self._wait_for_a_worker()
         try:
             self.client.register_plugin(ready)
         except ImportError as trouble:
@@ -144,6 +148,12 @@ class Cluster:
             if self.client.status != "running":
                 raise
             # a worker died; those that live are being made ready
+
+    def _wait_for_a_worker(self) -> None:
+        try:
+            self.client.wait_for_workers(1, timeout=JOINED)
+        except TimeoutError:
+            raise self._trouble("the Dask scheduler has no workers") from None
 
     def _check_connected(self) -> None:
         if self.client.status != "running":
@@ -202,7 +212,10 @@ def _client(address: str) -> Client:
 @contextmanager
 def _processes(count: int) -> Iterator[str]:
     """The address of a scheduler in this process with workers that are processes, and end with it."""
-    with TemporaryDirectory(prefix="camopt-", ignore_cleanup_errors=True) as folder, dask.config.set({TRIM: None}):
+    with (
+        TemporaryDirectory(prefix="camopt-", ignore_cleanup_errors=True) as folder,
+        dask.config.set({TRIM: None, LOST: JOINED}),
+    ):
         with _no_interrupts():  # of threads that begin here, and of processes that begin in these
             made = LocalCluster(
                 n_workers=0,

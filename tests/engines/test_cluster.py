@@ -89,6 +89,22 @@ def test_a_worker_that_is_killed_costs_no_result(engine, tmp_path):
     assert {int(path.name) for path in tmp_path.iterdir()} == {*deadly}
 
 
+async def no_workers(dask_scheduler):
+    """All workers are closed, and none comes back."""
+    for address in [*dask_scheduler.workers]:
+        await dask_scheduler.remove_worker(address, stimulus_id="test", close=True)
+
+
+def test_nobody_waits_for_workers_that_are_all_gone(monkeypatch):
+    monkeypatch.setattr(dask_cluster, "JOINED", 5.0)
+    with cluster("local", 1) as engine:
+        found = engine.in_order(sines, range(10_000))
+        next(found)
+        engine.client.run_on_scheduler(no_workers)
+        with pytest.raises(ConnectionError, match="the Dask scheduler has no workers"):
+            list(found)
+
+
 def test_what_fails_in_a_worker_fails_here(engine):
     with pytest.raises(ZeroDivisionError, match="of item"):
         list(engine.in_order(fault, range(3)))
@@ -208,7 +224,7 @@ class BereavedLater(Bereaved):
     def submit(self, *arguments, pure):
         return self
 
-    def result(self):
+    def result(self, timeout=None):
         self.status = "connecting"
         raise CancelledError("scheduler-connection-lost")
 
