@@ -1,6 +1,7 @@
 """What holds for all tests: how deep they look at random (``support.depth``), and when kernels are compiled."""
 
 import gc
+import signal
 
 import pytest
 from hypothesis import settings
@@ -12,6 +13,12 @@ settings.register_profile("deep", deadline=None, max_examples=1000, print_blob=T
 settings.load_profile("ci")  # before --hypothesis-profile is read
 
 IN_USE = compile.FEW
+
+
+def pytest_configure():
+    """Under ``nohup`` the commands that tests start would ignore the signal that the tests send them."""
+    if hasattr(signal, "SIGHUP"):
+        signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
 def pytest_collection_finish():
