@@ -77,8 +77,8 @@ def step_row(scene: Scene, file: Path, curves: str, expected: float) -> tuple[st
     start = perf_counter()
     told = export(scene, file, curves=curves, chord=CHORD)
     seconds, solid = perf_counter() - start, read_back(file)
-    assert shapes.is_sound(solid)
-    off = abs(shapes.volume(solid) / expected - 1.0)
+    assert shapes.is_closed(solid)
+    off = abs(shapes.volume_of(solid) / expected - 1.0)
     proved = told.curves["profile"].deviation_mm if told.curves else told.about["wall_deviation_measured_mm"]
     found = off_profile(scene, solid) if told.curves else proved
     faces, size = len(shapes.parts(solid, shapes.FACE)), file.stat().st_size // 1000

@@ -31,7 +31,7 @@ from camopt.verdicts.exact_motion import ExactStroke, motion_at, motion_of
 
 
 @dataclass(frozen=True)
-class Span:
+class SmoothPart:
     """A part of a stroke on which the motion is smooth, from one cam angle (rad) to another."""
 
     stroke: Stroke
@@ -68,7 +68,7 @@ class CamCurve:
     design: Designs
     programme: Programme
     distance: float
-    spans: tuple[Span, ...]
+    spans: tuple[SmoothPart, ...]
 
     @property
     def closed(self) -> bool:
@@ -92,20 +92,20 @@ class CamCurve:
         cosine, sine = np.cos(angle), np.sin(angle) * self.sense
         return x * cosine + height * sine, height * cosine - x * sine
 
-    def points(self, span: Span, angles: FloatArray) -> ComplexArray:
+    def points(self, span: SmoothPart, angles: FloatArray) -> ComplexArray:
         """Points x + iy, mm, at cam angles (rad) of a span."""
         y, y1, *_ = span.stroke.motion(angles)
         x, height = self.placed(angles, y, y1)
         found: ComplexArray = x + 1j * height
         return found
 
-    def moving(self, span: Span, angles: FloatArray) -> tuple[ComplexArray, ...]:
+    def moving(self, span: SmoothPart, angles: FloatArray) -> tuple[ComplexArray, ...]:
         """Points, mm, and their first two derivatives by the cam angle, mm/rad, at cam angles (rad) of a span."""
         y, y1, y2, y3 = span.stroke.motion(angles)
         x, height = self.placed(Taylor([angles, 1.0, 0.0]), Taylor([y, y1, y2 / 2]), Taylor([y1, y2, y3 / 2]))
         return tuple(x.derivative(k) + 1j * height.derivative(k) for k in range(3))
 
-    def at(self, angles: FloatArray, of: Callable[[Span, FloatArray], Any]) -> Any:
+    def at(self, angles: FloatArray, of: Callable[[SmoothPart, FloatArray], Any]) -> Any:
         """What ``of`` gives of spans, at cam angles (rad, in any order) of the turn; at a jump what is after it."""
         place = self.places(angles)
         found = [(k, of(self.spans[k], angles[place == k])) for k in np.unique(place)]
@@ -119,18 +119,18 @@ class CamCurve:
         starts = np.array([span.start for span in self.spans])
         return np.maximum(np.searchsorted(starts, angles, side="right") - 1, 0)
 
-    def curvatures(self, span: Span, angles: FloatArray) -> FloatArray:
+    def curvatures(self, span: SmoothPart, angles: FloatArray) -> FloatArray:
         """Im(p'*·p'')/|p'|³, 1/mm, positive where the curve turns to the left, at cam angles (rad) of a span."""
         _, first, second = self.moving(span, angles)
         found: FloatArray = (first.conjugate() * second).imag / np.abs(first) ** 3
         return found
 
-    def directions(self, span: Span, angles: FloatArray) -> ComplexArray:
+    def directions(self, span: SmoothPart, angles: FloatArray) -> ComplexArray:
         """Unit tangents, as the cam angle grows, at cam angles (rad) of a span."""
         normal = self.normals(span, angles)
         return -1j * (self.sense or 1.0) * normal
 
-    def normals(self, span: Span, angles: FloatArray) -> ComplexArray:
+    def normals(self, span: SmoothPart, angles: FloatArray) -> ComplexArray:
         """Unit normals outwards, at cam angles (rad) of a span."""
         y, y1, *_ = span.stroke.motion(angles)
         found = self.mechanism.contact(self.design, self.programme.lift, angles, y, y1)
@@ -139,7 +139,7 @@ class CamCurve:
         return turned
 
     @precisely()
-    def expansion(self, span: Span, lows: FloatArray, highs: FloatArray) -> Expansion:
+    def expansion(self, span: SmoothPart, lows: FloatArray, highs: FloatArray) -> Expansion:
         """The curve over some stretches of a span, from one cam angle (rad) to another.
 
         The remainders are sure, from balls of the motion, up to the rounding of what is done with them.
@@ -174,10 +174,10 @@ def curve_of(problem: Problem, distance: float) -> CamCurve:
 
 
 @precisely()
-def _spans(problem: Problem) -> Iterator[Span]:
+def _spans(problem: Problem) -> Iterator[SmoothPart]:
     begin = arb(0)
     for stroke, exact in zip(problem.programme.strokes, motion_of(problem.programme).strokes, strict=True):
         for piece, _, low, high in exact._replace(lines=()).smooth():
             start, end = (float(begin + exact.angle * x) for x in (low, high))
-            yield Span(stroke, exact, begin, piece, start, end)
+            yield SmoothPart(stroke, exact, begin, piece, start, end)
         begin += exact.angle

@@ -25,19 +25,19 @@ from camopt.numerics import FloatArray
 from camopt.numerics.interval import as_interval
 from camopt.numerics.taylor import Taylor
 
-PARTS, MOST_PARTS = 2, 1024  # of an element
+FIRST_CUT, MOST_CUTS = 2, 1024  # of an element
 HELPED = 0.95  # of a bound: what halving leaves, if the bound is further from the truth than that
-ROUNDING = 1e-12  # of the largest coordinate: what rounding may hide, many times over
+ROUNDING_SHARE = 1e-12  # of the largest coordinate: what rounding may hide, many times over
 
 
-def deviation(curve: CamCurve, path: ArcPath | CubicPath, wanted: float = 0.0) -> float:
+def deviation_bound(curve: CamCurve, path: ArcPath | CubicPath, wanted: float = 0.0) -> float:
     """A bound, mm, of the distance of each point of a curve from its path, and of each of the path from the curve.
 
     Stretches are divided until the bound is at most ``wanted`` mm, as far as that helps.
     """
-    each, parts = _bounds(curve, path, np.arange(len(path)), PARTS), PARTS
+    each, parts = _bounds(curve, path, np.arange(len(path)), FIRST_CUT), FIRST_CUT
     wide = np.flatnonzero(~(each <= wanted))
-    while parts < MOST_PARTS and wide.size:
+    while parts < MOST_CUTS and wide.size:
         parts *= 2
         before, after = each[wide], _bounds(curve, path, wide, parts)
         each[wide] = np.fmin(before, after)
@@ -57,7 +57,7 @@ def _bounds(curve: CamCurve, path: ArcPath | CubicPath, index: np.ndarray, parts
         off = _off_arcs if isinstance(path, ArcPath) else _off_cubics
         found[here] = off(path, chosen, expansion, parts)  # type: ignore[arg-type]
     size = np.abs(path.vertices if isinstance(path, ArcPath) else path.controls).max()
-    return np.asarray(found + ROUNDING * size)
+    return np.asarray(found + ROUNDING_SHARE * size)
 
 
 def _off_arcs(path: ArcPath, index: np.ndarray, curve: Expansion, parts: int) -> FloatArray:

@@ -17,21 +17,21 @@ from typing import NamedTuple
 
 import numpy as np
 
-from camopt.contour.curve import CamCurve, Span
+from camopt.contour.curve import CamCurve, SmoothPart
 from camopt.contour.path import ArcPath, CubicPath
 from camopt.mechanisms.design import ComplexArray
 from camopt.mistakes import BadInput, Mistake
 from camopt.numerics import FloatArray
 
-FIRST, ROUNDS, HALVINGS = 8, 8, 40
-WIDEST = 3.0  # rad: an arc is no longer, so that its middle is on its own side of the cam
-WITHIN = np.linspace(0.0, 1.0, 13)[1:-1, None]  # where a stretch is looked at
-MOST = 1_000_000  # elements of a path
-SAME = 1e-9  # relative difference of the curvatures of two arcs that are one
+FIRST_PARTS, ROUNDS, HALVINGS = 8, 8, 40
+WIDEST_ARC = 3.0  # rad: an arc is no longer, so that its middle is on its own side of the cam
+CHECKED_SHARES = np.linspace(0.0, 1.0, 13)[1:-1, None]  # where a stretch is looked at
+ELEMENT_LIMIT = 1_000_000  # elements of a path
+SAME_CURVATURE = 1e-9  # relative difference of the curvatures of two arcs that are one
 SAME_ANGLE = 1e-12  # rad
-HAIR = 1e-9  # mm: an arc that rises less above its chord is a line
+LEAST_RISE = 1e-9  # mm: an arc that rises less above its chord is a line
 
-Errors = Callable[[FloatArray, FloatArray], FloatArray]
+ErrorOf = Callable[[FloatArray, FloatArray], FloatArray]
 """How far the path is off over stretches, from their first to their last cam angles."""
 
 
@@ -69,13 +69,13 @@ def off_arcs(points: ComplexArray, first: ComplexArray, last: ComplexArray, bulg
     return found
 
 
-def spaced(errors: Errors, start: float, end: float, order: int, tolerance: float) -> FloatArray:
+def spaced(errors: ErrorOf, start: float, end: float, order: int, tolerance: float) -> FloatArray:
     """Cam angles from start to end between which stretches are off by at most the tolerance, all about alike.
 
-    BadInput if that takes more than ``MOST`` of them.
+    BadInput if that takes more than ``ELEMENT_LIMIT``.
     """
-    least = int(np.ceil((end - start) / WIDEST))
-    angles = np.linspace(start, end, max(FIRST, least) + 1)
+    least = int(np.ceil((end - start) / WIDEST_ARC))
+    angles = np.linspace(start, end, max(FIRST_PARTS, least) + 1)
     for attempt in range(ROUNDS):
         need = np.maximum((errors(angles[:-1], angles[1:]) / tolerance) ** (1.0 / order), 1e-3)
         if attempt and need.max() <= 1.0:
@@ -95,8 +95,10 @@ def spaced(errors: Errors, start: float, end: float, order: int, tolerance: floa
 
 
 def _check_count(count: int, tolerance: float) -> None:
-    if count > MOST:
-        raise BadInput([Mistake("camopt", "chord", tolerance, f"larger: this one needs over {MOST:,} elements")])
+    if count > ELEMENT_LIMIT:
+        raise BadInput(
+            [Mistake("camopt", "chord", tolerance, f"larger: this one needs over {ELEMENT_LIMIT:,} elements")]
+        )
 
 
 class Fitter(NamedTuple):
@@ -104,7 +106,7 @@ class Fitter(NamedTuple):
 
     order: int
     """The power of the length of a stretch with which the deviation falls."""
-    errors: Callable[[CamCurve, Span, FloatArray, FloatArray], FloatArray]
+    errors: Callable[[CamCurve, SmoothPart, FloatArray, FloatArray], FloatArray]
     """How far the stretches from some cam angles to others are off, at the angles looked at, mm."""
     path: Callable[[CamCurve, list[FloatArray]], "ArcPath | CubicPath"]
     """From the cam angles where stretches of each span start and end."""
@@ -116,27 +118,27 @@ def fitted(curve: CamCurve, kind: str, tolerance: float) -> "ArcPath | CubicPath
     return fitter.path(curve, [_stretches(fitter, curve, span, tolerance) for span in curve.spans])
 
 
-def _stretches(fitter: Fitter, curve: CamCurve, span: Span, tolerance: float) -> FloatArray:
+def _stretches(fitter: Fitter, curve: CamCurve, span: SmoothPart, tolerance: float) -> FloatArray:
     return spaced(lambda a, b: fitter.errors(curve, span, a, b), span.start, span.end, fitter.order, tolerance)
 
 
 def _between(starts: FloatArray, ends: FloatArray) -> FloatArray:
     """Cam angles at which stretches are looked at, (angles, stretches)."""
-    return starts + (ends - starts) * WITHIN
+    return starts + (ends - starts) * CHECKED_SHARES
 
 
-def _off_lines(curve: CamCurve, span: Span, starts: FloatArray, ends: FloatArray) -> FloatArray:
+def _off_lines(curve: CamCurve, span: SmoothPart, starts: FloatArray, ends: FloatArray) -> FloatArray:
     first, last = curve.points(span, starts), curve.points(span, ends)
     points = curve.points(span, _between(starts, ends))
     return np.asarray(off_arcs(points, first, last, np.zeros(starts.size)).max(axis=0))
 
 
-def _biarcs(curve: CamCurve, span: Span, starts: FloatArray, ends: FloatArray) -> Biarcs:
+def _biarcs(curve: CamCurve, span: SmoothPart, starts: FloatArray, ends: FloatArray) -> Biarcs:
     t0, t1 = curve.directions(span, starts), curve.directions(span, ends)
     return biarcs(curve.points(span, starts), t0, curve.points(span, ends), t1)
 
 
-def _off_biarcs(curve: CamCurve, span: Span, starts: FloatArray, ends: FloatArray) -> FloatArray:
+def _off_biarcs(curve: CamCurve, span: SmoothPart, starts: FloatArray, ends: FloatArray) -> FloatArray:
     pair, points = _biarcs(curve, span, starts, ends), curve.points(span, _between(starts, ends))
     halves = zip((pair.first, pair.joint), (pair.joint, pair.last), pair.bulges, strict=True)
     before, after = (off_arcs(points, *half) for half in halves)
@@ -144,19 +146,19 @@ def _off_biarcs(curve: CamCurve, span: Span, starts: FloatArray, ends: FloatArra
     return np.asarray(np.where(past, after, before).max(axis=0))
 
 
-def _cubics(curve: CamCurve, span: Span, starts: FloatArray, ends: FloatArray) -> ComplexArray:
+def _cubics(curve: CamCurve, span: SmoothPart, starts: FloatArray, ends: FloatArray) -> ComplexArray:
     """Control points of the cubics with the curve's points and derivatives by the cam angle at the ends, (4, n)."""
     (p0, v0, _), (p1, v1, _) = (curve.moving(span, angles) for angles in (starts, ends))
     third = (ends - starts) / 3
     return np.array([p0, p0 + v0 * third, p1 - v1 * third, p1])
 
 
-def _off_cubics(curve: CamCurve, span: Span, starts: FloatArray, ends: FloatArray) -> FloatArray:
-    share = WITHIN[:, None]
+def _off_cubics(curve: CamCurve, span: SmoothPart, starts: FloatArray, ends: FloatArray) -> FloatArray:
+    share = CHECKED_SHARES[:, None]
     weights = (1 - share) ** 3, 3 * share * (1 - share) ** 2, 3 * share**2 * (1 - share), share**3
     cubics = sum(w * p for w, p in zip(weights, _cubics(curve, span, starts, ends)[:, None], strict=True))
     return np.asarray(
-        np.abs(curve.points(span, _between(starts, ends)) - cubics.reshape(WITHIN.size, -1)).max(axis=0)
+        np.abs(curve.points(span, _between(starts, ends)) - cubics.reshape(CHECKED_SHARES.size, -1)).max(axis=0)
     )
 
 
@@ -166,7 +168,7 @@ def _polyline(curve: CamCurve, angles: list[FloatArray]) -> ArcPath:
     return ArcPath(vertices, np.zeros(vertices.size - 1), *_places(angles))
 
 
-def through(curve: CamCurve, angles: FloatArray) -> ArcPath:
+def lines_through(curve: CamCurve, angles: FloatArray) -> ArcPath:
     """The lines through the curve's points at cam angles (rad) that rise.
 
     Where a line passes from one span to another it has a vertex of its own, on the line beside the curve.
@@ -196,11 +198,11 @@ def _arcs(curve: CamCurve, angles: list[FloatArray]) -> ArcPath:
         first, second = (np.arctan(b) for b in pair.bulges)
         lengths = np.abs(pair.joint - pair.first), np.abs(pair.last - pair.joint)
         bend = np.sin(2 * first) / lengths[0], np.sin(2 * second) / lengths[1]
-        one = np.abs(bend[0] - bend[1]) <= SAME * np.maximum(np.abs(bend[0]), 1.0 / (lengths[0] * 1e3))
+        one = np.abs(bend[0] - bend[1]) <= SAME_CURVATURE * np.maximum(np.abs(bend[0]), 1.0 / (lengths[0] * 1e3))
         keep = np.stack([np.ones(one.size, dtype=bool), ~one], axis=1)
         whole = np.stack([np.where(one, np.tan(first + second), pair.bulges[0]), pair.bulges[1]], axis=1)
         chords = np.stack([np.abs(np.where(one, pair.last, pair.joint) - pair.first), lengths[1]], axis=1)
-        whole = np.where(np.abs(whole) * chords / 2 < HAIR, 0.0, whole)
+        whole = np.where(np.abs(whole) * chords / 2 < LEAST_RISE, 0.0, whole)
         middles = _beside(curve, span, pair, each[:-1], each[1:])
         vertices.append(np.stack([pair.first, pair.joint], axis=1)[keep])
         bulges.append(whole[keep])
@@ -208,7 +210,7 @@ def _arcs(curve: CamCurve, angles: list[FloatArray]) -> ArcPath:
     return ArcPath(_ended(curve, np.concatenate(vertices)), np.concatenate(bulges), *_places(joints))
 
 
-def _beside(curve: CamCurve, span: Span, pair: Biarcs, starts: FloatArray, ends: FloatArray) -> FloatArray:
+def _beside(curve: CamCurve, span: SmoothPart, pair: Biarcs, starts: FloatArray, ends: FloatArray) -> FloatArray:
     """The cam angles at which the curve passes the joints of biarcs, by halving."""
     low, high = starts.copy(), ends.copy()
     for _ in range(HALVINGS):

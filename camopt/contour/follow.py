@@ -4,14 +4,14 @@ from math import isfinite
 from typing import NamedTuple
 
 from camopt.contour.curve import CamCurve
-from camopt.contour.deviation import deviation
+from camopt.contour.deviation import deviation_bound
 from camopt.contour.fit import FITS, fitted
 from camopt.contour.path import ArcPath, CubicPath
 from camopt.mistakes import BadInput, Mistake
 
 CHORD = 0.001  # mm
-LEAST, LARGEST = 1e-6, 10.0  # mm: a nanometre; what nobody takes for a cam any more
-MARGIN, TIGHTER, ROUNDS = 0.95, 0.8, 6  # of the deviation asked for: what is aimed at, then if a proof needs more
+LEAST_CHORD, LARGEST_CHORD = 1e-6, 10.0  # mm: a nanometre; what nobody takes for a cam any more
+AIM, NEXT_AIM, ROUNDS = 0.95, 0.8, 6  # of the deviation asked for: what is aimed at, then if a proof needs more
 
 
 class Followed(NamedTuple):
@@ -22,29 +22,29 @@ class Followed(NamedTuple):
 
 
 def follow(curve: CamCurve, kind: str = "arcs", chord: float = CHORD) -> Followed:
-    """The path of a kind of ``FITS`` that is proved to be within ``chord`` mm of a curve (``check``).
+    """The path of a kind of ``FITS`` that is proved to be within ``chord`` mm of a curve (``check_kind``).
 
     Raises
     ------
     BadInput
         For a chord that needs over a million elements.
     """
-    aim = MARGIN * chord
+    aim = AIM * chord
     for _ in range(ROUNDS):
         path = fitted(curve, kind, aim)
-        found = Followed(path, deviation(curve, path, chord))
+        found = Followed(path, deviation_bound(curve, path, chord))
         if found.deviation <= chord:
             break
-        aim *= TIGHTER
+        aim *= NEXT_AIM
     return found
 
 
-def check(kind: str, chord: float) -> None:
+def check_kind(kind: str, chord: float) -> None:
     """BadInput for what users may not ask of ``follow``: another kind, or a chord outside 1e-6 to 10 mm."""
     mistakes = []
     if kind not in FITS:
         mistakes.append(Mistake("camopt", "curves", kind, f"one of {', '.join(FITS)}"))
-    if not (isfinite(chord) and LEAST <= chord <= LARGEST):
-        mistakes.append(Mistake("camopt", "chord", chord, f"from {LEAST:g} to {LARGEST:g} mm"))
+    if not (isfinite(chord) and LEAST_CHORD <= chord <= LARGEST_CHORD):
+        mistakes.append(Mistake("camopt", "chord", chord, f"from {LEAST_CHORD:g} to {LARGEST_CHORD:g} mm"))
     if mistakes:
         raise BadInput(mistakes)

@@ -8,7 +8,7 @@ import numpy as np
 from camopt.mechanisms.design import ComplexArray
 from camopt.numerics import FloatArray
 
-SMOOTH = 1e-9  # relative difference of velocities that are the same
+SAME_VELOCITY = 1e-9  # relative difference of velocities that are the same
 
 
 @dataclass(frozen=True)
@@ -111,7 +111,7 @@ class CubicPath:
         lengths = self.angles[:, 1] - self.angles[:, 0]
         leaving = (self.controls[:-1, 3] - self.controls[:-1, 2]) / lengths[:-1]
         starting = (self.controls[1:, 1] - self.controls[1:, 0]) / lengths[1:]
-        corner = np.abs(starting - leaving) > SMOOTH * np.abs(leaving)
+        corner = np.abs(starting - leaving) > SAME_VELOCITY * np.abs(leaving)
         keep = np.ones(self.controls.shape, dtype=bool)
         keep[:-1, 3] = corner
         keep[1:, 0] = False

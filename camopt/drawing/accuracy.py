@@ -16,16 +16,16 @@ PENS: dict[str, dict[str, Any]] = {
     "enclosure": {"color": SERIES[0], "marker": "D"},
     "balls": {"color": INK, "marker": "^"},
 }
-NAMED = (36, 360, 720, 3600)  # angles that are written at their points
+LABELLED = (36, 360, 720, 3600)  # angles that are written at their points
 LABELS: dict[str, Callable[[dict[str, Any]], str]] = {
-    "sampling": lambda row: f"{row['setting']:g} angles" if row["setting"] in NAMED else "",
+    "sampling": lambda row: f"{row['setting']:g} angles" if row["setting"] in LABELLED else "",
     "sampling, polished": lambda row: "",
     "enclosure": lambda row: f"to {row['setting']:.0e}",
     "balls": lambda row: "any digits, proved",
 }
-DISTANCES = (7.0, 14.0, 22.0, 32.0)  # points: of a label from its point
+LABEL_DISTANCES = (7.0, 14.0, 22.0, 32.0)  # points: of a label from its point
 FLOOR = 3e-17  # errors below a double's rounding are drawn there
-ROUNDING = 2.2e-16
+EPSILON = 2.2e-16
 
 
 def draw(rows: Sequence[dict[str, Any]], path: Target = None, title: str = "") -> "Figure":
@@ -51,7 +51,7 @@ def _draw(axes: Any, name: str, rows: list[dict[str, Any]]) -> list[Label]:
     """One quantity; the labels of its points."""
     axes.set(xscale="log", yscale="log", xlabel="time for each design, ns", ylim=(FLOOR / 3, 3.0))
     axes.set_title(name, loc="left", fontsize=TITLE)
-    axes.axhspan(FLOOR / 3, ROUNDING, color=FAINT, alpha=0.2, lw=0)
+    axes.axhspan(FLOOR / 3, EPSILON, color=FAINT, alpha=0.2, lw=0)
     axes.text(0.01, 0.01, "below a double's rounding", transform=axes.transAxes, fontsize=SMALL, color=MUTED)
     labels = []
     for method, pen in PENS.items():
@@ -60,7 +60,7 @@ def _draw(axes: Any, name: str, rows: list[dict[str, Any]]) -> list[Label]:
         errors = [max(row["error_max"], FLOOR) for row in points]
         axes.plot(times, errors, "-", lw=1.4, ms=5, label=method, **pen)
         texts = [LABELS[method](row) for row in points]
-        style, places = {"fontsize": SMALL, "color": pen["color"]}, around(DISTANCES)
+        style, places = {"fontsize": SMALL, "color": pen["color"]}, around(LABEL_DISTANCES)
         labels += [
             Label(axes, text, at, places, style)
             for text, at in zip(texts, zip(times, errors, strict=True), strict=True)

@@ -15,7 +15,7 @@ from camopt.problem.problem import resolve_design
 from camopt.scene.scene import Scene
 from camopt.storage.files import checked_suffix, whole_file
 
-KINDS = (".svg", ".gif", ".mp4")
+MOVING_KINDS = (".svg", ".gif", ".mp4")
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ def animate(scene: Scene, path: Target = None) -> Animation:
     --------
     >>> animation = camopt.animate(camopt.find_scene("two-pauses"), "turning.svg")
     """
-    suffix = None if path is None else checked_suffix(path, "path", KINDS)
+    suffix = None if path is None else checked_suffix(path, "path", MOVING_KINDS)
     if suffix == ".mp4":
         ffmpeg()  # or the trouble is known before the work
     picture = Picture(scene, resolve_design(scene))

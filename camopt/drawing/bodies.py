@@ -11,8 +11,8 @@ import numpy as np
 from camopt.mechanisms.design import ComplexArray
 from camopt.numerics import FloatArray
 
-FRAMES, SECONDS = 100, 4.0  # of one turn; GIF counts the time of a frame in 0.01 s
-ANGLES: FloatArray = np.linspace(0.0, 2 * np.pi, FRAMES + 1)
+FRAMES, TURN_TIME = 100, 4.0  # of one turn; GIF counts the time of a frame in 0.01 s
+FRAME_ANGLES: FloatArray = np.linspace(0.0, 2 * np.pi, FRAMES + 1)
 """Cam angles of the frames, rad."""
 
 
@@ -64,10 +64,10 @@ class Shifting(NamedTuple):
         return "translate", [f"{_short(x)} {_short(y)}" for x, y in places - origin]
 
 
-Body = Turning | Shifting
+MovingBody = Turning | Shifting
 
 
-def artists_of(body: Body) -> list[Any]:
+def artists_of(body: MovingBody) -> list[Any]:
     """What a body is drawn of."""
     return [*body.axes.lines, *body.axes.patches, *body.axes.collections]
 
@@ -83,7 +83,7 @@ class Stage(NamedTuple):
     """A figure with all that moves on it, the lowest first."""
 
     figure: Any
-    bodies: list[Body]
+    bodies: list[MovingBody]
     readings: list[Reading]
 
 

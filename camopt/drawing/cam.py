@@ -6,13 +6,25 @@ import numpy as np
 
 from camopt.drawing.follower import Parts, draw_follower
 from camopt.drawing.labels import Label, around
-from camopt.drawing.picture import NAMES, Picture, area, circle, fit, four_digits, line, round_length
-from camopt.drawing.style import COLOURS, FAINT, FILL, INK, MUTED, PITCH, PROFILE, REFERENCE, SMALL, TEXT, TITLE
+from camopt.drawing.picture import STROKE_NAMES, Picture, area, circle, fit, four_digits, line, round_length
+from camopt.drawing.style import (
+    COLOURS,
+    FAINT,
+    FILL,
+    INK,
+    MUTED,
+    PITCH_COLOUR,
+    PROFILE,
+    REFERENCE_COLOUR,
+    SMALL,
+    TEXT,
+    TITLE,
+)
 from camopt.mechanisms.design import ComplexArray
 from camopt.mechanisms.geometry import CamCurves, cam_curves
 from camopt.motion.table import DWELL
 
-DISTANCES = (7.0, 16.0, 28.0)  # points: of a cam angle from where its stroke begins
+FROM_START = (7.0, 16.0, 28.0)  # points: of a cam angle from where its stroke begins
 ASIDE = (5.0, 8.0, 12.0, 16.0, 22.0, 30.0)  # points: of ω from its arrow
 UNSEEN = 1e-4  # of the cam: an offset smaller than that is none to the eye
 
@@ -50,7 +62,7 @@ def draw_body(axes: Any, picture: Picture) -> None:
     thin = {"lw": 0.9, "alpha": 0.9} if picture.undercut else {"lw": 2.2}
     named = set()
     for place, (kind, curves) in enumerate(zip(picture.kinds, pieces, strict=True)):
-        label = f"profile, {NAMES[kind]}" if kind not in named else None
+        label = f"profile, {STROKE_NAMES[kind]}" if kind not in named else None
         line(
             axes,
             curves.profile[0],
@@ -64,7 +76,7 @@ def draw_body(axes: Any, picture: Picture) -> None:
         named.add(kind)
     if radius > 0.0:
         pitch = np.concatenate([c.pitch for c in pieces])
-        style = {"color": PITCH, "lw": 1.0, "ls": (0, (9, 2.5, 1.5, 2.5)), "zorder": 3}
+        style = {"color": PITCH_COLOUR, "lw": 1.0, "ls": (0, (9, 2.5, 1.5, 2.5)), "zorder": 3}
         line(axes, np.append(pitch, pitch[0]), label="pitch curve", **style)
 
 
@@ -106,7 +118,7 @@ def _draw_circles(axes: Any, picture: Picture, pitch: ComplexArray, size: float)
     if problem.setup.mechanism.curvature is not None:
         through = values["pitch_circle_radius_mm"]
         label = f"pitch circle, R {four_digits(through)}"
-        circle(axes, through, color=REFERENCE, ls=(0, (1.5, 2.5)), label=label, **thin)
+        circle(axes, through, color=REFERENCE_COLOUR, ls=(0, (1.5, 2.5)), label=label, **thin)
         spans.append(through * np.array([1, 1j, -1, -1j]))
         lowest = min(lowest, -through)
         _mark_pitch_point(axes, picture)
@@ -130,7 +142,7 @@ def draw_centre(axes: Any, picture: Picture, size: float) -> None:
 def _mark_pitch_point(axes: Any, picture: Picture) -> None:
     problem, at = picture.problem, np.radians([picture.values["pressure_angle_max_at_deg"]])
     point = cam_curves(problem.setup.mechanism, problem.design, problem.programme, at).pitch
-    style = {"ls": "none", "marker": "o", "ms": 5, "mfc": "white", "mec": REFERENCE, "zorder": 6}
+    style = {"ls": "none", "marker": "o", "ms": 5, "mfc": "white", "mec": REFERENCE_COLOUR, "zorder": 6}
     line(axes, point, label="pitch point", **style)
 
 
@@ -144,7 +156,12 @@ def _draw_offset(axes: Any, offset: float, lowest: float, size: float) -> Comple
     if offset == 0.0:
         return ends
     circle(
-        axes, abs(offset), color=REFERENCE, lw=0.8, zorder=2.5, label=f"offset circle, R {four_digits(abs(offset))}"
+        axes,
+        abs(offset),
+        color=REFERENCE_COLOUR,
+        lw=0.8,
+        zorder=2.5,
+        label=f"offset circle, R {four_digits(abs(offset))}",
     )
     line(axes, offset + 1j * np.array([level - 0.03 * size, 0.9 * size]), **dashes)
     arrow = {"arrowstyle": "<|-|>", "color": MUTED, "lw": 0.7, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 7}
@@ -167,7 +184,7 @@ def draw_strokes(axes: Any, picture: Picture) -> list[Label]:
         line(axes, [foot, point], color=FAINT, lw=0.7, zorder=2)
         box = {"boxstyle": "round,pad=0.15", "fc": FILL, "ec": "none"}
         style = {"fontsize": SMALL, "color": MUTED, "bbox": box, "zorder": 4.5}
-        places = around(DISTANCES, float(np.angle(foot - point)))
+        places = around(FROM_START, float(np.angle(foot - point)))
         labels.append(Label(axes, f"{np.degrees(angle):.4g}°", (point.real, point.imag), places, style, PROFILE))
     return labels
 

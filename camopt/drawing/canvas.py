@@ -13,7 +13,7 @@ from camopt.storage.files import checked_suffix, whole_file
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-KINDS = (".png", ".svg", ".pdf")
+STILL_KINDS = (".png", ".svg", ".pdf")
 DATES: dict[str, dict[str, Any]] = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
 
 
@@ -30,16 +30,16 @@ def canvas(path: Target, size: tuple[float, float], *, powers: bool = False, **o
     """
     import matplotlib.style
 
-    from camopt.drawing.sheet import Sheet
+    from camopt.drawing.sheet import EmptyFigure
 
     if path is not None:
-        checked_suffix(path, "path", KINDS)
+        checked_suffix(path, "path", STILL_KINDS)
     with (
         matplotlib.style.context(["default", {**RC, "text.parse_math": powers}], after_reset=True),
         warnings.catch_warnings(),
     ):
         warnings.filterwarnings("ignore", message="Glyph .* missing")  # a name in a script the font lacks
-        figure = Sheet(size, **options)
+        figure = EmptyFigure(size, **options)
         yield figure
         if path is None:
             figure.draw_without_rendering()  # makes the ticks, in this style, wherever the figure is shown later

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MOST_PANELS = 3  # side by side: all pairs of three objectives
-WIDE, HIGH = 4.6, 4.4  # inches: of a panel
+PANEL_WIDTH, PANEL_HEIGHT = 4.6, 4.4  # inches: of a panel
 
 
 def draw(found: Comparison, path: Target = None) -> "Figure":
@@ -27,7 +27,7 @@ def draw(found: Comparison, path: Target = None) -> "Figure":
         why = "results with fronts of the same two objectives or more, which vary"
         raise BadInput([Mistake("camopt", "what", repr(found), why)])
     many = max(len(_pairs(table)) for table in rows.values())
-    with canvas(path, (max(many, 2) * WIDE, len(rows) * HIGH), layout="constrained") as figure:
+    with canvas(path, (max(many, 2) * PANEL_WIDTH, len(rows) * PANEL_HEIGHT), layout="constrained") as figure:
         title = f"Pareto fronts: {found.a} (A) and {found.b} (B)"
         figure.suptitle(title, x=0.01, ha="left", fontsize=PAGE_TITLE, fontweight="bold")
         for panels, (name, table) in zip(

@@ -7,14 +7,14 @@ from typing import Any
 import numpy as np
 
 from camopt.drawing.labels import Label, around
-from camopt.drawing.panels import SAME, Mark, Panel, Peak, Values
-from camopt.drawing.picture import NAMES, Picture, four_digits
-from camopt.drawing.style import ALARM, COLOURS, FAINT, INK, LIMIT, MUTED, PITCH, SHADES, SMALL, dress
+from camopt.drawing.panels import NEGLIGIBLE, MarkedPeak, MoveMark, Panel, PieceValues
+from camopt.drawing.picture import STROKE_NAMES, Picture, four_digits
+from camopt.drawing.style import ALARM, COLOURS, FAINT, INK, LIMIT, MUTED, PITCH_COLOUR, SHADES, SMALL, dress
 from camopt.numerics import FloatArray
 
 DEGREES_A_LETTER = 4.0  # that a letter above the diagrams takes
-DISTANCES = (3.5, 9.0, 16.0)  # points: of a peak's value from the peak
-CURVE = 1.0  # points: lines as thick as that do not run through it
+FROM_PEAK = (3.5, 9.0, 16.0)  # points: of a peak's value from the peak
+PEN_WIDTH = 1.0  # points: lines as thick as that do not run through it
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -47,7 +47,7 @@ def _draw_panel(axes: Any, picture: Picture, panel: Panel) -> list[Label]:
     dress(axes)
     axes.axhline(0.0, color=FAINT, lw=0.8, zorder=1)
     for angle, value in zip(angles, panel.reference or [], strict=panel.reference is not None):
-        axes.plot(angle, value * factor, color=PITCH, lw=1.0, ls=(0, (9, 2.5, 1.5, 2.5)), zorder=2)
+        axes.plot(angle, value * factor, color=PITCH_COLOUR, lw=1.0, ls=(0, (9, 2.5, 1.5, 2.5)), zorder=2)
     for kind, angle, value in zip(picture.kinds, angles, panel.other or [], strict=panel.other is not None):
         axes.plot(angle, value * factor, color=COLOURS[kind], lw=0.8, zorder=2.2)
     for kind, angle, value in zip(picture.kinds, angles, panel.values, strict=True):
@@ -97,16 +97,16 @@ def _limits(axes: Any, panel: Panel, factor: float) -> float:
     return float(high - low)
 
 
-def _draw_risers(axes: Any, angles: Values, values: Values, span: float) -> None:
+def _draw_risers(axes: Any, angles: PieceValues, values: PieceValues, span: float) -> None:
     """A dotted line where a value jumps, also from the end of the turn to its start."""
     for k, value in enumerate(values):
         before, after = values[k - 1][-1], value[0]
-        if abs(after - before) > SAME * span:
+        if abs(after - before) > NEGLIGIBLE * span:
             for at in {round(float(angles[k][0]), 6), round(float(angles[k - 1][-1]), 6)}:
                 axes.plot([at, at], [before, after], color=MUTED, lw=0.9, ls=(0, (1, 1.6)), zorder=2.5)
 
 
-def draw_mark(axes: Any, mark: Mark, factor: float) -> None:
+def draw_mark(axes: Any, mark: MoveMark, factor: float) -> None:
     """A square or a bar at an angle; a line or a band over a range of angles."""
     low, high = mark.low * factor, mark.high * factor
     if mark.end > mark.start:
@@ -145,7 +145,7 @@ def _draw_impulses(axes: Any, panel: Panel) -> None:
         axes.annotate("", (at, length), (at, 0.0), arrowprops=style, zorder=4, annotation_clip=False)
 
 
-def _draw_alarm(axes: Any, angles: Values, panel: Panel) -> None:
+def _draw_alarm(axes: Any, angles: PieceValues, panel: Panel) -> None:
     """Where the cam is undercut; said once."""
     low, high = axes.get_ylim()
     style = {"fontsize": SMALL, "color": ALARM, "ha": "center", "va": "top"}
@@ -160,13 +160,13 @@ def _draw_alarm(axes: Any, angles: Values, panel: Panel) -> None:
         axes.text(min(max(found[0], 18.0), 342.0), high - 0.04 * (high - low), "undercut", **style)
 
 
-def _draw_peak(axes: Any, peak: Peak, factor: float) -> Label:
+def _draw_peak(axes: Any, peak: MarkedPeak, factor: float) -> Label:
     """Mark a peak; the label with its value."""
     value = peak.value * factor
     outwards = copysign(pi / 2, -1.0 if peak.least else value)
     axes.plot([peak.angle], [value], marker="o", ms=3.2, color=peak.colour, zorder=5, clip_on=False)
     style = {"fontsize": SMALL, "color": peak.colour, "zorder": 5}
-    return Label(axes, peak.text, (peak.angle, value), around(DISTANCES, outwards), style, CURVE)
+    return Label(axes, peak.text, (peak.angle, value), around(FROM_PEAK, outwards), style, PEN_WIDTH)
 
 
 def _name_strokes(axes: Any, picture: Picture) -> None:
@@ -174,7 +174,7 @@ def _name_strokes(axes: Any, picture: Picture) -> None:
     for stroke in picture.problem.programme.strokes:
         start, angle = np.degrees([stroke.start, stroke.angle])
         law, size = stroke.law.NAME if stroke.law else "", f"{angle:.4g}°"
-        name, law = (law, "") if stroke.is_move else (NAMES[stroke.kind], law)
+        name, law = (law, "") if stroke.is_move else (STROKE_NAMES[stroke.kind], law)
         lines = [f"{name} {size}", law]
         if len(lines[0]) * DEGREES_A_LETTER > angle:
             lines = [name, size]

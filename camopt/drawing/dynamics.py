@@ -7,7 +7,7 @@ import numpy as np
 
 from camopt.drawing.limit_lines import limit_lines
 from camopt.drawing.loads import by_way
-from camopt.drawing.panels import Panel, greatest_and_least, known, peak_of
+from camopt.drawing.panels import Panel, greatest_and_least, known, marked
 from camopt.drawing.picture import Picture, four_digits
 from camopt.effects import vibration
 from camopt.effects.force import force_curve
@@ -87,12 +87,12 @@ def _train(picture: Picture) -> list[Panel]:
         driven,
         quantity=acceleration,
     )
-    mass.peaks = [peak_of(picture, driven, acceleration)]
+    mass.peaks = [marked(picture, driven, acceleration)]
     mass.reference = [rows[2] * factor for rows in picture.motion]
     mass.note = "dash-dot: that of the motion"
     moved = _sampled(picture, wave, unit)
     travel = Panel("Deviation of the mass from the motion", length, moved, quantity=overshoot)
-    travel.peaks = [peak_of(picture, moved, overshoot)]
+    travel.peaks = [marked(picture, moved, overshoot)]
     travel.limits = limit_lines(picture, f"residual_vibration_max_{length}", DWELL)
     found = [mass, travel]
     least = "contact_force_elastic_min_N"

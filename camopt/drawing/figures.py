@@ -32,7 +32,7 @@ def draw(what: Scene | Evaluation | Design, path: Target = None) -> "Figure":
     developed = picture.problem.setup.mechanism.body.developed
     shown = [*panels(picture), *dynamics_panels(picture), *load_panels(picture)]
     page = _below_a_groove(len(shown)) if developed else _beside_a_disc(len(shown))
-    with canvas(path, (WIDTH, page.height)) as figure:
+    with canvas(path, (FIGURE_WIDTH, page.height)) as figure:
         axes = [figure.add_axes(page.on_figure(box)) for box in page.panels]
         _header(figure, picture)
         labels = diagrams.draw(axes, picture, shown, page.heads, page.feet)
@@ -58,7 +58,8 @@ def _draw_cam(figure: Any, picture: Picture, page: Any) -> list[Label]:
 
 
 BETWEEN = "  ·  "  # things that stand in a line
-WIDTH, COLUMNS, ACROSS = 15.5, (0.045, 0.54), 0.44  # inches; left ends and width of diagrams, of the figure
+FIGURE_WIDTH = 15.5  # inches
+COLUMN_ENDS, COLUMN_WIDTH = (0.045, 0.54), 0.44  # left ends and width of diagrams, as shares of the figure
 TALL = 1.0333  # inches: a diagram
 Corners = tuple[float, float, float, float]
 
@@ -89,9 +90,9 @@ def _beside_a_disc(count: int) -> Page:
     panels = []
     for place in range(count):
         column, row = (0, place) if place < 6 else (place % 2, 6 + (place - 6) // 2)
-        panels.append((COLUMNS[column], below + 8.5 - TALL - row * step, ACROSS, TALL))
+        panels.append((COLUMN_ENDS[column], below + 8.5 - TALL - row * step, COLUMN_WIDTH, TALL))
     heads = (0, 7) if count > 7 else (0,)
-    lowest = {COLUMNS.index(left): place for place, (left, *_) in enumerate(panels)}
+    lowest = {COLUMN_ENDS.index(left): place for place, (left, *_) in enumerate(panels)}
     feet = tuple(lowest.values())
     cam = (0.53, below + 1.25 + lift, 0.45, 7.45 - lift)
     return Page(below + 10.0, cam, (0.755, below + 0.2 + lift), panels, heads, feet)
@@ -104,7 +105,7 @@ def _below_a_groove(count: int) -> Page:
     panels = []
     for place in range(count):
         column, row = divmod(place, rows)
-        panels.append((COLUMNS[column], height - 5.4 - TALL - row * step, ACROSS, TALL))
+        panels.append((COLUMN_ENDS[column], height - 5.4 - TALL - row * step, COLUMN_WIDTH, TALL))
     cam, legend = (0.045, height - 4.0, 0.935, 2.5), (0.5, height - 4.75)
     return Page(height, cam, legend, panels, (0, rows), (rows - 1, count - 1))
 

@@ -8,7 +8,7 @@ from camopt.drawing.canvas import Target, canvas
 from camopt.drawing.diagrams import in_powers
 from camopt.drawing.measured_profile import draw_profile
 from camopt.drawing.picture import Picture, four_digits
-from camopt.drawing.style import ALARM, COLOURS, FAINT, INK, LIMIT, MUTED, PAGE_TITLE, TITLE, dress
+from camopt.drawing.style import ALARM, COLOURS, DOT, FAINT, INK, LIMIT, MUTED, PAGE_TITLE, TITLE, dress
 from camopt.effects.motion import scale
 from camopt.measured.fitted import Fit
 from camopt.measured.reading import apart
@@ -19,24 +19,23 @@ from camopt.quantities import QUANTITIES
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-BEFORE, AFTER = MUTED, COLOURS[RISE]
+RAW_COLOUR, FIT_COLOUR = MUTED, COLOURS[RISE]
 PLACES = ((0.09, 0.66, 0.88, 0.22), (0.09, 0.375, 0.88, 0.19), (0.09, 0.07, 0.88, 0.22))
-PAGE, WIDE, BESIDE = (11.0, 8.5), (17.0, 8.5), (0.67, 0.16, 0.31, 0.70)
-SHOWN = 2.0  # times the range of the acceleration after: what is seen of that before
-BEYOND = 1.4  # bands: where the diagram of deviations ends
-POINT: dict[str, Any] = {"ls": "none", "marker": ".", "ms": 3.0, "mew": 0.0}
+PAGE_SIZE, WIDE_PAGE, PROFILE_AREA = (11.0, 8.5), (17.0, 8.5), (0.67, 0.16, 0.31, 0.70)
+RANGES_SHOWN = 2.0  # times the range of the acceleration after: what is seen of that before
+BANDS_SHOWN = 1.4  # bands: where the diagram of deviations ends
 
 
 def draw(result: Fit, path: Target = None) -> "Figure":
     """Draw a fit: points and motion, deviations in their band, acceleration by differences and of the motion."""
     picture = Picture(result.scene, resolve(result.scene))
-    size = WIDE if result.profile else PAGE
+    size = WIDE_PAGE if result.profile else PAGE_SIZE
     with canvas(path, size) as figure:
         count = f"{result.points.angles.size} points, noise {four_digits(result.noise)} {result.unit}"
         figure.text(0.03, 0.96, result.scene.name, fontsize=PAGE_TITLE, fontweight="bold")
         about = f"{count}, band ±{four_digits(result.band)} {result.unit}"
         figure.text(0.03, 0.935, about, fontsize=TITLE - 1.0, color=MUTED)
-        part = PAGE[0] / size[0]
+        part = PAGE_SIZE[0] / size[0]
         lift, off, acceleration = (figure.add_axes((part * x, y, part * w, h)) for x, y, w, h in PLACES)
         _lift(lift, result, picture)
         _deviations(off, result)
@@ -46,7 +45,7 @@ def draw(result: Fit, path: Target = None) -> "Figure":
             dress(axes)
         acceleration.set_xlabel("cam angle, deg")
         if result.profile:
-            draw_profile(figure.add_axes(BESIDE), result, picture, AFTER)
+            draw_profile(figure.add_axes(PROFILE_AREA), result, picture, FIT_COLOUR)
     return figure
 
 
@@ -59,10 +58,12 @@ def _turn(picture: Picture, order: int) -> tuple[Any, Any]:
 def _lift(axes: Any, result: Fit, picture: Picture) -> None:
     angles, values = _turn(picture, 0)
     per = np.degrees(1.0) if picture.problem.setup.angular else 1.0
-    axes.plot(angles, values * per, color=AFTER, lw=1.4, label="motion")
-    axes.fill_between(angles, values * per - result.band, values * per + result.band, color=AFTER, alpha=0.15, lw=0)
+    axes.plot(angles, values * per, color=FIT_COLOUR, lw=1.4, label="motion")
+    axes.fill_between(
+        angles, values * per - result.band, values * per + result.band, color=FIT_COLOUR, alpha=0.15, lw=0
+    )
     measured = apart(result.start, result.points.angles), result.points.lifts - result.zero
-    axes.plot(*measured, color=INK, label="points", **POINT)
+    axes.plot(*measured, color=INK, label="points", **DOT)
     _outliers(axes, result, result.outliers.lifts - result.zero)
     axes.set_title(f"Lift, {result.unit}", loc="left")
     axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.2)
@@ -77,17 +78,17 @@ def _outliers(axes: Any, result: Fit, values: Any) -> None:
 def _deviations(axes: Any, result: Fit) -> None:
     """What the points are off the motion by; outliers at the edge of the diagram, with their rows."""
     band = result.band
-    axes.axhline(0.0, color=AFTER, lw=1.0)
+    axes.axhline(0.0, color=FIT_COLOUR, lw=1.0)
     for side in (-band, band):
         axes.axhline(side, **LIMIT)
-    axes.plot(apart(result.start, result.points.angles), -np.array(result.deviation.at_points), color=INK, **POINT)
+    axes.plot(apart(result.start, result.points.angles), -np.array(result.deviation.at_points), color=INK, **DOT)
     for each in result.left_out:
-        side = BEYOND * band * (1.0 if each.deviation < 0.0 else -1.0)
+        side = BANDS_SHOWN * band * (1.0 if each.deviation < 0.0 else -1.0)
         angle = float(apart(result.start, each.angle))
         axes.plot([angle], [0.93 * side], ls="none", marker="x", ms=6.0, color=ALARM)
         place = {"textcoords": "offset points", "xytext": (6, 0), "va": "center", "color": ALARM}
         axes.annotate(f"row {each.row}: {four_digits(-each.deviation)}", (angle, 0.93 * side), **place)
-    axes.set_ylim(-BEYOND * band, BEYOND * band)
+    axes.set_ylim(-BANDS_SHOWN * band, BANDS_SHOWN * band)
     axes.set_title(f"Deviation of the points, {result.unit}", loc="left")
 
 
@@ -99,10 +100,12 @@ def _acceleration(axes: Any, result: Fit, picture: Picture) -> None:
     unit = QUANTITIES[result.quantity("acceleration")].unit
     factor, unit = in_powers([values[~np.isnan(values)]], unit)
     low, high = float(np.nanmin(values)) * factor, float(np.nanmax(values)) * factor
-    axes.plot(at[order], before[order] * factor, color=BEFORE, lw=0.6, alpha=0.7, label="differences of the points")
-    axes.plot(angles, values * factor, color=AFTER, lw=1.6, label="motion")
+    axes.plot(
+        at[order], before[order] * factor, color=RAW_COLOUR, lw=0.6, alpha=0.7, label="differences of the points"
+    )
+    axes.plot(angles, values * factor, color=FIT_COLOUR, lw=1.6, label="motion")
     axes.axhline(0.0, color=FAINT, lw=0.8, zorder=1)
-    room = SHOWN * (high - low)
+    room = RANGES_SHOWN * (high - low)
     bottom, top = max(low - room, before.min() * factor * 1.05), min(high + room, before.max() * factor * 1.05)
     axes.set_ylim(min(bottom, low * 1.1), max(top, high * 1.1))
     axes.set_title(f"Acceleration, {unit}", loc="left")

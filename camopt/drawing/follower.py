@@ -9,7 +9,7 @@ from camopt.drawing.style import BODY, INK, MUTED
 from camopt.mechanisms import oscillating_flat
 from camopt.mechanisms.design import ComplexArray
 
-EDGE = {"facecolor": BODY, "edgecolor": INK, "lw": 1.1}
+BODY_STYLE = {"facecolor": BODY, "edgecolor": INK, "lw": 1.1}
 
 
 class Parts(NamedTuple):
@@ -44,7 +44,7 @@ def _sliding_face(parts: Parts, picture: Picture, size: float) -> list[ComplexAr
     left = min(*ends, offset - 0.07 * size) - 0.05 * size
     right = max(*ends, offset + 0.07 * size) + 0.05 * size
     face = np.array([left, right, right + 1j * thick, left + 1j * thick]) + 1j * contact.imag
-    area(parts.follower, face, zorder=5, **EDGE)
+    area(parts.follower, face, zorder=5, **BODY_STYLE)
     line(parts.contact, [contact], marker="o", ms=3.5, color=INK, zorder=7)
     return [face, *_draw_stem(parts, picture, offset + 1j * (contact.imag + thick), size)]
 
@@ -56,7 +56,7 @@ def _draw_stem(parts: Parts, picture: Picture, seat: complex, size: float) -> li
     guide = 0.05 * size + roller + lift
     top = guide + 0.16 * size
     stem = seat + np.array([-half, half, half + 1j * top, -half + 1j * top])
-    area(parts.follower, stem, zorder=4.8, **EDGE)
+    area(parts.follower, stem, zorder=4.8, **BODY_STYLE)
     for side in (-1.0, 1.0):
         block = seat + side * half + np.array([0, side * 0.07 * size])
         block = np.concatenate([block + 1j * guide, block[::-1] + 1j * (guide + 0.1 * size)])
@@ -70,7 +70,7 @@ def _draw_tip(parts: Parts, picture: Picture, trace: complex, up: complex, size:
     radius = float(picture.problem.design.roller_radius[0])
     if contact == "knife":
         wedge = trace + up * size * np.array([0, 0.12 - 0.045j, 0.12 + 0.045j])
-        area(axes, wedge, zorder=5, **EDGE)
+        area(axes, wedge, zorder=5, **BODY_STYLE)
         return trace + up * 0.12 * size
     normal = complex(_start(picture)[1])
     if contact == "roller":
@@ -82,7 +82,7 @@ def _draw_tip(parts: Parts, picture: Picture, trace: complex, up: complex, size:
         half = np.radians(min(max(picture.values["pressure_angle_max_deg"] + 8.0, 20.0), 85.0))
         cap = trace - radius * up * np.exp(1j * np.linspace(-half, half, 91))
         back = up * max(0.04 * size, 0.06 * radius)
-        area(axes, np.concatenate([cap, cap[[-1, 0]] + back]), zorder=5, **EDGE)
+        area(axes, np.concatenate([cap, cap[[-1, 0]] + back]), zorder=5, **BODY_STYLE)
         line(axes, [trace], marker="+", ms=7, color=INK, zorder=6)
         seat = complex((cap[0] + cap[-1]) / 2 + back)
     line(parts.contact, [trace - radius * normal], marker="o", ms=3.5, color=INK, zorder=7)
@@ -108,7 +108,7 @@ def _swinging_face(parts: Parts, picture: Picture, size: float) -> list[ComplexA
     near, far = values["face_reach_min_mm"] - 0.08 * size, values["face_reach_max_mm"] + 0.08 * size
     blade = foot + along * np.array([near, far, far, near]) + normal * np.array([0, 0, thick, thick])
     draw_arm(parts, pivot, complex(foot + along * near + normal * thick / 2), size)
-    area(parts.follower, blade, zorder=5, **EDGE)
+    area(parts.follower, blade, zorder=5, **BODY_STYLE)
     line(parts.contact, [_start(picture)[0]], marker="o", ms=3.5, color=INK, zorder=7)
     swing = _draw_swing(parts.ground, picture, pivot, complex(foot + along * far))
     return [swing, blade, np.array([pivot + 0.12 * size * (1 - 1j)])]
@@ -118,14 +118,14 @@ def draw_arm(parts: Parts, pivot: complex, end: complex, size: float) -> None:
     """An arm from its fixed pivot to the follower's tip."""
     axes, fixed, half = parts.follower, parts.ground, 0.03 * size
     across = 1j * (end - pivot) / max(abs(end - pivot), 1e-300) * half
-    area(axes, [pivot + across, end + 0.7 * across, end - 0.7 * across, pivot - across], zorder=4.8, **EDGE)
+    area(axes, [pivot + across, end + 0.7 * across, end - 0.7 * across, pivot - across], zorder=4.8, **BODY_STYLE)
     ground = pivot + size * np.array([0, 0.07 - 0.09j, -0.07 - 0.09j])
     area(fixed, ground, facecolor="white", edgecolor=MUTED, lw=0.9, zorder=4.7)
     base = pivot + size * np.array([-0.1 - 0.09j, 0.1 - 0.09j, 0.1 - 0.115j, -0.1 - 0.115j])
     area(fixed, base, facecolor="white", edgecolor=MUTED, hatch="//////", lw=0.0, zorder=4.6)
     line(fixed, base[:2], color=MUTED, lw=0.9, zorder=4.7)
     turn = np.exp(1j * np.linspace(0.0, 2 * np.pi, 91))
-    area(axes, pivot + 1.25 * half * turn, zorder=6, **EDGE)
+    area(axes, pivot + 1.25 * half * turn, zorder=6, **BODY_STYLE)
     line(axes, [pivot], marker="o", ms=2.5, color=INK, zorder=6.1)
 
 

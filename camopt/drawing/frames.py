@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from camopt.drawing.bodies import FRAMES, SECONDS, Stage, artists_of
+from camopt.drawing.bodies import FRAMES, TURN_TIME, Stage, artists_of
 from camopt.mistakes import BadInput, Mistake
 
-DPI = 100
-COLOURS, BITS = 128, 5  # of a GIF; bits of red, green and blue by which it tells colours apart
+FRAME_DPI = 100
+PALETTE, SHADE_BITS = 128, 5  # of a GIF; bits of red, green and blue by which it tells colours apart
 
 Image = NDArray[np.uint8]
 
@@ -24,7 +24,7 @@ def frames(stage: Stage) -> Iterator[Image]:
     from matplotlib.transforms import Affine2D
 
     figure, placed = stage.figure, [(body, Affine2D()) for body in stage.bodies]
-    figure.set_dpi(DPI)
+    figure.set_dpi(FRAME_DPI)
     for body, affine in placed:
         body.axes.set_visible(False)
         for artist in artists_of(body):
@@ -59,14 +59,14 @@ def write_gif(stage: Stage, file: Path) -> None:
             nearest = _nearest(palette)
         images.append(Pillow.fromarray(nearest.take(_shades(frame))))
         images[-1].putpalette(palette.ravel().tolist())
-    duration = round(1000 * SECONDS / FRAMES)
+    duration = round(1000 * TURN_TIME / FRAMES)
     images[0].save(file, format="GIF", save_all=True, append_images=images[1:], duration=duration, loop=0)
 
 
 def _shades(colours: NDArray[Any]) -> NDArray[np.uint16]:
     """A number of the upper bits of colours (…, 3), red first."""
-    red, green, blue = np.moveaxis((colours >> (8 - BITS)).astype(np.uint16), -1, 0)
-    shades: NDArray[np.uint16] = (red << 2 * BITS) | (green << BITS) | blue
+    red, green, blue = np.moveaxis((colours >> (8 - SHADE_BITS)).astype(np.uint16), -1, 0)
+    shades: NDArray[np.uint16] = (red << 2 * SHADE_BITS) | (green << SHADE_BITS) | blue
     return shades
 
 
@@ -76,13 +76,13 @@ def _palette(image: Image) -> Image:
     order: NDArray[np.intp] = colours[np.argsort(-counts, kind="stable")]
     usual = np.column_stack([order >> 16, order >> 8 & 255, order & 255])
     _, first = np.unique(_shades(usual), return_index=True)
-    palette: Image = usual[np.sort(first)[:COLOURS]].astype(np.uint8)
+    palette: Image = usual[np.sort(first)[:PALETTE]].astype(np.uint8)
     return palette
 
 
 def _nearest(palette: Image) -> Image:
     """For each shade the place of its colour in a palette, or of the nearest."""
-    levels = (np.arange(1 << BITS) + 0.5) * (1 << 8 - BITS)
+    levels = (np.arange(1 << SHADE_BITS) + 0.5) * (1 << 8 - SHADE_BITS)
     middles = np.stack(np.meshgrid(levels, levels, levels, indexing="ij"), axis=-1).reshape(-1, 3)
     nearest = np.argmin(np.square(middles[:, None] - palette.astype(float)).sum(axis=2), axis=1)
     nearest[_shades(palette)] = np.arange(len(palette))
@@ -100,8 +100,8 @@ def write_mp4(stage: Stage, file: Path) -> None:
     OSError
         If it fails.
     """
-    width, height = (round(inches * DPI) for inches in stage.figure.get_size_inches())
-    given = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", f"{FRAMES / SECONDS:g}"]
+    width, height = (round(inches * FRAME_DPI) for inches in stage.figure.get_size_inches())
+    given = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", f"{FRAMES / TURN_TIME:g}"]
     made = ["-pix_fmt", "yuv420p", "-threads", "1", "-fflags", "+bitexact", "-flags:v", "+bitexact"]
     command = [ffmpeg(), "-v", "error", "-y", *given, "-i", "-", *made, "-movflags", "+faststart", "-f", "mp4"]
     with subprocess.Popen([*command, str(file)], stdin=subprocess.PIPE, stderr=subprocess.PIPE) as encoder:

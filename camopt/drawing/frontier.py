@@ -16,13 +16,13 @@ from camopt.tables.columns import joined_laws
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-FREE = COLOURS[RISE]
-WIDE = 5.0  # a ratio of values that is shown on a logarithmic scale
-MARGIN = 0.06  # of the span of the points, around them
+FREE_COLOUR = COLOURS[RISE]
+LOG_RATIO = 5.0  # a ratio of values that is shown on a logarithmic scale
+AXES_MARGIN = 0.06  # of the span of the points, around them
 DISTANCES = (6.0, 10.0, 16.0)  # points: of a label from its point
 LEFT_BELOW = 1.25 * pi
-PLAIN = str.maketrans({"·": "_", "/": "_", "µ": "u"})  # units as the names of quantities write them
-WORDS = {
+UNIT_LETTERS = str.maketrans({"·": "_", "/": "_", "µ": "u"})  # units as the names of quantities write them
+AXIS_NAMES = {
     "size": "radius of the cam",
     "velocity": "peak velocity",
     "acceleration": "peak acceleration",
@@ -53,7 +53,7 @@ def draw(found: Frontier, path: Target = None) -> "Figure":
 def _label(found: Frontier, axis: str) -> str:
     """What an axis shows, with its unit."""
     unit = unit_of(axis, found.scene)
-    words = WORDS.get(axis) or axis.removesuffix(f"_{unit.translate(PLAIN)}").replace("_", " ")
+    words = AXIS_NAMES.get(axis) or axis.removesuffix(f"_{unit.translate(UNIT_LETTERS)}").replace("_", " ")
     return f"{words}, {unit}" if unit else words
 
 
@@ -64,7 +64,7 @@ def _curve(figure: Any, axes: Any, found: Frontier) -> None:
     axes.plot(
         *([row[axis] for row in rows] for axis in (across, up)),
         "-o",
-        color=FREE,
+        color=FREE_COLOUR,
         lw=1.8,
         ms=4,
         label=_free(found),
@@ -102,7 +102,7 @@ def _cloud(figure: Any, axes: Any, found: Frontier) -> None:
     """Three axes: the front as points, the third axis as their colour."""
     up, across, third = found.axes
     x, y, z = (np.array([row[axis] for row in found.rows]) for axis in (across, up, third))
-    norm = "log" if z.min() > 0.0 and z.max() > WIDE * z.min() else "linear"
+    norm = "log" if z.min() > 0.0 and z.max() > LOG_RATIO * z.min() else "linear"
     points = axes.scatter(x, y, c=z, cmap="viridis", norm=norm, s=26, zorder=4, label=_free(found))
     bar = figure.colorbar(points, ax=axes, label=_label(found, third), pad=0.01, format="{x:.3g}")
     bar.ax.yaxis.set_minor_formatter("{x:.3g}")
@@ -141,4 +141,4 @@ def _frame(axes: Any, found: Frontier) -> None:
         span = (high - low) or abs(high) or 1.0
         least = found.least[name][1]
         low = min(low, least) if least is not None and least > low - span else low
-        axis(low - MARGIN * span, high + MARGIN * span)
+        axis(low - AXES_MARGIN * span, high + AXES_MARGIN * span)

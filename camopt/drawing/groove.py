@@ -6,11 +6,11 @@ import numpy as np
 
 from camopt.drawing.follower import Parts, draw_arm
 from camopt.drawing.labels import Label
-from camopt.drawing.picture import NAMES, Picture, area, fit, four_digits, line, round_length
-from camopt.drawing.style import BODY, COLOURS, FAINT, FILL, INK, MUTED, PITCH, PROFILE, SMALL, TEXT
+from camopt.drawing.picture import STROKE_NAMES, Picture, area, fit, four_digits, line, round_length
+from camopt.drawing.style import BODY, COLOURS, FAINT, FILL, INK, MUTED, PITCH_COLOUR, PROFILE, SMALL, TEXT
 from camopt.mechanisms.design import ComplexArray
 
-ABOVE = ((0.0, 2.0), (0.0, 11.0), (0.0, 20.0))  # points: of a cam angle above the sheet
+ANGLE_OFFSETS = ((0.0, 2.0), (0.0, 11.0), (0.0, 20.0))  # points: of a cam angle above the sheet
 
 
 def draw_groove(axes: Any, picture: Picture) -> list[Label]:
@@ -66,14 +66,14 @@ def draw_channel(axes: Any, picture: Picture, around: float) -> None:
     named = set()
     for kind, curves in zip(picture.kinds, picture.curves, strict=True):
         for side in curves.profile[: 2 if radius > 0.0 else 1]:
-            label = f"profile, {NAMES[kind]}" if kind not in named else None
+            label = f"profile, {STROKE_NAMES[kind]}" if kind not in named else None
             named.add(kind)
             for shift in (0.0, -around, around):
                 width = 0.9 if picture.undercut else 2.0
                 line(axes, side + shift, color=COLOURS[kind], lw=width, label=label, zorder=4)
                 label = None
     if radius > 0.0:
-        line(axes, turns, label="pitch curve", color=PITCH, lw=1.0, ls=(0, (9, 2.5, 1.5, 2.5)), zorder=3)
+        line(axes, turns, label="pitch curve", color=PITCH_COLOUR, lw=1.0, ls=(0, (9, 2.5, 1.5, 2.5)), zorder=3)
 
 
 def _draw_boundaries(axes: Any, picture: Picture, sheet: ComplexArray) -> list[Label]:
@@ -82,7 +82,7 @@ def _draw_boundaries(axes: Any, picture: Picture, sheet: ComplexArray) -> list[L
     for angle in [*(s.start for s in picture.problem.programme.strokes), 2 * np.pi]:
         line(axes, size * angle + 1j * np.array([sheet.imag.min(), top]), color=FAINT, lw=0.7, zorder=1.5)
         style = {"fontsize": SMALL, "color": MUTED}
-        labels.append(Label(axes, f"{np.degrees(angle):.4g}°", (size * angle, top), ABOVE, style, PROFILE))
+        labels.append(Label(axes, f"{np.degrees(angle):.4g}°", (size * angle, top), ANGLE_OFFSETS, style, PROFILE))
     arrow = {"arrowstyle": "-|>", "color": INK, "lw": 1.2, "mutation_scale": 11}
     axes.annotate("", (0.91, 1.14), (0.97, 1.14), xycoords="axes fraction", arrowprops=arrow)
     place = {"ha": "right", "va": "center", "fontsize": TEXT, "color": INK, "transform": axes.transAxes}

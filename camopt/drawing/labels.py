@@ -14,11 +14,11 @@ import numpy as np
 
 from camopt.numerics import FloatArray
 
-TEXT, MARK, LINE = 1e6, 1e3, 1.0  # what a place costs for each that it meets
-ROOM = 2.5  # points around a text without another
-CLEAR = 2.4  # and without the middle of a mark
-ABOVE = 4.6  # the order of drawing: what is above hides a label
-NONE = 1e-6  # of a point: an offset that is none
+TEXT_COST, MARK_COST, LINE_COST = 1e6, 1e3, 1.0  # what a place costs for each that it meets
+TEXT_ROOM = 2.5  # points around a text without another
+MARK_ROOM = 2.4  # and without the middle of a mark
+LABEL_ORDER = 4.6  # the order of drawing: what is above hides a label
+LEAST_OFFSET = 1e-6  # of a point: an offset that is none
 
 LabelPlace = tuple[float, float]
 """Where the near edge of a label is, in points from its point."""
@@ -50,7 +50,7 @@ def settle(figure: Any, labels: Sequence[Label]) -> None:
     renderer = figure.canvas.get_renderer()
     texts = figure.findobj(lambda artist: isinstance(artist, Text) and artist.get_visible() and artist.get_text())
     taken = [text.get_window_extent(renderer).get_points() for text in texts]
-    room, clear = (points * figure.dpi / 72.0 for points in (ROOM, CLEAR))
+    room, clear = (points * figure.dpi / 72.0 for points in (TEXT_ROOM, MARK_ROOM))
     every = {(label.axes, label.thinnest) for label in labels}
     seen = {(axes, pen): (_marks(axes), list(_bodies(axes)), list(_lines(axes, pen))) for axes, pen in every}
     for label in labels:
@@ -71,7 +71,7 @@ def settle(figure: Any, labels: Sequence[Label]) -> None:
             marked = box.padded(clear).count_contains(marks) + _leaves(box, label.axes.bbox)
             marked += sum(_runs_through(box, body) for body in bodies)
             crossed = sum(_runs_through(box.padded(half), path) for path, half in lines)
-            costs.append(TEXT * met + MARK * marked + LINE * crossed)
+            costs.append(TEXT_COST * met + MARK_COST * marked + LINE_COST * crossed)
             if costs[-1] == 0.0:
                 break
         _put(text, label.places[int(np.argmin(costs))])
@@ -82,8 +82,8 @@ def _put(text: Any, place: LabelPlace) -> None:
     """A text at a place, with the edge or corner that is nearest to its point there."""
     x, y = place
     text.set_position(place)
-    text.set_horizontalalignment("center" if abs(x) < NONE else "left" if x > 0.0 else "right")
-    text.set_verticalalignment("center" if abs(y) < NONE else "bottom" if y > 0.0 else "top")
+    text.set_horizontalalignment("center" if abs(x) < LEAST_OFFSET else "left" if x > 0.0 else "right")
+    text.set_verticalalignment("center" if abs(y) < LEAST_OFFSET else "bottom" if y > 0.0 else "top")
 
 
 def _marks(axes: Any) -> FloatArray:
@@ -116,7 +116,7 @@ def _lines(axes: Any, thinnest: float) -> Iterator[tuple[Any, float]]:
 def _bodies(axes: Any) -> Iterator[Any]:
     """The outlines of what is drawn over the lines of axes, in pixels."""
     for patch in axes.patches:
-        if patch.get_zorder() > ABOVE:
+        if patch.get_zorder() > LABEL_ORDER:
             yield patch.get_transform().transform_path(patch.get_path())
 
 

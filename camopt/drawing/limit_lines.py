@@ -13,11 +13,11 @@ from camopt.numerics import LARGEST_MAGNITUDE
 from camopt.problem.claims import At, Claim
 from camopt.problem.limits import peak_of
 
-Lines = list[tuple[int, float]]
+LimitLines = list[tuple[int, float]]
 """Kinds of stroke over which a magnitude is bounded, or 0 for one side of the turn; the level."""
 
 
-def limit_lines(picture: Picture, name: str, kinds: int = 0) -> Lines:
+def limit_lines(picture: Picture, name: str, kinds: int = 0) -> LimitLines:
     """The lines of all limits on the curve of which a quantity is an extreme, in the unit of the quantity.
 
     One of a quantity that is no extreme of a curve is at its own bound, over some kinds of stroke.

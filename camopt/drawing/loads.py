@@ -7,7 +7,7 @@ from math import pi
 import numpy as np
 
 from camopt.drawing.limit_lines import limit_lines
-from camopt.drawing.panels import Panel, Values, known, peak_of
+from camopt.drawing.panels import Panel, PieceValues, known, marked
 from camopt.drawing.picture import Picture
 from camopt.effects import hertz, surface, thrust
 from camopt.effects.loads import normal_curve, ways
@@ -40,7 +40,7 @@ def _thrust(picture: Picture, every: bool) -> list[Panel]:
         make = partial(normal_curve, setup) if normal else partial(thrust.thrust_curve, setup, of=name)
         variants: list[Variant] = [(partial(make, way=way), kinds) for way, kinds in ways(setup)]
         values = [factor * value for value in by_way(picture, variants)]
-        panel = Panel(title, QUANTITIES[name].unit, values, [peak_of(picture, values, name)], quantity=name)
+        panel = Panel(title, QUANTITIES[name].unit, values, [marked(picture, values, name)], quantity=name)
         panel.limits = limits
         found.append(panel)
     return found
@@ -52,7 +52,7 @@ def _stress(picture: Picture) -> list[Panel]:
     setup = picture.problem.setup
     loads = by_way(picture, [variant for *_, variant in hertz.variants(setup)], pressed)
     values = [hertz.stress_of(setup, load, picture.problem.design) for load in loads]
-    panel = Panel("Contact stress", "MPa", values, [peak_of(picture, values, hertz.STRESS)], quantity=hertz.STRESS)
+    panel = Panel("Contact stress", "MPa", values, [marked(picture, values, hertz.STRESS)], quantity=hertz.STRESS)
     panel.limits = limit_lines(picture, hertz.STRESS)
     return [panel]
 
@@ -70,7 +70,7 @@ def _sliding(picture: Picture) -> list[Panel]:
     curve = surface.sliding_curve(setup, design, problem.programme)
     values = [factor * value for value in picture.curve_values(curve)]
     title = "Speed of the roller in its follower" if rolls else "Sliding speed"
-    panel = Panel(title, QUANTITIES[name].unit, values, [peak_of(picture, values, name)], quantity=name)
+    panel = Panel(title, QUANTITIES[name].unit, values, [marked(picture, values, name)], quantity=name)
     panel.limits = limit_lines(picture, name)
     return [panel]
 
@@ -85,7 +85,7 @@ def _wear(picture: Picture) -> list[Panel]:
         "Wear of the profile in a million turns",
         "µm",
         values,
-        [peak_of(picture, values, surface.WEAR)],
+        [marked(picture, values, surface.WEAR)],
         quantity=surface.WEAR,
     )
     panel.limits = limit_lines(picture, surface.WEAR)
@@ -102,7 +102,7 @@ def _film(picture: Picture) -> list[Panel]:
     factor = surface.film_factor(setup) / (setup.bodies.roughness or 1e-3)
     values = [np.where(value > 0.0, factor / value, 0.0) for value in thinness]
     title = "Film over roughness" if name == surface.RATIO else "Film thickness"
-    panel = Panel(title, QUANTITIES[name].unit, values, [peak_of(picture, values, name, least=True)], quantity=name)
+    panel = Panel(title, QUANTITIES[name].unit, values, [marked(picture, values, name, least=True)], quantity=name)
     panel.limits = limit_lines(picture, name)
     return [panel]
 
@@ -114,11 +114,11 @@ def pressed(load: FloatArray) -> FloatArray:
 
 def by_way(
     picture: Picture, variants: Sequence[Variant], borne: Callable[[FloatArray], FloatArray] = np.asarray
-) -> Values:
+) -> PieceValues:
     """A load over each piece of the turn, of what is borne of it: the largest of its variants there."""
     problem = picture.problem
     each = [(picture.curve_values(make(problem.design, problem.programme)), kinds) for make, kinds in variants]
-    values: Values = []
+    values: PieceValues = []
     for k, kind in enumerate(problem.programme.table.kind):
         here = borne(np.array([curves[k] for curves, kinds in each if kinds & kind]))
         values.append(np.take_along_axis(here, np.abs(here).argmax(axis=0)[None], axis=0)[0])

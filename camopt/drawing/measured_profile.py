@@ -6,11 +6,10 @@ from typing import Any
 import numpy as np
 
 from camopt.drawing.picture import Picture, circle, fit, four_digits, line
-from camopt.drawing.style import ALARM, FILL, INK, PROFILE, REFERENCE
+from camopt.drawing.style import ALARM, DOT, FILL, INK, PROFILE, REFERENCE_COLOUR
 from camopt.measured.fitted import Fit
 
-SHOWN = 0.12  # of the radius of the cam: how far the furthest point is shown off it
-POINT: dict[str, Any] = {"ls": "none", "marker": ".", "ms": 3.0, "mew": 0.0}
+LARGEST_SHOWN = 0.12  # of the radius of the cam: how far the furthest point is shown off it
 
 
 def draw_profile(axes: Any, result: Fit, picture: Picture, colour: str) -> None:
@@ -21,9 +20,9 @@ def draw_profile(axes: Any, result: Fit, picture: Picture, colour: str) -> None:
     normals = np.concatenate([curve.normal for curve in picture.curves])
     axes.fill(outline.real, outline.imag, color=FILL, lw=0)
     line(axes, np.append(outline, outline[0]), color=colour, lw=PROFILE)
-    circle(axes, float(problem.design.size[0]), color=REFERENCE, lw=0.7, ls=(0, (5, 4)), label="base circle")
+    circle(axes, float(problem.design.size[0]), color=REFERENCE_COLOUR, lw=0.7, ls=(0, (5, 4)), label="base circle")
     axes.plot([0.0], [0.0], ls="none", marker="+", ms=9.0, color=INK, mew=0.8)
-    most = SHOWN * float(np.abs(outline).max())
+    most = LARGEST_SHOWN * float(np.abs(outline).max())
     times = _times(most / float(np.abs(result.distances).max()))
     shown = [outline]
     for rows, style in (
@@ -35,7 +34,7 @@ def draw_profile(axes: Any, result: Fit, picture: Picture, colour: str) -> None:
             foot = np.array([np.abs(outline - centre).argmin() for centre in centres])
             off = np.clip(times * profile.distances(problem, result.start, rows), -most, most)
             places = outline[foot] + off * normals[foot]
-            axes.plot(places.real, places.imag, **style, **POINT)
+            axes.plot(places.real, places.imag, **style, **DOT)
             shown.append(places)
     fit(axes, np.concatenate(shown), 0.04)
     axes.set_axis_off()

@@ -10,14 +10,15 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from camopt.drawing.bodies import FRAMES, SECONDS, Body, Reading, Stage
+from camopt.drawing.bodies import FRAMES, TURN_TIME, MovingBody, Reading, Stage
 from camopt.mechanisms.design import ComplexArray
 from camopt.numerics import FloatArray
 
 NAMESPACE = "http://www.w3.org/2000/svg"
-POINTS = 72.0  # of an inch; the unit of the file
-BEYOND = 2.0  # widths of the page on each side, where lines are drawn too: they may come onto it
-ABOVE, BELOW, BEFORE, STEP = 9.0, 3.0, 120.0, 24.0  # points: of what is seen of a column of texts; between them
+PER_INCH = 72.0  # of an inch; the unit of the file
+PAGES_AROUND = 2.0  # widths of the page on each side, where lines are drawn too: they may come onto it
+TEXT_ABOVE, TEXT_BELOW, TEXT_LEFT = 9.0, 3.0, 120.0  # points of a text that are shown, from its foot and its end
+LINE_STEP = 24.0  # points from one text of a column to the next
 
 Element = ElementTree.Element
 
@@ -45,20 +46,20 @@ def _drawn(figure: Any) -> Element:
     from matplotlib.transforms import Bbox
 
     width, height = figure.get_size_inches()
-    wide = Bbox.from_bounds(-BEYOND * width, 0.0, (1.0 + 2.0 * BEYOND) * width, height)
+    wide = Bbox.from_bounds(-PAGES_AROUND * width, 0.0, (1.0 + 2.0 * PAGES_AROUND) * width, height)
     file = StringIO()
     figure.savefig(file, format="svg", metadata={"Date": None}, bbox_inches=wide)
     ElementTree.register_namespace("", NAMESPACE)
     ElementTree.register_namespace("xlink", "http://www.w3.org/1999/xlink")
     root = ElementTree.fromstring(file.getvalue())
-    width, height = width * POINTS, height * POINTS
-    root.set("viewBox", f"{BEYOND * width:g} 0 {width:g} {height:g}")
+    width, height = width * PER_INCH, height * PER_INCH
+    root.set("viewBox", f"{PAGES_AROUND * width:g} 0 {width:g} {height:g}")
     root.set("width", f"{width:g}pt")
     root.set("height", f"{height:g}pt")
     return root
 
 
-def _move(group: Element, body: Body, figure: Any) -> None:
+def _move(group: Element, body: MovingBody, figure: Any) -> None:
     """Let all that is in a group move, unless it stays where it is."""
     kind, values = body.svg_motion(_units(body.axes, figure))
     if len(set(values)) > 1:
@@ -73,10 +74,10 @@ def _change(group: Element, reading: Reading) -> None:
     first.attrib.pop("transform", None)
     for place, words in enumerate(reading.values[1:FRAMES], start=1):
         text = ElementTree.SubElement(column, f"{{{NAMESPACE}}}text", first.attrib)
-        text.set("y", f"{y + place * STEP:.6g}")
+        text.set("y", f"{y + place * LINE_STEP:.6g}")
         text.text = words
-    _animate(column, "translate", [f"0 {-place * STEP:.6g}" for place in range(FRAMES)], "discrete")
-    _clip(group, (x - BEFORE, y - ABOVE, BEFORE, ABOVE + BELOW))
+    _animate(column, "translate", [f"0 {-place * LINE_STEP:.6g}" for place in range(FRAMES)], "discrete")
+    _clip(group, (x - TEXT_LEFT, y - TEXT_ABOVE, TEXT_LEFT, TEXT_ABOVE + TEXT_BELOW))
 
 
 def _inside(group: Element) -> Element:
@@ -98,7 +99,7 @@ def _animate(element: Element, kind: str, values: list[str], mode: str) -> None:
         type=kind,
         values=";".join(values),
         calcMode=mode,
-        dur=f"{SECONDS:g}s",
+        dur=f"{TURN_TIME:g}s",
         repeatCount="indefinite",
     )
 
@@ -115,8 +116,8 @@ def _clip(group: Element, window: tuple[float, float, float, float]) -> None:
 
 def _window(axes: Any, figure: Any) -> tuple[float, float, float, float]:
     """The box of axes in the file: left, top, width, height in points."""
-    box, (width, height) = axes.get_position(), figure.get_size_inches() * POINTS
-    return (BEYOND + box.x0) * width, (1.0 - box.y1) * height, box.width * width, box.height * height
+    box, (width, height) = axes.get_position(), figure.get_size_inches() * PER_INCH
+    return (PAGES_AROUND + box.x0) * width, (1.0 - box.y1) * height, box.width * width, box.height * height
 
 
 def _units(axes: Any, figure: Any) -> Callable[[ComplexArray], FloatArray]:

@@ -9,22 +9,22 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from camopt.drawing.limit_lines import limit_lines
-from camopt.drawing.picture import NAMES, Picture, four_digits
-from camopt.drawing.style import INK, REFERENCE
+from camopt.drawing.picture import STROKE_NAMES, Picture, four_digits
+from camopt.drawing.style import INK, REFERENCE_COLOUR
 from camopt.effects.motion import scale
 from camopt.mechanisms.design import BoolArray
 from camopt.motion.table import RETURN, RISE, TURN
 from camopt.numerics import FloatArray
 from camopt.quantities import DERIVATIVES, QUANTITIES, motion_quantity
 
-SAME = 1e-6  # jumps below this share of the range are none, samples this near the peak are the peak
+NEGLIGIBLE = 1e-6  # jumps below this share of the range are none, samples this near the peak are the peak
 CLIP = 4.0  # times the usual pitch curvature: where the diagram of curvature is cut off
 
-Values = list[FloatArray]
+PieceValues = list[FloatArray]
 Curve = Callable[[FloatArray], FloatArray]
 
 
-class Mark(NamedTuple):
+class MoveMark(NamedTuple):
     """What is asked of a motion: from one cam angle to another, deg, and from one value to another."""
 
     start: float
@@ -34,7 +34,7 @@ class Mark(NamedTuple):
 
 
 @dataclass
-class Peak:
+class MarkedPeak:
     """A marked point: cam angle in deg, value, text, colour, and whether it is the least value."""
 
     angle: float
@@ -50,17 +50,17 @@ class Panel:
 
     title: str
     unit: str
-    values: Values
-    peaks: list[Peak] = field(default_factory=list)
+    values: PieceValues
+    peaks: list[MarkedPeak] = field(default_factory=list)
     limits: list[tuple[int, float]] = field(default_factory=list)
     impulses: list[tuple[float, float]] = field(default_factory=list)  # cam angle in deg, size
-    reference: Values | None = None  # what the values are seen against, dash-dot
-    other: Values | None = None  # of the other flank, thin
+    reference: PieceValues | None = None  # what the values are seen against, dash-dot
+    other: PieceValues | None = None  # of the other flank, thin
     note: str = ""
     alarm: list[BoolArray] | None = None  # where this is true, piece by piece, the cam is undercut
     span: tuple[float, float] | None = None
     bands: list[tuple[float, float]] = field(default_factory=list)  # from where to where on the axis of values
-    marks: list[Mark] = field(default_factory=list)
+    marks: list[MoveMark] = field(default_factory=list)
     quantity: str = ""  # that is an extreme of the values, of a load
     at: Curve | None = None  # the values at any cam angles, rad, of the diagrams that an animation shows
 
@@ -78,7 +78,7 @@ def _displacement(picture: Picture) -> Panel:
     lift = picture.problem.programme.lift * factor
     peaks = _peaks(picture, values, {TURN: lift})
     panel = Panel(
-        "Displacement", "deg" if angular else "mm", values, peaks, marks=asked_of(picture, 0, factor), at=at
+        "Displacement", "deg" if angular else "mm", values, peaks, marks=moves_asked(picture, 0, factor), at=at
     )
     notes = ["squares: asked of moves"] if panel.marks else []
     if any(each.end > each.start for stroke in picture.problem.programme.strokes for each in stroke.through):
@@ -94,12 +94,12 @@ def _displacement(picture: Picture) -> Panel:
     return panel
 
 
-def asked_of(picture: Picture, order: int, factor: float) -> list[Mark]:
+def moves_asked(picture: Picture, order: int, factor: float) -> list[MoveMark]:
     """What the scene asks of a derivative in its moves."""
     strokes = picture.problem.programme.strokes
     every = [each for stroke in strokes for each in stroke.asked(strokes[0].low) if each.order == order]
     per = 180 / pi
-    return [Mark(each.start * per, each.end * per, each.low * factor, each.high * factor) for each in every]
+    return [MoveMark(each.start * per, each.end * per, each.low * factor, each.high * factor) for each in every]
 
 
 def _derivative(picture: Picture, name: str, order: int) -> Panel:
@@ -108,11 +108,12 @@ def _derivative(picture: Picture, name: str, order: int) -> Panel:
     timed, factor = setup.omega is not None, scale(setup, order)
     values = [rows[order] * factor for rows in picture.motion]
     found = {
-        kind: motion_quantity(name, NAMES[kind], angular=setup.angular, timed=timed) for kind in (RISE, RETURN)
+        kind: motion_quantity(name, STROKE_NAMES[kind], angular=setup.angular, timed=timed)
+        for kind in (RISE, RETURN)
     }
     exact = {kind: picture.values[key] for kind, key in found.items()}
     panel = Panel(name.capitalize(), QUANTITIES[found[RISE]].unit, values, _peaks(picture, values, exact))
-    panel.marks, panel.at = asked_of(picture, order, factor), _derivative_at(picture, order, factor)
+    panel.marks, panel.at = moves_asked(picture, order, factor), _derivative_at(picture, order, factor)
     panel.impulses = [(np.degrees(j.at), j.size * factor) for j in programme.jumps if j.order == order - 1]
     if panel.impulses:
         below = list(DERIVATIVES)[order - 2]
@@ -140,7 +141,7 @@ def _pressure(picture: Picture) -> Panel:
         return face
     tangent = partial(picture.curve_at, mechanism.pressure(design, programme))
     values = [np.degrees(np.arctan(tangent(angles))) for angles in picture.pieces]
-    bounds = {kind: exact[f"pressure_angle_max_{NAMES[kind]}_deg"] for kind in (RISE, RETURN)}
+    bounds = {kind: exact[f"pressure_angle_max_{STROKE_NAMES[kind]}_deg"] for kind in (RISE, RETURN)}
     panel = Panel("Pressure angle", "deg", values, _peaks(picture, values, bounds, "°"))
     panel.at = lambda angles: np.degrees(np.arctan(tangent(angles)))
     _mark_pitch_point(panel, exact)
@@ -151,14 +152,16 @@ def _pressure(picture: Picture) -> Panel:
 def _mark_pitch_point(panel: Panel, exact: dict[str, Any]) -> None:
     """The pitch point takes the place of the peak it is; in a dwell it is a peak of its own."""
     largest, at = exact["pressure_angle_max_deg"], exact["pressure_angle_max_at_deg"]
-    alike = [peak for peak in panel.peaks if abs(peak.value) >= largest * (1 - SAME)]
+    alike = [peak for peak in panel.peaks if abs(peak.value) >= largest * (1 - NEGLIGIBLE)]
     if alike:
         peak = min(alike, key=lambda peak: abs((peak.angle - at + 180.0) % 360.0 - 180.0))
-        peak.angle, peak.text, peak.colour = at, f"pitch point {peak.text}", REFERENCE
+        peak.angle, peak.text, peak.colour = at, f"pitch point {peak.text}", REFERENCE_COLOUR
         return
     every = np.concatenate(panel.values)
     value = float(every[np.argmax(np.abs(every))])
-    panel.peaks.append(Peak(at, value, f"pitch point {four_digits(np.copysign(largest, value))}°", REFERENCE))
+    panel.peaks.append(
+        MarkedPeak(at, value, f"pitch point {four_digits(np.copysign(largest, value))}°", REFERENCE_COLOUR)
+    )
 
 
 def _curvature(picture: Picture) -> Panel:
@@ -179,7 +182,7 @@ def _curvature(picture: Picture) -> Panel:
     return panel
 
 
-def _trace_curvature(picture: Picture, pitch: Values) -> Panel:
+def _trace_curvature(picture: Picture, pitch: PieceValues) -> Panel:
     mechanism, radius = picture.problem.setup.mechanism, float(picture.problem.design.roller_radius[0])
     both, flanks = mechanism.two_sided, mechanism.flanks[: None if radius else 1]
     cap = _cap(np.concatenate(pitch), radius)
@@ -196,7 +199,9 @@ def _trace_curvature(picture: Picture, pitch: Values) -> Panel:
     least = picture.values["profile_radius_min_mm"]
     if isfinite(least) and least > 0.0 and not both:
         peaks = bounds(picture, profiles[0], (1.0 / least, np.nan))
-        panel.peaks = [Peak(p.angle, p.value, f"ρ {four_digits(least)} mm") for p in peaks if abs(p.value) <= cap]
+        panel.peaks = [
+            MarkedPeak(p.angle, p.value, f"ρ {four_digits(least)} mm") for p in peaks if abs(p.value) <= cap
+        ]
     panel.limits = [(kinds, 1.0 / bound) for kinds, bound in limit_lines(picture, "profile_radius_min_mm")]
     return panel
 
@@ -223,7 +228,7 @@ def known(picture: Picture, *names: str) -> bool:
     return all(isfinite(picture.values.get(name, np.inf)) for name in names)
 
 
-def _peaks(picture: Picture, values: Values, exact: dict[int, float], sign: str = "") -> list[Peak]:
+def _peaks(picture: Picture, values: PieceValues, exact: dict[int, float], sign: str = "") -> list[MarkedPeak]:
     """The largest magnitude over strokes of some kinds: where it is from the samples, its value exact."""
     found = []
     for kinds, largest in exact.items():
@@ -233,34 +238,34 @@ def _peaks(picture: Picture, values: Values, exact: dict[int, float], sign: str 
             at = float(np.nanargmax(np.abs(every)))
             direction = np.sign(every[int(at)])
             angle = _middle_of_peak(np.concatenate([picture.pieces[k] for k in chosen]), every * direction)
-            found.append(Peak(angle, direction * largest, f"{four_digits(direction * largest)}{sign}"))
+            found.append(MarkedPeak(angle, direction * largest, f"{four_digits(direction * largest)}{sign}"))
     return found
 
 
-def greatest_and_least(picture: Picture, values: Values, greatest: str, least: str) -> list[Peak]:
+def greatest_and_least(picture: Picture, values: PieceValues, greatest: str, least: str) -> list[MarkedPeak]:
     """The greatest and the least value, each by the name of its quantity; none for no name."""
     return bounds(picture, values, tuple(picture.values.get(name, np.nan) for name in (greatest, least)))
 
 
-def bounds(picture: Picture, values: Values, exact: tuple[float, ...]) -> list[Peak]:
+def bounds(picture: Picture, values: PieceValues, exact: tuple[float, ...]) -> list[MarkedPeak]:
     """The greatest and the least value, where they are given."""
     angles, every = np.concatenate(picture.pieces), np.concatenate(values)
     if not np.isfinite(every).any():
         return []
     sides = [(sign, value) for sign, value in zip((1.0, -1.0), exact, strict=True) if isfinite(value)]
     return [
-        Peak(_middle_of_peak(angles, every * sign), value, four_digits(value), least=sign < 0.0)
+        MarkedPeak(_middle_of_peak(angles, every * sign), value, four_digits(value), least=sign < 0.0)
         for sign, value in sides
     ]
 
 
-def peak_of(picture: Picture, values: Values, name: str, *, least: bool = False) -> Peak:
+def marked(picture: Picture, values: PieceValues, name: str, *, least: bool = False) -> MarkedPeak:
     """The largest magnitude, or the least, by the name of its quantity."""
     angles, every = np.concatenate(picture.pieces), np.concatenate(values)
     at = int(np.nanargmin(np.abs(every)) if least else np.nanargmax(np.abs(every)))
     sign = float(np.copysign(1.0, every[at]))
     exact = sign * picture.values[name]
-    return Peak(
+    return MarkedPeak(
         _middle_of_peak(angles, -np.abs(every) if least else sign * every), exact, four_digits(exact), least=least
     )
 
@@ -268,7 +273,7 @@ def peak_of(picture: Picture, values: Values, name: str, *, least: bool = False)
 def _middle_of_peak(angles: FloatArray, values: FloatArray) -> float:
     """Cam angle in deg of the greatest value; the middle of the first plateau."""
     top = float(np.nanmax(values))
-    near = np.flatnonzero(values >= top - SAME * abs(top))
+    near = np.flatnonzero(values >= top - NEGLIGIBLE * abs(top))
     ends = np.flatnonzero(np.diff(near) > 1)
     last = near[ends[0]] if ends.size else near[-1]
     return float(np.degrees(angles[near[0]] + angles[last]) / 2)

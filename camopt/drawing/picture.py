@@ -17,8 +17,8 @@ from camopt.quantities import GEOMETRY, QUANTITIES
 from camopt.scene.scene import Scene
 from camopt.verdicts.judging import run_effects
 
-NAMES = {RISE: "rise", RETURN: "return", DWELL: "dwell"}
-INSIDE = 1e-9  # share of a piece that samples keep from its ends, to be on its side of a jump
+STROKE_NAMES = {RISE: "rise", RETURN: "return", DWELL: "dwell"}
+END_SHARE = 1e-9  # share of a piece that samples keep from its ends, to be on its side of a jump
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Picture:
         ends = table.centre[last] + table.half_width[last]
         counts = np.maximum(25, np.degrees(ends - starts) * self.per_degree).astype(int)
         return [
-            a + (b - a) * np.clip(np.linspace(0.0, 1.0, n), INSIDE, 1.0 - INSIDE)
+            a + (b - a) * np.clip(np.linspace(0.0, 1.0, n), END_SHARE, 1.0 - END_SHARE)
             for a, b, n in zip(starts, ends, counts, strict=True)
         ]
 

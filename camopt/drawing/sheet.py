@@ -10,7 +10,7 @@ DPI = 160
 SCREEN = 90  # dots per inch in a notebook
 
 
-class Sheet(Figure):
+class EmptyFigure(Figure):
     """An empty white figure of a size in inches."""
 
     def __init__(self, size: tuple[float, float], **options: Any) -> None:

@@ -12,8 +12,8 @@ from camopt.mechanisms.design import ComplexArray
 from camopt.problem.problem import resolve_design
 from camopt.scene.scene import Scene
 
-SIZE, MARGIN, LINE = 180.0, 4.0, 16.0  # pixels: the longer side of the cam, what is left around it, the text below
-NEAR = 2.0  # pixels: points closer together than that are left out
+CAM_PIXELS, MARGIN_PIXELS, TEXT_PIXELS = 180.0, 4.0, 16.0  # longer side of the cam, margin, line of text below
+NEAR_PIXELS = 2.0  # pixels: points closer together than that are left out
 
 
 def small_cam(scene: Scene) -> str:
@@ -30,7 +30,7 @@ def small_cam(scene: Scene) -> str:
         return ""
     corner = complex(every.real.min(), every.imag.max())
     extent = np.array([np.ptp(every.real), np.ptp(every.imag)])
-    scale = SIZE / extent.max()
+    scale = CAM_PIXELS / extent.max()
 
     def path(points: Any, **style: object) -> str:
         return _path((points - corner).conj() * scale, **style)
@@ -49,7 +49,7 @@ def _path(points: ComplexArray, **style: object) -> str:
     """A line through points in pixels, y downwards; points that are near to the one before are left out."""
     kept = [points[0]]
     for here in points[1:-1]:
-        if abs(here - kept[-1]) > NEAR:
+        if abs(here - kept[-1]) > NEAR_PIXELS:
             kept.append(here)
     places = "L".join(f"{p.real:.1f},{p.imag:.1f}" for p in (*kept, points[-1]))
     pens = " ".join(f'{name.replace("_", "-")}="{value}"' for name, value in {"fill": "none", **style}.items())
@@ -58,9 +58,10 @@ def _path(points: ComplexArray, **style: object) -> str:
 
 def _page(drawn: Iterable[str], extent: Iterable[float], words: str, title: str) -> str:
     """The picture of what is drawn, with a line of text below."""
-    width, height = (side + 2.0 * MARGIN for side in extent)
-    box = f"{-MARGIN} {-MARGIN} {width:.1f} {height + LINE:.1f}"
-    text = f'<text y="{height + 0.7 * LINE - MARGIN:.1f}" font-size="11" fill="{INK}">{escape(words)}</text>'
-    size = f'width="{max(width, SIZE):.0f}" height="{height + LINE:.0f}" font-family="sans-serif"'
+    width, height = (side + 2.0 * MARGIN_PIXELS for side in extent)
+    box = f"{-MARGIN_PIXELS} {-MARGIN_PIXELS} {width:.1f} {height + TEXT_PIXELS:.1f}"
+    foot = height + 0.7 * TEXT_PIXELS - MARGIN_PIXELS
+    text = f'<text y="{foot:.1f}" font-size="11" fill="{INK}">{escape(words)}</text>'
+    size = f'width="{max(width, CAM_PIXELS):.0f}" height="{height + TEXT_PIXELS:.0f}" font-family="sans-serif"'
     opening = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{box}" {size}><title>{escape(title)}</title>'
     return opening + "".join(drawn) + text + "</svg>"

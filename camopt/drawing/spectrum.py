@@ -11,12 +11,12 @@ from camopt.drawing.style import PAGE_TITLE, dress, pen_of
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-PANELS = {
+TITLES = {
     "residual": "Residual amplitude in the dwell, as a share of the lift",
     "acceleration": "Largest acceleration of the mass, in lift/t₁²",
 }
-LEAST = 1e-4  # amplitudes of a smaller share of the lift fall off the picture
-SHOWN = (1e-4, 1e-3, 1e-2, 0.1, 1.0)
+LEAST_AMPLITUDE = 1e-4  # amplitudes of a smaller share of the lift fall off the picture
+AMPLITUDE_TICKS = (1e-4, 1e-3, 1e-2, 0.1, 1.0)
 
 
 def draw(what: Mapping[str, Any] | Sequence[Mapping[str, Any]], path: Target = None) -> "Figure":
@@ -27,7 +27,7 @@ def draw(what: Mapping[str, Any] | Sequence[Mapping[str, Any]], path: Target = N
         ratio = " and ".join(f"{each:g}" for each in sorted(damping))
         title = f"Follower train after a rise in the time t₁: natural period Tₙ, damping ratio {ratio}"
         figure.suptitle(title, x=0.01, ha="left", fontsize=PAGE_TITLE, fontweight="bold")
-        for axes, name in zip(figure.subplots(1, 2), PANELS, strict=True):
+        for axes, name in zip(figure.subplots(1, 2), TITLES, strict=True):
             _draw(axes, name, spectra)
         handles, labels = figure.axes[0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=8)
@@ -42,10 +42,10 @@ def _draw(axes: Any, name: str, spectra: Sequence[Mapping[str, Any]]) -> None:
     axes.set(xlim=(0.0, ratios.max()), xlabel="period ratio t₁/Tₙ")
     axes.locator_params(axis="x", nbins=11)
     if name == "residual":
-        axes.set(yscale="log", ylim=(LEAST, 2.0 * max(1.0, float(values.max()))))
-        axes.set_yticks(SHOWN, labels=[f"{share:g}" for share in SHOWN])
+        axes.set(yscale="log", ylim=(LEAST_AMPLITUDE, 2.0 * max(1.0, float(values.max()))))
+        axes.set_yticks(AMPLITUDE_TICKS, labels=[f"{share:g}" for share in AMPLITUDE_TICKS])
         axes.minorticks_off()
     else:
         axes.set_ylim(0.0, 1.05 * float(values.max()))
-    axes.set_title(PANELS[name], loc="left")
+    axes.set_title(TITLES[name], loc="left")
     dress(axes)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from camopt.drawing import diagrams
-from camopt.drawing.bodies import ANGLES, Body, Reading, Shifting, Stage, Turning, artists_of
+from camopt.drawing.bodies import FRAME_ANGLES, MovingBody, Reading, Shifting, Stage, Turning, artists_of
 from camopt.drawing.cam import draw_body, draw_centre, draw_strokes, frame
 from camopt.drawing.figures import BETWEEN, sizes_in_words
 from camopt.drawing.follower import Parts, draw_follower
@@ -21,12 +21,12 @@ from camopt.drawing.style import FAINT, FILL, INK, MUTED, SMALL, TEXT, TITLE
 from camopt.mechanisms.design import ComplexArray
 from camopt.numerics import FloatArray
 
-SHOWN = (0, 2, 4)  # displacement, acceleration, pressure angle, of the six diagrams of a design
+SHOWN_PANELS = (0, 2, 4)  # displacement, acceleration, pressure angle, of the six diagrams of a design
 DISC_SIZE, GROOVE_SIZE = (9.0, 5.4), (9.0, 6.0)  # inches
-CAM, PANELS = (0.02, 0.05, 0.47, 0.82), [(0.57, 0.69 - 0.285 * k, 0.4, 0.165) for k in range(3)]
-GROOVE, BELOW = (0.03, 0.42, 0.94, 0.42), [(0.06 + 0.32 * k, 0.1, 0.26, 0.2) for k in range(3)]
+CAM_AREA, PANEL_AREAS = (0.02, 0.05, 0.47, 0.82), [(0.57, 0.69 - 0.285 * k, 0.4, 0.165) for k in range(3)]
+GROOVE_AREA, AREAS_BELOW = (0.03, 0.42, 0.94, 0.42), [(0.06 + 0.32 * k, 0.1, 0.26, 0.2) for k in range(3)]
 """Where things are, in shares of the figure: left, bottom, width, height."""
-LONGEST = 140  # letters of a line below the title
+LINE_LETTERS = 140  # letters of a line below the title
 
 
 def set_stage(figure: Any, picture: Picture) -> Stage:
@@ -42,7 +42,7 @@ def set_stage(figure: Any, picture: Picture) -> Stage:
         for artist in artists_of(body):
             artist.set_clip_on(False)
             artist.set_transform(Affine2D() + body.axes.transData)  # or what is off the axes now is left out
-    cursors, readings = _diagrams(figure, picture, BELOW if developed else PANELS)
+    cursors, readings = _diagrams(figure, picture, AREAS_BELOW if developed else PANEL_AREAS)
     for body in (*bodies, *cursors):
         body.axes.set_axis_off()
     return Stage(figure, [*bodies, *cursors], readings)
@@ -51,13 +51,13 @@ def set_stage(figure: Any, picture: Picture) -> Stage:
 def _folded(words: str) -> str:
     """A line of sizes in two lines, if it is too long for the page."""
     parts = words.split(BETWEEN)
-    middle = ceil(len(parts) / 2) if len(words) > LONGEST else len(parts)
+    middle = ceil(len(parts) / 2) if len(words) > LINE_LETTERS else len(parts)
     return "\n".join(BETWEEN.join(line) for line in (parts[:middle], parts[middle:]) if line)
 
 
-def _disc(figure: Any, picture: Picture) -> list[Body]:
+def _disc(figure: Any, picture: Picture) -> list[MovingBody]:
     problem, size = picture.problem, float(max(np.abs(c.pitch).max() for c in picture.curves))
-    ground, cam, follower, contact = (figure.add_axes(CAM) for _ in range(4))
+    ground, cam, follower, contact = (figure.add_axes(CAM_AREA) for _ in range(4))
     draw_body(cam, picture)
     circle(cam, float(problem.design.size[0]), color=MUTED, lw=0.8, zorder=2.5)
     draw_centre(cam, picture, size)
@@ -68,15 +68,15 @@ def _disc(figure: Any, picture: Picture) -> list[Body]:
     frame(ground, np.concatenate([size * np.array([1, 1j, -1, -1j]), *moved]))
     for axes in (cam, follower, contact):
         axes.set(xlim=ground.get_xlim(), ylim=ground.get_ylim())
-    turning = Turning(cam, 0.0, problem.design.sense * ANGLES)
+    turning = Turning(cam, 0.0, problem.design.sense * FRAME_ANGLES)
     return [turning, body, Shifting(contact, _contacts(picture))]
 
 
-def _groove(figure: Any, picture: Picture) -> list[Body]:
+def _groove(figure: Any, picture: Picture) -> list[MovingBody]:
     """The groove within a window of one turn, the follower in its middle."""
     size, (low, high) = float(picture.problem.design.size[0]), sides_of(picture)
     half, around = np.pi * size, 2 * np.pi * size
-    surface, ground, follower = (figure.add_axes(GROOVE) for _ in range(3))
+    surface, ground, follower = (figure.add_axes(GROOVE_AREA) for _ in range(3))
     spans = draw_groove_follower(Parts(follower, ground, ground), picture)
     body = _with_the_follower(follower, picture)
     window = np.array([-half + 1j * low, half + 1j * high])
@@ -89,7 +89,7 @@ def _groove(figure: Any, picture: Picture) -> list[Body]:
             (window.real, window.imag), (corner.real, corner.imag), figure.get_size_inches(), strict=True
         )
     )
-    surface.set_position((GROOVE[0] + left, GROOVE[1] + bottom, width, height))
+    surface.set_position((GROOVE_AREA[0] + left, GROOVE_AREA[1] + bottom, width, height))
     surface.set(xlim=(-half, half), ylim=(low, high))
     area(surface, _rectangle(-around, 2 * around, low, high), facecolor=FILL, lw=0, zorder=1)
     draw_channel(surface, picture, around)
@@ -97,7 +97,7 @@ def _groove(figure: Any, picture: Picture) -> list[Body]:
         for turn in (-around, 0.0, around):
             ends = size * stroke.start + turn + 1j * np.array([low, high])
             line(surface, ends, color=FAINT, lw=0.7, zorder=1.5)
-    return [Shifting(surface, -size * ANGLES + 0j, windowed=True), _still(ground), body]
+    return [Shifting(surface, -size * FRAME_ANGLES + 0j, windowed=True), _still(ground), body]
 
 
 def _rectangle(left: float, right: float, low: float, high: float) -> list[complex]:
@@ -106,13 +106,13 @@ def _rectangle(left: float, right: float, low: float, high: float) -> list[compl
 
 def _still(axes: Any) -> Shifting:
     """What stays where it is, above other bodies."""
-    return Shifting(axes, np.zeros(ANGLES.size, dtype=complex))
+    return Shifting(axes, np.zeros(FRAME_ANGLES.size, dtype=complex))
 
 
-def _with_the_follower(axes: Any, picture: Picture) -> Body:
+def _with_the_follower(axes: Any, picture: Picture) -> MovingBody:
     """Along its guide, or about its pivot."""
     problem, design = picture.problem, picture.problem.design
-    rise = problem.programme.at(ANGLES % (2 * np.pi))[0] - picture.start
+    rise = problem.programme.at(FRAME_ANGLES % (2 * np.pi))[0] - picture.start
     if not problem.setup.angular:
         return Shifting(axes, 1j * rise)
     if problem.setup.mechanism.body.developed:
@@ -124,19 +124,19 @@ def _with_the_follower(axes: Any, picture: Picture) -> Body:
 def _contacts(picture: Picture) -> ComplexArray:
     """How far the point where the follower touches a disc cam is from where it is at cam angle 0."""
     problem = picture.problem
-    travel = problem.setup.mechanism.travel(problem.design, problem.programme, ANGLES % (2 * np.pi))
+    travel = problem.setup.mechanism.travel(problem.design, problem.programme, FRAME_ANGLES % (2 * np.pi))
     contact = travel.trace - problem.design.roller_radius[0] * travel.normal
     return np.asarray(contact - contact[0])
 
 
-def _diagrams(figure: Any, picture: Picture, boxes: Any) -> tuple[list[Body], list[Reading]]:
+def _diagrams(figure: Any, picture: Picture, boxes: Any) -> tuple[list[MovingBody], list[Reading]]:
     """Diagrams with cursors, and what they read; and the cam angle."""
     every = panels(picture)
-    shown, axes = [every[k] for k in SHOWN], [figure.add_axes(box) for box in boxes]
+    shown, axes = [every[k] for k in SHOWN_PANELS], [figure.add_axes(box) for box in boxes]
     labels = diagrams.draw(axes, picture, shown, (), range(len(shown)))
-    bodies: list[Body] = []
+    bodies: list[MovingBody] = []
     place = {"ha": "right", "fontsize": TEXT, "color": INK}
-    angles = [f"cam angle {angle:.1f}°" for angle in np.degrees(ANGLES)]
+    angles = [f"cam angle {angle:.1f}°" for angle in np.degrees(FRAME_ANGLES)]
     readings = [Reading(figure.text(boxes[-1][0] + boxes[-1][2], 0.02, angles[0], **place), angles)]
     for each, panel in zip(axes, shown, strict=True):
         each.set(xticks=range(0, 361, 90))
@@ -155,21 +155,21 @@ def _readings(values: FloatArray) -> list[str]:
     return [f"{round(float(value), decimals) + 0.0:.{decimals}f}".replace("-", "−") for value in values]
 
 
-def _cursor(figure: Any, axes: Any, panel: Panel) -> tuple[list[Body], Reading]:
+def _cursor(figure: Any, axes: Any, panel: Panel) -> tuple[list[MovingBody], Reading]:
     """A line at the cam angle and a dot at the value there, above a diagram; what it reads."""
     assert panel.at is not None
     factor, _ = diagrams.in_powers(panel.values, panel.unit)
-    values = panel.at(ANGLES % (2 * np.pi)) * factor
+    values = panel.at(FRAME_ANGLES % (2 * np.pi)) * factor
     line_axes, dot_axes = (figure.add_axes(axes.get_position()) for _ in range(2))
     for each in (line_axes, dot_axes):
         each.set(xlim=axes.get_xlim(), ylim=axes.get_ylim())
     line(line_axes, 1j * np.array(axes.get_ylim()), color=INK, lw=0.8, clip_on=False)
     line(dot_axes, [1j * values[0]], marker="o", ms=5, color=INK, mec="white", clip_on=False)
-    degrees = np.degrees(ANGLES)
+    degrees = np.degrees(FRAME_ANGLES)
     words = _readings(values)
     style = {"ha": "right", "va": "bottom", "fontsize": TEXT, "color": INK, "transform": axes.transAxes}
     text = axes.text(1.0, 1.03, words[0], fontweight="bold", **style)
-    bodies: list[Body] = [
+    bodies: list[MovingBody] = [
         Shifting(line_axes, degrees + 0j),
         Shifting(dot_axes, degrees + 1j * (values - values[0])),
     ]

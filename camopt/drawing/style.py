@@ -9,7 +9,7 @@ from typing import Any
 from camopt.motion.table import DWELL, RETURN, RISE
 
 INK, MUTED, FAINT, FILL, BODY, ALARM = "#22303c", "#5f6b76", "#c3cad1", "#eef2f5", "#dbe1e7", "#b3261e"
-PITCH, REFERENCE = "#3f7d58", "#8a6fae"
+PITCH_COLOUR, REFERENCE_COLOUR = "#3f7d58", "#8a6fae"
 COLOURS = {RISE: "#2a6ca3", RETURN: "#c0632a", DWELL: "#45525e"}
 SHADES = {RISE: "#e9f1f8", RETURN: "#faefe6", DWELL: "white"}
 SERIES = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#22303c", "#8c8c8c")
@@ -17,7 +17,8 @@ DASHES: tuple[Any, ...] = ("-", (0, (6, 2)), (0, (1, 1.5)), (0, (7, 2, 1.5, 2)))
 
 PAGE_TITLE, TITLE, HEADING, TEXT, SMALL = 14.0, 10.5, 8.5, 8.0, 7.5  # points
 PROFILE = 1.3  # points: lines as thick as that are the outlines of a cam and its follower
-GRID: dict[str, Any] = {"lw": 0.4, "color": FAINT, "alpha": 0.6}
+GRID_STYLE: dict[str, Any] = {"lw": 0.4, "color": FAINT, "alpha": 0.6}
+DOT: dict[str, Any] = {"ls": "none", "marker": ".", "ms": 3.0, "mew": 0.0}
 LIMIT: dict[str, Any] = {"color": ALARM, "lw": 1.0, "ls": (0, (5, 3))}
 
 RC: dict[str, Any] = {
@@ -57,4 +58,4 @@ def pen_of(place: int) -> dict[str, Any]:
 
 def dress(axes: Any) -> None:
     """The grid that all diagrams have."""
-    axes.grid(True, which="major", zorder=0.5, **GRID)
+    axes.grid(True, which="major", zorder=0.5, **GRID_STYLE)

@@ -9,7 +9,7 @@ from camopt.drawing.canvas import Target, canvas
 from camopt.drawing.diagrams import draw_mark, in_powers
 from camopt.drawing.groove import draw_groove
 from camopt.drawing.labels import settle
-from camopt.drawing.panels import asked_of
+from camopt.drawing.panels import moves_asked
 from camopt.drawing.picture import Picture, four_digits
 from camopt.drawing.style import COLOURS, MUTED, PAGE_TITLE, TITLE, dress
 from camopt.effects.motion import scale
@@ -25,8 +25,8 @@ from camopt.tables.columns import joined_laws
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-BEFORE, AFTER = MUTED, COLOURS[RISE]
-ROWS = ("displacement", "velocity", "acceleration", "jerk")
+KNOWN_COLOUR, NEW_COLOUR = MUTED, COLOURS[RISE]
+CURVES = ("displacement", "velocity", "acceleration", "jerk")
 
 
 def draw(result: Synthesis, path: Target = None, known: KnownLaws | None = None) -> "Figure":
@@ -88,7 +88,12 @@ def _cams(figure: Any, pictures: dict[str, Picture]) -> None:
         ax.set_aspect("equal", anchor="NW")
         size = f"{body.size_name} {four_digits(float(picture.problem.design.size[0]))} mm"
         title = ": ".join(filter(None, (word, "" if word == "free laws" else _laws(picture))))
-        ax.set_title(f"{title}\n{size}", loc="left", fontsize=TITLE, color=AFTER if word == "free laws" else BEFORE)
+        ax.set_title(
+            f"{title}\n{size}",
+            loc="left",
+            fontsize=TITLE,
+            color=NEW_COLOUR if word == "free laws" else KNOWN_COLOUR,
+        )
         if not body.developed and each != lowest:  # one bar for the scale of both
             ax.lines[-1].remove()
             ax.texts[-1].remove()
@@ -104,10 +109,10 @@ def _laws(picture: Picture) -> str:
 def _motions(figure: Any, pictures: list[Picture]) -> None:
     """Displacement to jerk over the turn, the known laws grey and the free ones in colour."""
     setup = pictures[-1].problem.setup
-    whats = [motion_quantity(name, "", angular=setup.angular, timed=bool(setup.omega)) for name in ROWS[1:]]
+    whats = [motion_quantity(name, "", angular=setup.angular, timed=bool(setup.omega)) for name in CURVES[1:]]
     units = ["deg" if setup.angular else "mm", *(QUANTITIES[what].unit for what in whats)]
-    pens = [{"color": BEFORE, "lw": 1.2}, {"color": AFTER, "lw": 1.7}][-len(pictures) :]
-    for order, (name, unit) in enumerate(zip(ROWS, units, strict=True)):
+    pens = [{"color": KNOWN_COLOUR, "lw": 1.2}, {"color": NEW_COLOUR, "lw": 1.7}][-len(pictures) :]
+    for order, (name, unit) in enumerate(zip(CURVES, units, strict=True)):
         ax = figure.add_axes((0.655, 0.71 - 0.215 * order, 0.325, 0.175))
         per = scale(setup, order) if order else np.degrees(1.0) if setup.angular else 1.0
         factor, unit = in_powers([per * m[order] for picture in pictures for m in picture.motion], unit)
@@ -116,7 +121,7 @@ def _motions(figure: Any, pictures: list[Picture]) -> None:
             angles = np.concatenate([*(np.append(a, np.nan) for a in picture.pieces)])
             values = np.concatenate([*(np.append(m[order] * per * factor, np.nan) for m in picture.motion)])
             ax.plot(np.degrees(angles), values, label=_laws(picture) or word, **pen)
-        for mark in asked_of(pictures[-1], order, per):
+        for mark in moves_asked(pictures[-1], order, per):
             draw_mark(ax, mark, factor)
         ax.set_title(f"{name.capitalize()}, {unit}", loc="left")
         ax.set(xlim=(0, 360), xticks=range(0, 361, 60))

@@ -14,7 +14,7 @@ from itertools import pairwise
 import numpy as np
 
 from camopt.exporting import shapes
-from camopt.exporting.groove import SIDES, Groove, Skin, groove_of, sectioned, skin, through, undercut_at
+from camopt.exporting.groove import WALL_SIDES, Groove, Skin, carved, sectioned, skin, spline_of, undercut_at
 from camopt.exporting.shapes import Shape
 from camopt.exporting.workpiece import Workpiece
 from camopt.mistakes import BadInput, Mistake
@@ -24,11 +24,11 @@ from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem
 
 LOWER, UPPER = 0, 1  # of walls, and of what is below or above the groove
-INNER, OUTER = 0, -1  # of the edges of a wall
-CLOSER = 0.1  # of what is asked for: how near walls come, so that they meet cylinders well
+INNER_EDGE, OUTER_EDGE = 0, -1  # of the edges of a wall
+WALL_SHARE = 0.1  # of what is asked for: how near walls come, so that they meet cylinders well
 
 
-def cylinder(work: Workpiece, chord: float) -> tuple[Shape, float]:
+def grooved_body(work: Workpiece, chord: float) -> tuple[Shape, float]:
     """The cam without its bore, and how far at most its walls are off the true ones where they are compared, mm.
 
     Raises
@@ -39,10 +39,11 @@ def cylinder(work: Workpiece, chord: float) -> tuple[Shape, float]:
     """
     height = work.part.thickness
     assert height
-    groove = sectioned(_possible_groove(work), CLOSER * chord)
+    groove = sectioned(_possible_groove(work), WALL_SHARE * chord)
     lift = height / 2 - _middle(work.problem)
     walls = [
-        [skin(groove, sector, side, CLOSER * chord).lifted(lift) for side in SIDES] for sector in groove.sectors()
+        [skin(groove, sector, side, WALL_SHARE * chord).lifted(lift) for side in WALL_SIDES]
+        for sector in groove.sectors()
     ]
     off = max(wall.off for pair in walls for wall in pair)
     if off > chord:
@@ -52,7 +53,7 @@ def cylinder(work: Workpiece, chord: float) -> tuple[Shape, float]:
 
 def _possible_groove(work: Workpiece) -> Groove:
     """The groove; BadInput if it is undercut at some radius."""
-    groove, part = groove_of(work), work.part
+    groove, part = carved(work), work.part
     lost = undercut_at(groove)
     if lost is not None:
         why = f"smaller: at the radius {lost:.6g} the roller would cut away a part of a wall"
@@ -94,15 +95,15 @@ class _Sector:
 def _joint(groove: Groove, walls: list[Skin], height: float) -> _Joint:
     """The joint where walls start."""
     corners = [wall.poles[0] for wall in walls]
-    ends = [{at: shapes.vertex(corner[at]) for at in (INNER, OUTER)} for corner in corners]
-    rims = [shapes.vertex([*corner[OUTER, :2], z]) for corner, z in zip(corners, (0.0, height), strict=True)]
+    ends = [{at: shapes.vertex(corner[at]) for at in (INNER_EDGE, OUTER_EDGE)} for corner in corners]
+    rims = [shapes.vertex([*corner[OUTER_EDGE, :2], z]) for corner, z in zip(corners, (0.0, height), strict=True)]
     rulings = [
-        shapes.spline_edge(wall.poles[0], wall.knots[1], (end[INNER], end[OUTER]))
+        shapes.spline_edge(wall.poles[0], wall.knots[1], (end[INNER_EDGE], end[OUTER_EDGE]))
         for wall, end in zip(walls, ends, strict=True)
     ]
-    way = _across(groove, *(corner[INNER] for corner in corners))
-    bottom = shapes.spline_edge(*way, [end[INNER] for end in ends])
-    lines = [shapes.line_edge(end[OUTER], rim) for end, rim in zip(ends, rims, strict=True)]
+    way = _across(groove, *(corner[INNER_EDGE] for corner in corners))
+    bottom = shapes.spline_edge(*way, [end[INNER_EDGE] for end in ends])
+    lines = [shapes.line_edge(end[OUTER_EDGE], rim) for end, rim in zip(ends, rims, strict=True)]
     return _Joint(ends, rims, rulings, bottom, lines)
 
 
@@ -111,14 +112,14 @@ def _across(groove: Groove, low: FloatArray, high: FloatArray) -> tuple[FloatArr
     share = np.linspace(0.0, 1.0, 12)
     height, around = ((1.0 - share) * low[k] + share * high[k] for k in (2, 3))
     polar = groove.polar(around)
-    return through(share, np.stack([groove.inner * np.cos(polar), groove.inner * np.sin(polar), height], axis=-1))
+    return spline_of(share, np.stack([groove.inner * np.cos(polar), groove.inner * np.sin(polar), height], axis=-1))
 
 
 def _sector(groove: Groove, skins: list[Skin], here: _Joint, there: _Joint, height: float) -> _Sector:
     walls = [
         {
             at: shapes.spline_edge(wall.poles[:, at], wall.knots[0], (here.walls[side][at], there.walls[side][at]))
-            for at in (INNER, OUTER)
+            for at in (INNER_EDGE, OUTER_EDGE)
         }
         for side, wall in enumerate(skins)
     ]
@@ -145,11 +146,11 @@ def _sector_faces(groove: Groove, sector: _Sector) -> Iterator[Shape]:
     here, there, (low, high), rims = sector.here, sector.there, sector.walls, sector.rims
     for wall, edges, start, end in zip(sector.skins, sector.walls, here.rulings, there.rulings, strict=True):
         surface = shapes.spline_surface(wall.poles, *wall.knots)
-        yield shapes.face(surface, [edges[INNER], end, edges[OUTER], start])
+        yield shapes.face(surface, [edges[INNER_EDGE], end, edges[OUTER_EDGE], start])
     seam = float(groove.polar(sector.skins[0].poles[0, 0, 3])) + np.pi
     for radius, loop in (
-        (groove.inner, [low[INNER], there.bottom, high[INNER], here.bottom]),
-        (groove.outer, [rims[LOWER], there.lines[LOWER], low[OUTER], here.lines[LOWER]]),
-        (groove.outer, [high[OUTER], there.lines[UPPER], rims[UPPER], here.lines[UPPER]]),
+        (groove.inner, [low[INNER_EDGE], there.bottom, high[INNER_EDGE], here.bottom]),
+        (groove.outer, [rims[LOWER], there.lines[LOWER], low[OUTER_EDGE], here.lines[LOWER]]),
+        (groove.outer, [high[OUTER_EDGE], there.lines[UPPER], rims[UPPER], here.lines[UPPER]]),
     ):
         yield shapes.face(shapes.round_surface(radius, seam), loop, backwards=groove.sense > 0.0)

@@ -14,14 +14,19 @@ from ezdxf.layouts.layout import Modelspace
 from camopt.contour.follow import CHORD
 from camopt.contour.path import ArcPath, CubicPath
 from camopt.exporting.exported import Export, told
-from camopt.exporting.layers import CHAIN, DASHED, THIN, VISIBLE, Layer, plan_of
+from camopt.exporting.layers import CHAIN_LINE, DASHED, THIN_LINE, VISIBLE, Layer, plan_of
 from camopt.exporting.workpiece import Workpiece
 from camopt.storage.files import whole_file
 from camopt.version import VERSION
 
-LINES = {VISIBLE: ("CONTINUOUS", 50), THIN: ("CONTINUOUS", 25), CHAIN: ("CENTER", 25), DASHED: ("DASHED", 25)}
+LINE_TYPES = {
+    VISIBLE: ("CONTINUOUS", 50),
+    THIN_LINE: ("CONTINUOUS", 25),
+    CHAIN_LINE: ("CENTER", 25),
+    DASHED: ("DASHED", 25),
+}
 """Line type and width, in hundredths of a millimetre."""
-COLOURS = {VISIBLE: 7, THIN: 8, CHAIN: 5, DASHED: 3}
+ACI = {VISIBLE: 7, THIN_LINE: 8, CHAIN_LINE: 5, DASHED: 3}
 
 
 def write(
@@ -36,8 +41,8 @@ def write(
     with _same_each_time():
         document = _document(work.scene.name)
         for layer in plan.layers:
-            kind, width = LINES[layer.line]
-            document.layers.add(layer.name.upper(), color=COLOURS[layer.line], linetype=kind, lineweight=width)
+            kind, width = LINE_TYPES[layer.line]
+            document.layers.add(layer.name.upper(), color=ACI[layer.line], linetype=kind, lineweight=width)
             _draw(document.modelspace(), layer)
         for kind in sorted(document.entitydb.dxf_types_in_use()):  # ezdxf would add them in the order of a set
             document.classes.add_class(kind)

@@ -14,7 +14,7 @@ from camopt.mistakes import BadInput, Mistake
 from camopt.storage.files import write_text
 from camopt.version import VERSION
 
-FEWEST, MOST = 2, 1_000_000
+FEWEST, POINT_LIMIT = 2, 1_000_000
 
 
 def write(work: Workpiece, path: Path, points: int = 361) -> Export:
@@ -22,8 +22,8 @@ def write(work: Workpiece, path: Path, points: int = 361) -> Export:
 
     Where the acceleration jumps it is that after the jump.
     """
-    if not FEWEST <= points <= MOST:
-        raise BadInput([Mistake("camopt", "points", points, f"from {FEWEST} to {MOST:,}")])
+    if not FEWEST <= points <= POINT_LIMIT:
+        raise BadInput([Mistake("camopt", "points", points, f"from {FEWEST} to {POINT_LIMIT:,}")])
     degrees = np.linspace(0.0, 360.0, points)
     y, y1, y2, _ = work.problem.programme.at(np.radians(degrees))
     unit, per = ("deg", np.radians(1.0)) if work.problem.setup.angular else ("mm", 1.0)

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from camopt.contour.curve import CamCurve, curves_of
-from camopt.contour.deviation import deviation
+from camopt.contour.deviation import deviation_bound
 from camopt.contour.follow import CHORD, Followed, follow
 from camopt.contour.path import ArcPath
 from camopt.exporting.exported import Export, told
@@ -24,10 +24,10 @@ from camopt.scene.part import Part
 from camopt.storage.files import write_text
 from camopt.version import VERSION
 
-DIGITS, CENTRE_DIGITS = 4, 5  # decimals of mm
+AXIS_DIGITS, CENTRE_DIGITS = 4, 5  # decimals of mm
 LEAST_CHORD = 0.0005  # mm: digits and all
-ROUNDING = 3.0 * 10.0**-DIGITS  # mm of the chord that are left to digits
-WAYS = ("climb", "conventional")
+DIGIT_SHARE = 3.0 * 10.0**-AXIS_DIGITS  # mm of the chord that are left to digits
+MILLINGS = ("climb", "conventional")
 CLEARANCE, OVERRUN = 5.0, 1.0  # mm above and below the plate
 
 
@@ -107,10 +107,10 @@ def _check(
         )
     if not 0.0 <= roughing <= 1e3:
         mistakes.append(Mistake("camopt", "roughing", roughing, "from 0 to 1000 mm"))
-    if direction not in WAYS:
-        mistakes.append(Mistake("camopt", "direction", direction, f"one of {', '.join(WAYS)}"))
+    if direction not in MILLINGS:
+        mistakes.append(Mistake("camopt", "direction", direction, f"one of {', '.join(MILLINGS)}"))
     if not chord >= LEAST_CHORD:
-        why = f"at least {LEAST_CHORD:g} mm: a program has {DIGITS} decimals"
+        why = f"at least {LEAST_CHORD:g} mm: a program has {AXIS_DIGITS} decimals"
         mistakes.append(Mistake("camopt", "chord", chord, why))
     if mistakes:
         raise BadInput(mistakes)
@@ -123,14 +123,14 @@ def _plain(text: str) -> str:
 
 def _rounded(curve: CamCurve, chord: float) -> Followed:
     """The path with the digits of the program, and its deviation, what the centres' digits add included."""
-    found = follow(curve, "arcs", chord - ROUNDING).path
+    found = follow(curve, "arcs", chord - DIGIT_SHARE).path
     assert isinstance(found, ArcPath)
     path = _from_dwell(found, curve)
-    vertices = np.round(path.vertices.real, DIGITS) + 1j * np.round(path.vertices.imag, DIGITS)
-    flat = np.abs(path.bulges * path.chords) / 2 < 10.0**-DIGITS / 2
+    vertices = np.round(path.vertices.real, AXIS_DIGITS) + 1j * np.round(path.vertices.imag, AXIS_DIGITS)
+    flat = np.abs(path.bulges * path.chords) / 2 < 10.0**-AXIS_DIGITS / 2
     path = replace(path, vertices=vertices, bulges=np.where(flat, 0.0, path.bulges))
     digits = 10.0**-CENTRE_DIGITS
-    return Followed(path, deviation(curve, path, chord - digits) + digits)
+    return Followed(path, deviation_bound(curve, path, chord - digits) + digits)
 
 
 def _from_dwell(path: ArcPath, curve: CamCurve) -> ArcPath:
@@ -172,7 +172,7 @@ def _arc(start: complex, end: complex, bulge: float) -> str:
 
 
 def _xy(point: complex) -> str:
-    return f"X{_number(point.real, DIGITS)} Y{_number(point.imag, DIGITS)}"
+    return f"X{_number(point.real, AXIS_DIGITS)} Y{_number(point.imag, AXIS_DIGITS)}"
 
 
 def _number(value: float, digits: int) -> str:

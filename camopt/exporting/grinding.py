@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from camopt.contour.curve import CamCurve, Span, curves_of
+from camopt.contour.curve import CamCurve, SmoothPart, curves_of
 from camopt.exporting.exported import Export
 from camopt.exporting.workpiece import Workpiece
 from camopt.mistakes import BadInput, Mistake
@@ -22,7 +22,7 @@ from camopt.storage.files import write_text
 from camopt.version import VERSION
 
 HALVINGS = 60
-LOOKED = 20_001  # cam angles at which the path must go round one way
+CHECKED_ANGLES = 20_001  # cam angles at which the path must go round one way
 
 
 def write(work: Workpiece, path: Path, cutter_radius: float | None = None, step: float = 1.0) -> Export:
@@ -52,7 +52,7 @@ def write(work: Workpiece, path: Path, cutter_radius: float | None = None, step:
     return Export(path, about={"lines": angles.size, "lift_max_mm": float(lifts.max())})
 
 
-def _turned(curve: CamCurve, span: Span, angles: FloatArray) -> FloatArray:
+def _turned(curve: CamCurve, span: SmoothPart, angles: FloatArray) -> FloatArray:
     """By how much the direction of the curve's points is ahead of the cam angle, rad, from −π to π."""
     points = curve.points(span, angles) / 1j * np.exp(1j * curve.sense * angles)
     return np.asarray(-curve.sense * np.angle(points))
@@ -64,14 +64,14 @@ def _radii(work: Workpiece, curve: CamCurve, degrees: FloatArray) -> FloatArray:
     def ahead(angles: FloatArray) -> FloatArray:
         return np.asarray(curve.at(angles, lambda span, a: _turned(curve, span, a)))
 
-    looked = np.linspace(0.0, 2.0 * np.pi, LOOKED)
+    looked = np.linspace(0.0, 2.0 * np.pi, CHECKED_ANGLES)
     directions = looked + ahead(looked)
     if np.any(np.diff(directions) <= 0.0):
         why = "a cam whose wheel path goes round the axis one way; this one comes back: choose a smaller wheel"
         raise BadInput([Mistake(work.scene.file, "cam", None, why, bare=True)])
     wanted = np.radians(degrees)
     wanted = directions[0] + (wanted - directions[0]) % (2.0 * np.pi)
-    place = np.clip(np.searchsorted(directions, wanted, side="right") - 1, 0, LOOKED - 2)
+    place = np.clip(np.searchsorted(directions, wanted, side="right") - 1, 0, CHECKED_ANGLES - 2)
     low, high = looked[place], looked[place + 1]
     for _ in range(HALVINGS):
         middle = (low + high) / 2

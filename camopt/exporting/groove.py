@@ -22,32 +22,32 @@ from typing import NamedTuple
 import numpy as np
 from scipy.interpolate import BSpline, make_interp_spline
 
-from camopt.contour.curve import CamCurve, Span, curve_of
+from camopt.contour.curve import CamCurve, SmoothPart, curve_of
 from camopt.exporting.workpiece import Workpiece
 from camopt.mechanisms.design import BoolArray, ComplexArray
 from camopt.numerics import FloatArray
 
-SIDES = (-1.0, 1.0)  # of the lower and the upper wall
-WIDEST = 1.6  # rad: of a sector of the turn
+WALL_SIDES = (-1.0, 1.0)  # of the lower and the upper wall
+SECTOR_ANGLE = 1.6  # rad: of a sector of the turn
 ROUNDS = 100
-SAME = 1e-15  # relative change of a radius that is none
-DEGREE = 5  # of the splines round the cam
-FIRST, MOST = 12, 6000  # points of a sector round the cam
+SAME_RADIUS = 1e-15  # relative change of a radius that is none
+SPLINE_DEGREE = 5  # of the splines round the cam
+FIRST_POINTS, SECTOR_POINTS = 12, 6000  # points of a sector round the cam
 SECTIONS, MOST_SECTIONS = 4, 16  # radii with points of their own
-LOOKED_AT = 500  # cam angles of a sector at which a wall may run back
-BETWEEN = 4  # parts of the stretches between points at which surfaces are compared
+SAMPLES = 500  # cam angles of a sector at which a wall may run back
+PARTS_BETWEEN = 4  # parts of the stretches between points at which surfaces are compared
 
 
 @dataclass(frozen=True)
 class Sector:
     """A part of one span of the turn, between two cam angles (rad)."""
 
-    span: Span
+    span: SmoothPart
     start: float
     end: float
 
 
-class Places(NamedTuple):
+class WallPoints(NamedTuple):
     """Points of a wall (angles, radii): angle round the cam (rad, as the cam angle), radius, and height (mm).
 
     ``course`` is where the roller moves there: round the cam, and along it as the imaginary part, mm/rad.
@@ -80,11 +80,12 @@ class Groove:
 
     def sectors(self) -> Iterator[Sector]:
         for span in self.curve.spans:
-            edges = np.linspace(span.start, span.end, int(np.ceil((span.end - span.start) / WIDEST)) + 1).tolist()
+            count = int(np.ceil((span.end - span.start) / SECTOR_ANGLE))
+            edges = np.linspace(span.start, span.end, count + 1).tolist()
             for start, end in pairwise(edges):
                 yield Sector(span, start, end)
 
-    def wall(self, span: Span, angles: FloatArray, radii: FloatArray, side: float) -> Places:
+    def wall(self, span: SmoothPart, angles: FloatArray, radii: FloatArray, side: float) -> WallPoints:
         """Where the roller touches the upper (side +1) or lower (−1) wall at cam angles (rad) and radii (mm).
 
         Not a number where it does not reach so near to the axis.
@@ -101,12 +102,12 @@ class Groove:
             touched = beside + reach * across / np.hypot(across, along)
             with np.errstate(invalid="ignore"):
                 before, station = station, np.sqrt((radii - touched) * (radii + touched))
-            if np.abs(station - before).max() <= SAME * self.outer:
+            if np.abs(station - before).max() <= SAME_RADIUS * self.outer:
                 break
         height = found.y + reach * along / np.hypot(across, along)
-        return Places(angles + np.arctan2(touched, station), radii + 0.0 * angles, height, along - 1j * across)
+        return WallPoints(angles + np.arctan2(touched, station), radii + 0.0 * angles, height, along - 1j * across)
 
-    def points(self, places: Places) -> FloatArray:
+    def points(self, places: WallPoints) -> FloatArray:
         """x, y and z of places in the cam's own frame, (…, 3), mm."""
         polar = self.polar(places.round)
         return np.stack([places.radius * np.cos(polar), places.radius * np.sin(polar), places.height], axis=-1)
@@ -116,7 +117,7 @@ class Groove:
         return np.pi / 2 - self.sense * around
 
 
-def groove_of(work: Workpiece) -> Groove:
+def carved(work: Workpiece) -> Groove:
     """The groove of a cylindrical cam, of the depth in ``[part]``, with the mean radius in its middle."""
     mean, depth = float(work.problem.design.size[0]), work.part.groove_depth
     assert depth
@@ -128,7 +129,7 @@ def undercut_at(groove: Groove) -> float | None:
     found = [
         radius
         for sector in groove.sectors()
-        for side in SIDES
+        for side in WALL_SIDES
         for radius, back in zip(groove.radii, _runs_back(groove, sector, side), strict=True)
         if back
     ]
@@ -137,7 +138,7 @@ def undercut_at(groove: Groove) -> float | None:
 
 def _runs_back(groove: Groove, sector: Sector, side: float) -> BoolArray:
     """Whether a wall somewhere moves against the roller, or is not there, at each radius."""
-    angles = np.linspace(sector.start, sector.end, LOOKED_AT)
+    angles = np.linspace(sector.start, sector.end, SAMPLES)
     wall = groove.wall(sector.span, angles, groove.radii, side)
     moved = groove.radii * np.diff(wall.round, axis=0) + 1j * np.diff(wall.height, axis=0)
     return np.asarray(~((moved * wall.course[1:].conjugate()).real >= 0.0).all(axis=0))
@@ -171,35 +172,39 @@ def sectioned(groove: Groove, aim: float) -> Groove:
     """The groove with as many sections as it takes that surfaces are within half of ``aim`` mm between them."""
     for count in range(SECTIONS, MOST_SECTIONS):
         found = replace(groove, sections=count)
-        if all(_through(found, each, side, FIRST).deep <= aim / 2 for each in found.sectors() for side in SIDES):
+        if all(
+            _through(found, each, side, FIRST_POINTS).deep <= aim / 2
+            for each in found.sectors()
+            for side in WALL_SIDES
+        ):
             return found
     return replace(groove, sections=MOST_SECTIONS)
 
 
 def skin(groove: Groove, sector: Sector, side: float, aim: float) -> Skin:
     """The surface of a wall over a sector, through as many points as it takes to be within ``aim`` mm."""
-    count = FIRST
+    count = FIRST_POINTS
     while True:
         found = _through(groove, sector, side, count)
-        if found.off <= aim or count >= MOST:
+        if found.off <= aim or count >= SECTOR_POINTS:
             return found
         count *= 2
 
 
 def _through(groove: Groove, sector: Sector, side: float, count: int) -> Skin:
     angles, radii = np.linspace(sector.start, sector.end, count), groove.radii
-    rows = make_interp_spline(angles, _exact(groove, sector, side, angles, radii), k=DEGREE, axis=0)
+    rows = make_interp_spline(angles, _exact(groove, sector, side, angles, radii), k=SPLINE_DEGREE, axis=0)
     across = make_interp_spline(radii, rows.c, k=radii.size - 1, axis=1)
-    found = Skin(np.moveaxis(across.c, 0, 1), (rows.t, across.t), (DEGREE, radii.size - 1))
-    fine = np.linspace(sector.start, sector.end, BETWEEN * (count - 1) + 1)
-    deep = np.linspace(groove.inner, groove.outer, BETWEEN * (radii.size - 1) + 1)
+    found = Skin(np.moveaxis(across.c, 0, 1), (rows.t, across.t), (SPLINE_DEGREE, radii.size - 1))
+    fine = np.linspace(sector.start, sector.end, PARTS_BETWEEN * (count - 1) + 1)
+    deep = np.linspace(groove.inner, groove.outer, PARTS_BETWEEN * (radii.size - 1) + 1)
     gap = np.linalg.norm((found.at(fine, deep) - _exact(groove, sector, side, fine, deep))[..., :3], axis=-1)
-    return found._replace(off=float(gap.max()), deep=float(gap[::BETWEEN].max()))
+    return found._replace(off=float(gap.max()), deep=float(gap[::PARTS_BETWEEN].max()))
 
 
-def through(shares: FloatArray, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+def spline_of(shares: FloatArray, points: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Poles and knots of the spline through points (n, 3) at some shares of its length."""
-    found = make_interp_spline(shares, points, k=DEGREE)
+    found = make_interp_spline(shares, points, k=SPLINE_DEGREE)
     return found.c, found.t
 
 

@@ -6,15 +6,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from camopt.contour.curve import CamCurve, curves_of
-from camopt.contour.follow import Followed, check, follow
+from camopt.contour.follow import Followed, check_kind, follow
 from camopt.contour.hole import bore_with_keyway
 from camopt.contour.path import ArcPath, CubicPath
 from camopt.exporting.workpiece import Workpiece
 from camopt.points.points import check_cutter
 from camopt.problem.problem import Problem
 
-BEYOND = 0.06  # of the size: how far centre marks run on
-VISIBLE, THIN, CHAIN, DASHED = "visible", "thin", "chain", "dashed"
+MARK_OVERRUN = 0.06  # of the size: how far centre marks run on
+VISIBLE, THIN_LINE, CHAIN_LINE, DASHED = "visible", "thin", "chain", "dashed"
 """Kinds of lines (ISO 128): outlines, thin lines, centre lines, and paths of tools."""
 
 
@@ -42,7 +42,7 @@ class Plan:
 def plan_of(work: Workpiece, chord: float, curves: str, cutter_radius: float | None) -> Plan:
     """The plan of a cam whose curves are followed within ``chord`` mm by arcs, a spline or a polyline."""
     problem = work.problem
-    check(curves, chord)
+    check_kind(curves, chord)
     check_cutter(problem, cutter_radius)
     followed = {name: follow(curve, curves, chord) for name, curve in _drawn(problem, cutter_radius).items()}
     layers = [Layer(name, _line(name), (each.path,)) for name, each in followed.items()]
@@ -61,7 +61,7 @@ def _drawn(problem: Problem, cutter_radius: float | None) -> dict[str, CamCurve]
 
 
 def _line(curve: str) -> str:
-    return VISIBLE if curve.startswith("profile") else CHAIN if curve == "pitch" else DASHED
+    return VISIBLE if curve.startswith("profile") else CHAIN_LINE if curve == "pitch" else DASHED
 
 
 def _corners(path: ArcPath | CubicPath) -> np.ndarray:
@@ -79,10 +79,10 @@ def _round(work: Workpiece, corners: np.ndarray) -> Iterator[Layer]:
     hub = (part.hub_diameter or 0.0) / 2
     left, low = (min(float(each.min()), -hub) for each in (corners.real, corners.imag))
     right, high = (max(float(each.max()), hub) for each in (corners.real, corners.imag))
-    beyond = BEYOND * max(right - left, high - low)
-    yield Layer("base-circle", CHAIN, circles=(base,))
+    beyond = MARK_OVERRUN * max(right - left, high - low)
+    yield Layer("base-circle", CHAIN_LINE, circles=(base,))
     if prime > base and work.problem.setup.mechanism.curvature is not None:
-        yield Layer("prime-circle", CHAIN, circles=(prime,))
+        yield Layer("prime-circle", CHAIN_LINE, circles=(prime,))
     if part.hub_diameter:
         yield Layer("hub", VISIBLE, circles=(part.hub_diameter / 2,))
     if part.bore and part.keyway_width:
@@ -91,17 +91,17 @@ def _round(work: Workpiece, corners: np.ndarray) -> Iterator[Layer]:
         yield Layer("bore", VISIBLE, circles=(part.bore / 2,))
     across = complex(left - beyond), complex(right + beyond)
     up = complex(0.0, low - beyond), complex(0.0, high + beyond)
-    yield Layer("centre", CHAIN, lines=(across, up))
-    yield Layer("timing", THIN, lines=((0j, up[1] + 1j * beyond),))
+    yield Layer("centre", CHAIN_LINE, lines=(across, up))
+    yield Layer("timing", THIN_LINE, lines=((0j, up[1] + 1j * beyond),))
 
 
 def _developed(problem: Problem, corners: np.ndarray) -> Iterator[Layer]:
     """Of a cylindrical cam: one turn at the mean radius, with the line at cam angle 0."""
     turn = 2.0 * np.pi * float(problem.design.size[0])
     low, high = corners.imag.min(), corners.imag.max()
-    beyond = BEYOND * turn
+    beyond = MARK_OVERRUN * turn
     middle = complex(0.0, (low + high) / 2)
-    yield Layer("centre", CHAIN, lines=((middle, middle + turn),))
+    yield Layer("centre", CHAIN_LINE, lines=((middle, middle + turn),))
     yield Layer(
-        "timing", THIN, lines=tuple((x + 1j * (low - beyond), x + 1j * (high + beyond)) for x in (0.0, turn))
+        "timing", THIN_LINE, lines=tuple((x + 1j * (low - beyond), x + 1j * (high + beyond)) for x in (0.0, turn))
     )

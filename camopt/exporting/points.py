@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 
 from camopt.contour.curve import curves_of
-from camopt.contour.deviation import deviation
-from camopt.contour.fit import through
-from camopt.contour.follow import CHORD, MARGIN, check
+from camopt.contour.deviation import deviation_bound
+from camopt.contour.fit import lines_through
+from camopt.contour.follow import AIM, CHORD, check_kind
 from camopt.exporting.exported import CurveInFile, Export
 from camopt.exporting.workpiece import Workpiece
 from camopt.mistakes import BadInput, Mistake
@@ -27,12 +27,14 @@ def write(
     """
     if step is not None and chord is not None:
         raise BadInput([Mistake("camopt", "step", step, "not together with a chord: one of both", bare=True)])
-    check("polyline", CHORD if chord is None else chord)
-    spacing = {"chord": MARGIN * (chord or CHORD)} if step is None else {"step": step}
+    check_kind("polyline", CHORD if chord is None else chord)
+    spacing = {"chord": AIM * (chord or CHORD)} if step is None else {"step": step}
     columns = cam_points(work.scene, None, cutter_radius, **spacing)
     angles = np.radians(columns["cam_angle_deg"])
     curves = {
-        name: CurveInFile(angles.size - 1, "lines", deviation(curve, through(curve, angles), chord or CHORD))
+        name: CurveInFile(
+            angles.size - 1, "lines", deviation_bound(curve, lines_through(curve, angles), chord or CHORD)
+        )
         for name, curve in curves_of(work.problem, cutter_radius).items()
     }
     write_columns(columns, work.scene, path, path.suffix.lower())

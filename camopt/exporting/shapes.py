@@ -44,8 +44,8 @@ from camopt.numerics import FloatArray
 Shape = Any
 """Of Open CASCADE, whose classes mypy does not know."""
 EDGE, FACE, SOLID = TopAbs_EDGE, TopAbs_FACE, TopAbs_SOLID
-HAIR = 1e-7  # mm: what is nearer is one
-FLAT = 1e-8  # mm: an arc that is no higher is a line; the centre of a flatter one would be rounded by as much
+TOUCHING = 1e-7  # mm: what is nearer is one
+FLAT_ARC = 1e-8  # mm: an arc that is no higher is a line; the centre of a flatter one would be rounded by as much
 
 
 def point(x: float, y: float, z: float) -> Shape:
@@ -83,7 +83,7 @@ def _arcs(path: ArcPath) -> Iterator[Shape]:
     with np.errstate(divide="ignore"):
         radii = 1.0 / np.abs(path.curvatures)
     for k, (centre, height) in enumerate(zip(path.centres, heights, strict=True)):
-        if height <= FLAT:
+        if height <= FLAT_ARC:
             yield line_edge(*corners[k : k + 2])
         else:
             place = point(centre.real, centre.imag, 0.0)
@@ -156,7 +156,7 @@ def face(surface: Shape, edges: Iterable[Shape], backwards: bool = False) -> Sha
     """The part of a surface inside of edges that follow each other round it, anticlockwise or ``backwards``."""
     made = TopoDS_Face()
     builder = BRep_Builder()
-    builder.MakeFace(made, surface, HAIR)
+    builder.MakeFace(made, surface, TOUCHING)
     loop = wire(edges)
     builder.Add(made, loop.Reversed() if backwards else loop)
     fixed = ShapeFix_Face(made)
@@ -171,7 +171,7 @@ def flat(outer: Shape) -> Shape:
 
 def sewn(faces: Iterable[Shape]) -> Shape:
     """The solid that faces enclose."""
-    sewing = BRepBuilderAPI_Sewing(HAIR)
+    sewing = BRepBuilderAPI_Sewing(TOUCHING)
     for each in faces:
         sewing.Add(each)
     sewing.Perform()
@@ -198,10 +198,10 @@ def _integers(values: np.ndarray) -> Shape:
 def extruded(outer: Shape, low: float, high: float) -> Shape:
     """The solid between two heights that has a wire in the plane z = 0 as its outline."""
     body = BRepPrimAPI_MakePrism(flat(outer), gp_Vec(0.0, 0.0, high - low)).Shape()
-    return moved(body, low)
+    return lifted(body, low)
 
 
-def moved(shape: Shape, height: float) -> Shape:
+def lifted(shape: Shape, height: float) -> Shape:
     """A shape, along the axis z."""
     along = gp_Trsf()
     along.SetTranslation(gp_Vec(0.0, 0.0, height))
@@ -226,16 +226,16 @@ def parts(shape: Shape, kind: Shape) -> list[Shape]:
 
 def measures(shape: Shape) -> dict[str, float]:
     """Numbers of its faces and edges, and its volume in mm³."""
-    return {"faces": len(parts(shape, FACE)), "edges": len(parts(shape, EDGE)), "volume_mm3": volume(shape)}
+    return {"faces": len(parts(shape, FACE)), "edges": len(parts(shape, EDGE)), "volume_mm3": volume_of(shape)}
 
 
-def volume(shape: Shape) -> float:
+def volume_of(shape: Shape) -> float:
     """mm³; below 0 where faces look inwards."""
     found = GProp_GProps()
     BRepGProp.VolumeProperties_s(shape, found, True)
     return float(found.Mass())
 
 
-def is_sound(shape: Shape) -> bool:
+def is_closed(shape: Shape) -> bool:
     """Whether a shape is one closed solid, with faces that meet and that look outwards."""
-    return len(parts(shape, SOLID)) == 1 and bool(BRepCheck_Analyzer(shape).IsValid()) and volume(shape) > 0.0
+    return len(parts(shape, SOLID)) == 1 and bool(BRepCheck_Analyzer(shape).IsValid()) and volume_of(shape) > 0.0

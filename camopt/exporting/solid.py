@@ -12,10 +12,10 @@ from OCP.Standard import Standard_ConstructionError, Standard_Failure
 from OCP.StdFail import StdFail_NotDone
 
 from camopt.contour.curve import curves_of
-from camopt.contour.follow import check, follow
+from camopt.contour.follow import check_kind, follow
 from camopt.contour.hole import bore_with_keyway
 from camopt.exporting import shapes
-from camopt.exporting.cylinder import cylinder
+from camopt.exporting.cylinder import grooved_body
 from camopt.exporting.exported import CurveInFile, told
 from camopt.exporting.shapes import Shape
 from camopt.exporting.workpiece import Workpiece
@@ -23,13 +23,13 @@ from camopt.mechanisms.body import CYLINDER, DISC
 from camopt.mistakes import BadInput, Mistake
 from camopt.scene.part import Part
 
-BEYOND = 1.0  # mm: by how much a bore is cut longer than the part, at both ends
+OVERCUT = 1.0  # mm: by how much a bore is cut longer than the part, at both ends
 
-IMPOSSIBLE = (Standard_ConstructionError, Standard_Failure, StdFail_NotDone)
+CAD_ERRORS = (Standard_ConstructionError, Standard_Failure, StdFail_NotDone)
 """What Open CASCADE raises for edges and faces that are none; they have no common base here."""
 
 
-class Solid(NamedTuple):
+class CadSolid(NamedTuple):
     """A solid of Open CASCADE, and what is told of it."""
 
     shape: Shape
@@ -38,7 +38,7 @@ class Solid(NamedTuple):
     about: dict[str, Any]
 
 
-def solid_of(work: Workpiece, chord: float, curves: str) -> Solid:
+def solid_of(work: Workpiece, chord: float, curves: str) -> CadSolid:
     """The solid of a cam, its profile or groove within ``chord`` mm of the true one.
 
     Raises
@@ -52,27 +52,27 @@ def solid_of(work: Workpiece, chord: float, curves: str) -> Solid:
         raise BadInput(mistakes)
     try:
         found = _MAKERS[work.problem.setup.mechanism.body](work, chord, curves)
-    except IMPOSSIBLE:
+    except CAD_ERRORS:
         found = None
-    if found is None or not shapes.is_sound(found.shape):
-        faults = f"faces cross each other, or are smaller than {shapes.HAIR} mm"
+    if found is None or not shapes.is_closed(found.shape):
+        faults = f"faces cross each other, or are smaller than {shapes.TOUCHING} mm"
         why = f"makes no valid solid at a chord of {chord:g} mm: {faults}"
         raise BadInput([Mistake(work.scene.file, "part", None, why, bare=True)])
     return found._replace(about=found.about | shapes.measures(found.shape))
 
 
-def _disc(work: Workpiece, chord: float, curves: str) -> Solid:
-    check(curves, chord)
-    profile = follow(curves_of(work.problem)["profile"], curves, chord - shapes.FLAT)
-    profile = profile._replace(deviation=profile.deviation + shapes.FLAT)
+def _disc(work: Workpiece, chord: float, curves: str) -> CadSolid:
+    check_kind(curves, chord)
+    profile = follow(curves_of(work.problem)["profile"], curves, chord - shapes.FLAT_ARC)
+    profile = profile._replace(deviation=profile.deviation + shapes.FLAT_ARC)
     _check_wall(work, chord, profile.deviation)
     body = _plate(work.part, shapes.closed_wire(profile.path))
-    return Solid(_with_bore(work.part, body), told({"profile": profile}), {})
+    return CadSolid(_with_bore(work.part, body), told({"profile": profile}), {})
 
 
-def _cylinder(work: Workpiece, chord: float, curves: str) -> Solid:
-    body, off = cylinder(work, chord)
-    return Solid(_with_bore(work.part, body), {}, {"wall_deviation_measured_mm": off})
+def _cylinder(work: Workpiece, chord: float, curves: str) -> CadSolid:
+    body, off = grooved_body(work, chord)
+    return CadSolid(_with_bore(work.part, body), {}, {"wall_deviation_measured_mm": off})
 
 
 _MAKERS = {DISC: _disc, CYLINDER: _cylinder}
@@ -101,7 +101,7 @@ def _plate(part: Part, profile: Shape) -> Shape:
     """The plate with its hub."""
     assert part.thickness
     plate = shapes.extruded(profile, 0.0, part.thickness)
-    if not part.hub_diameter or not part.hub_length or part.hub_length - part.thickness <= shapes.HAIR:
+    if not part.hub_diameter or not part.hub_length or part.hub_length - part.thickness <= shapes.TOUCHING:
         return plate
     hub = shapes.extruded(shapes.circle(part.hub_diameter / 2), part.thickness, part.hub_length)
     return shapes.fused(plate, hub)
@@ -113,4 +113,4 @@ def _with_bore(part: Part, body: Shape) -> Shape:
         return body
     outline = shapes.closed_wire(bore_with_keyway(part)) if part.keyway_width else shapes.circle(part.bore / 2)
     whole = max(part.thickness or 0.0, part.hub_length or 0.0)
-    return shapes.cut(body, shapes.extruded(outline, -BEYOND, whole + BEYOND))
+    return shapes.cut(body, shapes.extruded(outline, -OVERCUT, whole + OVERCUT))

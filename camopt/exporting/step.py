@@ -23,7 +23,7 @@ from camopt.storage.files import whole_file
 from camopt.version import VERSION
 
 CURVES_TWICE = "write.surfacecurve.mode"  # edges in the parameters of their surfaces as well: as many bytes again
-NO_TIME = "1970-01-01T00:00:00"
+EPOCH = "1970-01-01T00:00:00"
 
 
 def write(work: Workpiece, path: Path, chord: float = CHORD, curves: str = "arcs") -> Export:
@@ -45,7 +45,7 @@ def _name(writer: STEPControl_Writer, name: str, number: str, author: str) -> No
     model = writer.Model()
     header = APIHeaderSection_MakeHeader(model)
     header.SetName(text(name))
-    header.SetTimeStamp(text(NO_TIME))
+    header.SetTimeStamp(text(EPOCH))
     header.SetAuthorValue(1, text(author))
     header.SetOrganizationValue(1, text(""))
     header.SetOriginatingSystem(text(f"camopt {VERSION}"))

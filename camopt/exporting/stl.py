@@ -11,7 +11,7 @@ from OCP.BRepMesh import BRepMesh_IncrementalMesh
 from OCP.StlAPI import StlAPI_Writer
 
 from camopt.contour.curve import curves_of
-from camopt.contour.follow import CHORD, LEAST, check
+from camopt.contour.follow import CHORD, LEAST_CHORD, check_kind
 from camopt.exporting.exported import Export
 from camopt.exporting.solid import solid_of
 from camopt.exporting.workpiece import Workpiece
@@ -23,17 +23,17 @@ from camopt.storage.files import whole_file
 HEADER = 84  # bytes before the first triangle
 TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 SHARE = 0.9  # of the chord: what is left is for walls that are no true ones, and for rounding
-LOOKED = 361  # cam angles at which a cam's size is looked at
-STEEPEST = 0.35  # rad between neighbours: of round things that are small beside the chord
-ROUNDED = 2.0**-24 * 2.0**0.5  # of the largest coordinate: how far single precision moves a point of a profile
+SIZE_ANGLES = 361  # cam angles at which a cam's size is looked at
+MOST_TURN = 0.35  # rad between neighbours: of round things that are small beside the chord
+FLOAT32_ERROR = 2.0**-24 * 2.0**0.5  # of the largest coordinate: what single precision moves a point by
 
 
 def write(work: Workpiece, path: Path, chord: float = CHORD) -> Export:
     """Write the solid of a cam that has a thickness; the deviations told include the rounding of the file."""
-    check("polyline", chord)
-    aim = max(SHARE * chord - _rounded(work.problem), LEAST)
+    check_kind("polyline", chord)
+    aim = max(SHARE * chord - _rounded(work.problem), LEAST_CHORD)
     solid = solid_of(work, aim, "polyline")
-    BRepMesh_IncrementalMesh(solid.shape, aim, False, STEEPEST)
+    BRepMesh_IncrementalMesh(solid.shape, aim, False, MOST_TURN)
     with whole_file(path) as partial:
         writer = StlAPI_Writer()
         writer.ASCIIMode = False
@@ -43,7 +43,7 @@ def write(work: Workpiece, path: Path, chord: float = CHORD) -> Export:
         if not is_watertight(triangles):
             why = "larger: in single precision, that of STL, corners so near to each other are one"
             raise BadInput([Mistake("camopt", "chord", chord, why)])
-    off = float(np.abs(triangles[..., :2]).max()) * ROUNDED
+    off = float(np.abs(triangles[..., :2]).max()) * FLOAT32_ERROR
     curves = {name: each._replace(deviation_mm=each.deviation_mm + off) for name, each in solid.curves.items()}
     return Export(path, curves, solid.about | {"triangles": len(triangles), "volume_mm3": volume(triangles)})
 
@@ -51,7 +51,7 @@ def write(work: Workpiece, path: Path, chord: float = CHORD) -> Export:
 def _rounded(problem: Problem) -> float:
     """About how far the file's digits move points of a profile, mm."""
     curve = next(iter(curves_of(problem).values()))
-    return ROUNDED * float(np.abs(curve.at(np.linspace(0.0, 2.0 * np.pi, LOOKED), curve.points)).max())
+    return FLOAT32_ERROR * float(np.abs(curve.at(np.linspace(0.0, 2.0 * np.pi, SIZE_ANGLES), curve.points)).max())
 
 
 def read_triangles(path: Path) -> FloatArray:

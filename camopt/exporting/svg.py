@@ -7,17 +7,17 @@ from xml.etree import ElementTree as Xml
 from camopt.contour.follow import CHORD
 from camopt.contour.path import ArcPath, CubicPath
 from camopt.exporting.exported import Export, told
-from camopt.exporting.layers import CHAIN, DASHED, THIN, VISIBLE, Layer, plan_of
+from camopt.exporting.layers import CHAIN_LINE, DASHED, THIN_LINE, VISIBLE, Layer, plan_of
 from camopt.exporting.workpiece import Workpiece
 from camopt.storage.files import whole_file
 from camopt.version import VERSION
 
-MARGIN = 5.0  # mm
-DASHES = {CHAIN: "8 1.5 1 1.5", DASHED: "3 1.5"}
+VIEW_MARGIN = 5.0  # mm
+PATTERNS = {CHAIN_LINE: "8 1.5 1 1.5", DASHED: "3 1.5"}
 WIDTHS = {VISIBLE: 0.35}  # mm
 THINNER = 0.18
-SAME = 1e-9  # mm: the last digit of a number in the file
-COLOURS = {VISIBLE: "#000000", THIN: "#606060", CHAIN: "#3050a0", DASHED: "#208020"}
+LAST_DIGIT = 1e-9  # mm: the last digit of a number in the file
+INKS = {VISIBLE: "#000000", THIN_LINE: "#606060", CHAIN_LINE: "#3050a0", DASHED: "#208020"}
 
 
 def write(
@@ -30,8 +30,8 @@ def write(
     """Write the plan of a cam at scale 1:1, a group of its own for each kind of curve."""
     plan = plan_of(work, chord, curves, cutter_radius)
     low, high = plan.reach
-    size = high - low + 2 * complex(MARGIN, MARGIN)
-    left, top = low.real - MARGIN, -high.imag - MARGIN
+    size = high - low + 2 * complex(VIEW_MARGIN, VIEW_MARGIN)
+    left, top = low.real - VIEW_MARGIN, -high.imag - VIEW_MARGIN
     root = Xml.Element(
         "svg",
         xmlns="http://www.w3.org/2000/svg",
@@ -50,9 +50,9 @@ def write(
 
 
 def _draw(plane: Xml.Element, layer: Layer) -> None:
-    dashes = {"stroke-dasharray": DASHES[layer.line]} if layer.line in DASHES else {}
+    dashes = {"stroke-dasharray": PATTERNS[layer.line]} if layer.line in PATTERNS else {}
     width = {"stroke-width": str(WIDTHS.get(layer.line, THINNER))}
-    group = Xml.SubElement(plane, "g", {"id": layer.name, "stroke": COLOURS[layer.line], **width, **dashes})
+    group = Xml.SubElement(plane, "g", {"id": layer.name, "stroke": INKS[layer.line], **width, **dashes})
     for path in layer.paths:
         Xml.SubElement(group, "path", d=_arcs(path) if isinstance(path, ArcPath) else _cubics(path))
     for radius in layer.circles:
@@ -74,7 +74,7 @@ def _arcs(path: ArcPath) -> str:
 
 def _cubics(path: CubicPath) -> str:
     parts = [f"C {' '.join(map(_point, each[1:].tolist()))}" for each in path.controls]
-    closing = ["Z"] if abs(path.controls[0, 0] - path.controls[-1, 3]) < SAME else []
+    closing = ["Z"] if abs(path.controls[0, 0] - path.controls[-1, 3]) < LAST_DIGIT else []
     return " ".join([f"M {_point(path.controls[0, 0])}", *parts, *closing])
 
 

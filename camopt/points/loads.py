@@ -53,14 +53,14 @@ def loads_at(picture: Picture, degrees: FloatArray) -> dict[str, FloatArray]:
         for k, found in enumerate(panel.values):
             here = sampled.piece == k
             values[here] = found if here.any() else 0.0
-        columns[column_of(panel.quantity)] = values
+        columns[load_column(panel.quantity)] = values
     return columns
 
 
-def column_of(quantity: str) -> str:
+def load_column(quantity: str) -> str:
     """The column of a load along the turn, by the quantity that is an extreme of it."""
     return quantity.replace("_max", "").replace("_min", "")
 
 
-LOADS = {column_of(name): quantity for name, quantity in QUANTITIES.items()}
+LOAD_COLUMNS = {load_column(name): quantity for name, quantity in QUANTITIES.items()}
 """The quantity behind each column."""

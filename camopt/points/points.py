@@ -12,7 +12,7 @@ from camopt.effects import Case
 from camopt.mechanisms.design import ComplexArray
 from camopt.mistakes import BadInput, Mistake
 from camopt.numerics import FloatArray
-from camopt.points.loads import LOADS, loads_at
+from camopt.points.loads import LOAD_COLUMNS, loads_at
 from camopt.points.spacing import checked_angles, in_steps, within_chord
 from camopt.problem.problem import Problem, resolve_design
 from camopt.scene.scene import Scene
@@ -23,7 +23,7 @@ from camopt.version import VERSION
 if TYPE_CHECKING:
     import pyarrow as pa
 
-ABOUT = {
+COLUMN_NOTES = {
     "cam_angle_deg": ("deg", "Cam angle."),
     "displacement_mm": ("mm", "Displacement of the follower."),
     "displacement_deg": ("deg", "Swing of the follower."),
@@ -241,13 +241,13 @@ def _deepest(problem: Problem) -> float:
 
 
 def _about(column: str) -> dict[str, str]:
-    if column in LOADS:
-        quantity = LOADS[column]
+    if column in LOAD_COLUMNS:
+        quantity = LOAD_COLUMNS[column]
         return {"unit": quantity.unit, "symbol": "", "description": f"Along the turn: {quantity.sentence}"}
-    if column in ABOUT:
-        unit, description = ABOUT[column]
+    if column in COLUMN_NOTES:
+        unit, description = COLUMN_NOTES[column]
     else:
         form = next(form for form in FORM if column.endswith(f"_{form}"))
         unit, words = FORM[form]
-        description = f"{ABOUT[column.removesuffix(f'_{form}')][1]} {words}".rstrip()
+        description = f"{COLUMN_NOTES[column.removesuffix(f'_{form}')][1]} {words}".rstrip()
     return {"unit": unit, "symbol": "", "description": description}

@@ -10,9 +10,9 @@ from camopt.mechanisms.design import ComplexArray
 from camopt.mistakes import BadInput, Mistake
 from camopt.numerics import FloatArray
 
-MOST = 1_000_000  # points
-WIDEST = 10.0  # deg: the coarsest spacing
-NARROWEST = 1e-7  # deg: a jump of the velocity tears the curves apart, however near it the points are
+MOST_POINTS = 1_000_000  # points
+WIDEST_STEP = 10.0  # deg: the coarsest spacing
+NARROWEST_STEP = 1e-7  # deg: a jump of the velocity tears the curves apart, however near it the points are
 WITHIN = np.linspace(0.0, 1.0, 9)[1:-1]  # where an arc is looked at between its ends
 
 Curves = Callable[[FloatArray], list[ComplexArray]]
@@ -30,8 +30,8 @@ def checked_angles(angles: ArrayLike) -> FloatArray:
 
 def in_steps(step: float) -> FloatArray:
     """Cam angles (deg) from 0 to 360 in even steps; the last falls short where they do not divide the turn."""
-    if not (isfinite(step) and 360.0 / MOST <= step <= 360.0):
-        raise BadInput([Mistake("camopt", "step", step, f"from {360.0 / MOST:g} to 360 deg")])
+    if not (isfinite(step) and 360.0 / MOST_POINTS <= step <= 360.0):
+        raise BadInput([Mistake("camopt", "step", step, f"from {360.0 / MOST_POINTS:g} to 360 deg")])
     count = floor(360.0 / step * (1.0 + 1e-12))
     return np.append(step * np.arange(count), [step * count, 360.0] if 360.0 - step * count > 1e-9 else [360.0])
 
@@ -44,16 +44,19 @@ def within_chord(chord: float, starts: FloatArray, curves: Curves) -> FloatArray
     """
     if not (isfinite(chord) and chord > 0.0):
         raise BadInput([Mistake("camopt", "chord", chord, "above 0 mm")])
-    even = np.linspace(0.0, 360.0, round(360.0 / WIDEST) + 1)
-    even = even[np.abs(even[:, None] - starts).min(axis=1, initial=np.inf) > NARROWEST]
+    even = np.linspace(0.0, 360.0, round(360.0 / WIDEST_STEP) + 1)
+    even = even[np.abs(even[:, None] - starts).min(axis=1, initial=np.inf) > NARROWEST_STEP]
     angles = np.unique(np.concatenate([even, starts]))
     pending = np.ones(angles.size - 1, dtype=bool)
     while pending.any():
         ends = np.array([angles[:-1][pending], angles[1:][pending]])
         sagitta = _sagitta(ends, curves)
-        wide = (sagitta > chord) & (ends[1] - ends[0] > NARROWEST)
-        if angles.size + np.sqrt(sagitta[wide] / (4.0 * chord)).sum() > MOST:  # each half has a quarter of it
-            raise BadInput([Mistake("camopt", "chord", chord, f"larger: this one needs over {MOST:,} points")])
+        wide = (sagitta > chord) & (ends[1] - ends[0] > NARROWEST_STEP)
+        more = np.sqrt(sagitta[wide] / (4.0 * chord)).sum()  # each half has a quarter of the sagitta
+        if angles.size + more > MOST_POINTS:
+            raise BadInput(
+                [Mistake("camopt", "chord", chord, f"larger: this one needs over {MOST_POINTS:,} points")]
+            )
         halved = (ends.sum(axis=0) / 2)[wide]
         every = np.concatenate([angles, halved])
         pending = np.isin(np.sort(every)[:-1], np.concatenate([ends[0][wide], halved]))

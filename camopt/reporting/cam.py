@@ -9,14 +9,14 @@ from camopt.drawing.cam import remaining
 from camopt.drawing.dynamics import dynamics_panels
 from camopt.drawing.loads import load_panels
 from camopt.drawing.panels import Panel, panels
-from camopt.drawing.picture import NAMES, Picture
+from camopt.drawing.picture import STROKE_NAMES, Picture
 from camopt.numerics import FloatArray
 from camopt.problem.problem import Problem
 from camopt.scene.scene import Scene
 
 LARGEST_POWER = 300
-POWERS = np.array([float(f"1e{power}") for power in range(-LARGEST_POWER, LARGEST_POWER + 1)])
-DIGITS = 8  # significant: more than any screen shows, fewer than a double has
+TENS = np.array([float(f"1e{power}") for power in range(-LARGEST_POWER, LARGEST_POWER + 1)])
+PAGE_DIGITS = 8  # significant: more than any screen shows, fewer than a double has
 
 
 def cam_of(picture: Picture) -> dict[str, Any]:
@@ -28,8 +28,8 @@ def cam_of(picture: Picture) -> dict[str, Any]:
     return {
         "exists": True,
         **kind_of(picture.scene, problem),
-        "sizes": {name: plain(values[0]) for name, values in problem.design.sizes.items()},
-        "motion": motion_of(picture),
+        "sizes": {name: page_number(values[0]) for name, values in problem.design.sizes.items()},
+        "motion": motion_pieces(picture),
         "strokes": _strokes(problem),
         "pitch_point": picture.values["pressure_angle_max_at_deg"] if _has_trace(problem) else None,
         "steepest": picture.values["pressure_angle_max_deg"],
@@ -51,14 +51,19 @@ def kind_of(scene: Scene, problem: Problem) -> dict[str, Any]:
     }
 
 
-def motion_of(picture: Picture) -> dict[str, Any]:
+def motion_pieces(picture: Picture) -> dict[str, Any]:
     """The cam angles of each smooth piece, with y and dy/dθ there, and the lift: jumps stay between pieces."""
-    names = [NAMES[kind] for kind in picture.kinds]
+    names = [STROKE_NAMES[kind] for kind in picture.kinds]
     pieces = [
-        {"kind": name, "angle": row(np.degrees(angles)), "y": row(moved[0]), "slope": row(moved[1])}
+        {
+            "kind": name,
+            "angle": page_numbers(np.degrees(angles)),
+            "y": page_numbers(moved[0]),
+            "slope": page_numbers(moved[1]),
+        }
         for name, angles, moved in zip(names, picture.pieces, picture.motion, strict=True)
     ]
-    return {"lift": plain(picture.problem.programme.lift), "pieces": pieces}
+    return {"lift": page_number(picture.problem.programme.lift), "pieces": pieces}
 
 
 def _has_trace(problem: Problem) -> bool:
@@ -68,11 +73,11 @@ def _has_trace(problem: Problem) -> bool:
 def _strokes(problem: Problem) -> list[dict[str, Any]]:
     return [
         {
-            "name": "move" if stroke.is_move else NAMES[stroke.kind],
-            "kind": NAMES.get(stroke.kind, "move"),
+            "name": "move" if stroke.is_move else STROKE_NAMES[stroke.kind],
+            "kind": STROKE_NAMES.get(stroke.kind, "move"),
             "law": stroke.law.NAME if stroke.law else "",
-            "start": plain(np.degrees(stroke.start)),
-            "angle": plain(np.degrees(stroke.angle)),
+            "start": page_number(np.degrees(stroke.start)),
+            "angle": page_number(np.degrees(stroke.angle)),
         }
         for stroke in problem.programme.strokes
     ]
@@ -83,22 +88,24 @@ def _left(picture: Picture) -> list[list[float | None]] | None:
     if not picture.undercut or not picture.problem.setup.mechanism.body.closed:
         return None
     outline = remaining(picture)
-    return [row(outline.real), row(outline.imag)]
+    return [page_numbers(outline.real), page_numbers(outline.imag)]
 
 
 def _panel(panel: Panel) -> dict[str, Any]:
     return {
         "title": panel.title,
         "unit": panel.unit,
-        "values": [row(values) for values in panel.values],
-        "reference": panel.reference and [row(values) for values in panel.reference],
-        "other": panel.other and [row(values) for values in panel.other],
-        "peaks": [{"angle": plain(p.angle), "value": plain(p.value), "text": p.text} for p in panel.peaks],
-        "limits": [{"kinds": _kinds(kinds), "bound": plain(bound)} for kinds, bound in panel.limits],
-        "impulses": [{"angle": plain(angle), "size": plain(size)} for angle, size in panel.impulses],
-        "bands": [[plain(end) for end in band] for band in panel.bands],
-        "marks": [[plain(number) for number in mark] for mark in panel.marks],
-        "span": panel.span and [plain(end) for end in panel.span],
+        "values": [page_numbers(values) for values in panel.values],
+        "reference": panel.reference and [page_numbers(values) for values in panel.reference],
+        "other": panel.other and [page_numbers(values) for values in panel.other],
+        "peaks": [
+            {"angle": page_number(p.angle), "value": page_number(p.value), "text": p.text} for p in panel.peaks
+        ],
+        "limits": [{"kinds": _kinds(kinds), "bound": page_number(bound)} for kinds, bound in panel.limits],
+        "impulses": [{"angle": page_number(angle), "size": page_number(size)} for angle, size in panel.impulses],
+        "bands": [[page_number(end) for end in band] for band in panel.bands],
+        "marks": [[page_number(number) for number in mark] for mark in panel.marks],
+        "span": panel.span and [page_number(end) for end in panel.span],
         "note": panel.note,
         "undercut": panel.alarm and [[bool(b) for b in bad] for bad in panel.alarm],
     }
@@ -106,20 +113,20 @@ def _panel(panel: Panel) -> dict[str, Any]:
 
 def _kinds(kinds: int) -> list[str]:
     """The kinds of strokes that a limit holds on, on both sides of 0; none for a level of the whole turn."""
-    return [name for kind, name in NAMES.items() if kind & kinds]
+    return [name for kind, name in STROKE_NAMES.items() if kind & kinds]
 
 
-def plain(value: Any) -> float | None:
+def page_number(value: Any) -> float | None:
     """A number of a page: finite, in few digits."""
-    return float(f"{float(value):.{DIGITS}g}") if np.isfinite(value) else None
+    return float(f"{float(value):.{PAGE_DIGITS}g}") if np.isfinite(value) else None
 
 
-def row(values: FloatArray) -> list[float | None]:
+def page_numbers(values: FloatArray) -> list[float | None]:
     """An array of such numbers, all at once: a page has thousands, and a slider waits for them."""
     values = np.asarray(values, dtype=float)
     with np.errstate(all="ignore"):
-        power = DIGITS - 1 - np.floor(np.log10(np.abs(values)))
+        power = PAGE_DIGITS - 1 - np.floor(np.log10(np.abs(values)))
     usual = np.abs(power) <= LARGEST_POWER  # not so of 0, and of what is not finite
-    scale = POWERS[np.where(usual, power, 0.0).astype(int) + LARGEST_POWER]
+    scale = TENS[np.where(usual, power, 0.0).astype(int) + LARGEST_POWER]
     rounded = np.where(usual, np.rint(np.where(usual, values, 0.0) * scale) / scale, values)
     return [value if isfinite(value) else None for value in rounded.tolist()]

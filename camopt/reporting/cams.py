@@ -26,7 +26,7 @@ from camopt.verdicts.evaluation import Evaluation, evaluate_design
 
 
 @dataclass(frozen=True)
-class Shown:
+class ShownCam:
     """One cam on a page, what it is called there, and a sentence about it for the head of the page."""
 
     label: str
@@ -35,7 +35,7 @@ class Shown:
 
 
 @dataclass(frozen=True)
-class Section:
+class Chapter:
     """Tables, or a text, under a heading that unfolds."""
 
     title: str
@@ -44,7 +44,7 @@ class Section:
     open: bool = False
 
 
-def cams_page(cams: Sequence[Shown], title: str = "", told: Sequence[str] = ()) -> str:
+def cams_page(cams: Sequence[ShownCam], title: str = "", told: Sequence[str] = ()) -> str:
     """The page of some cams: of one with its name as title, of several side by side at one scale.
 
     ``told`` are sentences for the head of the page.
@@ -59,11 +59,11 @@ def cams_page(cams: Sequence[Shown], title: str = "", told: Sequence[str] = ()) 
     head = [*([] if several else words[0]), *told]
     lines = [*_verdicts(cams, limits, labels), *_warnings(found, labels), *(Cell(text) for text in head)]
     if any(picture.undercut for picture in pictures):
-        lines.append(Cell(UNDERCUT))
+        lines.append(Cell(UNDERCUT_NOTE))
     titled = [replace(s, title=f"{label}: limits") for label, s in zip(labels, limits, strict=True)]
     sections = [
-        Section("Quantities", [quantities_sheet(found, problems, labels if several else ["value"])], open=several),
-        *(each for shown, p in zip(cams, problems, strict=True) for each in about(shown, p, several=several)),
+        Chapter("Quantities", [quantities_sheet(found, problems, labels if several else ["value"])], open=several),
+        *(each for shown, p in zip(cams, problems, strict=True) for each in chapters_of(shown, p, several=several)),
     ]
     files, why = _files(cams, several)
     return rendered(
@@ -78,10 +78,10 @@ def cams_page(cams: Sequence[Shown], title: str = "", told: Sequence[str] = ()) 
     )
 
 
-UNDERCUT = "The follower is drawn on the profile in theory; what is thin of it is cut away."
+UNDERCUT_NOTE = "The follower is drawn on the profile in theory; what is thin of it is cut away."
 
 
-def _verdicts(cams: Sequence[Shown], limits: list[Table], labels: list[str]) -> list[Cell]:
+def _verdicts(cams: Sequence[ShownCam], limits: list[Table], labels: list[str]) -> list[Cell]:
     lines = [verdict_line(sheet, shown.scene) for shown, sheet in zip(cams, limits, strict=True)]
     if len(lines) == 1:
         return lines
@@ -103,15 +103,15 @@ def words_of(picture: Picture) -> list[str]:
     return [sizes_in_words(picture), *([results_in_words(picture)] if picture.exists else []), *thin]
 
 
-def about(shown: Shown, problem: Problem, *, several: bool = False) -> list[Section]:
+def chapters_of(shown: ShownCam, problem: Problem, *, several: bool = False) -> list[Chapter]:
     """What a scene gives, and what it calls for."""
     prefix = f"{shown.label}: " if several else ""
     return [
-        Section(
+        Chapter(
             _titled(prefix, "Sizes, materials and motion"), [given_sheet(shown.scene), motion_sheet(shown.scene)]
         ),
-        Section(_titled(prefix, "Effects"), [effects_sheet(problem)]),
-        Section(_titled(prefix, "Scene (TOML)"), text=shown.scene.to_toml()),
+        Chapter(_titled(prefix, "Effects"), [effects_sheet(problem)]),
+        Chapter(_titled(prefix, "Scene (TOML)"), text=shown.scene.to_toml()),
     ]
 
 
@@ -119,7 +119,7 @@ def _titled(prefix: str, title: str) -> str:
     return f"{prefix}{title[0].lower()}{title[1:]}" if prefix else title
 
 
-def _files(cams: Sequence[Shown], several: bool) -> tuple[list[Any], str]:
+def _files(cams: Sequence[ShownCam], several: bool) -> tuple[list[Any], str]:
     files, reasons = [], []
     for place, shown in enumerate(cams, start=1):
         stem = re.sub(r"[^\w-]+", "-", shown.scene.name).strip("-")[:40] or "cam"

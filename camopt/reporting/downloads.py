@@ -6,10 +6,10 @@ from typing import NamedTuple
 
 from camopt.exporting.export import export
 from camopt.mistakes import BadInput
-from camopt.reporting.page import address_of
+from camopt.reporting.page import data_url
 from camopt.scene.scene import Scene
 
-FILES = {".toml": "application/toml", ".csv": "text/csv", ".dxf": "image/vnd.dxf"}
+MEDIA_TYPES = {".toml": "application/toml", ".csv": "text/csv", ".dxf": "image/vnd.dxf"}
 
 
 class Download(NamedTuple):
@@ -24,7 +24,7 @@ def downloads_of(scene: Scene, stem: str) -> tuple[list[Download], str]:
     """The files of a cam; of one that cannot be made the scene alone, and why."""
     found, why = [], ""
     with TemporaryDirectory() as folder:
-        for suffix, kind in FILES.items():
+        for suffix, kind in MEDIA_TYPES.items():
             path = Path(folder) / f"{stem}{suffix}"
             try:
                 written = export(scene, path)
@@ -32,5 +32,5 @@ def downloads_of(scene: Scene, stem: str) -> tuple[list[Download], str]:
                 why = "; ".join(mistake.allowed for mistake in refused.mistakes)
                 continue
             within = [f"{name} within {c.deviation_mm:.2g} mm (proved)" for name, c in written.curves.items()]
-            found.append(Download(path.name, address_of(path.read_bytes(), kind), "; ".join(within)))
+            found.append(Download(path.name, data_url(path.read_bytes(), kind), "; ".join(within)))
     return found, why

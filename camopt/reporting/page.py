@@ -84,11 +84,11 @@ def _embedded(data: Mapping[str, Any]) -> str:
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 
 
-def packed(data: bytes) -> str:
+def deflated(data: bytes) -> str:
     """Bytes as a page holds them: deflated, in base64."""
     return b64encode(zlib.compress(data, 9)).decode()
 
 
-def address_of(data: bytes, kind: str) -> str:
+def data_url(data: bytes, kind: str) -> str:
     """A file inside the page, as an address."""
     return f"data:{kind};base64,{b64encode(data).decode()}"

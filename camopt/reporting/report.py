@@ -10,8 +10,8 @@ from typing import Any
 
 from camopt.front.sweep import Sweep
 from camopt.mistakes import BadInput, Mistake
-from camopt.reporting.cams import Shown, cams_page
-from camopt.reporting.results import Result, of_frame, results_page
+from camopt.reporting.cams import ShownCam, cams_page
+from camopt.reporting.results import ResultRows, of_frame, results_page
 from camopt.scene.scene import Scene, find_scene
 from camopt.smallest.optimise import Optimum
 from camopt.storage.files import (
@@ -70,8 +70,8 @@ def report(what: Any, path: str | os.PathLike[str]) -> Path:
     return place
 
 
-def _page(found: list[Shown | Result]) -> str:
-    cams, results = [x for x in found if isinstance(x, Shown)], [x for x in found if isinstance(x, Result)]
+def _page(found: list[ShownCam | ResultRows]) -> str:
+    cams, results = [x for x in found if isinstance(x, ShownCam)], [x for x in found if isinstance(x, ResultRows)]
     if bool(cams) == bool(results):
         raise BadInput(
             [Mistake("camopt", "what", None, "cams, or tables of designs: a page shows one or the other")]
@@ -87,7 +87,7 @@ def _page(found: list[Shown | Result]) -> str:
 
 def _told_apart(found: list[Any]) -> list[Any]:
     """Those of one name with a number."""
-    field = "label" if isinstance(found[0], Shown) else "name"
+    field = "label" if isinstance(found[0], ShownCam) else "name"
     names = [getattr(each, field) for each in found]
     return [
         each if names.count(name) == 1 else replace(each, **{field: f"{name} ({place})"})
@@ -96,7 +96,7 @@ def _told_apart(found: list[Any]) -> list[Any]:
 
 
 @singledispatch
-def shown_of(what: Any) -> Iterable[Shown | Result]:
+def shown_of(what: Any) -> Iterable[ShownCam | ResultRows]:
     """What a page shows of a result."""
     frame = getattr(what, "attrs", None)
     if frame is None:
@@ -105,22 +105,22 @@ def shown_of(what: Any) -> Iterable[Shown | Result]:
 
 
 @shown_of.register
-def _of_a_scene(what: Scene) -> Iterable[Shown]:
-    return [Shown(what.name, what)]
+def _of_a_scene(what: Scene) -> Iterable[ShownCam]:
+    return [ShownCam(what.name, what)]
 
 
 @shown_of.register(Evaluation)
 @shown_of.register(Design)
-def _of_a_design(what: Evaluation | Design) -> Iterable[Shown]:
-    return [Shown(what.scene.name, what.scene)]
+def _of_a_design(what: Evaluation | Design) -> Iterable[ShownCam]:
+    return [ShownCam(what.scene.name, what.scene)]
 
 
 @shown_of.register
-def _of_an_optimum(what: Optimum) -> Iterable[Shown]:
-    return _smallest([Shown(law or what.scene.name, design.scene) for law, design in what.by_law.items()])
+def _of_an_optimum(what: Optimum) -> Iterable[ShownCam]:
+    return _smallest([ShownCam(law or what.scene.name, design.scene) for law, design in what.by_law.items()])
 
 
-def _smallest(cams: list[Shown]) -> list[Shown]:
+def _smallest(cams: list[ShownCam]) -> list[ShownCam]:
     """The smallest of several cams, as many as a page has room for, and a word on the others."""
     if len(cams) <= MOST_CAMS:
         return cams
@@ -130,20 +130,20 @@ def _smallest(cams: list[Shown]) -> list[Shown]:
 
 
 @shown_of.register
-def _of_new_laws(what: Synthesis) -> Iterable[Shown]:
+def _of_new_laws(what: Synthesis) -> Iterable[ShownCam]:
     known = known_laws_of(what.asked)
-    before = [Shown(f"known law: {known.best}", known.rows[known.best].scene)] if known.best else []
-    return [*before, Shown("new laws", what.scene, bound_in_words(what))]
+    before = [ShownCam(f"known law: {known.best}", known.rows[known.best].scene)] if known.best else []
+    return [*before, ShownCam("new laws", what.scene, bound_in_words(what))]
 
 
 @shown_of.register
-def _of_a_sweep(what: Sweep) -> Iterable[Shown | Result]:
+def _of_a_sweep(what: Sweep) -> Iterable[ShownCam | ResultRows]:
     return _of_a_folder(Path(what.files[0]).parent)
 
 
 @shown_of.register(str)
 @shown_of.register(os.PathLike)
-def _of_a_path(what: str | os.PathLike[str]) -> Iterable[Shown | Result]:
+def _of_a_path(what: str | os.PathLike[str]) -> Iterable[ShownCam | ResultRows]:
     path = checked_path(what, "what")
     if path.is_dir():
         return _of_a_folder(path)
@@ -154,7 +154,7 @@ def _of_a_path(what: str | os.PathLike[str]) -> Iterable[Shown | Result]:
     return _of_a_scene(find_scene(what))
 
 
-def _of_a_table(path: Path) -> Iterable[Shown | Result]:
+def _of_a_table(path: Path) -> Iterable[ShownCam | ResultRows]:
     """A table of designs; of one design its cam."""
     from camopt.tables.table import load
 
@@ -167,12 +167,12 @@ def _of_a_table(path: Path) -> Iterable[Shown | Result]:
     return [of_frame(path.name, frame)]
 
 
-def _of_a_folder(folder: Path) -> Iterable[Shown | Result]:
+def _of_a_folder(folder: Path) -> Iterable[ShownCam | ResultRows]:
     """The result that a command left in a folder."""
     return of_one_run(folder, partial(_found_in, folder))
 
 
-def _found_in(folder: Path) -> Iterable[Shown | Result]:
+def _found_in(folder: Path) -> Iterable[ShownCam | ResultRows]:
     from camopt.tables.table import load
 
     pareto, designs = settled_path(folder / PARETO), settled_path(folder / DESIGNS)
@@ -186,17 +186,17 @@ def _found_in(folder: Path) -> Iterable[Shown | Result]:
         return list(_of_a_synthesis(folder))
     scenes = settled_paths(folder, OPTIMUM)
     if scenes:
-        return _smallest([Shown(path.stem.removeprefix("optimum-"), Scene.from_toml(path)) for path in scenes])
+        return _smallest([ShownCam(path.stem.removeprefix("optimum-"), Scene.from_toml(path)) for path in scenes])
     why = f"a folder that a command wrote: with {PARETO}, {FRONTIER}, {SCENE} or {OPTIMUM}"
     raise BadInput([Mistake("camopt", "what", str(folder), why)])
 
 
-def _of_a_synthesis(folder: Path) -> Iterable[Shown]:
+def _of_a_synthesis(folder: Path) -> Iterable[ShownCam]:
     """The smallest cam of the best known law, and that of the new laws."""
     summary = _summary(settled_path(folder / SUMMARY))
     if settled_path(folder / KNOWN).exists():
-        yield Shown(f"known law: {summary.get('known_law')}", Scene.from_toml(folder / KNOWN))
-    yield Shown("new laws", Scene.from_toml(folder / SCENE), str(summary.get("told", "")))
+        yield ShownCam(f"known law: {summary.get('known_law')}", Scene.from_toml(folder / KNOWN))
+    yield ShownCam("new laws", Scene.from_toml(folder / SCENE), str(summary.get("told", "")))
 
 
 def _summary(path: Path) -> dict[str, Any]:

@@ -16,9 +16,9 @@ from camopt.mistakes import BadInput, Mistake
 from camopt.numerics import FloatArray
 from camopt.problem.problem import resolve_design, size_keys
 from camopt.quantities import QUANTITIES
-from camopt.reporting.cam import kind_of, motion_of, plain
-from camopt.reporting.cams import Section
-from camopt.reporting.page import packed, rendered
+from camopt.reporting.cam import kind_of, motion_pieces, page_number
+from camopt.reporting.cams import Chapter
+from camopt.reporting.page import deflated, rendered
 from camopt.reporting.sections import signed
 from camopt.scene.scene import Scene
 from camopt.tables.cells import heading
@@ -29,18 +29,18 @@ from camopt.tables.layout import NUMBER, Cell, Table
 if TYPE_CHECKING:
     import pandas as pd
 
-MOST_ROWS = 100_000
+MOST_DESIGNS = 100_000
 MOST_MOTIONS = 200
 MOST_WORDS = 2**16
 MOST_AXES = 8
-KEYS = ("law_rise", "law_return", "angles_deg", "scene")
+DRIVEN_BY = ("law_rise", "law_return", "angles_deg", "scene")
 """Columns that decide the motion of a row."""
-ROW, RESULT, FRONT = "row", "result", "front"
+IN_ROW, RESULT, FRONT = "row", "result", "front"
 UNSHOWN = {"scene", "relative_half_width", "prime_radius_mm"}
 
 
 @dataclass(frozen=True)
-class Result:
+class ResultRows:
     """A table of designs: its name, its rows with those of the front, and how many rows it has elsewhere."""
 
     name: str
@@ -54,7 +54,7 @@ class Result:
         """The scene that was searched."""
         text = self.frame.attrs.get("scene")
         names = {*self.frame.columns}
-        if not text or not {"law_rise", *SIZES} & names or len({"law_rise", "law_return"} & names) == 1:
+        if not text or not {"law_rise", *RADII} & names or len({"law_rise", "law_return"} & names) == 1:
             why = "a table of designs that camopt wrote, such as pareto.parquet"
             raise BadInput([Mistake("camopt", "table", self.name, why)])
         return Scene.embedded(text, self.name)
@@ -66,25 +66,25 @@ class Result:
         return axes_of(names) or [name for name in (*search.minimise, *search.maximise) if name in names]
 
 
-SIZES = ("base_radius_mm", "mean_radius_mm")
+RADII = ("base_radius_mm", "mean_radius_mm")
 
 
-def of_frame(name: str, frame: "pd.DataFrame", front: "pd.DataFrame | None" = None) -> Result:
+def of_frame(name: str, frame: "pd.DataFrame", front: "pd.DataFrame | None" = None) -> ResultRows:
     """A table, or one with its Pareto front: thinned evenly if it has too many rows, the front whole."""
     import pandas as pd
 
-    room = MOST_ROWS - (0 if front is None else len(front))
+    room = MOST_DESIGNS - (0 if front is None else len(front))
     kept = frame if len(frame) <= room else frame.iloc[:: -(-len(frame) // room)]
-    kept = kept.assign(**{ROW: kept.index})
+    kept = kept.assign(**{IN_ROW: kept.index})
     attrs = frame.attrs
     if front is not None:
         attrs = {**frame.attrs, **{key: front.attrs.get(key) for key in (FRONT, "sweep")}}
-        marked = [kept.assign(**{FRONT: False}), front.assign(**{FRONT: True}).assign(**{ROW: front.index})]
+        marked = [kept.assign(**{FRONT: False}), front.assign(**{FRONT: True}).assign(**{IN_ROW: front.index})]
         sizes = [column for column in front if column in QUANTITIES and QUANTITIES[column].effect == "sizes"]
         kept = pd.concat(marked, ignore_index=True).drop_duplicates(sizes, keep="last", ignore_index=True)
     kept = kept.reset_index(drop=True)
     kept.attrs = attrs
-    return Result(name, kept, len(frame))
+    return ResultRows(name, kept, len(frame))
 
 
 class CoarsePicture(Picture):
@@ -93,7 +93,7 @@ class CoarsePicture(Picture):
     per_degree = 1.0
 
 
-def results_page(results: Sequence[Result]) -> str:
+def results_page(results: Sequence[ResultRows]) -> str:
     """The page of one result, or of several in the same columns."""
     import pandas as pd
 
@@ -101,7 +101,7 @@ def results_page(results: Sequence[Result]) -> str:
     frame = pd.concat([r.frame.assign(**{RESULT: r.name}) for r in results], ignore_index=True)
     motions, motion_of_row = _motions(results)
     columns, same = _columns(frame, results)
-    numeric = [column["name"] for column in columns if "words" not in column and column["name"] != ROW]
+    numeric = [column["name"] for column in columns if "words" not in column and column["name"] != IN_ROW]
     numeric = [name for name in numeric if frame[name].nunique() > 1]
     if len(numeric) < 2:
         why = "a table in which at least two numbers differ from row to row"
@@ -111,8 +111,8 @@ def results_page(results: Sequence[Result]) -> str:
     data = {
         "count": len(frame),
         "columns": columns,
-        "motions": packed(json.dumps(motions, separators=(",", ":")).encode()),
-        "motion_of": packed(np.asarray(motion_of_row, dtype="<u2").tobytes()),
+        "motions": deflated(json.dumps(motions, separators=(",", ":")).encode()),
+        "motion_of": deflated(np.asarray(motion_of_row, dtype="<u2").tobytes()),
         "results": [_kind(result, frame) for result in results],
         "axes": axes[:2],
         "parallel": axes[:MOST_AXES],
@@ -127,12 +127,12 @@ def results_page(results: Sequence[Result]) -> str:
         lines=[Cell(line) for result in results for line in _told(result)],
         tables=[same] if same.rows else [],
         sections=[
-            Section(f"{r.name}: scene (TOML)", text=s.to_toml()) for r, s in zip(results, scenes, strict=True)
+            Chapter(f"{r.name}: scene (TOML)", text=s.to_toml()) for r, s in zip(results, scenes, strict=True)
         ],
     )
 
 
-def _told(result: Result) -> list[str]:
+def _told(result: ResultRows) -> list[str]:
     """How many designs are here, and of how many; what is known of the front."""
     here, of = len(result.frame), result.of
     swept = result.frame.attrs.get("sweep")
@@ -153,7 +153,7 @@ def _share(which: BoolArray) -> str:
     return "all" if which.all() else f"{np.sum(which):,} of those here" if which.any() else "none"
 
 
-def _bound(result: Result) -> list[str]:
+def _bound(result: ResultRows) -> list[str]:
     """Of a frontier, how near its smallest cam is to the bound that no motion can pass."""
     frame = result.frame
     if "bound" not in frame:
@@ -169,12 +169,12 @@ def _bound(result: Result) -> list[str]:
     return [f"{words} {signed(float(best['bound']))} {unit}: a gap of {gap:.2%}"]
 
 
-def _motions(results: Sequence[Result]) -> tuple[list[Any], list[int]]:
+def _motions(results: Sequence[ResultRows]) -> tuple[list[Any], list[int]]:
     """The motions that rows have, and which each row has; the last of all, none, for rows beyond the most."""
     motions: list[Any] = []
     places: list[int] = []
     for result in results:
-        keys = [name for name in KEYS if name in result.frame]
+        keys = [name for name in DRIVEN_BY if name in result.frame]
         groups = result.frame.groupby(keys, sort=False, dropna=False) if keys else None
         of_row = np.zeros(len(result.frame), dtype=int) if groups is None else groups.ngroup().to_numpy()
         _, first = np.unique(of_row, return_index=True)
@@ -189,19 +189,19 @@ def _motions(results: Sequence[Result]) -> tuple[list[Any], list[int]]:
 
 def _motion(searched: Scene, row: Mapping[str, Any]) -> Any:
     scene = scene_of_row(searched, _known(row))
-    return {"motion": motion_of(CoarsePicture(scene, resolve_design(scene)))}
+    return {"motion": motion_pieces(CoarsePicture(scene, resolve_design(scene)))}
 
 
-def _kind(result: Result, frame: "pd.DataFrame") -> dict[str, Any]:
+def _kind(result: ResultRows, frame: "pd.DataFrame") -> dict[str, Any]:
     """What decides the shape of the cams of a result: formulas, sizes that stay, and the columns of the others."""
     scene = scene_of_row(result.scene, _known(result.frame.iloc[:1].to_dict("records")[0]))
     problem = resolve_design(scene)
-    sizes = {name: plain(values[0]) for name, values in problem.design.sizes.items()}
+    sizes = {name: page_number(values[0]) for name, values in problem.design.sizes.items()}
     own = {"pitch_point": None, "undercut": False, "left": None, "exists": True}
     return {"kind": {**kind_of(scene, problem), **own}, "sizes": sizes, "columns": _size_columns(result, frame)}
 
 
-def _size_columns(result: Result, frame: "pd.DataFrame") -> dict[str, str]:
+def _size_columns(result: ResultRows, frame: "pd.DataFrame") -> dict[str, str]:
     """The columns that sizes of a design are in, by field of Designs."""
     fields = {FIELDS[key.partition(".")[2]]: key.partition(".")[2] for key in size_keys(result.scene)}
     names = {field: f"{name if field == 'size' else field}_mm" for field, name in fields.items()}
@@ -213,7 +213,7 @@ def _known(row: Mapping[Any, Any]) -> dict[str, Any]:
     return {n: v for n, v in row.items() if not (v is None or (isinstance(v, float) and isnan(v)))}
 
 
-def _columns(frame: "pd.DataFrame", results: Sequence[Result]) -> tuple[list[dict[str, Any]], Table]:
+def _columns(frame: "pd.DataFrame", results: Sequence[ResultRows]) -> tuple[list[dict[str, Any]], Table]:
     """The columns as a page holds them, and a table of those that are the same in all rows."""
     units = results[0].frame.attrs.get("units", {})
     found: list[dict[str, Any]] = []
@@ -225,13 +225,13 @@ def _columns(frame: "pd.DataFrame", results: Sequence[Result]) -> tuple[list[dic
             continue
         title = _title(str(name), units.get(name, ""), twice)
         values = _plain_column(frame[name])
-        if values.nunique() <= 1 and name not in sized | {ROW}:
+        if values.nunique() <= 1 and name not in sized | {IN_ROW}:
             if name not in (RESULT, FRONT) and values.notna().any():
                 same.append([title, _text(values.dropna().iloc[0])])
             continue
         about = QUANTITIES[name].sentence if name in QUANTITIES else ""
         found.append({"name": str(name), "title": title, "about": about, **_packed_column(values)})
-    found.sort(key=lambda column: (column["name"] != RESULT, column["name"] != FRONT, column["name"] != ROW))
+    found.sort(key=lambda column: (column["name"] != RESULT, column["name"] != FRONT, column["name"] != IN_ROW))
     return found, Table.of("The same in all designs", ["quantity", Cell("value", NUMBER)], same)
 
 
@@ -258,12 +258,12 @@ def _packed_column(values: "pd.Series[Any]") -> dict[str, Any]:
     """Numbers as planes of the bytes of floats, which deflate better; all else as places in a list of words."""
     if values.dtype.kind in "fi":
         floats = values.to_numpy(dtype="<f4")
-        return {"packed": packed(floats.view(np.uint8).reshape(-1, 4).T.tobytes())}
+        return {"packed": deflated(floats.view(np.uint8).reshape(-1, 4).T.tobytes())}
     codes, found = values.factorize(sort=True)
     words = [str(word) for word in found]
     if len(words) > MOST_WORDS:
         codes, words = np.zeros(len(values), dtype=int), ["…"]
-    return {"packed": packed(np.asarray(codes, dtype="<u2").tobytes()), "words": words}
+    return {"packed": deflated(np.asarray(codes, dtype="<u2").tobytes()), "words": words}
 
 
 def _colour(columns: Sequence[Mapping[str, Any]]) -> str:
@@ -272,7 +272,7 @@ def _colour(columns: Sequence[Mapping[str, Any]]) -> str:
     return next((name for name in (RESULT, "free", "law_rise", "law_return") if name in names), "")
 
 
-def _first(frame: "pd.DataFrame", result: Result, objective: str) -> list[int]:
+def _first(frame: "pd.DataFrame", result: ResultRows, objective: str) -> list[int]:
     """The rows that are drawn first: the knee or the best known law, then the best of the first objective."""
     values = frame[objective].to_numpy(dtype=float)
     here = frame[FRONT].to_numpy(dtype=bool) if FRONT in frame else np.ones(len(frame), dtype=bool)

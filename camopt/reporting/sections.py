@@ -17,13 +17,13 @@ from camopt.verdicts.deciding import BROKEN, HELD, UNDECIDED
 from camopt.verdicts.evaluation import Evaluation
 from camopt.verdicts.exact_section import is_integrated
 
-MARGINS, BALLS, INTEGRALS, SIZES = "double precision", "ball arithmetic", "integrals in balls", "sizes"
+IN_DOUBLES, IN_BALLS, BY_INTEGRALS, BY_SIZES = "double precision", "ball arithmetic", "integrals in balls", "sizes"
 UNPROVED = "not yet"
 PROOFS = {
-    BALLS: "200 bits, at every cam angle",
-    MARGINS: "with margins for rounding, over the whole turn",
-    INTEGRALS: "integrals enclosed in ball arithmetic",
-    SIZES: "sizes compared",
+    IN_BALLS: "200 bits, at every cam angle",
+    IN_DOUBLES: "with margins for rounding, over the whole turn",
+    BY_INTEGRALS: "integrals enclosed in ball arithmetic",
+    BY_SIZES: "sizes compared",
     UNPROVED: "double precision while controls move; proved where they rest",
 }
 """How limits are proved, and what that means."""
@@ -33,7 +33,7 @@ def limits_sheet(found: Evaluation, problem: Problem) -> Table:
     """Each limit: its bound, the value reached, the margin, whether it is held, and how that was proved."""
     limits = {limit.name: limit for limit in problem.limits}
     verdicts = certify_problem(problem)
-    proofs = {name: BALLS if name == CONDITIONS else _proof(limits.get(name)) for name in verdicts}
+    proofs = {name: IN_BALLS if name == CONDITIONS else _proof(limits.get(name)) for name in verdicts}
     return verdicts_sheet(found, problem, verdicts, proofs)
 
 
@@ -61,12 +61,12 @@ def _words(name: str) -> str:
 
 def _proof(limit: Limit | None) -> str:
     if limit is None or limit.decided:
-        return MARGINS
+        return IN_DOUBLES
     if limit.claims:
-        return BALLS
+        return IN_BALLS
     if limit.mean is not None or is_integrated(limit.needs):
-        return INTEGRALS
-    return BALLS if limit.needs else SIZES
+        return BY_INTEGRALS
+    return IN_BALLS if limit.needs else BY_SIZES
 
 
 def _reached(limit: Limit | None, found: Evaluation, verdict: str) -> Iterator[tuple[str, str, str]]:
@@ -174,12 +174,12 @@ def given_sheet(scene: Scene) -> Table:
     """Sizes, speed, materials and loads that the scene gives, by key."""
     angular = scene.mechanism.motion.angular
     units = {key: QUANTITIES[number_quantity(key, angular=angular)] for key in NUMBERS}
-    given = [pair for name, table in scene.to_dict().items() if name in GIVEN for pair in _flat(name, table)]
+    given = [pair for name, table in scene.to_dict().items() if name in GIVEN_TABLES for pair in _flat(name, table)]
     rows: list[list[Cell | str]] = [
         [
             key,
             Cell(_said(value), NUMBER if isinstance(value, (int, float)) else WORDS),
-            units[key].unit if key in units else "mm" if key in LENGTHS else "",
+            units[key].unit if key in units else "mm" if key in LENGTH_KEYS else "",
             units[key].sentence if key in units else "",
         ]
         for key, value in given
@@ -187,8 +187,8 @@ def given_sheet(scene: Scene) -> Table:
     return Table.of("What the scene gives", ["key", Cell("value", NUMBER), "unit", ""], rows)
 
 
-GIVEN = ("cam", "follower", "materials", "part")
-LENGTHS = {
+GIVEN_TABLES = ("cam", "follower", "materials", "part")
+LENGTH_KEYS = {
     *(f"cam.{name}" for name in ("base_radius", "mean_radius")),
     *(f"follower.{name}" for name in ("roller_radius", "face_radius", "offset", "arm_length")),
     *("follower.centre_distance", "follower.face_offset"),
@@ -208,13 +208,13 @@ def _flat(prefix: str, value: Any) -> Iterator[tuple[str, Any]]:
 def _said(value: Any) -> str:
     if isinstance(value, (list, tuple)):
         texts = [_said(each) for each in value]
-        return ", ".join(texts if len(texts) <= MOST else [*texts[:MOST], f"… ({len(texts)} in all)"])
+        return ", ".join(texts if len(texts) <= MOST_LISTED else [*texts[:MOST_LISTED], f"… ({len(texts)} in all)"])
     if isinstance(value, Mapping):
         return ", ".join(f"{key} {_said(inner)}" for key, inner in value.items())
     return signed(float(value)) if isinstance(value, float) else str(value)
 
 
-MOST = 8  # numbers of a list that are shown
+MOST_LISTED = 8  # numbers of a list that are shown
 
 
 def effects_sheet(problem: Problem) -> Table:

@@ -13,18 +13,18 @@ from camopt.scene.choices import Range
 from camopt.scene.read import numbers_read
 from camopt.scene.scene import Scene
 
-Values = Mapping[str, Any]
+Settings = Mapping[str, Any]
 """Numbers and names of laws, by the keys of controls."""
 
-LAW = {"rise": "law_rise", "return": "law_return"}
+LAW_KEYS = {"rise": "law_rise", "return": "law_return"}
 """The keys of the controls for the laws of all rises and of all returns."""
 MOST_ANGLES = 24  # segments that have a slider each
-SHARES = (3.0, 2.0, 1.5, 1.2)  # of a number, to which its slider may go if the scene allows
-GRID = 20  # parts of a range, on which its ends lie
+REACHES = (3.0, 2.0, 1.5, 1.2)  # of a number, to which its slider may go if the scene allows
+RANGE_GRID = 20  # parts of a range, on which its ends lie
 NONE_YET = 10.0  # how far the slider of a number goes that is 0
-STEPS = 250  # of a slider, at least
-ANGLES, OTHERS = "Angles of the turn", "Loads and materials"
-FOLDED = (ANGLES, OTHERS)
+SLIDER_STEPS = 250  # of a slider, at least
+TURN_GROUP, OTHER_GROUP = "Angles of the turn", "Loads and materials"
+FOLDED = (TURN_GROUP, OTHER_GROUP)
 """Groups of controls that a page opens folded."""
 
 
@@ -52,14 +52,14 @@ def controls_of(scene: Scene) -> list[Control]:
 def values_of(scene: Scene, keys: Mapping[str, Any] | list[str]) -> dict[str, Any]:
     """What controls of these keys show of a scene."""
     found: dict[str, Any] = scene.numbers([key for key in keys if not _of_motion(key)])
-    for kind, key in LAW.items():
+    for kind, key in LAW_KEYS.items():
         laws = {segment.law for segment in scene.motion if segment.segment == kind}
         found[key] = laws.pop() if len(laws) == 1 else ""
     found |= {_angle(place): segment.angle for place, segment in enumerate(scene.motion, start=1)}
     return {key: found[key] for key in keys}
 
 
-def scene_with(scene: Scene, own: Values, values: Values, moved: str = "") -> Scene:
+def scene_of(scene: Scene, own: Settings, values: Settings, moved: str = "") -> Scene:
     """The scene as controls have it whose values of its own are ``own``.
 
     Of the angles, the others make room for the one that was moved last.
@@ -80,12 +80,12 @@ def scene_with(scene: Scene, own: Values, values: Values, moved: str = "") -> Sc
     return scene.replace(**plain) if plain else scene
 
 
-def _motion(scene: Scene, values: Values, moved: str) -> list[dict[str, Any]]:
+def _motion(scene: Scene, values: Settings, moved: str) -> list[dict[str, Any]]:
     """The segments with other laws and angles."""
     rows: list[dict[str, Any]] = [dict(row) for row in scene.to_dict()["motion"]]
     for place, row in enumerate(rows, start=1):
         row["angle"] = values.get(_angle(place), row["angle"])
-        if law := values.get(LAW.get(row["segment"], ""), ""):
+        if law := values.get(LAW_KEYS.get(row["segment"], ""), ""):
             row["law"] = law
     others = [row for place, row in enumerate(rows, start=1) if _angle(place) != moved]
     if len(others) < len(rows) and all(isinstance(row["angle"], float) for row in rows):
@@ -101,7 +101,7 @@ def _angle(place: int) -> str:
 
 
 def _of_motion(key: str) -> bool:
-    return key.startswith("motion.") or key in LAW.values()
+    return key.startswith("motion.") or key in LAW_KEYS.values()
 
 
 def _numbers(scene: Scene) -> Iterator[Control]:
@@ -120,7 +120,7 @@ def _loads(scene: Scene) -> Iterator[Control]:
     """The other numbers that the scene gives, such as masses and springs."""
     for key, value, unit in numbers_read(scene):
         if isinstance(value, float) and key != "cam.rpm":
-            yield _number(scene, key, OTHERS, unit, value, scene.search.numbers.get(key))
+            yield _number(scene, key, OTHER_GROUP, unit, value, scene.search.numbers.get(key))
 
 
 def _limits(scene: Scene, problem: Problem) -> Iterator[Control]:
@@ -135,8 +135,8 @@ def _laws(scene: Scene, problem: Problem) -> Iterator[Control]:
     """The laws of rises and returns; those given as positions are for moves."""
     own = scene.laws
     laws = tuple(name for name in problem.laws if name not in own or own[name].positions is None)
-    values = values_of(scene, list(LAW.values()))
-    for kind, key in LAW.items():
+    values = values_of(scene, list(LAW_KEYS.values()))
+    for kind, key in LAW_KEYS.items():
         if any(segment.segment == kind for segment in scene.motion):
             options = laws if values[key] else ("", *laws)  # several laws stay as they are until one is chosen
             yield Control(key, "Laws", f"law of the {kind}s", "", values[key], options=options)
@@ -146,7 +146,7 @@ def _angles(scene: Scene) -> Iterator[Control]:
     if 1 < len(scene.motion) <= MOST_ANGLES:
         for place, segment in enumerate(scene.motion, start=1):
             label = f"{place}. {segment.segment.replace('-', ' ')}"
-            yield Control(_angle(place), ANGLES, label, "deg", segment.angle, 0.0, 360.0, 1.0)
+            yield Control(_angle(place), TURN_GROUP, label, "deg", segment.angle, 0.0, 360.0, 1.0)
 
 
 def _number(scene: Scene, key: str, group: str, unit: str, value: float, chosen: Any) -> Control:
@@ -157,7 +157,7 @@ def _number(scene: Scene, key: str, group: str, unit: str, value: float, chosen:
     ranged = isinstance(chosen, Range)
     low, high = (chosen.start, chosen.stop) if ranged else _about(scene, key, value)
     low, high = min(low, value), max(high, value)
-    step = round_length((high - low) / STEPS) if high > low else 1.0
+    step = round_length((high - low) / SLIDER_STEPS) if high > low else 1.0
     return Control(key, group, label, unit, value, low, high, chosen.step or step if ranged else step)
 
 
@@ -165,9 +165,9 @@ def _about(scene: Scene, key: str, value: float) -> tuple[float, float]:
     """A range about a number, as far as the scene allows: a third to three times, or both sides of 0."""
     both = value <= 0.0 or _allowed(scene, key, -value)
     width = 2.0 * abs(value) or NONE_YET
-    grid = round_length(width / GRID)
-    lows = [ceil(x / grid) * grid for x in ([-width] if both else [value / share for share in SHARES])]
-    highs = [floor(x / grid) * grid for x in ([width] if both else [value * share for share in SHARES])]
+    grid = round_length(width / RANGE_GRID)
+    lows = [ceil(x / grid) * grid for x in ([-width] if both else [value / share for share in REACHES])]
+    highs = [floor(x / grid) * grid for x in ([width] if both else [value * share for share in REACHES])]
     low, high = (next((x for x in xs if _allowed(scene, key, x)), value) for xs in (lows, highs))
     return low, high
 

@@ -13,10 +13,10 @@ from camopt.mistakes import BadInput, Mistake
 from camopt.scene.scene import Scene
 from camopt.smallest.optimise import optimise
 
-SECONDS = 60.0
+TIME_LIMIT = 60.0
 
 
-def found_by(scene: Scene, seconds: float = SECONDS) -> dict[str, Any]:
+def found_by(scene: Scene, seconds: float = TIME_LIMIT) -> dict[str, Any]:
     """The scene of the smallest cam and a sentence about it; or why there is none, as ``why``."""
     try:
         result = optimise(scene, seconds=seconds)
@@ -54,7 +54,7 @@ def _work(tables: Mapping[str, Any], file: str, out: Connection) -> None:
         out.send({"why": f"the search failed: {type(fault).__name__}: {fault}"})
 
 
-class Search:
+class Background:
     """At most one search at a time."""
 
     def __init__(self) -> None:

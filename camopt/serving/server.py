@@ -29,7 +29,7 @@ from camopt.smallest.sized import sized
 
 HOST = "127.0.0.1"
 MOST_BYTES = 1 << 16  # of a question
-IDLE = 60.0  # seconds after which a silent connection ends
+SILENT_SECONDS = 60.0  # seconds after which a silent connection ends
 MOST_STRANGERS = 32  # connections that have not shown the token; a browser opens six at once
 HEADERS = {
     "Cache-Control": "no-store",
@@ -39,7 +39,7 @@ HEADERS = {
     "Referrer-Policy": "no-referrer",
     "X-Content-Type-Options": "nosniff",
 }
-JSON, PAGE = "application/json", "text/html; charset=utf-8"
+JSON, HTML = "application/json", "text/html; charset=utf-8"
 """The kinds of answers."""
 
 
@@ -148,16 +148,16 @@ class Handler(BaseHTTPRequestHandler):
     server: Server
     protocol_version = "HTTP/1.1"
     disable_nagle_algorithm = True  # an answer would wait for the acknowledgement of its head
-    timeout: ClassVar[float] = IDLE
+    timeout: ClassVar[float] = SILENT_SECONDS
 
     def do_GET(self) -> None:
         """The page."""
         with self._refusing():
             self._check_host()
             if self.server.takes_ticket(self.path.removeprefix("/")):
-                self._send(HTTPStatus.SEE_OTHER, b"", PAGE, Location=f"/{self.server.token}/")
+                self._send(HTTPStatus.SEE_OTHER, b"", HTML, Location=f"/{self.server.token}/")
             elif self._within() == "":
-                self._send(HTTPStatus.OK, self.server.session.page().encode(), PAGE)
+                self._send(HTTPStatus.OK, self.server.session.page().encode(), HTML)
             else:
                 raise Refused(HTTPStatus.NOT_FOUND)
 

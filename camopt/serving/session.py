@@ -18,7 +18,7 @@ from camopt.problem.problem import resolve_design
 from camopt.problem.rows import Rows
 from camopt.quantities import QUANTITIES
 from camopt.reporting.cam import cam_of
-from camopt.reporting.cams import Section, Shown, about, cams_page, words_of
+from camopt.reporting.cams import Chapter, ShownCam, cams_page, chapters_of, words_of
 from camopt.reporting.page import rendered
 from camopt.reporting.sections import (
     UNPROVED,
@@ -29,8 +29,8 @@ from camopt.reporting.sections import (
     verdicts_sheet,
 )
 from camopt.scene.scene import Scene
-from camopt.serving.controls import FOLDED, Control, controls_of, scene_with, values_of
-from camopt.serving.search import Search
+from camopt.serving.controls import FOLDED, Control, controls_of, scene_of, values_of
+from camopt.serving.search import Background
 from camopt.storage.files import write_text
 from camopt.tables.layout import Cell, Table
 from camopt.verdicts.deciding import BROKEN, HELD, UNDECIDED
@@ -39,7 +39,7 @@ from camopt.verdicts.judging import ASSEMBLY, judged
 
 Answer = dict[str, Any]
 BALLS_UNTIL = 0.01  # seconds for what rounding hides, while a control moves
-NAME = re.compile(r"[^\W_][\w .+-]{0,90}\.toml", re.ASCII)
+SCENE_NAME = re.compile(r"[^\W_][\w .+-]{0,90}\.toml", re.ASCII)
 
 
 class Sketch(Picture):
@@ -63,7 +63,7 @@ class Session:
 
     scene: Scene
     folder: Path
-    search: Search = field(default_factory=Search)
+    search: Background = field(default_factory=Background)
 
     @cached_property
     def controls(self) -> list[Control]:
@@ -76,7 +76,7 @@ class Session:
 
     def scene_of(self, asked: Mapping[str, Any]) -> Scene:
         """The scene that a request is about."""
-        return scene_with(self.scene, self.own, asked["values"], asked.get("moved", ""))
+        return scene_of(self.scene, self.own, asked["values"], asked.get("moved", ""))
 
     def page(self) -> str:
         """The page as it opens."""
@@ -114,12 +114,12 @@ class Session:
         found, picture = evaluate_design(scene, problem), Picture(scene, problem)
         sheet = limits_sheet(found, problem)
         sections = [
-            Section("Quantities", [quantities_sheet([found], [problem], ["value"])]),
-            *about(Shown(scene.name, scene), problem),
+            Chapter("Quantities", [quantities_sheet([found], [problem], ["value"])]),
+            *chapters_of(ShownCam(scene.name, scene), problem),
         ]
         return self._shown(picture, [verdict_line(sheet, scene)], sheet, sections)
 
-    def _shown(self, picture: Picture, lines: list[Cell], sheet: Table, sections: list[Section]) -> Answer:
+    def _shown(self, picture: Picture, lines: list[Cell], sheet: Table, sections: list[Chapter]) -> Answer:
         return {
             "cam": cam_of(picture),
             "lines": [*lines, *(Cell(text) for text in words_of(picture))],
@@ -143,12 +143,12 @@ class Session:
     def report(self, asked: Mapping[str, Any]) -> Answer:
         """The page of ``camopt report`` of what is shown."""
         scene = self.scene_of(asked)
-        return {"name": f"{stem_of(scene)}.html", "text": cams_page([Shown(scene.name, scene)])}
+        return {"name": f"{stem_of(scene)}.html", "text": cams_page([ShownCam(scene.name, scene)])}
 
     def save(self, asked: Mapping[str, Any]) -> Answer:
         """Write the scene into the folder; over a file that is there only if ``overwrite`` says so."""
         scene, name = self.scene_of(asked), asked.get("name")
-        if not (isinstance(name, str) and NAME.fullmatch(name)):
+        if not (isinstance(name, str) and SCENE_NAME.fullmatch(name)):
             allowed = "a plain file name that ends in .toml: letters, digits, spaces, and . + - _"
             raise BadInput([Mistake("page", "name", name, allowed)])
         path = self.folder / name
@@ -229,11 +229,11 @@ def answer_to(session: Session, what: str, asked: Any) -> Answer:
             raise BadInput(mistakes)
         return ASKED[what](session, asked)
     except BadInput as refused:
-        return {"mistakes": [{"key": each.key, "text": text_of(each)} for each in refused.mistakes]}
+        return {"mistakes": [{"key": each.key, "text": message_of(each)} for each in refused.mistakes]}
     except OSError as trouble:
         return {"mistakes": [{"key": "", "text": trouble.strerror or str(trouble)}]}
 
 
-def text_of(mistake: Mistake) -> str:
+def message_of(mistake: Mistake) -> str:
     """What people read beside a control."""
     return mistake.allowed if mistake.bare else f"must be {mistake.allowed}"

@@ -8,8 +8,8 @@ import numpy as np
 from camopt.contour.hole import keyway_corners, keyway_turn
 from camopt.numerics import FloatArray
 from camopt.sheet import symbols
-from camopt.sheet.dimensions import ABOVE, CELL, arrow, linear
-from camopt.sheet.front_view import FrontView, apart, is_upright
+from camopt.sheet.dimensions import CELL, OVER_LINE, arrow, linear
+from camopt.sheet.front_view import EVERY_DEGREE, FrontView, angle_between, is_upright
 from camopt.sheet.marks import (
     LARGE,
     MEDIUM,
@@ -24,15 +24,14 @@ from camopt.sheet.marks import (
     upright,
     width_of,
 )
-from camopt.sheet.ring import NAMED
+from camopt.sheet.ring import TO_NAMES
 
-MARK = 4.0  # mm: length of the timing mark
+MARK_LENGTH = 4.0  # mm: length of the timing mark
 TIMING = "timing mark"
-UP, HAIR = 0.5 * pi, 1e-6  # rad
+UP, SAME_DIRECTION = 0.5 * pi, 1e-6  # rad
 LEADER = 0.12  # rad: leaders from other lines along radii
-OUTSIDE = NAMED + LARGE  # mm: from the ring past the names along it
+OUTSIDE = TO_NAMES + LARGE  # mm: from the ring past the names along it
 FURTHER = 6.0 * np.arange(8)  # mm: places that are tried, further and further out
-DIRECTIONS = np.radians(np.arange(0, 360))
 
 Callout = Callable[[FrontView, float], Marks]
 """What is said in a direction (rad) of the view; nothing if there is nothing to say."""
@@ -47,7 +46,7 @@ def with_callouts(view: FrontView) -> Marks:
     said += _cutting_plane(view, [*marks, *said])
     for callout, wanted in CALLOUTS.items():
         free = _directions(view, callout)
-        near = free[np.argsort(apart(free, wanted), kind="stable")]
+        near = free[np.argsort(angle_between(free, wanted), kind="stable")]
         said += first_free((callout(view, float(turn)) for turn in near), [*there, *said])
     return [*marks, *said]
 
@@ -55,9 +54,9 @@ def with_callouts(view: FrontView) -> Marks:
 def _directions(view: FrontView, callout: Callout) -> FloatArray:
     """Where a callout may be: one with a leader to the part is well away from other lines along radii."""
     if callout is _rotation:
-        return DIRECTIONS
+        return EVERY_DEGREE
     lines = np.array([np.angle(view.lowest), np.angle(view.highest), *view.rays])
-    return np.asarray(DIRECTIONS[apart(DIRECTIONS[:, None], lines).min(axis=1) > LEADER])
+    return np.asarray(EVERY_DEGREE[angle_between(EVERY_DEGREE[:, None], lines).min(axis=1) > LEADER])
 
 
 def first_free(tried: Iterable[Marks], taken: Marks) -> Marks:
@@ -102,7 +101,7 @@ def _zero(view: FrontView, taken: Marks) -> Marks:
     ]
     named = first_free([*outside, [_along(ray, view.ring - 3.0, text)]], taken)
     top = 1j * view.nearest(UP)
-    return [line(top - 1j * MARK, top, pen=THICK), *named]
+    return [line(top - 1j * MARK_LENGTH, top, pen=THICK), *named]
 
 
 def _along(ray: complex, radius: float, text: str) -> Words:
@@ -110,18 +109,18 @@ def _along(ray: complex, radius: float, text: str) -> Words:
     turn = upright(float(np.angle(ray)))
     reading = np.exp(1j * turn)
     place = 1.0 if (reading * ray.conjugate()).real > 0.0 else 0.0
-    return Words(radius * ray + 1j * ABOVE * reading, text, MEDIUM, place, turn, backed=True)
+    return Words(radius * ray + 1j * OVER_LINE * reading, text, MEDIUM, place, turn, backed=True)
 
 
 def _begins_at_mark(view: FrontView) -> bool:
-    return bool(apart(view.start, UP) < HAIR)
+    return bool(angle_between(view.start, UP) < SAME_DIRECTION)
 
 
 def _timing(view: FrontView, turn: float) -> Marks:
     """A leader to the timing mark, where the ring does not begin there."""
     if _begins_at_mark(view):
         return []
-    tip, knee = 1j * (view.nearest(UP) - MARK / 2), (view.ring + OUTSIDE + 2.0) * np.exp(1j * turn)
+    tip, knee = 1j * (view.nearest(UP) - MARK_LENGTH / 2), (view.ring + OUTSIDE + 2.0) * np.exp(1j * turn)
     side = 1.0 if cos(turn) >= 0.0 else -1.0
     words = Words(knee + side * 3.0 - 0.5j * MEDIUM, TIMING, MEDIUM, 0.5 - 0.5 * side)
     return [line(knee + side * 2.0, knee, tip), arrow(tip, (tip - knee) / abs(tip - knee)), words]
@@ -178,7 +177,7 @@ def _bore(view: FrontView, turn: float) -> Marks:
     tip, knee = part.bore / 2 * view.scale * ray, (view.ring + OUTSIDE + 2.0) * ray
     text = f"Ø{number(part.bore)}"
     wide = width_of(text, LARGE)
-    words = Words(knee + side * (1.0 + wide / 2) + 1j * ABOVE, text, LARGE, 0.5)
+    words = Words(knee + side * (1.0 + wide / 2) + 1j * OVER_LINE, text, LARGE, 0.5)
     return [line(knee + side * (wide + 2.0), knee, tip), arrow(tip, -ray), words]
 
 

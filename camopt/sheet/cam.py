@@ -9,9 +9,9 @@ from typing import NamedTuple
 import numpy as np
 
 from camopt.contour.curve import CamCurve, curves_of
-from camopt.contour.follow import LARGEST, LEAST, Followed, follow
+from camopt.contour.follow import LARGEST_CHORD, LEAST_CHORD, Followed, follow
 from camopt.contour.path import ArcPath
-from camopt.drawing.picture import INSIDE, NAMES, Picture
+from camopt.drawing.picture import END_SHARE, STROKE_NAMES, Picture
 from camopt.effects import Case, offered
 from camopt.mechanisms.design import ComplexArray
 from camopt.motion.stroke import Stroke
@@ -22,18 +22,18 @@ from camopt.sheet.marks import number
 from camopt.verdicts.judging import run_effects
 
 FINENESS = 2e-5  # of the cam's size: how far lines may be off its curves
-STRAIGHT = 1e-12  # rad: an arc that turns by less is a line
-CLOSE = 0.005  # of the cam's size: from one point that is drawn to the next
+STRAIGHT_ARC = 1e-12  # rad: an arc that turns by less is a line
+POINT_STEP = 0.005  # of the cam's size: from one point that is drawn to the next
 
 
-class Line(NamedTuple):
+class Polyline(NamedTuple):
     """A curve as straight lines from point to point, and how far off they are at most, mm."""
 
     points: ComplexArray
     deviation: float
 
 
-def flattened(found: Followed, step: float) -> Line:
+def flattened(found: Followed, step: float) -> Polyline:
     """The arcs of a path as chords of at most a length, mm.
 
     With t from 0 to 1 an arc of the chord c that turns by φ is at c·(e^{iφt} − 1)/(e^{iφ} − 1), and leaves chords
@@ -44,26 +44,26 @@ def flattened(found: Followed, step: float) -> Line:
     chords, sweeps = path.chords, path.sweeps
     counts = np.maximum(np.ceil(np.abs(chords) / np.cos(sweeps / 4) / step), 1.0).astype(int)
     each, t = np.repeat(np.arange(counts.size), counts), np.concatenate([np.arange(n) / n for n in counts])
-    turn = np.where(np.abs(sweeps) > STRAIGHT, sweeps, STRAIGHT)[each]
+    turn = np.where(np.abs(sweeps) > STRAIGHT_ARC, sweeps, STRAIGHT_ARC)[each]
     inside = path.vertices[each] + chords[each] * np.expm1(1j * turn * t) / np.expm1(1j * turn)
     points = np.append(inside, path.vertices[-1])
     sagitta = np.abs(np.diff(points) * np.tan(sweeps[each] / counts[each] / 4)).max() / 2
-    return Line(points, found.deviation + float(sagitta))
+    return Polyline(points, found.deviation + float(sagitta))
 
 
 def _named(stroke: Stroke, stretches: Iterable[tuple[str, float, float]]) -> str:
     """What a segment is called: a move by the way it goes, where it goes one way alone."""
     if not stroke.is_move:
-        return NAMES[stroke.kind]
+        return STROKE_NAMES[stroke.kind]
     if not stroke.is_free:
         return "constant velocity"
-    room = INSIDE * stroke.angle
+    room = END_SHARE * stroke.angle
     ways = {name for name, begin, end in stretches if begin < stroke.end - room and end > stroke.start + room}
     return ways.pop() if len(ways) == 1 else "move"
 
 
 @dataclass(frozen=True)
-class Cam:
+class TrueCam:
     """A cam of true size: mm in its own frame."""
 
     scene: Scene
@@ -93,15 +93,15 @@ class Cam:
         return self.problem.design.sense
 
     @cached_property
-    def curves(self) -> dict[str, Line]:
+    def curves(self) -> dict[str, Polyline]:
         """Its curves by name; the pitch curve only where it is the path of a roller's centre."""
         rolls = self.problem.setup.rolls
         found = {name: curve for name, curve in curves_of(self.problem).items() if name != "pitch" or rolls}
         return {name: self._followed(curve) for name, curve in found.items()}
 
-    def _followed(self, curve: CamCurve) -> Line:
-        fine = float(np.clip(FINENESS * self.size, LEAST, LARGEST))
-        return flattened(follow(curve, "arcs", fine), CLOSE * self.size)
+    def _followed(self, curve: CamCurve) -> Polyline:
+        fine = float(np.clip(FINENESS * self.size, LEAST_CHORD, LARGEST_CHORD))
+        return flattened(follow(curve, "arcs", fine), POINT_STEP * self.size)
 
     @cached_property
     def trace(self) -> ComplexArray:
@@ -116,7 +116,7 @@ class Cam:
     @cached_property
     def segments(self) -> list[tuple[str, float, float]]:
         """What the follower does, and between which cam angles, rad: the segments of the scene, if it has any."""
-        found = [(NAMES[kind], begin, end) for kind, begin, end in self.picture.stretches]
+        found = [(STROKE_NAMES[kind], begin, end) for kind, begin, end in self.picture.stretches]
         if self.problem.segments:
             found = [(_named(each, found), each.start, each.end) for each in self.problem.programme.strokes]
         return [(f"{name} {number(degrees(end - begin), 2)}°", begin, end) for name, begin, end in found]

@@ -17,8 +17,8 @@ from camopt.mechanisms.design import ComplexArray
 from camopt.mechanisms.geometry import cam_curves
 from camopt.scene.part import Part
 from camopt.sheet import symbols
-from camopt.sheet.cam import CLOSE, Cam
-from camopt.sheet.dimensions import ABOVE, CELL, STEM, arrow, datum_at, linear
+from camopt.sheet.cam import POINT_STEP, TrueCam
+from camopt.sheet.dimensions import CELL, LEVEL, OVER_LINE, STEM, arrow, datum_at, linear
 from camopt.sheet.hole import hole_outline
 from camopt.sheet.marks import (
     CHAIN,
@@ -26,8 +26,8 @@ from camopt.sheet.marks import (
     LARGE,
     MEDIUM,
     THICK,
+    Line,
     Marks,
-    Stroke,
     Words,
     box_of,
     line,
@@ -38,17 +38,16 @@ from camopt.sheet.marks import (
 )
 from camopt.sheet.section import hatching, outlines
 
-LEVEL, NEXT = 8.0, 8.0  # mm: of the first dimension from the part, and from one to the next
-WALL = 0.15  # of the height of the groove: what is drawn beside it where the length is not given
-APART = 12.0  # mm: one view from the next
+BESIDE_GROOVE = 0.15  # of the height of the groove: what is drawn beside it where the length is not given
+VIEW_GAP = 12.0  # mm: one view from the next
 
 
-def groove_and_body(cam: Cam, scale: float) -> tuple[Marks, Marks]:
+def groove_and_body(cam: TrueCam, scale: float) -> tuple[Marks, Marks]:
     """The groove; section and hole side by side, as far as the scene gives their sizes."""
     view = DevelopedView(cam, scale)
     body = view.section() if view.is_cut else []
     hole = view.hole() if view.part.bore else []
-    shift = box_of(body).high.real + APART - box_of(hole).low.real if body and hole else 0.0
+    shift = box_of(body).high.real + VIEW_GAP - box_of(hole).low.real if body and hole else 0.0
     return view.groove(), [*body, *moved(hole, shift)]
 
 
@@ -56,7 +55,7 @@ def groove_and_body(cam: Cam, scale: float) -> tuple[Marks, Marks]:
 class DevelopedView:
     """A cylindrical cam; lengths in mm on the paper, at a scale."""
 
-    cam: Cam
+    cam: TrueCam
     scale: float
 
     @property
@@ -86,14 +85,14 @@ class DevelopedView:
         """From where to where the cylinder is, along its axis."""
         low, high = float(self.pitch.imag.min()), float(self.pitch.imag.max())
         half = (high - low) / 2 + self.radius
-        length = (self.part.thickness or 0.0) * self.scale / 2 or (1.0 + 2 * WALL) * half
+        length = (self.part.thickness or 0.0) * self.scale / 2 or (1.0 + 2 * BESIDE_GROOVE) * half
         return (low + high) / 2 - length, (low + high) / 2 + length
 
     def groove(self) -> Marks:
         """The developed cylinder from its lower left corner at x = 0."""
         bottom, top = self.ends
         marks: Marks = [rectangle(1j * bottom, complex(self.around, top), THICK), *self._flanks()]
-        marks += [Stroke(self.pitch, DOUBLE_CHAIN)] if self.cam.problem.setup.rolls else []
+        marks += [Line(self.pitch, DOUBLE_CHAIN)] if self.cam.problem.setup.rolls else []
         for name, begin, end in self.cam.segments:
             x = begin * self.mean
             marks += [*self._stroke(name, begin, end), line(complex(x, top + 1.0), complex(x, top + LEVEL + 4.0))]
@@ -110,9 +109,9 @@ class DevelopedView:
             return [Words(at, name, MEDIUM, 0.0, pi / 2)]
         ends = complex(x, foot), complex(to, foot)
         heads = [arrow(ends[0], -1.0), arrow(ends[1], 1.0)] if to - x > 8.0 else []
-        return [line(*ends), *heads, Words(complex((x + to) / 2, foot + ABOVE), name, height, 0.5)]
+        return [line(*ends), *heads, Words(complex((x + to) / 2, foot + OVER_LINE), name, height, 0.5)]
 
-    def _flanks(self) -> Iterator[Stroke]:
+    def _flanks(self) -> Iterator[Line]:
         """Both sides of what the roller sweeps; of the turns beside as well, where they reach into this one."""
         from shapely import LineString, box
 
@@ -125,7 +124,7 @@ class DevelopedView:
                 for piece in getattr(inside, "geoms", [inside]):
                     if piece.geom_type == "LineString" and not piece.is_empty:
                         x, y = np.asarray(piece.coords.xy)
-                        yield Stroke(x + 1j * y, THICK)
+                        yield Line(x + 1j * y, THICK)
 
     def _lengths(self) -> Marks:
         bottom, top = self.ends
@@ -170,7 +169,7 @@ class DevelopedView:
     def _lowest(self, x: float) -> float:
         """The lower edge of the groove at a place of the circumference."""
         flanks = np.concatenate([self.cam.curve(name) * self.scale for name in ("profile_left", "profile_right")])
-        near = np.abs(flanks.real - x) <= CLOSE * self.mean
+        near = np.abs(flanks.real - x) <= POINT_STEP * self.mean
         return float(flanks.imag[near].min())
 
     @property
@@ -240,7 +239,7 @@ class DevelopedView:
     def hole(self) -> Marks:
         """The bore with its keyway, above, as seen along the axis."""
         part, radius = self.part, (self.part.bore or 0.0) / 2 * self.scale
-        marks: Marks = [Stroke(hole_outline(part, pi / 2) * self.scale, THICK)]
+        marks: Marks = [Line(hole_outline(part, pi / 2) * self.scale, THICK)]
         over = radius + 4.0
         marks += [line(-over * along, over * along, pen=CHAIN) for along in (1.0, 1j)]
         if not self.is_cut:

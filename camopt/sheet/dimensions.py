@@ -2,19 +2,21 @@
 
 import numpy as np
 
-from camopt.sheet.marks import LARGE, Marks, Stroke, Words, arc_points, line, rectangle, upright, width_of
+from camopt.sheet.marks import LARGE, Line, Marks, Words, arc_points, line, rectangle, upright, width_of
 
 ARROW, SLENDER = 3.0, np.radians(15.0) / 2  # mm; half of the angle at the tip
 TAIL = 6.0  # mm: of an arrow that stands outside
-GAP, BEYOND, ABOVE = 1.0, 2.0, 1.25  # mm: extension lines from the part and past the arrow; the value over its line
+FROM_PART, PAST_ARROW = 1.0, 2.0  # mm: where extension lines begin and end
+LEVEL, NEXT = 8.0, 8.0  # mm: of the first dimension from the part, and from one to the next
+OVER_LINE = 1.25  # mm: from a dimension line to its value
 CELL, STEM = 2 * LARGE, 2.0  # mm: the height of a tolerance frame; from a datum's triangle to its letter
 ROOM = 2.0  # mm: between a value and the arrows beside it
 
 
-def arrow(tip: complex, direction: complex, length: float = ARROW, half: float = SLENDER) -> Stroke:
+def arrow(tip: complex, direction: complex, length: float = ARROW, half: float = SLENDER) -> Line:
     """A filled arrowhead that points in a direction (of length 1), with half of an angle (rad) at its tip."""
     sides = tip - length * direction / np.cos(half) * np.exp(1j * half * np.array([1.0, -1.0]))
-    return Stroke(np.array([tip, *sides, tip]), filled=True)
+    return Line(np.array([tip, *sides, tip]), filled=True)
 
 
 def linear(first: complex, last: complex, along: complex, level: float, value: str, datum: str = "") -> Marks:
@@ -31,9 +33,9 @@ def linear(first: complex, last: complex, along: complex, level: float, value: s
     marks: Marks = []
     for point in (first, last):
         rise = ((ends[0] - point) * across.conjugate()).real
-        if abs(rise) > GAP:
+        if abs(rise) > FROM_PART:
             side = np.copysign(1.0, rise)
-            marks.append(line(point + side * GAP * across, point + (rise + side * BEYOND) * across))
+            marks.append(line(point + side * FROM_PART * across, point + (rise + side * PAST_ARROW) * across))
     turn = upright(float(np.angle(along)))
     reading = np.exp(1j * turn)
     within = wide + ROOM <= length
@@ -49,7 +51,7 @@ def linear(first: complex, last: complex, along: complex, level: float, value: s
         marks.append(line(ends[1], ends[1] + (ROOM + wide) * along))
         at = ends[1] + (ROOM + wide / 2) * along
     marks += datum_at(ends[0], -along, STEM, datum) if datum else []
-    return [*marks, Words(at + 1j * reading * ABOVE, value, height, 0.5, turn, backed=True)]
+    return [*marks, Words(at + 1j * reading * OVER_LINE, value, height, 0.5, turn, backed=True)]
 
 
 def datum_at(point: complex, direction: complex, stem: float, letter: str) -> Marks:
@@ -59,7 +61,7 @@ def datum_at(point: complex, direction: complex, stem: float, letter: str) -> Ma
     corner = centre - complex(CELL, CELL) / 2
     triangle = np.array([point + 1.75 * across, point - 1.75 * across, point + 3.0 * direction])
     return [
-        Stroke(np.append(triangle, triangle[:1]), filled=True),
+        Line(np.append(triangle, triangle[:1]), filled=True),
         line(point, far),
         rectangle(corner, corner + complex(CELL, CELL)),
         Words(corner + complex(CELL / 2, (CELL - LARGE) / 2), letter, LARGE, 0.5),
@@ -71,7 +73,7 @@ def inwards(point: complex, direction: complex, length: float, value: str, heigh
     tail = point + length * direction
     turn = upright(float(np.angle(direction)))
     middle = point + (length + ARROW) / 2 * direction
-    words = Words(middle + 1j * np.exp(1j * turn) * ABOVE, value, height, 0.5, turn, backed=True)
+    words = Words(middle + 1j * np.exp(1j * turn) * OVER_LINE, value, height, 0.5, turn, backed=True)
     return [line(tail, point), arrow(point, -direction), words]
 
 
@@ -80,13 +82,13 @@ def outwards(start: complex, point: complex, clear: float, value: str, height: f
     direction = (point - start) / abs(point - start)
     turn = upright(float(np.angle(direction)))
     middle = start + (clear + abs(point - start) - ARROW) / 2 * direction
-    words = Words(middle + 1j * np.exp(1j * turn) * ABOVE, value, height, 0.5, turn, backed=True)
+    words = Words(middle + 1j * np.exp(1j * turn) * OVER_LINE, value, height, 0.5, turn, backed=True)
     return [line(start, point), arrow(point, direction), words]
 
 
 def angular(radius: float, start: float, end: float, centre: complex = 0.0) -> Marks:
     """The line of an angle between two directions (rad), with arrows, or dots where there is no room for them."""
-    marks: Marks = [Stroke(arc_points(radius, start, end, centre))]
+    marks: Marks = [Line(arc_points(radius, start, end, centre))]
     sense = np.sign(end - start)
     lean = sense * ARROW / (2 * radius)  # the chord of an arrow is on the arc
     if abs(end - start) * radius >= 2 * ARROW + ROOM:
@@ -96,5 +98,5 @@ def angular(radius: float, start: float, end: float, centre: complex = 0.0) -> M
         return marks
     for direction in (start, end):
         dot = centre + radius * np.exp(1j * direction)
-        marks.append(Stroke(arc_points(0.5, centre=dot), filled=True))
+        marks.append(Line(arc_points(0.5, centre=dot), filled=True))
     return marks

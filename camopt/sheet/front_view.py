@@ -16,7 +16,7 @@ from camopt.contour.hole import keyway_turn
 from camopt.mechanisms.design import ComplexArray
 from camopt.numerics import FloatArray
 from camopt.scene.part import Part
-from camopt.sheet.cam import Cam
+from camopt.sheet.cam import TrueCam
 from camopt.sheet.dimensions import inwards, outwards
 from camopt.sheet.hole import hole_outline
 from camopt.sheet.marks import (
@@ -24,27 +24,27 @@ from camopt.sheet.marks import (
     DOUBLE_CHAIN,
     LARGE,
     THICK,
+    Line,
     Marks,
-    Stroke,
     circle,
     line,
     number,
     width_of,
 )
-from camopt.sheet.ring import Segment, ring
+from camopt.sheet.ring import Sector, ring
 
-CLEAR = 10.0  # mm: between the cam, or its pitch curve, and the ring
+TO_RING = 10.0  # mm: between the cam, or its pitch curve, and the ring
 OVER = 4.0  # mm: centre lines past the cam
-ROOM = 0.3  # rad: from one line along a radius to the next is enough
-SAME = 1e-9  # relative: radii that are the greatest, or the base circle's
-DIRECTIONS = np.radians(np.arange(0, 360, 1.0))
+BETWEEN_RAYS = 0.3  # rad: from one line along a radius to the next is enough
+SAME_RADIUS = 1e-9  # relative: radii that are the greatest, or the base circle's
+EVERY_DEGREE = np.radians(np.arange(0, 360))
 
 
 @dataclass(frozen=True)
 class FrontView:
     """A disc cam seen along its axis; lengths in mm on the paper, at a scale."""
 
-    cam: Cam
+    cam: TrueCam
     scale: float
 
     @property
@@ -70,7 +70,7 @@ class FrontView:
         return float(np.angle(self.cam.picture.curves[0].pitch[0]))
 
     @cached_property
-    def segments(self) -> list[Segment]:
+    def segments(self) -> list[Sector]:
         """What the follower does, and between which directions of the ring (rad)."""
         return [
             (name, self.start - self.cam.sense * begin, self.start - self.cam.sense * end)
@@ -86,17 +86,17 @@ class FrontView:
     def highest(self) -> complex:
         """A point of the profile that is furthest from the axis, as far from other lines as can be."""
         sizes = np.abs(self.outline)
-        return self._freest(self.outline[sizes >= sizes.max() * (1 - SAME)])
+        return self._freest(self.outline[sizes >= sizes.max() * (1 - SAME_RADIUS)])
 
     @cached_property
     def lowest(self) -> complex:
         """A point of the profile that is nearest to the axis."""
         sizes = np.abs(self.outline)
-        return self._freest(self.outline[sizes <= sizes.min() * (1 + SAME)])
+        return self._freest(self.outline[sizes <= sizes.min() * (1 + SAME_RADIUS)])
 
     def _freest(self, points: ComplexArray) -> complex:
-        room = apart(np.angle(points)[:, None], self._lines).min(axis=1)
-        return complex(points[np.argmax(np.minimum(room, ROOM))])
+        room = angle_between(np.angle(points)[:, None], self._lines).min(axis=1)
+        return complex(points[np.argmax(np.minimum(room, BETWEEN_RAYS))])
 
     @property
     def _lines(self) -> FloatArray:
@@ -120,7 +120,7 @@ class FrontView:
         furthest = max(self.inner, *(np.abs(curve).max(initial=0.0) for curve in (self.outline, self.pitch)))
         room = abs(self.lowest) + width_of(self.values[0], LARGE) + 9.0
         beyond = 0.0 if self._high_within else abs(self.highest) + width_of(self.values[1], LARGE) + 9.0
-        return float(max(furthest + CLEAR, room, beyond))
+        return float(max(furthest + TO_RING, room, beyond))
 
     @property
     def _high_within(self) -> bool:
@@ -131,24 +131,24 @@ class FrontView:
         """The largest radius of hub, profile and pitch curve in a direction (rad), or so near to it."""
         found = self.inner
         for curve in (self.outline, self.pitch):
-            near = apart(np.angle(curve), turn) <= max(half, 0.02)
+            near = angle_between(np.angle(curve), turn) <= max(half, 0.02)
             found = max(found, float(np.abs(curve[near]).max(initial=0.0)))
         return found
 
     def nearest(self, turn: float) -> float:
         """The radius of the profile in a direction (rad)."""
-        near = np.argmin(apart(np.angle(self.outline), turn))
+        near = np.argmin(angle_between(np.angle(self.outline), turn))
         return float(np.abs(self.outline[near]))
 
     def marks(self) -> Marks:
         """The view, about the cam's axis."""
-        marks: Marks = [Stroke(self.outline, THICK), circle(self.base, CHAIN)]
-        marks += [Stroke(self.pitch, DOUBLE_CHAIN)] if self.pitch.size else []
+        marks: Marks = [Line(self.outline, THICK), circle(self.base, CHAIN)]
+        marks += [Line(self.pitch, DOUBLE_CHAIN)] if self.pitch.size else []
         marks += [*self._centre_lines(), *self._hub_and_hole(), *self._rays(), *ring(self.segments, self.ring)]
         marks += self._radii()
         return marks
 
-    def _centre_lines(self) -> Iterator[Stroke]:
+    def _centre_lines(self) -> Iterator[Line]:
         for along in (1.0, 1j):
             reach = [
                 max(0.0, float(((side * along).conjugate() * self.outline).real.max())) for side in (-1.0, 1.0)
@@ -161,10 +161,10 @@ class FrontView:
         if part.hub_diameter:
             marks.append(circle(part.hub_diameter / 2 * self.scale, THICK))
         if part.bore:
-            marks.append(Stroke(hole_outline(part, turn) * self.scale, THICK))
+            marks.append(Line(hole_outline(part, turn) * self.scale, THICK))
         return marks
 
-    def _rays(self) -> Iterator[Stroke]:
+    def _rays(self) -> Iterator[Line]:
         """From the cam to the ring, where segments meet."""
         for turn in self.rays:
             ray = np.exp(1j * turn)
@@ -173,7 +173,7 @@ class FrontView:
     def _radii(self) -> Marks:
         low, high = self.values
         marks = self._base_radius(low)
-        if abs(abs(self.highest) - abs(self.lowest)) <= SAME * abs(self.highest):
+        if abs(abs(self.highest) - abs(self.lowest)) <= SAME_RADIUS * abs(self.highest):
             return marks
         if self._high_within:
             return [*marks, *outwards(0.0, self.highest, self.inner, high)]
@@ -184,19 +184,19 @@ class FrontView:
         """At the profile where it is on the base circle for a while, or else at the base circle itself."""
         away = self.lowest / abs(self.lowest)
         sizes = np.abs(self.outline)
-        turns = np.angle(self.outline[sizes <= sizes.min() * (1 + SAME)] / away)
-        if np.ptp(turns) < ROOM and self.base - self.inner >= width_of(value, LARGE) + 8.0:
+        turns = np.angle(self.outline[sizes <= sizes.min() * (1 + SAME_RADIUS)] / away)
+        if np.ptp(turns) < BETWEEN_RAYS and self.base - self.inner >= width_of(value, LARGE) + 8.0:
             lines = np.append(self._lines, np.angle(self.highest))
-            free = np.argmax(apart(DIRECTIONS[:, None], lines).min(axis=1))
-            return outwards(0.0, self.base * np.exp(1j * DIRECTIONS[free]), self.inner, value)
+            free = np.argmax(angle_between(EVERY_DEGREE[:, None], lines).min(axis=1))
+            return outwards(0.0, self.base * np.exp(1j * EVERY_DEGREE[free]), self.inner, value)
         return inwards(self.lowest, away, self.ring - abs(self.lowest) - 3.0, value)
 
 
-def apart(turn: Any, other: Any) -> FloatArray:
+def angle_between(turn: Any, other: Any) -> FloatArray:
     """The angle between directions, rad."""
     return np.asarray(np.abs(np.angle(np.exp(1j * (turn - other)))))
 
 
 def is_upright(part: Part) -> bool:
     """Whether the section through the keyway is that along the vertical centre line."""
-    return abs(cos(keyway_turn(part))) < SAME
+    return abs(cos(keyway_turn(part))) < SAME_RADIUS

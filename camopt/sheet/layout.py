@@ -7,24 +7,24 @@ from typing import NamedTuple
 
 from camopt.mechanisms.body import Body
 from camopt.sheet.callouts import with_callouts
-from camopt.sheet.cam import Cam
+from camopt.sheet.cam import TrueCam
 from camopt.sheet.developed import groove_and_body
 from camopt.sheet.front_view import FrontView, is_upright
 from camopt.sheet.marks import LARGE, Box, Marks, Words, box_of, moved
 from camopt.sheet.notes import notes
 from camopt.sheet.paper import A3, A4, Paper, scale_name
-from camopt.sheet.points_table import columns_of, table
+from camopt.sheet.points_table import printed, table
 from camopt.sheet.section import section
-from camopt.sheet.title_block import HEIGHT, WIDTH, title_block
+from camopt.sheet.title_block import BLOCK_HEIGHT, BLOCK_WIDTH, title_block
 
-MARGIN, APART = 4.0, 8.0  # mm: of what is on the sheet from the frame, and of one view from the next
-HAIR = 1e-9  # mm
+FROM_FRAME, VIEWS_APART = 4.0, 8.0  # mm: of what is on the sheet from the frame, and of one view from the next
+FIT_SLACK = 1e-9  # mm
 
 Placed = Iterator[tuple[Box, Marks]]
 """Rooms on the paper, each with what goes there: notes and table where they are, views in the middle of theirs."""
 
 
-class Form(NamedTuple):
+class Arrangement(NamedTuple):
     """A paper, the step of its table (deg), the blocks that the rows are in, and how all is placed."""
 
     paper: Paper
@@ -37,29 +37,29 @@ class Form(NamedTuple):
 class Desk:
     """What goes on a sheet, but for the views."""
 
-    cam: Cam
-    form: Form
+    cam: TrueCam
+    form: Arrangement
     texts: tuple[str, ...]
 
     @property
     def inner(self) -> Box:
         """The frame less a margin."""
         low, high = self.form.paper.frame
-        return Box(low + complex(MARGIN, MARGIN), high - complex(MARGIN, MARGIN))
+        return Box(low + complex(FROM_FRAME, FROM_FRAME), high - complex(FROM_FRAME, FROM_FRAME))
 
     @property
     def over(self) -> float:
         """The level above the title block."""
-        return self.form.paper.frame.low.imag + HEIGHT + MARGIN
+        return self.form.paper.frame.low.imag + BLOCK_HEIGHT + FROM_FRAME
 
     @property
     def beside(self) -> float:
         """The width that the title block leaves."""
-        return self.inner.high.real + MARGIN - WIDTH - APART - self.inner.low.real
+        return self.inner.high.real + FROM_FRAME - BLOCK_WIDTH - VIEWS_APART - self.inner.low.real
 
     @cached_property
     def table(self) -> Marks:
-        return table(columns_of(self.cam, self.form.step), self.form.blocks)
+        return table(printed(self.cam, self.form.step), self.form.blocks)
 
     def notes(self, width: float) -> Marks:
         return notes(self.texts, width)
@@ -69,14 +69,14 @@ class Desk:
         paper = self.form.paper
         block = title_block(self.cam.part, scale_name(scale), paper.name)
         low, high = paper.frame
-        return [*paper.marks(), *moved(block, complex(high.real - WIDTH, low.imag))]
+        return [*paper.marks(), *moved(block, complex(high.real - BLOCK_WIDTH, low.imag))]
 
 
 @dataclass(frozen=True)
 class Views:
     """How a cam is seen, at a scale."""
 
-    cam: Cam
+    cam: TrueCam
     scale: float
 
     @cached_property
@@ -87,7 +87,7 @@ class Views:
         if not part.thickness:
             return marks
         beside = section(front.outline, part, self.scale)
-        beside = moved(beside, box_of(marks).high.real + APART - box_of(beside).low.real)
+        beside = moved(beside, box_of(marks).high.real + VIEWS_APART - box_of(beside).low.real)
         if not is_upright(part):
             box = box_of(beside)
             above = complex((box.low.real + box.high.real) / 2, box.high.imag + 3.0)
@@ -106,9 +106,9 @@ def disc_above(desk: Desk, views: Views) -> Placed:
     said = moved(desk.notes(width), complex(inner.low.real, desk.over))
     yield inner, said
     spare = (width - box_of(desk.table).size.real) / 2
-    rows = moved(desk.table, complex(inner.low.real + spare, box_of(said).high.imag + MARGIN))
+    rows = moved(desk.table, complex(inner.low.real + spare, box_of(said).high.imag + FROM_FRAME))
     yield inner, rows
-    yield Box(complex(inner.low.real, box_of(rows).high.imag + MARGIN), inner.high), views.disc
+    yield Box(complex(inner.low.real, box_of(rows).high.imag + FROM_FRAME), inner.high), views.disc
 
 
 def disc_beside(desk: Desk, views: Views) -> Placed:
@@ -118,22 +118,25 @@ def disc_beside(desk: Desk, views: Views) -> Placed:
     yield inner, said
     rows = moved(desk.table, inner.high - box_of(desk.table).high)
     yield Box(complex(inner.low.real, desk.over), inner.high), rows
-    floor = max(desk.over, box_of(said).high.imag + MARGIN)
-    yield Box(complex(inner.low.real, floor), complex(box_of(rows).low.real - APART, inner.high.imag)), views.disc
+    floor = max(desk.over, box_of(said).high.imag + FROM_FRAME)
+    yield (
+        Box(complex(inner.low.real, floor), complex(box_of(rows).low.real - VIEWS_APART, inner.high.imag)),
+        views.disc,
+    )
 
 
-def cylinder(desk: Desk, views: Views) -> Placed:
+def cylindrical(desk: Desk, views: Views) -> Placed:
     """The developed groove above; below it the body on the left, on the right the table, notes and title block."""
-    inner, right = desk.inner, desk.inner.high.real + MARGIN - WIDTH
+    inner, right = desk.inner, desk.inner.high.real + FROM_FRAME - BLOCK_WIDTH
     groove, body = views.cylinder
     floor = inner.high.imag - box_of(groove).size.imag
-    said = moved(desk.notes(WIDTH - MARGIN), complex(right, desk.over))
+    said = moved(desk.notes(BLOCK_WIDTH - FROM_FRAME), complex(right, desk.over))
     yield inner, said
-    rows = moved(desk.table, complex(right, floor - APART) - 1j * box_of(desk.table).high.imag)
-    yield Box(complex(right, box_of(said).high.imag + MARGIN), inner.high), rows
+    rows = moved(desk.table, complex(right, floor - VIEWS_APART) - 1j * box_of(desk.table).high.imag)
+    yield Box(complex(right, box_of(said).high.imag + FROM_FRAME), inner.high), rows
     yield Box(complex(inner.low.real, floor), inner.high), groove
     if body:
-        yield Box(inner.low, complex(right - APART, floor - APART)), body
+        yield Box(inner.low, complex(right - VIEWS_APART, floor - VIEWS_APART)), body
 
 
 def together(placed: Placed) -> Marks:
@@ -145,7 +148,7 @@ def together(placed: Placed) -> Marks:
     for place, (room, marks) in enumerate(placed):
         box = box_of(marks)
         spare = room.size - box.size
-        if spare.real < -HAIR or spare.imag < -HAIR:
+        if spare.real < -FIT_SLACK or spare.imag < -FIT_SLACK:
             return []
         if place < 2 and not _within(box, room):
             return []
@@ -155,13 +158,17 @@ def together(placed: Placed) -> Marks:
 
 def _within(box: Box, room: Box) -> bool:
     ends = box.low - room.low, room.high - box.high
-    return all(gap.real >= -HAIR and gap.imag >= -HAIR for gap in ends)
+    return all(gap.real >= -FIT_SLACK and gap.imag >= -FIT_SLACK for gap in ends)
 
 
-def forms(body: Body) -> Iterator[Form]:
+def forms(body: Body) -> Iterator[Arrangement]:
     """What is tried at each scale, the best first."""
     if body.developed:
-        yield from (Form(A3, 5.0, 4, cylinder), Form(A3, 10.0, 3, cylinder), Form(A3, 10.0, 2, cylinder))
+        yield from (
+            Arrangement(A3, 5.0, 4, cylindrical),
+            Arrangement(A3, 10.0, 3, cylindrical),
+            Arrangement(A3, 10.0, 2, cylindrical),
+        )
         return
-    yield from (Form(A4, 10.0, blocks, disc_above) for blocks in (3, 2))
-    yield from (Form(A3, 5.0, 2, disc_beside), Form(A3, 10.0, 1, disc_beside))
+    yield from (Arrangement(A4, 10.0, blocks, disc_above) for blocks in (3, 2))
+    yield from (Arrangement(A3, 5.0, 2, disc_beside), Arrangement(A3, 10.0, 1, disc_beside))

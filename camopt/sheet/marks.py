@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 MM = 72 / 25.4  # points
 CAPITAL = 0.729  # of the size of DejaVu Sans: the height of its capitals, by which lettering is measured
 LARGE, MEDIUM, SMALL = 3.5, 2.5, 1.8  # mm
-ROOM = 0.6  # mm: round words
+AROUND_WORDS = 0.6  # mm: round words
 FONT = "DejaVu Sans"  # comes with matplotlib, so that all machines make the same file
 
 
@@ -37,7 +37,7 @@ DOUBLE_CHAIN = Pen(0.25, (24, 3, 1, 3, 1, 3))
 CUTTING = Pen(0.5, (24, 3, 1, 3))
 
 
-class Stroke(NamedTuple):
+class Line(NamedTuple):
     """A line through points; filled, it is an arrowhead or the like."""
 
     points: ComplexArray
@@ -68,7 +68,7 @@ class Words(NamedTuple):
         return np.asarray(self.at + (x + 1j * y) * np.exp(1j * self.turn))
 
 
-Mark = Stroke | Words
+Mark = Line | Words
 Marks = list[Mark]
 
 
@@ -95,17 +95,17 @@ def width_of(text: str, height: float) -> float:
         return float(text_to_path.get_text_width_height_descent(text, font, ismath=False)[0])
 
 
-def line(*points: complex, pen: Pen = THIN) -> Stroke:
-    return Stroke(np.array(points, dtype=complex), pen)
+def line(*points: complex, pen: Pen = THIN) -> Line:
+    return Line(np.array(points, dtype=complex), pen)
 
 
-def ring(*points: complex, pen: Pen = THIN) -> Stroke:
+def closed(*points: complex, pen: Pen = THIN) -> Line:
     """A closed line."""
     return line(*points, points[0], pen=pen)
 
 
-def rectangle(low: complex, high: complex, pen: Pen = THIN) -> Stroke:
-    return ring(low, complex(high.real, low.imag), high, complex(low.real, high.imag), pen=pen)
+def rectangle(low: complex, high: complex, pen: Pen = THIN) -> Line:
+    return closed(low, complex(high.real, low.imag), high, complex(low.real, high.imag), pen=pen)
 
 
 def arc_points(radius: float, start: float = 0.0, end: float = 2 * np.pi, centre: complex = 0.0) -> ComplexArray:
@@ -114,8 +114,8 @@ def arc_points(radius: float, start: float = 0.0, end: float = 2 * np.pi, centre
     return np.asarray(centre + radius * np.exp(1j * np.linspace(start, end, count)))
 
 
-def circle(radius: float, pen: Pen = THIN, centre: complex = 0.0) -> Stroke:
-    return Stroke(arc_points(radius, centre=centre), pen)
+def circle(radius: float, pen: Pen = THIN, centre: complex = 0.0) -> Line:
+    return Line(arc_points(radius, centre=centre), pen)
 
 
 def upright(turn: float) -> float:
@@ -126,14 +126,14 @@ def upright(turn: float) -> float:
 
 def box_of(marks: Iterable[Mark]) -> Box:
     """The least box, along the paper's edges, round some marks."""
-    every = np.concatenate([mark.points if isinstance(mark, Stroke) else mark.corners for mark in marks])
+    every = np.concatenate([mark.points if isinstance(mark, Line) else mark.corners for mark in marks])
     return Box(complex(every.real.min(), every.imag.min()), complex(every.real.max(), every.imag.max()))
 
 
 def moved(marks: Iterable[Mark], by: complex) -> Marks:
     """The marks elsewhere on the paper."""
     return [
-        mark._replace(points=mark.points + by) if isinstance(mark, Stroke) else mark._replace(at=mark.at + by)
+        mark._replace(points=mark.points + by) if isinstance(mark, Line) else mark._replace(at=mark.at + by)
         for mark in marks
     ]
 
@@ -145,7 +145,7 @@ class Taken:
         from shapely import STRtree
 
         self._words = STRtree([_shape(mark) for mark in marks if isinstance(mark, Words)])
-        self._lines = STRtree([_shape(mark) for mark in marks if isinstance(mark, Stroke)])
+        self._lines = STRtree([_shape(mark) for mark in marks if isinstance(mark, Line)])
 
     def meets(self, made: Marks) -> bool:
         """Whether lines or words meet words that are there already, or words meet lines."""
@@ -162,7 +162,7 @@ def _shape(mark: Mark) -> "LineString | Polygon":
     from shapely import LineString, Polygon
 
     if isinstance(mark, Words):
-        return Polygon(_columns(mark.corners)).buffer(ROOM)
+        return Polygon(_columns(mark.corners)).buffer(AROUND_WORDS)
     return LineString(_columns(mark.points))
 
 
@@ -179,7 +179,7 @@ def fitted_words(text: str, width: float, lines: int, heights: Sequence[float]) 
         found = wrapped(text, width, height)
         if len(found) <= lines:
             return found, height
-    return cut_off(found, lines, width, height), height
+    return shortened(found, lines, width, height), height
 
 
 def wrapped(text: str, width: float, height: float) -> list[str]:
@@ -199,7 +199,7 @@ def wrapped(text: str, width: float, height: float) -> list[str]:
     return lines
 
 
-def cut_off(lines: list[str], count: int, width: float, height: float) -> list[str]:
+def shortened(lines: list[str], count: int, width: float, height: float) -> list[str]:
     """The first of some lines; the last of them ends in … where more follow."""
     if len(lines) <= count:
         return lines

@@ -7,13 +7,13 @@ from camopt.contour.hole import keyway_turn
 from camopt.effects.curvature import CUTTER
 from camopt.motion.stroke import Stroke
 from camopt.motion.table import RETURN, RISE
-from camopt.sheet.cam import Cam
-from camopt.sheet.marks import MEDIUM, Marks, Words, cut_off, number, wrapped
+from camopt.sheet.cam import TrueCam
+from camopt.sheet.marks import MEDIUM, Marks, Words, number, shortened, wrapped
 
-STRAIGHT = 100.0  # of the cam's size: the radius of a hollow that is a straight flank to any cutter
-STEP = 4.2  # mm from line to line
+FLANK_RADIUS = 100.0  # of the cam's size: the radius of a hollow that is a straight flank to any cutter
+LINE_STEP = 4.2  # mm from line to line
 INDENT = 6.0  # mm
-LONGEST = 2  # lines of one note
+MOST_LINES = 2  # lines of one note
 SENSES = {"cw": "clockwise", "ccw": "counter-clockwise"}
 
 
@@ -21,17 +21,17 @@ def notes(texts: Iterable[str], width: float) -> Marks:
     """Numbered notes of a width (mm), from their lower left corner."""
     lines: list[tuple[float, str]] = []
     for k, note in enumerate(texts, start=1):
-        first, *more = cut_off(wrapped(note, width - INDENT, MEDIUM), LONGEST, width - INDENT, MEDIUM)
+        first, *more = shortened(wrapped(note, width - INDENT, MEDIUM), MOST_LINES, width - INDENT, MEDIUM)
         lines += [(0.0, f"{k}"), (INDENT, first), *((INDENT, text) for text in more)]
     marks: Marks = []
     down = sum(1 for x, _ in lines if x)
     for x, text in lines:
-        marks.append(Words(complex(x, (down - 1) * STEP + 1.0), text, MEDIUM))
+        marks.append(Words(complex(x, (down - 1) * LINE_STEP + 1.0), text, MEDIUM))
         down -= x > 0.0
     return marks
 
 
-def texts_of(cam: Cam) -> Iterator[str]:
+def texts_of(cam: TrueCam) -> Iterator[str]:
     """What is noted of a cam."""
     yield "Dimensions in mm. Projection method 1."
     yield f"For {_follower(cam)}."
@@ -42,7 +42,7 @@ def texts_of(cam: Cam) -> Iterator[str]:
     yield from _computed(cam)
 
 
-def _follower(cam: Cam) -> str:
+def _follower(cam: TrueCam) -> str:
     scene, design = cam.scene, cam.problem.design
     words = f"{scene.mechanism.motion.words} follower"
     radius = cam.roller
@@ -64,7 +64,7 @@ def _follower(cam: Cam) -> str:
     return ", ".join([f"{words} {contact}", *more])
 
 
-def _turning(cam: Cam) -> Iterator[str]:
+def _turning(cam: TrueCam) -> Iterator[str]:
     scene = cam.scene
     speed = "" if scene.cam.rpm is None else f" at {number(scene.cam.rpm)} rpm"
     if cam.problem.setup.mechanism.body.developed:
@@ -74,14 +74,14 @@ def _turning(cam: Cam) -> Iterator[str]:
     yield f"Angles round the cam: from 0°, the direction of the {_trace_point(cam)} at cam angle 0."
 
 
-def _trace_point(cam: Cam) -> str:
+def _trace_point(cam: TrueCam) -> str:
     setup = cam.problem.setup
     if setup.spherical:
         return "centre of the face"
     return "roller's centre" if cam.roller else "point of contact"
 
 
-def _keyway(cam: Cam) -> Iterator[str]:
+def _keyway(cam: TrueCam) -> Iterator[str]:
     """Where the keyway is, if not at the timing mark; and what no view shows of it."""
     part = cam.part
     if not part.keyway_width:
@@ -96,7 +96,7 @@ def _keyway(cam: Cam) -> Iterator[str]:
         yield f"Bore and keyway: {number((part.bore or 0.0) + (part.keyway_depth or 0.0))}."
 
 
-def _motion(cam: Cam) -> Iterator[str]:
+def _motion(cam: TrueCam) -> Iterator[str]:
     problem = cam.problem
     laws = {name: problem.programme.law_names(kind) for name, kind in (("rise", RISE), ("return", RETURN))}
     lift = problem.programme.lift
@@ -115,7 +115,7 @@ def _steady(stroke: Stroke) -> str:
     return f"θ {'° to '.join(ends)}° at constant velocity {number(velocity, 5)}{unit}"
 
 
-def _columns(cam: Cam) -> Iterator[str]:
+def _columns(cam: TrueCam) -> Iterator[str]:
     setup = cam.problem.setup
     if setup.mechanism.body.developed:
         point = " ".join(cam.scene.tip.trace)
@@ -131,7 +131,7 @@ def _columns(cam: Cam) -> Iterator[str]:
     )
 
 
-def _computed(cam: Cam) -> Iterator[str]:
+def _computed(cam: TrueCam) -> Iterator[str]:
     said = []
     for name, words, unit in (
         ("pressure_angle_max_deg", "largest pressure angle", "°"),
@@ -140,7 +140,7 @@ def _computed(cam: Cam) -> Iterator[str]:
         ("cam_mass_kg", "mass", " kg"),
     ):
         value = cam.quantity(name)
-        straight = name == CUTTER and value is not None and value > STRAIGHT * cam.size
+        straight = name == CUTTER and value is not None and value > FLANK_RADIUS * cam.size
         if value is not None and isfinite(value) and value > 0.0 and not straight:
             said.append(f"{words} {number(value)}{unit}".replace("R ", "R"))
     if said:

@@ -6,9 +6,9 @@ from math import floor, log10
 
 from camopt.sheet.marks import BORDER, MEDIUM, THIN, Box, Mark, Marks, Words, line, rectangle
 
-BOUND, EDGE = 20.0, 10.0  # mm: the margin where sheets are bound, and elsewhere
+BINDING_EDGE, OTHER_EDGE = 20.0, 10.0  # mm: the margin where sheets are bound, and elsewhere
 ZONES, ZONE = 5.0, 50.0  # mm: width of the border with the zones, length of one
-INWARD = 3.0  # mm: centring marks past the frame; their form is free
+CENTRING = 3.0  # mm: centring marks past the frame; their form is free
 LETTERS = "ABCDEFGHJKLMNP"  # no I, no O
 
 
@@ -23,7 +23,7 @@ class Paper:
     @property
     def frame(self) -> Box:
         """The frame of the space for the drawing."""
-        return Box(complex(BOUND, EDGE), complex(self.width - EDGE, self.height - EDGE))
+        return Box(complex(BINDING_EDGE, OTHER_EDGE), complex(self.width - OTHER_EDGE, self.height - OTHER_EDGE))
 
     @property
     def small(self) -> bool:
@@ -38,10 +38,10 @@ class Paper:
         middle = complex(self.width / 2, self.height / 2)
         for edge, into in ((low.imag, 1j), (high.imag, -1j)):
             end = complex(middle.real, edge)
-            marks.append(line(end - ZONES * into, end + INWARD * into, pen=BORDER))
+            marks.append(line(end - ZONES * into, end + CENTRING * into, pen=BORDER))
         for edge, into in ((low.real, 1.0), (high.real, -1.0)):
             end = complex(edge, middle.imag)
-            marks.append(line(end - ZONES * into, end + INWARD * into, pen=BORDER))
+            marks.append(line(end - ZONES * into, end + CENTRING * into, pen=BORDER))
         marks += self._zones(middle)
         name = complex(high.real, low.imag - ZONES - 3.6)
         return [*marks, Words(name, self.name, MEDIUM, 1.0)]
@@ -71,16 +71,16 @@ def _steps(low: float, high: float) -> list[float]:
 
 
 A4, A3 = Paper("A4", 210.0, 297.0), Paper("A3", 420.0, 297.0)
-LEAST = 40.0  # mm on the paper: smaller cams are enlarged
+LEAST_VIEW = 40.0  # mm on the paper: smaller cams are enlarged
 
 
 def scales(size: float) -> Iterator[float]:
     """Scales of ISO 5455 for a part of a size (mm): 1:1 or, if it is small, an enlargement; then ever smaller."""
     series = (1.0, 2.0, 5.0)
     place = 0
-    if size < LEAST:
-        decade = max(0, floor(log10(LEAST / size)))
-        place = next(k for k in range(3 * decade, 3 * decade + 4) if _at(series, k) * size >= LEAST)
+    if size < LEAST_VIEW:
+        decade = max(0, floor(log10(LEAST_VIEW / size)))
+        place = next(k for k in range(3 * decade, 3 * decade + 4) if _at(series, k) * size >= LEAST_VIEW)
     while True:
         yield _at(series, place)
         place -= 1

@@ -13,16 +13,16 @@ import numpy as np
 from camopt.mechanisms.design import ComplexArray
 from camopt.mechanisms.geometry import cam_curves
 from camopt.numerics import FloatArray
-from camopt.sheet.cam import Cam
+from camopt.sheet.cam import TrueCam
 from camopt.sheet.marks import MEDIUM, THICK, Mark, Marks, Words, line, rectangle, width_of
 
-ROW = 4.0  # mm
-BESIDE = 1.2  # mm: of a number on either side
-APART = 4.0  # mm: one block of rows from the next
+ROW_HEIGHT = 4.0  # mm
+PADDING = 1.2  # mm: of a number on either side
+BLOCKS_APART = 4.0  # mm: one block of rows from the next
 
 
 @dataclass(frozen=True)
-class Column:
+class Printed:
     """What is said over a column, in three lines, and its numbers."""
 
     head: tuple[str, str, str]
@@ -30,10 +30,10 @@ class Column:
 
     @property
     def width(self) -> float:
-        return max(width_of(text, MEDIUM) for text in (*self.head, *self.cells)) + 2 * BESIDE
+        return max(width_of(text, MEDIUM) for text in (*self.head, *self.cells)) + 2 * PADDING
 
 
-def columns_of(cam: Cam, step: float) -> list[Column]:
+def printed(cam: TrueCam, step: float) -> list[Printed]:
     """The table at cam angles with a step in deg that divides the turn."""
     problem = cam.problem
     degrees = np.arange(0.0, 360.0 - step / 2, step)
@@ -43,44 +43,44 @@ def columns_of(cam: Cam, step: float) -> list[Column]:
     shown = np.degrees(lift) if problem.setup.angular else lift
     curves = cam_curves(problem.setup.mechanism, problem.design, problem.programme, angles)
     columns = [
-        Column(("", "θ", "°"), tuple(f"{each:g}" for each in degrees)),
-        Column(("", "s", "°" if unit == "deg" else unit), _written(np.asarray(shown))),
+        Printed(("", "θ", "°"), tuple(f"{each:g}" for each in degrees)),
+        Printed(("", "s", "°" if unit == "deg" else unit), _written(np.asarray(shown))),
     ]
     if problem.setup.mechanism.body.developed:
         places = zip(cam.scene.tip.trace, ("x", "y"), (curves.pitch.real, curves.pitch.imag), strict=True)
-        return [*columns, *(Column((word, axis, "mm"), _written(values)) for word, axis, values in places)]
+        return [*columns, *(Printed((word, axis, "mm"), _written(values)) for word, axis, values in places)]
     centred = not (problem.setup.pointed or problem.setup.mechanism.curvature is None)
     columns += _polar("profile", curves.profile[0], cam.sense)
     return [*columns, *(_polar("centre", curves.pitch, cam.sense) if centred else ())]
 
 
-def _polar(name: str, points: ComplexArray, sense: float) -> Iterator[Column]:
+def _polar(name: str, points: ComplexArray, sense: float) -> Iterator[Printed]:
     turns = np.degrees(-sense * np.angle(points / 1j))
     turns = np.round(turns, 3) % 360.0  # what rounds to 360 is 0
-    yield Column((name, "φ", "°"), _written(np.asarray(turns)))
-    yield Column(("", "r", "mm"), _written(np.asarray(np.abs(points))))
+    yield Printed((name, "φ", "°"), _written(np.asarray(turns)))
+    yield Printed(("", "r", "mm"), _written(np.asarray(np.abs(points))))
 
 
 def _written(values: FloatArray) -> tuple[str, ...]:
     return tuple(f"{value:.3f}".replace("-0.000", "0.000").replace("-", "−") for value in values)
 
 
-def table(columns: list[Column], blocks: int) -> Marks:
+def table(columns: list[Printed], blocks: int) -> Marks:
     """The columns in so many blocks side by side, from their lower left corner."""
     rows = len(columns[0].cells)
     high = ceil(rows / blocks)
     wide = sum(column.width for column in columns)
     marks: Marks = []
     for k in range(blocks):
-        chosen = [Column(column.head, column.cells[k * high : (k + 1) * high]) for column in columns]
+        chosen = [Printed(column.head, column.cells[k * high : (k + 1) * high]) for column in columns]
         widths = [column.width for column in columns]
-        marks += _block(chosen, widths, k * (wide + APART), high)
+        marks += _block(chosen, widths, k * (wide + BLOCKS_APART), high)
     return marks
 
 
-def _block(columns: list[Column], widths: list[float], left: float, rows: int) -> Iterator[Mark]:
+def _block(columns: list[Printed], widths: list[float], left: float, rows: int) -> Iterator[Mark]:
     lines = len(columns[0].head)
-    top, edge = (rows + lines) * ROW, rows * ROW
+    top, edge = (rows + lines) * ROW_HEIGHT, rows * ROW_HEIGHT
     right = left + sum(widths)
     yield rectangle(complex(left, 0), complex(right, top), THICK)
     yield line(complex(left, edge), complex(right, edge), pen=THICK)
@@ -88,11 +88,11 @@ def _block(columns: list[Column], widths: list[float], left: float, rows: int) -
     for k, (column, width) in enumerate(zip(columns, widths, strict=True)):
         if k:
             inside = column.head[0] or not columns[k - 1].head[0]
-            yield line(complex(x, 0), complex(x, top if inside else top - ROW))
+            yield line(complex(x, 0), complex(x, top if inside else top - ROW_HEIGHT))
         for row, text in ((row, text) for row, text in enumerate(column.head) if text):
-            yield Words(complex(x + width / 2, top - (row + 1) * ROW + 0.95), text, MEDIUM, 0.5)
+            yield Words(complex(x + width / 2, top - (row + 1) * ROW_HEIGHT + 0.95), text, MEDIUM, 0.5)
         for row, text in enumerate(column.cells):
-            yield Words(complex(x + width - BESIDE, edge - (row + 1) * ROW + 0.95), text, MEDIUM, 1.0)
+            yield Words(complex(x + width - PADDING, edge - (row + 1) * ROW_HEIGHT + 0.95), text, MEDIUM, 1.0)
         x += width
     for row in range(5, rows, 5):
-        yield line(complex(left, edge - row * ROW), complex(right, edge - row * ROW))
+        yield line(complex(left, edge - row * ROW_HEIGHT), complex(right, edge - row * ROW_HEIGHT))

@@ -8,16 +8,16 @@ from camopt.numerics import FloatArray
 from camopt.sheet.dimensions import angular
 from camopt.sheet.marks import LARGE, MEDIUM, Marks, Words, line, upright, width_of
 
-NAMED = 1.2  # mm: from the ring to the names on it
-ACROSS = 6.0  # mm: from the ring to the names across it
-STEP = 1.6  # of the height of names that stand side by side on the ring
+TO_NAMES = 1.2  # mm: from the ring to the names on it
+TO_CROSS_NAMES = 6.0  # mm: from the ring to the names across it
+NAME_STEP = 1.6  # of the height of names that stand side by side on the ring
 CROWDED = 0.8  # of the ring: where names across it need more, they are left out
 
-Segment = tuple[str, float, float]
+Sector = tuple[str, float, float]
 """A name, and between which directions of the ring (rad) it holds."""
 
 
-def ring(segments: list[Segment], radius: float) -> Marks:
+def ring(segments: list[Sector], radius: float) -> Marks:
     """Lines of angles, with names along the ring where a segment is long enough, and across it where it is not."""
     marks: Marks = []
     crowded = []
@@ -31,19 +31,19 @@ def ring(segments: list[Segment], radius: float) -> Marks:
             continue
         turn = upright(middle - pi / 2)
         inverted = cos(turn - (middle - pi / 2)) < 0.0
-        foot = radius + NAMED + (height if inverted else 0.0)
+        foot = radius + TO_NAMES + (height if inverted else 0.0)
         marks.append(Words(foot * np.exp(1j * middle), name, height, 0.5, turn, backed=True))
     return [*marks, *_across(crowded, radius)]
 
 
 def _across(crowded: list[tuple[float, str]], radius: float) -> Marks:
-    foot = radius + ACROSS
-    apart = STEP * MEDIUM / foot
+    foot = radius + TO_CROSS_NAMES
+    apart = NAME_STEP * MEDIUM / foot
     if not crowded or len(crowded) * apart > CROWDED * 2 * pi:
         return []
     marks: Marks = []
     names, wanted = unrolled(crowded)
-    for name, was, turn in zip(names, wanted, spread(wanted, apart), strict=True):
+    for name, was, turn in zip(names, wanted, spread_apart(wanted, apart), strict=True):
         marks.append(line(radius * np.exp(1j * was), (foot - 1.0) * np.exp(1j * turn)))
         reading = upright(float(turn))
         place = 1.0 if cos(turn - reading) < 0.0 else 0.0
@@ -61,7 +61,7 @@ def unrolled(named: list[tuple[float, str]]) -> tuple[list[str], FloatArray]:
     return [name for _, name in ordered[first:] + ordered[:first]], turns + 2 * pi * (turns < turns[0])
 
 
-def spread(wanted: FloatArray, apart: float) -> FloatArray:
+def spread_apart(wanted: FloatArray, apart: float) -> FloatArray:
     """Directions (rising) at least so far apart, as near to those wanted as that allows.
 
     Those that would be too near to each other share the mean of what they want (pool adjacent violators).

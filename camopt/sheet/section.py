@@ -13,13 +13,12 @@ from camopt.contour.hole import keyway_turn
 from camopt.mechanisms.design import ComplexArray
 from camopt.scene.part import Part
 from camopt.sheet import symbols
-from camopt.sheet.dimensions import STEM, datum_at, linear
+from camopt.sheet.dimensions import LEVEL, NEXT, STEM, datum_at, linear
 from camopt.sheet.hole import hole_outline
-from camopt.sheet.marks import CHAIN, THICK, THIN, Marks, Stroke, line, number
+from camopt.sheet.marks import CHAIN, THICK, THIN, Line, Marks, line, number
 
 HATCH = 2.5  # mm between lines at 45°
-LEVEL, NEXT = 8.0, 8.0  # mm: of the first dimension from the part, and from one to the next
-Interval = tuple[float, float]
+Gap = tuple[float, float]
 
 
 def section(outline: ComplexArray, part: Part, scale: float) -> Marks:
@@ -45,7 +44,7 @@ def section(outline: ComplexArray, part: Part, scale: float) -> Marks:
     return [*marks, *_dimensions(part, scale, ends)]
 
 
-def _crossing(outline: ComplexArray) -> list[Interval]:
+def _crossing(outline: ComplexArray) -> list[Gap]:
     """From where to where the vertical through the axis is inside an outline, mm."""
     from shapely import LineString, Polygon, make_valid
 
@@ -58,7 +57,7 @@ def _crossing(outline: ComplexArray) -> list[Interval]:
     return sorted((low, high) for _, low, _, high in bounds if high - low > 1e-9)
 
 
-def _solid(cut: list[Interval], gap: list[Interval], hub: float, plate: float, whole: float) -> Any:
+def _solid(cut: list[Gap], gap: list[Gap], hub: float, plate: float, whole: float) -> Any:
     """What is cut, as a shape of shapely."""
     from shapely import box, union_all
 
@@ -67,15 +66,15 @@ def _solid(cut: list[Interval], gap: list[Interval], hub: float, plate: float, w
     return union_all(bodies).difference(union_all([box(-1.0, low, whole + 1.0, high) for low, high in gap]))
 
 
-def outlines(solid: Any) -> Iterator[Stroke]:
+def outlines(solid: Any) -> Iterator[Line]:
     """Of what is cut."""
     for part in getattr(solid, "geoms", [solid]):
         if not part.is_empty:
             x, y = np.asarray(part.exterior.coords.xy)
-            yield Stroke(x + 1j * y, THICK)
+            yield Line(x + 1j * y, THICK)
 
 
-def hatching(solid: Any) -> Iterator[Stroke]:
+def hatching(solid: Any) -> Iterator[Line]:
     """Thin lines at 45°."""
     from shapely import LineString
 
@@ -88,17 +87,17 @@ def hatching(solid: Any) -> Iterator[Stroke]:
         for part in getattr(inside, "geoms", [inside]):
             if part.geom_type == "LineString" and not part.is_empty:
                 x, y = np.asarray(part.coords.xy)
-                yield Stroke(x + 1j * y, THIN)
+                yield Line(x + 1j * y, THIN)
 
 
-def _mouth(part: Part, scale: float, whole: float) -> Iterator[Stroke]:
+def _mouth(part: Part, scale: float, whole: float) -> Iterator[Line]:
     """The edge where the keyway's wall meets the bore, behind the section."""
     if part.bore and part.keyway_width:
         y = sqrt(part.bore**2 - part.keyway_width**2) / 2 * scale
         yield line(1j * y, whole + 1j * y, pen=THICK)
 
 
-def _dimensions(part: Part, scale: float, ends: Interval) -> Marks:
+def _dimensions(part: Part, scale: float, ends: Gap) -> Marks:
     plate, whole = (part.thickness or 0.0) * scale, max(part.hub_length or 0.0, part.thickness or 0.0) * scale
     bottom = 1j * ends[0]
     marks = linear(bottom + plate, bottom, -1.0, LEVEL, number(part.thickness or 0.0))

@@ -9,7 +9,7 @@ from camopt.drawing.canvas import canvas
 from camopt.mistakes import BadInput, Mistake
 from camopt.problem.problem import Problem
 from camopt.scene.scene import Scene
-from camopt.sheet.cam import Cam
+from camopt.sheet.cam import TrueCam
 from camopt.sheet.layout import Desk, Views, forms, together
 from camopt.sheet.marks import Marks, draw
 from camopt.sheet.notes import texts_of
@@ -22,7 +22,7 @@ TRIED = 40  # scales, down to 1 : 10¹³
 class Sheet(NamedTuple):
     """A paper and all that is on it, in mm from its lower left corner, at a scale."""
 
-    cam: Cam
+    cam: TrueCam
     paper: Paper
     scale: float
     marks: Marks
@@ -55,7 +55,7 @@ def write_sheet(scene: Scene, problem: Problem, path: str | os.PathLike[str]) ->
 
 def sheet_of(scene: Scene, problem: Problem) -> Sheet:
     """The first of the scales and forms, the best first, that holds the drawing."""
-    cam = Cam(scene, problem)
+    cam = TrueCam(scene, problem)
     body = problem.setup.mechanism.body
     width = 2.0 * cam.size * (pi if body.developed else 1.0)
     texts = tuple(texts_of(cam))

@@ -13,16 +13,16 @@ from camopt.sheet.marks import (
     CHAIN,
     LARGE,
     THICK,
+    Line,
     Marks,
-    Stroke,
     Words,
     arc_points,
     box_of,
     circle,
+    closed,
     line,
     number,
     rectangle,
-    ring,
     width_of,
 )
 
@@ -30,12 +30,12 @@ MOTION = 5.0, np.radians(13.0)  # mm; half of the angle at the tip of an arrow t
 PAD = 1.5  # mm: beside the text in it
 
 
-def first_angle(centre: complex) -> Marks:
+def projection(centre: complex) -> Marks:
     """A truncated cone and, right of it, its left end: the projection in which views are seen through the part."""
     small, large, half, over = 1.25, 2.5, 2.5, 1.0
     left, right = centre - 5.0, centre + 5.0
     cone = [left + complex(side * half, end) for side, end in ((-1, small), (1, large), (1, -large), (-1, -small))]
-    marks: Marks = [ring(*cone, pen=THICK), circle(large, THICK, right), circle(small, THICK, right)]
+    marks: Marks = [closed(*cone, pen=THICK), circle(large, THICK, right), circle(small, THICK, right)]
     for middle, reach in ((left, half + over), (right, large + over), (right, 1j * (large + over))):
         marks.append(line(middle - reach, middle + reach, pen=CHAIN))
     return marks
@@ -92,7 +92,7 @@ def profile_tolerance(corner: complex, width: str, datums: Datums) -> Marks:
     marks: Marks = [rectangle(corner, edges[-1] + 1j * CELL)]
     marks += [line(x, x + 1j * CELL) for x in edges[1:-1]]
     base, radius = corner + complex(CELL / 2, CELL * 0.32), LARGE * 0.75
-    marks.append(Stroke(arc_points(radius, 0.0, np.pi, base), THICK))
+    marks.append(Line(arc_points(radius, 0.0, np.pi, base), THICK))
     texts = [width, *letters]
     foot = 1j * (CELL - LARGE) / 2
     return marks + [
@@ -106,7 +106,7 @@ def rotation(radius: float, middle: float, sense: float) -> Marks:
     half, lean = min(np.radians(14.0), 14.0 / radius), sense * MOTION[0] / (2 * radius)
     ends = middle - sense * half, middle + sense * half
     head = arrow(radius * np.exp(1j * ends[1]), 1j * sense * np.exp(1j * (ends[1] - lean)), *MOTION)
-    return [Stroke(arc_points(radius, ends[0], ends[1] - 2 * lean), THICK), head]
+    return [Line(arc_points(radius, ends[0], ends[1] - 2 * lean), THICK), head]
 
 
 def translation(tip: complex, direction: complex, length: float) -> Marks:

@@ -7,10 +7,10 @@ from camopt.sheet import symbols
 from camopt.sheet.marks import BORDER, LARGE, MEDIUM, SMALL, THIN, Marks, Words, fitted_words, rectangle
 from camopt.version import VERSION
 
-WIDTH, HEIGHT, ROW = 180.0, 36.0, 9.0  # mm
-PAD = 0.9  # mm: from the edges of a field
+BLOCK_WIDTH, BLOCK_HEIGHT, ROW = 180.0, 36.0, 9.0  # mm
+FIELD_PAD = 0.9  # mm: from the edges of a field
 LEADING = 1.4  # heights of letters from one line to the next
-TITLE = 5.0  # mm: height of the letters of a short title
+TITLE_HEIGHT = 5.0  # mm: height of the letters of a short title
 FIGURE = "projection"
 
 
@@ -49,17 +49,17 @@ def fields(part: Part, scale: str, paper: str) -> list[Field]:
 
 def title_block(part: Part, scale: str, paper: str) -> Marks:
     """The title block from its lower left corner."""
-    marks: Marks = [rectangle(0j, complex(WIDTH, HEIGHT), BORDER)]
+    marks: Marks = [rectangle(0j, complex(BLOCK_WIDTH, BLOCK_HEIGHT), BORDER)]
     for field in fields(part, scale, paper):
         marks.append(
             rectangle(complex(field.x, field.y), complex(field.x + field.width, field.y + field.height), THIN)
         )
         if field.name == FIGURE:
-            marks += symbols.first_angle(complex(field.x + field.width / 2, field.y + field.height / 2))
+            marks += symbols.projection(complex(field.x + field.width / 2, field.y + field.height / 2))
             continue
-        top = field.y + field.height - PAD - SMALL
-        marks.append(Words(complex(field.x + PAD, top), field.name, SMALL))
-        marks += _value(field, top - PAD)
+        top = field.y + field.height - FIELD_PAD - SMALL
+        marks.append(Words(complex(field.x + FIELD_PAD, top), field.name, SMALL))
+        marks += _value(field, top - FIELD_PAD)
     return marks
 
 
@@ -68,12 +68,12 @@ def _value(field: Field, top: float) -> Marks:
     if not field.value:
         return []
     tall = field.height > ROW
-    heights = (TITLE, LARGE, MEDIUM, SMALL) if tall else (LARGE, MEDIUM, SMALL)
-    room = field.width - 2 * PAD
+    heights = (TITLE_HEIGHT, LARGE, MEDIUM, SMALL) if tall else (LARGE, MEDIUM, SMALL)
+    room = field.width - 2 * FIELD_PAD
     texts, height = fitted_words(field.value, room, 1, heights[:-2] if tall else heights[:-1])
     if texts[0] != " ".join(field.value.split()):
         texts, height = fitted_words(field.value, room, 2, (MEDIUM, SMALL) if tall else (SMALL,))
     step = height * LEADING
-    foot = field.y + PAD + (len(texts) - 1) * step
+    foot = field.y + FIELD_PAD + (len(texts) - 1) * step
     foot += max(0.0, (top - height - foot) / 2)
-    return [Words(complex(field.x + PAD, foot - k * step), text, height) for k, text in enumerate(texts)]
+    return [Words(complex(field.x + FIELD_PAD, foot - k * step), text, height) for k, text in enumerate(texts)]

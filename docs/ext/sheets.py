@@ -7,7 +7,7 @@ import matplotlib
 from cycler import cycler
 from sphinx_gallery.scrapers import figure_rst
 
-from camopt.drawing.sheet import Sheet
+from camopt.drawing.sheet import EmptyFigure
 from camopt.drawing.style import FAINT, RC, SERIES
 
 DPI = 110
@@ -34,9 +34,9 @@ def dress(gallery_conf: dict[str, Any], name: str) -> None:
 
 def scrape(block: Any, block_vars: dict[str, Any], gallery_conf: dict[str, Any]) -> str:
     """The figure that the last expression of a block gives, and those that it names, each drawn once."""
-    seen: list[Sheet] = block_vars.setdefault("sheets", [])
+    seen: list[EmptyFigure] = block_vars.setdefault("sheets", [])
     values = block_vars["example_globals"].values()
-    found = {id(value): value for value in values if isinstance(value, Sheet) and value not in seen}
+    found = {id(value): value for value in values if isinstance(value, EmptyFigure) and value not in seen}
     seen += found.values()
     paths = []
     for sheet, path in zip(found.values(), block_vars["image_path_iterator"], strict=False):

@@ -13,9 +13,9 @@ from support.depth import covering, times
 
 from camopt import BadInput, Scene, cam_points, find_scene, shipped_scenes
 from camopt.contour.curve import curve_of, curves_of
-from camopt.contour.deviation import deviation
+from camopt.contour.deviation import deviation_bound
 from camopt.contour.fit import FITS, biarcs, fitted
-from camopt.contour.follow import check, follow
+from camopt.contour.follow import check_kind, follow
 from camopt.contour.path import ArcPath
 from camopt.problem.problem import resolve_design
 
@@ -112,7 +112,7 @@ def test_a_bound_that_is_too_small_is_never_given():
     path, proved = follow(curve)
     for shift in (0.01, 0.01j):
         moved = ArcPath(path.vertices + shift, path.bulges, path.angles, path.spans)
-        assert 0.01 - proved <= deviation(curve, moved) <= 0.03
+        assert 0.01 - proved <= deviation_bound(curve, moved) <= 0.03
 
 
 def test_the_rotating_arc_of_a_dwell_is_one_arc():
@@ -143,7 +143,7 @@ def test_biarcs_have_the_points_and_tangents_given(heading, end):
 )
 def test_what_cannot_be_followed_is_said(kind, chord):
     with pytest.raises(BadInput, match=r"one of arcs, spline, polyline|from 1e-06 to 10 mm"):
-        check(kind, chord)
+        check_kind(kind, chord)
 
 
 @settings(max_examples=times(12, deep=300))

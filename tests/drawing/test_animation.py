@@ -17,7 +17,7 @@ from test_figures import OTHERS, made
 import camopt
 from camopt import BadInput, animate, find_scene
 from camopt.cli.main import main
-from camopt.drawing.bodies import ANGLES, FRAMES, SECONDS
+from camopt.drawing.bodies import FRAME_ANGLES, FRAMES, TURN_TIME
 from camopt.drawing.canvas import canvas
 from camopt.drawing.frames import ffmpeg, write_mp4
 from camopt.drawing.moving_svg import moving_svg
@@ -68,11 +68,11 @@ def displacement_of(scene):
     """At the frames, mm or deg: by the formulas of the laws of a rise and a return; of moves as points have it."""
     if scene.motion[0].segment == "move":
         angular = scene.follower.motion == "oscillating"
-        found = camopt.cam_points(scene, np.degrees(ANGLES[:-1]))[
+        found = camopt.cam_points(scene, np.degrees(FRAME_ANGLES[:-1]))[
             "displacement_deg" if angular else "displacement_mm"
         ]
         return np.append(found, found[0])
-    lift, angles = scene.motion[0].lift, np.degrees(ANGLES)
+    lift, angles = scene.motion[0].lift, np.degrees(FRAME_ANGLES)
     rise, fall = np.clip(angles / 120, 0, 1), np.clip((angles - 160) / 100, 0, 1)
     up, down = rise - np.sin(2 * np.pi * rise) / (2 * np.pi), 10 * fall**3 - 15 * fall**4 + 6 * fall**5
     return lift * (up - down)
@@ -84,7 +84,7 @@ def test_the_svg_moves_the_follower_by_the_displacement(name):
     scene, groups = SCENES[name], turning(name)
     grooved, angular = scene.cam.form == "cylindrical", scene.follower.motion == "oscillating"
     ccw = 1.0 if scene.cam.rotation == "ccw" else -1.0
-    assert {motion.get("dur") for motion in groups.values()} == {f"{SECONDS:g}s"}
+    assert {motion.get("dur") for motion in groups.values()} == {f"{TURN_TIME:g}s"}
     cam, follower = (values_of(groups[body]) for body in ("body-0", "body-2" if grooved else "body-1"))
     if grooved:  # the surface goes once round
         points_per_mm = -cam[-1, 0] / (2 * np.pi * scene.cam.mean_radius)
@@ -92,7 +92,7 @@ def test_the_svg_moves_the_follower_by_the_displacement(name):
     else:
         axes = staged(name)[1].bodies[0].axes
         points_per_mm = axes.get_position().width * DISC_SIZE[0] * 72 / np.ptp(axes.get_xlim())
-        np.testing.assert_allclose(cam[:, 0], -ccw * np.degrees(ANGLES), atol=1e-3)
+        np.testing.assert_allclose(cam[:, 0], -ccw * np.degrees(FRAME_ANGLES), atol=1e-3)
     displacement = displacement_of(scene)
     risen = displacement - displacement[0]
     if angular:
@@ -127,8 +127,9 @@ def test_a_groove_passes_under_its_roller():
         picture, stage, root = staged(name)
         surface, _, follower = stage.bodies[:3]
         problem = picture.problem
-        here = problem.setup.mechanism.travel(problem.design, problem.programme, ANGLES % (2 * np.pi)).trace
-        at = here + np.where(ANGLES[-1] == ANGLES, 2 * np.pi * problem.design.size[0], 0.0)  # the turn after it
+        here = problem.setup.mechanism.travel(problem.design, problem.programme, FRAME_ANGLES % (2 * np.pi)).trace
+        turned = np.where(FRAME_ANGLES[-1] == FRAME_ANGLES, 2 * np.pi * problem.design.size[0], 0.0)
+        at = here + turned  # the turn after it
         centre = follower.moved(here[:1])[0]
         np.testing.assert_allclose(at + surface.shifts, centre, atol=1e-9)
         (group,) = [group for group in root.iter(f"{G}g") if group.get("id") == "body-0"]
@@ -160,7 +161,7 @@ def test_the_command_writes_a_gif_whose_first_frame_is_the_picture_without_motio
     assert file.stat().st_size < 2 << 20
     with Image.open(file) as image:
         assert (image.n_frames, image.size, image.info["loop"]) == (FRAMES, (900, 540), 0)
-        assert image.info["duration"] == round(1000 * SECONDS / FRAMES)
+        assert image.info["duration"] == round(1000 * TURN_TIME / FRAMES)
         shown = []
         for frame in (0, 1, 50, FRAMES - 1):
             image.seek(frame)

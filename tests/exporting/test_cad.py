@@ -22,7 +22,7 @@ from support.depth import covering
 
 from camopt import BadInput, Scene, evaluate, export, find_scene, shipped_scenes
 from camopt.exporting import shapes, step, stl
-from camopt.exporting.groove import groove_of, undercut_at
+from camopt.exporting.groove import carved, undercut_at
 from camopt.exporting.solid import solid_of
 from camopt.exporting.step import quiet, text
 from camopt.exporting.stl import is_watertight, read_triangles, volume
@@ -132,12 +132,12 @@ def test_a_disc_read_back_is_whole_as_large_as_green_says_and_within_the_chord_b
     scene = disc(name)
     told = step.write(work_of(scene), tmp_path / "cam.step", CHORD, curves)
     off, solid, true = told.curves["profile"].deviation_mm, read_back(tmp_path / "cam.step"), true_profile(scene)
-    assert shapes.is_sound(solid)
+    assert shapes.is_closed(solid)
     assert off <= CHORD
     assert kinds(solid) == EDGES[curves]
     length = np.abs(np.diff(true)).sum()
     expected = 16 * enclosed(true) + 14 * pi * 12**2 - 30 * hole(PLATE)
-    assert abs(shapes.volume(solid) - expected) <= 16 * length * off + 1e-7 * expected
+    assert abs(shapes.volume_of(solid) - expected) <= 16 * length * off + 1e-7 * expected
     measured = shapes.measures(solid)
     assert {key: told.about[key] for key in ("faces", "edges")} == {
         key: measured[key] for key in ("faces", "edges")
@@ -174,7 +174,7 @@ def test_volumes_of_plate_hub_bore_and_keyway_add_up(part, tmp_path):
     inside = hole(sizes) if "bore" in sizes else 0.0
     expected = plate * enclosed(true) + (whole - plate) * pi / 4 * sizes["hub_diameter"] ** 2 - whole * inside
     assert told.about["volume_mm3"] == pytest.approx(expected, rel=2e-5)
-    assert shapes.volume(read_back(tmp_path / "cam.step")) == pytest.approx(told.about["volume_mm3"], rel=1e-9)
+    assert shapes.volume_of(read_back(tmp_path / "cam.step")) == pytest.approx(told.about["volume_mm3"], rel=1e-9)
 
 
 @settings(max_examples=8, phases=[Phase.explicit, Phase.generate])
@@ -197,7 +197,7 @@ def test_any_part_that_goes_together_is_a_solid(thickness, bore, share, depth, a
     found = solid_of(work_of(scene), 0.01, "arcs")
     area = enclosed(true_profile(scene, 5001))
     expected = thickness * area + longer * pi / 4 * hub["hub_diameter"] ** 2 - (thickness + longer) * hole(part)
-    assert shapes.volume(found.shape) == pytest.approx(expected, rel=1e-3)
+    assert shapes.volume_of(found.shape) == pytest.approx(expected, rel=1e-3)
 
 
 def furthest_from_axis(scene, points):
@@ -233,7 +233,7 @@ def test_a_groove_read_back_is_whole_and_touches_its_roller_at_every_depth(name,
     scene = GROOVES[name]
     told = step.write(work_of(scene), tmp_path / "cam.step", CHORD)
     solid = read_back(tmp_path / "cam.step")
-    assert shapes.is_sound(solid)
+    assert shapes.is_closed(solid)
     assert told.about["wall_deviation_measured_mm"] <= CHORD
     mass = evaluate(scene.replace(outputs=["cam_mass_kg"]))["cam_mass_kg"]
     assert told.about["volume_mm3"] == pytest.approx(mass / scene.part.density * 1e9, rel=1e-4)
@@ -251,7 +251,7 @@ def test_a_groove_read_back_is_whole_and_touches_its_roller_at_every_depth(name,
 @pytest.mark.parametrize("name", GROOVES)
 def test_the_true_wall_is_on_the_solid(name, tmp_path):
     work = work_of(GROOVES[name])
-    solid, groove = solid_of(work, CHORD, "arcs"), groove_of(work)
+    solid, groove = solid_of(work, CHORD, "arcs"), carved(work)
     middle = work.part.thickness / 2 - (0.0 if work.problem.setup.angular else work.problem.programme.lift / 2)
     for sector in groove.sectors():
         for side in (-1.0, 1.0):
@@ -274,7 +274,7 @@ def test_the_groove_of_a_small_cam_is_undercut_at_its_bottom_alone(tmp_path):
     scene = GROOVES["groove-ccw"].replace(**{"cam.mean_radius": 30, "part.bore": 5})
     deep = scene.replace(**{"part.groove_depth": 40})
     assert not evaluate(deep.replace(outputs=["undercut"]))["undercut"]
-    assert undercut_at(groove_of(work_of(deep))) < 30
+    assert undercut_at(carved(work_of(deep))) < 30
     with pytest.raises(BadInput, match=r"part.groove_depth = 40.0: must be smaller: at the radius .* cut away"):
         step.write(work_of(deep), tmp_path / "cam.step")
     assert not list(tmp_path.iterdir())

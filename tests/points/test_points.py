@@ -6,7 +6,7 @@ import pytest
 import camopt
 from camopt import BadInput, cam_points, evaluate, find_scene
 from camopt.cli.main import main
-from camopt.points.loads import column_of
+from camopt.points.loads import load_column
 
 LOADED = {
     "cam.rpm": 300,
@@ -75,13 +75,13 @@ def test_loads_along_the_turn_reach_their_extremes():
     smooth = [{**segment, "law": "cycloidal"} if "law" in segment else segment for segment in motion]
     scene = find_scene("two-pauses").replace(**LOADED, motion=smooth)  # no peak just before a jump
     found, cam = cam_points(scene, step=0.1), evaluate(scene)
-    loads = {n for n in cam if isinstance(cam[n], float) and column_of(n) in found and n != column_of(n)}
+    loads = {n for n in cam if isinstance(cam[n], float) and load_column(n) in found and n != load_column(n)}
     every = ["contact_force_max_N", "torque_min_N_m", "normal_force_max_N", "side_thrust_max_N", "film_ratio_min"]
     every += ["guide_reaction_max_N", "stem_bending_stress_max_MPa", "contact_stress_max_MPa", "overshoot_max_mm"]
     every += ["roller_speed_max_rpm", "contact_force_elastic_min_N", "acceleration_elastic_max_m_s2"]
     assert {*every} <= loads
     for name in loads:
-        column = found[column_of(name)]
+        column = found[load_column(name)]
         signed = name.startswith(("contact_force", "torque", "film"))
         largest = column if signed else np.abs(column)
         assert (largest.min() if "_min" in name else largest.max()) == pytest.approx(cam[name], rel=1e-3), name

@@ -19,11 +19,11 @@ from support.sheets import faults_of
 
 from camopt import Scene, cam_points, evaluate, export, find_scene, shipped_scenes
 from camopt.problem.problem import resolve_design
-from camopt.sheet.cam import Cam
-from camopt.sheet.marks import LARGE, MEDIUM, THICK, Stroke, Words, fitted_words, number, width_of
+from camopt.sheet.cam import TrueCam
+from camopt.sheet.marks import LARGE, MEDIUM, THICK, Line, Words, fitted_words, number, width_of
 from camopt.sheet.notes import texts_of
 from camopt.sheet.paper import A3, A4, scale_name, scales
-from camopt.sheet.ring import ring, spread, unrolled
+from camopt.sheet.ring import ring, spread_apart, unrolled
 from camopt.sheet.section import section
 from camopt.sheet.sheet import sheet_of
 from camopt.sheet.title_block import fields, title_block
@@ -134,11 +134,11 @@ def test_segments_are_those_of_the_scene(name):
 def test_a_move_goes_one_way_or_is_called_a_move():
     names = ["rise 70°", "constant velocity 60°", "move 80°", "constant velocity 48°", "return 62°", "dwell 40°"]
     assert [
-        name for name, _, _ in Cam(SCENES["belt-matching"], resolve_design(SCENES["belt-matching"])).segments
+        name for name, _, _ in TrueCam(SCENES["belt-matching"], resolve_design(SCENES["belt-matching"])).segments
     ] == names
     there_and_back = [{"segment": "move", "angle": 360, "to": 0, "through": [{"angle": 90, "position": 10}]}]
     scene = find_scene("belt-matching").replace(motion=there_and_back)
-    assert [name for name, _, _ in Cam(scene, resolve_design(scene)).segments] == ["move 360°"]
+    assert [name for name, _, _ in TrueCam(scene, resolve_design(scene)).segments] == ["move 360°"]
 
 
 @pytest.mark.parametrize("name", CHECKED)
@@ -167,7 +167,7 @@ def test_a_cutter_is_not_told_where_no_flank_is_hollow():
     said = {
         each: " ".join(
             texts_of(
-                Cam(
+                TrueCam(
                     scene.replace(**{"cam.base_radius": each}),
                     resolve_design(scene.replace(**{"cam.base_radius": each})),
                 )
@@ -183,10 +183,10 @@ def test_a_cutter_is_not_told_where_no_flank_is_hollow():
 def test_a_section_has_no_line_inside_its_metal():
     """Where plate and hub meet they are one."""
     part = PLATE.whole_part
-    outline = Cam(PLATE, resolve_design(PLATE)).curve("profile")
+    outline = TrueCam(PLATE, resolve_design(PLATE)).curve("profile")
     plate, hub = part.thickness, part.hub_diameter / 2
     for mark in section(outline, part, 1.0):
-        if isinstance(mark, Stroke) and mark.pen == THICK and np.all(mark.points.real == plate):
+        if isinstance(mark, Line) and mark.pen == THICK and np.all(mark.points.real == plate):
             assert np.abs(mark.points.imag).min() >= hub
 
 
@@ -380,7 +380,7 @@ def test_text_is_as_wide_as_it_is_taken_for(page):
 @given(st.lists(st.floats(0, 6.28), min_size=1, max_size=40), st.floats(1e-3, 0.1))
 def test_names_are_spread_as_far_as_needed_and_no_further(turns, apart):
     wanted = np.sort(turns)
-    found = spread(wanted, apart)
+    found = spread_apart(wanted, apart)
     assert np.all(np.diff(found) >= apart * (1 - 1e-9) - 1e-12)
     assert found.mean() == pytest.approx(wanted.mean(), abs=1e-9)
     if wanted.size > 1 and np.diff(wanted).min() >= apart:

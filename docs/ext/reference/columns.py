@@ -9,7 +9,7 @@ from pathlib import Path
 
 from camopt.effects import EFFECTS
 from camopt.mechanisms import MECHANISMS
-from camopt.points.points import ABOUT, FORM
+from camopt.points.points import COLUMN_NOTES, FORM
 from camopt.quantities import AT_LEAST, DISCIPLINES, GEOMETRY, QUANTITIES, Quantity
 
 from . import keys
@@ -113,8 +113,10 @@ def symbols() -> Iterator[str]:
 
 def of_points() -> Iterator[str]:
     """Columns of points: those of the turn, and of each curve by what follows its name."""
-    rows = [(f"`{name}`", unit, said) for name, (unit, said) in ABOUT.items() if name.endswith(("_deg", "_mm"))]
-    curves = {name: said for name, (_, said) in ABOUT.items() if not name.endswith(("_deg", "_mm"))}
+    rows = [
+        (f"`{name}`", unit, said) for name, (unit, said) in COLUMN_NOTES.items() if name.endswith(("_deg", "_mm"))
+    ]
+    curves = {name: said for name, (_, said) in COLUMN_NOTES.items() if not name.endswith(("_deg", "_mm"))}
     rows += [
         (f"`{curve}_{end}`", unit or "–", f"{said} {more}".strip())
         for curve, said in curves.items()

@@ -5,7 +5,7 @@ import numpy as np
 from matplotlib.patches import Circle
 
 import camopt
-from camopt.drawing.style import BODY, FAINT, INK, MUTED, PITCH, SERIES
+from camopt.drawing.style import BODY, FAINT, INK, MUTED, PITCH_COLOUR, SERIES
 from camopt.problem.problem import resolve_design
 
 scene = camopt.Scene.from_dict({
@@ -27,7 +27,7 @@ normal = (trace - pole) / abs(trace - pole)
 figure, axes = plt.subplots(figsize=(7, 5), layout="constrained")
 axes.fill(profile.real, profile.imag, color=BODY)
 axes.plot(profile.real, profile.imag, color=INK, lw=1.3)
-axes.plot(pitch.real, pitch.imag, color=PITCH, lw=1.0, ls=(0, (6, 2)))
+axes.plot(pitch.real, pitch.imag, color=PITCH_COLOUR, lw=1.0, ls=(0, (6, 2)))
 axes.add_patch(Circle((trace.real, trace.imag), 9, fill=False, ec=INK, lw=1.3))
 tip = trace + 22 * normal
 axes.plot([pole.real, tip.real], [0, tip.imag], color=SERIES[1], lw=1.3)
@@ -46,7 +46,7 @@ for words, place, offset in (
     ("contact $T - R_r\\,n$", trace - 9 * normal, (14, -14)),
 ):
     axes.annotate(words, (place.real, place.imag), offset, textcoords="offset points")
-axes.text(-46, 22, "pitch curve", color=PITCH)
+axes.text(-46, 22, "pitch curve", color=PITCH_COLOUR)
 axes.text(-14, -17, "profile", color=INK)
 axes.text(9, trace.imag + 22, "axis of the follower", color=MUTED)
 axes.set_aspect("equal")

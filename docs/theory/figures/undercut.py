@@ -3,7 +3,7 @@
 import matplotlib.pyplot as plt
 
 import camopt
-from camopt.drawing.style import INK, PITCH
+from camopt.drawing.style import INK, PITCH_COLOUR
 
 turns = (
     ("undercut", 16, 30, [("rise", 60, 26), ("return", 60, 26), ("dwell", 240, 0)]),
@@ -20,7 +20,9 @@ for axes, (title, base, roller, segments) in zip(row, turns, strict=True):
         ],
     })  # fmt: skip
     points = camopt.cam_points(scene, step=0.1)
-    axes.plot(points["pitch_x_mm"], points["pitch_y_mm"], color=PITCH, lw=0.9, ls=(0, (6, 2)), label="pitch curve")
+    axes.plot(
+        points["pitch_x_mm"], points["pitch_y_mm"], color=PITCH_COLOUR, lw=0.9, ls=(0, (6, 2)), label="pitch curve"
+    )
     axes.plot(points["profile_x_mm"], points["profile_y_mm"], color=INK, lw=1.2, label="profile")
     axes.plot(0, 0, "+", color=INK)
     axes.set_title(
