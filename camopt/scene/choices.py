@@ -45,7 +45,11 @@ def _kind_of_choice(value: Any) -> str:
     return "range/" if isinstance(value, (dict, Range)) else "values/"
 
 
-ListedValues = Annotated[tuple[Anywhere, ...], Field(min_length=1), BeforeValidator(as_list)]
+ListedValues = Annotated[
+    tuple[Anywhere, ...],
+    Field(min_length=1),
+    BeforeValidator(as_list, json_schema_input_type=Anywhere | list[Anywhere]),
+]
 Choice = (
     Annotated[
         Annotated[Range, Tag("range/")] | Annotated[ListedValues, Tag("values/")],
@@ -53,7 +57,9 @@ Choice = (
     ]
     | None
 )
-ListedNumbers = Annotated[tuple[Number, ...], Field(min_length=1), BeforeValidator(as_list)]
+ListedNumbers = Annotated[
+    tuple[Number, ...], Field(min_length=1), BeforeValidator(as_list, json_schema_input_type=Number | list[Number])
+]
 NumberChoice = Annotated[
     Annotated[NumberRange, Tag("range/")] | Annotated[ListedNumbers, Tag("values/")],
     Discriminator(_kind_of_choice),
@@ -91,14 +97,12 @@ def free_numbers(table: type[Table], given: Any, where: str = "") -> dict[str, A
 
 def _free(table: type[Table], key: str, value: Any, where: str) -> Any:
     """The choice for one number of a table, or the choices for those of a table in it."""
-    hints = {name: hint for name, hint in _hints(table).items() if name not in SEARCHED}
-    hint = hints.get(key)
-    inner = next((each for each in get_args(hint) if isinstance(each, type) and issubclass(each, Table)), None)
-    if inner is not None:
-        return free_numbers(inner, value, where)
-    number = _number_in(hint)
+    numbers = numbers_of(table)
+    number = numbers.get(key)
+    if isinstance(number, type):
+        return free_numbers(number, value, where)
     if number is None:
-        known = [name for name, hint in hints.items() if _number_in(hint) is not None]
+        known = [name for name, hint in numbers.items() if not isinstance(hint, type)]
         why = (
             f"is a size: write search.{key}"
             if key in SEARCHED
@@ -114,10 +118,17 @@ def _free(table: type[Table], key: str, value: Any, where: str) -> Any:
     return choice
 
 
-def _hints(table: type[Table]) -> dict[str, Any]:
-    """The types of the keys of a table."""
+def numbers_of(table: type[Table]) -> dict[str, Any]:
+    """The keys of a table that ``[search]`` may free, each with the type of its number, or the table in it."""
     hints = get_type_hints(table, include_extras=True)
-    return {key: hints[key] for key in table.model_fields}
+    found = {key: _free_in(hints[key]) for key in table.model_fields if key not in SEARCHED}
+    return {key: hint for key, hint in found.items() if hint is not None}
+
+
+def _free_in(hint: Any) -> Any:
+    """The table or the number that a type has among its members."""
+    tables = (each for each in get_args(hint) if isinstance(each, type) and issubclass(each, Table))
+    return next(tables, None) or _number_in(hint)
 
 
 def _number_in(hint: Any) -> Any:

@@ -47,6 +47,9 @@ from camopt.shown import Drawn, Shown
 from camopt.storage.files import read_bytes
 from camopt.storage.manifest import settled_path
 
+SCHEMA = "scene.schema.json"
+"""The file beside this one that ``camopt.scene.schema`` makes."""
+
 
 class Scene(Shown, Drawn, Table):
     """A whole question. Made from tables, from TOML (``from_toml``) or from a mapping (``from_dict``).
@@ -297,8 +300,14 @@ def shipped_scenes() -> tuple[str, ...]:
 
 
 def shipped_toml(name: str) -> str:
-    """The text of a shipped scene."""
-    return (resources.files("camopt.scene") / "shipped" / f"{name}.toml").read_text(encoding="utf-8")
+    """The text of a shipped scene, without the line that leads from there to the schema."""
+    text = (resources.files("camopt.scene") / "shipped" / f"{name}.toml").read_text(encoding="utf-8")
+    return text.removeprefix(f"#:schema ../{SCHEMA}\n")
+
+
+def with_schema(text: str) -> str:
+    """A scene as text whose first line leads linters and editors to the schema of this installation."""
+    return f"#:schema {Path(__file__).with_name(SCHEMA).as_uri()}\n{text}"
 
 
 def find_scene(name: str | os.PathLike[str]) -> Scene:

@@ -21,7 +21,11 @@ from camopt.scene.tables import (
     is_whole,
 )
 
-Laws = Annotated[tuple[LawName, ...], Field(min_length=1), BeforeValidator(as_list)]
+Laws = Annotated[
+    tuple[LawName, ...],
+    Field(min_length=1),
+    BeforeValidator(as_list, json_schema_input_type=LawName | list[LawName]),
+]
 MOST_SAMPLES, MOST_SEED = 2**22, 2**32 - 1  # 32 MB a size
 
 

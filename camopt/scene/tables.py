@@ -18,6 +18,7 @@ from pydantic import (
 from camopt.mechanisms.body import Form
 from camopt.mechanisms.follower import MotionName, TipName
 from camopt.mistakes import BadInput, nearest
+from camopt.motion import LAWS
 from camopt.quantities import BOUNDED, DISCIPLINES, EVERYTHING, QUANTITIES, SIGNED
 from camopt.scene.complaints import TAGS, mistakes_of
 from camopt.scene.law_forms import DEGREES
@@ -48,7 +49,7 @@ def _known(names: Any, what: str) -> Any:
             raise ValueError(f"{what}; {nearest(str(value), names)}")
         return value
 
-    return BeforeValidator(validate)
+    return BeforeValidator(validate, json_schema_input_type=Literal[*names])
 
 
 def one_line(value: Any) -> Any:
@@ -76,7 +77,7 @@ def _is_switch(value: Any) -> Any:
 
 
 Switch = Annotated[bool, BeforeValidator(_is_switch)]
-LawName = Annotated[str, BeforeValidator(_is_name)]
+LawName = Annotated[str, BeforeValidator(_is_name, json_schema_input_type=Literal[*LAWS] | str)]
 MaterialName = Annotated[str, _known(MATERIALS, "a material")]
 QuantityName = Annotated[str, _known(QUANTITIES, "a quantity")]
 
@@ -108,7 +109,14 @@ class Cam(Table):
     """A disc cam turns about an axis square to the motion, a cylindrical one carries a groove on its mantle."""
     rotation: Literal["ccw", "cw"] = "ccw"
     """Sense of rotation, as seen in pictures: ccw (anticlockwise) or cw."""
-    rpm: Annotated[Number, BeforeValidator(_turns), Field(le=1e15)] | None = None
+    rpm: (
+        Annotated[
+            Number,
+            Field(le=1e15),
+            BeforeValidator(_turns, json_schema_input_type=Annotated[float, Field(ge=SLOWEST, le=1e15)]),
+        ]
+        | None
+    ) = None
     """Speed of the cam, constant; without it, derivatives are by cam angle; rev/min."""
     base_radius: Length | None = None
     """Least radius of the profile of a disc cam; mm."""
@@ -126,10 +134,11 @@ def _kind_of_load(value: Any) -> str:
     return "file/" if isinstance(value, str) else "rows/" if isinstance(value, (list, tuple)) else "constant/"
 
 
+Rows = Annotated[
+    tuple[Any, ...], BeforeValidator(_rows, json_schema_input_type=list[tuple[float, float]])
+]  # what is in them is checked with the scene
 Load = Annotated[
-    Annotated[Anywhere, Tag("constant/")]
-    | Annotated[str, Tag("file/")]
-    | Annotated[tuple[Any, ...], BeforeValidator(_rows), Tag("rows/")],  # what is in them is checked with the scene
+    Annotated[Anywhere, Tag("constant/")] | Annotated[str, Tag("file/")] | Annotated[Rows, Tag("rows/")],
     Discriminator(_kind_of_load),
 ]
 
@@ -470,11 +479,13 @@ def as_list(value: Any) -> Any:
     return [value] if isinstance(value, (Real, str)) and not isinstance(value, bool) else value
 
 
+OutputName = Annotated[str, _known((*QUANTITIES, *DISCIPLINES, EVERYTHING), "a quantity, an effect or all")]
 Outputs = Annotated[
-    tuple[Annotated[str, _known((*QUANTITIES, *DISCIPLINES, EVERYTHING), "a quantity, an effect or all")], ...],
-    BeforeValidator(as_list),
+    tuple[OutputName, ...], BeforeValidator(as_list, json_schema_input_type=OutputName | list[OutputName])
 ]
-Quantities = Annotated[tuple[QuantityName, ...], BeforeValidator(as_list)]
+Quantities = Annotated[
+    tuple[QuantityName, ...], BeforeValidator(as_list, json_schema_input_type=QuantityName | list[QuantityName])
+]
 
 
 def _is_peak(value: Any) -> Any:

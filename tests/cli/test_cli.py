@@ -697,3 +697,16 @@ def test_the_pages_have_the_units_that_are_read():
     for key, units in keys:
         for angular in ways.get(key, (False, True)):
             assert QUANTITIES[number_quantity(f"follower.dynamics.{key}", angular=angular)].unit == units[angular]
+
+
+def test_the_schema_is_printed(run_json):
+    from camopt.scene.schema import scene_schema
+
+    assert run_json("schema") == (0, scene_schema())
+
+
+def test_a_shell_completes_commands(run, monkeypatch):
+    monkeypatch.setenv("_CAMOPT_COMPLETE", "bash_complete")
+    monkeypatch.setenv("COMP_WORDS", "camopt sy")
+    monkeypatch.setenv("COMP_CWORD", "1")
+    assert run()[:2] == (0, "plain,synthesise\n")

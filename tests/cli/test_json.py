@@ -18,6 +18,7 @@ COMMANDS = {
     "spectrum": ["effects", "two-pauses", "--spectrum"],
     "laws": ["laws"],
     "scenes": ["scenes"],
+    "schema": ["schema"],
     "compare": ["compare", "SCENE", "two-pauses"],
     "scene": ["scenes", "two-pauses"],
 }

@@ -30,7 +30,7 @@ ROOMS = {
     "motion": "mistakes numerics",
     "mechanisms": "kernels numerics motion",
     "effects": "quantities numerics motion mechanisms",
-    "scene": "mistakes storage quantities shown numerics motion mechanisms",
+    "scene": "mistakes version storage quantities shown numerics motion mechanisms",
     "problem": "mistakes quantities numerics motion mechanisms effects scene",
     "tables": "mistakes version storage quantities shown numerics motion mechanisms scene problem",
     "verdicts": "mistakes quantities shown numerics motion mechanisms effects scene problem tables",

@@ -11,6 +11,7 @@ from camopt.effects import EFFECTS
 from camopt.mechanisms import MECHANISMS
 from camopt.points.points import COLUMN_NOTES, FORM
 from camopt.quantities import AT_LEAST, DISCIPLINES, GEOMETRY, QUANTITIES, Quantity
+from camopt.scene.places import TABLES
 
 from . import keys
 from .markdown import entry, prose, symbol, table
@@ -86,7 +87,7 @@ def of_quantities(alike: list[Quantity]) -> Iterator[str]:
 def key_link(key: str) -> str:
     """A link to a key of the scene, for keys that are documented ones."""
     place, _, name = key.rpartition(".")
-    known = place in keys.PLACES and name in keys.PLACES[place][0].model_fields
+    known = place in TABLES and name in TABLES[place].model_fields
     return f"{{key}}`{key}`" if known else f"`{key}`"
 
 

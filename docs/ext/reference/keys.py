@@ -1,13 +1,11 @@
 """The keys of a scene, out of its tables: what each is, its unit, what it allows and what needs it."""
 
 import json
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import suppress
 from functools import cache
 from itertools import product
 from typing import Any
-
-from sphinx.pycode import ModuleAnalyzer
 
 from camopt import BadInput, Scene
 from camopt.effects import lacking
@@ -16,75 +14,21 @@ from camopt.mechanisms.follower import Tip
 from camopt.problem.limits import Limit
 from camopt.problem.problem import resolve
 from camopt.problem.unused import READERS
-from camopt.scene.choices import Range
+from camopt.scene.keys import Key, keys_of
 from camopt.scene.materials import MATERIALS
-from camopt.scene.tables import Dynamics, Element, OwnLaw, Segment, ShortLimits, Table, Through
+from camopt.scene.places import TABLES, TOP, heading
+from camopt.scene.tables import ShortLimits
 
-from .markdown import code, digits, entry, prose, table
+from .markdown import entry, prose, table
 
 PAIRINGS = {
     f"{mechanism.body.form}, {mechanism.motion.name} {tip.name}": (mechanism, tip)
     for mechanism in MECHANISMS.values()
     for tip in mechanism.tips
 }
-PLACES: dict[str, tuple[type[Table], str]] = {
-    **{
-        name: (field.annotation, f"[{name}]")  # type: ignore[dict-item]
-        for name, field in Scene.model_fields.items()
-        if isinstance(field.annotation, type) and issubclass(field.annotation, Table)
-    },
-    "follower.dynamics": (Dynamics, "[follower.dynamics]"),
-    "motion": (Segment, "[[motion]]"),
-    "motion.through": (Through, "[[motion.through]]"),
-    "profile": (Element, "[[profile]]"),
-    "laws.NAME": (OwnLaw, "[laws.NAME]"),
-    "search.KEY": (Range, "[search.KEY]"),
-}
-"""Every table by where it stands in a scene, with its heading there. ``limits`` have a page of their own."""
 ORDER = ("cam", "follower", "follower.dynamics", "motion", "motion.through", "profile", "laws.NAME", "search")
 ORDER += ("search.KEY", "synthesis", "materials", "part", "accuracy")
-
-
-def said_of(model: type[Table], key: str) -> tuple[str, str]:
-    """What the docstring of a key says, and the unit that it ends with; "" where it has none."""
-    home = next(base for base in model.__mro__ if key in vars(base).get("__annotations__", {}))
-    lines = ModuleAnalyzer.for_module(home.__module__).find_attr_docs()[home.__name__, key]
-    text = " ".join(lines).strip().removesuffix(".")
-    sentence, mark, unit = text.rpartition("; ")
-    return (sentence, unit) if mark else (text, "")
-
-
-def allowed(schema: dict[str, Any]) -> str:
-    """What a JSON schema allows, in words."""
-    match schema:
-        case {"anyOf": kinds} | {"oneOf": kinds}:
-            return " or ".join(allowed(kind) for kind in kinds if kind.get("type") != "null")
-        case {"enum": values}:
-            return code(f'"{value}"' for value in values)
-        case {"$ref": target}:
-            return f"a table of {target.rpartition('/')[2]}"
-        case {"type": "array", "prefixItems": items}:
-            return f"[{', '.join(allowed(item) for item in items)}]"
-        case {"type": "array", "items": item}:
-            return f"a list of: {allowed(item)}" if item else "rows"
-        case {"type": "object"}:
-            return "a table"
-        case {"type": "number" | "integer" as kind}:
-            return f"{'a whole number' if kind == 'integer' else 'a number'}{between(schema)}"
-        case {"type": "boolean"}:
-            return "true or false"
-    return "a text"
-
-
-def between(schema: dict[str, Any]) -> str:
-    """The bounds of a number in words."""
-    least, most, below = (
-        schema.get(word, schema.get(short))  # pydantic writes the short ones beside a validator
-        for word, short in (("minimum", "ge"), ("maximum", "le"), ("exclusiveMaximum", "lt"))
-    )
-    words = [f"from {digits(least)}"] if least is not None else []
-    words += [f"to {digits(most)}"] if most is not None else [f"below {digits(below)}"] if below is not None else []
-    return " ".join(["", *words])
+"""The tables; ``limits`` have a page of their own."""
 
 
 def needed_by(place: str, key: str) -> str:
@@ -97,30 +41,28 @@ def needed_by(place: str, key: str) -> str:
     return ""
 
 
-def keys_of(place: str, names: Iterable[str] = ()) -> Iterator[str]:
+def facts_of(key: Key) -> str:
+    """What a key is, its unit, what it allows, and what it is if not given."""
+    gives = f"; `{json.dumps(key.default)}` if not given" if key.default is not None else ""
+    gives = "; needed" if key.needed else gives
+    return " ".join([key.sentence, *([f"**{key.unit}**."] if key.unit else []), f"Allowed: {key.allowed}{gives}."])
+
+
+def entries(place: str) -> Iterator[str]:
     """The keys of a table, each an entry."""
-    model = PLACES[place][0] if place else Scene
-    properties = model.model_json_schema()["properties"]
-    for key in names or model.model_fields:
-        sentence, unit = said_of(model, key)
-        schema, field = properties[key], model.model_fields[key]
-        default = schema.get("default")
-        gives = f"; `{json.dumps(default)}` if not given" if default not in (None, []) else ""
-        gives = "; needed" if field.is_required() else gives
-        facts = [f"{sentence}.", f"**{unit}**." if unit else "", f"Allowed: {allowed(schema)}{gives}."]
-        if users := needed_by(place, key):
-            facts.append(f"Used by {users}.")
-        yield from entry("key", [f"{place}.{key}" if place else key], " ".join(filter(None, facts)))
+    for key in keys_of(place):
+        users = needed_by(place, key.key.rpartition(".")[2])
+        yield from entry("key", [key.key], facts_of(key) + (f" Used by {users}." if users else ""))
 
 
 def of_scene() -> Iterator[str]:
     """All tables of a scene but the limits."""
     yield "## At the top"
-    yield from keys_of("", ("name", "outputs"))
+    yield from entries(TOP)
     for place in ORDER:
-        model, heading = PLACES[place]
-        yield from ("", f"(table-{place.replace('.', '-').lower()})=", f"## {heading}", "", prose(model.__doc__))
-        yield from keys_of(place)
+        label = f"(table-{place.replace('.', '-').lower()})="
+        yield from ("", label, f"## {heading(place)}", "", prose(TABLES[place].__doc__))
+        yield from entries(place)
 
 
 def materials() -> Iterator[str]:
@@ -187,12 +129,10 @@ def limits() -> dict[str, list[Limit]]:
 
 def of_limits() -> Iterator[str]:
     """The keys of ``[limits]``, each with the quantities that it is compared with."""
-    properties = ShortLimits.model_json_schema()["properties"]
-    for key, each in limits().items():
-        sentence, unit = said_of(ShortLimits, key)
+    for key in keys_of("limits", ShortLimits.model_fields):
+        each = limits()[key.key.removeprefix("limits.")]
         relation = each[0].relation
         compared = dict.fromkeys(name for limit in each for name in limit.shown)
         columns = ", ".join(f"{{quantity}}`{name}`" for name in compared)
         words = {"±": "magnitude at most the bound", "≤": "at most the bound", "≥": "at least the bound"}
-        facts = f"{sentence}. **{unit}**. Allowed: {allowed(properties[key])}."
-        yield from entry("key", [f"limits.{key}"], f"{facts} Compares {columns}: {words[relation]}.")
+        yield from entry("key", [key.key], f"{facts_of(key)} Compares {columns}: {words[relation]}.")

@@ -27,13 +27,3 @@ def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterator[str]:
 def symbol(text: str) -> str:
     """A symbol, or a sentence with symbols of one letter, with subscripts."""
     return re.sub(r"(?<!\w)(\w)_(\w+)", r"\1{sub}`\2`", text)
-
-
-def digits(value: float) -> str:
-    """A number, short."""
-    return re.sub(r"e([+-])0*", lambda found: "e" + found[1].strip("+"), f"{value:g}").replace("-", "−")
-
-
-def code(names: Iterable[str]) -> str:
-    """Names as code, separated by commas."""
-    return ", ".join(f"`{name}`" for name in names)

@@ -1,0 +1,81 @@
+"""The keys of a scene in words: what each is, its unit, what it allows, and what it is if not given."""
+
+import re
+from collections.abc import Iterable, Iterator
+from typing import Any, NamedTuple
+
+from camopt.scene.places import TABLES, TOP, said_of
+from camopt.scene.schema import table_schema
+
+
+class Key(NamedTuple):
+    """A key of a scene, as people read of it."""
+
+    key: str
+    table: str
+    unit: str
+    """"" where it has none to say."""
+    allowed: str
+    default: Any
+    """None where there is none."""
+    needed: bool
+    sentence: str
+
+
+def keys_of(place: str, names: Iterable[str] = ()) -> Iterator[Key]:
+    """The keys of a table."""
+    model = TABLES[place]
+    properties = table_schema(place)
+    for name in names or model.model_fields:
+        if place != TOP or name not in {each.split(".")[0] for each in TABLES}:
+            sentence, unit = said_of(model, name)
+            field, schema = model.model_fields[name], properties[name]
+            default = None if schema.get("default") in (None, []) else schema["default"]
+            key = f"{place}.{name}" if place else name
+            yield Key(key, place, unit, allowed(schema), default, field.is_required(), f"{sentence}.")
+
+
+def allowed(schema: dict[str, Any]) -> str:
+    """What a JSON schema allows, in words."""
+    match schema:
+        case {"anyOf": kinds}:
+            named = [kind for kind in kinds if "enum" not in kind]  # of texts that are free, some are only proposed
+            return " or ".join(allowed(kind) for kind in (named if {"type": "string"} in kinds else kinds))
+        case {"enum": [_, *_] as values}:
+            return names_of(values)
+        case {"$ref": target} | {"allOf": [{"$ref": target}]}:
+            return "a range" if target.endswith("Range") else f"a table of {target.rpartition('/')[2]}"
+        case {"type": "array", "items": item, "maxItems": 2}:
+            return f"[{allowed(item)}, {allowed(item)}]"
+        case {"type": "array", "items": item}:
+            return f"a list of: {allowed(item)}"
+        case {"type": "object"}:
+            return "a table"
+        case {"type": "number" | "integer" as kind}:
+            return f"{'a whole number' if kind == 'integer' else 'a number'}{between(schema)}"
+        case {"type": "boolean"}:
+            return "true or false"
+    return "a text"
+
+
+MOST_NAMES = 12
+
+
+def names_of(values: list[str]) -> str:
+    """Words that a key may have; of many, how many there are."""
+    if len(values) > MOST_NAMES:
+        return f"one of {len(values)} names"
+    return ", ".join(f'"{value}"' for value in values)
+
+
+def between(schema: dict[str, Any]) -> str:
+    """The bounds of a number in words."""
+    least, most, below = map(schema.get, ("minimum", "maximum", "exclusiveMaximum"))
+    words = [f"from {digits(least)}"] if least is not None else []
+    words += [f"to {digits(most)}"] if most is not None else [f"below {digits(below)}"] if below is not None else []
+    return " ".join(["", *words])
+
+
+def digits(value: float) -> str:
+    """A number, short."""
+    return re.sub(r"e([+-])0*", lambda found: "e" + found[1].strip("+"), f"{value:g}").replace("-", "−")

@@ -1,0 +1,62 @@
+"""The tables of a scene by where they stand, and what the code says of their keys: one place for each fact."""
+
+import ast
+import inspect
+from functools import cache
+from itertools import pairwise
+from textwrap import dedent
+
+from camopt.scene.choices import Range
+from camopt.scene.scene import Scene
+from camopt.scene.tables import Dynamics, Element, OwnLaw, Segment, Table, Through
+
+TOP = ""
+"""Where the keys before the first table of a scene stand."""
+TABLES: dict[str, type[Table]] = {
+    TOP: Scene,
+    **{
+        name: field.annotation
+        for name, field in Scene.model_fields.items()
+        if isinstance(field.annotation, type) and issubclass(field.annotation, Table)
+    },
+    "follower.dynamics": Dynamics,
+    "motion": Segment,
+    "motion.through": Through,
+    "profile": Element,
+    "laws.NAME": OwnLaw,
+    "search.KEY": Range,
+}
+"""Every table by where it stands in a scene."""
+LISTS = ("motion", "motion.through", "profile")
+"""Those of which a scene has several."""
+
+
+def heading(place: str) -> str:
+    """How a table begins in a scene."""
+    return f"[[{place}]]" if place in LISTS else f"[{place}]"
+
+
+def said_of(model: type[Table], key: str) -> tuple[str, str]:
+    """What the docstring of a key says, without its full stop; and the unit that it ends with, "" if none."""
+    text = model.model_fields[key].description or next(
+        said[key] for base in model.__mro__ if key in (said := _docstrings(base))
+    )
+    sentence, mark, unit = text.removesuffix(".").rpartition("; ")
+    return (sentence, unit) if mark else (text.removesuffix("."), "")
+
+
+@cache
+def _docstrings(model: type) -> dict[str, str]:
+    """The texts under the keys of a class, in one line each."""
+    if "__annotations__" not in vars(model) or model.__module__.split(".")[0] == "pydantic":
+        return {}
+    try:
+        (tree,) = ast.parse(dedent(inspect.getsource(model))).body
+    except OSError:  # it was made, not written
+        return {}
+    found: dict[str, str] = {}
+    for key, text in pairwise(tree.body if isinstance(tree, ast.ClassDef) else []):
+        match key, text:
+            case ast.AnnAssign(target=ast.Name(id=name)), ast.Expr(value=ast.Constant(value=str(said))):
+                found[name] = " ".join(said.split())
+    return found

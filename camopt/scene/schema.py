@@ -1,0 +1,90 @@
+"""The JSON Schema of scenes, made from the tables and their docstrings: for editors and linters of TOML."""
+
+from typing import Any
+
+from pydantic import TypeAdapter
+
+from camopt.scene.choices import NumberChoice, NumberRange, numbers_of
+from camopt.scene.places import TABLES, said_of
+from camopt.scene.scene import Scene
+from camopt.scene.tables import Table
+from camopt.version import SITE
+
+DIALECT = "http://json-schema.org/draft-07/schema#"
+"""What every linter reads; nothing here needs a later one."""
+BOUNDS = {"ge": "minimum", "le": "maximum", "lt": "exclusiveMaximum", "gt": "exclusiveMinimum"}
+MODELS = {model.__name__: (place, model) for place, model in TABLES.items()}
+
+
+def scene_schema(site: str = SITE) -> dict[str, Any]:
+    """The schema of a whole scene; with links to the reference where the address of the site is known."""
+    made = Scene.model_json_schema()
+    tables = {name: _described(_shaped(each), *MODELS[name], site) for name, each in made.pop("$defs").items()}
+    for name in ("cam", "follower", "materials"):
+        tables["Search"]["properties"][name] |= _free(TABLES[name], f"search.{name}", site)
+    tables["NumberRange"] = _described(_shaped(NumberRange.model_json_schema()), "search.KEY", NumberRange, site)
+    top = _described(_shaped(made), *MODELS["Scene"], site)
+    about = {"$schema": DIALECT, "title": "camopt scene"}
+    return {**about, **top, "description": "A cam, its follower, and what is asked of them.", "definitions": tables}
+
+
+def table_schema(place: str) -> dict[str, Any]:
+    """What the keys of a table allow, by key."""
+    made = Scene.model_json_schema()
+    table = made if place == "" else made["$defs"][TABLES[place].__name__]
+    properties: dict[str, Any] = _shaped(table)["properties"]
+    return properties
+
+
+def _shaped(schema: Any) -> Any:
+    """What pydantic makes, in the words of the dialect, and as TOML has it: without nulls."""
+    if isinstance(schema, list):
+        return [_shaped(each) for each in schema]
+    if not isinstance(schema, dict):
+        return schema
+    if "$ref" in schema:
+        return {"$ref": schema["$ref"].replace("$defs", "definitions")}
+    found = {BOUNDS.get(key, key): _shaped(value) for key, value in schema.items() if key != "title"}
+    found |= (
+        {"properties": {k: _shaped(v) for k, v in schema["properties"].items()}} if "properties" in schema else {}
+    )
+    if found.get("default", found) in (None, [], {}):
+        del found["default"]
+    if rows := found.pop("prefixItems", None):
+        found["items"] = rows[0]
+    kinds = [kind for kind in found.pop("anyOf", found.pop("oneOf", [])) if kind != {"type": "null"}]
+    if len(kinds) == 1:
+        return kinds[0] | found
+    return found | ({"anyOf": [each for kind in kinds for each in kind.get("anyOf", [kind])]} if kinds else {})
+
+
+def _described(schema: dict[str, Any], place: str, model: type[Table], site: str) -> dict[str, Any]:
+    """A table whose keys say what the code says of them."""
+    if "description" in schema:
+        schema["description"] = schema["description"].split("\n\n")[0].replace("\n", " ")
+    for name, each in schema["properties"].items():
+        _describe(each, model, name, f"{place}.{name}" if place else name, site)
+    return schema
+
+
+def _describe(schema: dict[str, Any], model: type[Table], name: str, key: str, site: str) -> None:
+    """Text, unit and link of a key."""
+    if target := schema.pop("$ref", None):  # what stands beside a reference is not read
+        schema["allOf"] = [{"$ref": target}]
+    sentence, unit = said_of(model, name)
+    schema["description"] = f"{sentence}. Unit: {unit}." if unit else f"{sentence}."
+    if site:
+        page = f"{site}/reference/{'limits' if key.startswith('limits.') else 'scene'}.html#key-{key}"
+        schema["description"] += f" [Reference]({page})"
+        schema["x-taplo"] = {"links": {"key": page}}
+
+
+def _free(table: type[Table], place: str, site: str) -> dict[str, Any]:
+    """The numbers of a table as ``[search]`` takes them: each a range or a list."""
+    choice = _shaped(TypeAdapter(NumberChoice).json_schema())
+    properties: dict[str, Any] = {}
+    for name, inner in numbers_of(table).items():
+        nested = isinstance(inner, type) and issubclass(inner, Table)
+        properties[name] = _free(inner, f"{place}.{name}", site) if nested else {"anyOf": [*choice["anyOf"]]}
+        _describe(properties[name], table, name, place.removeprefix("search.") + f".{name}", site)
+    return {"type": "object", "additionalProperties": False, "properties": properties}
