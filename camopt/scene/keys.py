@@ -4,6 +4,7 @@ import re
 from collections.abc import Iterable, Iterator
 from typing import Any, NamedTuple
 
+from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.scene.places import TABLES, TOP, said_of
 from camopt.scene.schema import table_schema
 
@@ -35,6 +36,24 @@ def keys_of(place: str, names: Iterable[str] = ()) -> Iterator[Key]:
             yield Key(key, place, unit, allowed(schema), default, field.is_required(), f"{sentence}.")
 
 
+def found_keys(name: str | None = None) -> list[Key]:
+    """The keys of a table, or those of a name, such as rpm or cam.rpm; all without one.
+
+    Raises
+    ------
+    BadInput
+        If there is neither such a table nor such a key.
+    """
+    if name in TABLES:
+        return [*keys_of(name)]
+    keys = [key for place in TABLES for key in keys_of(place)]
+    found = [key for key in keys if name is None or f".{key.key}".endswith(f".{name}")]
+    if not found:
+        known = [*filter(None, TABLES), *dict.fromkeys(key.key.rpartition(".")[2] for key in keys)]
+        raise BadInput([Mistake("camopt", "table", name, f"a table or a key; {nearest(str(name), known)}")])
+    return found
+
+
 def allowed(schema: dict[str, Any]) -> str:
     """What a JSON schema allows, in words."""
     match schema:
@@ -44,7 +63,7 @@ def allowed(schema: dict[str, Any]) -> str:
         case {"enum": [_, *_] as values}:
             return names_of(values)
         case {"$ref": target} | {"allOf": [{"$ref": target}]}:
-            return "a range" if target.endswith("Range") else f"a table of {target.rpartition('/')[2]}"
+            return "a range" if target.endswith("Range") else "a table"
         case {"type": "array", "items": item, "maxItems": 2}:
             return f"[{allowed(item)}, {allowed(item)}]"
         case {"type": "array", "items": item}:

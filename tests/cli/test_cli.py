@@ -710,3 +710,13 @@ def test_a_shell_completes_commands(run, monkeypatch):
     monkeypatch.setenv("COMP_WORDS", "camopt sy")
     monkeypatch.setenv("COMP_CWORD", "1")
     assert run()[:2] == (0, "plain,synthesise\n")
+
+
+def test_keys_are_listed_by_table_and_by_name(run, run_json):
+    code, text, _ = run("keys", "cam")
+    assert (code, "rev/min" in text, "follower" in text) == (0, True, False)
+    code, found = run_json("keys", "rpm")
+    assert (code, [key["key"] for key in found], found[0]["unit"]) == (0, ["cam.rpm"], "rev/min")
+    code, found = run_json("keys")
+    assert {"name", "limits.torque_rms_N_m", "laws.NAME.scca", "search.KEY.step"} <= {key["key"] for key in found}
+    assert "did you mean rpm?" in run("keys", "rpmm")[2]

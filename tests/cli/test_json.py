@@ -19,6 +19,7 @@ COMMANDS = {
     "laws": ["laws"],
     "scenes": ["scenes"],
     "schema": ["schema"],
+    "keys": ["keys"],
     "compare": ["compare", "SCENE", "two-pauses"],
     "scene": ["scenes", "two-pauses"],
 }

@@ -20,10 +20,6 @@ SCHEMA = FOLDER / "scene.schema.json"
 READER = jsonschema.Draft7Validator(json.loads(SCHEMA.read_text(encoding="utf-8")))
 
 
-def test_the_file_is_what_the_tables_make():
-    assert json.loads(SCHEMA.read_text(encoding="utf-8")) == scene_schema(), "camopt schema > its file"
-
-
 def test_it_is_a_schema():
     jsonschema.Draft7Validator.check_schema(scene_schema())
 

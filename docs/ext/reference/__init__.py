@@ -1,4 +1,7 @@
-"""Parts of pages that are made from the code: each line `<!-- made: NAME -->` of a page stands for one.
+"""Parts of pages that are made from the code: each stands between `<!-- made: NAME -->` and `<!-- made -->`.
+
+They are kept in the pages, so that a checkout has them; `docs/make.py` makes them anew. Pictures are made with
+the site.
 
 Quantities, keys and laws are objects of the site: the search finds them, and {quantity}`NAME`, {key}`NAME` and
 {law}`NAME` lead to them.
@@ -13,6 +16,7 @@ from sphinx.domains.std import GenericObject
 
 from . import columns, keys, laws, rooms, scenes
 
+DOCS = Path(__file__).parents[2]
 MADE: dict[str, Callable[[], Iterable[str]]] = {
     "keys": keys.of_scene,
     "limits": keys.of_limits,
@@ -22,17 +26,29 @@ MADE: dict[str, Callable[[], Iterable[str]]] = {
     "mechanisms": columns.mechanisms,
     "laws": laws.all_laws,
     "law-peaks": laws.peaks,
-    "scenes": scenes.shipped,
     "rooms": rooms.of_package,
     "exits": rooms.exit_codes,
     "points": columns.of_points,
 }
-MARK = re.compile(r"^<!-- made: ([a-z-]+) -->$", re.MULTILINE)
+MARK = re.compile(r"^<!-- made: ([a-z-]+) -->\n.*?^<!-- made -->$", re.MULTILINE | re.DOTALL)
+DRAWN = "<!-- drawn: scenes -->"
+
+
+def filled(page: str) -> str:
+    """A page with its parts as the code has them now."""
+    return MARK.sub(lambda mark: "\n".join([f"<!-- made: {mark[1]} -->", *MADE[mark[1]](), "<!-- made -->"]), page)
+
+
+def pages() -> dict[Path, str]:
+    """The pages that have such parts, as they should be."""
+    texts = {path: path.read_text(encoding="utf-8") for path in sorted(DOCS.rglob("*.md"))}
+    return {path: filled(text) for path, text in texts.items() if MARK.search(text)}
 
 
 def fill(app: Sphinx, name: str, source: list[str]) -> None:
-    """Put the parts into a page as it is read."""
-    source[0] = MARK.sub(lambda mark: "\n".join(MADE[mark[1]]()), source[0])
+    """Put the pictures of scenes into the page as it is read."""
+    if DRAWN in source[0]:
+        source[0] = source[0].replace(DRAWN, "\n".join(scenes.shipped()))
 
 
 def write(app: Sphinx) -> None:

@@ -1,0 +1,26 @@
+"""Makes anew what is made from the code and kept beside it: parts of pages, and the schema of scenes.
+
+python docs/make.py
+"""
+
+import json
+import sys
+from pathlib import Path
+
+DOCS = Path(__file__).parent
+sys.path.insert(0, str(DOCS / "ext"))
+
+from reference import pages  # noqa: E402
+
+from camopt.scene.schema import scene_schema  # noqa: E402
+
+
+def made() -> dict[Path, str]:
+    """The files with their texts as they should be."""
+    schema = json.dumps(scene_schema(), indent=2, ensure_ascii=False) + "\n"
+    return {**pages(), DOCS.parent / "camopt" / "scene" / "scene.schema.json": schema}
+
+
+if __name__ == "__main__":
+    for file, text in made().items():
+        file.write_text(text, encoding="utf-8")
