@@ -1,11 +1,13 @@
 """The picture of what accuracy costs: error against time, log-log, the losing methods in it."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from camopt.drawing.canvas import Target, canvas
 from camopt.drawing.labels import Label, around, settle
-from camopt.drawing.style import FAINT, INK, MUTED, PAGE_TITLE, SERIES, SMALL, TITLE, dress
+from camopt.drawing.style import FAINT, HEADING, INK, MUTED, PAGE_TITLE, SERIES, SMALL, dress
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -16,30 +18,29 @@ PENS: dict[str, dict[str, Any]] = {
     "enclosure": {"color": SERIES[0], "marker": "D"},
     "balls": {"color": INK, "marker": "^"},
 }
-LABELLED = (36, 360, 720, 3600)  # angles that are written at their points
-LABELS: dict[str, Callable[[dict[str, Any]], str]] = {
-    "sampling": lambda row: f"{row['setting']:g} angles" if row["setting"] in LABELLED else "",
-    "sampling, polished": lambda row: "",
-    "enclosure": lambda row: f"to {row['setting']:.0e}",
-    "balls": lambda row: "any digits, proved",
+POINT_LABELS: dict[Any, str] = {
+    "balls": "any digits",
+    ("sampling", 36): "36 angles",
+    ("sampling", 360): "360",
+    ("sampling", 3600): "3600 angles",
+    **{("enclosure", 10.0**-k): f"asked for 1e-{k:02}" for k in (4, 6, 9, 12)},
 }
-LABEL_DISTANCES = (7.0, 14.0, 22.0, 32.0)  # points: of a label from its point
+LABEL_DISTANCES = (6.0, 12.0, 20.0, 30.0)  # points: of a label from its point
 FLOOR = 3e-17  # errors below a double's rounding are drawn there
 EPSILON = 2.2e-16
+USUAL_TOLERANCE = 1e-9  # the tolerance of a scene that names none
 
 
 def draw(rows: Sequence[dict[str, Any]], path: Target = None, title: str = "") -> "Figure":
     """Draw what accuracy costs: the largest error of each method against its time, a diagram for each quantity."""
     names = list(dict.fromkeys(row["quantity"] for row in rows))
-    with canvas(path, (6.4 * len(names), 5.6), powers=True, layout="constrained") as figure:
+    with canvas(path, (4.3 * len(names), 4.6), powers=True, layout="constrained") as figure:
         heading = f"What accuracy costs: {title}" if title else "What accuracy costs"
         figure.suptitle(heading, x=0.01, ha="left", fontsize=PAGE_TITLE, weight="bold")
         panels = figure.subplots(1, len(names), squeeze=False, sharey=True)[0]
-        labels = [
-            label
-            for axes, name in zip(panels, names, strict=True)
-            for label in _draw(axes, name, [row for row in rows if row["quantity"] == name])
-        ]
+        labels: list[Label] = []
+        for axes, name in zip(panels, names, strict=True):
+            labels += _draw(axes, name, [row for row in rows if row["quantity"] == name])
         panels[0].set_ylabel("largest relative error, against ball arithmetic")
         handles = dict(zip(*reversed(panels[0].get_legend_handles_labels()), strict=True))
         figure.legend(handles.values(), handles, loc="outside lower center", ncols=len(handles))
@@ -49,27 +50,36 @@ def draw(rows: Sequence[dict[str, Any]], path: Target = None, title: str = "") -
 
 def _draw(axes: Any, name: str, rows: list[dict[str, Any]]) -> list[Label]:
     """One quantity; the labels of its points."""
-    axes.set(xscale="log", yscale="log", xlabel="time for each design, ns", ylim=(FLOOR / 3, 3.0))
-    axes.set_title(name, loc="left", fontsize=TITLE)
+    from matplotlib.ticker import EngFormatter
+
+    axes.set(xscale="log", yscale="log", xlabel="time for each design", ylim=(FLOOR / 3, 3.0))
+    axes.xaxis.set_major_formatter(EngFormatter("s"))
+    axes.set_title(f"{name}\n{_told(rows)}", loc="left", fontsize=HEADING)
     axes.axhspan(FLOOR / 3, EPSILON, color=FAINT, alpha=0.2, lw=0)
     axes.text(0.01, 0.01, "below a double's rounding", transform=axes.transAxes, fontsize=SMALL, color=MUTED)
     labels = []
     for method, pen in PENS.items():
         points = sorted((row for row in rows if row["method"] == method), key=lambda row: float(row["setting"]))
-        times = [row["ns_per_design"] for row in points]
-        errors = [max(row["error_max"], FLOOR) for row in points]
+        times, errors = (
+            [row["ns_per_design"] / 1e9 for row in points],
+            [max(row["error_max"], FLOOR) for row in points],
+        )
         axes.plot(times, errors, "-", lw=1.4, ms=5, label=method, **pen)
-        texts = [LABELS[method](row) for row in points]
+        texts = [POINT_LABELS.get((method, row["setting"]), POINT_LABELS.get(method, "")) for row in points]
         style, places = {"fontsize": SMALL, "color": pen["color"]}, around(LABEL_DISTANCES)
-        labels += [
-            Label(axes, text, at, places, style)
-            for text, at in zip(texts, zip(times, errors, strict=True), strict=True)
-            if text
-        ]
-        if method == "enclosure":
-            asked = [row["setting"] for row in points]
-            axes.plot(times, asked, ls="none", mfc="white", ms=5, label="enclosure, error asked for", **pen)
-            axes.vlines(times, errors, asked, color=pen["color"], lw=0.8, alpha=0.6)
-    axes.set_xlim(left=min(20.0, *(row["ns_per_design"] for row in rows)))
+        placed = zip(texts, zip(times, errors, strict=True), strict=True)
+        labels += [Label(axes, text, at, places, style) for text, at in placed if text]
     dress(axes)
     return labels
+
+
+def _told(rows: list[dict[str, Any]]) -> str:
+    """What the usual accuracy takes, and how many samples that is; empty where it was not measured."""
+    samples = sorted((row["ns_per_design"], row["setting"]) for row in rows if row["method"] == "sampling")
+    found = [
+        row["ns_per_design"] for row in rows if (row["method"], row["setting"]) == ("enclosure", USUAL_TOLERANCE)
+    ]
+    if not samples or not found:
+        return ""
+    times, angles = zip(*samples, strict=True)
+    return f"1e-9, proved, in {found[0] / 1e3:.2g} µs: the time of {np.interp(found[0], times, angles):.0f} samples"

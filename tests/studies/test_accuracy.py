@@ -46,8 +46,8 @@ SCENES = {
 
 @pytest.fixture(autouse=True)
 def _few_designs(monkeypatch):
+    monkeypatch.setattr(accuracy.subjects, "DESIGNS", 128)
     for module in (accuracy.subjects, accuracy.table):
-        monkeypatch.setattr(module, "DESIGNS", 128)
         monkeypatch.setattr(module, "REFERENCED", 4)
     monkeypatch.setattr(accuracy.table, "RUNS", 1)
 

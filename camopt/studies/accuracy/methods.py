@@ -29,27 +29,31 @@ class Method:
     run: Callable[[Any, int, Programme, Any], Extremal]
 
 
-def sampled(angles: int, polish: bool) -> Callable[[Any, int, Programme, Any], Extremal]:
+def sampled(angles: int, polish: bool = False) -> Method:
+    """Sampling, with a parabola through the peak or without."""
+
     def run(f: Any, count: int, programme: Programme, questions: Any) -> Extremal:
         value = np.empty((len(questions), count))
         sampled_extremes(f, count, sample_table(programme, angles), questions, polish, value)
         return value, np.zeros_like(value)
 
-    return run
+    return Method("sampling, polished" if polish else "sampling", angles, run)
 
 
-def enclosed(tolerance: float) -> Callable[[Any, int, Programme, Any], Extremal]:
+def enclosed(tolerance: float) -> Method:
+    """Enclosures to a tolerance."""
+
     def run(f: Any, count: int, programme: Programme, questions: Any) -> Extremal:
         found = extremes(f, count, programme.table, questions, Precision(tolerance, np.inf))
         return found.value, found.width
 
-    return run
+    return Method("enclosure", tolerance, run)
 
 
 METHODS = (
-    *(Method("sampling", n, sampled(n, False)) for n in ANGLES),
-    *(Method("sampling, polished", n, sampled(n, True)) for n in POLISHED),
-    *(Method("enclosure", t, enclosed(t)) for t in TOLERANCES),
+    *(sampled(angles) for angles in ANGLES),
+    *(sampled(angles, polish=True) for angles in POLISHED),
+    *(enclosed(tolerance) for tolerance in TOLERANCES),
 )
 
 

@@ -1,73 +1,69 @@
-"""The reference: extremes to 50 digits in ball arithmetic, found by a secant and proved to be the largest."""
+"""The reference: extremes to 25 digits in ball arithmetic, found by a secant and proved to be the largest."""
 
 from typing import Any, cast
 
 from flint import arb
 
+from camopt.effects.peak import Peak
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
-from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
+from camopt.problem.claims import SIDES
 from camopt.problem.problem import Problem
-from camopt.studies.accuracy.subjects import Subject
 from camopt.verdicts.ball import as_arb, precisely
 from camopt.verdicts.certify import turn_of
 from camopt.verdicts.deciding import HELD, Statement, decide
-from camopt.verdicts.exact_curve import in_balls, of_curve
+from camopt.verdicts.exact_curve import of_curve
 from camopt.verdicts.exact_laws import Stretch, stretches_of
 from camopt.verdicts.exact_motion import ExactStroke, motion_at
 
 STEPS = 40  # of the secant
 ALIKE = arb(2) ** -83  # 1e-25, exact at any precision
-SIGNS = {LARGEST: (1,), LEAST: (-1,), LARGEST_MAGNITUDE: (1, -1)}  # of a curve whose largest value answers a goal
 
 
 @precisely()
-def reference(subject: Subject, problem: Problem, design: Designs, where: FloatArray) -> arb:
-    """The oriented extreme of one design to 50 digits: by a secant in balls from a kernel's cam angles, and proved.
+def reference(peak: Peak, problem: Problem, exact: Designs, near: float) -> arb:
+    """The extreme of one design in balls, by a secant from the cam angle of a kernel's, and proved.
 
     Raises
     ------
     ArithmeticError
-        If the proof that nothing is larger fails.
+        If the proof that nothing is beyond fails.
     """
-    motion = turn_of(problem.programme)
-    made = subject.make(in_balls(design), cast(Programme, motion))
-    best: arb | None = None
-    for (kinds, goal), angle in zip(subject.questions, where, strict=True):
-        for sign in SIGNS[int(goal)]:
-            for value in _candidates(made, motion, problem.programme, int(kinds), float(angle), sign):
-                best = value if best is None or value > best else best
-    assert best is not None
-    for kinds, goal in subject.questions:
-        for sign in SIGNS[int(goal)]:
-            claim = Statement(of_curve(made), int(kinds), arb(sign), best + abs(best) * ALIKE)
-            if decide(claim, motion) != HELD:
-                raise ArithmeticError(f"no proof of the {subject.name} of {design}")
-    return best
+    ((make, kinds),), motion = peak.curves, turn_of(problem.programme)
+    values = of_curve(make(exact, cast(Programme, motion)))
+    sides = [Statement(values, kinds, arb(side), arb(0)) for side in SIDES[peak.goal]]
+    candidates = [each for side in sides for each in _candidates(side, motion, problem.programme, near)]
+    best = candidates[0]
+    for value in candidates[1:]:
+        best = value if value > best else best
+    for side in sides:
+        if decide(side._replace(bound=best + abs(best) * ALIKE), motion) != HELD:
+            raise ArithmeticError(f"no proof of the extreme of {exact}")
+    return best * SIDES[peak.goal][0]
 
 
-def _candidates(made: Any, motion: Any, programme: Programme, kinds: int, angle: float, sign: int) -> list[arb]:
-    """Oriented values at the ends of the pieces of a law around a cam angle, and where the slope is zero inside."""
-    found, asked = [], Statement(of_curve(made), kinds, arb(sign), arb(0))
+def _candidates(side: Statement, motion: Any, programme: Programme, near: float) -> list[arb]:
+    """Values at the ends of the pieces of a law around a cam angle, and where the slope is zero inside."""
+    found = []
     for stroke, plain in zip(motion.strokes, programme.strokes, strict=True):
-        about = asked.on(stroke)
-        if about is None or not plain.start - 1e-6 <= angle <= plain.end + 1e-6:
+        about = side.on(stroke)
+        if about is None or not plain.start - 1e-6 <= near <= plain.end + 1e-6:
             continue
         for piece in stretches_of(stroke.law) if stroke.law else (None,):
-            for x in _places(about, stroke, piece, (angle - plain.start) / plain.angle):
+            for x in _places(about, stroke, piece, (near - plain.start) / plain.angle):
                 moved = motion_at(stroke, piece, x)
                 if about.applies(moved[1].arb)[0]:
-                    found.append(as_arb(about.values(moved)[0]) * sign)
+                    found.append(as_arb(about.values(moved)[0]) * side.factor)
     return found
 
 
-def _places(asked: Statement, stroke: ExactStroke, piece: Stretch | None, near: float) -> list[arb]:
+def _places(about: Statement, stroke: ExactStroke, piece: Stretch | None, near: float) -> list[arb]:
     """The ends of a piece of a law, and where the slope of a curve is zero inside it near some x, by secants."""
     if piece is None:
         return [arb(0)]
 
     def slope(x: arb) -> arb:
-        return as_arb(asked.values(motion_at(stroke, piece, x))[1]).mid()
+        return as_arb(about.values(motion_at(stroke, piece, x))[1]).mid()
 
     x = arb(near)
     if not piece.start - 1e-6 < x < piece.end + 1e-6:

@@ -1,59 +1,191 @@
-"""What is computed: the quantities that a designer acts on, and the designs to compute them of."""
+"""What is computed: the peaks that a designer acts on, the smallest radius, and the designs to compute them of."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
+from flint import arb
+from scipy.optimize import elementwise
 
+from camopt.effects.peak import Peak
 from camopt.mechanisms import Designs
-from camopt.motion.programme import Programme
-from camopt.motion.table import DWELL, RETURN, RISE, TURN
-from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST, FloatArray
-from camopt.problem.problem import Problem
+from camopt.numerics import FloatArray
+from camopt.numerics.extremes import Precision, extremes
+from camopt.problem.limits import peak_of
+from camopt.problem.problem import EXACT, Problem
 from camopt.problem.sample import searched_space
+from camopt.studies.accuracy.methods import Method, enclosed
+from camopt.studies.accuracy.reference import ALIKE, reference
+from camopt.verdicts.ball import Ball, as_arb, precisely
+from camopt.verdicts.exact_curve import BALLS, in_balls
 
 DESIGNS = 4096
 REFERENCED = 24  # designs with a reference in balls
+SIZE_ROOM = 0.1  # relative, to both sides of a design's own size: where its smallest radius is looked for
+FIRST_STEP = arb(2) ** -27  # relative, of the secant in balls; a power of two is exact at any precision
+QUANTITY_OF = {
+    "pressure angle": "pressure_angle_max_deg",
+    "curvature": "pitch_curvature_max_per_mm",
+    "radius of curvature": "profile_radius_min_mm",
+}
+find_root: Any = elementwise.find_root  # its stubs know no arguments beside the root
 
 
 @dataclass(frozen=True)
-class Subject:
-    """One quantity to compute: its curve, the questions it asks, and the answer a designer reads."""
+class PeakSubject:
+    """A peak of some designs."""
 
     name: str
-    make: Callable[[Designs, Programme], Any]
-    questions: Any
-    answer: Callable[[FloatArray], FloatArray]
+    problem: Problem
+    peak: Peak
+    designs: Designs
+    dear = 1
 
     @property
     def sign(self) -> float:
-        """+1 for an answer that a limit bounds from above, −1 from below."""
-        return -1.0 if self.questions[0, 1] == LEAST else 1.0
+        """+1 for a quantity that a limit bounds from above, −1 from below."""
+        return -1.0 if self.peak.is_least else 1.0
 
-    def excess(self, value: FloatArray, outward: FloatArray, limit: FloatArray) -> FloatArray:
-        """By how much the answer is beyond a limit if the extremes are off by ``outward``; held where ≤ 0."""
-        return np.asarray(self.sign * (self.answer(value + self.sign * outward) - limit))
+    @cached_property
+    def _exact(self) -> tuple[FloatArray, FloatArray]:
+        """Each extreme, as exact as doubles have it, and its cam angle."""
+        curve, questions = self._asked(self.designs)
+        table = self.problem.programme.table
+        found = extremes(curve, len(self.designs), table, questions, Precision(EXACT, 1e-9))
+        return found.value[0], found.where[0]
+
+    def _asked(self, designs: Designs) -> tuple[Any, Any]:
+        """The curve of designs, and the question about it."""
+        ((make, kinds),) = self.peak.curves
+        return make(designs, self.problem.programme), np.array([(kinds, self.peak.goal)])
+
+    @property
+    def truth(self) -> FloatArray:
+        """The quantity of each design, as exact as doubles have it."""
+        return np.asarray(self.peak.scale.quantity(self._exact[0], self.designs))
+
+    def answer(self, method: Method, side: float = 0.0, designs: Designs | None = None) -> FloatArray:
+        """What a method gives for each design; with ``side`` ±1 the far or the near end of what it proves."""
+        designs = self.designs if designs is None else designs
+        curve, questions = self._asked(designs)
+        value, width = method.run(curve, len(designs), self.problem.programme, questions)
+        return np.asarray(self.peak.scale.quantity(value[0] + side * self.sign * width[0], designs))
+
+    def by_balls(self, design: Designs, number: int) -> arb:
+        """The extreme of a design in balls that is like one of them, to 25 digits."""
+        return reference(self.peak, self.problem, design, float(self._exact[1][number]))
+
+    def reference(self, number: int) -> float:
+        """The quantity of one design by balls."""
+        design = self.designs.take([number])
+        extreme = np.array([float(self.by_balls(in_balls(design), number))])
+        return float(self.peak.scale.quantity(extreme, design)[0])
+
+
+@dataclass(frozen=True)
+class RadiusSubject:
+    """The smallest radius: the least size at which a peak holds its limit, the other sizes given.
+
+    Each design asks with the peak that it has itself, so that its own size is the answer but for rounding. A
+    bracketing root-finder (Chandrupatla's) asks the method at one size after another.
+    """
+
+    of: PeakSubject
+    numbers: Any
+    """Which of the designs of the peak."""
+    name = "smallest radius"
+    sign = 1.0
+    dear = 4
+
+    @cached_property
+    def designs(self) -> Designs:
+        return self.of.designs.take(self.numbers)
+
+    @property
+    def truth(self) -> FloatArray:
+        return self.designs.size
+
+    def answer(self, method: Method, side: float = 0.0) -> FloatArray:
+        """As of a peak; what a method finds is the far end."""
+        return np.asarray(self.root(method, side or 1.0).bracket[int(side >= 0.0)])
+
+    def root(self, method: Method, side: float = 0.0) -> Any:
+        """Where the peak is at its limit by a method.
+
+        Enclosures go to a quarter of the tolerance, and so does the bracket, since errors of both add up in the
+        size; samples know no tolerance, and the bracket goes to 1e-9.
+        """
+        tolerance = 0.25 * method.setting if method.setting < 1.0 else 1e-9
+        used = enclosed(tolerance) if method.setting < 1.0 else method
+        limit = self.of.truth[self.numbers]
+
+        def excess(size: FloatArray, index: FloatArray) -> FloatArray:
+            places = index.astype(int)
+            sized = replace(self.designs.take(places), size=size)
+            return np.asarray(self.of.sign * (self.of.answer(used, side, sized) - limit[places]))
+
+        ends = tuple(each.size for each in self.ends)
+        return find_root(excess, ends, args=(np.arange(len(self.designs)),), tolerances={"xrtol": tolerance})
+
+    @property
+    def ends(self) -> list[Designs]:
+        """The designs between which each is looked for."""
+        return [
+            replace(self.designs, size=self.designs.size * share) for share in (1.0 - SIZE_ROOM, 1.0 + SIZE_ROOM)
+        ]
+
+    def within_reach(self) -> Any:
+        """Which designs have a smallest radius between their ends, both of which can be put together."""
+        exists = partial(self.of.problem.setup.mechanism.exists, programme=self.of.problem.programme)
+        return self.root(enclosed(EXACT)).success & np.logical_and(*map(exists, self.ends))
+
+    @precisely()
+    def reference(self, number: int) -> float:
+        """By a secant in balls, to 25 digits.
+
+        Raises
+        ------
+        ArithmeticError
+            If the secant does not settle.
+        """
+        place, design = self.numbers[number], self.designs.take([number])
+        exact: Any = in_balls(design)
+        bound = self.of.peak.scale.extreme_at(float(self.of.truth[place]), BALLS)
+
+        def beyond(size: arb) -> Any:
+            return (self.of.by_balls(replace(exact, size=Ball(size)), place) - bound).mid()
+
+        one = as_arb(exact.size)
+        other = one * (1 + FIRST_STEP)
+        before, there = beyond(one), beyond(other)
+        for _ in range(4):
+            step = (there * (other - one) / (there - before)).mid()
+            one, before, other = other, there, (other - step).mid()
+            if abs(step) < ALIKE * other:
+                return float(other)
+            there = beyond(other)
+        raise ArithmeticError(f"no smallest radius of {design} by balls")
+
+
+Subject = PeakSubject | RadiusSubject
 
 
 def subjects_of(problem: Problem) -> list[Subject]:
-    """Pressure angle, and curvature of pitch curve or profile."""
-    mechanism = problem.setup.mechanism
-    kinds = [kind for kind in (RISE, RETURN, DWELL) if problem.programme.has(kind)]
-    strokes, turn = np.array([(kind, LARGEST_MAGNITUDE) for kind in kinds]), TURN
-
-    def angle(tangents: FloatArray) -> FloatArray:
-        return np.asarray(np.degrees(np.arctan(tangents.max(axis=0))))
-
-    def only(values: FloatArray) -> FloatArray:
-        return np.asarray(values[0])
-
-    found = [Subject("pressure angle", mechanism.pressure, strokes, angle)]
-    if mechanism.curvature:
-        goal = LARGEST_MAGNITUDE if mechanism.two_sided else LARGEST
-        found.append(Subject("curvature", mechanism.curvature, np.array([(turn, goal)]), only))
-    elif mechanism.profile_radius:
-        found.append(Subject("radius of curvature", mechanism.profile_radius, np.array([(turn, LEAST)]), only))
+    """Pressure angle, curvature of pitch curve or profile, and the smallest radius of the first that has one."""
+    designs, mechanism = designs_of(problem), problem.setup.mechanism
+    found: list[Subject] = []
+    radius: RadiusSubject | None = None
+    for name in ("pressure angle", "curvature" if mechanism.curvature else "radius of curvature"):
+        peak = peak_of(QUANTITY_OF[name], problem.setup)
+        assert peak is not None
+        of = PeakSubject(name, problem, peak.either_way() if mechanism.two_sided else peak, designs)
+        if np.all(np.abs(of.truth) > 0.0):  # a flat face that translates has no pressure angle
+            found.append(of)
+            inside = None if radius else np.flatnonzero(RadiusSubject(of, np.arange(len(designs))).within_reach())
+            if inside is not None and inside.size:
+                radius = RadiusSubject(of, inside[: DESIGNS // 4])
+                found.append(radius)
     return found
 
 

@@ -15,25 +15,21 @@ import pyarrow as pa
 from camopt.drawing.plot import plot
 from camopt.engines import Engine
 from camopt.engines.threads import Threads
-from camopt.mechanisms import Designs
 from camopt.numerics import FloatArray
-from camopt.numerics.extremes import Precision, extremes
-from camopt.problem.problem import EXACT, Problem, resolve
+from camopt.problem.problem import Problem, resolve
 from camopt.problem.settings import problems_of
 from camopt.progress import Progress, report_progress
 from camopt.scene.scene import Scene
 from camopt.shown import Drawn
 from camopt.storage.sealed import write_table
-from camopt.studies.accuracy.methods import METHODS, Method, enclosed
-from camopt.studies.accuracy.radius import bracketed, reference_radius, smallest_radii
-from camopt.studies.accuracy.reference import ALIKE, reference
-from camopt.studies.accuracy.subjects import DESIGNS, REFERENCED, Subject, designs_of, subjects_of
+from camopt.studies.accuracy.methods import METHODS
+from camopt.studies.accuracy.reference import ALIKE
+from camopt.studies.accuracy.subjects import REFERENCED, Subject, subjects_of
 from camopt.version import VERSION
 
 ACCURACY = ("accuracy.parquet", "accuracy.png", "accuracy.svg")
 RUNS = 3
 NEAR = 1e-9  # relative: how far beyond its limit a design is put, to see whether it is accepted
-SMALLEST = "smallest radius"
 Result = TypeVar("Result")
 
 
@@ -47,10 +43,11 @@ def measure(scene: Scene, progress: Progress | None = None, engine: Engine | Non
     """One row for each quantity and method: cost, error, and how it judges designs at the edge of their limit.
 
     Over the laws that ``[search]`` names, or else the scene's own. ``ns_per_design`` is their mean, all else their
-    worst: ``error_max`` and ``error_median`` (relative, against balls); ``achieved`` (largest half-width of an
-    enclosure); ``false_accept``: the share of designs, each put 1e-9 beyond its limit, that the method calls
-    feasible; ``undecided``: the share it leaves open. The smallest radius is that of the first quantity that
-    the size of the cam decides. Laws are measured one after the other, or each on a worker of an engine.
+    worst: ``error_max`` and ``error_median`` (relative, against balls); ``achieved`` (relative: the most that a
+    method itself leaves open); ``false_accept``: the share of designs, each put 1e-9 beyond its limit, that the
+    method calls feasible; ``undecided``: the share it leaves open. The smallest radius is that of the first
+    quantity that the size of the cam decides. Laws are measured one after the other, or each on a worker of an
+    engine.
     """
     found, count = [], len(problems_of(resolve(scene)))
     measured = (engine or Threads(1)).in_order(partial(_measured, scene.to_toml()), range(count))
@@ -68,120 +65,51 @@ def _measured(scene: str, numbers: Sequence[int]) -> list[list[dict[str, Any]]]:
 
 def _of_programme(problem: Problem) -> list[dict[str, Any]]:
     """The rows of one programme."""
-    found: list[dict[str, Any]] = []
-    designs, table, sized = designs_of(problem), problem.programme.table, False
-    for subject in subjects_of(problem):
-        f = subject.make(designs, problem.programme)
-        exact, where, _ = extremes(f, len(designs), table, subject.questions, Precision(EXACT, 1e-9))
-        truth = subject.answer(exact)
-        if np.all(np.abs(truth) > 0.0):  # a flat face that translates has no pressure angle
-            found += _extremes(subject, problem, designs, truth, where)
-            rows = [] if sized else _radii(subject, problem, designs, truth, where)
-            found, sized = found + rows, sized or bool(rows)
-    return found
+    return [row for subject in subjects_of(problem) for row in _rows(subject)]
 
 
-def _extremes(
-    subject: Subject,
-    problem: Problem,
-    designs: Designs,
-    truth: FloatArray,
-    where: FloatArray,
-) -> list[dict[str, Any]]:
-    """The rows of one quantity under one programme."""
-    some, f = range(min(REFERENCED, len(designs))), subject.make(designs, problem.programme)
-    start = perf_counter()
-    balls = [reference(subject, problem, designs.take([i]), where[:, i]) for i in some]
-    rows = [_in_balls(subject.name, (perf_counter() - start) / len(some))]
-    expected = np.array([subject.answer(np.array([[float(subject.sign * ball)]]))[0] for ball in balls])
-    limit = truth - subject.sign * NEAR * np.abs(truth)
-
+def _rows(subject: Subject) -> list[dict[str, Any]]:
+    """The rows of one quantity under one programme: ball arithmetic, which others are measured against, first."""
+    some, start = range(max(min(REFERENCED // subject.dear, len(subject.designs)), 1)), perf_counter()
+    expected = np.array([subject.reference(number) for number in some])
+    balls, alike, none = perf_counter() - start, float(ALIKE), np.zeros(1, dtype=bool)
+    rows = [_row((subject.name, "balls", alike), balls / len(some), np.array([alike]), alike, none, none)]
+    limit = subject.truth - subject.sign * NEAR * np.abs(subject.truth)
     for method in METHODS:
-
-        def run(method: Method = method) -> tuple[FloatArray, FloatArray]:
-            return method.run(f, len(designs), problem.programme, subject.questions)
-
-        (value, width), seconds = _timed(run)
-        accepted = subject.excess(value, width, limit) <= 0.0
-        possible = subject.excess(value, -width, limit) <= 0.0
-        errors = np.abs(subject.answer(value)[: len(some)] / expected - 1.0)
-        achieved = float((width.max(axis=0) / np.abs(value).max(axis=0)).max())
-        rows.append(_row(subject.name, method, seconds / len(designs), errors, achieved, accepted, possible))
-    return rows
-
-
-def _radii(
-    subject: Subject,
-    problem: Problem,
-    designs: Designs,
-    truth: FloatArray,
-    where: FloatArray,
-) -> list[dict[str, Any]]:
-    """The rows of the smallest radius; none where no design has one near."""
-    inside = np.flatnonzero(bracketed(problem, subject, Method("", EXACT, enclosed(EXACT)), designs, truth))[
-        : DESIGNS // 4
-    ]
-    if not inside.size:
-        return []
-    designs, limit, where = designs.take(inside), truth[inside], where[:, inside]
-    some, start = range(min(max(REFERENCED // 4, 1), len(designs))), perf_counter()
-    balls = [reference_radius(subject, problem, designs.take([i]), float(limit[i]), where[:, i]) for i in some]
-    rows = [_in_balls(SMALLEST, (perf_counter() - start) / len(some))]
-    expected = np.array([float(ball) for ball in balls])
-    for method in METHODS:
-
-        def run(method: Method = method, side: float = 1.0) -> tuple[FloatArray, FloatArray]:
-            return smallest_radii(subject, method, problem.programme, designs, limit, side)
-
-        (_, radius), seconds = _timed(run)
-        errors = np.abs(radius[: len(some)] / expected - 1.0)
-        width = radius - run(side=-1.0)[0]
-        accepted = radius < designs.size * (1.0 - NEAR)
-        achieved = float((width / radius).max()) if method.setting < 1.0 else 0.0
-        possible = accepted | ((width > NEAR * radius) & (method.setting < 1.0))
-        rows.append(_row(SMALLEST, method, seconds / len(designs), errors, achieved, accepted, possible))
+        value, seconds = _timed(partial(subject.answer, method))
+        far, near = (
+            (subject.answer(method, side) for side in (1.0, -1.0)) if method.setting < 1.0 else (value, value)
+        )
+        held, possible = (subject.sign * (each - limit) <= 0.0 for each in (far, near))
+        errors = np.abs(value[: len(some)] / expected - 1.0)
+        achieved = max(float(np.max(np.abs(end / value - 1.0))) for end in (far, near))
+        asked = subject.name, method.name, method.setting
+        rows.append(_row(asked, seconds / len(value), errors, achieved, held, possible))
     return rows
 
 
 def _row(
-    quantity: str,
-    method: Method,
-    seconds: float,
-    errors: FloatArray,
-    achieved: float,
-    accepted: Any,
-    possible: Any,
+    asked: tuple[str, str, float], seconds: float, errors: FloatArray, achieved: float, held: Any, possible: Any
 ) -> dict[str, Any]:
+    """A row: what was asked is a quantity of a method at a setting."""
     return {
-        "quantity": quantity,
-        "method": method.name,
-        "setting": method.setting,
+        **dict(zip(("quantity", "method", "setting"), asked, strict=True)),
         "ns_per_design": seconds * 1e9,
         "error_max": float(errors.max()),
         "error_median": float(np.median(errors)),
         "achieved": achieved,
-        "false_accept": float(accepted.mean()),
-        "undecided": float((possible & ~accepted).mean()),
+        "false_accept": float(held.mean()),
+        "undecided": float((possible & ~held).mean()),
     }
-
-
-def _in_balls(quantity: str, seconds: float) -> dict[str, Any]:
-    """The row of ball arithmetic, which is what the others are measured against."""
-    alike, none = float(ALIKE), np.zeros(1, dtype=bool)
-    method = Method("balls", alike, lambda *_: (none, none))
-    return _row(quantity, method, seconds, np.array([alike]), alike, none, none)
 
 
 def _worst(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """Rows of the same quantity, method and setting made one."""
-    groups: dict[tuple[Any, ...], list[dict[str, Any]]] = {}
-    for row in rows:
-        groups.setdefault((row["quantity"], row["method"], row["setting"]), []).append(row)
-    merged = []
-    for group in groups.values():
-        worst = {name: max(row[name] for row in group) for name in group[0]}
-        merged.append(worst | {"ns_per_design": float(np.mean([row["ns_per_design"] for row in group]))})
-    return merged
+    import pandas as pd
+
+    groups = pd.DataFrame(rows).groupby(["quantity", "method", "setting"], sort=False)
+    worst = groups.max().assign(ns_per_design=groups["ns_per_design"].mean()).reset_index()
+    return [{str(name): value for name, value in row.items()} for row in worst.to_dict("records")]
 
 
 def _timed(run: Callable[[], Result]) -> tuple[Result, float]:
