@@ -155,7 +155,11 @@ class Case:
 
     def far(self, name: str) -> Any:
         """The far side of the enclosure of a quantity that an earlier effect found."""
-        return self.found[name] + self.outward.get(name, 0.0)
+        return self.shifted(name, 1.0)
+
+    def shifted(self, name: str, share: float) -> Any:
+        """Such a quantity moved by a share of its width: 1 for the far side, −1 for as much inwards."""
+        return self.found[name] + share * self.outward.get(name, 0.0)
 
     def extremes(
         self,

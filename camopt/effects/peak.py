@@ -42,8 +42,37 @@ def size_of(designs: Designs) -> Any:
     return designs.size
 
 
+class Bodies(NamedTuple):
+    """The radii, from and to, of bodies that may touch the cam; mm, for all pitch curves or each."""
+
+    least: Any = -math.inf
+    most: Any = math.inf
+
+    def both(self, other: "Bodies") -> "Bodies":
+        """Those that are in another range too."""
+        return Bodies(np.maximum(self.least, other.least), np.minimum(self.most, other.most))
+
+    def hold(self, radius: FloatArray) -> Any:
+        """Which radii are among them."""
+        return (self.least <= radius) & (radius <= self.most)
+
+
+class OfBody(ABC):
+    """A weight that depends on the radius of the body that touches the cam alone."""
+
+    @abstractmethod
+    def __call__(self, designs: Designs) -> Any: ...
+
+    @abstractmethod
+    def bodies(self, extreme: FloatArray, room: float) -> Bodies:
+        """The bodies with which the weight times an extreme is at most 1.
+
+        ``room``, relative, is kept from the ends of the range: more than rounding; or beyond them, if below 0.
+        """
+
+
 @dataclass(frozen=True)
-class BodyRadiusPlus:
+class BodyRadiusPlus(OfBody):
     """R_r + ρ of a design: times the curvature of its pitch curve it is 1 where the profile's radius is ρ, mm."""
 
     radius: float
@@ -51,9 +80,12 @@ class BodyRadiusPlus:
     def __call__(self, designs: Designs) -> Any:
         return designs.roller_radius + self.radius
 
+    def bodies(self, extreme: FloatArray, room: float) -> Bodies:
+        return Bodies(most=_largest_weight(extreme) * (1.0 - room) - self.radius * (1.0 + room))
+
 
 @dataclass(frozen=True)
-class BeyondBody:
+class BeyondBody(OfBody):
     """R_c − R_r of a cutter larger than the roller, else 0, mm.
 
     Times the curvature of the pitch curve it is −1 where the cutter just reaches a hollow flank.
@@ -63,6 +95,15 @@ class BeyondBody:
 
     def __call__(self, designs: Designs) -> Any:
         return np.maximum(self.radius - designs.roller_radius, 0.0)
+
+    def bodies(self, extreme: FloatArray, room: float) -> Bodies:
+        return Bodies(least=self.radius * (1.0 + room) - _largest_weight(extreme) * (1.0 - room))
+
+
+def _largest_weight(extreme: FloatArray) -> FloatArray:
+    """The largest weight that times an extreme is at most 1; −∞ where the extreme is infinite, for none will do."""
+    with np.errstate(divide="ignore"):
+        return np.where(extreme == np.inf, -np.inf, 1.0 / np.maximum(extreme, 0.0))
 
 
 def per_roller(designs: Designs) -> Any:

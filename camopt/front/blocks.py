@@ -4,6 +4,7 @@ from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass
 from threading import Lock
+from typing import NamedTuple
 from weakref import WeakValueDictionary
 
 import numpy as np
@@ -14,9 +15,9 @@ from camopt.problem.problem import Problem
 from camopt.problem.rows import Objectives, Rows, joined
 from camopt.problem.space import Space
 from camopt.verdicts.judging import Effort, settled
-from camopt.verdicts.screening import screened, screened_beyond_pitch
+from camopt.verdicts.screening import screened
 
-BLOCK = 32768  # designs: Python's share is small, and memory stays bounded
+BLOCK = 65536  # designs: Python's share is small, and memory stays bounded
 
 
 @dataclass(frozen=True)
@@ -33,7 +34,7 @@ class Batch:
     feasible: int
     effort: Effort
     reached: float
-    """The largest relative half-width of an enclosure of any row."""
+    """The largest relative half-width of an enclosure of any row that is kept."""
     kept: Rows
     """Rows for the table of designs; none where there is no such table."""
     front: Rows
@@ -63,6 +64,16 @@ def merged(batches: Sequence[Batch], objectives: Objectives) -> Batch:
     )
 
 
+class Block(NamedTuple):
+    """What is found of the designs of one block."""
+
+    existing: int
+    feasible: int
+    rows: Rows
+    """Those that are wanted, or more; without a table of designs, but for some that others dominate."""
+    effort: Effort
+
+
 class Blocks:
     """The blocks of a space, by number in the order of the space; each has designs of one problem."""
 
@@ -81,7 +92,7 @@ class Blocks:
             Whether rows are wanted of all designs that can be assembled, and not of feasible ones alone.
         kept : bool, default True
             Whether batches keep rows for the table of designs.
-        size : int, default 32768
+        size : int, default 65536
             The most designs of a block.
         """
         self.space, self.size = space, size
@@ -115,35 +126,46 @@ class Blocks:
         """Evaluate one block."""
         part, first, last = self._designs(number)
         problem, *_ = self._parts[part]
-        existing, evaluated, effort = self._evaluated(part, problem, first, last)
-        evaluated = evaluated.only(self._names)
-        feasible = evaluated.take(evaluated.column("feasible").astype(bool))
-        front = non_dominated(feasible, problem.objectives)
+        block = self._of_curves(part, problem, first, last) if self._numbers else self._alone(problem, first, last)
+        objectives, rows = problem.objectives, block.rows.only(self._names)
+        front = non_dominated(rows.take(rows.column("feasible").astype(bool)), objectives)
+        kept = rows if self._kept else rows.take(np.arange(0))
         return Batch(
             first=number,
             last=number + 1,
             designs=last - first,
-            existing=existing,
-            feasible=feasible.count,
-            effort=effort,
-            reached=float(np.max(evaluated.columns["relative_half_width"], initial=0.0)),
-            kept=evaluated if self._kept else evaluated.take(np.arange(0)),
+            existing=block.existing,
+            feasible=block.feasible,
+            effort=block.effort,
+            reached=float(np.max(kept.columns["relative_half_width"], initial=0.0)),
+            kept=kept,
             front=front,
-            best=best_of_laws(front, problem.objectives),
+            best=best_of_laws(front, objectives),
         )
 
-    def _evaluated(self, part: int, problem: Problem, first: int, last: int) -> tuple[int, Rows, Effort]:
-        """Of designs first … last − 1: how many can be assembled, the rows of those that are wanted, the effort."""
-        if self._numbers is not None:
-            existing, candidates = self._curves_of(part, problem).candidates(first, last)
-            evaluated, _, effort = screened_beyond_pitch(candidates, self._names)
-            return existing, evaluated, effort
+    def _alone(self, problem: Problem, first: int, last: int) -> Block:
+        """Designs first … last − 1, of which each is looked at alone."""
         designs = self.space.designs(np.arange(first, last))
         designs = designs.take(problem.setup.mechanism.exists(designs, problem.programme))
         if self._every:
-            return len(designs), *settled(problem, designs, self._names)
-        evaluated, _, effort = screened(problem, designs, self._names)
-        return len(designs), evaluated, effort
+            rows, effort = settled(problem, designs, self._names)
+            return Block(len(designs), int(np.count_nonzero(rows.column("feasible"))), rows, effort)
+        rows, _, effort = screened(problem, designs, self._names)
+        return Block(len(designs), rows.count, rows, effort)
+
+    def _of_curves(self, part: int, problem: Problem, first: int, last: int) -> Block:
+        """The same by what their pitch curves say of them."""
+        shared = self._curves_of(part, problem)
+        existing, surely, perhaps = shared.verdicts(first, last)
+        count, effort = len(surely), Effort()
+        if not self._kept:
+            surely = shared.promising(surely)
+        rows = shared.feasible(surely, self._names)
+        if len(perhaps):
+            left, which, effort = shared.judged(perhaps, self._names)
+            order = np.argsort(np.concatenate([surely.designs, perhaps.designs[which]]))
+            rows, count = joined([rows, left]).take(order), count + left.count
+        return Block(existing, count, rows, effort)
 
     def _curves_of(self, part: int, problem: Problem) -> SharedCurves:
         """The pitch curves of a motion, which live while a thread uses them or until those of another are made."""

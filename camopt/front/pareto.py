@@ -38,6 +38,8 @@ def ranked(rows: Rows, objectives: Objectives) -> Rows:
 def best_of_laws(rows: Rows, objectives: Objectives) -> Rows:
     """The first row of each pair of laws when sorted by the objectives in turn, the best law first."""
     rows = ranked(rows, objectives)
+    if not any(np.ndim(rows.columns[laws]) for laws in ("law_rise", "law_return")):
+        return rows.take(np.arange(min(rows.count, 1)))
     first: dict[tuple[str, str], int] = {}
     for i, laws in enumerate(zip(rows.column("law_rise"), rows.column("law_return"), strict=True)):
         first.setdefault(laws, i)

@@ -5,25 +5,34 @@ not on the roller at all. So a space that varies both has fewer pitch curves tha
 searched when a block of designs first needs them, some at a time, and kept while that motion lasts.
 """
 
+from dataclasses import replace
 from math import prod
 from threading import Lock
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from camopt.effects import EFFECTS
+from camopt.effects.peak import Bodies
+from camopt.front.pareto import row_costs, undominated
 from camopt.mechanisms import Designs
-from camopt.mechanisms.design import without_roller
+from camopt.mechanisms.design import BoolArray, without_roller
+from camopt.numerics import FloatArray
+from camopt.problem.limit import Limit, OnCurves
 from camopt.problem.problem import Problem
 from camopt.problem.rows import Columns, Rows
 from camopt.problem.space import Space, field_of
-from camopt.verdicts.screening import Candidates, begun, screened_by_pitch
+from camopt.quantities import QUANTITIES
+from camopt.verdicts.screening import Candidates, Screened, begun, screened_beyond_pitch, screened_by_pitch
 
 IntArray = NDArray[np.intp]
 
 MERGED = ("size", "roller_radius")  # sizes that a pitch curve has in one
 MOST_CURVES = 2**19  # kept of one motion: some 100 bytes each
 WORTH = 1.5  # designs a pitch curve, from which on they are worth keeping
-AT_ONCE = 2**12  # pitch curves searched together
+AT_ONCE = 2**14  # pitch curves searched together, or somewhat fewer
+NONE = Bodies(np.inf, -np.inf)
 
 
 class CurveNumbers:
@@ -35,17 +44,18 @@ class CurveNumbers:
         merged = [i for i, key in enumerate(space.axes, start=1) if field_of(key) in MERGED]
         self._merged, self._others = merged, [i for i in range(len(self.shape)) if i not in merged]
         numbers = self._numbers(strides, merged)
-        curves = space.problem.setup.mechanism.pitch(space.designs(numbers.ravel()))
+        designs = space.designs(numbers.ravel())
+        curves = space.problem.setup.mechanism.pitch(designs)
         pairs = curves.size + 1j * curves.roller_radius
         _, first, which = np.unique(pairs, return_index=True, return_inverse=True)
-        self._which = which.reshape(numbers.shape)
+        self._which, self._bodies = (each.reshape(numbers.shape) for each in (which, designs.roller_radius))
         self._of_sums, self._of_others = numbers.ravel()[first], self._numbers(strides, self._others).ravel()
 
     def __len__(self) -> int:
         return self._of_sums.size * self._of_others.size
 
-    def of_block(self, first: int, last: int) -> IntArray:
-        """The pitch curves of designs first … last − 1."""
+    def of_block(self, first: int, last: int) -> tuple[IntArray, FloatArray]:
+        """The pitch curves of designs first … last − 1, and the radii of the bodies that follow them."""
         fastest = self.shape[-1]
         begin, end = first // fastest, -(-last // fastest)
         slow = [digits[:, None] for digits in np.unravel_index(np.arange(begin, end), self.shape[:-1])]
@@ -53,9 +63,11 @@ class CurveNumbers:
         others = np.ravel_multi_index(
             np.broadcast_arrays(*(where[i] for i in self._others)), [self.shape[i] for i in self._others]
         )
-        curves = self._which[tuple(where[i] for i in self._merged)] + others * self._of_sums.size
-        curves = np.broadcast_to(curves, (end - begin, fastest)).ravel()
-        return curves[first - begin * fastest : last - begin * fastest]
+        merged = tuple(where[i] for i in self._merged)
+        curves, bodies = self._which[merged] + others * self._of_sums.size, self._bodies[merged]
+        found = (np.broadcast_to(each, (end - begin, fastest)).ravel() for each in (curves, bodies))
+        curves, bodies = (each[first - begin * fastest : last - begin * fastest] for each in found)
+        return curves, bodies
 
     def a_design(self, curve: IntArray) -> IntArray:
         """The number of one of the designs that have a pitch curve."""
@@ -68,31 +80,90 @@ class CurveNumbers:
         return np.asarray(sum(np.ix_(*steps), np.zeros((1,) * len(steps), dtype=np.intp)))
 
 
+class Sharing(NamedTuple):
+    """Designs of a motion and their pitch curves, by number."""
+
+    designs: IntArray
+    curves: IntArray
+
+    def __len__(self) -> int:
+        return int(self.designs.size)
+
+    def take(self, index: Any) -> "Sharing":
+        """Those at an index or mask."""
+        return Sharing(self.designs[index], self.curves[index])
+
+
 class SharedCurves:
     """What the pitch curves of one motion say of its designs."""
 
     def __init__(self, space: Space, problem: Problem, numbers: CurveNumbers, wanted: frozenset[str]) -> None:
         self._space, self._problem, self._numbers, self._wanted = space, problem, numbers, wanted
         count = len(numbers)
-        self._locks = [Lock() for _ in range(0, count, AT_ONCE)]
+        self._part = -(-count // -(-count // AT_ONCE))  # curves of each, evenly
+        self._locks = [Lock() for _ in range(0, count, self._part)]
         self._known = np.zeros(len(self._locks), dtype=bool)
-        self._exists, self._possible, self._held = np.zeros((3, count), dtype=bool)
+        self._exists, self._held = np.zeros((2, count), dtype=bool)
+        self._surely, self._perhaps = (Bodies(*np.tile([[np.inf], [-np.inf]], count)) for _ in range(2))
         self._columns: Columns = {}
         self._outward: Columns = {}
         self._half_width = np.zeros(count)
         self._pending = problem.limits
 
-    def candidates(self, first: int, last: int) -> tuple[int, Candidates]:
-        """Of designs first … last − 1: how many can be assembled, and those that hold what their curves decide."""
-        curves = self._numbers.of_block(first, last)
-        self._search(np.flatnonzero(np.bincount(curves // AT_ONCE)))
-        which = np.flatnonzero(self._possible[curves])
-        existing, curves = int(np.count_nonzero(self._exists[curves])), curves[which]
-        columns = {name: values[curves] for name, values in self._columns.items()}
-        outward = {name: values[curves] for name, values in self._outward.items()}
-        rows = Rows(columns, which.size, outward, self._half_width[curves])
-        designs = self._space.designs(first + which)
-        return existing, Candidates(self._problem, designs, which, rows, self._held[curves], self._pending)
+    def verdicts(self, first: int, last: int) -> tuple[int, Sharing, Sharing]:
+        """Of designs first … last − 1: how many can be assembled, which surely hold all limits, and which may."""
+        curves, bodies = self._numbers.of_block(first, last)
+        self._search(np.flatnonzero(np.bincount(curves // self._part)))
+        surely, perhaps = (
+            Bodies(*(ends[curves] for ends in each)).hold(bodies) for each in (self._surely, self._perhaps)
+        )
+        block = Sharing(np.arange(first, last), curves)
+        existing = int(np.count_nonzero(self._exists[curves]))
+        return existing, block.take(surely), block.take(perhaps & ~surely)
+
+    def promising(self, held: Sharing) -> Sharing:
+        """Designs that surely hold all limits, but for some that others of them dominate."""
+        objectives = self._problem.objectives
+        of_curves = [name for name in objectives if name in self._columns]
+        others = [name for name in objectives if name not in of_curves]
+        exact = np.all(self._half_width <= self._problem.accuracy)
+        if not exact or len(of_curves) != 1 or not all(map(self._is_shared, others)):
+            compared = self.feasible(held, frozenset(objectives))
+            return held.take(undominated(row_costs(compared, objectives))) if compared.count else held
+        (name,) = of_curves
+        cost, size = objectives[name] * self._columns[name][held.curves], held.designs % self._numbers.shape[-1]
+        least = np.full(self._numbers.shape[-1], np.inf)
+        np.minimum.at(least, size, cost)
+        return held.take(cost <= least[size])
+
+    def _is_shared(self, name: str) -> bool:
+        """Whether a quantity is the same for designs of the motion that have the same size of the cam."""
+        setup, effect = self._problem.setup, EFFECTS[QUANTITIES[name].effect]
+        return name == self._problem.size_name or (effect.of_motion(setup) and not setup.free)
+
+    def feasible(self, held: Sharing, names: frozenset[str]) -> Rows:
+        """Quantities of designs that surely hold all limits, with their verdict."""
+        nothing_open = self._candidates(held, np.ones(len(held), dtype=bool), ())
+        return screened_beyond_pitch(self._known_of(nothing_open, held.curves, names), names).rows
+
+    def judged(self, open_: Sharing, names: frozenset[str]) -> Screened:
+        """The feasible ones of designs that may hold all limits."""
+        candidates = self._candidates(open_, self._held[open_.curves], self._pending)
+        return screened_beyond_pitch(self._known_of(candidates, open_.curves, names), names)
+
+    def _candidates(self, some: Sharing, held: BoolArray, pending: tuple[Limit, ...]) -> Candidates:
+        designs, count = self._space.designs(some.designs), len(some)
+        return Candidates(self._problem, designs, np.arange(count), Rows({}, count), held, pending)
+
+    def _known_of(self, candidates: Candidates, curves: IntArray, names: frozenset[str]) -> Candidates:
+        """With what their curves say of the quantities that are called for."""
+        called = {name for _, needed in candidates.plan(names) for name in needed}
+        columns, outward = (
+            {name: values[curves] for name, values in kept.items() if name in called}
+            for kept in (self._columns, self._outward)
+        )
+        rows = Rows(columns, candidates.rows.count, outward, self._half_width[curves])
+        return replace(candidates, rows=rows)
 
     def _search(self, parts: IntArray) -> None:
         """Search what is not known yet: first what no other thread is at, then what one was."""
@@ -106,16 +177,18 @@ class SharedCurves:
                         self._locks[part].release()
 
     def _search_part(self, part: int) -> None:
-        curves = np.arange(part * AT_ONCE, min((part + 1) * AT_ONCE, len(self._numbers)))
+        curves = np.arange(part * self._part, min((part + 1) * self._part, len(self._numbers)))
         designs = self._curves(curves)
         exists = self._problem.setup.mechanism.exists(designs, self._problem.programme)
         found = screened_by_pitch(begun(self._problem, designs.take(exists)), self._wanted)
         where = curves[exists][found.which]
-        self._exists[curves], self._possible[where], self._held[where] = exists, True, found.held
+        self._exists[curves], self._held[where] = exists, found.held
         for kept, columns in ((self._columns, found.rows.columns), (self._outward, found.rows.outward)):
             for name, values in columns.items():
                 kept.setdefault(name, np.zeros(len(self._numbers)))[where] = values  # one, whoever comes first
         self._half_width[where], self._pending = found.rows.half_width, found.pending
+        for bodies, told in zip((self._surely, self._perhaps), bodies_of(found), strict=True):
+            bodies.least[where], bodies.most[where] = told
         self._known[part] = True
 
     def _curves(self, numbers: IntArray) -> Designs:
@@ -133,3 +206,16 @@ def curve_numbers(space: Space) -> CurveNumbers | None:
         return None
     numbers = CurveNumbers(space)
     return numbers if len(numbers) <= min(MOST_CURVES, space.designs_each / WORTH) else None
+
+
+def bodies_of(curves: Candidates) -> OnCurves:
+    """The bodies with which designs of some curves hold all limits for certain, and those with which they may."""
+    case = replace(curves.case, found=curves.rows.columns, outward=curves.rows.outward)
+    told = [limit.on_curves(case) for limit in curves.pending]
+    found = OnCurves()
+    for each in filter(None, told):
+        found = found.both(each)
+    if None in told:
+        return found._replace(surely=NONE)
+    most = np.where(curves.held, found.surely.most, -np.inf)
+    return found._replace(surely=found.surely._replace(most=most))

@@ -3,6 +3,8 @@
 from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
+import numpy as np
+
 from camopt.front.blocks import Batch
 from camopt.front.pareto import Archive, best_of_laws
 from camopt.problem.rows import Rows, joined
@@ -20,7 +22,7 @@ class Seen(NamedTuple):
     best: Rows
     effort: Effort
     reached: float
-    """The largest relative half-width of an enclosure of any row."""
+    """The largest relative half-width of an enclosure of any row that is kept, or of the front."""
     evaluated: int
     """Designs, those that cannot be assembled among them."""
     existing: int | None = None
@@ -58,4 +60,5 @@ def gathered(
         write(batch.kept)
         report_progress(progress, designs, total)
     front = NONE if best is NONE else archive.front()
+    reached = float(np.max(front.columns.get("relative_half_width", 0.0), initial=reached))
     return Seen(front, best, effort, reached, designs, existing, feasible)

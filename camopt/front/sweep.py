@@ -6,9 +6,10 @@ from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
-from typing import Any, Protocol, TypeVar
+from typing import Any, NamedTuple, Protocol, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from camopt.engines import Engine
 from camopt.engines.threads import Threads
@@ -178,7 +179,7 @@ def sweep(
     progress : callable, optional
         Called with (designs done, designs in all); where boxes are decided, with (boxes done, and about how many
         there will be).
-    block : int, default 32768
+    block : int, default 65536
         Designs evaluated together, which bounds the memory.
     engine : Engine, optional
         What evaluates the blocks in place of threads of this process: a ``cluster``. Rows are the same.
@@ -273,7 +274,8 @@ def result_of(
         kept = stack.enter_context(keep(unit.journal)) if unit and keep else None
         tables = _tables(stack, unit, asked) if unit else {}
         seen = search(kept, tables["designs"].append if tables and asked.keep in TABLED else _nowhere)
-        rows, grid = _fronts(asked, seen.front, progress)
+        compared = _compared(asked, seen, progress)
+        rows, grid = compared.front, compared.grid
         front = front_of(rows, asked.problem.objectives, grid if scene.search.refine else None)
         front = front and replace(front, knee=Design(front.knee, scene))
         result = Sweep(
@@ -285,7 +287,7 @@ def result_of(
             reached=seen.reached,
             pareto=rows.count,
             files=_places(asked, unit.folder) if unit else (),
-            best=best_of_each_law(asked, seen.best),
+            best=best_of_each_law(scene, compared),
             nearest_miss=nearest_miss_of_space(asked) if seen.feasible == 0 else None,
             front=front,
             obstacle="" if seen.existing != 0 else asked.problem.setup.mechanism.assembly,
@@ -326,13 +328,29 @@ def _nowhere(rows: Rows) -> None:
     """Rows of which no table is written."""
 
 
-def _fronts(asked: Asked, found: Rows, progress: Progress | None) -> tuple[Rows, Rows]:
-    """The front as the scene asks for it, refined and thinned, and that of the grid, with digits to compare."""
-    space, search = asked.space, asked.scene.search
-    rows = refined(space, found, progress) if search.refine else found
-    rows = rows if search.thin is None else thinned(rows, asked.problem.objectives, search.thin)
-    compared = to_compare(space, rows)
-    return compared, compared if rows is found else to_compare(space, found)
+class Compared(NamedTuple):
+    """What people compare, with the digits that ``evaluate`` gives."""
+
+    front: Rows
+    """As the scene asks for it, refined and thinned."""
+    grid: Rows
+    """The front of the grid."""
+    best: Rows
+    """The best design of each pair of laws, the best law first."""
+    held: list[str]
+    """What the next smaller cam of the space would exceed, of each of these."""
+
+
+def _compared(asked: Asked, found: Seen, progress: Progress | None) -> Compared:
+    """What people compare of a search."""
+    space, search, objectives = asked.space, asked.scene.search, asked.problem.objectives
+    rows = refined(space, found.front, progress) if search.refine else found.front
+    rows = rows if search.thin is None else thinned(rows, objectives, search.thin)
+    best = best_of_laws(found.best, objectives)
+    index, smaller = next_smaller_cams(space, best)
+    tables = [best, smaller, rows] if rows is found.front else [best, smaller, rows, found.front]
+    best, smaller, *fronts = to_compare(space, *tables)
+    return Compared(fronts[0], fronts[-1], best, binding_limits(best.count, index, smaller))
 
 
 def file_name(table: str) -> str:
@@ -366,29 +384,36 @@ def _places(asked: Asked, folder: Path) -> tuple[Path, ...]:
     return tuple(folder / name for name in files_of(asked))
 
 
-def best_of_each_law(asked: Asked, rows: Rows) -> dict[str, Design]:
+def best_of_each_law(scene: Scene, compared: Compared) -> dict[str, Design]:
     """The best row of each pair of laws as a design, the best law first."""
-    space = asked.space
-    best = to_compare(space, best_of_laws(rows, asked.problem.objectives))
-    held = binding_limits(space, best)
-    told = ({**row, "held_by": by} for row, by in zip(best.records(), held, strict=True))
-    return ByLaw((joined_laws(row["law_rise"], row["law_return"]), Design(row, asked.scene)) for row in told)
+    told = ({**row, "held_by": by} for row, by in zip(compared.best.records(), compared.held, strict=True))
+    return ByLaw((joined_laws(row["law_rise"], row["law_return"]), Design(row, scene)) for row in told)
 
 
-def to_compare(space: Space, rows: Rows) -> Rows:
+def to_compare(space: Space, *tables: Rows) -> list[Rows]:
     """Rows that people compare, with the digits that ``evaluate`` gives: equal designs have equal rows.
 
     Columns are in the order of the quantities, wherever the rows come from.
     """
-    rows = replace(rows, columns={name: rows.columns[name] for name in QUANTITIES if name in rows.columns})
-    parts, places = [rows.take(np.arange(0))], []
-    for problem, index, designs in space.designs_of(rows):
+    names = frozenset[str]().union(*(rows.columns for rows in tables))
+    everywhere = names.intersection(*(rows.columns for rows in tables))
+    parts, places = [], []
+    for problem, index, designs in space.designs_of(joined(rows.only(everywhere) for rows in tables)):
         for first in range(0, index.size, BLOCK):
             some = slice(first, first + BLOCK)
-            found = as_evaluated(problem, designs.take(some), frozenset(rows.columns))
-            parts.append(Rows(rows.take(index[some]).columns | found.columns, found.count))
+            parts.append(as_evaluated(problem, designs.take(some), names))
             places.append(index[some])
-    return joined(parts).take(np.argsort(np.concatenate(places))) if places else rows
+    if not parts:
+        return [*tables]
+    found, ends = joined(parts), np.cumsum([rows.count for rows in tables])
+    order = np.split(np.argsort(np.concatenate(places)), ends[:-1])
+    return [_renewed(rows, found.take(index)) for rows, index in zip(tables, order, strict=True)]
+
+
+def _renewed(rows: Rows, found: Rows) -> Rows:
+    """Rows with the columns that were found anew, in the order of the quantities."""
+    columns = rows.columns | {name: found.columns[name] for name in rows.columns.keys() & found.columns.keys()}
+    return replace(rows, columns={name: columns[name] for name in QUANTITIES if name in columns})
 
 
 def as_evaluated(problem: Problem, designs: Designs, names: frozenset[str]) -> Rows:
@@ -396,19 +421,23 @@ def as_evaluated(problem: Problem, designs: Designs, names: frozenset[str]) -> R
     return judged(exactly(problem), designs, names | problem.wanted).only(names)
 
 
-def binding_limits(space: Space, rows: Rows) -> list[str]:
-    """What the next smaller cam of the space would exceed, of each row; "edge of the space" if there is none.
+def next_smaller_cams(space: Space, rows: Rows) -> tuple[NDArray[np.intp], Rows]:
+    """Which rows are not at the edge of the space, and these with the next smaller size of the cam.
 
-    Of a sample, what a cam one per cent smaller would.
+    Of a sample, with one that is one per cent smaller.
     """
-    sizes = [space.next_smaller(size) for size in rows.column(space.problem.size_name).tolist()]
+    name = space.problem.size_name
+    sizes = [space.next_smaller(size) for size in rows.column(name).tolist()]
     inside = np.flatnonzero([size is not None for size in sizes])
-    held = ["edge of the space"] * rows.count
-    for problem, index, designs in space.designs_of(rows.take(inside)):
-        smaller = replace(designs, size=np.array([sizes[row] for row in inside[index]]))
-        violated = judged(problem, smaller, frozenset()).column("violated")
-        for row, names in zip(inside[index], violated, strict=True):
-            held[row] = str(names).replace(",", ", ")
+    smaller = rows.take(inside)
+    return inside, replace(smaller, columns=smaller.columns | {name: np.array([sizes[row] for row in inside])})
+
+
+def binding_limits(count: int, index: NDArray[np.intp], smaller: Rows) -> list[str]:
+    """What holds so many rows: what smaller cams exceed of those at an index; "edge of the space" where none is."""
+    held = ["edge of the space"] * count
+    for row, names in zip(index, smaller.column("violated"), strict=True):
+        held[row] = str(names).replace(",", ", ")
     return held
 
 

@@ -203,6 +203,11 @@ class Mechanism:
         return (f"cam.{self.body.size}", *(f"follower.{key}" for key in self.follower_keys(tip)))
 
     @property
+    def of_pitch(self) -> tuple[Callable[[Designs, Programme], Any] | None, ...]:
+        """Its curves that designs with the same pitch curve share."""
+        return self.pressure, self.curvature, self.sliding, self.path
+
+    @property
     def pulls(self) -> bool:
         """Whether a flank bears a force that pulls the follower back towards the cam."""
         return any(flank.pressing < 0.0 for flank in self.flanks)

@@ -1,18 +1,18 @@
 """A limit: a bound on what a cam has, and what follows for verdicts, searches, proofs, prices and pictures."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from camopt.effects import EFFECTS, Setup
-from camopt.effects.crossing import find_crossing
+from camopt.effects import EFFECTS, Case, Setup
+from camopt.effects.crossing import find_crossing, round_bodies
 from camopt.effects.implied import Implied, LeastForce
 from camopt.effects.mean import Mean
-from camopt.effects.peak import DOUBLES, Peak
+from camopt.effects.peak import DOUBLES, Bodies, OfBody, Peak
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, FloatArray
@@ -23,6 +23,18 @@ from camopt.quantities import AT_LEAST, AT_MOST, QUANTITIES, SIGNED
 UNDERCUT, SELF_CROSSING = "undercut", "self_crossing"  # names of limits that every cam has to hold
 
 Decide = Callable[[Setup, Designs, Programme], bool | None]
+CLEAR = 1e-9  # relative, of what is further from a bound than rounding
+
+
+class OnCurves(NamedTuple):
+    """The bodies with which designs of some curves hold a limit for certain, and those with which they may."""
+
+    surely: Bodies = Bodies()
+    perhaps: Bodies = Bodies()
+
+    def both(self, other: "OnCurves") -> "OnCurves":
+        """The same of two limits together."""
+        return OnCurves(self.surely.both(other.surely), self.perhaps.both(other.perhaps))
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,6 +57,13 @@ class Limit(ABC):
     def by_bound(self, columns: Columns, designs: Designs) -> FloatArray:
         """∂excess/∂bound of designs that just meet it; bound − excess/by_bound is the bound that a design meets."""
         return np.full(len(designs), np.nan)
+
+    def on_curves(self, case: Case) -> OnCurves | None:
+        """The bodies with which designs hold it whose pitch curves are those of a case, with what is found of them.
+
+        None if pitch curves do not tell.
+        """
+        return None
 
     @property
     def needs(self) -> tuple[str, ...]:
@@ -203,7 +222,20 @@ class QuantityLimit(Limit):
         finite = np.isfinite(extreme)
         return np.asarray(np.where(finite, np.where(finite, extreme, 0.0) * weight, extreme) - 1.0)
 
-    def _outward(self, peak: Peak, columns: Columns, designs: Designs) -> FloatArray:
+    def on_curves(self, case: Case) -> OnCurves | None:
+        peak = self.form
+        if not isinstance(peak, Peak) or not peak.extremes:
+            return None
+        weight = peak.scale.weight(self.bound)
+        if not isinstance(weight, OfBody):
+            return None
+        far, near = ({name: case.shifted(name, side) for name in peak.extremes} for side in (1.0, -1.0))
+        return OnCurves(
+            weight.bodies(self._outward(peak, far, case.designs), CLEAR),
+            weight.bodies(self._outward(peak, near, case.designs), -CLEAR),
+        )
+
+    def _outward(self, peak: Peak, columns: Mapping[str, Any], designs: Designs) -> FloatArray:
         """The extreme as a share of what it is allowed to be, but for its weight."""
         most, least = (np.asarray(columns[name] + np.zeros(len(designs))) for name in peak.extremes)
         extreme = {LARGEST: most, LARGEST_MAGNITUDE: np.maximum(most, -least)}.get(peak.goal, least)
@@ -226,6 +258,9 @@ class SelfCrossing(Limit):
     @property
     def presumes(self) -> str:
         return UNDERCUT
+
+    def on_curves(self, case: Case) -> OnCurves | None:
+        return OnCurves(surely=Bodies(most=round_bodies(case) * (1.0 - CLEAR)))
 
     def excess(self, columns: Columns, designs: Designs) -> FloatArray:
         return np.asarray(columns[SELF_CROSSING] - 0.5 + np.zeros(len(designs)))

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from camopt.effects import Setup, lacking, offered
+from camopt.effects.peak import unweighted
 from camopt.mechanisms import FIELDS, SIZES, Designs
 from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.motion import LAWS
@@ -122,6 +123,12 @@ class Problem:
     def claims(self) -> tuple[Claim, ...]:
         """What all limits say of curves."""
         return tuple(claim for limit in self.limits for claim in limit.claims)
+
+    @property
+    def claims_of_pitch(self) -> list[Claim]:
+        """What limits say of pitch curves alone, whatever body rolls along them."""
+        curves = self.setup.mechanism.of_pitch
+        return [claim for claim in self.claims if claim.curve in curves and claim.factor is unweighted]
 
     @property
     def needed(self) -> frozenset[str]:

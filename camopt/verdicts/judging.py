@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from camopt.effects import EFFECTS, Case, Effect, Setup, called
-from camopt.effects.case import Bounded
+from camopt.effects.case import Bounded, nothing
 from camopt.mechanisms import Designs
 from camopt.motion.programme import Programme
 from camopt.numerics import FloatArray
@@ -54,12 +54,16 @@ def extended(rows: Rows, case: Case, effect: Effect, names: frozenset[str]) -> R
 
 def of_pitch(rows: Rows, case: Case, effect: Effect, names: frozenset[str]) -> Rows:
     """The rows of a case with what one more effect finds of pitch curves, the same bits for all that share one."""
+    if effect.of_pitch is nothing:
+        return rows
     curves = replace(case, designs=case.setup.mechanism.pitch(case.designs))
     return with_found(rows, effect.of_pitch(curves, names), names)
 
 
 def beyond_pitch(rows: Rows, case: Case, effect: Effect, names: frozenset[str]) -> Rows:
     """The rows of a case with what one more effect finds beyond that of pitch curves."""
+    if effect.run is nothing:
+        return rows
     return with_found(rows, effect.run(replace(case, found=rows.columns, outward=rows.outward), names), names)
 
 

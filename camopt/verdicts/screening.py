@@ -3,6 +3,7 @@
 Effects run cheapest first, and a design that breaks a limit is dropped before the next effect runs.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from camopt.effects import Case, Effect
 from camopt.mechanisms import Designs
 from camopt.mechanisms.design import BoolArray
+from camopt.problem.claims import Claim
 from camopt.problem.limit import Limit
 from camopt.problem.problem import Problem, exactly
 from camopt.problem.rows import Rows
@@ -25,6 +27,7 @@ from camopt.verdicts.judging import (
     proved_status,
     settled,
 )
+from camopt.verdicts.refuting import refuted
 
 
 @dataclass(frozen=True)
@@ -46,13 +49,25 @@ class Candidates:
         """The block that they are."""
         return Case(self.problem.setup, self.problem.programme, self.designs)
 
+    def plan(self, wanted: frozenset[str]) -> list[tuple[Effect, frozenset[str]]]:
+        """The effects that find what is wanted, and what the limits need that were not asked yet."""
+        needed = (need for limit in self.pending for need in limit.needs)
+        return planned(wanted.union(needed), self.problem.setup)
+
     def take(self, index: NDArray[np.intp]) -> "Candidates":
         """Some of them."""
         designs, rows = self.designs.take(index), self.rows.take(index)
         return replace(self, designs=designs, which=self.which[index], rows=rows, held=self.held[index])
 
+    def unrefuted(self, claims: Iterable[Claim]) -> "Candidates":
+        """Those of which no single cam angle shows that they break a claim."""
+        broken = refuted(self.case, claims)
+        return self.take(np.flatnonzero(~broken)) if broken.any() else self
+
     def asked(self, rows: Rows) -> "Candidates":
         """With more quantities, those that hold the limits that these decide, or may."""
+        if rows is self.rows:
+            return self
         ready = tuple(limit for limit in self.pending if rows.columns.keys() >= set(limit.needs))
         pending = tuple(limit for limit in self.pending if limit not in ready)
         left = replace(self, rows=rows, pending=pending)
@@ -85,8 +100,8 @@ class Screened(NamedTuple):
 
 def screened(problem: Problem, designs: Designs, wanted: frozenset[str]) -> Screened:
     """The wanted quantities of those designs that hold every limit, with their verdict."""
-    candidates = begun(problem, designs)
-    for effect, names in _plan(problem, wanted):
+    candidates = begun(problem, designs).unrefuted(problem.claims)
+    for effect, names in candidates.plan(wanted):
         candidates = candidates.asked(of_pitch(candidates.rows, candidates.case, effect, names))
         candidates = candidates.asked(beyond_pitch(candidates.rows, candidates.case, effect, names))
     return _with_verdict(candidates, wanted)
@@ -95,21 +110,18 @@ def screened(problem: Problem, designs: Designs, wanted: frozenset[str]) -> Scre
 def screened_by_pitch(candidates: Candidates, wanted: frozenset[str]) -> Candidates:
     """Those of some pitch curves, as designs of their own, that hold every limit which they decide, or may."""
     of_sizes = tuple(limit for limit in candidates.pending if not limit.needs)
-    found = replace(candidates, pending=tuple(limit for limit in candidates.pending if limit.needs))
-    for effect, names in _plan(candidates.problem, wanted):
+    found = candidates.unrefuted(candidates.problem.claims_of_pitch)
+    found = replace(found, pending=tuple(limit for limit in candidates.pending if limit.needs))
+    for effect, names in candidates.plan(wanted):
         found = found.asked(of_pitch(found.rows, found.case, effect, names))
     return replace(found, pending=(*of_sizes, *found.pending))
 
 
 def screened_beyond_pitch(candidates: Candidates, wanted: frozenset[str]) -> Screened:
     """As ``screened``, of designs of which everything is known that their pitch curves decide."""
-    for effect, names in _plan(candidates.problem, wanted):
+    for effect, names in candidates.plan(wanted):
         candidates = candidates.asked(beyond_pitch(candidates.rows, candidates.case, effect, names))
     return _with_verdict(candidates, wanted)
-
-
-def _plan(problem: Problem, wanted: frozenset[str]) -> list[tuple[Effect, frozenset[str]]]:
-    return planned(wanted | problem.needed, problem.setup)
 
 
 def _with_verdict(candidates: Candidates, wanted: frozenset[str]) -> Screened:

@@ -24,7 +24,7 @@ from camopt.front.box_bounds import Bounds, all_bounded, is_bounded
 from camopt.front.dominance import Dominators
 from camopt.front.front_search import FrontSearch
 from camopt.front.grid_boxes import Grid
-from camopt.front.pareto import LARGEST, row_costs
+from camopt.front.pareto import LARGEST, non_dominated, row_costs
 from camopt.front.shared_curves import SharedCurves, curve_numbers
 from camopt.front.streaming import gathered
 from camopt.problem.limits import LOADS
@@ -32,7 +32,8 @@ from camopt.problem.problem import resolve
 from camopt.problem.rows import joined
 from camopt.problem.space import space_of
 from camopt.quantities import QUANTITIES
-from camopt.verdicts.judging import run_effects
+from camopt.verdicts import refuting
+from camopt.verdicts.judging import run_effects, settled
 
 SPREAD = {"base_radius": 0.5, "mean_radius": 0.5, "roller_radius": 0.4, "face_radius": 0.4, "arm_length": 0.2}
 AROUND = {"offset": 12.0, "face_offset": 8.0}
@@ -114,9 +115,9 @@ def limits_of(cam, rng):
     return limits
 
 
-def streamed(space, names, size, write):
+def streamed(space, names, size, write, kept=True):
     """What is seen of a space that is swept block by block."""
-    blocks = Blocks(space, names, size=size)
+    blocks = Blocks(space, names, kept=kept, size=size)
     batches = Threads(2).in_order(lambda numbers: blocks.batch(*numbers), range(len(blocks)))
     return gathered(space, batches, size, write, lambda done, total: None)
 
@@ -147,18 +148,56 @@ def same_rows(full, found):
         assert np.array_equal(mine, theirs), (name, mine[mine != theirs][:3], theirs[mine != theirs][:3])
 
 
+def repeating(scene):
+    """The scene with sizes that repeat their sums."""
+    sizes = {
+        key: [24.0, 24.5, 25.0, 30.0] for key in scene.search.model_fields_set & {"base_radius", "mean_radius"}
+    }
+    rollers = {key: [5.0, 5.5, 6.0] for key in scene.search.model_fields_set & {"roller_radius", "face_radius"}}
+    return scene.replace(**{f"search.{key}": values for key, values in (sizes | rollers).items()})
+
+
+def judged_alone(space, names):
+    """How many designs can be assembled, and the feasible ones, each judged by the plain path."""
+    found = []
+    for problem, first, last in space.parts():
+        designs = space.designs(np.arange(first, last))
+        designs = designs.take(problem.setup.mechanism.exists(designs, problem.programme))
+        found.append(settled(problem, designs, frozenset(names))[0].only(names))
+    rows = joined(found)
+    return rows.count, rows.take(rows.column("feasible").astype(bool))
+
+
+@pytest.mark.parametrize("contact", CONTACTS)
+@given(seed=st.integers(0, 10**6), block=st.sampled_from([7, 50, 65536]), plain=st.booleans())
+@settings(max_examples=times(4, deep=40))
+def test_a_sweep_finds_what_the_plain_path_finds_of_each_design(contact, seed, block, plain):
+    """With a table of designs and without: every count, row and digit, in the order of the space."""
+    scene = repeating(question(contact, seed))
+    if plain and rounded(contact):
+        scene = scene.replace(limits={"pressure_angle": 30.0, "curvature_radius": 1.0})
+    problem = with_objectives(resolve(scene))
+    space, names = space_of(problem), column_names(problem)
+    existing, expected = judged_alone(space, names)
+    front = non_dominated(expected, problem.objectives)
+    for worth, kept in ((1.0, True), (1.0, False), (np.inf, False)):
+        rows = []
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(shared_curves, "AT_ONCE", 16)
+            patch.setattr(shared_curves, "WORTH", worth)
+            patch.setattr(refuting, "MANY", 0)
+            found = streamed(space, names, block, rows.append, kept)
+        assert (found.existing, found.feasible) == (existing, expected.count)
+        same_rows(front, found.front)
+        same_rows(expected if kept else expected.take(np.arange(0)), joined(rows))
+
+
 @pytest.mark.parametrize("contact", [name for name in CONTACTS if rounded(name)])
 @given(seed=st.integers(0, 10**6), block=st.sampled_from([7, 50, 32768]))
 @settings(max_examples=times(5, deep=40))
 def test_curves_that_designs_share_change_no_bit(contact, seed, block):
     """The full sweep with each pitch curve searched once, four together, and without; sizes repeat their sums."""
-    scene = question(contact, seed)
-    sizes = {
-        key: [24.0, 24.5, 25.0, 30.0] for key in scene.search.model_fields_set & {"base_radius", "mean_radius"}
-    }
-    rollers = {key: [5.0, 5.5, 6.0] for key in scene.search.model_fields_set & {"roller_radius", "face_radius"}}
-    scene = scene.replace(**{f"search.{key}": values for key, values in (sizes | rollers).items()})
-    problem = with_objectives(resolve(scene))
+    problem = with_objectives(resolve(repeating(question(contact, seed))))
     space, names, tables = space_of(problem), column_names(problem), []
     for at_once, worth in ((4, 1.0), (4096, np.inf)):
         rows = []
@@ -192,13 +231,20 @@ def test_no_curve_is_lost_where_threads_begin_a_motion_together(monkeypatch):
         return np.zeros(count)
 
     alone = SharedCurves(space, problem, curve_numbers(space), frozenset(names))
-    expected = [alone.candidates(first, first + 4)[1].rows for first in (0, 12)]
+
+    def feasible(curves, first):
+        """The rows of four designs, from one on."""
+        _, surely, perhaps = curves.verdicts(first, first + 4)
+        assert not len(perhaps)
+        return curves.feasible(surely, frozenset(names))
+
+    expected = [feasible(alone, first) for first in (0, 12)]
     assert all(rows.count for rows in expected)
     with pytest.MonkeyPatch.context() as patch, ThreadPoolExecutor(2) as pool:
         patch.setattr(shared_curves, "np", SimpleNamespace(**{**vars(np), "zeros": late}))
-        list(pool.map(lambda first: curves.candidates(first, first + 4), (0, 12)))
+        list(pool.map(lambda first: feasible(curves, first), (0, 12)))
     for first, rows in zip((0, 12), expected, strict=True):
-        same_rows(rows, curves.candidates(first, first + 4)[1].rows)
+        same_rows(rows, feasible(curves, first))
 
 
 @pytest.mark.parametrize("contact", CONTACTS)

@@ -11,7 +11,7 @@ from support.depth import covering
 
 from camopt import QUANTITIES, BadInput, Scene, evaluate, find_scene, load, optimise, sweep
 from camopt.engines.threads import Threads
-from camopt.front.sweep import binding_limits
+from camopt.front.sweep import binding_limits, next_smaller_cams, to_compare
 from camopt.problem.problem import resolve
 from camopt.problem.rows import Rows
 from camopt.problem.space import space_of
@@ -156,7 +156,9 @@ def test_what_holds_rows_is_what_their_next_smaller_cams_exceed(scene, tables):
     violated = {tuple(row): of for *row, of in designs[[*sizes, "violated"]].itertuples(index=False)}
     assert len(violated) == len(designs)
     rows = Rows({name: designs[name].to_numpy() for name in designs}, len(designs))
-    held = binding_limits(space_of(resolve(scene)), rows)
+    space = space_of(resolve(scene))
+    inside, smaller = next_smaller_cams(space, rows)
+    held = binding_limits(rows.count, inside, *to_compare(space, smaller))
     for (*of_law, base), by in zip(designs[sizes].itertuples(index=False), held, strict=True):
         smaller = violated.get((*of_law, base - 4), None if base > 30 else "edge of the space")
         if smaller is not None:  # it can be assembled
