@@ -33,7 +33,8 @@ if TYPE_CHECKING:
     from camopt.points.points import cam_points
     from camopt.quantities import QUANTITIES
     from camopt.reporting.report import report
-    from camopt.scene.scene import Scene, find_scene, shipped_scenes
+    from camopt.scene.scene import Scene, find_scene
+    from camopt.scene.sources import shipped_scenes
     from camopt.smallest.optimise import Optimum, optimise
     from camopt.smallest.prices import Price, prices
     from camopt.storage.checking import FileCheck, check
@@ -95,7 +96,7 @@ _HOMES = {
     "Sensitivity": "studies.sensitivities",
     "sensitivities": "studies.sensitivities",
     "scene_of": "tables.designs",
-    "shipped_scenes": "scene.scene",
+    "shipped_scenes": "scene.sources",
     "sweep": "front.sweep",
     "sweep_part": "front.parts",
     "synthesise": "synthesis.synthesise",

@@ -6,8 +6,15 @@ from typing import Any
 import click
 from click.core import ParameterSource
 
+from camopt.storage.unit import name_of_part
+
 BESIDE = {"out", "resume", "part", "workers", "scheduler", "quiet", "as_json", "again"}
 """Options that do not ask for another sweep."""
+
+
+def place_of(out: Path, part: tuple[int, int] | None) -> tuple[Path, str]:
+    """The folder of a sweep, or of a part of one, and what its result is called there."""
+    return (out / name_of_part(*part), "part") if part else (out, "sweep")
 
 
 def resumed(scene: Any, keep: str, out: Path, part: tuple[int, int] | None) -> tuple[Any, str]:
@@ -17,12 +24,11 @@ def resumed(scene: Any, keep: str, out: Path, part: tuple[int, int] | None) -> t
     """
     from camopt.front.asked import KEPT, asked_again, asked_of, asked_of_result
     from camopt.front.journal import interrupted
-    from camopt.front.parts import COMMAND, folder_of
     from camopt.mistakes import BadInput, Mistake
     from camopt.scene.scene import find_scene
     from camopt.storage.manifest import has_result
 
-    folder, command = (out / folder_of(*part), COMMAND) if part else (out, "sweep")
+    folder, command = place_of(out, part)
     question = interrupted(folder, command) or asked_of_result(folder, command)
     context = click.get_current_context()
     sources = {name: context.get_parameter_source(name) for name in context.params}

@@ -147,12 +147,12 @@ def _row_by_row(table: Table) -> str:
     return "\n" + "\n\n".join(rows) + "\n"
 
 
-def say_unused(scene: Any) -> None:
-    """Say on standard error what of the scene nothing called for, what its outputs lack, and what is odd."""
+def unused_of(scene: Any) -> tuple[str, ...]:
+    """What of a scene is odd, what of it nothing called for, and what its outputs lack."""
     from camopt.problem.unused import unanswered, unused
     from camopt.scene.oddities import oddities
 
-    say_notes((*oddities(scene), *unused(scene), *unanswered(scene)))
+    return (*oddities(scene), *unused(scene), *unanswered(scene))
 
 
 def say_notes(sentences: Iterable[str]) -> None:

@@ -12,7 +12,8 @@ import pyarrow as pa
 from camopt.comparing.design_table import DesignTable, is_of_designs, type_of
 from camopt.front.sweep import Sweep
 from camopt.mistakes import BadInput, Mistake, nearest
-from camopt.scene.scene import Scene, find_scene, shipped_scenes
+from camopt.scene.scene import Scene, find_scene
+from camopt.scene.sources import shipped_scenes
 from camopt.storage.files import checked_path
 from camopt.storage.manifest import of_one_run, settled_file, settled_path, settled_paths
 from camopt.storage.sealed import SCENE as SCENE_OF_TABLE

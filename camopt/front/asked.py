@@ -14,7 +14,7 @@ import numpy as np
 from camopt.engines import Engine
 from camopt.front.blocks import BLOCK, Batch, Blocks, merged
 from camopt.front.box_bounds import all_bounded
-from camopt.kernels.version import version_of_kernels
+from camopt.kernels.version import version_of_rows
 from camopt.mistakes import BadInput, Mistake, nearest
 from camopt.problem.problem import VERDICT, Problem, resolve
 from camopt.problem.sample import searched_space
@@ -22,7 +22,6 @@ from camopt.problem.space import Space
 from camopt.quantities import QUANTITIES, motion_quantity
 from camopt.scene.scene import Scene
 from camopt.storage.manifest import question_in
-from camopt.version import VERSION
 
 FRONT_ONLY = "front-only"
 MOST_PARTS = 100_000
@@ -138,11 +137,6 @@ class Asked:
     def numbers(self, part: int = 1, parts: int = 1) -> range:
         """The blocks of one of several equal parts: consecutive ones."""
         return range(len(self.blocks) * (part - 1) // parts, len(self.blocks) * part // parts)
-
-
-def version_of_rows() -> str:
-    """The version of camopt and of its kernels: with the same one, the same question has the same answer."""
-    return f"{VERSION} {version_of_kernels()}"
 
 
 def asked_of_result(folder: Path, command: str) -> Question | None:

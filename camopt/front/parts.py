@@ -25,7 +25,7 @@ from camopt.front.journal import (
     whole_batches,
 )
 from camopt.front.streaming import Seen, gathered
-from camopt.front.sweep import Keeps, Sweep, Write, result_of, swept_already
+from camopt.front.sweep import Beside, Keeps, Sweep, Write, result_of, swept_already
 from camopt.mistakes import BadInput, Mistake
 from camopt.progress import Progress
 from camopt.scene.scene import Scene
@@ -34,7 +34,7 @@ from camopt.storage.files import regular_file
 from camopt.storage.manifest import settled_paths
 from camopt.storage.publishing import published
 from camopt.storage.records import damage_of
-from camopt.storage.unit import PART
+from camopt.storage.unit import PART, name_of_part
 from camopt.verdicts.judging import Effort
 
 COMMAND = "part"
@@ -100,6 +100,7 @@ def sweep_part(
     engine: Engine | None = None,
     tell: Tell | None = None,
     again: bool = False,
+    beside: Beside | None = None,
 ) -> SweepPart:
     """Evaluate one of several equal parts of a sweep; ``merge`` puts them together.
 
@@ -125,6 +126,8 @@ def sweep_part(
         As for ``sweep``.
     again : bool, default False
         As for ``sweep``.
+    beside : callable, optional
+        As for ``sweep``.
 
     Returns
     -------
@@ -147,7 +150,7 @@ def sweep_part(
     3
     """
     asked, own = _part_of(asked_of(scene, keep), part), Threads(workers or os.cpu_count() or 1)
-    folder, name = Path(out) / folder_of(*part), f"{folder_of(*part)}{PART}"
+    folder, name = Path(out) / name_of_part(*part), f"{name_of_part(*part)}{PART}"
     question, journal = asked.question(*part), None
 
     def found(answer: Any) -> SweepPart:
@@ -169,12 +172,8 @@ def sweep_part(
         impossible = seen.evaluated - existing
         result = SweepPart(asked.scene, *part, seen.evaluated, impossible, feasible, seen.effort, folder / name)
         unit.answer = {name: getattr(result, name) for name in COUNTS} | {"effort": [*seen.effort]}
+        unit.answer |= beside(result) if beside else {}
     return result
-
-
-def folder_of(part: int, parts: int) -> str:
-    """The name of the folder of a part."""
-    return f"part-{part}-of-{parts}"
 
 
 def _part_of(asked: Asked, part: tuple[int, int]) -> Asked:

@@ -149,6 +149,10 @@ class Sweep(Shown):
         return next(iter(self.best.values())).scene if len(self.best) == 1 else None
 
 
+Beside = Callable[[Any], dict[str, Any]]
+"""What gives what is kept with a result in its manifest, in what JSON takes."""
+
+
 def sweep(
     scene: Scene,
     out: str | os.PathLike[str] | None = None,
@@ -159,6 +163,7 @@ def sweep(
     engine: Engine | None = None,
     tell: Tell | None = None,
     again: bool = False,
+    beside: Beside | None = None,
 ) -> Sweep:
     """Evaluate every design of the grid or the sample that a scene's ``[search]`` asks for; find the Pareto front.
 
@@ -189,6 +194,9 @@ def sweep(
     again : bool, default False
         Whether to compute anew what is in the folder already. If not, and the result there is of the same question
         and version, and its files are whole, that is what is returned.
+    beside : callable, optional
+        Called with the result before it is published. What it gives, in what JSON takes, is kept in the manifest:
+        there the command keeps what it prints, for whoever asks again.
 
     Returns
     -------
@@ -232,7 +240,7 @@ def sweep(
             checkpoint.restore(search, tell)
             return search.run(checkpoint.offer)
 
-        return result_of(asked, out, found, progress, lambda path: checkpoint_at(path, asked, tell))
+        return result_of(asked, out, found, progress, lambda path: checkpoint_at(path, asked, tell), beside)
 
     def searched(journal: Journal | None, write: Write) -> Seen:
         if journal is None:
@@ -240,7 +248,7 @@ def sweep(
         foresee(journal, own, engine or own, tell)
         return gathered(asked.space, going_on(journal, engine or own, tell), block, write, progress)
 
-    return result_of(asked, out, searched, progress, lambda path: journal_at(path, asked, tell=tell))
+    return result_of(asked, out, searched, progress, lambda path: journal_at(path, asked, tell=tell), beside)
 
 
 Write = Callable[[Rows], None]
@@ -263,8 +271,9 @@ def result_of(
     search: Callable[[Keeper | None, Write], Seen],
     progress: Progress | None,
     keep: Callable[[Path], AbstractContextManager[Keeper]] | None = None,
+    beside: Beside | None = None,
 ) -> Sweep:
-    """The result of a search, written to a folder if there is one.
+    """The result of a search, written to a folder if there is one, with what is kept ``beside`` it.
 
     There ``keep`` opens what keeps the work of the search, in a file, and stays open until the tables are whole.
     """
@@ -304,7 +313,7 @@ def result_of(
                 if table in tables and (table != "designs" or asked.keep == "pareto"):
                     tables[table].append(found)
             write_text(unit.path(SCENE), scene.to_toml())
-            unit.answer = told_of(result)
+            unit.answer = told_of(result) | (beside(result) if beside else {})
     return result
 
 

@@ -7,8 +7,6 @@ at once, a line for each mistake, as a BadInput.
 import os
 import tomllib
 from collections.abc import Iterable, Mapping
-from functools import cache
-from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
@@ -26,6 +24,7 @@ from camopt.scene.own_laws import read_files
 from camopt.scene.part import Part, resolved
 from camopt.scene.profile import read_profile
 from camopt.scene.search import Search
+from camopt.scene.sources import shipped_scenes, shipped_toml
 from camopt.scene.tables import (
     MOST_SEGMENTS,
     Accuracy,
@@ -46,9 +45,6 @@ from camopt.scene.text import parsed, plain
 from camopt.shown import Drawn, Shown
 from camopt.storage.files import read_bytes
 from camopt.storage.manifest import settled_path
-
-SCHEMA = "scene.schema.json"
-"""The file beside this one that ``camopt.scene.schema`` makes."""
 
 
 class Scene(Shown, Drawn, Table):
@@ -277,37 +273,6 @@ def _changed(table: Any, keys: list[str], value: Any) -> Any:
     first, *rest = keys
     changed = _changed(getattr(table, first) or Dynamics(), rest, value) if rest else value
     return table.model_copy(update={first: changed})
-
-
-@cache
-def shipped_scenes() -> tuple[str, ...]:
-    """The names of the scenes that come with the package.
-
-    Returns
-    -------
-    tuple
-        For ``find_scene`` and for all commands.
-
-    Examples
-    --------
-    >>> "exhaust-valve" in camopt.shipped_scenes()
-    True
-    """
-    folder = resources.files("camopt.scene") / "shipped"
-    return tuple(
-        sorted(entry.name.removesuffix(".toml") for entry in folder.iterdir() if entry.name.endswith(".toml"))
-    )
-
-
-def shipped_toml(name: str) -> str:
-    """The text of a shipped scene, without the line that leads from there to the schema."""
-    text = (resources.files("camopt.scene") / "shipped" / f"{name}.toml").read_text(encoding="utf-8")
-    return text.removeprefix(f"#:schema ../{SCHEMA}\n")
-
-
-def with_schema(text: str) -> str:
-    """A scene as text whose first line leads linters and editors to the schema of this installation."""
-    return f"#:schema {Path(__file__).with_name(SCHEMA).as_uri()}\n{text}"
 
 
 def find_scene(name: str | os.PathLike[str]) -> Scene:

@@ -226,10 +226,10 @@ def question_in(folder: Path, command: str) -> Any:
     return result and result.question
 
 
-def answer_in(folder: Path, command: str, question: Any) -> Any:
-    """What a command said of its result in a folder; None if it was asked something else, or a file is damaged."""
+def answer_in(folder: Path, command: str, asked: Callable[[Result], bool]) -> Any:
+    """What a command said of its result in a folder; None if it was not what is asked, or a file is damaged."""
     result = _known(folder).results.get(command)
-    if result is None or result.question is None or result.question != question:
+    if result is None or not asked(result):
         return None
     try:
         whole = all(fact_of(settled_path(folder / name)) == fact for name, fact in result.files.items())

@@ -132,14 +132,29 @@ def answered(
         For an empty ``folder``.
     """
     folder = _folder_of(folder)
+    read = partial(answer_in, folder, command, lambda result: question == result.question is not None)
     if not (folder / WORK).is_dir():
-        return of_one_run(folder, partial(answer_in, folder, command, question))
+        return of_one_run(folder, read)
     with held_folder(folder) as (work, alone):
         settle(folder, work, alone)
-        answer, journal = answer_in(folder, command, question), journal_path(folder, command)
+        answer, journal = read(), journal_path(folder, command)
         if answer is not None and is_spent(journal):
             remove(journal)
         return answer
+
+
+def answered_in_words(folder: Path, command: str, words: str) -> Any:
+    """The same for who has the words of the question alone, which the answer has under ``words``.
+
+    None, too, where a run may have died or be at work: who has the question looks at that.
+    """
+    if (folder / WORK).is_dir():
+        return None
+    return of_one_run(folder, partial(answer_in, folder, command, partial(_is_in_words, words)))
+
+
+def _is_in_words(words: str, result: Result) -> bool:
+    return isinstance(result.answer, dict) and result.answer.get("words") == words
 
 
 def already_done(folder: str | os.PathLike[str]) -> str:

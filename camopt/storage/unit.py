@@ -65,6 +65,11 @@ class Unit:
         return self.staging / name
 
 
+def name_of_part(part: int, parts: int) -> str:
+    """What a part of a sweep is called, and its folder."""
+    return f"part-{part}-of-{parts}"
+
+
 def journal_path(folder: Path, command: str) -> Path:
     """Where a command keeps what it has done of a result in a folder."""
     return folder / WORK / f"{command}{JOURNAL}"

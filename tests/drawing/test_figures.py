@@ -17,7 +17,8 @@ from camopt.mistakes import BadInput
 from camopt.motion.table import RISE
 from camopt.points.points import cam_points, write_points
 from camopt.problem.problem import resolve
-from camopt.scene.scene import Scene, find_scene, shipped_scenes
+from camopt.scene.scene import Scene, find_scene
+from camopt.scene.sources import shipped_scenes
 
 SEGMENTS = [("rise", 120, "cycloidal"), ("dwell", 40, None), ("return", 100, "poly345"), ("dwell", 100, None)]
 DISC = {"form": "disc", "base_radius": 40.0, "rpm": 200}

@@ -16,7 +16,7 @@ from support.depth import times
 from camopt import BadInput, Scene, find_scene, shipped_scenes
 from camopt.mistakes import Mistake
 from camopt.scene.choices import Range
-from camopt.scene.scene import shipped_toml
+from camopt.scene.sources import shipped_toml
 from camopt.scene.tables import Cam, Segment
 
 WORKED = json.loads((Path(__file__).parents[1] / "data" / "worked-examples.json").read_text())

@@ -21,7 +21,8 @@ from camopt.cli import exits
 from camopt.cli.main import main
 from camopt.mistakes import LONGEST_LINE
 from camopt.quantities import QUANTITIES
-from camopt.scene.scene import Scene, shipped_scenes, shipped_toml
+from camopt.scene.scene import Scene
+from camopt.scene.sources import shipped_scenes, shipped_toml
 
 SCHEMA = Scene.model_json_schema()
 TEXTS = {name: shipped_toml(name) for name in shipped_scenes()}

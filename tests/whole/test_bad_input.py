@@ -21,7 +21,7 @@ from camopt.mistakes import LONGEST_LINE, MOST_TOLD, shortened
 from camopt.problem.problem import resolve_design
 from camopt.reporting.cams import words_of
 from camopt.scene.oddities import no_wall, oddities
-from camopt.scene.scene import shipped_toml
+from camopt.scene.sources import shipped_toml
 from camopt.scene.text import DEEPEST, parsed
 
 TEXT = find_scene("roller-1000rpm").to_toml()

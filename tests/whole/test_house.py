@@ -24,7 +24,7 @@ ROOMS = {
     "storage": "mistakes version",
     "quantities": "",
     "shown": "",
-    "kernels": "mistakes",
+    "kernels": "mistakes version",
     "engines": "mistakes version kernels",
     "numerics": "kernels",
     "motion": "mistakes numerics",
@@ -38,7 +38,7 @@ ROOMS = {
         "mistakes progress quantities shown numerics motion mechanisms effects scene problem tables verdicts"
     ),
     "front": (
-        "mistakes version progress storage quantities shown kernels engines numerics motion mechanisms "
+        "mistakes progress storage quantities shown kernels engines numerics motion mechanisms "
         "effects scene problem tables verdicts smallest"
     ),
     "synthesis": (

@@ -6,9 +6,9 @@ from typing import Any
 
 import click
 
+from camopt.cli.once import Once, OnceCommand, Told, once
 from camopt.cli.options import (
     DEFAULT_SCENE,
-    Command,
     Place,
     again_option,
     output_options,
@@ -17,7 +17,7 @@ from camopt.cli.options import (
 )
 
 
-@click.command(cls=Command)
+@click.command(cls=OnceCommand, place=lambda out, spectrum, **_: (out, "effects") if spectrum else None)
 @click.argument("scene", default=DEFAULT_SCENE)
 @scene_options
 @output_options
@@ -36,7 +36,6 @@ def effects(scene: Any, as_json: bool, quiet: bool, spectrum: bool, out: Path, a
     from camopt.cli.commands.effects_report import show_cost_report, show_spectrum
 
     if spectrum:
-        from camopt.cli.once import Once, Told, once
         from camopt.studies.spectrum import SPECTRUM, write_spectrum
         from camopt.studies.spectrum import spectrum as spectra
 

@@ -72,6 +72,6 @@ def evaluate(
     show_evaluation(result, as_json)
     if not quiet:
         terminal.say_notes(result.warnings)
-        terminal.say_unused(scene)
+        terminal.say_notes(terminal.unused_of(scene))
         terminal.say_written([file for file in (picture, animation, points) if file])
     return reached(scene, result["relative_half_width"])

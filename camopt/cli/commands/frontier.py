@@ -7,9 +7,9 @@ from typing import Any
 import click
 
 from camopt.cli.exits import NOTHING_FEASIBLE
+from camopt.cli.once import Once, OnceCommand, Told, once
 from camopt.cli.options import (
     DEFAULT_SCENE,
-    Command,
     Place,
     again_option,
     output_options,
@@ -18,7 +18,7 @@ from camopt.cli.options import (
 )
 
 
-@click.command(cls=Command)
+@click.command(cls=OnceCommand, place=lambda out, **_: (out, "frontier"))
 @click.argument("scene", default=DEFAULT_SCENE)
 @scene_options
 @output_options
@@ -55,7 +55,6 @@ def frontier(
     """Show the trade-off between size and acceleration, or other terms and loads, with new motion laws."""
     from camopt.cli import terminal
     from camopt.cli.commands.frontier_report import show_frontier
-    from camopt.cli.once import Once, Told, once
     from camopt.synthesis.files import FRONTIER, PICTURE, write_frontier
 
     traded = [axis.strip() for axis in axes.split(",")]

@@ -7,9 +7,9 @@ from typing import Any
 import click
 
 from camopt.cli.exits import NOTHING_FEASIBLE, reached
+from camopt.cli.once import Once, OnceCommand, Told, once
 from camopt.cli.options import (
     DEFAULT_SCENE,
-    Command,
     Place,
     again_option,
     check_folder,
@@ -22,7 +22,7 @@ from camopt.cli.options import (
 NO_TIME = 1e-3  # seconds: where none are left, bounds have prices, and nothing is sought without them
 
 
-@click.command(cls=Command)
+@click.command(cls=OnceCommand, place=lambda out, **_: out and (out, "optimise"))
 @click.argument("scene", default=DEFAULT_SCENE)
 @scene_options
 @outputs_option
@@ -40,7 +40,6 @@ def optimise(scene: Any, as_json: bool, quiet: bool, out: Path | None, seconds: 
     """Find the smallest cam of each motion law that meets every limit."""
     from camopt.cli import terminal
     from camopt.cli.commands.optimise_report import show_optimum
-    from camopt.cli.once import Once, Told, once
     from camopt.numerics.clock import now
     from camopt.scene.oddities import no_wall
     from camopt.smallest.optimise import optimise as run
@@ -58,13 +57,13 @@ def optimise(scene: Any, as_json: bool, quiet: bool, out: Path | None, seconds: 
         walls = no_wall(scene, result.best.get("base_radius_mm")) if result.best else ()
         return Told(partial(show_optimum, result, costs), code, (*result.warnings, *walls))
 
-    if not quiet:
-        terminal.say_unused(scene)
+    before = terminal.unused_of(scene)
     if out:
         check_folder(scene, out, OPTIMUM)
-        made = Once(out, "optimise", (OPTIMUM,), {"seconds": seconds})
+        made = Once(out, "optimise", (OPTIMUM,), {"seconds": seconds}, before)
         return once(made, scene, again, as_json, quiet, work)
     refuse_without("--out", {"again": again or None})
+    terminal.say_notes(() if quiet else before)
     told = work(None)
     told.show(as_json)
     if not quiet:

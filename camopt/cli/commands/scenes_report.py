@@ -10,7 +10,7 @@ from camopt.tables.layout import table_of
 
 def show_scenes(name: str | None, as_json: bool) -> None:
     """The shipped scenes, or one of them as TOML."""
-    from camopt.scene.scene import shipped_scenes, shipped_toml, with_schema
+    from camopt.scene.sources import shipped_scenes, shipped_toml, with_schema
 
     if name is not None:
         if name not in shipped_scenes():

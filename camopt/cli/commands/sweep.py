@@ -1,15 +1,16 @@
 """``camopt sweep``."""
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import click
 
-from camopt.cli.exits import NOTHING_FEASIBLE, reached
+from camopt.cli.exits import NOT_REACHED, NOTHING_FEASIBLE, code_of, reached
+from camopt.cli.once import OnceCommand, Told, words_read
 from camopt.cli.options import (
     DEFAULT_SCENE,
     Axis,
-    Command,
     FreeNumber,
     Place,
     Share,
@@ -22,9 +23,10 @@ from camopt.cli.options import (
     scene_options,
     scheduler_option,
 )
+from camopt.cli.resumed import place_of, resumed
 
 
-@click.command(cls=Command)
+@click.command(cls=OnceCommand, place=lambda out, part, **_: place_of(out, part))
 @click.argument("scene", default=DEFAULT_SCENE)
 @scene_options
 @outputs_option
@@ -84,32 +86,40 @@ def sweep(
     """
     from camopt.cli import terminal
     from camopt.cli.commands.sweep_report import show_part, show_sweep
-    from camopt.cli.resumed import resumed
     from camopt.front.parts import sweep_part
     from camopt.front.sweep import sweep as run
 
-    scene = changed(scene, _searched(**asked))
+    words, scene = words_read(), changed(scene, _searched(**asked))
     if resume:
         scene, keep = resumed(scene, keep, out, part)
     check_folder(scene, out)
     tell = terminal.say_lost if quiet else terminal.say_note
     unit = "boxes of designs" if keep == "front-only" else "designs"
+
+    def told(made: Any) -> Told:
+        notes = terminal.unused_of(scene)
+        if part:
+            return Told(partial(show_part, made), 0, notes)
+        code = code_of(scene, made.reached) if made.pareto else NOTHING_FEASIBLE
+        return Told(partial(show_sweep, made), code, notes)
+
+    def beside(made: Any) -> dict[str, Any]:
+        kept.update(told(made).kept(words))
+        return kept
+
+    kept: dict[str, Any] = {}
+    made: Any
     with terminal.progress(quiet, unit) as advance:
         if part:
-            share = sweep_part(scene, part, out, keep, workers, advance, engine, tell, again)
+            made = sweep_part(scene, part, out, keep, workers, advance, engine, tell, again, beside)
         else:
-            whole = run(scene, out, keep, workers, advance, engine=engine, tell=tell, again=again)
-    if part:
-        show_part(share, as_json)
-    else:
-        show_sweep(whole, as_json)
+            made = run(scene, out, keep, workers, advance, engine=engine, tell=tell, again=again, beside=beside)
+    end = told(made)
+    end.tell(as_json, kept)
     if not quiet:
-        terminal.say_unused(scene)
-        made = share if part else whole
-        terminal.say_written([] if made.already_done else [share.file] if part else whole.files)
-    if part:
-        return 0
-    return reached(scene, whole.reached) if whole.pareto else NOTHING_FEASIBLE
+        terminal.say_notes(end.notes)
+        terminal.say_written([] if made.already_done else [made.file] if part else made.files)
+    return reached(scene, made.reached) if end.code == NOT_REACHED else end.code
 
 
 def _searched(

@@ -7,10 +7,10 @@ from typing import Any
 import click
 
 from camopt.cli.exits import reached
+from camopt.cli.once import Once, OnceCommand, Told, once
 from camopt.cli.options import (
     DEFAULT_SCENE,
     PICTURES,
-    Command,
     Place,
     again_option,
     check_folder,
@@ -19,7 +19,7 @@ from camopt.cli.options import (
 )
 
 
-@click.command(cls=Command)
+@click.command(cls=OnceCommand, place=lambda out, picture, **_: None if picture else (out, "synthesise"))
 @click.argument("scene", default=DEFAULT_SCENE)
 @scene_options
 @output_options
@@ -37,7 +37,6 @@ def synthesise(scene: Any, as_json: bool, quiet: bool, out: Path, picture: Path 
     """Compute new motion laws (B-splines) that allow the smallest cam."""
     from camopt.cli import terminal
     from camopt.cli.commands.synthesise_report import show_synthesis
-    from camopt.cli.once import Once, Told, once
     from camopt.synthesis.files import SCENE, SYNTHESIS, write_comparison, write_laws
 
     def work(unit: Any) -> Told:

@@ -4,7 +4,8 @@ import tomllib
 from collections.abc import Iterator
 
 from camopt.drawing.small import small_cam
-from camopt.scene.scene import find_scene, shipped_scenes, shipped_toml
+from camopt.scene.scene import find_scene
+from camopt.scene.sources import shipped_scenes, shipped_toml
 
 
 def shipped() -> Iterator[str]:
