@@ -9,8 +9,8 @@ from camopt.cli.exits import run
 from camopt.version import VERSION
 
 COMMANDS = (
-    *("scenes", "keys", "schema", "laws", "evaluate", "effects", "sweep", "merge", "optimise", "synthesise"),
-    *("frontier", "certify", "export", "report", "serve", "fit", "compare", "check", "accuracy"),
+    *("new", "scenes", "keys", "schema", "laws", "evaluate", "effects", "sweep", "merge", "optimise"),
+    *("synthesise", "frontier", "certify", "export", "report", "serve", "fit", "compare", "check", "accuracy"),
 )
 """Names of the commands, and of their modules."""
 

@@ -45,6 +45,12 @@ def said_of(model: type[Table], key: str) -> tuple[str, str]:
     return (sentence, unit) if mark else (text.removesuffix("."), "")
 
 
+def unit_for(unit: str, angular: bool) -> str:
+    """Of a unit that is another one where the follower oscillates, that of this follower."""
+    linear, _, turning = unit.partition(", oscillating ")
+    return turning if angular and turning else linear
+
+
 @cache
 def _docstrings(model: type) -> dict[str, str]:
     """The texts under the keys of a class, in one line each."""

@@ -720,3 +720,12 @@ def test_keys_are_listed_by_table_and_by_name(run, run_json):
     code, found = run_json("keys")
     assert {"name", "limits.torque_rms_N_m", "laws.NAME.scca", "search.KEY.step"} <= {key["key"] for key in found}
     assert "did you mean rpm?" in run("keys", "rpmm")[2]
+
+
+def test_a_new_scene_is_written_once(run):
+    assert run("new", "feeder", "mine.toml")[0] == 0
+    assert Scene.from_toml("mine.toml") == find_scene("feeder-with-stop")
+    code, _, err = run("new", "--follower", "oscillating-flat", "mine.toml")
+    assert (code, "this one is there already" in err) == (2, True)
+    assert run("new", "--follower", "oscillating-flat", "other.toml")[0] == 0
+    assert run("evaluate", "other.toml")[0] == 0

@@ -20,6 +20,7 @@ COMMANDS = {
     "scenes": ["scenes"],
     "schema": ["schema"],
     "keys": ["keys"],
+    "new": ["new", "valve"],
     "compare": ["compare", "SCENE", "two-pauses"],
     "scene": ["scenes", "two-pauses"],
 }

@@ -5,11 +5,10 @@ from collections.abc import Iterator
 from contextlib import suppress
 from functools import cache
 from itertools import product
-from typing import Any
 
 from camopt import BadInput, Scene
 from camopt.effects import lacking
-from camopt.mechanisms import MECHANISMS, Mechanism
+from camopt.mechanisms import Mechanism
 from camopt.mechanisms.follower import Tip
 from camopt.problem.limits import Limit
 from camopt.problem.problem import resolve
@@ -17,15 +16,11 @@ from camopt.problem.unused import READERS
 from camopt.scene.keys import Key, keys_of
 from camopt.scene.materials import MATERIALS
 from camopt.scene.places import TABLES, TOP, heading
+from camopt.scene.starting import PAIRINGS, examples, plainest
 from camopt.scene.tables import ShortLimits
 
 from .markdown import entry, prose, table
 
-PAIRINGS = {
-    f"{mechanism.body.form}, {mechanism.motion.name} {tip.name}": (mechanism, tip)
-    for mechanism in MECHANISMS.values()
-    for tip in mechanism.tips
-}
 ORDER = ("cam", "follower", "follower.dynamics", "motion", "motion.through", "profile", "laws.NAME", "search")
 ORDER += ("search.KEY", "synthesis", "materials", "part", "accuracy")
 """The tables; ``limits`` have a page of their own."""
@@ -73,37 +68,16 @@ def materials() -> Iterator[str]:
 
 # ------------------------------------------------------------------------------------ scenes that give everything
 
-TURN = [
-    {"segment": "rise", "angle": 120, "lift": 10, "law": "cycloidal"},
-    {"segment": "dwell", "angle": 60},
-    {"segment": "return", "angle": 120, "lift": 10, "law": "cycloidal"},
-    {"segment": "dwell", "angle": 60},
-]
-SIZE = {"roller_radius": 10, "face_radius": 10, "arm_length": 80, "centre_distance": 100, "face_offset": 10}
-COMMON = {"spring_rate": 5, "preload": 100, "damping": 0.01, "natural_frequency": 200, "damping_ratio": 0.05}
-COMMON |= {"fluctuation": 0.02, "lash": 0.2, "lash_variation": 0.1}
-GUIDE = {"mass": 0.5, "guide_length": 60, "overhang": 60, "friction": 0.1, "stem_diameter": 12}
-SWUNG = {"inertia": 0.01}
-SOLID = {"thickness": 20, "groove_depth": 8}
-BODIES = {"cam": "steel", "follower": "steel", "face_width": 15, "wear_rate": 1e-10, "viscosity": 0.05}
-BODIES |= {"pressure_viscosity": 20, "roughness": 0.4}
-
 
 def scene_of(mechanism: Mechanism, tip: Tip, *, full: bool) -> Scene:
     """A cam with a follower of a kind: its sizes alone, or all that a scene can give."""
-    body, motion, own = mechanism.body, mechanism.motion, mechanism.follower_keys(tip)
-    sizes = {key: value for key, value in SIZE.items() if key in own}
-    data: dict[str, Any] = {
-        "cam": {"form": body.form, body.size: 40},
-        "follower": {"motion": motion.name, "contact": tip.name, **sizes},
-        "motion": TURN,
-    }
-    if full:
-        data["cam"]["rpm"] = 300
-        data["follower"]["dynamics"] = {**COMMON, **(SWUNG if motion.angular else GUIDE)}
-        data["materials"] = BODIES
-        data["part"] = {"bore": 20, **{key: SOLID[key] for key in body.solid}}
-    return Scene.from_dict(data)
+    plain = Scene.from_dict(plainest(mechanism, tip))
+    if not full:
+        return plain
+    more, needed = examples(plain), ("thickness", "bore", *mechanism.body.solid)
+    part = {f"part.{key}": more["part"][key] for key in needed}
+    tables = {"follower.dynamics": more["follower.dynamics"], "materials": more["materials"]}
+    return plain.replace(**{"cam.rpm": 300}, **tables, **part)
 
 
 @cache

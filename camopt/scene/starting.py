@@ -1,0 +1,207 @@
+"""Scenes to start from: commented by what the code says of their keys, with more keys and tables switched off.
+
+A line that begins with ``#`` and a key, or with ``#[``, is switched off; without the ``#`` it counts.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
+
+import tomli_w
+
+from camopt.mechanisms import MECHANISMS, Mechanism
+from camopt.mechanisms.follower import FLAT, Tip
+from camopt.mistakes import BadInput, Mistake, nearest
+from camopt.motion import LAWS
+from camopt.scene.places import LISTS, TABLES, heading, said_of, unit_for
+from camopt.scene.scene import Scene, find_scene
+from camopt.scene.sources import shipped_scenes, shipped_toml, with_schema
+
+PURPOSES = {
+    "valve": "bucket-valve",
+    "rocker": "rocker-valve",
+    "feeder": "feeder-with-stop",
+    "press": "press-with-drift",
+    "lock-bolt": "indexing-overlap",
+    "belt": "belt-matching",
+}
+"""What a cam is for, each with the shipped scene of one."""
+PAIRINGS = {
+    f"{mechanism.body.form} {mechanism.motion.name}-{tip.name}": (mechanism, tip)
+    for mechanism in MECHANISMS.values()
+    for tip in mechanism.tips
+}
+"""The mechanisms, each with a tip of its follower, as options name them."""
+TURN = [
+    {"segment": "rise", "angle": 120, "lift": 10, "law": "cycloidal"},
+    {"segment": "dwell", "angle": 60},
+    {"segment": "return", "angle": 120, "lift": 10, "law": "cycloidal"},
+    {"segment": "dwell", "angle": 60},
+]
+SIZE = 40
+FOLLOWER = {"roller_radius": 10, "face_radius": 10, "arm_length": 80, "centre_distance": 100, "face_offset": 10}
+DYNAMICS: dict[str, Any] = {
+    "mass": 0.5,
+    "inertia": 0.01,
+    "spring_rate": 5,
+    "preload": 100,
+    "damping": 0.01,
+    "gravity": 9.81,
+    "guide_length": 60,
+    "overhang": 100,
+    "friction": 0.1,
+    "stem_diameter": 12,
+    "natural_frequency": 200,
+    "damping_ratio": 0.05,
+    "fluctuation": 0.02,
+    "lash": 0.2,
+    "lash_variation": 0.1,
+}
+MATERIALS: dict[str, Any] = {
+    "cam": "steel",
+    "follower": "steel",
+    "face_width": 15,
+    "wear_rate": 1e-10,
+    "viscosity": 0.05,
+    "pressure_viscosity": 20,
+    "roughness": 0.4,
+}
+PART = {"thickness": 60, "bore": 20, "groove_depth": 8, "material": "42CrMo4", "hardness": "58 + 4 HRC"}
+
+
+def plainest(mechanism: Mechanism, tip: Tip) -> dict[str, Any]:
+    """A cam with a follower of a kind, with its sizes and a motion alone."""
+    own = mechanism.follower_keys(tip)
+    return {
+        "cam": {"form": mechanism.body.form, mechanism.body.size: SIZE},
+        "follower": {
+            "motion": mechanism.motion.name,
+            "contact": tip.name,
+            **{key: value for key, value in FOLLOWER.items() if key in own},
+        },
+        "motion": TURN,
+    }
+
+
+def examples(scene: Scene) -> dict[str, dict[str, Any]]:
+    """What each table of a scene may have besides."""
+    mechanism, tip = scene.mechanism, scene.tip
+    body, size = mechanism.body, getattr(scene.cam, mechanism.body.size)
+    laws = any(segment.law in LAWS for segment in scene.motion)
+    others = {
+        key for each in MECHANISMS.values() if each.motion != mechanism.motion for key in each.motion.dynamics
+    }
+    seen = {"face_reach": 80} if tip == FLAT else {"pressure_angle": 45}
+    sizes = {} if scene.profile else {body.size: {"start": size / 2, "stop": 3 * size, "step": 1}}
+    return {
+        "cam": {"rotation": "ccw", "rpm": 300},
+        "follower.dynamics": {key: value for key, value in DYNAMICS.items() if key not in others},
+        "limits": {**seen, "curvature_radius": 1, "torque_rms_N_m": 50},
+        "search": {**sizes, **({"law": ["cycloidal", "poly345"]} if laws else {}), "minimise": f"{body.size}_mm"},
+        "synthesis": {"minimise": "acceleration"},
+        "materials": MATERIALS,
+        "part": {key: value for key, value in PART.items() if key != "groove_depth" or key in body.part},
+        "accuracy": {"tolerance": 1e-9},
+    }
+
+
+def starting_scene(name: str | None = None, form: str | None = None, follower: str | None = None) -> str:
+    """The text of a scene to start from, by a purpose or a shipped scene, or by a form of cam and its follower.
+
+    Raises
+    ------
+    BadInput
+        If there is no such name, or no such mechanism.
+    """
+    if name is not None and (form or follower):
+        raise BadInput([Mistake("camopt", "name", name, "belongs to no mechanism: give one of both", bare=True)])
+    if name is None:
+        data = {"name": "My cam", **plainest(*_pairing(form, follower))}
+        return with_schema(_written(Scene.from_dict(data), data, []))
+    known = (*PURPOSES, *shipped_scenes())
+    if name not in known:
+        raise BadInput([Mistake("camopt", "name", name, f"a purpose or a shipped scene; {nearest(name, known)}")])
+    scene = find_scene(shipped := PURPOSES.get(name, name))
+    about = [line for line in shipped_toml(shipped).splitlines() if line.startswith("# ")]
+    return with_schema(_written(scene, scene.to_dict(), about))
+
+
+def _pairing(form: str | None, follower: str | None) -> tuple[Mechanism, Tip]:
+    """The first mechanism of a form of cam and a follower, either of which may be left out."""
+    found = [pair for words, pair in PAIRINGS.items() if _fits(words.split(), form, follower)]
+    if not found:
+        named = " ".join(filter(None, (form, follower)))
+        raise BadInput([Mistake("camopt", "follower", named, f"a mechanism; {nearest(named, PAIRINGS)}")])
+    return next((pair for pair in found if pair[1].name == "roller"), found[0])
+
+
+def _fits(words: list[str], form: str | None, follower: str | None) -> bool:
+    return form in (None, words[0]) and follower in (None, words[1])
+
+
+def _written(scene: Scene, data: Mapping[str, Any], about: list[str]) -> str:
+    """A scene as text: its own tables in order, each with the keys that it may have besides."""
+    more, angular = examples(scene), scene.mechanism.motion.angular
+    lines = [*about, *HELP, f"name = {_inline(data['name'])}"]
+    for place, given in _tables(data):
+        own = {key: value for key, value in given.items() if f"{place}.{key}" not in TABLES}
+        if own or place in more:
+            lines += ["", *_table(place, own, more.get(place, {}), angular)]
+    return "\n".join(_said_once(lines)) + "\n"
+
+
+def _tables(data: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, Any]]]:
+    """The tables of a scene, and those that it may have besides, by where they stand, in the order of a file."""
+    yield "cam", data["cam"]
+    yield "follower", data["follower"]
+    yield "follower.dynamics", data["follower"].get("dynamics", {})
+    for kind in ("motion", "profile"):
+        for row in data.get(kind, []):
+            yield kind, row
+            yield from ((f"{kind}.through", each) for each in row.get("through", []))
+    for name, law in data.get("laws", {}).items():
+        yield f"laws.{name}", law
+    for name in ("limits", "search", "synthesis", "materials", "part", "accuracy"):
+        yield name, data.get(name, {})
+
+
+HELP = [
+    "# A line that begins with # and a key, or with #[, is switched off: without the # it counts.",
+    "# camopt keys lists all keys; camopt evaluate FILE --plot cam.svg shows the cam.",
+]
+
+
+def _table(place: str, own: Mapping[str, Any], more: Mapping[str, Any], angular: bool) -> Iterator[str]:
+    """The lines of a table."""
+    known = "laws.NAME" if place.startswith("laws.") else place
+    yield ("" if own else "#") + (heading(place) if place in LISTS else f"[{place}]")
+    for key in TABLES[known].model_fields:
+        if key in own or key in more:
+            line = f"{key} = {_inline(own[key])}" if key in own else f"#{key} = {_inline(more[key])}"
+            sentence, unit = said_of(TABLES[known], key)
+            unit = unit_for(unit, angular)
+            yield (
+                f"{line:<26}  # {unit}: {sentence}" if unit not in ("", "no unit") else f"{line:<26}  # {sentence}"
+            )
+
+
+def _inline(value: Any) -> str:
+    """A value of TOML on one line."""
+    if isinstance(value, Mapping):
+        return f"{{ {', '.join(f'{key} = {_inline(each)}' for key, each in value.items())} }}"
+    if isinstance(value, list):
+        return f"[{', '.join(map(_inline, value))}]"
+    return tomli_w.dumps({"value": value}).removeprefix("value = ").rstrip()
+
+
+def _said_once(lines: Iterable[str]) -> Iterator[str]:
+    """Lines of TOML, with a comment that was there before left out."""
+    told: set[str] = set()
+    for line in lines:
+        written, mark, comment = line.partition("  # ")
+        yield line if comment not in told or not mark else written.rstrip()
+        told.add(comment)
+
+
+def switched_on(lines: Iterable[str]) -> str:
+    """A text with all that it has switched off."""
+    return "\n".join(line[1:] if line[:1] == "#" and line[1:2] not in (" ", ":", "") else line for line in lines)

@@ -1,0 +1,58 @@
+"""Scenes to start from: they run, with what they have switched off too, and say what the code says."""
+
+import tomllib
+
+import pytest
+
+import camopt
+from camopt.scene.places import TABLES, said_of
+from camopt.scene.starting import PAIRINGS, PURPOSES, starting_scene, switched_on
+
+NAMES = [*PURPOSES, *camopt.shipped_scenes()]
+TEXTS = {name: starting_scene(name) for name in NAMES}
+TEXTS |= {words: starting_scene(None, *words.split()) for words in PAIRINGS}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_named_one_is_the_shipped_scene(name):
+    assert camopt.Scene.from_dict(tomllib.loads(TEXTS[name])) == camopt.find_scene(PURPOSES.get(name, name))
+
+
+@pytest.mark.parametrize("words", PAIRINGS)
+def test_one_of_a_mechanism_runs_and_is_optimised_with_all_switched_on(words):
+    plain = camopt.Scene.from_dict(tomllib.loads(TEXTS[words]))
+    assert f"{plain.cam.form} {plain.follower.motion}-{plain.follower.contact}" == words
+    assert camopt.evaluate(plain)["feasible"]
+    whole = camopt.Scene.from_dict(tomllib.loads(switched_on(TEXTS[words].splitlines())))
+    assert camopt.optimise(whole).best["feasible"]
+
+
+@pytest.mark.parametrize("name", TEXTS)
+def test_what_is_switched_off_is_allowed(name):
+    on = camopt.Scene.from_dict(tomllib.loads(switched_on(TEXTS[name].splitlines())))
+    assert on.follower.dynamics
+    assert on.materials.cam
+    assert {"pressure_angle", "face_reach"} & on.limits.given.keys()
+
+
+@pytest.mark.parametrize("name", TEXTS)
+def test_comments_are_what_the_code_says(name):
+    said = {said_of(model, key)[0] for model in TABLES.values() for key in model.model_fields}
+    comments = [line.partition("  # ")[2] for line in TEXTS[name].splitlines() if "  # " in line]
+    assert len(comments) > 20
+    assert {comment.partition(": ")[2] for comment in comments} | {*comments} >= {*comments}
+    assert [each for each in comments if each not in said and each.partition(": ")[2] not in said] == []
+    assert len({*comments}) == len(comments)
+
+
+@pytest.mark.parametrize(
+    ("asked", "why"),
+    [
+        (("valv",), "did you mean valve?"),
+        (("valve", None, "oscillating-roller"), "belongs to no mechanism"),
+        ((None, "cylindrical", "translating-flat"), "known: "),
+    ],
+)
+def test_what_there_is_not_is_told(asked, why):
+    with pytest.raises(camopt.BadInput, match=why):
+        starting_scene(*asked)
