@@ -4,7 +4,6 @@ from collections.abc import Iterator
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.compute as pc
 
 from camopt.front.asked import column_names
 from camopt.mechanisms import SIZES
@@ -37,7 +36,7 @@ def oddities(table: pa.Table, scene: Scene, problem: Problem) -> Iterator[str]:
             return
     for key, name in problem.numbers.items():
         try:
-            scene.replace(**{f"search.{key}": pc.unique(table[name]).to_pylist() or None})
+            scene.replace(**{f"search.{key}": table[name].unique().to_pylist() or None})
         except BadInput as error:
             yield f"its column {name} has values that {key} cannot have: {error.mistakes[0]}"
             return

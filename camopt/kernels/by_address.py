@@ -10,16 +10,10 @@ is in ``numba_types``.
 
 from collections.abc import Callable
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
-from camopt.kernels.compile import ADDRESS, NONE, called_by_kernels
-
-
-class Code(NamedTuple):
-    """The type of a function's address: what it returns, and the types of its arguments."""
-
-    returns: Any
-    arguments: tuple[Any, ...]
+from camopt.kernels.arguments import ADDRESS, NONE, Code
+from camopt.kernels.compile import called_by_kernels
 
 
 def address_of(values):
@@ -60,6 +54,4 @@ class Reached:
     @cached_property
     def address(self) -> int:
         """Of the machine code, which is compiled here if it is not yet."""
-        from camopt.kernels.dispatchers import machine_code
-
-        return machine_code(self)
+        return int(self.kernel.machine_code(self.code.arguments).address)

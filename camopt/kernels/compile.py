@@ -8,34 +8,27 @@ import os
 import sys
 from collections.abc import Callable
 from functools import cached_property, update_wrapper
+from threading import RLock
 from time import thread_time
-from typing import Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
+from camopt.kernels.arguments import kind_of
+
+if TYPE_CHECKING:
+    from camopt.kernels.kernel_cache import KernelFile
+    from camopt.kernels.machine_code import MachineCode
+
 Value = TypeVar("Value")
+Kinds = tuple[Any, ...]
+"""The types of a kernel's arguments."""
 
 FEW = 600  # numbers in the largest array to fill: for more, a kernel is compiled at once
-PAYS = 4.0  # seconds of plain runs of a kernel, after which it is compiled, which takes about as long
-IMPORT = 0.5  # seconds of plain runs of all kernels, after which numba is imported, which takes about as long
+PAYS = 4.0  # seconds of plain runs of a kernel, whenever, after which it is compiled, which takes about as long
+LINKER = 0.05  # seconds of plain runs of all kernels after which llvmlite is imported, which takes about as long
 NEVER = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")  # whether everything runs as it is written
-
-
-class Kind(NamedTuple):
-    """What numba calls the type of a number, and the dimensions of an array of such, in C order; 0: the number."""
-
-    name: str
-    dimensions: int = 0
-
-
-class Record(NamedTuple):
-    """The type of a NamedTuple: its class, and the types of its fields."""
-
-    owner: type
-    fields: tuple[Any, ...]
-
-
-NONE, COUNT, NUMBER, BOOLEAN, ADDRESS = map(Kind, ("none", "int64", "float64", "boolean", "voidptr"))
+LOCK = RLock()
 
 
 class Part:
@@ -63,43 +56,91 @@ class Part:
 
 
 class Kernel(Part):
-    """A kernel that is compiled when it is called, and cached on disk."""
+    """A kernel that is compiled when it is called, and kept on disk. It returns nothing and raises nothing."""
 
-    def __call__(self, *arguments: Any) -> Any:
-        return self.py_func(*arguments) if NEVER else self.dispatcher(*arguments)
+    def __init__(self, function: Callable[..., Any]) -> None:
+        super().__init__(function)
+        self.made: dict[Kinds, MachineCode] = {}
+        self.files: dict[Kinds, KernelFile] = {}
+
+    def __call__(self, *arguments: Any) -> None:
+        if NEVER:
+            self.py_func(*arguments)
+        else:
+            self.machine_code(tuple(map(kind_of, arguments)))(arguments)
+
+    def machine_code(self, kinds: Kinds) -> "MachineCode":
+        """What runs for arguments of some types: from disk, or compiled; once, whatever threads ask for it."""
+        if kinds not in self.made:
+            with LOCK:
+                if kinds not in self.made:
+                    self.made[kinds] = self._loaded(kinds)
+        return self.made[kinds]
+
+    def _loaded(self, kinds: Kinds) -> "MachineCode":
+        from camopt.kernels.machine_code import MachineCode
+
+        file = self.file(kinds)
+        code = file.read()
+        if code is None:
+            from camopt.kernels.dispatchers import object_code
+
+            code = object_code(self, kinds)
+            file.write(code)
+        return MachineCode(kinds, code)
+
+    def file(self, kinds: Kinds) -> "KernelFile":
+        """Where machine code is kept on disk."""
+        from camopt.kernels.kernel_cache import KernelFile, kernel_folder
+
+        if kinds not in self.files:
+            self.files[kinds] = KernelFile(self.py_func, kinds, kernel_folder())
+        return self.files[kinds]
 
 
 class KernelForMany(Kernel):
     """A kernel that is compiled once that pays: for many designs, or when plain runs have taken as long.
 
-    Both give the same bits. A kernel that is on disk is not compiled, so it is taken at once where numba is there.
+    Both give the same bits. A kernel that is on disk is taken at once, but where all that is asked takes no longer
+    than to import what loads it.
     """
 
     seconds = 0.0
     """Of plain runs of all kernels."""
 
-    def __init__(self, function: Callable[..., Any]) -> None:
-        super().__init__(function)
-        self.spent: dict[Any, float] = {}  # seconds of plain runs since numba is there, by types of the arguments
+    def __call__(self, *arguments: Any) -> None:
+        if NEVER:
+            self.plain(arguments)
+            return
+        kinds = tuple(map(kind_of, arguments))
+        if kinds in self.made or self.dear(arguments) or self.pays(kinds):
+            self.machine_code(kinds)(arguments)
+            return
+        seconds = self.plain(arguments)
+        KernelForMany.seconds += seconds
+        if self.linker:
+            self.file(kinds).ran_plainly(seconds)
 
-    def __call__(self, *arguments: Any) -> Any:
-        if NEVER or not (self.dear(arguments) or self.seconds > IMPORT or "numba" in sys.modules):
-            return self.plain(arguments)[0]
-        return self.dispatcher(*arguments)
+    @property
+    def linker(self) -> bool:
+        """Whether what loads machine code is imported, or so cheap beside what has been done that it may be."""
+        return self.seconds > LINKER or "llvmlite" in sys.modules
+
+    def pays(self, kinds: Kinds) -> bool:
+        """Whether machine code is on disk, or plain runs have taken as long as compiling does."""
+        return self.linker and (self.file(kinds).exists or self.file(kinds).plain_seconds > PAYS)
 
     @staticmethod
     def dear(arguments: tuple[Any, ...]) -> bool:
         """Whether a call has many numbers to fill in."""
         return max((values.size for values in arguments if isinstance(values, np.ndarray)), default=0) > FEW
 
-    def plain(self, arguments: tuple[Any, ...]) -> tuple[Any, float]:
-        """Result and seconds of a run as it is written."""
+    def plain(self, arguments: tuple[Any, ...]) -> float:
+        """Seconds of a run as it is written."""
         start = thread_time()
         with np.errstate(all="ignore"):  # as machine code
-            result = self.py_func(*arguments)
-        seconds = thread_time() - start
-        KernelForMany.seconds += seconds
-        return result, seconds
+            self.py_func(*arguments)
+        return thread_time() - start
 
 
 def inlined(function: Callable[..., Any]) -> Any:

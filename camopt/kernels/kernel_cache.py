@@ -1,31 +1,31 @@
 """Machine code of kernels on disk, in files that say whether they are what was written.
 
-numba's own cache trusts its files: one emptied by a power failure stops every later run, one with a flipped bit
-crashes or computes something else. Here each file starts with the digest of its content. A file that is odd in any
-way is as none: the kernel is compiled, and the file written, anew. A folder or disk that takes no files is no
-trouble either.
+A file emptied by a power failure must not stop every later run, nor one with a flipped bit crash or compute
+something else. Each file starts with its digest. A file that is odd in any way is as none: the kernel is compiled,
+and the file written, anew. A folder or disk that takes no files is no trouble either.
+
+Beside it is a file as long as the kernel has run uncompiled, a byte for each tenth of a second: what is called a
+little by each of many processes is compiled once that pays.
 """
 
 import inspect
 import os
-import pickle
 import shutil
-from collections.abc import Callable
 from contextlib import suppress
+from functools import cache, cached_property
 from hashlib import sha256
 from pathlib import Path
 from time import time
 from typing import Any
 
-from numba.core import compiler, serialize
-from numba.core.caching import NullCache
-from numba.core.runtime.nrt import rtsys
 from platformdirs import user_cache_path
 
-rebuilt: Callable[..., Any] = compiler.CompileResult._rebuild
-pickled: Callable[..., bytes] = serialize.dumps
+from camopt.kernels.machine_code import ObjectCode, processor
+from camopt.kernels.version import version_of_kernels
+
 DIGEST = sha256().digest_size
 UNUSED = 30 * 24 * 3600.0  # seconds after which a folder of another version is removed
+TENTH = 0.1
 
 
 def checked(content: bytes) -> bytes:
@@ -39,8 +39,8 @@ def content_of(data: bytes) -> bytes | None:
     return content if sha256(content).digest() == digest else None
 
 
-class KernelCache(NullCache):
-    """The compiled versions of one function: a file for each signature and processor, in place of numba's cache.
+class KernelFile:
+    """The machine code of a function for arguments of some kinds, on one kind of processor.
 
     Raises
     ------
@@ -48,56 +48,66 @@ class KernelCache(NullCache):
         If the function's source is no file.
     """
 
-    def __init__(self, function: Callable[..., Any], folder: Path) -> None:
-        self._folder = folder
-        self._stem = f"{function.__module__}.{function.__qualname__}".replace("<", "").replace(">", "")
-        self._source = sha256(Path(inspect.getfile(function)).read_bytes()).hexdigest()
+    def __init__(self, function: Any, kinds: tuple[Any, ...], folder: Path) -> None:
+        source = Path(inspect.getfile(function)).read_bytes()
+        self._key = sha256(repr((kinds, processor())).encode() + source).digest()
+        stem = f"{function.__module__}.{function.__qualname__}".replace("<", "").replace(">", "")
+        self._file = folder / f"{stem}-{self._key.hex()[:16]}.kernel"
+        self._beyond = 0.0  # seconds of plain runs that are no byte yet
 
     @property
-    def cache_path(self) -> str:
-        return str(self._folder)
+    def exists(self) -> bool:
+        return self._file.is_file()
 
-    def _key(self, signature: Any, codegen: Any) -> tuple[Any, ...]:
-        """What the machine code depends on beside the folder: types, source, processor."""
-        return signature, self._source, codegen.magic_tuple()
-
-    def _file(self, key: tuple[Any, ...]) -> Path:
-        return self._folder / f"{self._stem}-{sha256(repr(key).encode()).hexdigest()[:16]}.kernel"
-
-    def holds(self, signature: Any, codegen: Any) -> bool:
-        """Whether there is a file for a signature."""
-        return self._file(self._key(signature, codegen)).is_file()
-
-    def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """The compiled function for a signature; None if there is none on disk that is whole.
-
-        Machine code needs numba's memory management, and none of what numba knows of Python, which takes it half a
-        second to load.
-        """
-        rtsys.initialize(target_context)
-        key = self._key(sig, target_context.codegen())
+    def read(self) -> ObjectCode | None:
+        """The kernel; None if there is none on disk that is whole."""
         try:
-            content = content_of(self._file(key).read_bytes())
+            content = content_of(self._file.read_bytes())
         except OSError:
             return None
-        if content is None:
+        if content is None or content[:DIGEST] != self._key:
             return None
-        stored, result = pickle.loads(content)
-        return rebuilt(target_context, *result) if stored == key else None
+        name, _, code = content[DIGEST:].partition(b"\n")
+        return ObjectCode(name.decode(), code)
 
-    def save_overload(self, sig: Any, data: Any) -> None:
-        """Keep a compiled function, if there is room for it."""
-        if data.library.has_dynamic_globals:  # addresses of this process
+    def write(self, code: ObjectCode) -> None:
+        """Keep a kernel that is whole, if there is room for it."""
+        if not code.whole:
             return
-        key = self._key(sig, data.codegen)
-        file = self._file(key)
-        partial = file.with_name(f"{file.name}.{os.urandom(8).hex()}.partial")
+        content = self._key + code.name.encode() + b"\n" + code.content
+        partial = self._file.with_name(f"{self._file.name}.{os.urandom(8).hex()}.partial")
         with suppress(OSError):
             try:
-                partial.write_bytes(checked(pickled((key, data._reduce()))))
-                os.replace(partial, file)
+                partial.write_bytes(checked(content))
+                os.replace(partial, self._file)
             finally:
                 partial.unlink(missing_ok=True)
+
+    @cached_property
+    def plain_seconds(self) -> float:
+        """Of runs of the function as it is written, in this process and those before it."""
+        try:
+            return self._runs.stat().st_size * TENTH
+        except OSError:
+            return 0.0
+
+    def ran_plainly(self, seconds: float) -> None:
+        """Remember that the function ran for so long."""
+        self.plain_seconds += seconds
+        tenths, self._beyond = divmod(self._beyond + seconds, TENTH)
+        if tenths:
+            with suppress(OSError), self._runs.open("ab") as file:
+                file.write(b"." * int(tenths))
+
+    @property
+    def _runs(self) -> Path:
+        return self._file.with_suffix(".plain")
+
+
+@cache
+def kernel_folder() -> Path:
+    """The folder of the kernels of this version of the package."""
+    return opened_folder(cache_root(os.environ.get("NUMBA_CACHE_DIR", "")), version_of_kernels())
 
 
 def cache_root(named: str) -> Path:

@@ -15,18 +15,17 @@ from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
 from numba.core.typing.typeof import typeof_impl
 from numba.extending import (
-    NativeValue,
     lower_builtin,
     make_attribute_wrapper,
     models,
     overload,
     register_model,
     type_callable,
-    unbox,
 )
 
-from camopt.kernels.by_address import Code, Reached, address_of, call, code_of
-from camopt.kernels.compile import CHOICES, VALUES, Part, Record
+from camopt.kernels.arguments import Code, Record
+from camopt.kernels.by_address import address_of, call, code_of
+from camopt.kernels.compile import CHOICES, VALUES, Part
 
 
 class PartLibrary(JITCodeLibrary):
@@ -79,7 +78,7 @@ def numba_type(kind: Any) -> Any:
     if isinstance(kind, Code):
         return CodeType(kind)
     number = getattr(types, kind.name)
-    return types.Array(number, kind.dimensions, "C") if kind.dimensions else number
+    return types.Array(number, kind.dimensions, kind.layout) if kind.dimensions else number
 
 
 def described(kind: Any) -> type:
@@ -216,18 +215,3 @@ def _lower_call(context, builder, signature, arguments):
     # kernels raise nothing; to look for errors would keep numba from dropping pairs of reference counts
     _, result = context.call_conv.call_function(builder, function, code.returns, code.arguments, values)
     return result
-
-
-@typeof_impl.register(Reached)
-def _type_reached(reached, context):
-    return numba_type(reached.code)
-
-
-@unbox(CodeType)
-def _unbox_code(kind, reached, context):
-    address = context.pyapi.object_getattr_string(reached, "address")
-    code = cgutils.alloca_once_value(context.builder, cgutils.get_null_value(cgutils.voidptr_t))
-    with context.builder.if_then(cgutils.is_not_null(context.builder, address)):  # compiling may be interrupted
-        context.builder.store(context.pyapi.long_as_voidptr(address), code)
-        context.pyapi.decref(address)
-    return NativeValue(context.builder.load(code), is_error=cgutils.is_null(context.builder, address))

@@ -13,8 +13,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from camopt.kernels.arguments import ADDRESS, COUNT, NONE, NUMBER, Record
 from camopt.kernels.by_address import code_of, evaluates
-from camopt.kernels.compile import ADDRESS, COUNT, NONE, NUMBER, Record, inlined
+from camopt.kernels.compile import inlined
 from camopt.numerics import FloatArray
 from camopt.numerics.curves import curve
 from camopt.numerics.jet import known_bound

@@ -18,12 +18,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from camopt.kernels.arguments import COUNT, NUMBER, Kind, Record
 from camopt.kernels.by_address import Reached, address_of, call
 from camopt.kernels.compile import (
-    COUNT,
-    NUMBER,
-    Kind,
-    Record,
     called_by_kernels,
     compiled,
     compiled_for_many,

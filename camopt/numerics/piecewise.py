@@ -15,7 +15,8 @@ import numpy as np
 from numpy.polynomial import polynomial
 from numpy.typing import NDArray
 
-from camopt.kernels.compile import COUNT, NUMBER, Kind, Record, inlined
+from camopt.kernels.arguments import COUNT, NUMBER, Kind, Record
+from camopt.kernels.compile import inlined
 from camopt.numerics import UNIT, FloatArray
 from camopt.numerics.jet import Jet, smaller
 from camopt.numerics.loading import LoadTable, load_of_all_rows, loaded, loaded_node, loaded_part, loaded_row

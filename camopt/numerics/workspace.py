@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from camopt.kernels.compile import BOOLEAN, COUNT, NUMBER, Kind, Record
+from camopt.kernels.arguments import BOOLEAN, COUNT, NUMBER, Kind, Record
 from camopt.numerics import FloatArray
 
 TILE = 256  # designs whose tables (about 70 × 256 × 8 bytes each) stay in the second-level cache

@@ -7,39 +7,43 @@ import sys
 from pathlib import Path
 from time import time
 
-import numba
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numba.core.dispatcher import Dispatcher
 
 from camopt.kernels import kernel_cache
-from camopt.kernels.dispatchers import FLAGS
-from camopt.kernels.kernel_cache import DIGEST, UNUSED, KernelCache, cache_root, checked, content_of, opened_folder
+from camopt.kernels.arguments import NUMBER, kind_of
+from camopt.kernels.compile import NEVER, Kernel
+from camopt.kernels.kernel_cache import DIGEST, UNUSED, KernelFile, cache_root, opened_folder
+from camopt.kernels.machine_code import ObjectCode, processor
 from camopt.kernels.version import KERNEL_FOLDERS
 
 PACKAGE = Path(kernel_cache.__file__).parents[1]
 
 
-def total(values):
-    result = 0.0
+def total(values, result):
+    result[0] = 0.0
     for value in values:
-        result += value
-    return result
+        result[0] += value
+
+
+VALUES, RESULT = np.arange(5.0), np.empty(1)
+KINDS = kind_of(VALUES), kind_of(RESULT)
+compiles = pytest.mark.skipif(NEVER, reason="nothing is compiled")
 
 
 def loaded(folder):
-    """A new kernel with its cache in a folder, called once: whether its machine code came from there."""
-    kernel = numba.njit(**FLAGS)(total)
-    if not isinstance(kernel, Dispatcher):
-        pytest.skip("nothing is compiled")
-    kernel._cache = KernelCache(total, folder)
-    assert kernel(np.arange(5.0)) == 10.0
-    return bool(kernel.stats.cache_hits)
+    """A new kernel with its file in a folder, called once: whether its machine code came from there."""
+    kernel = Kernel(total)
+    kernel.files[KINDS] = KernelFile(total, KINDS, folder)
+    kernel(VALUES, RESULT)
+    assert RESULT[0] == 10.0
+    return "dispatcher" not in vars(kernel)
 
 
+@compiles
 def test_machine_code_is_kept(tmp_path):
     assert [loaded(tmp_path) for _ in range(3)] == [False, True, True]
     (file,) = tmp_path.iterdir()
@@ -56,10 +60,11 @@ DAMAGE = {
     "a bit flipped inside": lambda data: (
         data[: DIGEST + 500] + bytes([data[DIGEST + 500] ^ 64]) + data[DIGEST + 501 :]
     ),
-    "of something else": lambda data: checked(kernel_cache.pickled(("another key", ()))),
+    "its digest alone": lambda data: data[:DIGEST],
 }
 
 
+@compiles
 @pytest.mark.parametrize("damage", DAMAGE)
 def test_what_is_damaged_is_compiled_and_written_anew(tmp_path, damage):
     loaded(tmp_path)
@@ -71,17 +76,42 @@ def test_what_is_damaged_is_compiled_and_written_anew(tmp_path, damage):
     assert list(tmp_path.iterdir()) == [file]
 
 
-@given(content=st.binary(min_size=1, max_size=300), data=st.data())
-def test_every_flipped_bit_and_every_cut_is_seen(content, data):
-    whole = checked(content)
-    assert content_of(whole) == content
+names = st.text("abz_09", min_size=1)
+
+
+@given(name=names, content=st.binary(max_size=300), data=st.data())
+def test_every_flipped_bit_and_every_cut_is_seen(tmp_path_factory, name, content, data):
+    file, code = KernelFile(total, KINDS, tmp_path_factory.mktemp("kernels")), ObjectCode(name, content)
+    file.write(code)
+    assert file.read() == code
+    whole = file._file.read_bytes()
     bit = data.draw(st.integers(0, 8 * len(whole) - 1))
     flipped = bytearray(whole)
     flipped[bit // 8] ^= 1 << bit % 8
-    assert content_of(bytes(flipped)) is None
-    assert content_of(whole[: data.draw(st.integers(0, len(whole) - 1))]) is None
+    for damaged in (bytes(flipped), whole[: data.draw(st.integers(0, len(whole) - 1))]):
+        file._file.write_bytes(damaged)
+        assert file.read() is None
 
 
+def test_a_file_of_something_else_is_none(tmp_path):
+    file, other = (KernelFile(total, kinds, tmp_path) for kinds in (KINDS, (NUMBER,)))
+    other.write(ObjectCode("total", b"code"))
+    other._file.rename(file._file)
+    assert file.read() is None
+
+
+def test_seconds_of_plain_runs_are_kept_by_tenths(tmp_path):
+    file = KernelFile(total, KINDS, tmp_path)
+    for _ in range(7):
+        file.ran_plainly(0.05)
+    assert file.plain_seconds == pytest.approx(0.35)
+    assert KernelFile(total, KINDS, tmp_path).plain_seconds == pytest.approx(0.3)
+    nowhere = KernelFile(total, KINDS, Path(os.devnull))
+    nowhere.ran_plainly(1.0)
+    assert nowhere.plain_seconds == 1.0
+
+
+@compiles
 @pytest.mark.parametrize(
     "trouble", [OSError(28, "No space left on device"), PermissionError(13, "Permission denied")]
 )
@@ -97,6 +127,7 @@ def test_a_disk_that_takes_nothing_is_no_trouble(tmp_path, monkeypatch, trouble)
     assert not loaded(opened_folder(tmp_path / "new", "0" * 16))
 
 
+@compiles
 @pytest.mark.parametrize("relative", [False, True])  # as platformdirs says it, and as it said it before
 def test_a_user_without_a_home_keeps_nothing(tmp_path, monkeypatch, relative):
     def homeless(name):
@@ -113,6 +144,7 @@ def test_a_user_without_a_home_keeps_nothing(tmp_path, monkeypatch, relative):
     assert cache_root("named") == Path("named")
 
 
+@compiles
 def test_a_folder_in_place_of_a_file_is_no_trouble(tmp_path):
     loaded(tmp_path)
     (file,) = tmp_path.iterdir()
@@ -121,9 +153,16 @@ def test_a_folder_in_place_of_a_file_is_no_trouble(tmp_path):
     assert not loaded(tmp_path)
 
 
+def test_the_processor_is_the_one_that_numba_compiles_for():
+    from numba.core.registry import cpu_target
+
+    assert processor() == cpu_target.target_context.codegen().magic_tuple()
+
+
+@compiles
 def test_another_processor_has_files_of_its_own(tmp_path, monkeypatch):
     loaded(tmp_path)
-    monkeypatch.setattr("numba.core.codegen.CPUCodegen.magic_tuple", lambda self: ("another", "processor", ""))
+    monkeypatch.setattr(kernel_cache, "processor", lambda: ("another", "processor", ""))
     assert not loaded(tmp_path)
     assert len(list(tmp_path.iterdir())) == 2
 

@@ -1,6 +1,8 @@
 """Kernels are compiled where that pays, and give the same bits as plain Python; none takes many arguments."""
 
 import ast
+import os
+import sys
 from functools import partial
 from pathlib import Path
 
@@ -12,19 +14,11 @@ from support.cams import WORN, cam_with
 import camopt
 from camopt.effects import Case
 from camopt.effects.surface import thinness_curve
-from camopt.kernels import compile, dispatchers
+from camopt.kernels import compile, dispatchers, kernel_cache
+from camopt.kernels.arguments import COUNT, NUMBER, Kind
 from camopt.kernels.by_address import Reached, address_of, call, code_of, evaluates
-from camopt.kernels.compile import (
-    COUNT,
-    FEW,
-    NUMBER,
-    Kind,
-    called_by_kernels,
-    compiled,
-    compiled_for_many,
-    inlined,
-)
-from camopt.kernels.kernel_cache import KernelCache
+from camopt.kernels.compile import FEW, called_by_kernels, compiled, compiled_for_many, inlined
+from camopt.kernels.kernel_cache import KernelFile
 from camopt.mechanisms import Designs
 from camopt.numerics import LARGEST, LARGEST_MAGNITUDE, LEAST
 from camopt.numerics.extremes import search_all, search_curve
@@ -53,15 +47,13 @@ def halved(kernel, count):
     x, out = np.arange(float(count)), np.empty(count)
     kernel(x, out)
     assert np.array_equal(out, x / 2)
-    return bool(kernel.dispatcher.signatures)
+    return bool(kernel.made)
 
 
 @pytest.fixture
 def _no_disk(monkeypatch):
     """No kernel is found in the cache, and none is written."""
-    monkeypatch.setattr(KernelCache, "holds", lambda *_: False)
-    monkeypatch.setattr(KernelCache, "load_overload", lambda *_: None)
-    monkeypatch.setattr(KernelCache, "save_overload", lambda *_: None)
+    monkeypatch.setattr(kernel_cache, "kernel_folder", lambda: Path(os.devnull))
 
 
 @pytest.mark.usefixtures("_no_disk")
@@ -80,18 +72,34 @@ def test_what_plain_runs_have_cost_is_paid_once(monkeypatch):
 
 
 def test_a_kernel_on_disk_is_taken_at_once(monkeypatch, tmp_path):
-    monkeypatch.setattr(dispatchers, "CACHE_FOLDER", tmp_path)
+    monkeypatch.setattr(kernel_cache, "kernel_folder", lambda: tmp_path)
     assert halved(kernel_of_halves(), compile.FEW + 1)
     again = kernel_of_halves()
     assert halved(again, 1)
-    assert sum(again.dispatcher.stats.cache_hits.values()) == 1
+    assert "dispatcher" not in vars(again)
+
+
+def test_what_plain_runs_have_cost_is_remembered_by_the_next_process(monkeypatch, tmp_path):
+    """Each process has kernels of its own, which find on disk what those before them have run."""
+    monkeypatch.setattr(kernel_cache, "kernel_folder", lambda: tmp_path)
+    clock = iter(np.arange(0.0, 99.0, 0.75 * compile.PAYS))
+    monkeypatch.setattr(compile, "thread_time", lambda: next(clock))
+    assert [halved(kernel_of_halves(), 1) for _ in range(4)] == [False, False, True, True]
+
+
+def test_a_process_that_runs_little_imports_nothing_to_load_kernels(monkeypatch):
+    monkeypatch.delitem(sys.modules, "llvmlite")
+    monkeypatch.setattr(compile.KernelForMany, "seconds", 0.0)
+    kernel = kernel_of_halves()
+    assert not halved(kernel, 1)
+    assert not kernel.files
 
 
 def test_evaluating_a_design_compiles_nothing(monkeypatch):
     def refuse(*_):
         raise AssertionError("a kernel is compiled for a single design")
 
-    monkeypatch.setattr(KernelCache, "holds", lambda *_: False)
+    monkeypatch.setattr(KernelFile, "exists", False)
     monkeypatch.setattr(dispatchers.Dispatcher, "compile", refuse)
     problem = exactly(resolve(find_scene("roller-1000rpm")))
     fresh = compiled_for_many(search_curve.py_func)
@@ -168,8 +176,8 @@ def test_one_compiled_search_serves_every_curve():
     mechanism = problem.setup.mechanism
     for make in (mechanism.pressure, mechanism.curvature, mechanism.sliding):
         curve_of(problem, make, MANY)
-    assert len(search_all.dispatcher.signatures) == 1
-    assert len(search_curve.dispatcher.signatures) >= 3
+    assert len(search_all.made) == 1
+    assert len(search_curve.made) >= 3
 
 
 @evaluates(NUMBER, NUMBER, COUNT)
@@ -179,25 +187,27 @@ def scaled(made, x, power):
 
 
 @compiled
-def scaled_sum(factor, shift, x):
+def scaled_all(factor, shift, x, out):
     made = (factor, shift)
-    place, code, total = address_of(made), code_of(scaled, made), 0.0
+    place, code = address_of(made), code_of(scaled, made)
     for i in range(x.size):
-        total += call(code, (place, x[i], 2))
-    return total
+        out[i] = call(code, (place, x[i], 2))
 
 
 @compiled
 def scaled_wrongly(factor, shift, x):
     made = (factor, shift)
-    return call(code_of(scaled, made), (address_of(made), x))
+    x[0] = call(code_of(scaled, made), (address_of(made), x))
 
 
 @pytest.mark.usefixtures("_no_disk")
 def test_what_is_called_by_address_is_what_is_called_from_python():
     x = np.array([1.0, 2.0, 3.0])
     for factor, shift in ((2.0, 1.0), (2, 1.5)):  # other types: another function at another address
-        assert scaled_sum(factor, shift, x) == scaled_sum.py_func(factor, shift, x) == 28.0 + 3.0 * shift
+        out, plain = np.empty((2, 3))
+        scaled_all(factor, shift, x, out)
+        scaled_all.py_func(factor, shift, x, plain)
+        assert out.tolist() == plain.tolist() == [2.0 + shift, 8.0 + shift, 18.0 + shift]
 
 
 @pytest.mark.usefixtures("_no_disk")

@@ -1,0 +1,91 @@
+"""What machine code is called with: the kinds of a kernel's arguments, and the numbers it takes for them.
+
+numba takes values apart until only numbers are left: of an array two places that count references to it (unused
+here), its size, the bytes of an item, its address, its shape and its strides; of a tuple what is in it.
+"""
+
+from collections.abc import Iterator
+from ctypes import c_bool, c_double, c_int64, c_void_p
+from typing import Any, NamedTuple
+
+import numpy as np
+
+
+class Kind(NamedTuple):
+    """What numba calls the type of a number, and the dimensions and layout of an array of such; 0: the number."""
+
+    name: str
+    dimensions: int = 0
+    layout: str = "C"
+
+
+class Record(NamedTuple):
+    """The type of a tuple: its class, and the types of its fields."""
+
+    owner: type
+    fields: tuple[Any, ...]
+
+
+class Code(NamedTuple):
+    """The type of a function's address: what it returns, and the types of its arguments."""
+
+    returns: Any
+    arguments: tuple[Any, ...]
+
+
+NONE, COUNT, NUMBER, BOOLEAN, ADDRESS = map(Kind, ("none", "int64", "float64", "boolean", "voidptr"))
+OF_NUMBERS: dict[type, Kind] = {
+    type(None): NONE,
+    bool: BOOLEAN,
+    **dict.fromkeys((int, np.int64), COUNT),
+    **dict.fromkeys((float, np.float64), NUMBER),
+}
+OF_ITEMS = {np.dtype(float): "float64", np.dtype(np.int64): "int64", np.dtype(bool): "boolean"}
+IN_C = {NONE: c_void_p, COUNT: c_int64, NUMBER: c_double, BOOLEAN: c_bool, ADDRESS: c_void_p}
+POINTERS = None, None  # to what counts the references to an array
+
+
+def kind_of(value: Any) -> Any:
+    """The type of an argument: a ``Kind``, a ``Record``, or the ``Code`` of a kernel that is called by its address.
+
+    Raises
+    ------
+    TypeError
+        If no kernel takes it.
+    """
+    owner = type(value)
+    if owner is np.ndarray and value.ndim and value.dtype in OF_ITEMS:
+        flags = value.flags
+        layout = "C" if flags.c_contiguous else "F" if flags.f_contiguous else "A"
+        return Kind(OF_ITEMS[value.dtype], value.ndim, layout)
+    if isinstance(value, tuple):
+        return Record(owner, tuple(map(kind_of, value)))
+    kind = OF_NUMBERS.get(owner) or getattr(value, "code", None)
+    if kind is None:
+        raise TypeError(f"a kernel takes numbers, arrays of them, and tuples, not {value!r}")
+    return kind
+
+
+def numbers_of(values: Any) -> Iterator[Any]:
+    """What machine code takes for some arguments."""
+    for value in values:
+        if isinstance(value, np.ndarray):
+            place = value.__array_interface__["data"][0]
+            yield from (*POINTERS, value.size, value.itemsize, place, *value.shape, *value.strides)
+        elif isinstance(value, tuple):
+            yield from numbers_of(value)
+        else:
+            yield getattr(value, "address", value)
+
+
+def types_in_c(kinds: Any) -> Iterator[Any]:
+    """The types of these numbers."""
+    for kind in kinds:
+        if isinstance(kind, Record):
+            yield from types_in_c(kind.fields)
+        elif isinstance(kind, Code):
+            yield c_void_p
+        elif kind.dimensions:
+            yield from (c_void_p, c_void_p, c_int64, c_int64, c_void_p, *[c_int64] * (2 * kind.dimensions))
+        else:
+            yield IN_C[kind]
